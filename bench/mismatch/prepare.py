@@ -1,0 +1,223 @@
+"""From a recording to the quantities the physics terms ask for: smoothed rates, direction, travel; then blocks of rows.
+
+Rates come from a local polynomial over about a tenth of a second: one count of a 13-bit encoder at 2 kHz is 1.5 rad/s, so
+differences of single samples say nothing. Single wild samples (spikes) are found against a running median and left out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+from scipy.signal import savgol_filter
+
+from bench.recording import Recording
+from bench.simulation.frame import ARRAYS, FloatArray, Frame, IntArray
+
+SMOOTHING_S = 0.12
+"""Window of the local polynomial: the shortest that leaves the 13-bit encoder's speed below 2 mrad/s of noise."""
+STANDSTILL_RAD_S = 0.3
+"""Motor speed below which the bench counts as standing (on the smoothed velocity)."""
+SPIKE_SIGMA = 9.0
+MEASURED = ("transmission_error", "motor_torque", "temperature", "load_torque")
+
+
+@dataclass(frozen=True, slots=True)
+class Prepared:
+    """One recording at its own rate.
+
+    ``frame`` has a row a sample; ``measured`` the compared channels in SI units (those the file has); ``valid`` is False where a
+    sample of that channel is a spike or not a number; ``segments`` names the segment of each sample (index into ``names``).
+    """
+
+    recording_id: str
+    kind: str
+    sample_rate: float
+    frame: Frame
+    measured: dict[str, FloatArray]
+    valid: dict[str, NDArray[np.bool_]]
+    label: IntArray
+    setpoint: tuple[float, float, float]
+
+
+def _window(rate: float) -> int:
+    return max(5, int(round(SMOOTHING_S * rate)) // 2 * 2 + 1)
+
+
+def _smooth(signal: FloatArray, rate: float, derivative: int = 0) -> FloatArray:
+    window = min(_window(rate), (signal.size - 1) // 2 * 2 + 1)
+    if window < 5:
+        return np.gradient(signal) * rate if derivative else signal
+    return np.asarray(
+        savgol_filter(signal, window, 2, deriv=derivative, delta=1.0 / rate, mode="interp"), dtype=np.float64
+    )
+
+
+def spikes(signal: FloatArray) -> NDArray[np.bool_]:
+    """Mark single samples (at most two in a row) that stand off a running median by more than nine standard deviations."""
+    if signal.size < 16:
+        return ~np.isfinite(signal)
+    finite = np.where(np.isfinite(signal), signal, np.nanmedian(signal))
+    off = np.abs(finite - median_filter(finite, 5, mode="nearest"))
+    scale = 1.4826 * np.median(off[off > 0]) if np.any(off > 0) else 0.0
+    spread = max(scale, float(np.percentile(off, 95)) / 2.0, 1e-300)
+    return (off > SPIKE_SIGMA * spread) | ~np.isfinite(signal)
+
+
+def _repaired(signal: FloatArray, bad: NDArray[np.bool_]) -> FloatArray:
+    if not bad.any():
+        return signal
+    if bad.all():
+        return np.zeros_like(signal)
+    index = np.arange(signal.size)
+    return np.asarray(np.interp(index, index[~bad], signal[~bad]))
+
+
+def _direction(omega: FloatArray) -> tuple[FloatArray, FloatArray]:
+    direction = np.where(np.abs(omega) > STANDSTILL_RAD_S, np.sign(omega), 0.0)
+    moving = np.flatnonzero(direction)
+    if moving.size == 0:
+        return direction, direction
+    before = np.maximum.accumulate(np.where(direction != 0, np.arange(direction.size), -1))
+    return direction, direction[np.where(before >= 0, before, moving[0])]
+
+
+def _since_change(
+    theta: FloatArray, time: FloatArray, direction: FloatArray, last: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Travel and time since the motion last began, and whether it went the other way before."""
+    moving = direction != 0
+    begins = moving & ~np.concatenate(([False], moving[:-1] & (direction[:-1] == direction[1:])))
+    start = np.maximum.accumulate(np.where(begins, np.arange(theta.size), 0))
+    step = np.abs(np.diff(theta, prepend=theta[0]))
+    run = np.cumsum(step)
+    turned = np.concatenate(([False], last[1:] != last[:-1]))
+    # a start without a change of direction (after a stop) is no reversal
+    reversed_at = np.cumsum(turned)
+    reversed_before = (reversed_at > 0).astype(np.float64)
+    return run - run[start], time - time[start], reversed_before
+
+
+def prepare(recording: Recording, index: int, campaign_start: float, travelled: float = 0.0) -> Prepared:
+    """Read a recording and derive what the terms need.
+
+    Parameters: ``index`` of the recording in the folder; ``campaign_start`` as a POSIX time; ``travelled`` the distance run
+    before it in this campaign, rad at the output. Raises RecordingError where the file cannot be read.
+    """
+    ratio = float(recording.gearbox.ratio)
+    rate = float(recording.sample_rate)
+    n = recording.size
+    time = recording.si("time")
+    absent = np.zeros(n)
+    bad: dict[str, NDArray[np.bool_]] = {}
+
+    def channel(name: str, screen: bool = True) -> FloatArray:
+        if name not in recording:
+            return absent
+        signal = recording.si(name)
+        bad[name] = spikes(signal) if screen else ~np.isfinite(signal)
+        return _repaired(signal, bad[name])
+
+    motor = channel("motor_angle")
+    load = channel("load_angle")
+    motor_torque = channel("motor_torque")
+    load_torque = channel("load_torque")
+    load_motor_torque = channel("load_motor_torque")
+    temperature = channel("temperature", screen=False)
+    theta = motor / ratio
+    q = load if "load_angle" in recording else theta
+    omega = _smooth(motor, rate, 1) if "motor_angle" in recording else channel("motor_velocity")
+    direction, last = _direction(omega)
+    reversal_travel, reversal_time, reversed_before = _since_change(theta, time, direction, last)
+    label = np.full(n, -1, dtype=np.int64)
+    steady = np.zeros(n)
+    for number, segment in enumerate(recording.segments):
+        label[segment.start : segment.stop] = number
+        if segment.name == "steady":
+            steady[segment.start : segment.stop] = 1.0
+    torque = _smooth(load_torque, rate)
+    frame = Frame(
+        ratio=ratio,
+        recording=np.full(n, index, dtype=np.int64),
+        count=np.ones(n),
+        time=time + (recording.started_at.timestamp() - campaign_start),
+        elapsed=time,
+        theta=theta,
+        q=q,
+        velocity=omega / ratio,
+        acceleration=_smooth(motor, rate, 2) if "motor_angle" in recording else _smooth(omega, rate, 1),
+        load_acceleration=_smooth(q, rate, 2),
+        direction=direction,
+        last_direction=last,
+        torque=torque,
+        torque_rate=_smooth(load_torque, rate, 1),
+        temperature=_repaired(temperature, ~np.isfinite(temperature)),
+        motor_torque=motor_torque,
+        load_motor_torque=load_motor_torque,
+        travel=travelled + np.cumsum(np.abs(np.diff(theta, prepend=theta[0]))),
+        reversal_travel=reversal_travel,
+        reversal_time=reversal_time,
+        reversed_before=reversed_before,
+        steady=steady,
+        step=np.diff(time, prepend=time[0]),
+    )
+    measured: dict[str, FloatArray] = {}
+    valid: dict[str, NDArray[np.bool_]] = {}
+    if "motor_angle" in recording and "load_angle" in recording:
+        error = q - theta
+        measured["transmission_error"] = error
+        valid["transmission_error"] = ~(bad["motor_angle"] | bad["load_angle"] | spikes(error))
+    for name, signal in (("motor_torque", motor_torque), ("temperature", temperature), ("load_torque", load_torque)):
+        if name in recording:
+            measured[name] = signal
+            valid[name] = ~bad[name]
+    setpoint = recording.setpoint
+    return Prepared(
+        recording.recording_id,
+        recording.kind,
+        rate,
+        frame,
+        measured,
+        valid,
+        label,
+        (setpoint.load_torque, setpoint.velocity, setpoint.temperature),
+    )
+
+
+def block_edges(prepared: Prepared, coarse_s: float = 0.1, fine_s: float = 0.02) -> IntArray:
+    """Start indices of blocks: short where direction or speed change, longer in steady motion, never across a segment's end."""
+    frame, rate = prepared.frame, prepared.sample_rate
+    lively = (frame.reversal_time < 1.5) & (frame.reversal_travel < 0.05)
+    width = np.where(lively, max(1.0, round(fine_s * rate)), max(1.0, round(coarse_s * rate)))
+    number = np.floor(np.cumsum(1.0 / width) - 1.0 / width)
+    change = np.diff(number) != 0
+    change |= np.diff(prepared.label) != 0
+    change |= np.diff(frame.direction) != 0
+    return np.concatenate(([0], np.flatnonzero(change) + 1)).astype(np.int64)
+
+
+def reduce(frame: Frame, edges: IntArray) -> Frame:
+    """Average a frame over blocks; counts add up, the steps too."""
+    count = np.add.reduceat(frame.count, edges)
+    out: dict[str, NDArray[np.generic]] = {}
+    for name in ARRAYS:
+        values = getattr(frame, name)
+        if name == "recording":
+            out[name] = values[edges]
+        elif name in ("count", "step"):
+            out[name] = np.add.reduceat(values, edges)
+        elif name in ("direction", "last_direction", "steady", "reversed_before"):
+            out[name] = values[edges]
+        else:
+            out[name] = np.add.reduceat(values, edges) / count
+    return replace(frame, **out)
+
+
+def block_mean(signal: FloatArray, valid: NDArray[np.bool_], edges: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Mean over the valid samples of each block, and their number (0 where none is valid)."""
+    weight = valid.astype(np.float64)
+    number = np.add.reduceat(weight, edges)
+    total = np.add.reduceat(np.where(valid, signal, 0.0), edges)
+    return total / np.maximum(number, 1.0), number

@@ -1,0 +1,95 @@
+"""What a physics term sees of a recording: one row a sample (or a block of samples), one array a quantity.
+
+Every array of a :class:`Frame` has the same length n. Rows of one recording stand together in the order of time, so that
+terms with a memory (play, lag, pre-sliding) can be simulated along them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """Quantities of the nominal simulation (notation of the bench), SI units, one row a sample or block.
+
+    Angles are in rad, speeds in rad/s, torques in N·m, temperatures in °C, times in s. ``ratio`` is u.
+    """
+
+    ratio: float
+    recording: IntArray
+    """index of the recording a row belongs to"""
+    count: FloatArray
+    """samples averaged in the row"""
+    time: FloatArray
+    """since the first sample of the campaign"""
+    elapsed: FloatArray
+    """since the first sample of the recording"""
+    theta: FloatArray
+    """input angle in load-side scaling, motor_angle / u"""
+    q: FloatArray
+    """load-side angle"""
+    velocity: FloatArray
+    """rate of theta, smoothed"""
+    acceleration: FloatArray
+    """rate of the motor's speed, rad/s² at the motor shaft"""
+    load_acceleration: FloatArray
+    """second derivative of q"""
+    direction: FloatArray
+    """sign of the motion; 0 at standstill"""
+    last_direction: FloatArray
+    """sign of the last motion (at standstill: of the motion before)"""
+    torque: FloatArray
+    """load_torque of the sensor, smoothed: the simulation's input tau"""
+    torque_rate: FloatArray
+    """rate of the load torque, N·m/s"""
+    temperature: FloatArray
+    motor_torque: FloatArray
+    load_motor_torque: FloatArray
+    travel: FloatArray
+    """distance run since the campaign began, rad at the output"""
+    reversal_travel: FloatArray
+    """distance run since the last change of direction, rad at the output"""
+    reversal_time: FloatArray
+    """time since the last change of direction"""
+    reversed_before: FloatArray
+    """1 where the motion before the last standstill or change of direction went the other way, else 0"""
+    steady: FloatArray
+    """1 inside a steady segment"""
+    step: FloatArray
+    """time from the row before to this one; 0 in the first row of a recording"""
+
+    @property
+    def size(self) -> int:
+        """Number of rows."""
+        return int(self.recording.size)
+
+    @property
+    def omega(self) -> FloatArray:
+        """Speed of the input motor's shaft, rad/s."""
+        return self.velocity * self.ratio
+
+    def take(self, rows: NDArray[np.bool_] | IntArray | slice) -> Frame:
+        """Return the frame of the rows chosen."""
+        return replace(self, **{name: getattr(self, name)[rows] for name in ARRAYS})
+
+
+ARRAYS = tuple(f.name for f in fields(Frame) if f.name != "ratio")
+
+
+def concatenate(frames: Sequence[Frame]) -> Frame:
+    """Join frames of one bench, in their order."""
+    return replace(frames[0], **{name: np.concatenate([getattr(f, name) for f in frames]) for name in ARRAYS})
+
+
+def recording_starts(frame: Frame) -> IntArray:
+    """Indices of the first row of each recording, and n at the end."""
+    change = np.flatnonzero(np.diff(frame.recording)) + 1
+    return np.concatenate(([0], change, [frame.size])).astype(np.int64)

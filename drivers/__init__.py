@@ -1,0 +1,1 @@
+"""Talk to hardware; imports nothing of the other packages."""

@@ -1,0 +1,1 @@
+"""The emulated bench: plant, slaves, devices, faults and concealed effects."""

@@ -1,0 +1,1 @@
+"""What a campaign does: one sequence a file; imports only bench.protocols."""
