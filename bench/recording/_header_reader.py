@@ -1,0 +1,272 @@
+"""The header of a recording from an open file: strict where an analysis would go wrong, tolerant elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.errors import RecordingError
+from bench.recording import _attributes as attributes
+from bench.recording._attributes import AttributeProblem
+from bench.recording.header import FORMAT, ChannelSpec, Event, Gearbox, Segment, Setpoint
+
+_T = TypeVar("_T")
+
+_REQUIRED: tuple[tuple[str, Callable[[Any], Any]], ...] = (
+    ("recording_id", attributes.text),
+    ("campaign_id", attributes.text),
+    ("kind", attributes.text),
+    ("started_at", attributes.moment),
+    ("sample_rate", attributes.number),
+    ("source", attributes.text),
+)
+_BENCH: tuple[tuple[str, Callable[[Any], Any]], ...] = (
+    ("point_id", attributes.text),
+    ("zero_id", attributes.text),
+    ("take", attributes.integer),
+    ("accepted", attributes.boolean),
+    ("gearbox_serial", attributes.text),
+    ("quality", attributes.json_object),
+)
+
+
+def read_header(file: h5py.File, path: Path) -> dict[str, Any]:
+    """Read everything of a :class:`~bench.recording.Recording` but its samples, as keyword arguments.
+
+    Raises
+    ------
+    RecordingError
+        No recording at all, a required root attribute is missing or unreadable, there is no usable channel, or the
+        channels of a complete recording differ in length.
+    """
+    problems: list[str] = []
+    _check_format(file, path)
+    result: dict[str, Any] = {}
+    for name, kind in _REQUIRED:
+        try:
+            result[name] = attributes.read(file.attrs, name, kind)
+        except AttributeProblem as problem:
+            raise RecordingError(f"{path}: root {problem}.") from None
+    if not result["sample_rate"] > 0:
+        raise RecordingError(
+            f"{path}: root attribute 'sample_rate' is {result['sample_rate']}, it should be above 0 Hz."
+        )
+    for name, kind in _BENCH:
+        result[name] = _optional(file.attrs, name, kind, None, f"{path}: root", problems)
+    result["quality"] = result["quality"] or {}
+    # A file without `complete`, or with it false, was cut short: that is the format, not a problem.
+    result["complete"] = _optional(file.attrs, "complete", attributes.boolean, False, f"{path}: root", problems)
+    result["setpoint"] = _setpoint(file, path, problems)
+    result["gearbox"] = _gearbox(file, path, problems)
+    specs, size = _channels(file, path, result["complete"], problems)
+    result["specs"], result["size"] = specs, size
+    result["segments"] = _segments(file, path, size, result["complete"], problems)
+    result["events"] = _events(file, path, problems)
+    result["config"] = _config(file, path, problems)
+    result["software"] = _software(file)
+    result["problems"] = tuple(problems)
+    return result
+
+
+def _check_format(file: h5py.File, path: Path) -> None:
+    try:
+        form = attributes.read(file.attrs, "format", attributes.text)
+        version = attributes.read(file.attrs, "format_version", attributes.text)
+    except AttributeProblem as problem:
+        raise RecordingError(f"{path}: not a recording, root {problem}.") from None
+    if form != FORMAT:
+        raise RecordingError(f"{path}: root attribute 'format' is '{form}', it should be '{FORMAT}'.")
+    if version.split(".")[0] != "1":
+        raise RecordingError(f"{path}: root attribute 'format_version' is '{version}', this reader knows 1.x.")
+
+
+def _optional(
+    attrs: Any, name: str, kind: Callable[[Any], _T], default: _T | None, where: str, problems: list[str]
+) -> _T | None:
+    if name not in attrs:
+        return default
+    try:
+        return attributes.read(attrs, name, kind)
+    except AttributeProblem as problem:
+        problems.append(f"{where} {problem}.")
+        return default
+
+
+def _group(file: h5py.File, name: str, path: Path, problems: list[str]) -> h5py.Group | None:
+    try:
+        group = file.get(name)
+    except (OSError, KeyError, RuntimeError) as error:
+        problems.append(f"{path}: group /{name} cannot be read ({error}).")
+        return None
+    if not isinstance(group, h5py.Group):
+        problems.append(f"{path}: there is no group /{name}.")
+        return None
+    return group
+
+
+def _setpoint(file: h5py.File, path: Path, problems: list[str]) -> Setpoint:
+    group = _group(file, "setpoint", path, problems)
+    if group is None:
+        return Setpoint()
+    where = f"{path}: /setpoint"
+    values = {
+        name: _optional(group.attrs, name, attributes.number, float("nan"), where, problems)
+        for name in ("load_torque", "velocity", "temperature")
+    }
+    return Setpoint(**values)  # type: ignore[arg-type]  # the default is a float, never None
+
+
+def _gearbox(file: h5py.File, path: Path, problems: list[str]) -> Gearbox:
+    group = _group(file, "gearbox", path, problems)
+    if group is None:
+        return Gearbox()
+    where = f"{path}: /gearbox"
+    ratio = _optional(group.attrs, "ratio", attributes.number, None, where, problems)
+    if ratio is not None and not (np.isfinite(ratio) and ratio != 0):
+        problems.append(f"{where} attribute 'ratio' is {ratio}, it should be a finite number other than 0.")
+        ratio = None
+    teeth = {
+        name: _optional(group.attrs, name, attributes.integer, None, where, problems)
+        for name in ("z1", "z2", "z3", "z4")
+    }
+    return Gearbox(ratio, **teeth)
+
+
+def _channels(file: h5py.File, path: Path, complete: bool, problems: list[str]) -> tuple[dict[str, ChannelSpec], int]:
+    group = _group(file, "channels", path, problems)
+    if group is None:
+        raise RecordingError(f"{path}: there is no group /channels, so there are no samples.")
+    specs: dict[str, ChannelSpec] = {}
+    sizes: dict[str, int] = {}
+    for name in group:
+        where = f"{path}: /channels/{name}"
+        try:
+            dataset = group[name]
+        except (OSError, KeyError, RuntimeError) as error:
+            problems.append(f"{where} cannot be read ({error}).")
+            continue
+        if not isinstance(dataset, h5py.Dataset) or dataset.ndim != 1 or dataset.dtype.kind not in "iufb":
+            problems.append(f"{where} is not a one-dimensional numeric dataset, it is left out.")
+            continue
+        spec = _spec(name, dataset, where, problems)
+        if spec is not None:
+            specs[name], sizes[name] = spec, dataset.shape[0]
+    if "time" not in specs:
+        raise RecordingError(f"{path}: there is no usable channel /channels/time, the common time base of all others.")
+    if len(specs) == 1:
+        raise RecordingError(f"{path}: there is no channel beside /channels/time, so nothing was measured.")
+    size = min(sizes.values())
+    if complete and size != max(sizes.values()):
+        shortest = min(sizes, key=lambda name: sizes[name])
+        raise RecordingError(
+            f"{path}: /channels/{shortest} has {size} rows and /channels/time {sizes['time']}; "
+            "all channels of a complete recording should be equally long."
+        )
+    order = {name: index for index, name in enumerate(_order(specs))}
+    return {name: specs[name] for name in sorted(specs, key=lambda name: order[name])}, size
+
+
+def _order(specs: dict[str, ChannelSpec]) -> list[str]:
+    from bench.signals import BY_NAME
+
+    return [name for name in BY_NAME if name in specs] + [name for name in specs if name not in BY_NAME]
+
+
+def _spec(name: str, dataset: h5py.Dataset, where: str, problems: list[str]) -> ChannelSpec | None:
+    values: dict[str, float] = {}
+    for key, default in (("scale", 1.0), ("offset", 0.0)):
+        try:
+            values[key] = attributes.read(dataset.attrs, key, attributes.number) if key in dataset.attrs else default
+        except AttributeProblem as problem:
+            # Values of unknown scale would be wrong values: better none.
+            problems.append(f"{where} {problem}; the channel is left out.")
+            return None
+    return ChannelSpec(
+        name=name,
+        unit=_optional(dataset.attrs, "unit", attributes.text, "", where, problems) or "",
+        dtype=str(dataset.dtype),
+        scale=values["scale"],
+        offset=values["offset"],
+        description=_optional(dataset.attrs, "description", attributes.text, "", where, problems) or "",
+        origin=_optional(dataset.attrs, "origin", attributes.text, "", where, problems) or "",
+    )
+
+
+def _columns(
+    file: h5py.File, group_name: str, names: tuple[str, ...], path: Path, problems: list[str]
+) -> list[NDArray[Any]] | None:
+    """Read the datasets of a small table; None, and a problem, where they are not a table."""
+    group = _group(file, group_name, path, problems)
+    if group is None:
+        return None
+    columns: list[NDArray[Any]] = []
+    for name in names:
+        try:
+            columns.append(np.atleast_1d(group[name][()]))
+        except (OSError, KeyError, RuntimeError, TypeError, AttributeError) as error:
+            problems.append(f"{path}: /{group_name}/{name} cannot be read ({error}); the group is left out.")
+            return None
+    # A table that was being extended when the writer was killed is as long as its shortest column.
+    length = min(column.size for column in columns)
+    return [column[:length] for column in columns]
+
+
+def _segments(file: h5py.File, path: Path, size: int, complete: bool, problems: list[str]) -> tuple[Segment, ...]:
+    columns = _columns(file, "segments", ("name", "start", "stop"), path, problems)
+    if columns is None:
+        return ()
+    segments: list[Segment] = []
+    for index, (label, first, last) in enumerate(zip(*columns, strict=True)):
+        where = f"{path}: /segments row {index}"
+        try:
+            name, start, stop = attributes.text(label), attributes.integer(first), attributes.integer(last)
+        except ValueError:
+            problems.append(f"{where} is not a name with two sample indices, it is left out.")
+            continue
+        stop = size if stop == -1 or (stop > size and not complete) else stop
+        if not complete and start >= size:
+            continue  # it began after the last row that was saved
+        if not 0 <= start <= stop <= size:
+            problems.append(
+                f"{where} ('{name}') runs from {start} to {stop}, outside rows 0 to {size}; it is left out."
+            )
+            continue
+        segments.append(Segment(name, start, stop))
+    return tuple(segments)
+
+
+def _events(file: h5py.File, path: Path, problems: list[str]) -> tuple[Event, ...]:
+    columns = _columns(file, "events", ("time", "level", "text"), path, problems)
+    if columns is None:
+        return ()
+    events: list[Event] = []
+    for index, (time, level, text) in enumerate(zip(*columns, strict=True)):
+        try:
+            events.append(Event(attributes.number(time), attributes.text(level), attributes.text(text)))
+        except ValueError:
+            problems.append(f"{path}: /events row {index} is not a time, a level and a text; it is left out.")
+    return tuple(events)
+
+
+def _config(file: h5py.File, path: Path, problems: list[str]) -> str | None:
+    try:
+        dataset = file.get("config")
+        return attributes.text(dataset[()]) if isinstance(dataset, h5py.Dataset) else None
+    except (OSError, KeyError, RuntimeError, ValueError) as error:
+        problems.append(f"{path}: /config cannot be read as text ({error}).")
+        return None
+
+
+def _software(file: h5py.File) -> dict[str, str]:
+    try:
+        group = file.get("software")
+    except (OSError, KeyError, RuntimeError):
+        return {}
+    if not isinstance(group, h5py.Group):
+        return {}
+    return {name: str(value) for name, value in group.attrs.items()}

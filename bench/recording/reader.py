@@ -1,0 +1,185 @@
+"""Reading one recording: header at once, samples when they are asked for.
+
+The file is open only while something is read, so that a folder of thousands of recordings holds no handles and a
+:class:`Recording` can be sent to another process.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.errors import RecordingError
+from bench.recording._header_reader import read_header
+from bench.recording.header import ChannelSpec, Event, Gearbox, Segment, Setpoint
+
+DERIVED_FROM: dict[str, str] = {"motor_velocity": "motor_angle", "load_velocity": "load_angle"}
+"""A missing velocity is the time derivative of its angle."""
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[h5py.File]:
+    """Open an HDF5 file for reading, without locking it, or raise a :class:`RecordingError`."""
+    if not path.is_file():
+        raise RecordingError(f"{path}: there is no such file.")
+    try:
+        file = _open(path)
+    except OSError as error:
+        raise RecordingError(f"{path}: not a readable HDF5 file ({_reason(error)}).") from error
+    with file:
+        yield file
+
+
+def _open(path: Path) -> h5py.File:
+    try:
+        # Without a lock a recording can be read while it is written, and from a read-only share.
+        return h5py.File(path, "r", locking=False)
+    except OSError as error:
+        if "locking flag" not in str(error):
+            raise
+        # Somebody in this process has it open with a lock; HDF5 wants the same of everyone.
+        return h5py.File(path, "r")
+
+
+def _reason(error: Exception) -> str:
+    """Take the innermost reason, the one in parentheses, from an HDF5 error text."""
+    message = str(error).strip().rstrip(".")
+    return message[message.rfind("(") + 1 :].rstrip(")") if "(" in message else message
+
+
+@dataclass(frozen=True, slots=True)
+class Recording:
+    """One recording, read lazily; see the recording format for the meaning of each value.
+
+    ``size`` is N, the number of rows; in a recording that was cut short N is the length of the shortest channel.
+    ``problems`` are departures from the format that the reader could live with, one sentence each.
+    """
+
+    path: Path
+    recording_id: str
+    campaign_id: str
+    kind: str
+    started_at: datetime
+    sample_rate: float
+    source: str
+    complete: bool
+    setpoint: Setpoint
+    gearbox: Gearbox
+    specs: dict[str, ChannelSpec]
+    size: int
+    segments: tuple[Segment, ...]
+    events: tuple[Event, ...]
+    point_id: str | None = None
+    zero_id: str | None = None
+    take: int | None = None
+    accepted: bool | None = None
+    gearbox_serial: str | None = None
+    quality: dict[str, Any] = field(default_factory=dict)
+    config: str | None = None
+    software: dict[str, str] = field(default_factory=dict)
+    problems: tuple[str, ...] = ()
+
+    @classmethod
+    def open(cls, path: str | Path) -> Recording:
+        """Read the header of a recording, or of the valid prefix of one that was cut short.
+
+        Raises
+        ------
+        RecordingError
+            The file is not HDF5, not a recording, or lacks what no reader can do without.
+        """
+        path = Path(path)
+        with opened(path) as file:
+            return cls(path=path, **read_header(file, path))
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of the channels that stand in the file."""
+        return tuple(self.specs)
+
+    def __contains__(self, name: object) -> bool:
+        """Whether :meth:`si` can give ``name``, stored or derived."""
+        return name in self.specs or self.is_derived(str(name))
+
+    def is_derived(self, name: str) -> bool:
+        """Whether ``name`` is not stored but follows from another channel (a velocity from its angle)."""
+        return name not in self.specs and DERIVED_FROM.get(name) in self.specs
+
+    def steady(self) -> tuple[slice, ...]:
+        """Slices of all segments called ``steady``; what identification uses."""
+        return tuple(slice(s.start, s.stop) for s in self.segments if s.name == "steady")
+
+    def raw(self, name: str, start: int = 0, stop: int | None = None) -> NDArray[Any]:
+        """Read rows ``start`` to ``stop`` (exclusive) of a channel as they stand in the file."""
+        return self.read_raw((name,), start, stop)[name]
+
+    def si(self, name: str, start: int = 0, stop: int | None = None) -> NDArray[np.float64]:
+        """Read rows ``start`` to ``stop`` of a channel in SI units (temperatures in °C).
+
+        A velocity that is missing is derived from its angle by central differences of the two neighbours (one-sided
+        at the ends of the recording); it carries the encoder's quantisation and is not filtered.
+        """
+        return self.read_si((name,), start, stop)[name]
+
+    def read_si(self, names: Sequence[str], start: int = 0, stop: int | None = None) -> dict[str, NDArray[np.float64]]:
+        """Read several channels in SI units with the file opened once."""
+        start, stop = self._bounds(start, stop)
+        stored = [name for name in names if not self.is_derived(name)]
+        result = {name: self._scaled(name, raw) for name, raw in self.read_raw(stored, start, stop).items()}
+        for name in names:
+            if name not in result:
+                result[name] = self._derivative(DERIVED_FROM[name], start, stop)
+        return result
+
+    def read_raw(self, names: Sequence[str], start: int = 0, stop: int | None = None) -> dict[str, NDArray[Any]]:
+        """Read several channels as they stand in the file, with the file opened once."""
+        start, stop = self._bounds(start, stop)
+        missing = [name for name in names if name not in self.specs]
+        if missing:
+            raise RecordingError(
+                f"{self.path}: there is no channel '{missing[0]}'; the recording has {', '.join(self.channels)}."
+            )
+        result: dict[str, NDArray[Any]] = {}
+        with opened(self.path) as file:
+            for name in names:
+                try:
+                    result[name] = file["channels"][name][start:stop]
+                except (OSError, KeyError, RuntimeError) as error:
+                    raise RecordingError(
+                        f"{self.path}: /channels/{name} rows {start} to {stop} cannot be read ({_reason(error)})."
+                    ) from error
+        return result
+
+    def _bounds(self, start: int, stop: int | None) -> tuple[int, int]:
+        stop = self.size if stop is None else stop
+        if not 0 <= start <= stop <= self.size:
+            raise RecordingError(
+                f"{self.path}: rows {start} to {stop} were asked for, the recording has rows 0 to {self.size}."
+            )
+        return start, stop
+
+    def _scaled(self, name: str, raw: NDArray[Any]) -> NDArray[np.float64]:
+        spec = self.specs[name]
+        values = raw.astype(np.float64, copy=False)
+        if spec.scale != 1.0:
+            values *= spec.scale
+        if spec.offset != 0.0:
+            values += spec.offset
+        return values
+
+    def _derivative(self, angle: str, start: int, stop: int) -> NDArray[np.float64]:
+        # One neighbour on each side is read too, so that a value does not depend on the rows asked for.
+        low, high = max(start - 1, 0), min(stop + 1, self.size)
+        if high - low < 2:
+            return np.full(stop - start, np.nan)
+        values = self.read_si((angle, "time"), low, high)
+        slope = np.gradient(values[angle], values["time"])
+        return np.asarray(slope[start - low : slope.size - (high - stop)], dtype=np.float64)
