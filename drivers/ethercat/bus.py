@@ -1,0 +1,271 @@
+"""An EtherCAT bus on pysoem's API: from an open interface to process data in blocks, and back to INIT."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+import pysoem
+from numpy.typing import NDArray
+
+from drivers.errors import BusError, DriverError
+from drivers.ethercat import nonblocking
+from drivers.ethercat.assignment import assign_pdos
+from drivers.ethercat.exchange import Exchange, Exchanger, make_exchanger
+from drivers.ethercat.identity import check_identity, check_specs
+from drivers.ethercat.image import Image
+from drivers.ethercat.pacing import FreeRunning, Pacing
+from drivers.ethercat.protocols import Master, Slave
+from drivers.ethercat.recovery import Condition, Recovery, recover_step
+from drivers.ethercat.sdo import SdoClient
+from drivers.ethercat.slave import SlaveSpec
+from drivers.ethercat.states import reach_init, reach_op, reach_safeop
+
+
+class EtherCatBus:
+    """The bus: the only one that talks to the master.
+
+    Parameters
+    ----------
+    master : ``pysoem.Master()`` or anything with its API; one that also has ``exchange_block`` runs whole blocks.
+    interface : network interface.
+    slaves : every slave on the bus.
+    cycle_time_s : period of the process data, s.
+    block_capacity : most cycles of one :meth:`exchange`.
+    pacing : when cycles start; :class:`FreeRunning` by default, :class:`AbsoluteDeadlines` on hardware.
+    timeout_us : how long to wait for a frame, µs.
+    nonblocking_socket : set O_NONBLOCK on the master's raw socket (:mod:`drivers.ethercat.nonblocking`).
+
+    Attributes
+    ----------
+    outputs, inputs : structured array (block_capacity,) a slave that has outputs or inputs, by its name; fields by
+        entry, such as ``"6040:00"``. :meth:`exchange` sends and fills rows 0 … n − 1 of all of them.
+    """
+
+    def __init__(
+        self,
+        master: Master,
+        interface: str,
+        slaves: Sequence[SlaveSpec],
+        cycle_time_s: float = 0.0005,
+        block_capacity: int = 1,
+        pacing: Pacing | None = None,
+        timeout_us: int = 300,
+        nonblocking_socket: bool = True,
+    ) -> None:
+        self.interface = interface
+        self.cycle_time_s = cycle_time_s
+        self.block_capacity = block_capacity
+        self.specs = check_specs(slaves)
+        self._master = master
+        self._pacing = pacing or FreeRunning(cycle_time_s)
+        self._timeout_us = timeout_us
+        self._nonblocking = nonblocking_socket
+        self._out = Image.build([(spec.name, spec.outputs) for spec in self.specs], block_capacity)
+        self._in = Image.build([(spec.name, spec.inputs) for spec in self.specs], block_capacity)
+        self.outputs: Mapping[str, NDArray[Any]] = self._out.views
+        self.inputs: Mapping[str, NDArray[Any]] = self._in.views
+        self._sdo: dict[str, SdoClient] = {}
+        self._exchanger: Exchanger | None = None
+        self._configuration_errors: dict[str, DriverError] = {}
+        self._is_open = False
+
+    def open(self) -> None:
+        """Open the interface.
+
+        Raises
+        ------
+        BusError
+            If it does not exist or raw sockets are not allowed.
+        """
+        before = nonblocking.packet_sockets()
+        try:
+            self._master.open(self.interface)
+        except ConnectionError as error:
+            raise BusError(
+                f"network interface '{self.interface}' cannot be opened; it should exist and the process should have "
+                "CAP_NET_RAW and CAP_NET_ADMIN"
+            ) from error
+        self._is_open = True
+        if self._nonblocking:
+            nonblocking.set_nonblocking(nonblocking.packet_sockets() - before)
+
+    def configure(self) -> None:
+        """Find the slaves, check who they are, set their process data and settings, map it: PREOP to SAFEOP.
+
+        Raises
+        ------
+        IdentityError
+            If the slaves are not those configured.
+        DriverError
+            From the settings of a slave, with the object and the reason.
+        BusError
+            If the mapped sizes differ from the configured ones, or SAFEOP is not reached.
+        """
+        if self._master.config_init() <= 0:
+            raise BusError(f"no slave answers on '{self.interface}'; check the cable and that the slaves are powered")
+        found = self._slaves()
+        check_identity(self.specs, found, self.interface)
+        for spec, slave in zip(self.specs, found, strict=True):
+            self._sdo[spec.name] = SdoClient(slave, spec.name)
+            if spec.watchdog_s is not None:
+                _set_watchdog(spec, slave, spec.watchdog_s)
+            # config_init wipes the callback and config_map calls it, so this is the one place to set it.
+            slave.config_func = self._callback(spec)
+        self._map()
+        self._check_sizes(found)
+        if any(spec.sync0_shift_ns is not None for spec in self.specs):
+            self._master.config_dc()
+        self._exchanger = make_exchanger(
+            self._master, found, self._out, self._in, self.cycle_time_s, self._pacing, self._timeout_us
+        )
+        reach_safeop(self._master, self.specs)
+
+    def to_operational(self) -> None:
+        """Bring all slaves to OP while row 0 of the outputs is sent; SYNC0 starts where it is configured.
+
+        Raises
+        ------
+        BusError
+            With every slave that stays behind, its state and AL status.
+        """
+        for spec, slave in zip(self.specs, self._slaves(), strict=True):
+            if spec.sync0_shift_ns is not None:
+                self.exchange(1)  # cycle data before SYNC0, or the slave's clock control sees a jump
+                slave.dc_sync(True, round(self.cycle_time_s * 1e9), spec.sync0_shift_ns)
+        reach_op(self._master, self.specs, lambda: int(self.exchange(1).wkc[-1]))
+
+    @property
+    def expected_wkc(self) -> int:
+        """Working counter of a cycle in which every slave took its outputs and gave its inputs."""
+        return self._master.expected_wkc
+
+    def exchange(self, n: int = 1) -> Exchange:
+        """Send rows 0 … n − 1 of the outputs, one a cycle, and fill the same rows of the inputs.
+
+        Raises
+        ------
+        BusError
+            If the bus is not configured or n is not within 1 … block_capacity.
+        """
+        if self._exchanger is None:
+            raise BusError("the bus has no process data yet; configure() comes before exchange()")
+        if not 1 <= n <= self.block_capacity:
+            raise BusError(
+                f"a block of {n} cycles was asked for; 1 to {self.block_capacity} fit the images of this bus"
+            )
+        return self._exchanger.run(n)
+
+    def good(self, exchange: Exchange) -> NDArray[np.bool_]:
+        """Mask (n_done,) of cycles with the full working counter; the inputs of the others are stale or partial."""
+        return np.equal(exchange.wkc, self.expected_wkc)
+
+    def sdo(self, name: str) -> SdoClient:
+        """Object dictionary of a slave. Use it between cycles only: SDO beside running cycles disturbs them."""
+        try:
+            return self._sdo[name]
+        except KeyError:
+            known = ", ".join(spec.name for spec in self.specs)
+            raise BusError(f"'{name}' is no configured slave of this bus; it has {known}") from None
+
+    def sdo_read(self, name: str, index: int, subindex: int, type_: str) -> int:
+        """Read an integer object of a slave (:meth:`SdoClient.read`)."""
+        return self.sdo(name).read(index, subindex, type_)
+
+    def sdo_write(self, name: str, index: int, subindex: int, type_: str, value: int) -> None:
+        """Write an integer object of a slave (:meth:`SdoClient.write`)."""
+        self.sdo(name).write(index, subindex, type_, value)
+
+    def recover(self) -> tuple[Recovery, ...]:
+        """Take one step of recovery for every slave that left OP; the caller bounds how often.
+
+        Raises
+        ------
+        DriverError
+            If the settings of a slave that came back cannot be restored.
+        """
+        self._configuration_errors.clear()
+        steps = recover_step(self._master, self.specs)
+        for step in steps:
+            if step.condition in (Condition.RECONFIGURED, Condition.FAILED) and step.name in self._configuration_errors:
+                raise self._configuration_errors[step.name]
+        return steps
+
+    def close(self) -> None:
+        """Bring all slaves to INIT, in which none holds outputs, and close the interface, whatever happened before."""
+        if not self._is_open:
+            return
+        try:
+            if self._master.slaves:
+                self._out.bytes[:] = 0
+                reach_init(self._master)
+        finally:
+            self._exchanger = None
+            self._is_open = False
+            self._master.close()
+
+    def __enter__(self) -> EtherCatBus:
+        self.open()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _slaves(self) -> Sequence[Slave]:
+        return self._master.slaves or ()
+
+    def _callback(self, spec: SlaveSpec) -> Callable[[int], None]:
+        def configure(_position: int) -> None:
+            sdo = self._sdo[spec.name]
+            try:
+                assign_pdos(sdo, spec)
+                if spec.configure is not None:
+                    spec.configure(sdo)
+            except DriverError as error:
+                # pysoem raises it again from config_map but swallows it in reconfig: keep it for recover().
+                self._configuration_errors[spec.name] = error
+                raise
+
+        return configure
+
+    def _map(self) -> None:
+        try:
+            self._master.config_map()
+        except pysoem.ConfigMapError as error:
+            # Left-over packet errors appear here though the mapping succeeded; the sizes, checked next, tell.
+            serious = [item for item in error.error_list if not isinstance(item, pysoem.PacketError)]
+            if serious:
+                raise BusError(f"process data could not be mapped: {serious[0]!r}") from error
+
+    def _check_sizes(self, found: Sequence[Slave]) -> None:
+        for place, (spec, slave) in enumerate(zip(self.specs, found, strict=True)):
+            for kind, image, actual in (("outputs", self._out, slave.output), ("inputs", self._in, slave.input)):
+                start, stop = image.spans[place]
+                if len(actual) != stop - start:
+                    raise BusError(
+                        f"{spec.name} maps {len(actual)} bytes of {kind} but the configuration has {stop - start}; "
+                        "its PDOs in the configuration should be those of the device"
+                    )
+
+
+def _set_watchdog(spec: SlaveSpec, slave: Slave, watchdog_s: float) -> None:
+    wanted_ms = watchdog_s * 1e3
+    with warnings.catch_warnings():
+        # pysoem warns of every rounding to the divider's grid; the value is read back and judged here instead.
+        warnings.simplefilter("ignore", UserWarning)
+        try:
+            slave.set_watchdog("processdata", wanted_ms)
+            kept_ms = slave.get_watchdog("processdata")
+        except (AttributeError, pysoem.WkcError) as error:
+            raise BusError(f"{spec.name} does not take a process data watchdog of {wanted_ms:g} ms: {error}") from error
+    # One step of the default divider is 0.1 ms; a slave that keeps another time would stop too late.
+    if abs(kept_ms - wanted_ms) > max(0.1, 0.01 * wanted_ms):
+        raise BusError(
+            f"{spec.name} keeps a process data watchdog of {kept_ms:g} ms where {wanted_ms:g} ms are configured; "
+            "a time the slave can keep should stand in the configuration"
+        )

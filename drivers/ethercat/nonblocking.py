@@ -1,0 +1,45 @@
+"""Let a missing frame cost what the timeout says: O_NONBLOCK on the master's own raw socket.
+
+SOEM sets SO_RCVTIMEO to 1 µs, which the kernel rounds up to a jiffy: a lost frame then blocks for 8 to 12 ms. With the
+socket non-blocking, SOEM polls it until its own timeout. It then uses the processor while it waits, so on a shared core
+whatever answers the frames must outrank the master.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+import stat
+from pathlib import Path
+
+_FAMILY = getattr(socket, "AF_PACKET", None)
+
+
+def packet_sockets() -> frozenset[int]:
+    """File descriptors of this process that are raw packet sockets."""
+    return frozenset(fd for fd in _descriptors() if _is_packet_socket(fd))
+
+
+def set_nonblocking(descriptors: frozenset[int]) -> int:
+    """Set O_NONBLOCK on each descriptor; returns how many there were."""
+    for fd in descriptors:
+        os.set_blocking(fd, False)
+    return len(descriptors)
+
+
+def _descriptors() -> list[int]:
+    folder = Path("/proc/self/fd")
+    return [int(entry.name) for entry in folder.iterdir()] if folder.is_dir() else []
+
+
+def _is_packet_socket(fd: int) -> bool:
+    try:
+        if not stat.S_ISSOCK(os.fstat(fd).st_mode):
+            return False
+    except OSError:  # closed between listing and looking: the listing's own descriptor, for one
+        return False
+    duplicate = socket.socket(fileno=os.dup(fd))
+    try:
+        return _FAMILY is not None and duplicate.family == _FAMILY
+    finally:
+        duplicate.close()
