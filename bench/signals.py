@@ -29,7 +29,7 @@ class Signal:
     name : dataset name in the group ``channels``.
     unit : SI unit of raw · scale + offset (temperatures in °C, as the format has them).
     description : one line for people.
-    dtype : NumPy name of the integers (or times) as they stand in the file.
+    dtype : NumPy name of the integers as they stand in the file.
     presence : whether the bench always records it.
     quantity : kind of value, ``angle``, ``velocity``, ``torque``, ``temperature``, ``time``, ``count`` or ``word``.
     """
@@ -45,7 +45,7 @@ class Signal:
 _R, _O = Presence.REQUIRED, Presence.OPTIONAL
 
 SIGNALS: tuple[Signal, ...] = (
-    Signal("time", "s", "time since the first sample", "float64", _R, "time"),
+    Signal("time", "s", "time since the first sample", "int64", _R, "time"),
     Signal("motor_angle", "rad", "input motor shaft angle, unwrapped", "int64", _R, "angle"),
     Signal("load_angle", "rad", "load-side angle q, unwrapped", "int64", _R, "angle"),
     Signal("motor_velocity", "rad/s", "input motor shaft velocity, as its drive reports it", "int32", _R, "velocity"),

@@ -1,1 +1,1 @@
-"""What a campaign does: one sequence a file; imports only bench.protocols."""
+"""What a campaign does: each sequence turns a point into phases of motion, from rest to rest."""

@@ -1,0 +1,18 @@
+"""Campaigns: what they are, their plan, their run, their journal."""
+
+from bench.campaigns.definition import Block, Campaign, Order, Stage
+from bench.campaigns.file import load_campaign, parse_campaign, shipped_campaigns
+from bench.campaigns.plan import Plan, PlannedTask, make_plan
+
+__all__ = [
+    "Block",
+    "Campaign",
+    "Order",
+    "Plan",
+    "PlannedTask",
+    "Stage",
+    "load_campaign",
+    "make_plan",
+    "parse_campaign",
+    "shipped_campaigns",
+]

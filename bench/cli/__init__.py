@@ -1,0 +1,5 @@
+"""Command line of the bench."""
+
+from bench.cli.app import main
+
+__all__ = ["main"]

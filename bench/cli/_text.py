@@ -1,0 +1,18 @@
+"""Durations and energies as people read them."""
+
+from __future__ import annotations
+
+
+def duration_text(seconds: float) -> str:
+    """Return seconds as ``42 s``, ``3 min 20 s`` or ``7 h 05 min``."""
+    total = round(seconds)
+    if total < 60:
+        return f"{total} s"
+    if total < 3600:
+        return f"{total // 60} min {total % 60:02d} s"
+    return f"{total // 3600} h {total % 3600 // 60:02d} min"
+
+
+def energy_text(joule: float) -> str:
+    """Return an energy in kJ or kWh."""
+    return f"{joule / 1e3:.0f} kJ" if joule < 3.6e6 else f"{joule / 3.6e6:.2f} kWh"

@@ -1,0 +1,69 @@
+"""The command ``bench``: one module a command, each with ``register(app)``."""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+from importlib import import_module
+from importlib.util import find_spec
+
+import typer
+from rich.console import Console
+
+from bench.cli.exit_codes import ExitCode, exit_code_help, exit_code_of
+from bench.errors import BenchError
+
+COMMANDS: tuple[str, ...] = (
+    "run",
+    "plan",
+    "config",
+    "inspect",
+    "validate",
+    "repair",
+    "export",
+    "import_",
+    "identify",
+    "compare",
+    "compensate",
+    "mismatch",
+    "prove",
+    "benchmark",
+)
+"""Modules of :mod:`bench.cli`, in the order in which ``bench --help`` lists their commands."""
+
+_DEBUG = "BENCH_DEBUG"
+"""Environment variable: set, errors come with their traceback."""
+
+
+def make_app() -> typer.Typer:
+    """Return the application with every command registered."""
+    app = typer.Typer(
+        name="bench",
+        help="A gearbox test bench: run campaigns, look at recordings, identify, find missing physics.\n\n"
+        + exit_code_help(),
+        no_args_is_help=True,
+        add_completion=False,
+        pretty_exceptions_enable=False,
+        rich_markup_mode="rich",
+    )
+    for name in COMMANDS:
+        if find_spec(f"bench.cli.{name}") is not None:
+            import_module(f"bench.cli.{name}").register(app)
+    return app
+
+
+def main() -> None:
+    """Run the command line; errors a user can mend are one sentence on stderr and a documented exit code."""
+    console = Console(stderr=True, highlight=False, soft_wrap=True)
+    try:
+        make_app()()
+    except BenchError as error:
+        if os.environ.get(_DEBUG):
+            traceback.print_exc()
+        console.print("[bold red]error:[/]", end=" ")
+        console.print(str(error), markup=False)
+        sys.exit(exit_code_of(error))
+    except KeyboardInterrupt:
+        console.print("interrupted", markup=False)
+        sys.exit(ExitCode.INTERRUPTED)

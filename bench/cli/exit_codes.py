@@ -1,0 +1,49 @@
+"""Exit codes of every command; scripts may rely on them."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+from bench.errors import BenchError, ConfigurationError, DeviceError, LimitError, RecordingError
+
+
+class ExitCode(IntEnum):
+    """What a command's exit code says."""
+
+    OK = 0
+    INTERNAL_ERROR = 1
+    USAGE = 2
+    BAD_INPUT = 3
+    LIMIT = 4
+    DEVICE = 5
+    NOT_VALID = 6
+    INTERRUPTED = 130
+
+
+MEANING: dict[ExitCode, str] = {
+    ExitCode.OK: "all done",
+    ExitCode.INTERNAL_ERROR: "a fault of this program",
+    ExitCode.USAGE: "the command line is wrong",
+    ExitCode.BAD_INPUT: "a bench, campaign, model or recording file is wrong",
+    ExitCode.LIMIT: "refused or stopped, because a limit would be or was broken",
+    ExitCode.DEVICE: "a device or the bus failed",
+    ExitCode.NOT_VALID: "finished, but some points failed or some files are not valid",
+    ExitCode.INTERRUPTED: "interrupted by the operator; the bench is at rest and the recording finished",
+}
+
+_OF_ERROR: tuple[tuple[type[BenchError], ExitCode], ...] = (
+    (ConfigurationError, ExitCode.BAD_INPUT),
+    (RecordingError, ExitCode.BAD_INPUT),
+    (LimitError, ExitCode.LIMIT),
+    (DeviceError, ExitCode.DEVICE),
+)
+
+
+def exit_code_of(error: BenchError) -> ExitCode:
+    """Return the exit code that stands for an error."""
+    return next((code for kind, code in _OF_ERROR if isinstance(error, kind)), ExitCode.BAD_INPUT)
+
+
+def exit_code_help() -> str:
+    """Return the table for ``--help``."""
+    return "Exit codes: " + "; ".join(f"{code.value} {meaning}" for code, meaning in MEANING.items()) + "."

@@ -1,0 +1,76 @@
+"""``bench plan``: what a campaign will do, before anything moves."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from bench.campaigns import Plan
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command(name="plan")(plan)
+
+
+def plan(
+    campaign: Annotated[str, typer.Argument(help="Name of a shipped campaign, or path of a TOML or Python file.")],
+    bench: Annotated[str, typer.Option("--bench", help="Name of a shipped bench, or path of a file.")] = "rh380n",
+    start_temperature: Annotated[
+        float | None, typer.Option(help="Lubricant temperature in °C at the start; default: the surroundings.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the plan as JSON.")] = False,
+) -> None:
+    """Print every point with its time, expected temperature and energy; refuse a campaign that would break a limit.
+
+    Shipped campaigns: quick, paper, distinguish. Times of heating come from the thermal model of the bench file.
+    """
+    from rich.console import Console
+
+    from bench.campaigns import load_campaign, make_plan
+    from bench.configuration import load_bench
+
+    made = make_plan(load_campaign(campaign), load_bench(bench).configuration, start_temperature)
+    if as_json:
+        typer.echo(json.dumps(made.as_dict(), ensure_ascii=False))
+        return
+    print_plan(made, Console())
+
+
+def print_plan(made: Plan, console: object, rows: bool = True) -> None:
+    """Print the points (if ``rows``) and the sums of a plan."""
+    from rich.console import Console
+    from rich.table import Table
+
+    from bench.cli._text import duration_text, energy_text
+
+    assert isinstance(console, Console)
+    if rows:
+        table = Table("no.", "what", "load\nN·m", "speed\n°/s", "for\n°C", "starts", "takes", "expected\n°C", "energy")
+        for task in made.tasks:
+            point = task.point
+            table.add_row(
+                str(task.number),
+                ("→ " if task.is_preparation else "")
+                + point.sequence
+                + (f" #{point.repeat}" if point.repeat > 1 else ""),
+                f"{point.load_torque:.4g}",
+                f"{math.degrees(point.velocity):.3g}",
+                "as found" if point.temperature is None else f"{point.temperature:.1f}",
+                duration_text(task.start_s),
+                duration_text(task.duration_s),
+                f"{task.start_temperature:.1f} → {task.end_temperature:.1f}",
+                energy_text(task.energy_j),
+                style="dim" if task.is_preparation else None,
+            )
+        console.print(table)
+    heatings = len(made.tasks) - made.points
+    console.print(
+        f"[bold]{made.campaign}[/] on [bold]{made.bench}[/]: {made.points} points, {heatings} heatings"
+        f" ({duration_text(made.heating_s)}), {duration_text(made.duration_s)} of bench time,"
+        f" {energy_text(made.energy_j)}, from {made.start_temperature:.1f} °C; no limit is broken."
+    )

@@ -1,0 +1,73 @@
+"""The bus of a bench: its master, its cycle, and its slaves in their order."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, model_validator
+
+from bench.configuration.parts import Section
+from bench.configuration.quantities import Time
+
+Role = Literal["input_drive", "load_drive", "torque_terminal", "temperature_terminal"]
+REQUIRED_ROLES: tuple[Role, ...] = ("input_drive", "load_drive", "torque_terminal")
+
+
+class Slave(Section):
+    """One slave: which part of the bench it is, which driver serves it, and the identity it must show (0x1018)."""
+
+    role: Role
+    driver: str
+    position: Annotated[int, Field(ge=1)]
+    vendor: Annotated[int, Field(ge=0, le=0xFFFFFFFF)]
+    product: Annotated[int, Field(ge=0, le=0xFFFFFFFF)]
+    polarity: Literal[-1, 1] = 1
+    """Sign of the drive's own frame against the bench's; the two motors face each other."""
+    options: dict[str, Any] = Field(default_factory=dict)
+    """Handed to the driver as they are; the driver refuses what it does not know."""
+
+
+class SlowSensor(Section):
+    """A sensor beside the bus, read now and then (Modbus or serial)."""
+
+    role: Literal["temperature", "ambient_temperature"]
+    driver: str
+    period: Annotated[Time, Field(gt=0)]
+    options: dict[str, Any] = Field(default_factory=dict)
+
+
+class Bus(Section):
+    """EtherCAT segment. ``master`` names an entry point of the group ``bench.masters``."""
+
+    master: str
+    interface: str
+    plant: str | None = None
+    """For an emulated bench, the name of the plant that plays it; never its parameters."""
+    cycle_time: Annotated[Time, Field(ge=1e-4, le=0.1)]
+    block: Annotated[int, Field(ge=1, le=100_000)]
+    """Cycles exchanged at once where the master can take blocks; hardware takes one."""
+    slaves: tuple[Slave, ...]
+    slow_sensors: tuple[SlowSensor, ...] = ()
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Bus:
+        roles = [slave.role for slave in self.slaves]
+        for role in REQUIRED_ROLES:
+            if roles.count(role) != 1:
+                raise ValueError(f"slaves must hold exactly one {role}, there are {roles.count(role)}")
+        has_temperature = roles.count("temperature_terminal") + sum(s.role == "temperature" for s in self.slow_sensors)
+        if has_temperature != 1:
+            raise ValueError(
+                "the lubricant needs exactly one sensor: a slave with role temperature_terminal or a slow sensor with"
+                f" role temperature, there are {has_temperature}"
+            )
+        positions = [slave.position for slave in self.slaves]
+        if positions != list(range(1, len(positions) + 1)):
+            raise ValueError(f"slaves must stand in the order of the bus, positions 1 to {len(positions)}")
+        if self.master == "emulated" and self.plant is None:
+            raise ValueError("an emulated master needs the name of its plant (key plant)")
+        return self
+
+    def slave(self, role: Role) -> Slave | None:
+        """Return the slave of a role, or None where the bench has none."""
+        return next((slave for slave in self.slaves if slave.role == role), None)

@@ -1,0 +1,117 @@
+"""Find, read and validate bench files; turn every mistake into one sentence."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from difflib import get_close_matches
+from hashlib import sha256
+from importlib import resources
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from bench.configuration.model import BenchConfiguration
+from bench.errors import ConfigurationError
+
+_SHIPPED = resources.files("bench.configuration") / "benches"
+
+
+@dataclass(frozen=True, slots=True)
+class BenchFile:
+    """A bench configuration with the text it came from (recordings keep the text as it was in force)."""
+
+    configuration: BenchConfiguration
+    text: str
+    origin: str
+
+    @property
+    def digest(self) -> str:
+        """Hash of the text: two recordings with equal digest were made under the same configuration."""
+        return sha256(self.text.encode()).hexdigest()
+
+
+def shipped_benches() -> tuple[str, ...]:
+    """Names of the benches that come with the program."""
+    return tuple(
+        sorted(entry.name.removesuffix(".toml") for entry in _SHIPPED.iterdir() if entry.name.endswith(".toml"))
+    )
+
+
+def load_bench(name_or_path: str | Path) -> BenchFile:
+    """Load a bench by the name of a shipped one or by the path of a file.
+
+    Raises
+    ------
+    ConfigurationError
+        In one sentence: file, key, value, what is wrong with it and what would be right.
+    """
+    text, origin = find_text(str(name_or_path), shipped_benches(), "benches", "bench")
+    return parse_bench(text, origin)
+
+
+def find_text(name: str, shipped: tuple[str, ...], folder: str, what: str) -> tuple[str, str]:
+    """Return text and origin of a shipped file or of a file on disk.
+
+    Raises
+    ------
+    ConfigurationError
+        If there is neither.
+    """
+    path = Path(name)
+    if name in shipped:
+        return (resources.files("bench.configuration") / folder / f"{name}.toml").read_text("utf-8"), f"{name}.toml"
+    if path.suffix == "" and not path.exists():
+        raise ConfigurationError(f'there is no {what} "{name}"; name one of {", ".join(shipped)} or the path of a file')
+    try:
+        return path.read_text("utf-8"), str(path)
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigurationError(f"{what} file {path} cannot be read: {error}") from error
+
+
+def parse_bench(text: str, origin: str) -> BenchFile:
+    """Parse and validate the TOML text of a bench file (see :func:`load_bench`)."""
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigurationError(f"{origin} is not valid TOML: {error}") from error
+    try:
+        configuration = BenchConfiguration.model_validate(data)
+    except ValidationError as error:
+        raise ConfigurationError(explain(error, origin)) from error
+    return BenchFile(configuration, text, origin)
+
+
+_REASONS: dict[str, str] = {
+    "missing": "the key is missing and must be given",
+    "extra_forbidden": "there is no such key; remove it or correct its spelling",
+}
+
+
+def explain(error: ValidationError, origin: str) -> str:
+    """Turn a validation error into one sentence: file, key, value, reason, what would be right."""
+    details = error.errors(include_url=False)
+    # a misspelt key shows up twice, as missing and as unknown: the unknown one says more
+    first = min(details, key=lambda detail: detail["type"] != "extra_forbidden")
+    key = _key(first["loc"])
+    reason = _REASONS.get(first["type"], first["msg"].removeprefix("Value error, "))
+    if first["type"] == "extra_forbidden":
+        absent = [str(d["loc"][-1]) for d in details if d["type"] == "missing" and d["loc"][:-1] == first["loc"][:-1]]
+        for meant in get_close_matches(str(first["loc"][-1]), absent, n=1, cutoff=0.5):
+            reason = f'there is no such key, "{meant}" is missing and may be meant'
+    value = first["input"]
+    shown = "" if first["type"] == "missing" or isinstance(value, dict) else f" = {_shown(value)}"
+    more = f" (and {len(details) - 1} more)" if len(details) > 1 else ""
+    return ": ".join(part for part in (origin, f"{key}{shown}", f"{reason}{more}") if part)
+
+
+def _key(location: tuple[int | str, ...]) -> str:
+    key = ""
+    for part in location:
+        key += f"[{part + 1}]" if isinstance(part, int) else f".{part}" if key else str(part)
+    return key
+
+
+def _shown(value: object) -> str:
+    text = f'"{value}"' if isinstance(value, str) else str(value)
+    return text if len(text) <= 60 else text[:57] + "…"

@@ -1,0 +1,133 @@
+"""How a bench is run: its limits, its ramps, its tuning, and what is known of its friction and heat for estimates."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field, model_validator
+
+from bench.configuration.parts import Section
+from bench.configuration.quantities import (
+    Acceleration,
+    Angle,
+    HeatCapacity,
+    Power,
+    Ratio,
+    Size,
+    Speed,
+    Temperature,
+    TemperatureDifference,
+    ThermalResistance,
+    Time,
+    Torque,
+    TorqueRate,
+    Viscous,
+    ViscousChange,
+)
+
+PositiveTime = Annotated[Time, Field(gt=0)]
+
+
+class Limits(Section):
+    """What must not be exceeded; crossing any of these stops the bench. They protect equipment, not people."""
+
+    motor_speed: Annotated[Speed, Field(gt=0)]
+    motor_torque: Annotated[Torque, Field(gt=0)]
+    load_torque: Annotated[Torque, Field(gt=0)]
+    load_motor_torque: Annotated[Torque, Field(gt=0)]
+    temperature: Temperature
+    temperature_minimum: Temperature
+    temperature_rate: Annotated[TemperatureDifference, Field(gt=0)]
+    """Greatest believable change within one second; more is a sensor that lies."""
+    load_position: Annotated[Angle, Field(gt=0)] | None = None
+    """Greatest load-side angle either side of zero; absent where the load side turns freely."""
+    velocity_error: Annotated[Speed, Field(gt=0)]
+    """Greatest following error of the input motor's (filtered) velocity."""
+    torque_disagreement: Annotated[Torque, Field(gt=0)]
+    """Greatest difference of torque sensor and load motor torque, both filtered."""
+    encoder_disagreement: Annotated[Angle, Field(gt=0)]
+    """Greatest change of load_angle − motor_angle/ratio against its value at the start."""
+    slow_reading_age: PositiveTime
+    frozen_signal: PositiveTime
+    """How long a signal that must move (encoders under speed, noisy analogue values) may stay exactly the same."""
+    lost_cycles: Annotated[int, Field(ge=1)]
+    """Cycles in a row without a right working counter."""
+
+
+class Motion(Section):
+    """Ramps and waits of every sequence."""
+
+    motor_acceleration: Annotated[Acceleration, Field(gt=0)]
+    torque_rate: Annotated[TorqueRate, Field(gt=0)]
+    settling: PositiveTime
+    quick_stop_deceleration: Annotated[Acceleration, Field(gt=0)]
+    standstill: Annotated[Speed, Field(gt=0)]
+    """Motor speed below which the shaft counts as standing (on a filtered velocity)."""
+
+
+class Stopping(Section):
+    """Deadlines of the stop ladder; a step that does not end in time is followed by the next, harder one."""
+
+    controlled_ramp: PositiveTime
+    quick_stop: PositiveTime
+    disable_voltage: PositiveTime
+
+
+class Heating(Section):
+    """How the lubricant is brought to a temperature, and when it counts as there."""
+
+    motor_speed: Annotated[Speed, Field(gt=0)]
+    time_limit: PositiveTime
+    band: Annotated[TemperatureDifference, Field(gt=0)]
+    """A point is measured within ± band of its temperature; below it the lubricant is topped up."""
+    hysteresis: Annotated[TemperatureDifference, Field(ge=0)]
+    """Heating goes this far above the point's temperature, so that cooling does not start a top-up at once."""
+    soak: Annotated[Time, Field(ge=0)]
+    """Wait after heating, for the temperature to even out."""
+
+    @model_validator(mode="after")
+    def _hysteresis_within_band(self) -> Heating:
+        if self.hysteresis >= self.band:
+            raise ValueError("hysteresis must be smaller than band, or heating would end outside the band")
+        return self
+
+
+class Nominal(Section):
+    """What is known of friction and heat, for estimates of duration and energy (bench-physics.md, equations 2–4)."""
+
+    friction_coulomb: Torque
+    friction_viscous: Viscous
+    friction_viscous_temperature: ViscousChange
+    friction_load: Ratio
+    load_friction: Torque
+    heat_capacity: Annotated[HeatCapacity, Field(gt=0)]
+    thermal_resistance: Annotated[ThermalResistance, Field(gt=0)]
+    ambient_temperature: Temperature
+    idle_power: Annotated[Power, Field(ge=0)]
+    """Electrical power of drives and controls while the bench is on."""
+
+
+class VelocityTuning(Section):
+    """Velocity controller of the input drive; commissioning writes and reads back these values."""
+
+    proportional_gain: Annotated[Viscous, Field(gt=0)]
+    integral_time: PositiveTime
+
+
+class TorqueTuning(Section):
+    """Torque loop of the load drive."""
+
+    time_constant: PositiveTime
+
+
+class Tuning(Section):
+    """Controllers of both drives."""
+
+    input_drive: VelocityTuning
+    load_drive: TorqueTuning
+
+
+class Storage(Section):
+    """Where recordings go and what disk space must be free before a point starts."""
+
+    minimum_free: Annotated[Size, Field(ge=0)]
