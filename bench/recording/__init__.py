@@ -4,14 +4,17 @@ from bench.recording.folder import RecordingFolder, Rejected
 from bench.recording.header import ChannelSpec, Event, Gearbox, RecordingHeader, Segment, Setpoint
 from bench.recording.one_shot import write_recording
 from bench.recording.reader import Recording
+from bench.recording.writer import FAST_CHUNK_ROWS, RecordingWriter
 
 __all__ = [
+    "FAST_CHUNK_ROWS",
     "ChannelSpec",
     "Event",
     "Gearbox",
     "Recording",
     "RecordingFolder",
     "RecordingHeader",
+    "RecordingWriter",
     "Rejected",
     "Segment",
     "Setpoint",

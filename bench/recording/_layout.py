@@ -20,7 +20,7 @@ from bench.recording.header import FORMAT, FORMAT_VERSION, ChannelSpec, Event, R
 _TEXT = h5py.string_dtype()
 _OPTIONAL_ATTRIBUTES = ("point_id", "take", "zero_id", "gearbox_serial")
 # UDUNITS, which CF builds on, has no degree sign; ours are already written its way.
-_CF_UNITS = {"°C": "degC", "N·m": "N*m"}
+_CF_UNITS = {"°C": "degC", "N·m": "N m"}
 
 _TABLES: dict[str, tuple[tuple[str, Any], ...]] = {
     "segments": (("name", _TEXT), ("start", np.dtype("int64")), ("stop", np.dtype("int64"))),

@@ -1,0 +1,91 @@
+"""Every state a kill can leave on the disk, one after another: each is a readable recording with all flushed rows."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bench.recording import Recording, RecordingWriter, _ordered_file, _sink
+from tests.bench.recording import builders
+
+
+class _Disk:
+    """What has been written, write by write, and how many rows each commit had promised."""
+
+    def __init__(self) -> None:
+        self.writes: list[tuple[int, bytes] | int] = []
+        self.promises: list[tuple[int, int]] = []
+
+
+@pytest.fixture
+def disk(monkeypatch: pytest.MonkeyPatch) -> _Disk:
+    log = _Disk()
+    pwrite, ftruncate = os.pwrite, os.ftruncate
+
+    def logged_pwrite(descriptor: int, data: Any, offset: int) -> int:
+        log.writes.append((offset, bytes(data)))
+        return pwrite(descriptor, data, offset)
+
+    def logged_ftruncate(descriptor: int, size: int) -> None:
+        log.writes.append(size)
+        ftruncate(descriptor, size)
+
+    monkeypatch.setattr(_ordered_file.os, "pwrite", logged_pwrite)
+    monkeypatch.setattr(_ordered_file.os, "ftruncate", logged_ftruncate)
+    return log
+
+
+def _apply(image: bytearray, write: tuple[int, bytes] | int) -> None:
+    size = write if isinstance(write, int) else max(write[0] + len(write[1]), len(image))
+    if size < len(image):
+        del image[size:]
+    image.extend(bytes(size - len(image)))
+    if not isinstance(write, int):
+        image[write[0] : write[0] + len(write[1])] = write[1]
+
+
+@pytest.mark.parametrize(("chunk_rows", "rows", "channels"), [(4, 4 * 150, 9), (1, 70, 9), (1, 4000, 2)])
+def test_every_state_on_disk_is_readable(
+    disk: _Disk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, chunk_rows: int, rows: int, channels: int
+) -> None:
+    # 64 chunks fill a node of the chunk index, 4000 make it three levels high: both splits happen in these runs.
+    monkeypatch.setattr(_sink, "_MIN_FLUSH_SPACING_S", 0.0)
+    specs = builders.specs()[:channels]
+    commit = _ordered_file.OrderedFile.commit
+
+    def promising_commit(self: _ordered_file.OrderedFile) -> None:
+        written = writer._sink.rows_written if writer else 0
+        commit(self)
+        disk.promises.append((len(disk.writes), written))
+
+    writer: RecordingWriter | None = None
+    monkeypatch.setattr(_ordered_file.OrderedFile, "commit", promising_commit)
+    data = builders.columns(0, rows)
+    with RecordingWriter(tmp_path / "a.h5", builders.header("a"), specs, chunk_rows=chunk_rows) as writer:
+        for start in range(0, rows, 4):
+            writer.append({spec.name: data[spec.name][start : start + 4] for spec in specs})
+            if start % 100 == 40:
+                writer.begin_segment("steady")
+                writer.event(start / 2000, "info", f"row {start}")
+
+    image, promised = bytearray(), 0
+    promises = dict(disk.promises)
+    first = disk.promises[0][0]
+    cut = tmp_path / "cut.h5"
+    tested = 0
+    for done, write in enumerate(disk.writes, start=1):
+        _apply(image, write)
+        promised = max(promised, promises.get(done, 0))
+        if done < first or (rows > 1000 and done % 23 and not 0 < done % 5000 < 60):
+            continue
+        cut.write_bytes(image)
+        recording = Recording.open(cut)
+        assert recording.size >= promised
+        for name, values in recording.read_raw(recording.channels, 0, promised).items():
+            assert np.array_equal(values, data[name][:promised])
+        tested += 1
+    assert tested > 200
