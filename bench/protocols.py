@@ -1,11 +1,11 @@
 """What a bench, a master and a sequence are to each other. Imports nothing of ours, so that anyone may import it.
 
-A sequence is a pure function: from a point (what is to be measured) and the facts of a bench (ratio, ramps, limits) to a
-tuple of phases. A phase leads velocity and torque from wherever they stand to an end value within a given time; what
+A sequence is a pure function: from a point (what is to be measured) and the facts of a bench (ratio, ramps, limits) to
+a tuple of phases. A phase leads velocity and torque from wherever they stand to an end value within a given time; what
 plans a campaign and what runs it read the very same phases.
 
-Angles and velocities are those of the load side in rad and rad/s unless a name says ``motor``; torques in N·m, in the sign
-of the torque sensor; temperatures in °C.
+Angles and velocities are those of the load side in rad and rad/s unless a name says ``motor``; torques in N·m, in the
+sign of the torque sensor; temperatures in °C.
 """
 
 from __future__ import annotations
@@ -149,7 +149,7 @@ class Sequence(Protocol):
 
     @property
     def prepares_temperature(self) -> bool:
-        """Whether the lubricant is brought to the point's temperature before (False where the sequence does it itself)."""
+        """Whether the lubricant is brought to the point's temperature before; False where the sequence does it."""
         ...
 
     def points(self, request: Request) -> tuple[Point, ...]:
@@ -157,7 +157,7 @@ class Sequence(Protocol):
         ...
 
     def phases(self, point: Point, bench: BenchFacts) -> tuple[Phase, ...]:
-        """Return the motion from rest to rest; the first phase starts at velocity 0 and torque 0, the last ends there."""
+        """Return the motion; the first phase starts at rest without load, the last ends there."""
         ...
 
 

@@ -1,4 +1,4 @@
-"""Building blocks that all sequences share: from rest to a loaded motion, back to rest, and the plain grid of points."""
+"""What all sequences share: from rest to a loaded motion, back to rest, and the plain grid of points."""
 
 from __future__ import annotations
 

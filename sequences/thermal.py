@@ -16,7 +16,7 @@ def _target(point: Point, name: str) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Heating:
-    """High speed without load until the lubricant is a hysteresis above the point's temperature, then a soak at rest."""
+    """High speed without load until a hysteresis above the point's temperature, then a soak at rest."""
 
     direction: int = 1
     kind: str = "heating"

@@ -12,7 +12,8 @@ from sequences._motion import finish, grid, start
 class Reversal:
     """To and fro over ``amplitude`` (load side, peak to peak of the plateaus) under a constant preload.
 
-    Backlash vanishes under preload, hysteresis grows with amplitude and not with rate, Coulomb friction switches at once.
+    Backlash vanishes under preload, hysteresis grows with amplitude and not with rate, Coulomb friction switches at
+    once.
     """
 
     amplitude: Angle = 0.2

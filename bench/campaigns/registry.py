@@ -34,7 +34,7 @@ def sequence_class(name: str) -> type[Any]:
             loaded: type[Any] = entry.load()
             if not is_dataclass(loaded):
                 raise ConfigurationError(
-                    f'sequence "{name}" ({entry.value}) must be a dataclass, its fields its options'
+                    f'sequence "{name}" ({entry.value}) must be a dataclass of its options'
                 )
             return loaded
     raise ConfigurationError(f'there is no sequence "{name}"; installed are {", ".join(sequence_names())}')

@@ -28,8 +28,8 @@ class Task:
 def schedule(points: Sequence[Point], order: Order, band: float, temperature: Callable[[], float]) -> Iterator[Task]:
     """Yield the tasks of one stage; ``temperature`` is asked anew before each, ``band`` is in K either side.
 
-    With ascending temperatures, points measured as found go first; one with a temperature goes before them as soon as
-    the lubricant has warmed up to it by itself, because a bench that cannot cool would never see that temperature again.
+    With ascending temperatures, points measured as found go first; one with a temperature goes before them as soon
+    as the lubricant has warmed up to it by itself: a bench that cannot cool would never see that temperature again.
     """
     remaining = list(points)
     if order is Order.TEMPERATURE:

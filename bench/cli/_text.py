@@ -13,6 +13,12 @@ def duration_text(seconds: float) -> str:
     return f"{total // 3600} h {total % 3600 // 60:02d} min"
 
 
+def clock_text(seconds: float) -> str:
+    """Return seconds as ``0:01:20``, for tables."""
+    total = round(seconds)
+    return f"{total // 3600}:{total % 3600 // 60:02d}:{total % 60:02d}"
+
+
 def energy_text(joule: float) -> str:
     """Return an energy in kJ or kWh."""
     return f"{joule / 1e3:.0f} kJ" if joule < 3.6e6 else f"{joule / 3.6e6:.2f} kWh"

@@ -1,0 +1,106 @@
+"""Why a bench stops: every cause, its sentence, and the rung of the stop ladder it begins at.
+
+These limits protect equipment and data. Safety of people belongs in hardware: emergency stop, safe torque off, guards.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+
+
+class Rung(IntEnum):
+    """The stop ladder: each step is harder than the one before."""
+
+    NONE = 0
+    CONTROLLED_RAMP = 1
+    """Load taken off, then the input brought to rest at the bench's ramps."""
+    QUICK_STOP = 2
+    """The drives' own quick stop (0x605A)."""
+    DISABLE_VOLTAGE = 3
+    """No torque; the shafts coast."""
+    STOP_SENDING = 4
+    """No process data any more: the drives' own watchdogs act."""
+    FINISHED = 5
+
+
+class Cause(IntEnum):
+    """What stopped the bench. The numbers are those of the compiled check."""
+
+    NONE = 0
+    MOTOR_SPEED = 1
+    MOTOR_TORQUE = 2
+    LOAD_TORQUE = 3
+    LOAD_MOTOR_TORQUE = 4
+    TEMPERATURE_HIGH = 5
+    TEMPERATURE_LOW = 6
+    TEMPERATURE_RATE = 7
+    LOAD_POSITION = 8
+    VELOCITY_ERROR = 9
+    TORQUE_DISAGREEMENT = 10
+    ENCODER_DISAGREEMENT = 11
+    MOTOR_ENCODER_FROZEN = 12
+    LOAD_ENCODER_FROZEN = 13
+    TORQUE_SENSOR_FROZEN = 14
+    TEMPERATURE_AGE = 15
+    LOST_CYCLES = 16
+    INPUT_DRIVE_FAULT = 17
+    LOAD_DRIVE_FAULT = 18
+    TORQUE_SENSOR_RANGE = 19
+    TEMPERATURE_SENSOR = 20
+    OPERATOR = 100
+
+
+@dataclass(frozen=True, slots=True)
+class _Entry:
+    text: str
+    unit: str
+    limit: str
+    first_rung: Rung
+
+
+_RAMP, _QUICK, _OFF, _SILENCE = Rung.CONTROLLED_RAMP, Rung.QUICK_STOP, Rung.DISABLE_VOLTAGE, Rung.STOP_SENDING
+
+_TABLE: dict[Cause, _Entry] = {
+    Cause.MOTOR_SPEED: _Entry("input motor speed", "rad/s", "limits.motor_speed", _QUICK),
+    Cause.MOTOR_TORQUE: _Entry("input motor torque", "N·m", "limits.motor_torque", _QUICK),
+    Cause.LOAD_TORQUE: _Entry("load torque", "N·m", "limits.load_torque", _QUICK),
+    Cause.LOAD_MOTOR_TORQUE: _Entry("load motor torque", "N·m", "limits.load_motor_torque", _QUICK),
+    Cause.TEMPERATURE_HIGH: _Entry("lubricant temperature", "°C", "limits.temperature", _RAMP),
+    Cause.TEMPERATURE_LOW: _Entry("lubricant temperature", "°C", "limits.temperature_minimum", _RAMP),
+    Cause.TEMPERATURE_RATE: _Entry("change of the temperature reading", "K", "limits.temperature_rate", _RAMP),
+    Cause.LOAD_POSITION: _Entry("load-side angle", "rad", "limits.load_position", _RAMP),
+    Cause.VELOCITY_ERROR: _Entry("velocity following error", "rad/s", "limits.velocity_error", _QUICK),
+    Cause.TORQUE_DISAGREEMENT: _Entry(
+        "difference of torque sensor and load motor", "N·m", "limits.torque_disagreement", _RAMP
+    ),
+    Cause.ENCODER_DISAGREEMENT: _Entry("difference of the two encoders", "rad", "limits.encoder_disagreement", _QUICK),
+    Cause.MOTOR_ENCODER_FROZEN: _Entry("time the motor encoder stood still", "s", "limits.frozen_signal", _QUICK),
+    Cause.LOAD_ENCODER_FROZEN: _Entry("time the load encoder stood still", "s", "limits.frozen_signal", _RAMP),
+    Cause.TORQUE_SENSOR_FROZEN: _Entry("time the torque sensor stood still", "s", "limits.frozen_signal", _RAMP),
+    Cause.TEMPERATURE_AGE: _Entry("age of the temperature reading", "s", "limits.slow_reading_age", _RAMP),
+    Cause.LOST_CYCLES: _Entry("number of lost cycles in a row", "", "limits.lost_cycles", _SILENCE),
+    Cause.INPUT_DRIVE_FAULT: _Entry("status word of the input drive", "", "operation enabled, no fault", _OFF),
+    Cause.LOAD_DRIVE_FAULT: _Entry("status word of the load drive", "", "operation enabled, no fault", _QUICK),
+    Cause.TORQUE_SENSOR_RANGE: _Entry("torque sensor signal", "V", "the range of its terminal", _RAMP),
+    Cause.TEMPERATURE_SENSOR: _Entry("temperature sensor status", "", "a reading without error bits", _RAMP),
+    Cause.OPERATOR: _Entry("operator's request", "", "", _RAMP),
+}
+
+
+def first_rung(cause: Cause) -> Rung:
+    """Return where on the ladder a stop for this cause begins; with an input drive that is gone, ramps are of no use."""
+    return _TABLE[cause].first_rung
+
+
+def describe(cause: Cause, value: float, limit: float) -> str:
+    """Return the sentence an operator reads, values in SI."""
+    entry = _TABLE[cause]
+    if cause is Cause.OPERATOR:
+        return "stopped on the operator's request"
+    if entry.limit.startswith("limits."):
+        unit = f" {entry.unit}" if entry.unit else ""
+        return f"{entry.text} {value:.4g}{unit} is beyond {entry.limit} = {limit:.4g}{unit}"
+    if cause in (Cause.INPUT_DRIVE_FAULT, Cause.LOAD_DRIVE_FAULT):
+        return f"{entry.text} is 0x{round(value):04X}, expected: {entry.limit}"
+    return f"{entry.text} {value:.4g} {entry.unit}".rstrip() + f" is outside {entry.limit}"

@@ -1,0 +1,172 @@
+"""The safety step: pure, over a block of cycles, every cycle looked at.
+
+``step(state, inputs, limits)`` returns the state after the last cycle that was still good and the verdict. A bench that takes
+blocks goes back to the start of the block on a trip and replays up to that very cycle.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.configuration.operation import Limits
+from bench.safety._scan import STATE_SIZE, scan
+from bench.safety.causes import Cause, describe
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class Inputs:
+    """What the safety step sees of a block of n cycles; every array has the shape (n,), SI units, bench signs.
+
+    ``operating`` is False in cycles in which the drives are not yet, or no longer, meant to be in operation: then set
+    values and status words are not judged.
+    """
+
+    motor_counts: IntArray
+    load_counts: IntArray
+    torque_counts: IntArray
+    motor_angle: FloatArray
+    load_angle: FloatArray
+    motor_velocity: FloatArray
+    motor_torque: FloatArray
+    load_torque: FloatArray
+    load_motor_torque: FloatArray
+    temperature: FloatArray
+    temperature_age_s: FloatArray
+    velocity_setpoint: FloatArray
+    """Motor shaft, rad/s."""
+    input_status: IntArray
+    load_status: IntArray
+    torque_status: IntArray
+    """Non-zero where the torque terminal reports a range or wire error."""
+    temperature_status: IntArray
+    """Non-zero where the thermometer reports an open or short circuit."""
+    good: NDArray[np.bool_]
+    """Whether the cycle's working counter was right."""
+
+    @property
+    def size(self) -> int:
+        """Number of cycles."""
+        return int(self.good.size)
+
+    def part(self, start: int, stop: int) -> Inputs:
+        """Return the cycles from ``start`` to ``stop``."""
+        return Inputs(**{f.name: getattr(self, f.name)[start:stop] for f in fields(self)})
+
+
+@dataclass(frozen=True, slots=True)
+class SafetyState:
+    """Memory of the safety step between blocks: filters, counters, references. Values are not for outside use."""
+
+    memory: FloatArray
+    tripped: bool = False
+
+    @staticmethod
+    def fresh() -> SafetyState:
+        """Return the state before the first cycle."""
+        return SafetyState(np.zeros(STATE_SIZE))
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """What a block showed. ``cycle`` is the index of the first bad cycle, or −1."""
+
+    cycle: int = -1
+    cause: Cause = Cause.NONE
+    value: float = 0.0
+    limit: float = 0.0
+
+    @property
+    def tripped(self) -> bool:
+        """Whether any cycle broke a limit."""
+        return self.cause is not Cause.NONE
+
+    @property
+    def text(self) -> str:
+        """The sentence for the operator."""
+        return describe(self.cause, self.value, self.limit) if self.tripped else "within all limits"
+
+
+@dataclass(frozen=True, slots=True)
+class SafetySettings:
+    """Limits as the compiled check takes them, made once a campaign."""
+
+    ratio: float
+    cycle_time_s: float
+    standstill: float
+    values: FloatArray
+
+
+def settings(limits: Limits, ratio: float, cycle_time_s: float, standstill: float) -> SafetySettings:
+    """Collect limits (SI) for :func:`step`; ``standstill`` is a motor speed in rad/s."""
+    position = np.inf if limits.load_position is None else limits.load_position
+    values = np.array(
+        [
+            0.0,
+            limits.motor_speed,
+            limits.motor_torque,
+            limits.load_torque,
+            limits.load_motor_torque,
+            limits.temperature,
+            limits.temperature_minimum,
+            limits.temperature_rate,
+            position,
+            limits.velocity_error,
+            limits.torque_disagreement,
+            limits.encoder_disagreement,
+            limits.frozen_signal,
+            limits.frozen_signal,
+            limits.frozen_signal,
+            limits.slow_reading_age,
+            float(limits.lost_cycles),
+            0.0,
+            0.0,
+            0.0,
+            0.0,
+        ]
+    )
+    return SafetySettings(ratio, cycle_time_s, standstill, values)
+
+
+def step(state: SafetyState, inputs: Inputs, operating: bool, limits: SafetySettings) -> tuple[SafetyState, Verdict]:
+    """Look at every cycle of a block.
+
+    Returns the state after the last good cycle and the verdict on the block. Neither argument is changed. A state that has
+    tripped stays tripped: only a new state, made by an operator's act, clears it.
+    """
+    if state.tripped or inputs.size == 0:
+        return state, Verdict()
+    memory = state.memory.copy()
+    cycle, cause, value = scan(
+        memory,
+        inputs.motor_counts,
+        inputs.load_counts,
+        inputs.torque_counts,
+        inputs.motor_angle,
+        inputs.load_angle,
+        inputs.motor_velocity,
+        inputs.motor_torque,
+        inputs.load_torque,
+        inputs.load_motor_torque,
+        inputs.temperature,
+        inputs.temperature_age_s,
+        inputs.velocity_setpoint,
+        inputs.input_status,
+        inputs.load_status,
+        inputs.torque_status,
+        inputs.temperature_status,
+        inputs.good,
+        operating,
+        limits.ratio,
+        limits.cycle_time_s,
+        limits.standstill,
+        limits.values,
+    )
+    if cause == 0:
+        return SafetyState(memory), Verdict()
+    return SafetyState(memory, tripped=True), Verdict(cycle, Cause(cause), value, float(limits.values[cause]))
