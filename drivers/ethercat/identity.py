@@ -53,13 +53,15 @@ def check_identity(specs: Sequence[SlaveSpec], found: Sequence[Slave], interface
             )
             raise IdentityError(
                 f"position {spec.position} on {interface} should be {spec.name} ({spec.identity}) but is "
-                f"'{slave.name}' (vendor 0x{slave.man:08X}, product 0x{slave.id:08X}, revision 0x{slave.rev:08X}); {hint}"
+                f"'{slave.name}' (vendor 0x{slave.man:08X}, product 0x{slave.id:08X}, revision 0x{slave.rev:08X}); "
+                f"{hint}"
             )
     if len(found) < len(specs):
         missing = specs[len(found)]
         raise IdentityError(
             f"{interface} has {len(found)} slaves but {len(specs)} are configured; the first missing one is "
-            f"{missing.name} at position {missing.position} ({missing.identity}), so check its supply and the cable before it"
+            f"{missing.name} at position {missing.position} ({missing.identity}), "
+            "so check its supply and the cable before it"
         )
     if len(found) > len(specs):
         raise IdentityError(

@@ -16,7 +16,7 @@ from drivers.ethercat.protocols import Slave
 _T = TypeVar("_T")
 
 ATTEMPTS = 3
-"""Tries of one access: an emergency message in the mailbox, or an error left over from another slave, costs an answer."""
+"""Tries of one access: an emergency message, or an error left over from another slave, costs one answer."""
 
 
 class SdoClient:
