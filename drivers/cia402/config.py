@@ -19,8 +19,9 @@ class ServoDriveConfig:
     name, position, vendor, product, revision : see :class:`drivers.ethercat.SlaveSpec`.
     mode : cyclic mode the bench uses it in.
     limits : the drive's own limits.
-    polarity : +1 or −1: sign of the bench's direction in the drive's own. Set in software; the drive's polarity object
-        (0x607E) is kept at 0, so that the sign stands in one place only.
+    polarity : +1 or −1: sign of the bench's direction of motion in the drive's own. Set in software; the drive's
+        polarity object (0x607E) is kept at 0, so that the sign stands in one place only.
+    torque_polarity : the same for torque, where the bench counts it against motion (a load motor); None: as motion.
     outputs, inputs : process data entries in order (:func:`drivers.cia402.objects.entries`).
     rx_pdo, tx_pdo : mapping objects that carry them.
     encoder_modulus : counts after which 0x6064 starts again.
@@ -39,6 +40,7 @@ class ServoDriveConfig:
     mode: Mode
     limits: DriveLimits
     polarity: int = 1
+    torque_polarity: int | None = None
     revision: int | None = None
     outputs: tuple[str, ...] = DEFAULT_OUTPUTS
     inputs: tuple[str, ...] = DEFAULT_INPUTS
@@ -55,8 +57,9 @@ class ServoDriveConfig:
 
     def __post_init__(self) -> None:
         """Refuse what no drive can be run with, where the sentence can name the drive."""
-        if self.polarity not in (1, -1):
-            raise DriverError(f"{self.name}: the polarity is {self.polarity}; it should be 1 or -1")
+        for sign in (self.polarity, self.torque_sign):
+            if sign not in (1, -1):
+                raise DriverError(f"{self.name}: the polarity is {sign}; it should be 1 or -1")
         if self.mode not in SET_VALUE:
             names = " or ".join(mode.text for mode in SET_VALUE)
             raise DriverError(f"{self.name}: the bench cannot run {self.mode.text}; the mode should be {names}")
@@ -65,3 +68,8 @@ class ServoDriveConfig:
             raise DriverError(
                 f"{self.name}: the process data lacks {', '.join(sorted(needed))}, needed for {self.mode.text}"
             )
+
+    @property
+    def torque_sign(self) -> int:
+        """Polarity of torque."""
+        return self.polarity if self.torque_polarity is None else self.torque_polarity

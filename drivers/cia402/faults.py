@@ -158,7 +158,7 @@ CODES: dict[int, str] = {
     0xF003: "stroke operation",
     0xF004: "control",
 }
-"""Error codes (0x603F and emergency messages): CiA 402-2 / IEC 61800-7-201 table of error codes, ETG.1000.6 for A000."""
+"""Error codes (0x603F and emergency messages): CiA 402-2 / IEC 61800-7-201, ETG.1000.6 for A000."""
 
 _REGISTER_BITS = (
     "generic",

@@ -1,4 +1,4 @@
-"""Objects of CiA 402 that can be process data, with their types, and the maps the bench uses where none is configured."""
+"""Objects of CiA 402 that can be process data, with their types, and the maps used where none is configured."""
 
 from __future__ import annotations
 

@@ -121,7 +121,8 @@ def cycle_parameters(cycle_time_s: float) -> tuple[Parameter, ...]:
                 Parameter(0x60C2, 2, "i1", exponent, "interpolation time exponent", optional=True),
             )
     raise DriverError(
-        f"a cycle time of {cycle_time_s:g} s cannot be told to a drive (60C2); 1 to 255 times a power of ten can, as 0.0005"
+        f"a cycle time of {cycle_time_s:g} s cannot be told to a drive (60C2); "
+        "1 to 255 times a power of ten can, as 0.0005"
     )
 
 
@@ -144,7 +145,7 @@ def apply(sdo: SdoClient, parameters: tuple[Parameter, ...]) -> None:
 
 
 def verify(sdo: SdoClient, parameters: tuple[Parameter, ...]) -> tuple[str, ...]:
-    """Read every parameter again; one sentence for each that the drive no longer keeps (it was restarted, or changed)."""
+    """Read every parameter again; one sentence for each that the drive no longer keeps."""
     found = []
     for parameter in parameters:
         if parameter.optional and not sdo.exists(parameter.index, parameter.subindex):

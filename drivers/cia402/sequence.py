@@ -117,7 +117,7 @@ def advance(sequence: Sequence, statusword: int, mode_matches: bool = True, cycl
     Parameters
     ----------
     statusword : 0x6041 of the last cycle.
-    mode_matches : mode of operation display (0x6061) equals the mode that is asked for; operation is not enabled before.
+    mode_matches : mode of operation display (0x6061) equals the mode asked for; operation is not enabled before.
     cycles : cycles since the last step (the length of a block).
     """
     state = decode(statusword)

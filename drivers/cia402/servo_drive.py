@@ -114,11 +114,11 @@ class ServoDrive:
 
     def set_velocity(self, velocity_rad_s: ArrayLike, n: int) -> None:
         """Set target velocities (scalar or (n,)), rad/s at the motor shaft in the bench's direction, for n cycles."""
-        self._write("60FF:00", velocity_rad_s, self.units.velocity_rad_s, n)
+        self._write("60FF:00", velocity_rad_s, self.config.polarity * self.units.velocity_rad_s, n)
 
     def set_torque(self, torque_nm: ArrayLike, n: int) -> None:
         """Set target torques (scalar or (n,)), N·m at the motor shaft in the bench's direction, for n cycles."""
-        self._write("6071:00", torque_nm, self.units.torque_nm, n)
+        self._write("6071:00", torque_nm, self.config.torque_sign * self.units.torque_nm, n)
 
     def prepare(self, n: int) -> None:
         """Write control word and mode into the next n cycles. While not enabled the set value of the mode is zero."""
@@ -145,7 +145,7 @@ class ServoDrive:
         return held if self.sequence.outcome is not Outcome.RUNNING else 0
 
     def position(self, n: int) -> NDArray[np.int64]:
-        """Positions (n,) of the block just exchanged, counts in the drive's direction, extended; call it once a block."""
+        """Positions (n,) of the block just exchanged, counts in the drive's direction, extended; once a block."""
         return self._encoder.extend(self._images()[1]["6064:00"][:n])
 
     def position_rad(self, counts: ArrayLike) -> NDArray[np.float64]:
@@ -160,7 +160,7 @@ class ServoDrive:
     def torque(self, n: int) -> NDArray[np.float64]:
         """Actual torques (n,), N·m at the motor shaft in the bench's direction."""
         raw: NDArray[np.float64] = self._images()[1]["6077:00"][:n].astype(np.float64)
-        return raw * (self.config.polarity * self.units.torque_nm)
+        return raw * (self.config.torque_sign * self.units.torque_nm)
 
     def fault_text(self, n: int = 1) -> str | None:
         """Sentence on the fault of the last of n cycles, None where there is none."""
@@ -193,7 +193,7 @@ class ServoDrive:
 
     def _write(self, entry: str, values: ArrayLike, scale: float, n: int) -> None:
         field = self._images()[0][entry]
-        raw = np.rint(np.asarray(values, np.float64) * (self.config.polarity / scale))
+        raw = np.rint(np.asarray(values, np.float64) / scale)
         if not np.isfinite(raw).all():
             raise DriverError(f"{self.name}: a set value for {entry} is not a number; finite ones are needed")
         limits = np.iinfo(field.dtype)

@@ -18,7 +18,7 @@ ANGLE_UNITS: dict[int, float] = {
     0x43: _TURN / 1_296_000.0,
     0xB4: _TURN,
 }
-"""Unit codes of angles in 0x60A8 and 0x60A9, rad: radian, gon, degree, minute and second of arc, revolution (CiA 303-2)."""
+"""Unit codes of angles in 0x60A8 and 0x60A9, rad (CiA 303-2): radian, gon, degree, minute, second of arc, turn."""
 TIME_UNITS: dict[int, float] = {0x03: 1.0, 0x47: 60.0}
 """Unit codes of times in 0x60A9, s: second, minute."""
 INCREMENT = 0xB5
@@ -90,7 +90,7 @@ def _counts_per_turn(sdo: SdoClient, gear: float) -> float:
 
 
 def _velocity(sdo: SdoClient, gear: float, counts_per_turn: float) -> float:
-    """One velocity count, rad/s: from the unit code 0x60A9, or the velocity factor 0x6096 on position units a second."""
+    """One velocity count, rad/s: from unit code 0x60A9, or the velocity factor 0x6096 on position units a second."""
     unit = sdo.read(0x60A9, 0, "u4") if sdo.exists(0x60A9, 0) else 0
     angle, time = ANGLE_UNITS.get(unit >> 16 & 0xFF), TIME_UNITS.get(unit >> 8 & 0xFF)
     exponent = (unit >> 24 ^ 0x80) - 0x80
