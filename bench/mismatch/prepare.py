@@ -156,6 +156,7 @@ def prepare(recording: Recording, index: int, campaign_start: float, travelled: 
         temperature=_repaired(temperature, ~np.isfinite(temperature)),
         motor_torque=motor_torque,
         load_motor_torque=load_motor_torque,
+        power=np.abs(_smooth(motor_torque, rate) * omega - torque * _smooth(q, rate, 1)),
         travel=travelled + np.cumsum(np.abs(np.diff(theta, prepend=theta[0]))),
         reversal_travel=reversal_travel,
         reversal_time=reversal_time,

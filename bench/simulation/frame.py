@@ -53,6 +53,8 @@ class Frame:
     temperature: FloatArray
     motor_torque: FloatArray
     load_motor_torque: FloatArray
+    power: FloatArray
+    """loss abs(tau_m*w_m - tau*dq/dt) in W, of smoothed factors"""
     travel: FloatArray
     """distance run since the campaign began, rad at the output"""
     reversal_travel: FloatArray

@@ -1,0 +1,153 @@
+"""A bank of regressors of one channel, and the predictive score of any model drawn from it.
+
+All columns that may enter a model (the calibrated simulation, every form of every term at every grid point, free-form rivals)
+are whitened once and their Gram matrices kept, one a fold. A model is then a set of columns, and its score costs a solve of
+its own size: candidates are always refitted jointly with everything else, and every gain is measured on recordings that the
+coefficients have not seen (leave one fold out).
+
+Noise: independent rows of standard deviation ``sigma``, correlated with their neighbour, and an unknown offset a recording
+of variance v, marginalised in closed form: G - v/(1 + v*e) * g g', with g the columns' products with the whitened one, and
+e its energy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.simulation.frame import FloatArray, IntArray
+
+RIDGE = 1e-9
+"""relative to each column's own energy: keeps absent columns (a speed never driven) from breaking the solve"""
+
+
+@dataclass(frozen=True, slots=True)
+class Noise:
+    """Noise of the rows of a channel."""
+
+    sigma: FloatArray
+    """standard deviation a row"""
+    correlation: FloatArray
+    """correlation of each row with the one before"""
+    offset_variances: tuple[float, ...] = (0.0,)
+    """variances of the recordings' offsets that are tried; (inf,) makes the offsets free"""
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """A model's coefficients and score. ``likelihood`` has one predictive log-likelihood a fold (up to a constant)."""
+
+    likelihood: FloatArray
+    coefficients: FloatArray
+    covariance: FloatArray
+    offset_variance: float
+
+    @property
+    def total(self) -> float:
+        """Predictive log-likelihood of all folds."""
+        return float(self.likelihood.sum())
+
+
+def whiten(columns: FloatArray, noise: Noise, starts: IntArray) -> FloatArray:
+    """Unit variance and no correlation between neighbours; rows (n, k), ``starts`` (recordings + 1,)."""
+    scaled = columns / noise.sigma[:, None]
+    before = np.vstack([np.zeros((1, scaled.shape[1])), scaled[:-1]])
+    rho = noise.correlation.copy()
+    rho[starts[:-1]] = 0.0
+    return np.asarray((scaled - rho[:, None] * before) / np.sqrt(1.0 - rho**2)[:, None])
+
+
+class Bank:
+    """Gram matrices of whitened columns.
+
+    Parameters: ``y`` (n,); ``starts`` (recordings + 1,) row ranges; ``folds`` (recordings,) fold of each recording;
+    ``columns`` (n, p) everything that may enter; ``prior`` (p,) prior precision of each coefficient relative to the
+    column's energy (0: flat).
+    """
+
+    def __init__(
+        self, y: FloatArray, starts: IntArray, folds: IntArray, columns: FloatArray, prior: FloatArray, noise: Noise
+    ) -> None:
+        self.starts, self.folds, self.noise, self.prior = starts, folds, noise, prior
+        self.size = columns.shape[1]
+        full = whiten(np.column_stack([columns, y, np.ones_like(y)]), noise, starts)
+        self._whitened_y = full[:, self.size]
+        count, p = int(folds.max()) + 1, self.size + 1
+        self.gram = np.zeros((count, p, p))
+        self.ones = np.zeros((folds.size, p))
+        self.energy = np.zeros(folds.size)
+        for r, (a, b) in enumerate(zip(starts[:-1], starts[1:], strict=True)):
+            part = full[a:b, :p]
+            one = full[a:b, p]
+            self.gram[folds[r]] += part.T @ part
+            self.ones[r] = one @ part
+            self.energy[r] = one @ one
+        self.rows = int(y.size)
+
+    def _marginal(self, index: NDArray[np.int64], variance: float) -> tuple[FloatArray, FloatArray]:
+        """Gram matrices of the columns chosen (and y), the recordings' offsets marginalised; log-determinants a fold."""
+        keep = np.append(index, self.size)
+        gram = self.gram[:, keep[:, None], keep[None, :]]
+        cost = np.zeros(gram.shape[0])
+        if variance == 0.0:
+            return gram, cost
+        if np.isinf(variance):
+            factor = np.where(self.energy > 0, 1.0 / np.maximum(self.energy, 1e-300), 0.0)
+        else:
+            factor = variance / (1.0 + variance * self.energy)
+            np.add.at(cost, self.folds, np.log1p(variance * self.energy))
+        vector = self.ones[:, keep]
+        outer = (factor[:, None] * vector)[:, :, None] * vector[:, None, :]
+        np.subtract.at(gram, self.folds, outer)
+        return gram, cost
+
+    def fit(self, index: Sequence[int] | NDArray[np.int64], leave_out: bool = True) -> Fit:
+        """Fit the columns ``index`` and score the folds, each predicted by the others (or all by all).
+
+        Raises numpy.linalg.LinAlgError only where columns are not finite.
+        """
+        chosen = np.asarray(index, dtype=np.int64)
+        best: Fit | None = None
+        for variance in self.noise.offset_variances:
+            fit = self._fit(chosen, variance, leave_out)
+            if best is None or fit.total > best.total:
+                best = fit
+        assert best is not None
+        return best
+
+    def _fit(self, chosen: NDArray[np.int64], variance: float, leave_out: bool) -> Fit:
+        gram, cost = self._marginal(chosen, variance)
+        p = chosen.size
+        squares = gram[:, p, p].copy()
+        if p == 0:
+            return Fit(-0.5 * (squares + cost), np.zeros(0), np.zeros((0, 0)), variance)
+        total = gram.sum(axis=0)
+        scale = np.sqrt(np.maximum(np.diag(total)[:p], 1e-300))
+        own = gram[:, :p, :p] / scale[:, None] / scale[None, :]
+        mine = gram[:, :p, p] / scale
+        normal = total[:p, :p] / scale[:, None] / scale[None, :] + np.diag(self.prior[chosen] + RIDGE)
+        right = total[:p, p] / scale
+        if leave_out:
+            beta = np.linalg.solve(normal[None] - own, (right[None] - mine)[..., None])[..., 0]
+        else:
+            beta = np.broadcast_to(np.linalg.solve(normal, right), mine.shape)
+        squares += np.einsum("ri,rij,rj->r", beta, own, beta) - 2.0 * np.einsum("ri,ri->r", beta, mine)
+        inverse = np.linalg.inv(normal)
+        return Fit(
+            -0.5 * (squares + cost),
+            (inverse @ right) / scale,
+            inverse / scale[:, None] / scale[None, :],
+            variance,
+        )
+
+    def explained(self, index: Sequence[int], base: Sequence[int]) -> float:
+        """Share of the columns' energy that ``base`` cannot produce (1: orthogonal to it, 0: absorbed)."""
+        gram, _ = self._marginal(np.asarray([*base, *index], dtype=np.int64), self.noise.offset_variances[-1])
+        total = gram.sum(axis=0)[:-1, :-1]
+        b = len(base)
+        inner = total[:b, :b] + np.diag(np.diag(total)[:b] * 1e-9 + 1e-300)
+        left = total[b:, b:] - total[b:, :b] @ np.linalg.solve(inner, total[:b, b:])
+        return float(np.trace(left) / max(np.trace(total[b:, b:]), 1e-300))

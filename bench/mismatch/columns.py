@@ -1,0 +1,125 @@
+"""All regressors of a channel side by side: simulation, terms at every grid point, free-form rivals; and where each stands."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bench.mismatch.rivals import rivals
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.terms import LIBRARY, LOAD_TORQUE, TEMPERATURE, TRANSMISSION_ERROR, Form, Point, Term, for_channel
+
+FREE_PRIOR = 1e-4
+OFFSET_PRIOR = 1e-6
+RIPPLE_ORDERS = (150.0, 300.0)
+FIXED_BY_GEOMETRY = ("motor.load_reaction", "load.reaction")
+"""terms without a free parameter: they are taken off the measured channel"""
+HARMONIC_TERMS = ("te.harmonic", "te.sideband", "te.local_defect", "te.resonance", "sensor.motor_encoder", "te.fourier")
+"""terms periodic in the angle: looked for in the order spectrum, not among the slow rows"""
+SPECTRAL_TERMS = ("motor.torque_ripple",)
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """Columns of one candidate: an effect in one form at one point, or a free-form rival (``effect`` is "unknown")."""
+
+    effect: str
+    form: str
+    point: Point
+    index: tuple[int, ...]
+    variables: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """The columns of a channel (n, p), their prior precisions (p,), and what each block is."""
+
+    columns: FloatArray
+    prior: FloatArray
+    base: tuple[int, ...]
+    base_effects: tuple[tuple[str, str, tuple[int, ...]], ...]
+    """(effect, form, columns) of the simulation's own terms"""
+    named: tuple[Entry, ...]
+    free: tuple[Entry, ...]
+
+
+def _ripple(frame: Frame) -> FloatArray:
+    parts = [f(order * frame.q) for order in RIPPLE_ORDERS for f in (np.cos, np.sin)]
+    return np.column_stack([*parts, *(part * frame.load_motor_torque / 1000.0 for part in parts)])
+
+
+def simulated_terms(channel: str, switched_off: Sequence[str]) -> list[tuple[Term, Form]]:
+    """Nominal terms with free parameters that the simulation has in a channel."""
+    return [
+        (term, term.forms[channel][0])
+        for term in LIBRARY.values()
+        if term.nominal
+        and channel in term.forms
+        and term.effect not in switched_off
+        and term.effect not in FIXED_BY_GEOMETRY
+        and term.effect not in HARMONIC_TERMS
+    ]
+
+
+def layout(
+    channel: str,
+    frame: Frame,
+    switched_off: Sequence[str] = (),
+    known: Sequence[tuple[Term, Form, Point]] = (),
+    with_free: bool = True,
+) -> Layout:
+    """Evaluate every regressor of ``channel`` on the rows of ``frame``.
+
+    ``switched_off``: nominal terms the given simulation lacks (they become candidates); ``known``: further terms it has.
+    """
+    parts: list[FloatArray] = []
+    priors: list[float] = []
+    width = 0
+
+    def add(block: FloatArray, prior: float) -> tuple[int, ...]:
+        nonlocal width
+        clean = np.where(np.isfinite(block), block, 0.0)
+        parts.append(clean)
+        priors.extend([prior] * block.shape[1])
+        place = tuple(range(width, width + block.shape[1]))
+        width += block.shape[1]
+        return place
+
+    base_effects: list[tuple[str, str, tuple[int, ...]]] = []
+    for term, form in simulated_terms(channel, switched_off):
+        prior = OFFSET_PRIOR if term.effect == "te.offset" else 0.0
+        base_effects.append((term.effect, form.name, add(form.columns(frame, ()), prior)))
+    for term, form, point in known:
+        base_effects.append((term.effect, form.name, add(form.columns(frame, point), 0.0)))
+    if channel in (LOAD_TORQUE, TRANSMISSION_ERROR):
+        base_effects.append(("notch", "ripple", add(_ripple(frame), OFFSET_PRIOR)))
+    base = tuple(range(width))
+    named: list[Entry] = []
+    for term in _candidates(channel, switched_off):
+        for form in term.forms[channel]:
+            for point in form.grid(frame):
+                block = form.columns(frame, point)
+                named.append(Entry(term.effect, form.name, point, add(block, 0.0), term.variables))
+    free: list[Entry] = []
+    if with_free:
+        for rival in rivals(channel, frame):
+            free.append(Entry("unknown", rival.name, (), add(rival.columns, FREE_PRIOR), rival.variables))
+    return Layout(np.hstack(parts), np.asarray(priors), base, tuple(base_effects), tuple(named), tuple(free))
+
+
+def _candidates(channel: str, switched_off: Sequence[str]) -> list[Term]:
+    beyond = [t for t in for_channel(channel) if t.effect not in HARMONIC_TERMS + SPECTRAL_TERMS]
+    missing = [LIBRARY[e] for e in switched_off if channel in LIBRARY[e].forms and e not in HARMONIC_TERMS]
+    return [*beyond, *missing]
+
+
+def only(entries: Sequence[Entry], effects: Mapping[str, object] | Sequence[str]) -> list[Entry]:
+    """The entries of some effects."""
+    return [entry for entry in entries if entry.effect in effects]
+
+
+def is_integral(channel: str) -> bool:
+    """Whether a channel's regressors are integrals over each recording (its offset is then free)."""
+    return channel == TEMPERATURE

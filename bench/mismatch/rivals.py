@@ -1,0 +1,139 @@
+"""Free-form rivals: smooth functions of one or two quantities that compete with every named term.
+
+A rival knows no physics. Where it explains clearly more than the best named term, the effect is called unknown and is
+described by the rival; where nothing named is left but a rival still gains, something is missing that the library lacks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
+from bench.simulation.terms.memory import integral
+
+KNOTS = 8
+ANGLE_ORDERS = (1, 2, 3, 4, 5, 6)
+
+
+@dataclass(frozen=True, slots=True)
+class Rival:
+    """A free-form function: its name, the quantities it depends on, and its columns (n, k)."""
+
+    name: str
+    variables: tuple[str, ...]
+    columns: FloatArray
+
+
+def _quantity(frame: Frame, name: str) -> FloatArray:
+    values = {
+        "speed": np.abs(frame.velocity),
+        "velocity": frame.velocity,
+        "torque": frame.torque,
+        "load_motor_torque": frame.load_motor_torque,
+        "temperature": frame.temperature,
+        "time": frame.time,
+        "since_reversal": np.log10(frame.reversal_travel + 1e-5),
+        "torque_rate": frame.torque_rate,
+        "elapsed": np.log10(frame.elapsed + 1.0),
+    }
+    return values[name]
+
+
+def hats(x: FloatArray, knots: int = KNOTS) -> FloatArray:
+    """Piecewise linear basis (n, k) with knots at quantiles of the distinct values; (n, 0) where x hardly varies."""
+    rounded = np.unique(np.round(x, 10))
+    if rounded.size < 3 or np.ptp(x) == 0:
+        return np.zeros((x.size, 0))
+    sample = np.quantile(x, np.linspace(0.01, 0.99, knots))
+    even = np.linspace(sample[0], sample[-1], knots)
+    at = np.unique(0.5 * sample + 0.5 * even)
+    if at.size < 3:
+        return np.zeros((x.size, 0))
+    return np.column_stack([np.interp(x, at, np.eye(at.size)[i]) for i in range(at.size)])
+
+
+def _waves(frame: Frame) -> FloatArray:
+    return np.column_stack([f(order * frame.q) for order in ANGLE_ORDERS for f in (np.cos, np.sin)])
+
+
+# channel -> (name, quantity, modulators): 1 plain, d sign of motion, w motor speed, pos/neg direction apart
+_TABLE: dict[str, tuple[tuple[str, str, tuple[str, ...]], ...]] = {
+    MOTOR_TORQUE: (
+        ("friction over speed", "speed", ("d",)),
+        ("torque over velocity", "velocity", ("1",)),
+        ("friction over load", "torque", ("d",)),
+        ("torque over load", "torque", ("1",)),
+        ("friction over temperature", "temperature", ("d",)),
+        ("viscous friction over temperature", "temperature", ("w",)),
+        ("offset over temperature", "temperature", ("1",)),
+        ("friction over time", "time", ("d",)),
+        ("viscous friction over time", "time", ("w",)),
+        ("offset over time", "time", ("1",)),
+        ("friction since reversal", "since_reversal", ("d",)),
+    ),
+    LOAD_TORQUE: (
+        ("torque over load", "load_motor_torque", ("1",)),
+        ("friction over load", "load_motor_torque", ("d",)),
+        ("friction over speed", "speed", ("d",)),
+        ("torque over speed", "speed", ("1",)),
+        ("offset over temperature", "temperature", ("1",)),
+        ("gain over temperature", "temperature", ("tau",)),
+        ("friction over temperature", "temperature", ("d",)),
+        ("offset over time", "time", ("1",)),
+        ("gain over time", "time", ("tau",)),
+        ("friction over time", "time", ("d",)),
+        ("offset since reversal", "since_reversal", ("d",)),
+    ),
+    TRANSMISSION_ERROR: (
+        ("offset over load", "torque", ("p", "n")),
+        ("offset over speed", "speed", ("p", "n")),
+        ("offset over temperature", "temperature", ("p", "n")),
+        ("compliance over temperature", "temperature", ("tau",)),
+        ("compliance over speed", "speed", ("tau",)),
+        ("offset over time", "time", ("1",)),
+        ("compliance over time", "time", ("tau",)),
+        ("offset since reversal", "since_reversal", ("d",)),
+        ("offset since start", "elapsed", ("1",)),
+    ),
+    TEMPERATURE: (
+        ("heat over speed", "speed", ("1",)),
+        ("heat over temperature", "temperature", ("1",)),
+        ("heat over time", "time", ("1",)),
+        ("heat over load", "torque", ("1",)),
+        ("heat since start", "elapsed", ("1",)),
+    ),
+}
+
+
+def _modulator(frame: Frame, name: str) -> FloatArray:
+    forward = frame.last_direction > 0
+    values = {
+        "1": np.ones(frame.size),
+        "d": frame.last_direction,
+        "w": frame.omega,
+        "tau": frame.load_motor_torque / 1000.0,
+        "p": forward.astype(np.float64),
+        "n": (~forward).astype(np.float64),
+    }
+    return values[name]
+
+
+def rivals(channel: str, frame: Frame) -> list[Rival]:
+    """Free-form rivals of a channel whose quantity varies in the data."""
+    out: list[Rival] = []
+    for name, quantity, modulators in _TABLE[channel]:
+        basis = hats(_quantity(frame, quantity))
+        if basis.shape[1] == 0:
+            continue
+        parts = np.hstack([basis * _modulator(frame, m)[:, None] for m in modulators])
+        if channel == TEMPERATURE:
+            parts = np.column_stack([integral(parts[:, i], frame) for i in range(parts.shape[1])])
+        out.append(Rival(name, (quantity,), parts))
+    if channel in (MOTOR_TORQUE, LOAD_TORQUE):
+        waves = _waves(frame)
+        out.append(Rival("torque over the output angle", ("angle",), waves))
+        out.append(Rival("friction over the output angle", ("angle",), waves * frame.last_direction[:, None]))
+    return out

@@ -1,0 +1,88 @@
+"""What a physics term is: an equation, its parameters, where it shows, and regressors it offers in each channel.
+
+A term has one or more *forms* a channel: standard ways of writing the same effect (Gaussian or rational Stribeck, tanh or
+piecewise lost motion). Whatever form nature took, the effect's name is the same. The linear parameters of a form are the
+coefficients of its columns; its nonlinear parameters are searched on a grid that follows the data and then refined.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from bench.simulation.frame import FloatArray, Frame
+
+Point = tuple[float, ...]
+Columns = Callable[[Frame, Point], FloatArray]
+Grid = Callable[[Frame], tuple[Point, ...]]
+
+TRANSMISSION_ERROR = "transmission_error"
+MOTOR_TORQUE = "motor_torque"
+LOAD_TORQUE = "load_torque"
+TEMPERATURE = "temperature"
+CHANNEL_UNITS = {TRANSMISSION_ERROR: "rad", MOTOR_TORQUE: "N*m", LOAD_TORQUE: "N*m", TEMPERATURE: "degC"}
+
+
+@dataclass(frozen=True, slots=True)
+class Symbol:
+    """A parameter: its symbol in the equation, SI unit, meaning, and physical bounds."""
+
+    symbol: str
+    unit: str
+    meaning: str
+    lower: float = -np.inf
+    upper: float = np.inf
+
+
+def _no_grid(_: Frame) -> tuple[Point, ...]:
+    return ((),)
+
+
+@dataclass(frozen=True, slots=True)
+class Form:
+    """One way of writing a term in one channel.
+
+    ``columns(frame, point)`` returns (n, k) regressors for the nonlinear parameters ``point``; ``linear`` names the k
+    coefficients; ``grid(frame)`` proposes points within the data's range.
+    """
+
+    name: str
+    columns: Columns
+    linear: tuple[Symbol, ...]
+    nonlinear: tuple[Symbol, ...] = ()
+    grid: Grid = _no_grid
+
+
+@dataclass(frozen=True, slots=True)
+class Term:
+    """A physics term of the library. ``effect`` is its id in the vocabulary, ``active`` says on which rows it acts most."""
+
+    effect: str
+    name: str
+    equation: str
+    reference: str
+    where: str
+    forms: Mapping[str, tuple[Form, ...]]
+    nominal: bool = False
+    variables: tuple[str, ...] = field(default=())
+    """quantities of the frame the effect depends on, the most telling first; used to say where it shows"""
+
+
+def columns(*parts: FloatArray) -> FloatArray:
+    """Stack one-dimensional regressors as columns."""
+    return np.column_stack(parts)
+
+
+def logarithmic(lower: float, upper: float, number: int) -> tuple[Point, ...]:
+    """Points spread evenly in their logarithm."""
+    return tuple((float(v),) for v in np.geomspace(max(lower, 1e-12), max(upper, lower * 1.001, 1e-12), number))
+
+
+def top(values: FloatArray) -> float:
+    """Largest magnitude that is no outlier (99th percentile); 1 where there is nothing."""
+    if values.size == 0:
+        return 1.0
+    largest = float(np.percentile(np.abs(values), 99))
+    return largest if largest > 0 else 1.0

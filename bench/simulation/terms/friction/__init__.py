@@ -1,0 +1,1 @@
+"""Friction of the gearbox and the input motor: shows in motor_torque."""

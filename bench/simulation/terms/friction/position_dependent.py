@@ -1,0 +1,46 @@
+"""Friction modulated with the output angle."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.terms.base import MOTOR_TORQUE, Form, Point, Symbol, Term, columns
+
+# what is seen in blocks of a tenth of a second; higher orders come from the order spectrum
+_ORDERS = (1, 2, 3, 4, 5, 6, 8, 9, 12, 13, 14, 18, 19, 24, 27, 45, 46)
+
+
+def _grid(_: Frame) -> tuple[Point, ...]:
+    return tuple((float(order),) for order in _ORDERS)
+
+
+def _modulated(frame: Frame, point: Point) -> FloatArray:
+    angle = point[0] * frame.q
+    return columns(frame.direction * np.cos(angle), frame.direction * np.sin(angle))
+
+
+def _loaded(frame: Frame, point: Point) -> FloatArray:
+    angle = point[0] * frame.q
+    load = np.abs(frame.torque) / 1000.0
+    return columns(frame.direction * load * np.cos(angle), frame.direction * load * np.sin(angle))
+
+
+F_PC = Symbol("f_pc", "N*m", "cosine amplitude of the friction over the output angle")
+F_PS = Symbol("f_ps", "N*m", "sine amplitude of the friction over the output angle")
+ORDER = Symbol("m", "1", "order per output revolution", 0.0)
+
+TERM = Term(
+    effect="friction.position_dependent",
+    name="friction modulated with the output angle",
+    equation="tau_m += d * (f_pc*cos(m*q) + f_ps*sin(m*q))",
+    reference="Armstrong-Helouvry, Control of Machines with Friction, Kluwer 1991, ch. 4",
+    where="motor_torque over the output angle, changing sign with the direction",
+    forms={
+        MOTOR_TORQUE: (
+            Form("constant", _modulated, (F_PC, F_PS), (ORDER,), _grid),
+            Form("with_load", _loaded, (F_PC, F_PS), (ORDER,), _grid),
+        )
+    },
+    variables=("angle",),
+)

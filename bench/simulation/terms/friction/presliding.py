@@ -1,0 +1,48 @@
+"""Pre-sliding: friction that builds up over a distance after standstill or reversal."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.terms.base import MOTOR_TORQUE, Form, Point, Symbol, Term, columns, logarithmic
+from bench.simulation.terms.memory import relaxing
+
+
+def _grid(_: Frame) -> tuple[Point, ...]:
+    return logarithmic(0.05, 40.0, 14)
+
+
+def _dahl(frame: Frame, point: Point) -> FloatArray:
+    state = relaxing(frame.theta * frame.ratio, frame, point[0])
+    return columns(np.where(frame.direction != 0, state - frame.direction, 0.0))
+
+
+def _since_reversal(frame: Frame, point: Point) -> FloatArray:
+    lag = np.exp(-frame.reversal_travel * frame.ratio / point[0]) * frame.reversed_before
+    return columns(-frame.direction * lag)
+
+
+def _linear(frame: Frame, point: Point) -> FloatArray:
+    lag = np.maximum(0.0, 1.0 - frame.reversal_travel * frame.ratio / (2.0 * point[0])) * (1.0 + frame.reversed_before)
+    return columns(-frame.direction * lag)
+
+
+F_D = Symbol("f_d", "N*m", "friction that needs a distance to build up", 0.0)
+S_D = Symbol("s_d", "rad", "distance at the motor shaft over which it builds up", 0.0)
+
+TERM = Term(
+    effect="friction.presliding",
+    name="pre-sliding friction after reversal",
+    equation="tau_m += f_d * (z - d), dz = (1 - z*sgn(dphi)) * dphi / s_d",
+    reference="Dahl, TOR-158, Aerospace Corp. 1968; Canudas de Wit et al., IEEE TAC 40 (1995) 419",
+    where="motor_torque in the first moments after a start or reversal",
+    forms={
+        MOTOR_TORQUE: (
+            Form("dahl", _dahl, (F_D,), (S_D,), _grid),
+            Form("reversal", _since_reversal, (F_D,), (S_D,), _grid),
+            Form("linear", _linear, (F_D,), (S_D,), _grid),
+        )
+    },
+    variables=("since_reversal",),
+)

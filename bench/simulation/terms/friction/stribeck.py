@@ -1,0 +1,51 @@
+"""Stribeck friction: extra friction near standstill that decays with speed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.terms.base import MOTOR_TORQUE, Form, Point, Symbol, Term, columns, logarithmic, top
+
+
+def _grid(frame: Frame) -> tuple[Point, ...]:
+    fastest = top(frame.omega)
+    slowest = max(1e-3 * fastest, 0.3)
+    return logarithmic(slowest, min(0.5 * fastest, 40.0 * slowest), 12)
+
+
+def _gaussian(frame: Frame, point: Point) -> FloatArray:
+    return columns(frame.direction * np.exp(-((np.abs(frame.omega) / point[0]) ** 2)))
+
+
+def _exponential(frame: Frame, point: Point) -> FloatArray:
+    return columns(frame.direction * np.exp(-np.abs(frame.omega) / point[0]))
+
+
+def _rational(frame: Frame, point: Point) -> FloatArray:
+    return columns(frame.direction / (1.0 + (np.abs(frame.omega) / point[0]) ** 2))
+
+
+def _slow_rational(frame: Frame, point: Point) -> FloatArray:
+    return columns(frame.direction / (1.0 + np.abs(frame.omega) / point[0]))
+
+
+F_S = Symbol("f_s", "N*m", "extra friction at standstill", 0.0)
+W_S = Symbol("w_s", "rad/s", "Stribeck speed of the motor shaft", 0.0)
+
+TERM = Term(
+    effect="friction.stribeck",
+    name="Stribeck friction",
+    equation="tau_m += d * f_s * exp(-(abs(w_m)/w_s)**delta), delta 2 (Gaussian) or 1; or d * f_s / (1 + (abs(w_m)/w_s)**2)",
+    reference="Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083; Bo and Pavelescu, Wear 82 (1982) 277",
+    where="motor_torque at low speed, sign of the motion",
+    forms={
+        MOTOR_TORQUE: (
+            Form("exponential", _exponential, (F_S,), (W_S,), _grid),
+            Form("gaussian", _gaussian, (F_S,), (W_S,), _grid),
+            Form("rational", _rational, (F_S,), (W_S,), _grid),
+            Form("slow_rational", _slow_rational, (F_S,), (W_S,), _grid),
+        )
+    },
+    variables=("speed",),
+)

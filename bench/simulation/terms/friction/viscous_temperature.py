@@ -1,0 +1,41 @@
+"""Viscous friction whose viscosity falls exponentially with the lubricant's temperature."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.terms.base import MOTOR_TORQUE, Form, Point, Symbol, Term, columns, logarithmic
+
+
+def _rates(_: Frame) -> tuple[Point, ...]:
+    return logarithmic(0.012, 0.2, 10)
+
+
+def _exponential(frame: Frame, point: Point) -> FloatArray:
+    return columns(frame.omega * np.exp(-point[0] * (frame.temperature - 25.0)))
+
+
+def _vogel(frame: Frame, point: Point) -> FloatArray:
+    # exp(B/(T - T0)) relative to 25 degC, T0 = -60 degC: the slope at 25 degC is the parameter
+    constant = point[0] * 85.0**2
+    return columns(frame.omega * np.exp(constant / (np.maximum(frame.temperature, -40.0) + 60.0) - constant / 85.0))
+
+
+F_E = Symbol("f_e", "N*m*s/rad", "viscous friction that follows the viscosity, at 25 degC", 0.0)
+BETA = Symbol("beta", "1/K", "relative fall of the viscosity per kelvin at 25 degC", 0.0)
+
+TERM = Term(
+    effect="friction.viscous_temperature",
+    name="viscosity falling exponentially with temperature",
+    equation="tau_m += f_e * exp(-beta*(T - 25 degC)) * w_m",
+    reference="Reynolds (1886); Vogel, Phys. Z. 22 (1921) 645; Bittencourt, Wernholt, ACC 2010",
+    where="motor_torque at high speed, curved in temperature",
+    forms={
+        MOTOR_TORQUE: (
+            Form("exponential", _exponential, (F_E,), (BETA,), _rates),
+            Form("vogel", _vogel, (F_E,), (BETA,), _rates),
+        )
+    },
+    variables=("temperature", "speed"),
+)

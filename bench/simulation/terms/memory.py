@@ -1,0 +1,104 @@
+"""States of terms with a memory, simulated along the rows of each recording (compiled)."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from bench.simulation.frame import FloatArray, Frame, recording_starts
+
+
+@numba.njit(cache=True)  # type: ignore[misc]
+def _relaxing(x: FloatArray, starts: np.ndarray, scale: float, keep: bool) -> FloatArray:  # type: ignore[type-arg]
+    out = np.empty(x.size)
+    z = 0.0
+    for r in range(starts.size - 1):
+        a, b = starts[r], starts[r + 1]
+        if not keep:
+            z = 0.0
+        previous = x[a]
+        for i in range(a, b):
+            step = x[i] - previous
+            previous = x[i]
+            if step != 0.0:
+                target = 1.0 if step > 0 else -1.0
+                z = target + (z - target) * np.exp(-abs(step) / scale)
+            out[i] = z
+    return out
+
+
+@numba.njit(cache=True)  # type: ignore[misc]
+def _play(x: FloatArray, starts: np.ndarray, half_width: float, keep: bool) -> FloatArray:  # type: ignore[type-arg]
+    out = np.empty(x.size)
+    p = 0.0
+    for r in range(starts.size - 1):
+        a, b = starts[r], starts[r + 1]
+        if not keep:
+            p = 0.0
+        for i in range(a, b):
+            p = min(max(p, x[i] - half_width), x[i] + half_width)
+            out[i] = p
+    return out
+
+
+@numba.njit(cache=True)  # type: ignore[misc]
+def _lag(x: FloatArray, dt: FloatArray, starts: np.ndarray, constant: float) -> FloatArray:  # type: ignore[type-arg]
+    out = np.empty(x.size)
+    for r in range(starts.size - 1):
+        a, b = starts[r], starts[r + 1]
+        y = x[a]
+        for i in range(a, b):
+            y = x[i] + (y - x[i]) * np.exp(-dt[i] / constant)
+            out[i] = y
+    return out
+
+
+def relaxing(x: FloatArray, frame: Frame, scale: float, keep: bool = False) -> FloatArray:
+    """State z that relaxes to the sign of dx over the distance ``scale`` (Dahl with i = 1): dz = (1 − z·sgn dx)·dx/scale.
+
+    ``keep`` carries the state from one recording to the next; else each begins at 0.
+    """
+    return np.asarray(_relaxing(np.ascontiguousarray(x), recording_starts(frame), scale, keep))
+
+
+def play(x: FloatArray, frame: Frame, half_width: float, keep: bool = False) -> FloatArray:
+    """Play (backlash) operator of half width ``half_width`` in the unit of x."""
+    return np.asarray(_play(np.ascontiguousarray(x), recording_starts(frame), half_width, keep))
+
+
+def lag(x: FloatArray, frame: Frame, constant: float) -> FloatArray:
+    """First-order lag of x with the time constant ``constant`` in s, from the recording's first value."""
+    return np.asarray(_lag(np.ascontiguousarray(x), frame.step, recording_starts(frame), constant))
+
+
+def integral(x: FloatArray, frame: Frame) -> FloatArray:
+    """Time integral of x within each recording (trapezoids), 0 in its first row."""
+    before = np.concatenate((x[:1], x[:-1]))
+    area = 0.5 * (x + before) * frame.step
+    starts = recording_starts(frame)[:-1]
+    area[starts] = 0.0
+    total = np.cumsum(area)
+    own = np.repeat(total[starts], np.diff(np.append(starts, frame.size)))
+    return np.asarray(total - own)
+
+
+def campaign_lag(x: FloatArray, frame: Frame, constant: float) -> FloatArray:
+    """First-order lag that goes on between recordings: over a gap x is taken to run straight from one value to the next."""
+    return np.asarray(_campaign_lag(np.ascontiguousarray(x), frame.time, constant))
+
+
+@numba.njit(cache=True)  # type: ignore[misc]
+def _campaign_lag(x: FloatArray, time: FloatArray, constant: float) -> FloatArray:
+    out = np.empty(x.size)
+    y = x[0]
+    out[0] = y
+    for i in range(1, x.size):
+        dt = time[i] - time[i - 1]
+        if dt > 0.0:
+            slope = (x[i] - x[i - 1]) / dt
+            # exact response of the lag to a ramp
+            steady = x[i] - slope * constant
+            begin = x[i - 1] - slope * constant
+            y = steady + (y - begin) * np.exp(-dt / constant)
+        out[i] = y
+    return out

@@ -1,0 +1,1 @@
+"""The input motor and its drive: shows in motor_torque."""

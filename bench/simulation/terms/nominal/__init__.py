@@ -1,0 +1,1 @@
+"""The terms of the nominal simulation: each can be switched off, and then found missing."""

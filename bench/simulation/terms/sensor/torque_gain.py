@@ -1,0 +1,30 @@
+"""Gain error of the torque sensor: in load_torque, with a trace in motor_torque."""
+
+from __future__ import annotations
+
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.terms.base import LOAD_TORQUE, MOTOR_TORQUE, Form, Point, Symbol, Term, columns
+
+
+def _gain(frame: Frame, _: Point) -> FloatArray:
+    return columns(frame.load_motor_torque)
+
+
+def _trace(frame: Frame, _: Point) -> FloatArray:
+    return columns(-frame.torque / frame.ratio)
+
+
+G_S = Symbol("g_s", "1", "gain error of the torque sensor", -0.5, 0.5)
+
+TERM = Term(
+    effect="sensor.torque_gain",
+    name="gain error of the torque sensor",
+    equation="load_torque += g_s*load_motor_torque; tau_m -= g_s*tau/u",
+    reference="VDI/VDE 2646; data sheets' sensitivity tolerance",
+    where="load_torque in proportion to the load, with the opposite trace in motor_torque",
+    forms={
+        LOAD_TORQUE: (Form("gain", _gain, (G_S,)),),
+        MOTOR_TORQUE: (Form("gain", _trace, (G_S,)),),
+    },
+    variables=("torque",),
+)

@@ -1,0 +1,56 @@
+"""The torque sensor's own hysteresis."""
+
+from __future__ import annotations
+
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.terms.base import LOAD_TORQUE, Form, Point, Symbol, Term, columns, logarithmic, top
+from bench.simulation.terms.memory import play, relaxing
+
+
+def _widths(frame: Frame) -> tuple[Point, ...]:
+    largest = top(frame.load_motor_torque)
+    return logarithmic(0.01 * largest, 0.8 * largest, 9)
+
+
+def _play(frame: Frame, point: Point) -> FloatArray:
+    x = frame.load_motor_torque
+    return columns((x - play(x, frame, point[0])) / point[0])
+
+
+def _play_kept(frame: Frame, point: Point) -> FloatArray:
+    x = frame.load_motor_torque
+    return columns((x - play(x, frame, point[0], keep=True)) / point[0])
+
+
+def _dahl(frame: Frame, point: Point) -> FloatArray:
+    return columns(relaxing(_quiet(frame), frame, point[0]))
+
+
+def _dahl_kept(frame: Frame, point: Point) -> FloatArray:
+    return columns(relaxing(_quiet(frame), frame, point[0], keep=True))
+
+
+def _quiet(frame: Frame) -> FloatArray:
+    """Load torque without the noise that would turn the relaxing state to and fro."""
+    return play(frame.load_motor_torque, frame, 0.01 * top(frame.load_motor_torque))
+
+
+H_S = Symbol("h_s", "N*m", "half width of the loop")
+W_H = Symbol("w_h", "N*m", "torque over which the loop turns", 0.0)
+
+TERM = Term(
+    effect="sensor.torque_hysteresis",
+    name="hysteresis of the torque sensor",
+    equation="load_torque += h_s*z, dz = (1 - z*sgn(dx))*dx/w_h (or play of half width w_h), x = load_motor_torque",
+    reference="Krasnosel'skii and Pokrovskii, Systems with Hysteresis, Springer 1989; VDI/VDE 2646",
+    where="load_torque, by whether the load rises or falls",
+    forms={
+        LOAD_TORQUE: (
+            Form("play", _play, (H_S,), (W_H,), _widths),
+            Form("play_kept", _play_kept, (H_S,), (W_H,), _widths),
+            Form("dahl", _dahl, (H_S,), (W_H,), _widths),
+            Form("dahl_kept", _dahl_kept, (H_S,), (W_H,), _widths),
+        )
+    },
+    variables=("torque_path",),
+)

@@ -1,0 +1,75 @@
+"""Slow change with time, not with temperature: creep, wear, loosening."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.terms.base import TRANSMISSION_ERROR, Form, Point, Symbol, Term, columns
+
+
+def _share(frame: Frame) -> FloatArray:
+    return np.asarray((frame.time - frame.time.min()) / (float(np.ptp(frame.time)) or 1.0))
+
+
+def _linear(frame: Frame, _: Point) -> FloatArray:
+    return columns((frame.time - frame.time.min()) / 3600.0)
+
+
+def _scales(frame: Frame) -> tuple[Point, ...]:
+    span = float(np.ptp(frame.time)) or 1.0
+    return tuple((span * share,) for share in (0.03, 0.08, 0.2, 0.5))
+
+
+def _creep(frame: Frame, point: Point) -> FloatArray:
+    return columns(1.0 - np.exp(-(frame.time - frame.time.min()) / point[0]))
+
+
+def _logarithmic(frame: Frame, point: Point) -> FloatArray:
+    return columns(np.log1p((frame.time - frame.time.min()) / point[0]))
+
+
+def _steps(frame: Frame) -> tuple[Point, ...]:
+    span = float(np.ptp(frame.time)) or 1.0
+    return tuple((span * share,) for share in np.linspace(0.08, 0.92, 22))
+
+
+def _loosening(frame: Frame, point: Point) -> FloatArray:
+    return columns((frame.time - frame.time.min() > point[0]).astype(np.float64))
+
+
+def _travelled(frame: Frame, _: Point) -> FloatArray:
+    return columns((frame.travel - frame.travel.min()) / 100.0)
+
+
+def _compliance(frame: Frame, _: Point) -> FloatArray:
+    hours = (frame.time - frame.time.min()) / 3600.0
+    return columns(hours, hours * frame.torque / 1000.0)
+
+
+C_T = Symbol("c_t", "rad/h", "drift an hour")
+C_E = Symbol("c_e", "rad", "drift in the end")
+C_L = Symbol("c_l", "rad", "drift per factor e of time")
+C_S = Symbol("c_s", "rad", "step of the offset")
+C_D = Symbol("c_d", "rad", "drift per 100 rad run at the output")
+C_K = Symbol("c_k", "rad/h", "growth of the compliance per kN*m and hour")
+T_C = Symbol("t_c", "s", "time constant", 0.0)
+
+TERM = Term(
+    effect="te.drift_time",
+    name="slow drift of the transmission error with time",
+    equation="TE += c_t*t; or creep c_e*(1 - exp(-t/t_c)); or a step when something loosened",
+    reference="Findley, Creep and Relaxation (1976); ISO 230-3 for drift tests",
+    where="transmission_error's offset through the campaign",
+    forms={
+        TRANSMISSION_ERROR: (
+            Form("linear", _linear, (C_T,)),
+            Form("creep", _creep, (C_E,), (T_C,), _scales),
+            Form("logarithmic", _logarithmic, (C_L,), (T_C,), _scales),
+            Form("loosening", _loosening, (C_S,), (T_C,), _steps),
+            Form("distance", _travelled, (C_D,)),
+            Form("compliance", _compliance, (C_T, C_K)),
+        )
+    },
+    variables=("time",),
+)

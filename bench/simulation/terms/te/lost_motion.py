@@ -1,0 +1,45 @@
+"""Lost motion or backlash: a saturating step of the offset about zero torque."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.terms.base import TRANSMISSION_ERROR, Form, Point, Symbol, Term, columns, logarithmic, top
+
+
+def _scales(frame: Frame) -> tuple[Point, ...]:
+    largest = top(frame.torque)
+    return logarithmic(0.01 * largest, 0.3 * largest, 9)
+
+
+def _tanh(frame: Frame, point: Point) -> FloatArray:
+    return columns(-np.tanh(frame.torque / point[0]))
+
+
+def _arctan(frame: Frame, point: Point) -> FloatArray:
+    return columns(-2.0 / np.pi * np.arctan(frame.torque / point[0]))
+
+
+def _piecewise(frame: Frame, point: Point) -> FloatArray:
+    return columns(-np.clip(frame.torque / (1.5 * point[0]), -1.0, 1.0))
+
+
+J = Symbol("j_2", "rad", "half of the lost motion", 0.0)
+TAU_J = Symbol("tau_j", "N*m", "torque within which it is passed", 0.0)
+
+TERM = Term(
+    effect="te.lost_motion",
+    name="lost motion",
+    equation="TE -= j_2*tanh(tau/tau_j)",
+    reference="VDI 2060/ISO: lost motion at 3 % of rated torque; Mesmer et al., IEEE AIM 2022",
+    where="transmission_error's offset about zero torque",
+    forms={
+        TRANSMISSION_ERROR: (
+            Form("tanh", _tanh, (J,), (TAU_J,), _scales),
+            Form("arctan", _arctan, (J,), (TAU_J,), _scales),
+            Form("piecewise", _piecewise, (J,), (TAU_J,), _scales),
+        )
+    },
+    variables=("torque",),
+)

@@ -1,0 +1,52 @@
+"""Amplitude and phase of the orders follow a second-order resonance in f times the speed.
+
+Unlike other terms it multiplies what the simulation has: order f at speed v is excited at f*v rad/s and answered by
+H(f*v) = 1/(1 - (f*v/w_0)**2 + 2j*zeta*f*v/w_0). The regressor of the library is H - 1 for one order of unit amplitude;
+the analysis applies it to the simulation's own amplitudes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.terms.base import TRANSMISSION_ERROR, Form, Point, Symbol, Term, columns
+
+ZETAS = (0.02, 0.04, 0.08, 0.15, 0.3)
+
+
+def response(frequency: FloatArray, natural: float, damping: float) -> NDArray[np.complex128]:
+    """Second-order response 1/(1 - r² + 2jζr), r = frequency/natural (both in rad/s)."""
+    r = frequency / natural
+    return np.asarray(1.0 / (1.0 - r**2 + 2j * damping * r))
+
+
+def _grid(frame: Frame) -> tuple[Point, ...]:
+    fastest = float(np.percentile(np.abs(frame.velocity), 99)) or 0.1
+    naturals = np.geomspace(2.0 * fastest, 500.0 * fastest, 60)
+    return tuple((order, float(w), z) for order in (46.0,) for w in naturals for z in ZETAS)
+
+
+def _one_order(frame: Frame, point: Point) -> FloatArray:
+    order, natural, damping = point
+    extra = response(order * np.abs(frame.velocity), natural, damping) - 1.0
+    wave = np.exp(1j * order * frame.theta) * np.where(frame.velocity >= 0, extra, np.conj(extra))
+    return columns(wave.real, wave.imag)
+
+
+A_C = Symbol("a_c", "rad", "real part of the order's quasi-static amplitude")
+A_S = Symbol("a_s", "rad", "imaginary part of the order's quasi-static amplitude")
+F = Symbol("f", "1", "order", 0.0)
+W_0 = Symbol("w_0", "rad/s", "natural frequency", 0.0)
+ZETA = Symbol("zeta", "1", "damping ratio", 0.0, 1.0)
+
+TERM = Term(
+    effect="te.resonance",
+    name="resonance of the transmission error",
+    equation="A_f -> A_f*H(f*abs(dtheta)), H(w) = 1/(1 - (w/w_0)**2 + 2j*zeta*w/w_0)",
+    reference="Tuttle and Seering, IEEE Trans. Robot. Autom. 12 (1996) 368",
+    where="transmission_error: amplitudes and phases of the orders f with f*dtheta near w_0",
+    forms={TRANSMISSION_ERROR: (Form("second_order", _one_order, (A_C, A_S), (F, W_0, ZETA), _grid),)},
+    variables=("order_frequency",),
+)

@@ -1,0 +1,60 @@
+"""Torsional stiffness that hardens, or changes by pieces, beyond the quadratic."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.terms.base import TRANSMISSION_ERROR, Form, Point, Symbol, Term, columns, top
+
+
+def _cubic(frame: Frame, _: Point) -> FloatArray:
+    x = frame.torque / 1000.0
+    return columns(x**3)
+
+
+def _odd_square(frame: Frame, _: Point) -> FloatArray:
+    x = frame.torque / 1000.0
+    return columns(x * np.abs(x))
+
+
+def _knees(frame: Frame) -> tuple[Point, ...]:
+    largest = top(frame.torque)
+    return tuple((share * largest,) for share in (0.3, 0.4, 0.5, 0.6, 0.7, 0.8))
+
+
+def _piecewise(frame: Frame, point: Point) -> FloatArray:
+    return columns(np.sign(frame.torque) * np.maximum(np.abs(frame.torque) - point[0], 0.0) / 1000.0)
+
+
+def _soft_scales(frame: Frame) -> tuple[Point, ...]:
+    largest = top(frame.torque)
+    return tuple((share * largest,) for share in (0.4, 0.55, 0.75, 1.0))
+
+
+def _softening(frame: Frame, point: Point) -> FloatArray:
+    return columns(np.arctan(frame.torque / point[0]))
+
+
+B_3 = Symbol("b_3", "rad", "cubic part at 1 kN*m")
+B_2 = Symbol("b_2", "rad", "odd quadratic part at 1 kN*m")
+B_K = Symbol("b_k", "rad", "change of the compliance beyond the knee, per kN*m")
+B_A = Symbol("b_a", "rad", "amplitude of the arctangent")
+KNEE = Symbol("tau_k", "N*m", "torque of the knee", 0.0)
+
+TERM = Term(
+    effect="te.stiffness_nonlinear",
+    name="nonlinear torsional stiffness",
+    equation="TE += b_3*(tau/1 kN*m)**3; or a knee: b_k*sgn(tau)*max(abs(tau) - tau_k, 0)/(1 kN*m)",
+    reference="Ruderman, Hoffmann, Bertram, IEEE Trans. Ind. Electron. 56 (2009) 3840",
+    where="transmission_error's offset at high torque",
+    forms={
+        TRANSMISSION_ERROR: (
+            Form("cubic", _cubic, (B_3,)),
+            Form("odd_square", _odd_square, (B_2,)),
+            Form("piecewise", _piecewise, (B_K,), (KNEE,), _knees),
+            Form("arctan", _softening, (B_A,), (KNEE,), _soft_scales),
+        )
+    },
+    variables=("torque",),
+)

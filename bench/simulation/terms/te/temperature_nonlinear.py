@@ -1,0 +1,61 @@
+"""Dependence of the offset on temperature beyond the quadratic."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.terms.base import TRANSMISSION_ERROR, Form, Point, Symbol, Term, columns
+
+
+def _scales(frame: Frame) -> tuple[Point, ...]:
+    span = float(np.ptp(frame.temperature)) or 10.0
+    return tuple((span * share,) for share in (0.08, 0.15, 0.25, 0.4, 0.7))
+
+
+def _exponential(frame: Frame, point: Point) -> FloatArray:
+    rise = np.exp(-(frame.temperature - frame.temperature.min()) / point[0])
+    return columns(rise, frame.last_direction * rise)
+
+
+def _growing(frame: Frame, point: Point) -> FloatArray:
+    rise = np.exp((frame.temperature - frame.temperature.max()) / point[0])
+    return columns(rise, frame.last_direction * rise)
+
+
+def _cubic(frame: Frame, _: Point) -> FloatArray:
+    x = (frame.temperature - 35.0) / 15.0
+    return columns(x**3, frame.last_direction * x**3)
+
+
+def _middles(frame: Frame) -> tuple[Point, ...]:
+    low, high = np.percentile(frame.temperature, [2, 98])
+    return tuple((float(low + share * (high - low)),) for share in (0.2, 0.35, 0.5, 0.65, 0.8))
+
+
+def _threshold(frame: Frame, point: Point) -> FloatArray:
+    step = np.tanh((frame.temperature - point[0]) / 3.0)
+    return columns(step, frame.last_direction * step)
+
+
+T_E = Symbol("t_e", "rad", "amplitude, the same in both directions")
+T_O = Symbol("t_o", "rad", "amplitude, with the sign of the motion")
+T_S = Symbol("T_s", "K", "temperature over which it falls by e", 0.0)
+T_M = Symbol("T_m", "degC", "temperature of the change")
+
+TERM = Term(
+    effect="te.temperature_nonlinear",
+    name="dependence of the transmission error on temperature beyond the quadratic",
+    equation="TE += (t_e + d*t_o)*exp(-(T - T_min)/T_s), or cubic, or a change at T_m",
+    reference="viscosity laws, Vogel, Phys. Z. 22 (1921) 645",
+    where="transmission_error's offset over temperature",
+    forms={
+        TRANSMISSION_ERROR: (
+            Form("exponential", _exponential, (T_E, T_O), (T_S,), _scales),
+            Form("growing", _growing, (T_E, T_O), (T_S,), _scales),
+            Form("cubic", _cubic, (T_E, T_O)),
+            Form("threshold", _threshold, (T_E, T_O), (T_M,), _middles),
+        )
+    },
+    variables=("temperature",),
+)

@@ -1,0 +1,49 @@
+"""Lubricant-film like dependence of the offset on the speed, beyond the quadratic."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.terms.base import TRANSMISSION_ERROR, Form, Point, Symbol, Term, columns, logarithmic, top
+
+
+def _scales(frame: Frame) -> tuple[Point, ...]:
+    fastest = top(frame.velocity)
+    return logarithmic(0.03 * fastest, 0.6 * fastest, 9)
+
+
+def _exponential(frame: Frame, point: Point) -> FloatArray:
+    film = np.exp(-np.abs(frame.velocity) / point[0])
+    return columns(film, frame.last_direction * film)
+
+
+def _rational(frame: Frame, point: Point) -> FloatArray:
+    film = 1.0 / (1.0 + np.abs(frame.velocity) / point[0])
+    return columns(film, frame.last_direction * film)
+
+
+def _saturating(frame: Frame, point: Point) -> FloatArray:
+    film = np.exp(-((frame.velocity / point[0]) ** 2))
+    return columns(film, frame.last_direction * film)
+
+
+V_E = Symbol("v_e", "rad", "offset at standstill, the same in both directions")
+V_O = Symbol("v_o", "rad", "offset at standstill, with the sign of the motion")
+V_S = Symbol("v_s", "rad/s", "speed over which the film builds up", 0.0)
+
+TERM = Term(
+    effect="te.velocity_nonlinear",
+    name="film-like dependence of the transmission error on speed",
+    equation="TE += (v_e + d*v_o)*exp(-abs(dtheta)/v_s)",
+    reference="Hamrock, Fundamentals of Fluid Film Lubrication (2004)",
+    where="transmission_error at low speed",
+    forms={
+        TRANSMISSION_ERROR: (
+            Form("exponential", _exponential, (V_E, V_O), (V_S,), _scales),
+            Form("rational", _rational, (V_E, V_O), (V_S,), _scales),
+            Form("gaussian", _saturating, (V_E, V_O), (V_S,), _scales),
+        )
+    },
+    variables=("speed",),
+)

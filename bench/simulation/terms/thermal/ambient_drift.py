@@ -1,0 +1,55 @@
+"""Surroundings that warm or cool."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.terms.base import TEMPERATURE, Form, Point, Symbol, Term, columns
+from bench.simulation.terms.memory import integral
+
+
+def _hours(frame: Frame) -> FloatArray:
+    return np.asarray((frame.time - frame.time.min()) / 3600.0)
+
+
+def _linear(frame: Frame, _: Point) -> FloatArray:
+    return columns(integral(_hours(frame), frame))
+
+
+def _quadratic(frame: Frame, _: Point) -> FloatArray:
+    hours = _hours(frame)
+    return columns(integral(hours, frame), integral(hours**2, frame))
+
+
+def _periods(frame: Frame) -> tuple[Point, ...]:
+    span = float(_hours(frame).max()) or 1.0
+    return tuple((span * share,) for share in (0.5, 0.8, 1.2, 2.0))
+
+
+def _wave(frame: Frame, point: Point) -> FloatArray:
+    phase = 2.0 * np.pi * _hours(frame) / point[0]
+    return columns(integral(np.cos(phase), frame), integral(np.sin(phase), frame))
+
+
+D_1 = Symbol("d_1", "K/(s*h)", "drift of the surroundings an hour, over R*C")
+D_2 = Symbol("d_2", "K/(s*h^2)", "curvature of the drift, over R*C")
+D_C = Symbol("d_c", "K/s", "cosine amplitude over R*C")
+D_S = Symbol("d_s", "K/s", "sine amplitude over R*C")
+PERIOD = Symbol("period", "h", "period of the surroundings", 0.0)
+
+TERM = Term(
+    effect="thermal.ambient_drift",
+    name="surroundings that warm or cool",
+    equation="T_amb = T_0 + T_1*t (+ T_2*t**2, or a wave)",
+    reference="boundary condition of the lumped model",
+    where="temperature, by the time of day and not by the bench's state",
+    forms={
+        TEMPERATURE: (
+            Form("linear", _linear, (D_1,)),
+            Form("quadratic", _quadratic, (D_1, D_2)),
+            Form("wave", _wave, (D_C, D_S), (PERIOD,), _periods),
+        )
+    },
+    variables=("time",),
+)

@@ -1,0 +1,30 @@
+"""The PT100 lags the lubricant."""
+
+from __future__ import annotations
+
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.terms.base import TEMPERATURE, Form, Point, Symbol, Term, columns, logarithmic
+from bench.simulation.terms.memory import integral, lag
+
+
+def _grid(_: Frame) -> tuple[Point, ...]:
+    return logarithmic(3.0, 400.0, 12)
+
+
+def _lagging(frame: Frame, point: Point) -> FloatArray:
+    # the balance filtered by the sensor: what the lagging power has not yet brought
+    return columns(-integral(frame.power - lag(frame.power, frame, point[0]), frame))
+
+
+PER_C = Symbol("1/C", "K/J", "one over the heat capacity", 0.0)
+TAU = Symbol("tau_s", "s", "time constant of the sensor", 0.0)
+
+TERM = Term(
+    effect="thermal.sensor_lag",
+    name="lag of the temperature sensor",
+    equation="tau_s*dT_s/dt = T - T_s: the PT100 reads T_s",
+    reference="IEC 60751, response time; Incropera, Fundamentals of Heat and Mass Transfer, ch. 5",
+    where="temperature in the first minutes after the loss changes",
+    forms={TEMPERATURE: (Form("first_order", _lagging, (PER_C,), (TAU,), _grid),)},
+    variables=("transient",),
+)
