@@ -33,6 +33,9 @@ _BENCH: tuple[tuple[str, Callable[[Any], Any]], ...] = (
     ("gearbox_serial", attributes.text),
     ("quality", attributes.json_object),
 )
+KNOWN_ROOT_ATTRIBUTES = frozenset(
+    ("format", "format_version", "complete", *(name for name, _ in (*_REQUIRED, *_BENCH)))
+)
 
 
 def read_header(file: h5py.File, path: Path) -> dict[str, Any]:

@@ -132,6 +132,8 @@ def _create_channel(group: h5py.Group, channel: ChannelSpec, chunk_rows: int) ->
 
 def append_rows(file: h5py.File, table: str, rows: Sequence[Sequence[Any]]) -> None:
     """Append rows to ``segments`` or ``events``."""
+    if not rows:
+        return
     for (column, _), values in zip(_TABLES[table], zip(*rows, strict=True), strict=False):
         dataset = file[table][column]
         size = dataset.shape[0]

@@ -42,6 +42,7 @@ class RecordingWriter:
     header, channels : what stands in the file; blocks must hold exactly these channels.
     chunk_rows : rows of an HDF5 chunk; by default :func:`real_time_chunk_rows`, in emulated time
         :data:`FAST_CHUNK_ROWS` makes smaller files that are faster to read.
+    part : where it is written until it is finished, in the same folder; by default ``<path>.part``.
 
     Raises
     ------
@@ -56,15 +57,16 @@ class RecordingWriter:
         channels: Sequence[ChannelSpec],
         *,
         chunk_rows: int | None = None,
+        part: Path | None = None,
     ) -> None:
         self.path = Path(path)
-        self.part = self.path.with_name(self.path.name + PART_SUFFIX)
+        self.part = part or self.path.with_name(self.path.name + PART_SUFFIX)
         self.rows = 0
         self._specs = {channel.name: channel for channel in channels}
         _layout.check_channels(self.path, channels)
         self._chunk_rows = chunk_rows or real_time_chunk_rows(header.sample_rate)
         self._buffers = self._new_buffers()
-        self._segments: list[Segment] = []
+        self._segment_count = 0
         self._open_segment: int | None = None
         self._closed = False
         self._sink = Sink(self.part, header, channels, self._chunk_rows, self._partial)
@@ -121,8 +123,8 @@ class RecordingWriter:
         """Start a segment at the next row; a segment that is still open ends there."""
         self._check_open()
         self.end_segment()
-        self._open_segment = len(self._segments)
-        self._segments.append(Segment(name, self.rows, -1))
+        self._open_segment = self._segment_count
+        self._segment_count += 1
         self._sink.put_table_rows("segments", [(name, self.rows, -1)])
 
     def end_segment(self) -> None:
@@ -136,6 +138,13 @@ class RecordingWriter:
         """Note an event; ``time_s`` in s since the first sample."""
         self._check_open()
         self._sink.put_table_rows("events", _layout.event_rows([Event(time_s, level, text)]))
+
+    def restore(self, segments: Sequence[Segment], events: Sequence[Event]) -> None:
+        """Take over segments and events of another recording as they are (for rows already appended)."""
+        self._check_open()
+        self._segment_count += len(segments)
+        self._sink.put_table_rows("segments", _layout.segment_rows(segments))
+        self._sink.put_table_rows("events", _layout.event_rows(events))
 
     def close(
         self, *, accepted: bool | None = None, quality: Mapping[str, Any] | None = None, complete: bool = True
