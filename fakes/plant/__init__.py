@@ -1,0 +1,22 @@
+"""The emulated plant: time-domain dynamics of the whole bench, compiled, with its truth in files of its own."""
+
+from fakes.plant.errors import PlantError
+from fakes.plant.faults import FAULTS, Fault, FaultTable
+from fakes.plant.images import COMMAND_DTYPE, MEASUREMENT_DTYPE, MODE_TORQUE, MODE_VELOCITY
+from fakes.plant.plant import Plant, Snapshot
+from fakes.plant.truth import PlantTruth, shipped
+
+__all__ = [
+    "COMMAND_DTYPE",
+    "FAULTS",
+    "MEASUREMENT_DTYPE",
+    "MODE_TORQUE",
+    "MODE_VELOCITY",
+    "Fault",
+    "FaultTable",
+    "Plant",
+    "PlantError",
+    "PlantTruth",
+    "Snapshot",
+    "shipped",
+]

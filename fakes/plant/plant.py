@@ -1,0 +1,143 @@
+"""The emulated bench in the time domain: set values in, measurements out, cycle by cycle."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fakes.plant.errors import PlantError
+from fakes.plant.faults import FaultTable
+from fakes.plant.images import COMMAND_DTYPE, MEASUREMENT_DTYPE
+from fakes.plant.noise import seed_words
+from fakes.plant.records import DRIVE_STATE, INPUT, LOAD, PLANT_STATE, drive_parameters, plant_parameters
+from fakes.plant.stepping import step_block
+from fakes.plant.transmission import aim, place
+from fakes.plant.truth import PlantTruth
+
+
+@dataclass(frozen=True, slots=True)
+class Snapshot:
+    """Everything that changes while a plant runs, copied."""
+
+    arrays: tuple[NDArray[Any], ...]
+
+
+class Plant:
+    """A whole bench: input motor and drive, gearbox, torque sensor, coupling, load motor and drive, lubricant.
+
+    The result does not depend on how cycles are grouped into blocks, and a restored snapshot replays bit by bit.
+
+    Args:
+        truth: the values the bench obeys.
+        seed: of all noise.
+        cycle_time_s: bus cycle.
+    """
+
+    def __init__(self, truth: PlantTruth, seed: int = 0, cycle_time_s: float = 0.0005) -> None:
+        self.truth = truth
+        self.cycle_time_s = cycle_time_s
+        self.faults = FaultTable(cycle_time_s)
+        series = truth.transmission_error
+        self._plant = plant_parameters(truth, cycle_time_s)
+        self._drives = drive_parameters(truth, cycle_time_s)
+        self._series = (series.orders, series.amplitude, series.phase, series.offset, series.box.array())
+        self._te = np.zeros((3, 2, series.orders.size + 1))
+        self._turn = np.zeros((2, series.orders.size))
+        self._active = np.zeros(self.faults.rows.size, np.bool_)
+        self._state = np.zeros(1, PLANT_STATE)
+        self._drive_states = np.zeros(2, DRIVE_STATE)
+        self._words = seed_words(seed)
+        self._begin()
+
+    @classmethod
+    def from_file(cls, name: str | Path, seed: int = 0, cycle_time_s: float = 0.0005) -> Plant:
+        """Make a plant from a plant file: a path, or the name of one that ships.
+
+        Raises:
+            PlantError: the file is missing or wrong.
+        """
+        return cls(PlantTruth.from_file(name), seed, cycle_time_s)
+
+    @property
+    def time_s(self) -> float:
+        """Plant time since the start."""
+        return int(self._state["cycle"][0]) * self.cycle_time_s
+
+    @property
+    def state(self) -> dict[str, Any]:
+        """The true state (bench frame, SI, °C) with both drives' own under ``input_drive`` and ``load_drive``; a copy."""
+        values: dict[str, Any] = {name: self._state[name][0].item() for name in PLANT_STATE.names or ()}
+        for key, row in (("input_drive", INPUT), ("load_drive", LOAD)):
+            values[key] = {name: self._drive_states[name][row].item() for name in DRIVE_STATE.names or ()}
+        return values
+
+    def step(self, commands: NDArray[Any], measurements: NDArray[Any] | None = None) -> NDArray[Any]:
+        """Run one cycle for each row of ``commands`` (n,) and return the measurements (n,) at each cycle's end.
+
+        Args:
+            commands: of ``COMMAND_DTYPE``, contiguous.
+            measurements: array (n,) of ``MEASUREMENT_DTYPE`` to fill instead of a new one.
+
+        Raises:
+            PlantError: a wrong type or shape.
+        """
+        if commands.dtype != COMMAND_DTYPE or commands.ndim != 1:
+            raise PlantError("plant commands must be a one-dimensional array of COMMAND_DTYPE")
+        if measurements is None:
+            measurements = np.empty(commands.size, MEASUREMENT_DTYPE)
+        if measurements.dtype != MEASUREMENT_DTYPE or measurements.shape != commands.shape:
+            raise PlantError("plant measurements must be an array of MEASUREMENT_DTYPE, as long as the commands")
+        step_block(
+            self._plant,
+            self._drives,
+            self._state,
+            self._drive_states,
+            self._words,
+            *self._series,
+            self._te,
+            self._turn,
+            self.faults.rows,
+            self._active,
+            np.ascontiguousarray(commands),
+            measurements,
+        )
+        return measurements
+
+    def snapshot(self) -> Snapshot:
+        """Return a token from which ``restore`` continues bit by bit; faults are part of it."""
+        return Snapshot(tuple(array.copy() for array in self._changing))
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go back to a snapshot of this plant."""
+        for array, saved in zip(self._changing, snapshot.arrays, strict=True):
+            array[...] = saved
+
+    @property
+    def _changing(self) -> tuple[NDArray[Any], ...]:
+        """Every array that a step or a fault changes."""
+        return self._state, self._drive_states, self._words, self._te, self._turn, self.faults.rows
+
+    def _begin(self) -> None:
+        """Put the bench at rest, without load, at its first temperature."""
+        truth = self.truth
+        self._state["temperature"] = truth.heat.initial
+        self._state["te_weight"] = 1.0
+        orders, amplitude, phase, offset, box = self._series
+        aim(self._te[2], amplitude, phase, offset, box, 0.0, 0.0, truth.heat.initial, 1.0)
+        self._te[0] = self._te[2]
+        place(self._turn, orders, 0.0)
+        rest = float(self._te[2, 0, -1] + np.sum(self._te[2, 1, :-1]))
+        self._state["load_angle"] = rest
+        self._state["te"] = rest
+        for row, angle in ((INPUT, 0.0), (LOAD, rest)):
+            values = self._drives[row]
+            counts = np.floor(values["polarity"] * angle * values["encoder_scale"] + values["encoder_zero"])
+            self._drive_states["counts"][row] = int(counts)
+        # brakes are closed and thermometers have been read before anybody looks
+        self._drive_states["off_time"] = 1.0
+        self._state["lubricant_reading"] = truth.heat.initial
+        self._state["ambient_reading"] = truth.heat.ambient
