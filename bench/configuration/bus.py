@@ -22,7 +22,9 @@ class Slave(Section):
     vendor: Annotated[int, Field(ge=0, le=0xFFFFFFFF)]
     product: Annotated[int, Field(ge=0, le=0xFFFFFFFF)]
     polarity: Literal[-1, 1] = 1
-    """Sign of the drive's own frame against the bench's; the two motors face each other."""
+    """Sign of motion in the drive's own frame against the bench's; the two motors face each other."""
+    torque_polarity: Literal[-1, 1] | None = None
+    """The same for torque; absent: as motion. The bench counts the load motor's torque against motion."""
     options: dict[str, Any] = Field(default_factory=dict)
     """Handed to the driver as they are; the driver refuses what it does not know."""
 

@@ -83,10 +83,9 @@ class Motor(Part):
 
 
 class Encoder(Part):
-    """A shaft encoder: resolution, which way it counts, and where its zero is."""
+    """A shaft encoder: its resolution and where its zero is (which way it counts is its drive's polarity)."""
 
     bits: Annotated[int, Field(ge=8, le=32)]
-    polarity: Literal[-1, 1]
     zero: Angle
     zero_id: str | None = None
 

@@ -1,7 +1,7 @@
 """The compiled loop of the safety step: one pass over the cycles, stops at the first that breaks a limit.
 
-Causes are the numbers of :class:`bench.safety.causes.Cause`. Fast signals are judged after a first-order low pass, because
-one count of a coarse encoder looks like a jump in speed; the time constants are far below any ramp of the bench.
+Causes are the numbers of :class:`bench.safety.causes.Cause`. Fast signals are judged after a first-order low pass,
+because one count of a coarse encoder looks like a jump in speed; the time constants are far below any ramp of the bench.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _OPERATION_MASK = 0x006F
 """CiA 402 status word 0x6041: operation enabled is xxxx xxxx x01x 0111."""
 
 
-@njit(cache=True)  # type: ignore[untyped-decorator]
+@njit(cache=True)
 def scan(
     memory: NDArray[np.float64],
     motor_counts: NDArray[np.int64],

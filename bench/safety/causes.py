@@ -89,7 +89,7 @@ _TABLE: dict[Cause, _Entry] = {
 
 
 def first_rung(cause: Cause) -> Rung:
-    """Return where on the ladder a stop for this cause begins; with an input drive that is gone, ramps are of no use."""
+    """Return where on the ladder a stop for this cause begins: ramps need an input drive that works."""
     return _TABLE[cause].first_rung
 
 

@@ -1,7 +1,7 @@
 """The safety step: pure, over a block of cycles, every cycle looked at.
 
-``step(state, inputs, limits)`` returns the state after the last cycle that was still good and the verdict. A bench that takes
-blocks goes back to the start of the block on a trip and replays up to that very cycle.
+``step(state, inputs, limits)`` returns the state after the last cycle that was still good and the verdict. A bench that
+takes blocks goes back to the start of the block on a trip and replays up to that very cycle.
 """
 
 from __future__ import annotations
@@ -136,8 +136,8 @@ def settings(limits: Limits, ratio: float, cycle_time_s: float, standstill: floa
 def step(state: SafetyState, inputs: Inputs, operating: bool, limits: SafetySettings) -> tuple[SafetyState, Verdict]:
     """Look at every cycle of a block.
 
-    Returns the state after the last good cycle and the verdict on the block. Neither argument is changed. A state that has
-    tripped stays tripped: only a new state, made by an operator's act, clears it.
+    Returns the state after the last good cycle and the verdict on the block. Neither argument is changed. A state that
+    has tripped stays tripped: only a new state, made by an operator's act, clears it.
     """
     if state.tripped or inputs.size == 0:
         return state, Verdict()

@@ -1,0 +1,1 @@
+"""The cycle: set values in, process images out, under the safety step."""

@@ -1,0 +1,114 @@
+"""From the process images of a block to raw channels and to what the safety step sees."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.cycle.assembly import Assembly
+from bench.cycle.channels import Scaling
+from bench.cycle.unwrap import Unwrapper
+from bench.safety import Inputs
+from bench.signals import BY_NAME, SOURCES
+
+_SETPOINTS = ("motor_velocity_setpoint", "load_motor_torque_setpoint")
+_UNWRAPPED = ("motor_angle", "load_angle")
+
+
+@dataclass(frozen=True, slots=True)
+class Decoded:
+    """A block as it goes to the recording (raw integers by channel) and to the safety step."""
+
+    raw: dict[str, NDArray[Any]]
+    inputs: Inputs
+
+    @property
+    def size(self) -> int:
+        """Number of cycles."""
+        return self.inputs.size
+
+    def part(self, stop: int) -> Decoded:
+        """Return the first ``stop`` cycles."""
+        return Decoded({name: values[:stop] for name, values in self.raw.items()}, self.inputs.part(0, stop))
+
+    def good_rows(self) -> dict[str, NDArray[Any]]:
+        """Return the rows of cycles that arrived: a lost one leaves no row."""
+        good = self.inputs.good
+        return self.raw if good.all() else {name: values[good] for name, values in self.raw.items()}
+
+
+class Decoder:
+    """Reads the views of the bus after an exchange; remembers encoder overflows between blocks."""
+
+    def __init__(self, assembly: Assembly, scaling: Scaling) -> None:
+        self._assembly = assembly
+        self.scaling = scaling
+        """May be replaced while zeros are being found."""
+        self._unwrap = {name: Unwrapper() for name in _UNWRAPPED}
+        self._has_ambient = "ambient_temperature" in scaling.specs
+
+    def state(self) -> tuple[tuple[int | None, int], ...]:
+        """Return what :meth:`restore` needs for a replay."""
+        return tuple(self._unwrap[name].state() for name in _UNWRAPPED)
+
+    def restore(self, state: tuple[tuple[int | None, int], ...]) -> None:
+        """Go back to an earlier :meth:`state`."""
+        for name, part in zip(_UNWRAPPED, state, strict=True):
+            self._unwrap[name].restore(part)
+
+    def decode(
+        self, n: int, cycle: NDArray[np.int64], wkc: NDArray[np.int32], velocity: NDArray[np.float64]
+    ) -> Decoded:
+        """Return the last ``n`` cycles. ``velocity`` is the set value at the motor shaft, rad/s, shape (n,)."""
+        bus, thermometer = self._assembly.bus, self._assembly.thermometer
+        raw: dict[str, NDArray[Any]] = {}
+        for name, source in SOURCES.items():
+            image = bus.outputs if name in _SETPOINTS else bus.inputs
+            values = np.ascontiguousarray(image[source.role][source.entry][:n])
+            raw[name] = self._unwrap[name](values) if name in _UNWRAPPED else values
+        raw["temperature"] = np.array(thermometer.raw(n))
+        if self._has_ambient:
+            raw["ambient_temperature"] = np.array(thermometer.ambient_raw(n))
+        age = thermometer.age_s(n)
+        raw["temperature_age"] = np.rint(age * 1e3).astype(np.uint32)
+        raw["cycle"], raw["time"] = cycle, cycle
+        raw["working_counter"] = wkc.astype(np.uint16)
+        for name in ("temperature", "ambient_temperature"):
+            if name in raw:
+                raw[name] = raw[name].astype(BY_NAME[name].dtype, copy=False)
+        return Decoded(raw, self._inputs(raw, age, wkc, velocity, n))
+
+    def si(self, raw: dict[str, NDArray[Any]], name: str) -> NDArray[np.float64]:
+        """Return a channel in SI units."""
+        return raw[name] * self.scaling.scale(name) + self.scaling.offset(name)
+
+    def _inputs(
+        self,
+        raw: dict[str, NDArray[Any]],
+        age: NDArray[np.float64],
+        wkc: NDArray[np.int32],
+        velocity: NDArray[np.float64],
+        n: int,
+    ) -> Inputs:
+        return Inputs(
+            motor_counts=raw["motor_angle"],
+            load_counts=raw["load_angle"],
+            torque_counts=raw["load_torque"],
+            motor_angle=self.si(raw, "motor_angle"),
+            load_angle=self.si(raw, "load_angle"),
+            motor_velocity=self.si(raw, "motor_velocity"),
+            motor_torque=self.si(raw, "motor_torque"),
+            load_torque=self.si(raw, "load_torque"),
+            load_motor_torque=self.si(raw, "load_motor_torque"),
+            temperature=self.si(raw, "temperature"),
+            temperature_age_s=age,
+            velocity_setpoint=velocity,
+            input_status=raw["motor_status"],
+            load_status=raw["load_status"],
+            torque_status=self._assembly.torque_terminal.errors(n),
+            temperature_status=self._assembly.thermometer.errors(n),
+            good=wkc == self._assembly.bus.expected_wkc,
+        )

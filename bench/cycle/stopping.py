@@ -1,0 +1,91 @@
+"""Climb the stop ladder on a rig: what each rung sends, until the bench is at rest without voltage."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from bench.configuration import BenchConfiguration
+from bench.cycle.decode import Decoded
+from bench.cycle.sink import Sink
+from bench.protocols import Segment
+from bench.safety import Cause, Deadlines, LadderState, Observation, Rung, climb, first_rung
+
+_STEP_S = 0.02
+_TEXT: dict[Rung, str] = {
+    Rung.CONTROLLED_RAMP: "controlled ramp: load off, then the input to rest",
+    Rung.QUICK_STOP: "quick stop of the drives",
+    Rung.DISABLE_VOLTAGE: "voltage off",
+    Rung.STOP_SENDING: "process data stopped, the drives' watchdogs act",
+    Rung.FINISHED: "bench at rest",
+}
+_GOALS: dict[Rung, str] = {Rung.QUICK_STOP: "QUICK_STOP", Rung.DISABLE_VOLTAGE: "DISABLED"}
+
+
+class StoppableRig(Protocol):
+    """What the ladder needs of a rig."""
+
+    @property
+    def set_values(self) -> tuple[float, float]:
+        """Set velocity and torque, load side."""
+        ...
+
+    def stop_cycles(self, n: int, velocity: float, torque: float, goal: str | None, sink: Sink) -> Decoded:
+        """Run cycles towards set values."""
+        ...
+
+    def drives_off(self) -> bool:
+        """Whether no drive has voltage."""
+        ...
+
+
+class Stop:
+    """One stop of one rig."""
+
+    def __init__(self, rig: StoppableRig, bench: BenchConfiguration, cycle_time_s: float, block: int) -> None:
+        self._rig, self._bench, self._cycle_time = rig, bench, cycle_time_s
+        self._n = max(1, min(block, round(_STEP_S / cycle_time_s)))
+        stopping = bench.stopping
+        self._deadlines = Deadlines(stopping.controlled_ramp, stopping.quick_stop, stopping.disable_voltage)
+
+    def run(self, cause: Cause, sink: Sink) -> None:
+        """Bring the bench to rest; every rung and its time stand in the recording's events."""
+        sink.segment(Segment.RAMP_DOWN)
+        state, announced = LadderState(first_rung(cause)), Rung.NONE
+        step = self._n * self._cycle_time
+        while True:
+            goal = None
+            if state.rung is not announced:
+                announced = state.rung
+                goal = _GOALS.get(announced)
+                sink.event("info", _TEXT[announced])
+            if state.rung in (Rung.FINISHED, Rung.STOP_SENDING):
+                return
+            velocity, torque = self._targets(state.rung, step)
+            seen = self._rig.stop_cycles(self._n, velocity, torque, goal, sink)
+            state = climb(state, self._observe(seen), step, self._deadlines)
+
+    def _targets(self, rung: Rung, step: float) -> tuple[float, float]:
+        velocity, torque = self._rig.set_values
+        if rung is not Rung.CONTROLLED_RAMP:
+            return 0.0, 0.0
+        motion = self._bench.motion
+        if torque != 0.0:
+            return velocity, _towards_zero(torque, motion.torque_rate * step)
+        return _towards_zero(velocity, motion.motor_acceleration / self._bench.gearbox.ratio * step), 0.0
+
+    def _observe(self, seen: Decoded) -> Observation:
+        good = seen.inputs.good
+        alive = bool(good.any())
+        speed = abs(float(np.mean(seen.inputs.motor_velocity[good]))) if alive else 0.0
+        return Observation(
+            at_rest=alive and self._rig.set_values[0] == 0.0 and speed < self._bench.motion.standstill,
+            load_off=self._rig.set_values[1] == 0.0,
+            drives_off=self._rig.drives_off(),
+            bus_alive=alive,
+        )
+
+
+def _towards_zero(value: float, step: float) -> float:
+    return max(0.0, value - step) if value > 0.0 else min(0.0, value + step)
