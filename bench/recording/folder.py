@@ -65,6 +65,25 @@ class RecordingFolder:
         return cls(path, tuple(recordings), tuple(rejected), manifest)
 
 
+def recording_files(path: str | Path) -> list[Path]:
+    """Give the finished recordings of a folder, sorted by name; a file is given back as it is.
+
+    Raises
+    ------
+    RecordingError
+        There is no such file or folder, or the folder holds no recording.
+    """
+    path = Path(path)
+    if not path.is_dir():
+        if not path.exists():
+            raise RecordingError(f"{path}: there is no such file or folder.")
+        return [path]
+    files = sorted(file for file in path.iterdir() if file.suffix in _SUFFIXES)
+    if not files:
+        raise RecordingError(f"{path}: holds no recording ({' or '.join(_SUFFIXES)}).")
+    return files
+
+
 def read_manifest(path: Path) -> dict[str, Any]:
     """Read a ``campaign.json``; a :class:`RecordingError` where it is not a JSON object."""
     try:

@@ -1,0 +1,71 @@
+"""``bench repair``: what a kill or a power cut left becomes a valid recording."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from bench.cli.exit_codes import ExitCode
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command(name="repair")(repair)
+
+
+def repair(
+    given: Annotated[
+        list[Path], typer.Argument(help="Unfinished recordings (.part), or campaign folders.", metavar="FILE...")
+    ],
+    out: Annotated[Path | None, typer.Option("--out", help="Where a single file's repaired recording goes.")] = None,
+    keep: Annotated[bool, typer.Option("--keep", help="Leave the unfinished file where it is.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
+) -> None:
+    """Turn unfinished files into valid recordings that were cut short; in a folder, rebuild campaign.json as well.
+
+    The plan and the points still to do are kept where the old campaign.json can be read; they stand in no recording.
+    Exit code 6 when a file is beyond repair.
+    """
+    from bench.errors import RecordingError
+    from bench.recording.manifest import rebuild, write_manifest
+    from bench.recording.repairing import repair as restore
+
+    if out is not None and (len(given) != 1 or given[0].is_dir()):
+        raise typer.BadParameter("--out goes with a single file", param_hint="--out")
+    rows: list[dict[str, Any]] = []
+    for path in given:
+        for source in sorted(path.glob("*.part")) if path.is_dir() else [path]:
+            try:
+                done = restore(source, out, keep=keep)
+            except RecordingError as error:
+                rows.append({"file": str(source), "error": str(error)})
+                continue
+            rows.append(
+                {
+                    "file": str(source),
+                    "recording": str(done.path),
+                    "rows": done.rows,
+                    "rows_lost": done.rows_lost,
+                    "complete": done.complete,
+                }
+            )
+        if path.is_dir():
+            write_manifest(path, rebuild(path))
+    if as_json:
+        typer.echo(json.dumps(rows, ensure_ascii=False))
+    else:
+        for row in rows:
+            typer.echo(row.get("error") or _sentence(row))
+        if not rows:
+            typer.echo("nothing to repair; campaign.json was rebuilt")
+    if any("error" in row for row in rows):
+        raise typer.Exit(ExitCode.NOT_VALID)
+
+
+def _sentence(row: dict[str, Any]) -> str:
+    how = "complete" if row["complete"] else "cut short"
+    lost = f", {row['rows_lost']} rows beyond repair" if row["rows_lost"] else ""
+    return f"{row['recording']}: {row['rows']} rows, {how}{lost}"

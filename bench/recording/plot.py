@@ -1,0 +1,80 @@
+"""A picture of one recording: every channel over time, segments shaded, events marked."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.recording.reader import Recording
+
+_POINTS = 2000
+_PANEL_HEIGHT = 1.35
+_SEGMENT_COLOURS = {
+    "steady": "tab:green",
+    "ramp_up": "tab:orange",
+    "ramp_down": "tab:orange",
+    "heat": "tab:red",
+    "dwell": "tab:blue",
+}
+
+
+def plot_recording(recording: Recording, target: str | Path) -> Path:
+    """Draw all channels of a recording into a PNG file; each point of a line stands for the range of its samples.
+
+    Raises
+    ------
+    RecordingError
+        A channel cannot be read.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    names = [name for name in recording.channels if name != "time"]
+    figure = Figure(figsize=(11, 1.2 + _PANEL_HEIGHT * len(names)), layout="constrained")
+    FigureCanvasAgg(figure)
+    panels = np.atleast_1d(figure.subplots(len(names), 1, sharex=True))
+    values = recording.read_si(["time", *names]) if recording.size else {}
+    time = values.get("time", np.empty(0))
+    for panel, name in zip(panels, names, strict=True):
+        if time.size:
+            _draw(panel, time, values[name])
+        unit = recording.specs[name].unit
+        panel.set_ylabel(f"{name}\n[{unit}]" if unit and unit != "1" else name, fontsize=7)
+        panel.tick_params(labelsize=7)
+        _mark(panel, recording, time)
+    panels[-1].set_xlabel("time [s]", fontsize=8)
+    state = "" if recording.complete else ", cut short"
+    figure.suptitle(f"{recording.recording_id} ({recording.kind}{state})", fontsize=10)
+    target = Path(target)
+    figure.savefig(target, dpi=110)
+    return target
+
+
+def _draw(panel: Any, time: NDArray[np.float64], values: NDArray[np.float64]) -> None:
+    starts, low, high = envelope(values, _POINTS)
+    if np.array_equal(low, high, equal_nan=True):
+        panel.plot(time[starts], low, linewidth=0.7)
+    else:
+        panel.fill_between(time[starts], low, high, linewidth=0.3, alpha=0.8, color="tab:blue")
+
+
+def envelope(
+    values: NDArray[np.float64], points: int
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]:
+    """Give first index, minimum and maximum of at most ``points`` stretches of equal length (NaN where one has any)."""
+    step = max(-(-values.size // points), 1)
+    starts = np.arange(0, values.size, step, dtype=np.int64)
+    return starts, np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)
+
+
+def _mark(panel: Any, recording: Recording, time: NDArray[np.float64]) -> None:
+    for segment in recording.segments:
+        if segment.start < segment.stop <= time.size:
+            colour = _SEGMENT_COLOURS.get(segment.name, "tab:gray")
+            panel.axvspan(time[segment.start], time[segment.stop - 1], color=colour, alpha=0.10, linewidth=0)
+    for event in recording.events:
+        if np.isfinite(event.time):
+            panel.axvline(event.time, color="tab:red", linewidth=0.6, linestyle="--")

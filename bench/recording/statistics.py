@@ -1,0 +1,32 @@
+"""Ranges of channels, read block by block."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from bench.recording.reader import Recording
+
+_BLOCK_ROWS = 1 << 20
+
+
+def channel_ranges(recording: Recording) -> dict[str, tuple[float, float, float]]:
+    """Give minimum, mean and maximum of every channel in SI; NaN samples are left out, NaN where there are no others.
+
+    Raises
+    ------
+    RecordingError
+        A channel cannot be read.
+    """
+    result: dict[str, tuple[float, float, float]] = {}
+    for name in recording.channels:
+        low, high, total, count = math.inf, -math.inf, 0.0, 0
+        for start in range(0, recording.size, _BLOCK_ROWS):
+            values = recording.si(name, start, min(start + _BLOCK_ROWS, recording.size))
+            values = values[~np.isnan(values)]
+            if values.size:
+                low, high = min(low, float(values.min())), max(high, float(values.max()))
+                total, count = total + float(values.sum()), count + values.size
+        result[name] = (low, total / count, high) if count else (math.nan, math.nan, math.nan)
+    return result
