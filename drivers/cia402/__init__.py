@@ -2,7 +2,9 @@
 
 from drivers.cia402.config import ServoDriveConfig
 from drivers.cia402.encoder import EncoderExtender
+from drivers.cia402.factory import servo_drive
 from drivers.cia402.faults import describe, describe_emergency
+from drivers.cia402.lead import lead
 from drivers.cia402.modes import CST, CSV, Mode
 from drivers.cia402.parameters import DriveLimits, FaultReaction, Parameter, QuickStopOption
 from drivers.cia402.sequence import Goal, Outcome, Sequence, advance
@@ -31,4 +33,6 @@ __all__ = [
     "decode_block",
     "describe",
     "describe_emergency",
+    "lead",
+    "servo_drive",
 ]

@@ -18,16 +18,16 @@ _MODES = {"csv": CSV, "cst": CST}
 def servo_drive(place: Place, options: Mapping[str, Any]) -> ServoDrive:
     """Make a servo drive.
 
-    ``options`` are the fields of :class:`ServoDriveConfig`, with ``mode`` as ``"csv"`` or ``"cst"``, ``limits`` a mapping of
-    the fields of :class:`DriveLimits` (options by name, such as ``quick_stop = "quick_stop_ramp"``) and ``parameters`` a
-    list of mappings of the fields of :class:`Parameter`.
+    ``options`` are the fields of :class:`ServoDriveConfig`, with ``mode`` as ``"csv"`` or ``"cst"``, ``limits`` a
+    mapping of the fields of :class:`DriveLimits` (options by name, such as ``quick_stop = "quick_stop_ramp"``) and
+    ``parameters`` a list of mappings of the fields of :class:`Parameter`.
 
     Raises
     ------
     DriverError
         For an option that is unknown, missing or wrong, with what would be right.
     """
-    rest = {key: tuple(value) if isinstance(value, list) else value for key, value in options.items()}
+    rest: dict[str, Any] = {key: tuple(value) if isinstance(value, list) else value for key, value in options.items()}
     where = place.name
     mode = _choose(_MODES, rest.pop("mode", None), f"{where}: mode")
     limits = build(DriveLimits, f"{where}, limits", _limit_options(where, rest.pop("limits", {})))

@@ -102,7 +102,7 @@ class ServoDrive:
         """Read limits and mode again; one sentence for each the drive no longer keeps."""
         return verify(sdo, self._parameters)
 
-    def attach(self, outputs: NDArray[Any], inputs: NDArray[Any]) -> None:
+    def attach(self, outputs: NDArray[Any] | None, inputs: NDArray[Any] | None) -> None:
         """Take the drive's process data: structured arrays (capacity,) as :class:`EtherCatBus` offers them."""
         self._out, self._in = outputs, inputs
         self._encoder.reset()

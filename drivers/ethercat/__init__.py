@@ -2,6 +2,7 @@
 
 from drivers.entries import Entry, entries_dtype, entry_name
 from drivers.ethercat.bus import EtherCatBus
+from drivers.ethercat.emergency import EmergencyMessage
 from drivers.ethercat.exchange import Exchange
 from drivers.ethercat.pacing import AbsoluteDeadlines, FreeRunning, Pacing
 from drivers.ethercat.recovery import Condition, Recovery
@@ -12,6 +13,7 @@ from drivers.ethercat.soem import soem_master
 __all__ = [
     "AbsoluteDeadlines",
     "Condition",
+    "EmergencyMessage",
     "Entry",
     "EtherCatBus",
     "Exchange",

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from drivers.errors import BusError, DriverError
 from drivers.ethercat import nonblocking
 from drivers.ethercat.assignment import assign_pdos
+from drivers.ethercat.emergency import EmergencyLog, EmergencyMessage
 from drivers.ethercat.exchange import Exchange, Exchanger, make_exchanger
 from drivers.ethercat.identity import check_identity, check_specs
 from drivers.ethercat.image import Image
@@ -69,6 +70,7 @@ class EtherCatBus:
         self.outputs: Mapping[str, NDArray[Any]] = self._out.views
         self.inputs: Mapping[str, NDArray[Any]] = self._in.views
         self._sdo: dict[str, SdoClient] = {}
+        self._emergencies = EmergencyLog()
         self._exchanger: Exchanger | None = None
         self._configuration_errors: dict[str, DriverError] = {}
         self._is_open = False
@@ -111,6 +113,7 @@ class EtherCatBus:
         check_identity(self.specs, found, self.interface)
         for spec, slave in zip(self.specs, found, strict=True):
             self._sdo[spec.name] = SdoClient(slave, spec.name)
+            self._emergencies.listen(spec.name, slave)
             if spec.watchdog_s is not None:
                 _set_watchdog(spec, slave, spec.watchdog_s)
             # config_init wipes the callback and config_map calls it, so this is the one place to set it.
@@ -178,6 +181,11 @@ class EtherCatBus:
     def sdo_write(self, name: str, index: int, subindex: int, type_: str, value: int) -> None:
         """Write an integer object of a slave (:meth:`SdoClient.write`)."""
         self.sdo(name).write(index, subindex, type_, value)
+
+    def emergencies(self) -> tuple[EmergencyMessage, ...]:
+        """Look into the mailboxes (between cycles only) and return the emergency messages since the last call."""
+        self._emergencies.poll(self._slaves())
+        return self._emergencies.take()
 
     def recover(self) -> tuple[Recovery, ...]:
         """Take one step of recovery for every slave that left OP; the caller bounds how often.
