@@ -7,7 +7,7 @@ from drivers.cia402.faults import describe, describe_emergency
 from drivers.cia402.lead import lead
 from drivers.cia402.modes import CST, CSV, Mode
 from drivers.cia402.parameters import DriveLimits, FaultReaction, Parameter, QuickStopOption
-from drivers.cia402.sequence import Goal, Outcome, Sequence, advance
+from drivers.cia402.sequence import Goal, Outcome, Sequence, advance, begin
 from drivers.cia402.servo_drive import ServoDrive
 from drivers.cia402.states import State, decode, decode_block
 from drivers.cia402.units import DriveUnits
@@ -29,6 +29,7 @@ __all__ = [
     "ServoDriveConfig",
     "State",
     "advance",
+    "begin",
     "decode",
     "decode_block",
     "describe",

@@ -111,6 +111,14 @@ class Sequence:
     cycles: int = 0
 
 
+def begin(goal: Goal, timeout_cycles: int, state: State = State.UNKNOWN) -> Sequence:
+    """Return a new sequence whose first control word suits the state the drive is in.
+
+    Without that an enabled drive would be let loose for one cycle whenever something new is asked of it.
+    """
+    return _send(Sequence(goal, timeout_cycles, state=state), mode_matches=True)
+
+
 def advance(sequence: Sequence, statusword: int, mode_matches: bool = True, cycles: int = 1) -> Sequence:
     """Return the sequence after the drive said ``statusword``.
 
@@ -123,15 +131,19 @@ def advance(sequence: Sequence, statusword: int, mode_matches: bool = True, cycl
     state = decode(statusword)
     now = sequence.cycles + cycles
     outcome = _outcome(sequence, state, now)
-    command = COMMANDS[sequence.goal].get(state, _OFF)
-    if command is _C.ENABLE_OPERATION and state is _S.SWITCHED_ON and not mode_matches:
-        command = _C.SWITCH_ON
-    if outcome not in (Outcome.RUNNING, Outcome.REACHED):
+    return _send(replace(sequence, state=state, outcome=outcome, cycles=now), mode_matches)
+
+
+def _send(sequence: Sequence, mode_matches: bool) -> Sequence:
+    """Fill in the control word for the sequence's state and outcome."""
+    command = COMMANDS[sequence.goal].get(sequence.state, _OFF)
+    if sequence.outcome not in (Outcome.RUNNING, Outcome.REACHED):
         command = _OFF
-    controlword = command.controlword
-    if command is _C.FAULT_RESET and (now // sequence.reset_hold_cycles) % 2 == 0:
-        controlword = _OFF.controlword
-    return replace(sequence, state=state, controlword=controlword, outcome=outcome, cycles=now)
+    elif command is _C.ENABLE_OPERATION and sequence.state is _S.SWITCHED_ON and not mode_matches:
+        command = _C.SWITCH_ON
+    elif command is _C.FAULT_RESET and sequence.cycles // sequence.reset_hold_cycles % 2 == 0:
+        command = _OFF
+    return replace(sequence, controlword=command.controlword)
 
 
 def _outcome(sequence: Sequence, state: State, cycles: int) -> Outcome:

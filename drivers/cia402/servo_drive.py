@@ -14,7 +14,7 @@ from drivers.cia402.faults import describe
 from drivers.cia402.modes import SET_VALUE
 from drivers.cia402.objects import entries
 from drivers.cia402.parameters import Parameter, apply, cycle_parameters, limit_parameters, verify
-from drivers.cia402.sequence import REACHED, Goal, Outcome, Sequence, advance
+from drivers.cia402.sequence import REACHED, Goal, Outcome, advance, begin
 from drivers.cia402.states import State, decode_block
 from drivers.cia402.units import DriveUnits, read_units
 from drivers.errors import DriveFaultError, DriverError, ParameterMismatchError
@@ -40,7 +40,7 @@ class ServoDrive:
     def __init__(self, config: ServoDriveConfig) -> None:
         self.config = config
         self.name = config.name
-        self.sequence = Sequence(Goal.DISABLED, timeout_cycles=1 << 30)
+        self.sequence = begin(Goal.DISABLED, timeout_cycles=1 << 30)
         self._outputs_map = entries(config.outputs)
         self._inputs_map = entries(config.inputs)
         self._units: DriveUnits | None = None
@@ -110,7 +110,7 @@ class ServoDrive:
     def request(self, goal: Goal, timeout_s: float = 2.0) -> None:
         """Start towards a goal; :attr:`sequence` tells how it goes."""
         cycles = max(1, math.ceil(timeout_s / self.config.cycle_time_s))
-        self.sequence = Sequence(goal, cycles, state=self.sequence.state)
+        self.sequence = begin(goal, cycles, self.sequence.state)
 
     def set_velocity(self, velocity_rad_s: ArrayLike, n: int) -> None:
         """Set target velocities (scalar or (n,)), rad/s at the motor shaft in the bench's direction, for n cycles."""

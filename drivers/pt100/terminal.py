@@ -134,7 +134,8 @@ class Pt100Terminal:
         plausible = (temperature >= self.limits.lowest_c) & (temperature <= self.limits.highest_c)
         valid = analog.usable(status) & plausible
         error = None if valid[-1] else self._error(int(status[-1]), float(temperature[-1]), channel)
-        return ChannelBlock(raw, np.where(valid, temperature, np.nan), valid, ages * self.place.cycle_time_s, error)
+        temperature[~valid] = np.nan
+        return ChannelBlock(raw, temperature, valid, ages.astype(np.float64) * self.place.cycle_time_s, error)
 
     def _error(self, status: int, temperature_c: float, channel: int) -> str:
         where = f"{self.place.name}, channel {channel}"
