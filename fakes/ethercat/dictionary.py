@@ -106,10 +106,13 @@ class ObjectDictionary:
         self.readers: dict[int, Callable[[], Value]] = {}
         self.writers: dict[int, Callable[[Value], None]] = {}
         self.values: dict[int, bytes] = {}
+        self.version = 0
+        """Counts changes of settings, so that who derives something from them knows when to do it anew."""
         self.reset()
 
     def reset(self) -> None:
         """Bring every value back to its default, as after power-on."""
+        self.version += 1
         self.values = {
             key(o.index, sub): entry.type.encode(entry.default)
             for o in self.objects.values()
@@ -140,6 +143,7 @@ class ObjectDictionary:
     def store(self, index: int, subindex: int, value: Value) -> None:
         """Set a value from inside the device: no access rule, no writer."""
         self.values[key(index, subindex)] = self.entry(index, subindex).type.encode(value)
+        self.version += 1
 
     def read(self, index: int, subindex: int) -> bytes:
         """Return the bytes of an entry as an SDO upload gives them."""
@@ -167,6 +171,7 @@ class ObjectDictionary:
         if writer:
             writer(value)
         self.values[key(index, subindex)] = data
+        self.version += 1
 
     def read_complete(self, index: int, subindex: int) -> bytes:
         """Return a whole object: subindex 0 widened to 16 bit, then the entries it counts (complete access)."""

@@ -7,13 +7,17 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from fakes.plant.images import COMMAND_DTYPE
+
+__all__ = ["COMMAND_DTYPE", "PlantLike", "Rows"]
+
 Rows = npt.NDArray[np.void]
 
 
 class PlantLike(Protocol):
     """Time-domain plant behind the slaves.
 
-    ``step`` takes rows of :data:`COMMAND_DTYPE` (one a cycle) and returns as many rows of measurements.
+    ``step`` takes rows of :data:`~fakes.plant.images.COMMAND_DTYPE` (one a cycle) and returns as many rows of measurements.
     """
 
     def step(self, commands: Rows) -> Rows:
@@ -27,19 +31,3 @@ class PlantLike(Protocol):
     def restore(self, token: Any) -> None:
         """Go back to a token's state."""
         ...
-
-
-COMMAND_DTYPE = np.dtype(
-    [
-        ("input_enable", "u1"),
-        ("input_mode", "i1"),
-        ("input_velocity", "f8"),
-        ("input_torque", "f8"),
-        ("input_quick_stop", "u1"),
-        ("load_enable", "u1"),
-        ("load_mode", "i1"),
-        ("load_velocity", "f8"),
-        ("load_torque", "f8"),
-        ("load_quick_stop", "u1"),
-    ]
-)

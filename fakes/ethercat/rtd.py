@@ -8,6 +8,9 @@ from __future__ import annotations
 import math
 from enum import Enum
 
+import numpy as np
+import numpy.typing as npt
+
 _A, _B, _C = 3.9083e-3, -5.775e-7, -4.183e-12
 R0 = 100.0
 LOW_C, HIGH_C = -200.0, 850.0
@@ -53,9 +56,8 @@ PRESENTATIONS: dict[int, float] = {0: 10.0, 2: 100.0}
 _UNDER, _OVER, _ERROR = 0x0001, 0x0002, 0x0040
 
 
-def convert(celsius: float, element: int, presentation: int) -> tuple[int, int]:
-    """Return (status bits, INT value) of one conversion; open and short are out of range and an error."""
-    ohm = measured_resistance(celsius, wiring_of(celsius))
+def convert(celsius: npt.NDArray[np.float64], element: int, presentation: int) -> npt.NDArray[np.int64]:
+    """Return rows of (status bits, INT value), one a conversion; open and short are out of range and an error."""
     if element == TEMPERATURE:
         scale = PRESENTATIONS.get(presentation, PRESENTATIONS[0])
         low, high = LOW_C, HIGH_C
@@ -63,11 +65,9 @@ def convert(celsius: float, element: int, presentation: int) -> tuple[int, int]:
     else:
         scale = ELEMENTS.get(element, ELEMENTS[OHM_16])
         low, high = 10.0, min(1200.0, 32767.0 / scale)
-        value = ohm
-    status = 0
-    if value > high:
-        status = _OVER | _ERROR
-    elif value < low:
-        status = _UNDER | _ERROR
-    counts = min(max(value, low), high) * scale
-    return status, round(min(max(counts, -32768.0), 32767.0))
+        value = np.array([measured_resistance(t, wiring_of(t)) for t in celsius.tolist()])
+    rows = np.empty((len(value), 2), dtype=np.int64)
+    rows[:, 0] = (value > high) * (_OVER | _ERROR) + (value < low) * (_UNDER | _ERROR)
+    counts = np.rint(np.minimum(np.maximum(value, low), high) * scale)
+    rows[:, 1] = np.minimum(np.maximum(counts, -32768.0), 32767.0)
+    return rows

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -34,13 +36,32 @@ _INTERLOCK = 0x08
 
 _AXIS = {1: "input", 2: "load"}
 _INT32 = (-(2**31), 2**31 - 1)
+_INT16 = (-(2**15), 2**15 - 1)
+_NAMES = {index: f"{index:04X}:00" for index in (0x60FF, 0x60B1, 0x6071, 0x60B2)}
 
-Ints = npt.NDArray[np.integer] | int
+Ints: TypeAlias = npt.NDArray[np.integer] | int
+_Floats: TypeAlias = npt.NDArray[np.float64] | float
+
+
+@dataclass(frozen=True, slots=True)
+class _Settings:
+    """What the object dictionary sets, in the units of the cycle."""
+
+    top_rad_s: float
+    trip_rad_s: float
+    position_sign: int
+    velocity_unit: float
+    torque_unit: float
+    torque_low: int
+    torque_high: int
+    home_offset: int
+    mode: int
 
 
 class ServoDrive(Slave):
     """Drive of one motor; ``drive`` says which and in what units."""
 
+    SET_VALUES = frozenset(key(i, 0) for i in (0x6040, 0x6060, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60FF))
     VOLATILE = ("state", "error_code", "safe_torque_off", "_previous", "_mode", "_target", "_ramp_cycles", "_measured")
 
     def __init__(self, role: str, drive: DriveData, cycle_time_s: float, serial: int = 1) -> None:
@@ -67,8 +88,11 @@ class ServoDrive(Slave):
         self._ramp_cycles = 0
         self._measured: Rows | None = None
         self._axis = _AXIS[drive.axis]
+        self._mapped: frozenset[str] = frozenset()
         self._writers: tuple[tuple[str, Callable[[Rows], Ints]], ...] = ()
         super().__init__(role, identity, objects)
+        self._version = -1
+        self._settings = self._derive()
         self._producers: dict[int, Callable[[Rows], Ints]] = {
             0x1001: lambda _: faultcodes.error_register(self.error_code),
             0x603F: lambda _: self.error_code,
@@ -122,6 +146,7 @@ class ServoDrive(Slave):
 
     def _start_inputs(self) -> None:
         super()._start_inputs()
+        self._mapped = frozenset(self.outputs.names)
         self._writers = tuple(
             (name, self._producers[int(name[:4], 16)]) for name in self.inputs.names if name[5:] == "00"
         )
@@ -152,23 +177,44 @@ class ServoDrive(Slave):
             self.emergencies.append(Emergency(0, 0))
         return True
 
+    def _derive(self) -> _Settings:
+        """Read the settings anew if the dictionary has changed since."""
+        d = self.dictionary
+        if d.version == self._version:
+            return self._settings
+        self._version = d.version
+        polarity, limit = d.integer(0x607E), d.integer(0x6072)
+        rated = 2.0 * math.pi / 60.0 * self.drive.maximum_speed_rpm
+        return _Settings(
+            top_rad_s=min(d.integer(0x6080) * 2.0 * math.pi / 60.0, d.integer(0x607F) * self.velocity_unit),
+            trip_rad_s=OVERSPEED * rated,
+            position_sign=-1 if polarity & 0x80 else 1,
+            velocity_unit=-self.velocity_unit if polarity & 0x40 else self.velocity_unit,
+            torque_unit=-self.torque_unit if polarity & 0x20 else self.torque_unit,
+            torque_low=-min(limit, d.integer(0x60E1)),
+            torque_high=min(limit, d.integer(0x60E0)),
+            home_offset=d.integer(0x607C),
+            mode=d.integer(0x6060),
+        )
+
     # -- a run of cycles ----------------------------------------------------------------------------------------
 
     def begin(self, outputs: Image | None, first: int, stop: int) -> int:
         """Serve control word and mode of cycle ``first``; return where the run must end (exclusive, ≤ ``stop``)."""
+        self._settings = self._derive()
         if outputs is None:
             return stop
-        names = self.outputs.names
-        if "6060:00" in names:
-            self._set_mode(int(outputs["6060:00"][first]))
-            stop = _constant_until(outputs["6060:00"], first, stop)
-        else:
-            self._set_mode(self.dictionary.integer(0x6060))
-        if "6040:00" in names:
-            changed = self._command(int(outputs["6040:00"][first]))
-            stop = _constant_until(outputs["6040:00"], first, stop)
-        else:
-            changed = self._command(self.dictionary.integer(0x6040))
+        mode, control = self._settings.mode, -1
+        if "6060:00" in self._mapped:
+            column = outputs["6060:00"]
+            mode = int(column[first])
+            stop = _constant_until(column, first, stop)
+        if "6040:00" in self._mapped:
+            column = outputs["6040:00"]
+            control = int(column[first])
+            stop = _constant_until(column, first, stop)
+        self._set_mode(mode)
+        changed = self._command(self.dictionary.integer(0x6040) if control < 0 else control)
         return first + 1 if changed else stop
 
     def _set_mode(self, mode: int) -> None:
@@ -183,32 +229,23 @@ class ServoDrive(Slave):
         commands[axis + "_mode"] = self._mode
         if not powered:
             return
-        d = self.dictionary
-        polarity = d.integer(0x607E)
+        settings = self._settings
         if self._mode == Mode.CSV:
-            top = min(d.integer(0x6080) * 2.0 * math.pi / 60.0, d.integer(0x607F) * self.velocity_unit)
-            scale = -self.velocity_unit if polarity & 0x40 else self.velocity_unit
-            target = self._setpoint(outputs, 0x60FF, 0x60B1, first, stop)
-            commands[axis + "_velocity"] = np.minimum(np.maximum(target * scale, -top), top)
+            target = self._setpoint(outputs, 0x60FF, 0x60B1, first, stop) * settings.velocity_unit
+            commands[axis + "_velocity"] = _clip(target, -settings.top_rad_s, settings.top_rad_s)
         else:
-            scale = -self.torque_unit if polarity & 0x20 else self.torque_unit
-            target = self._setpoint(outputs, 0x6071, 0x60B2, first, stop)
-            low, high = self._torque_limits()
-            commands[axis + "_torque"] = np.minimum(np.maximum(target, low), high) * scale
+            target = _clip(self._setpoint(outputs, 0x6071, 0x60B2, first, stop), settings.torque_low, settings.torque_high)
+            commands[axis + "_torque"] = target * settings.torque_unit
 
-    def _torque_limits(self) -> tuple[int, int]:
-        d = self.dictionary
-        limit = d.integer(0x6072)
-        return -min(limit, d.integer(0x60E1)), min(limit, d.integer(0x60E0))
-
-    def _setpoint(self, outputs: Image | None, index: int, offset: int, first: int, stop: int) -> npt.NDArray[np.float64]:
-        total: npt.NDArray[np.float64] = np.zeros(1)
+    def _setpoint(self, outputs: Image | None, index: int, offset: int, first: int, stop: int) -> _Floats:
+        """Return set value plus offset in units of the object, as rows or as one number."""
+        total: _Floats = 0.0
         for part in (index, offset):
-            name = f"{part:04X}:00"
-            if outputs is not None and name in self.outputs.names:
-                total = total + outputs[name][first:stop]
+            name = _NAMES[part]
+            if outputs is not None and name in self._mapped:
+                total = outputs[name][first:stop] + total
             else:
-                total = total + float(self.dictionary.integer(part))
+                total = total + self.dictionary.integer(part)
         return total
 
     @property
@@ -252,7 +289,7 @@ class ServoDrive(Slave):
     def _trips(self, speed: npt.NDArray[np.float64]) -> npt.NDArray[np.bool_]:
         if self.state is State.FAULT_REACTION:
             return np.zeros(len(speed), dtype=np.bool_)
-        return speed > OVERSPEED * self.drive.maximum_speed_rpm * 2.0 * math.pi / 60.0
+        return speed > self._settings.trip_rad_s
 
     # -- what the process image shows ---------------------------------------------------------------------------
 
@@ -273,35 +310,35 @@ class ServoDrive(Slave):
         if self._target is None:
             word |= Bit.FOLLOWS_COMMAND
         torque = self._torque(measured)
-        low, high = self._torque_limits()
-        limited = (torque <= low) | (torque >= high)
-        return np.where(limited, word | Bit.INTERNAL_LIMIT, word)
+        limited = (torque <= self._settings.torque_low) | (torque >= self._settings.torque_high)
+        return word + limited * int(Bit.INTERNAL_LIMIT)
 
     def _position(self, measured: Rows) -> Ints:
-        counts = measured[self._axis + "_position"] + self.dictionary.integer(0x607C)
-        if self.dictionary.integer(0x607E) & 0x80:
-            counts = -counts
+        counts = (measured[self._axis + "_position"] + self._settings.home_offset) * self._settings.position_sign
         wrapped: npt.NDArray[np.int32] = counts.astype(np.int32)
         return wrapped
 
     def _velocity(self, measured: Rows) -> Ints:
-        scale = (-1.0 if self.dictionary.integer(0x607E) & 0x40 else 1.0) / self.velocity_unit
-        units = np.rint(measured[self._axis + "_velocity"] * scale)
-        limited: npt.NDArray[np.int32] = np.minimum(np.maximum(units, _INT32[0]), _INT32[1]).astype(np.int32)
-        return limited
+        units = _clip(np.rint(measured[self._axis + "_velocity"] / self._settings.velocity_unit), *_INT32)
+        return units.astype(np.int32)
 
     def _torque(self, measured: Rows) -> npt.NDArray[np.int16]:
-        scale = (-1.0 if self.dictionary.integer(0x607E) & 0x20 else 1.0) / self.torque_unit
-        permille = np.rint(measured[self._axis + "_torque"] * scale)
-        limited: npt.NDArray[np.int16] = np.minimum(np.maximum(permille, -32768), 32767).astype(np.int16)
-        return limited
+        permille = _clip(np.rint(measured[self._axis + "_torque"] / self._settings.torque_unit), *_INT16)
+        return permille.astype(np.int16)
 
 
 _NO_ROWS: Rows = np.zeros(0, dtype=[("none", "u1")])
 
 
+def _clip(values: Any, low: float, high: float) -> Any:
+    """Limit numbers or rows; two ufuncs are faster than ``np.clip``."""
+    return np.minimum(np.maximum(values, low), high)
+
+
 def _constant_until(column: npt.NDArray[np.integer], first: int, stop: int) -> int:
     """Return the first index in (first, stop) at which the column differs from ``column[first]``, else ``stop``."""
+    if stop == first + 1:
+        return stop
     differs = column[first:stop] != column[first]
     at = int(differs.argmax())
     return first + at if at else stop

@@ -67,6 +67,8 @@ class Slave:
 
     VOLATILE: tuple[str, ...] = ()
     """Attributes that belong to a snapshot."""
+    SET_VALUES: frozenset[int] = frozenset()
+    """Dictionary keys of outputs that are set values and change nothing else when they come."""
 
     def __init__(self, role: str, identity: Identity, objects: Iterable[Object]) -> None:
         self.role = role
@@ -79,6 +81,7 @@ class Slave:
         self.outputs = self.pdo.layout(RX_ASSIGN)
         self.inputs = self.pdo.layout(TX_ASSIGN)
         self._output_slices = self.outputs.slices()
+        self._settings_mapped = False
         self.al = AlStateMachine(
             checks={"IP": self._check_mailbox, "PS": self._check_process_data, "SO": self._check_outputs},
             actions={
@@ -126,6 +129,7 @@ class Slave:
     def _start_inputs(self) -> None:
         self.outputs, self.inputs = self.layout(RX_ASSIGN), self.layout(TX_ASSIGN)
         self._output_slices = self.outputs.slices()
+        self._settings_mapped = any(entry not in self.SET_VALUES for entry, *_ in self._output_slices)
 
     def _start_outputs(self) -> None:
         """Outputs are valid from now on (SAFE-OPERATIONAL to OPERATIONAL)."""
@@ -138,6 +142,8 @@ class Slave:
         values = self.dictionary.values
         for entry, start, stop in self._output_slices:
             values[entry] = row[start:stop]
+        if self._settings_mapped:
+            self.dictionary.version += 1
 
     # -- running ------------------------------------------------------------------------------------------------
 
@@ -173,6 +179,7 @@ class Slave:
     def load(self, state: SlaveState) -> None:
         """Go back to a saved moment."""
         self.dictionary.values = dict(state.values)
+        self.dictionary.version += 1
         self.al.state, self.al.code = state.al
         for name, value in state.device.items():
             setattr(self, name, copy.copy(value))

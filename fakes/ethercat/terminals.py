@@ -119,25 +119,27 @@ class TemperatureInput(Slave):
         """Write held conversions of a run that starts at bus cycle ``cycle``."""
         n = len(measured)
         start = -cycle % self.period
-        slot = (np.arange(cycle, cycle + n) // self.period) - (cycle - 1) // self.period
-        names = self.inputs.names
+        if start >= n:
+            slot = np.zeros(n, dtype=np.int64)
+        else:
+            slot = np.arange(cycle, cycle + n) // self.period - (cycle - 1) // self.period
         for channel, field in enumerate(self.CHANNELS):
-            rows = self._convert(channel, measured[field][start::self.period], (cycle + start) // self.period)
+            rows = self._held[channel : channel + 1]
+            if start < n:
+                fresh = self._convert(channel, measured[field][start :: self.period], (cycle + start) // self.period)
+                rows = np.concatenate((rows, fresh))
             if image is not None:
-                index = f"{0x6000 + 16 * channel:04X}"
-                for column, name in enumerate((index + ":01", index + ":11")):
-                    if name in names:
+                for column, name in enumerate(_FIELDS[channel]):
+                    if name in self.inputs.names:
                         image[name][first:stop] = rows[slot, column]
             self._held[channel] = rows[-1]
 
     def _convert(self, channel: int, celsius: npt.NDArray[np.float64], conversion: int) -> npt.NDArray[np.int64]:
-        """Return rows of (status, value): the one held so far and each new conversion."""
+        """Return rows of (status, value) of new conversions, numbered from ``conversion`` on."""
         settings = 0x8000 + 16 * channel
-        element = self.dictionary.integer(settings, 0x19)
-        presentation = self.dictionary.integer(settings, 0x02)
-        rows = np.empty((len(celsius) + 1, 2), dtype=np.int64)
-        rows[0] = self._held[channel]
-        for i, value in enumerate(celsius):
-            status, count = convert(float(value), element, presentation)
-            rows[i + 1] = status | (TOGGLE if (conversion + i) & 1 else 0), count
+        rows = convert(celsius, self.dictionary.integer(settings, 0x19), self.dictionary.integer(settings, 0x02))
+        rows[:, 0] |= (np.arange(conversion, conversion + len(rows)) & 1) * TOGGLE
         return rows
+
+
+_FIELDS = (("6000:01", "6000:11"), ("6010:01", "6010:11"))
