@@ -1,0 +1,1 @@
+"""``bench prove``: conceal effects in recordings, seal the truth, run the analyser, score what it says."""

@@ -1,0 +1,152 @@
+"""Make the folders of an exam: recordings where the analyser looks, the sealed truth where it does not."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+from collections.abc import Iterator
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from bench.errors import BenchError
+from bench.recording import write_recording
+from bench.recording.header import ChannelSpec, Event, Gearbox, RecordingHeader, Segment, Setpoint
+
+ENTRY_POINT_GROUP = "bench.concealed"
+RECORDINGS, TRUTHS, SIMULATIONS = "recordings", "truth", "simulation"
+
+
+class ProofError(BenchError):
+    """The examiner is missing or an exam folder is not what it should be."""
+
+
+def load_examiner() -> Any:
+    """The first generator found under the entry point group ``bench.concealed``.
+
+    Raises
+    ------
+    ProofError
+        No generator is installed.
+    """
+    for point in entry_points(group=ENTRY_POINT_GROUP):
+        return point.load()
+    raise ProofError(
+        f"no generator of concealed cases is installed: the entry point group {ENTRY_POINT_GROUP} is empty."
+    )
+
+
+def list_cases(examiner: Any, groups: list[str], seed: int, count: int | None, held_back: bool) -> list[Any]:
+    """Cases of the groups in order; ``count`` limits each group."""
+    known = tuple(examiner.GROUPS)
+    unknown = [group for group in groups if group not in known]
+    if unknown:
+        raise ProofError(f"there is no set {unknown[0]!r}; the sets are {', '.join(known)}.")
+    return [case for group in groups for case in examiner.cases(group, seed, count, held_back)]
+
+
+def make_case(examiner: Any, case: Any, out: Path) -> Path:
+    """Make one folder unless it is already sealed; returns the path of its truth.
+
+    ``out/recordings/<case>`` holds the recordings and nothing else, ``out/truth/<case>.json`` the truth, beside it its
+    SHA-256; ``out/simulation/<case>.json`` is the simulation the analyser is given, where terms are switched off.
+    """
+    folder, truth_path = out / RECORDINGS / case.name, out / TRUTHS / f"{case.name}.json"
+    if truth_path.exists() and seal_of(truth_path) is not None:
+        return truth_path
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    made = examiner.open_folder(case)
+    for recording in made.recordings():
+        _write(folder, case.name, recording)
+    truth = made.truth().to_dict()
+    if truth["switched_off"]:
+        _write_simulation(out / SIMULATIONS / f"{case.name}.json", truth["switched_off"])
+    _seal(truth_path, truth)
+    return truth_path
+
+
+def simulation_for(out: Path, name: str) -> Path | None:
+    """The simulation file a case comes with, if any."""
+    path = out / SIMULATIONS / f"{name}.json"
+    return path if path.exists() else None
+
+
+def read_truth(path: Path) -> dict[str, Any]:
+    """Read a truth and check its seal.
+
+    Raises
+    ------
+    ProofError
+        The seal is missing or broken.
+    """
+    sealed = seal_of(path)
+    content = path.read_bytes()
+    if sealed is None or hashlib.sha256(content).hexdigest() != sealed:
+        raise ProofError(f"{path}: the seal is missing or broken, the case should be made anew.")
+    truth: dict[str, Any] = json.loads(content)
+    return truth
+
+
+def seal_of(path: Path) -> str | None:
+    """The SHA-256 written beside a truth, or None."""
+    beside = path.with_suffix(".sha256")
+    return beside.read_text().split()[0] if beside.exists() else None
+
+
+def iter_truths(out: Path) -> Iterator[tuple[str, Path]]:
+    """(case name, truth path) of every sealed case under ``out``."""
+    for path in sorted((out / TRUTHS).glob("*.json")):
+        yield path.stem, path
+
+
+def _seal(path: Path, truth: dict[str, Any]) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    content = json.dumps(truth, indent=1, allow_nan=False, default=float).encode()
+    path.write_bytes(content)
+    path.with_suffix(".sha256").write_text(f"{hashlib.sha256(content).hexdigest()}  {path.name}\n")
+
+
+def _write_simulation(path: Path, switched_off: list[str]) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    gearbox = {"ratio": 185.0, "z1": 24, "z2": 96, "z3": 45, "z4": 46}
+    terms = [{"effect": term, "enabled": False} for term in switched_off]
+    content = {"format": "bench-simulation", "format_version": "1.0", "gearbox": gearbox, "terms": terms}
+    path.write_text(json.dumps(content, indent=1))
+
+
+def _write(folder: Path, campaign: str, recording: Any) -> None:
+    torque, velocity, temperature = recording.setpoint
+    header = RecordingHeader(
+        recording_id=recording.name,
+        campaign_id=campaign,
+        kind=recording.kind,
+        started_at=recording.started_at,
+        sample_rate=recording.rate_hz,
+        source="emulator",
+        setpoint=Setpoint(torque, velocity, temperature),
+        gearbox=Gearbox(185.0, 24, 96, 45, 46),
+        zero_id="zero-1",
+        software={"name": "bench prove"},
+    )
+    channels = {}
+    for name, channel in recording.channels.items():
+        raw = np.asarray(channel.raw)
+        channels[name] = (raw, ChannelSpec.of(name, dtype=str(raw.dtype), scale=channel.scale))
+    path = folder / f"{recording.name}.h5"
+    ends = recording.channels["time"].raw.size
+    segments = [Segment(name, start, ends if stop < 0 else stop) for name, start, stop in recording.segments]
+    write_recording(path, header, channels, segments, [Event(*event) for event in recording.events])
+    if not recording.complete:
+        _cut(path, recording.segments)
+
+
+def _cut(path: Path, segments: tuple[tuple[str, int, int], ...]) -> None:
+    """Leave the file as a power cut would: ``complete`` false and the last segment open."""
+    with h5py.File(path, "r+") as file:
+        file.attrs["complete"] = False
+        file["segments/stop"][...] = np.array([stop for _name, _start, stop in segments], dtype=np.int64)

@@ -1,0 +1,269 @@
+"""The cases of an exam: which effects, at which strength, in which design, with which nuisance."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+import fakes.concealed.effects.compliance
+import fakes.concealed.effects.foreign
+import fakes.concealed.effects.load_side
+import fakes.concealed.effects.motor_side
+import fakes.concealed.effects.thermal
+import fakes.concealed.effects.transmission  # noqa: F401
+from fakes.concealed.design import Design
+from fakes.concealed.effects.formula import FORMS, Form
+
+GROUPS = ("clear", "faint", "null", "compound", "unknown", "ambiguous", "switched_off")
+NUISANCES = ("quiet", "coloured", "heavy_tailed", "spiky", "offsets")
+#: Strength (in units of the noise floor) is drawn evenly from here.
+CLEAR, FAINT = (1.0, 1.8), (0.28, 0.42)
+
+_STEADY = Design(transients=(0, 0, 0), flying=True, heating=False)
+_FAR = (-1000.0, -800.0, -600.0, 600.0, 800.0, 1000.0)
+_ONE_WARM_UP = replace(_STEADY, speeds=(7.5,), warm_ups=1, levels=14, heat_time=110.0, sobol_free=False, grid=42)
+
+
+@dataclass(frozen=True, slots=True)
+class Confusion:
+    """A design that cannot tell ``effect`` from ``also``, checked by the overlap of both after the nominal's refit.
+
+    Attributes:
+        form: the form of ``effect`` to conceal.
+        shape: numbers of that form to be set.
+    """
+
+    effect: str
+    form: str
+    also: tuple[str, ...]
+    design: Design
+    shape: tuple[tuple[str, float], ...] = ()
+
+
+CONFUSIONS: tuple[Confusion, ...] = (
+    Confusion(
+        "te.hysteresis",
+        "four Maxwell-slip elements on torque",
+        ("te.lost_motion",),
+        replace(_STEADY, loads=_FAR, sobol_free=False),
+        (("width", 110.0),),
+    ),
+    Confusion(
+        "friction.viscous_temperature",
+        "Arrhenius",
+        ("friction.run_in",),
+        _ONE_WARM_UP,
+    ),
+    Confusion(
+        "friction.viscous_quadratic",
+        "square of speed",
+        ("friction.stribeck",),
+        replace(_STEADY, speeds=(5.0, 7.5, 10.0), grid=38),
+    ),
+    Confusion(
+        "sensor.torque_gain",
+        "gain error",
+        ("sensor.torque_nonlinearity",),
+        replace(_STEADY, loads=(-600.0, 600.0), sobol_free=False),
+    ),
+    Confusion(
+        "te.stiffness_nonlinear",
+        "two-slope",
+        ("te.lost_motion",),
+        replace(_STEADY, loads=(-900.0, -300.0, 300.0, 900.0), sobol_free=False),
+    ),
+    Confusion(
+        "load.unbalance",
+        "arm before the torque sensor",
+        ("friction.position_dependent",),
+        replace(_STEADY, directions=(1,), grid=40),
+    ),
+    Confusion(
+        "te.lost_motion",
+        "linear within, saturated beyond",
+        ("te.hysteresis",),
+        replace(_STEADY, loads=_FAR, sobol_free=False),
+        (("tau_0", 60.0),),
+    ),
+    Confusion(
+        "friction.run_in",
+        "power of distance",
+        ("friction.viscous_temperature",),
+        _ONE_WARM_UP,
+    ),
+    Confusion(
+        "friction.stribeck",
+        "rational",
+        ("friction.viscous_quadratic",),
+        replace(_STEADY, speeds=(5.0, 7.5, 10.0), grid=38),
+    ),
+)
+#: Effects that have no honest second form where two warm-ups and heating are missing, and so on, use the full design.
+_COMPOUNDS: tuple[tuple[str, ...], ...] = (
+    ("friction.stribeck", "te.harmonic"),
+    ("friction.viscous_temperature", "te.lost_motion"),
+    ("te.sideband", "motor.torque_ripple"),
+    ("friction.position_dependent", "friction.stribeck"),
+    ("te.hysteresis", "te.harmonic"),
+    ("thermal.second_mass", "friction.viscous_quadratic"),
+    ("sensor.torque_gain", "te.local_defect"),
+    ("te.drift_time", "te.lost_motion"),
+    ("thermal.ambient_drift", "sensor.torque_zero_temperature"),
+    ("friction.presliding", "friction.run_in"),
+    ("te.resonance", "sensor.motor_encoder"),
+    ("load.unbalance", "motor.torque_constant"),
+    ("friction.stribeck", "te.harmonic", "thermal.sensor_lag"),
+    ("friction.viscous_temperature", "te.stiffness_nonlinear", "sensor.torque_nonlinearity"),
+    ("te.local_defect", "te.sideband", "friction.position_dependent"),
+    ("thermal.convection_speed", "te.temperature_nonlinear", "friction.stribeck"),
+    ("te.velocity_nonlinear", "friction.run_in", "sensor.torque_hysteresis"),
+    ("te.harmonic", "te.drift_time", "motor.torque_ripple"),
+    ("sensor.timing_skew", "friction.viscous_quadratic"),
+    ("te.hysteresis", "friction.presliding"),
+)
+SWITCHABLE = (
+    "friction.coulomb",
+    "friction.viscous",
+    "friction.viscous_temperature_linear",
+    "friction.load_dependent",
+    "motor.inertia",
+    "thermal.convection",
+    "load.bearing_friction",
+    "load.inertia",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class CaseSpec:
+    """One case before it is made.
+
+    Attributes:
+        forms: the forms to conceal; strengths: their targets in units of the noise floor (same length).
+        status: what an honest report says of each; also: indistinguishable alternatives of each.
+        shape: numbers of the forms to be set rather than drawn.
+    """
+
+    name: str
+    group: str
+    seed: int
+    forms: tuple[Form, ...] = ()
+    strengths: tuple[float, ...] = ()
+    status: str = "named"
+    also: tuple[str, ...] = ()
+    design: Design = field(default_factory=Design)
+    nuisance: str = "quiet"
+    switched_off: tuple[str, ...] = ()
+    truncate: bool = False
+    shape: tuple[tuple[str, float], ...] = ()
+
+
+def vocabulary() -> tuple[str, ...]:
+    """Every effect id that has a form, ``unknown`` left out."""
+    return tuple(dict.fromkeys(f.effect for f in FORMS if f.effect != "unknown"))
+
+
+def cases(group: str, seed: int, count: int | None = None, held_back: bool = False) -> Iterator[CaseSpec]:
+    """The cases of one group; ``held_back`` draws from the forms that nobody tunes on as well."""
+    makers = {
+        "clear": lambda: _single("clear", CLEAR, seed, held_back),
+        "faint": lambda: _single("faint", FAINT, seed, held_back),
+        "null": lambda: _nulls(seed, count or 12),
+        "compound": lambda: _compounds(seed, held_back),
+        "unknown": lambda: _unknowns(seed, held_back),
+        "ambiguous": lambda: _ambiguous(seed, held_back),
+        "switched_off": lambda: _switched(seed),
+    }
+    for number, case in enumerate(makers[group]()):
+        if count is not None and number >= count:
+            return
+        yield case
+
+
+def _pick(effect: str, rng: np.random.Generator, held_back: bool) -> Form:
+    """A form of an effect; of a held-back set the held-back one where there is one."""
+    mine = [f for f in FORMS if f.effect == effect]
+    chosen = [f for f in mine if f.held_back == held_back] or mine
+    return chosen[int(rng.integers(len(chosen)))]
+
+
+def _seeded(group: str, seed: int, number: int) -> tuple[int, np.random.Generator]:
+    rng = np.random.default_rng([seed, GROUPS.index(group), number])
+    return int(rng.integers(1, 2**31)), rng
+
+
+def _uneven(rng: np.random.Generator) -> Design:
+    """The full design with some of its loads and speeds left out, as laboratories do."""
+    base = Design()
+    loads = tuple(sorted(rng.choice(base.loads, size=int(rng.integers(6, 10)), replace=False)))
+    loads = tuple(sorted({-1000.0, 0.0, 1000.0, *map(float, loads)}))
+    return replace(base, loads=loads, validation=int(rng.integers(5, 9)), grid=int(rng.integers(27, 33)))
+
+
+def _single(group: str, strengths: tuple[float, float], seed: int, held_back: bool) -> Iterator[CaseSpec]:
+    for number, effect in enumerate(vocabulary()):
+        own, rng = _seeded(group, seed, number)
+        form = _pick(effect, rng, held_back)
+        yield CaseSpec(
+            name=f"{group}-{number:03d}",
+            group=group,
+            seed=own,
+            forms=(form,),
+            strengths=(float(rng.uniform(*strengths)),),
+            design=_uneven(rng),
+            truncate=bool(rng.random() < 0.15),
+        )
+
+
+def _nulls(seed: int, count: int) -> Iterator[CaseSpec]:
+    for number in range(count):
+        own, rng = _seeded("null", seed, number)
+        nuisance = NUISANCES[number % len(NUISANCES)]
+        yield CaseSpec(
+            f"null-{number:03d}",
+            "null",
+            own,
+            design=_uneven(rng),
+            nuisance=nuisance,
+            truncate=bool(rng.random() < 0.15),
+        )
+
+
+def _compounds(seed: int, held_back: bool) -> Iterator[CaseSpec]:
+    for number, effects in enumerate(_COMPOUNDS):
+        own, rng = _seeded("compound", seed, number)
+        forms = tuple(_pick(effect, rng, held_back) for effect in effects)
+        targets = tuple(float(rng.uniform(0.6, 1.6)) for _ in effects)
+        yield CaseSpec(f"compound-{number:03d}", "compound", own, forms, targets, design=_uneven(rng))
+
+
+def _unknowns(seed: int, held_back: bool) -> Iterator[CaseSpec]:
+    forms = [f for f in FORMS if f.effect == "unknown" and f.held_back <= held_back]
+    for number, form in enumerate(sorted(forms, key=lambda f: not f.held_back)):
+        own, rng = _seeded("unknown", seed, number)
+        target = (float(rng.uniform(1.0, 2.0)),)
+        yield CaseSpec(f"unknown-{number:03d}", "unknown", own, (form,), target, "unknown", design=_uneven(rng))
+
+
+def _ambiguous(seed: int, held_back: bool) -> Iterator[CaseSpec]:
+    for number, pair in enumerate(CONFUSIONS):
+        own, rng = _seeded("ambiguous", seed, number)
+        form = next(f for f in FORMS if (f.effect, f.name) == (pair.effect, pair.form))
+        yield CaseSpec(
+            name=f"ambiguous-{number:03d}",
+            group="ambiguous",
+            seed=own,
+            forms=(form,),
+            strengths=(float(rng.uniform(1.0, 1.8)),),
+            status="ambiguous",
+            also=pair.also,
+            design=pair.design,
+            shape=pair.shape,
+        )
+
+
+def _switched(seed: int) -> Iterator[CaseSpec]:
+    for number, term in enumerate(SWITCHABLE):
+        own, rng = _seeded("switched_off", seed, number)
+        yield CaseSpec(f"switched_off-{number:03d}", "switched_off", own, design=_uneven(rng), switched_off=(term,))

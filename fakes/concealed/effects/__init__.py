@@ -1,0 +1,1 @@
+"""Concealed effects: physics the nominal equations do not hold, in forms chosen without regard to any library."""

@@ -1,0 +1,126 @@
+"""From a case to recordings and the truth about them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime, timedelta
+from typing import Literal, cast
+
+import numpy as np
+
+from fakes.concealed.campaign import Campaign
+from fakes.concealed.catalogue import CaseSpec
+from fakes.concealed.design import draw_points
+from fakes.concealed.effects.base import Effect
+from fakes.concealed.noise import Sensors, draw_sensors, roughen
+from fakes.concealed.plant import RATIO, draw_plant
+from fakes.concealed.recordings import MadeRecording, NoiseTally, make_recordings
+from fakes.concealed.strength import calibrate
+from fakes.concealed.truth import ConcealedEffect, Status, Truth
+
+#: Where the terms of the nominal equations show, for cases that switch one off.
+_NOMINAL_CHANNEL = {
+    "friction": "motor_torque",
+    "motor": "motor_torque",
+    "thermal": "temperature",
+    "load": "load_torque",
+}
+
+
+@dataclass(slots=True)
+class Folder:
+    """One case being made: iterate ``recordings()`` to the end, then ask for ``truth()``."""
+
+    spec: CaseSpec
+    campaign: Campaign
+    sensors: Sensors
+    start: datetime
+    effects: tuple[ConcealedEffect, ...]
+    tally: NoiseTally
+
+    def recordings(self) -> Iterator[MadeRecording]:
+        """The recordings in running order."""
+        total = sum(p.kind not in ("pause", "unrecorded") for p in self.campaign.points)
+        rng = np.random.default_rng([self.spec.seed, 7])
+        cut = int(rng.integers(total)) if self.spec.truncate else None
+        yield from make_recordings(self.campaign, self.sensors, self.start, self.tally, cut)
+
+    def truth(self) -> Truth:
+        """The sealed answer; the noise is counted while the recordings are made."""
+        return Truth(
+            case=self.spec.name,
+            group=self.spec.group,
+            seed=self.spec.seed,
+            verdict="mismatch" if self.effects else "match",
+            effects=self.effects,
+            noise_rms=self.tally.rms(),
+            switched_off=self.spec.switched_off,
+            note=self.spec.nuisance,
+        )
+
+
+def open_folder(spec: CaseSpec) -> Folder:
+    """Draw bench, sensors and design of a case and calibrate its effects' strengths."""
+    rng = np.random.default_rng([spec.seed, 5])
+    plant = draw_plant(rng)
+    sensors = roughen(draw_sensors(rng), spec.nuisance, rng)
+    points = tuple(draw_points(spec.design, rng))
+    floor = noise_floor(sensors)
+    effects: list[Effect] = []
+    strengths: list[float] = []
+    for form, target in zip(spec.forms, spec.strengths, strict=True):
+        effect = form.make(rng)
+        effect.shape.update(spec.shape)
+        alone = Campaign(plant, (effect,), points, spec.seed)
+        strengths.append(calibrate(alone, effect, target, floor[effect.channels[0]]))
+        effects.append(effect)
+    start = datetime(2026, 3, 2, 6, 30, tzinfo=UTC) + timedelta(
+        days=int(rng.integers(200)), minutes=int(rng.integers(90))
+    )
+    told = [
+        ConcealedEffect(
+            effect=e.effect,
+            status=cast(Status, spec.status),
+            form=e.form,
+            channels=e.channels,
+            strength=round(s, 3),
+            location=e.location(),
+            parameters=e.parameters(),
+            also=spec.also,
+        )
+        for e, s in zip(effects, strengths, strict=True)
+    ]
+    told += [_missing(term) for term in spec.switched_off]
+    campaign = Campaign(plant, tuple(effects), points, spec.seed)
+    return Folder(spec, campaign, sensors, start, tuple(told), NoiseTally())
+
+
+def noise_floor(sensors: Sensors) -> dict[str, float]:
+    """Noise RMS of each compared channel expected from the sensors."""
+
+    def rms(sigma: float, step: float, offset: float) -> float:
+        return float(np.sqrt(sigma**2 * (1.0 + offset**2) + step**2 / 12.0))
+
+    level = {
+        name: rms(n.sigma, n.step, n.offset)
+        for name in ("load_angle", "motor_angle", "motor_torque", "load_torque", "load_motor_torque", "temperature")
+        for n in (getattr(sensors, name),)
+    }
+    return {
+        "transmission_error": float(np.hypot(level["load_angle"], level["motor_angle"] / RATIO)),
+        "motor_torque": level["motor_torque"],
+        "temperature": level["temperature"],
+        "load_torque": float(np.hypot(level["load_torque"], level["load_motor_torque"])),
+    }
+
+
+def _missing(term: str) -> ConcealedEffect:
+    channel = _NOMINAL_CHANNEL[term.split(".")[0]]
+    status: Literal["named"] = "named"
+    return ConcealedEffect(term, status, "nominal term switched off in the simulation given", (channel,), None)
+
+
+def with_strength(spec: CaseSpec, strength: float, name: str) -> CaseSpec:
+    """The same case at another strength, for a severity sweep."""
+    return replace(spec, name=name, strengths=tuple(strength for _ in spec.strengths))

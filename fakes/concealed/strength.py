@@ -1,0 +1,129 @@
+"""Strength of an effect: what is left of it after the nominal simulation has been refitted, in units of the noise.
+
+The nominal simulation is linearised in its parameters and projected out of the effect's own contribution; what remains
+is the excess. Strength is the RMS of the excess over its active samples (the smallest set that holds 95 % of its
+energy, at least 2 % of all), so that a short pulse and a wave of the same height are of like strength.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fakes.concealed.campaign import Campaign, Signals
+from fakes.concealed.effects.base import Effect, Floats
+from fakes.concealed.plant import ORDERS, RATIO
+
+_RATE_HZ = 100.0
+_MOST = 9000  # samples a direction in the projection of the transmission error
+
+
+@dataclass(slots=True)
+class _Rows:
+    """Samples of one recording: nominal regressors (n, p) and the effect's contribution (n,)."""
+
+    regressors: NDArray[Any]
+    excess: Floats
+
+
+def measure(campaign: Campaign, channel: str) -> Floats:
+    """Excess (M,) of a campaign's effects in one channel after the nominal's refit."""
+    rows = [r for r in (_rows(signals, channel) for signals in campaign.run(_RATE_HZ)) if r is not None]
+    excess = np.concatenate([r.excess for r in rows])
+    if channel == "transmission_error":
+        sides = np.concatenate([r.regressors[:, -1] for r in rows])
+        out = []
+        for side in (0.0, 1.0):
+            picked = np.flatnonzero(sides == side)
+            if picked.size:
+                out.append(_project(np.concatenate([r.regressors for r in rows])[picked], excess[picked]))
+        return np.concatenate(out)
+    return _project(np.concatenate([r.regressors for r in rows]), excess, expand=False)
+
+
+def strength(excess: Floats, noise_rms: float) -> float:
+    """RMS of the excess over its active samples, over the noise."""
+    square = np.sort(excess**2)[::-1]
+    total = float(square.sum())
+    if total == 0.0:
+        return 0.0
+    count = int(np.searchsorted(np.cumsum(square), 0.95 * total)) + 1
+    count = max(count, int(0.02 * square.size), 1)
+    return float(np.sqrt(square[:count].mean()) / noise_rms)
+
+
+def calibrate(campaign: Campaign, effect: Effect, target: float, noise_rms: float) -> float:
+    """Set the effect's amplitude so that its strength alone meets the target; returns the strength reached."""
+    alone = Campaign(campaign.plant, (effect,), campaign.points, campaign.seed)
+    reached = strength(measure(alone, effect.channels[0]), noise_rms)
+    for _ in range(5):
+        if reached <= 0.0 or abs(reached / target - 1.0) < 0.05:
+            break
+        effect.amplitude *= float(np.clip(target / reached, 0.05, 20.0))
+        reached = strength(measure(alone, effect.channels[0]), noise_rms)
+    return reached
+
+
+def _rows(signals: Signals, channel: str) -> _Rows | None:
+    if channel == "temperature":
+        return _temperature_rows(signals)
+    run = signals.run
+    if channel == "transmission_error":
+        if run.point.kind in ("heating", "cooling", "dwell"):
+            return None
+        every = 2
+        x = np.clip(run.torque[::every], -1150.0, 1150.0) / 1000.0
+        y = (np.abs(run.rate[::every])) / 0.17
+        z = (run.temperature[::every] - 35.0) / 15.0
+        table = np.column_stack((run.theta[::every], x, y, z, run.side[::every]))
+        return _Rows(table, signals.added[channel][::every])
+    every = 4
+    sign, torque = run.sign[::every], run.torque[::every]
+    if channel == "load_torque":
+        table = np.column_stack((sign, run.acceleration[::every], np.ones(sign.size)))
+    else:
+        rate = run.motor_rate[::every]
+        warm = rate * (run.temperature[::every] - 25.0)
+        load = sign * np.abs(torque) / RATIO
+        table = np.column_stack((sign, rate, warm, load, run.acceleration[::every], np.ones(sign.size)))
+    return _Rows(table, signals.added[channel][::every])
+
+
+def _temperature_rows(signals: Signals) -> _Rows | None:
+    """The heat balance in integrated form: T − T(0) is linear in 1/C, 1/(RC) and T_amb/(RC); T(0) is free."""
+    run = signals.run
+    every = 50
+    energy = np.cumsum(signals.power) / run.rate_hz
+    course = np.cumsum(signals.probe) / run.rate_hz
+    table = np.column_stack((energy, course, run.time))[::every]
+    rise = signals.probe[::every]
+    keep = table.shape[0] > 3
+    return _Rows(table - table.mean(axis=0), rise - rise.mean()) if keep else None
+
+
+def _project(table: NDArray[Any], excess: Floats, expand: bool = True) -> Floats:
+    """Residual of the excess after least squares on the nominal's regressors."""
+    if not expand:
+        scale = np.linalg.norm(table, axis=0)
+        scale[scale == 0.0] = 1.0
+        scaled = table / scale
+        solution = np.linalg.lstsq(scaled, excess, rcond=1e-10)[0]
+        return np.asarray(excess - scaled @ solution)
+    rng = np.random.default_rng(0)
+    chosen: NDArray[np.int64] = np.arange(excess.size)
+    if excess.size > _MOST:
+        chosen = np.sort(rng.choice(excess.size, _MOST, replace=False))
+    theta, x, y, z = table[chosen, :4].T
+    basis = np.column_stack((x * x, y * y, z * z, x, y, z, x * y, x * z, y * z, np.ones(x.size)))
+    blocks = [basis]
+    for order in ORDERS:
+        blocks.append(basis * np.cos(order * theta)[:, None])
+        blocks.append(basis * np.sin(order * theta)[:, None])
+    design = np.concatenate(blocks, axis=1)
+    gram = design.T @ design
+    gram[np.diag_indices_from(gram)] += 1e-9 * np.trace(gram) / gram.shape[0]
+    solution = np.linalg.solve(gram, design.T @ excess[chosen])
+    return np.asarray(excess[chosen] - design @ solution)
