@@ -47,7 +47,7 @@ def inspect(
     recording = Recording.open(file)
     checks = validate(file)
     ranges = channel_ranges(recording)
-    picture = None if no_plot else plot_recording(recording, plot or file.with_name(file.name + ".png"))
+    picture = None if no_plot else plot_recording(recording, plot or file.with_suffix(".png"))
     if as_json:
         typer.echo(json.dumps(_as_dict(recording, ranges, checks, picture), ensure_ascii=False))
     else:

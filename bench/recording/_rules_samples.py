@@ -175,7 +175,12 @@ def time_and_cycle(file: h5py.File, path: Path) -> Iterator[Finding]:
         if "time" in usable:
             yield "/channels/time", "holds no rows", _complete(file) is False
         return
-    rate = attributes.read(file.attrs, "sample_rate", attributes.number)
+    try:
+        rate = attributes.read(file.attrs, "sample_rate", attributes.number)
+    except AttributeProblem:
+        return  # another rule says so
+    if not rate > 0:
+        return
     time = _si(usable["time"])
     if abs(time[0]) > 0.5 / rate:
         yield "/channels/time", f"starts at {time[0]:g} s, it should start at 0 with the first sample", False

@@ -24,6 +24,9 @@ from bench.recording.header import ChannelSpec, Event, Gearbox, Segment, Setpoin
 DERIVED_FROM: dict[str, str] = {"motor_velocity": "motor_angle", "load_velocity": "load_angle"}
 """A missing velocity is the time derivative of its angle."""
 
+HDF5_ERRORS = (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError)
+"""What h5py raises where the structure of a file is broken; which of them depends on the place."""
+
 
 @contextmanager
 def opened(path: Path) -> Iterator[h5py.File]:
@@ -33,7 +36,7 @@ def opened(path: Path) -> Iterator[h5py.File]:
     try:
         file = _open(path)
     except OSError as error:
-        raise RecordingError(f"{path}: not a readable HDF5 file ({_reason(error)}).") from error
+        raise RecordingError(f"{path}: not a readable HDF5 file ({hdf5_reason(error)}).") from error
     with file:
         yield file
 
@@ -49,7 +52,7 @@ def _open(path: Path) -> h5py.File:
         return h5py.File(path, "r")
 
 
-def _reason(error: Exception) -> str:
+def hdf5_reason(error: Exception) -> str:
     """Take the innermost reason, the one in parentheses, from an HDF5 error text."""
     message = str(error).strip().rstrip(".")
     return message[message.rfind("(") + 1 :].rstrip(")") if "(" in message else message
@@ -98,7 +101,10 @@ class Recording:
         """
         path = Path(path)
         with opened(path) as file:
-            return cls(path=path, **read_header(file, path))
+            try:
+                return cls(path=path, **read_header(file, path))
+            except HDF5_ERRORS as error:
+                raise RecordingError(f"{path}: the HDF5 structure is damaged ({hdf5_reason(error)}).") from error
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -152,9 +158,9 @@ class Recording:
             for name in names:
                 try:
                     result[name] = file["channels"][name][start:stop]
-                except (OSError, KeyError, RuntimeError) as error:
+                except HDF5_ERRORS as error:
                     raise RecordingError(
-                        f"{self.path}: /channels/{name} rows {start} to {stop} cannot be read ({_reason(error)})."
+                        f"{self.path}: /channels/{name} rows {start} to {stop} cannot be read ({hdf5_reason(error)})."
                     ) from error
         return result
 

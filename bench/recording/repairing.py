@@ -12,8 +12,8 @@ import numpy as np
 from bench.errors import RecordingError
 from bench.recording._header_reader import KNOWN_ROOT_ATTRIBUTES
 from bench.recording.header import PART_SUFFIX, RecordingHeader, Segment
-from bench.recording.reader import Recording, opened
-from bench.recording.storage import first_missing_row
+from bench.recording.reader import HDF5_ERRORS, Recording, hdf5_reason, opened
+from bench.recording.storage import completed, first_missing_row
 from bench.recording.writer import FAST_CHUNK_ROWS, RecordingWriter
 
 _BLOCK_ROWS = 16 * FAST_CHUNK_ROWS
@@ -55,8 +55,22 @@ def repair(source: str | Path, target: str | Path | None = None, *, keep: bool =
     target = Path(target)
     if target.exists():
         raise RecordingError(f"{source}: {target.name} is there already, it would be overwritten; move one of them.")
-    recording = Recording.open(source)
-    rows = _valid_rows(recording)
+    if not source.is_file():
+        raise RecordingError(f"{source}: there is no such file.")
+    with completed(source) as (readable, file_size):
+        try:
+            result = _restore(Recording.open(readable), source, target, file_size)
+        except RecordingError as error:
+            raise RecordingError(str(error).replace(str(readable), str(source))) from error
+        except HDF5_ERRORS as error:
+            raise RecordingError(f"{source}: the HDF5 structure is damaged ({hdf5_reason(error)}).") from error
+    if not keep:
+        source.unlink()
+    return result
+
+
+def _restore(recording: Recording, source: Path, target: Path, file_size: int | None) -> Repair:
+    rows = _valid_rows(recording, file_size)
     if not rows:
         raise RecordingError(f"{source}: no row was saved before it was cut short, there is nothing to repair.")
     complete = recording.complete and rows == recording.size
@@ -69,8 +83,6 @@ def repair(source: str | Path, target: str | Path | None = None, *, keep: bool =
             time = float(recording.si("time", rows - 1, rows)[0])
             writer.event(time, "warning", f"cut short after {rows} rows; valid prefix restored by repair")
         writer.close(accepted=recording.accepted, quality=recording.quality or None, complete=complete)
-    if not keep:
-        source.unlink()
     return Repair(source, target, rows, recording.size - rows, complete)
 
 
@@ -100,13 +112,13 @@ def _segments(recording: Recording, rows: int) -> Sequence[Segment]:
     return [replace(s, stop=min(s.stop, rows)) for s in recording.segments if s.start < rows]
 
 
-def _valid_rows(recording: Recording) -> int:
+def _valid_rows(recording: Recording, file_size: int | None) -> int:
     """Count the rows before the first that is not stored, not readable, or not later than the one before."""
     rows = recording.size
     with opened(recording.path) as file:
         for name in recording.channels:
             dataset = file["channels"][name]
-            missing = first_missing_row(dataset)
+            missing = first_missing_row(dataset, file_size)
             rows = min(rows, dataset.shape[0] if missing is None else missing)
             rows = _readable_rows(dataset, rows)
     last = -np.inf

@@ -12,7 +12,7 @@ from bench.errors import RecordingError
 from bench.recording import _rules_header, _rules_samples, _rules_tables
 from bench.recording._findings import Finding
 from bench.recording.header import PART_SUFFIX
-from bench.recording.reader import Recording, opened
+from bench.recording.reader import HDF5_ERRORS, Recording, opened
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +66,7 @@ def validate(path: str | Path) -> Validation:
                 try:
                     for where, text, note in rule(file, path):
                         (notes if note else violations).append(f"{path}: {where} {text}.")
-                except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
+                except HDF5_ERRORS as error:
                     violations.append(f"{path}: cannot be checked further for {rule.__name__} ({error}).")
     except RecordingError as error:
         return Validation(path, (str(error),), ())

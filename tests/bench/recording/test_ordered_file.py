@@ -77,7 +77,7 @@ def test_every_state_on_disk_is_readable(
     first = disk.promises[0][0]
     cut = tmp_path / "cut.h5"
     descriptor = os.open(cut, os.O_RDWR | os.O_CREAT)
-    tested, stride = 0, max(len(disk.writes) // 300, 1)
+    tested, stride = 0, max(len(disk.writes) // 220, 1)
     for done, write in enumerate(disk.writes, start=1):
         _apply(descriptor, write)
         promised = max(promised, promises.get(done, 0))
