@@ -175,7 +175,7 @@ class TransmissionErrorModel:
     def evaluate(
         self, theta: ArrayLike, torque: ArrayLike, velocity: ArrayLike, temperature: ArrayLike, direction: ArrayLike
     ) -> FloatArray:
-        """Transmission error (N,) in rad, NaN where that set is missing; ``direction`` is the sign of the last motion."""
+        """Transmission error (N,) in rad, NaN where that set is missing; ``direction`` is the last motion's sign."""
         angle = np.asarray(theta, dtype=np.float64)
         sign = np.broadcast_to(np.asarray(direction, dtype=np.float64), angle.shape)
         inputs = [

@@ -72,7 +72,8 @@ class Term:
     """One term of the simulation.
 
     ``parameters`` by symbol (empty: to be calibrated); ``orders`` restricts ``te.fourier`` (None: all);
-    ``coefficients`` holds those of ``te.fourier`` and ``te.offset``; ``extra`` keeps all other keys as they stood in the file.
+    ``coefficients`` holds those of ``te.fourier`` and ``te.offset``; ``extra`` keeps all other keys as they stood in
+    the file.
     """
 
     effect: str

@@ -1,0 +1,172 @@
+"""From harmonics of many recordings to polynomials of amplitude and phase.
+
+Each recording gives one complex value z_r = A·exp(iφ) an order, with the variance its noise implies. The polynomials of
+A and φ are fitted to all z_r at once (no wrapping, no undefined phase where A is small): first the phase's linear part
+by a search, then amplitude and phase by Gauss–Newton. What scatters between recordings beyond their own noise (torque
+sensor, temperature reading, controller) is a second variance, one along and one across z, estimated from the residuals
+(Paule–Mandel), so that standard deviations hold.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.identification.inputs import Design
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+_ITERATIONS = 40
+_TOLERANCE = 1e-10
+
+
+@dataclass(frozen=True, slots=True)
+class PolarFit:
+    """Coefficients of the kept standardised monomials (P,), joint covariance (2P, 2P) of (amplitude, phase)."""
+
+    amplitude: FloatArray
+    phase: FloatArray
+    covariance: FloatArray
+    amplitude_scatter: float
+    phase_scatter: float
+
+
+def scatter_variance(residual: FloatArray, within: FloatArray, parameters: int) -> float:
+    """Variance s ≥ 0 between recordings with Σ residual²/(within + s) = R − parameters (Paule and Mandel 1982)."""
+    freedom = max(residual.size - parameters, 1)
+
+    def excess(s: float) -> float:
+        return float((residual**2 / (within + s)).sum()) - freedom
+
+    if excess(0.0) <= 0.0:
+        return 0.0
+    low, high = 0.0, float((residual**2).sum()) / freedom + 1e-300
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if excess(middle) > 0 else (low, middle)
+    return high
+
+
+def fit_linear(regressors: FloatArray, values: FloatArray, within: FloatArray) -> tuple[FloatArray, FloatArray, float]:
+    """Weighted least squares with scatter between recordings: coefficients (P,), covariance (P, P), scatter."""
+    scatter = 0.0
+    for _ in range(8):
+        weight = 1.0 / (within + scatter)
+        covariance = np.asarray(np.linalg.pinv((regressors.T * weight) @ regressors), dtype=np.float64)
+        coefficients = covariance @ (regressors.T @ (weight * values))
+        update = scatter_variance(values - regressors @ coefficients, within, regressors.shape[1])
+        if abs(update - scatter) <= 1e-3 * (update + 1e-300):
+            break
+        scatter = update
+    return coefficients, covariance, scatter
+
+
+def _phase_gradient(z: ComplexArray, inputs: FloatArray) -> FloatArray:
+    """Slope (3,) of a phase linear in the standardised inputs for which the rotated z add up best."""
+    grid = np.linspace(-4.0, 4.0, 9)
+    varies = [grid if np.ptp(inputs[:, j]) > 0 else np.zeros(1) for j in range(3)]
+    best = np.zeros(3)
+    weighted = z * np.abs(z)
+    for step in (0.8, 0.2, 0.05):
+        axes = [best[j] + step * varies[j] for j in range(3)]
+        steps = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+        best = steps[np.argmax(np.abs(np.exp(-1j * (steps @ inputs.T)) @ weighted))]
+    return np.asarray(best)
+
+
+def _start(z: ComplexArray, design: Design) -> tuple[FloatArray, FloatArray]:
+    columns = design.regressors
+    scaled = (design.inputs - design.standardisation.mean) / design.standardisation.std
+    gradient = _phase_gradient(z, scaled * (np.ptp(design.inputs, axis=0) > 0))
+    rotated = z * np.exp(-1j * (scaled @ gradient))
+    centre = np.angle((rotated * np.abs(rotated)).sum())
+    rest = rotated * np.exp(-1j * centre)
+    total = scaled @ gradient + centre + np.angle(rest)
+    weight = np.abs(z)
+    phase = np.linalg.lstsq(columns * weight[:, None], total * weight, rcond=None)[0]
+    amplitude = np.linalg.lstsq(columns, (z * np.exp(-1j * (columns @ phase))).real, rcond=None)[0]
+    return amplitude, phase
+
+
+def _gauss_newton(
+    z: ComplexArray, columns: FloatArray, radial: FloatArray, tangential: FloatArray, start: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Minimise Σ re²/radial + im²/tangential of (z·exp(−iφ) − A); return parameters (2P,) and covariance."""
+    size = columns.shape[1]
+    wr, wt = 1.0 / np.sqrt(radial), 1.0 / np.sqrt(tangential)
+
+    def residual(p: FloatArray) -> FloatArray:
+        off = z * np.exp(-1j * (columns @ p[size:])) - columns @ p[:size]
+        return np.concatenate([off.real * wr, off.imag * wt])
+
+    def jacobian(p: FloatArray) -> FloatArray:
+        rotated = z * np.exp(-1j * (columns @ p[size:]))
+        upper = np.hstack([-columns * wr[:, None], columns * (rotated.imag * wr)[:, None]])
+        lower = np.hstack([np.zeros_like(columns), -columns * (rotated.real * wt)[:, None]])
+        return np.vstack([upper, lower])
+
+    p, damping = start, 1e-6
+    r = residual(p)
+    cost = float(r @ r)
+    for _ in range(_ITERATIONS):
+        j = jacobian(p)
+        normal, slope = j.T @ j, j.T @ r
+        step = np.linalg.lstsq(normal + damping * np.diag(np.diag(normal) + 1e-300), -slope, rcond=None)[0]
+        trial = residual(p + step)
+        if float(trial @ trial) <= cost:
+            gain = cost - float(trial @ trial)
+            p, r, damping = p + step, trial, max(damping * 0.2, 1e-12)
+            cost = float(r @ r)
+            if gain <= _TOLERANCE * cost:
+                break
+        else:
+            damping *= 10.0
+            if damping > 1e8:
+                break
+    # The covariance is taken with the model's own amplitude, so that a phase without amplitude stays undetermined.
+    amplitude = columns @ p[:size]
+    upper = columns.T @ (columns * (wr**2)[:, None])
+    lower = columns.T @ (columns * ((amplitude * wt) ** 2)[:, None])
+    covariance = np.zeros((2 * size, 2 * size))
+    covariance[:size, :size] = np.linalg.pinv(upper)
+    covariance[size:, size:] = np.linalg.pinv(lower)
+    return p, covariance
+
+
+def fit_polar(z: ComplexArray, within: FloatArray, design: Design, near: PolarFit | None = None) -> PolarFit:
+    """Fit amplitude and phase polynomials to z (R,) with variance ``within`` (R,) a component.
+
+    ``near`` is an earlier fit to start from. The amplitude comes out positive and the phase within (−π, π] at the mean of the inputs.
+    """
+    columns = design.regressors
+    size = columns.shape[1]
+    p = np.concatenate(_start(z, design) if near is None else (near.amplitude, near.phase))
+    radial = tangential = np.maximum(within, 1e-6 * float((np.abs(z) ** 2).mean()) + 1e-300)
+    amplitude_scatter = phase_scatter = 0.0
+    covariance = np.empty(0)
+    for _ in range(6):
+        p, covariance = _gauss_newton(z, columns, radial, tangential, p)
+        level = columns @ p[:size]
+        off = z * np.exp(-1j * (columns @ p[size:])) - level
+        amplitude_scatter = scatter_variance(off.real, within, size)
+        # Scatter of the phase turns into a deviation across z in proportion to the amplitude.
+        safe = np.maximum(np.abs(level), 1e-3 * float(np.abs(level).max()) + 1e-300)
+        phase_scatter = scatter_variance(off.imag / safe, within / safe**2, size)
+        new_radial, new_tangential = within + amplitude_scatter, within + phase_scatter * level**2
+        done = np.allclose(new_radial, radial, rtol=1e-3) and np.allclose(new_tangential, tangential, rtol=1e-3)
+        radial, tangential = new_radial, new_tangential
+        if done:
+            break
+    amplitude, phase = p[:size].copy(), p[size:].copy()
+    centre = design.columns(design.inputs.mean(axis=0))
+    constant = int(np.argmax(design.kept == 9))
+    if float(centre @ amplitude) < 0:
+        amplitude, phase[constant] = -amplitude, phase[constant] + np.pi
+        flip = np.concatenate([-np.ones(size), np.ones(size)])
+        covariance = covariance * np.outer(flip, flip)
+    turn = float(centre @ phase)
+    phase[constant] -= 2.0 * np.pi * np.ceil((turn - np.pi) / (2.0 * np.pi))
+    return PolarFit(amplitude, phase, covariance, amplitude_scatter, phase_scatter)

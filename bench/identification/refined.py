@@ -1,0 +1,233 @@
+"""The refined identification: joint least squares on the samples of all recordings of one direction.
+
+Inside a recording the samples enter by their normal equations (sums over angle, block by block); for given A_k, φ_k, a₀
+as functions of the inputs these sums hold all that the samples say. So the fit goes in two levels that repeat until
+they agree: harmonics of each recording at its mean inputs, all orders and the ripple's jointly, with what the inputs'
+changes within the recording contribute taken off; then polynomials through the harmonics of all recordings,
+weighted by the noise seen beside each order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.identification.inputs import Design, make_design, undetermined
+from bench.identification.polish import PolarFit, fit_linear, fit_polar
+from bench.identification.reduction import Reduction, SteadySums
+from bench.identification.sums import gram, projections, series_sums
+from bench.simulation import TERM_COUNT, FourierSet, basis
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+PASSES = 4
+NEIGHBOURS = 10
+"""Orders on each side whose residual is taken as the noise at an order."""
+
+
+@dataclass(slots=True)
+class _Normal:
+    """Normal equations of one recording by block, regressors [sin f…, cos f…, 1] with the ripple's orders last."""
+
+    sums: SteadySums
+    gram: FloatArray
+    right: FloatArray
+    change: FloatArray
+    inputs: FloatArray
+    mean: FloatArray
+    samples: FloatArray
+    solution: FloatArray = field(default_factory=lambda: np.empty(0))
+    spread: FloatArray = field(default_factory=lambda: np.empty(0))
+
+
+@dataclass(frozen=True, slots=True)
+class RecordingHarmonics:
+    """Of one recording: z = A·exp(iφ) (K,), its variance a component, offset and its variance, mean inputs (3,)."""
+
+    recording_id: str
+    z: ComplexArray
+    variance: FloatArray
+    offset: float
+    offset_variance: float
+    inputs: FloatArray
+    ripple: ComplexArray
+
+
+@dataclass(frozen=True, slots=True)
+class RefinedDirection:
+    """Result of one direction: coefficients, the harmonics they rest on, what could not be determined."""
+
+    fourier: FourierSet
+    harmonics: tuple[RecordingHarmonics, ...]
+    design: Design
+    scatter: FloatArray
+    sentences: tuple[str, ...]
+
+
+def _normal(steady: SteadySums, orders: NDArray[np.int64]) -> _Normal:
+    samples = steady.unit[:, 0].real
+    inputs = np.stack([steady.torque, steady.velocity, steady.temperature], axis=1)
+    inputs = np.where(np.isfinite(inputs), inputs, 0.0)
+    return _Normal(
+        steady,
+        gram(steady.unit, orders),
+        projections(steady.error, orders),
+        projections(steady.torque_change, orders),
+        inputs,
+        samples @ inputs / samples.sum(),
+        samples,
+    )
+
+
+def _local(fourier: FourierSet, ripples: int, inputs: FloatArray) -> FloatArray:
+    """Coefficients of the regressors (..., 2(K + ripples) + 1) the model has at inputs (..., 3)."""
+    rows = basis(inputs[..., 0], inputs[..., 1], inputs[..., 2])
+    amplitude, phase = rows @ fourier.amplitude.T, rows @ fourier.phase.T
+    none = np.zeros((*amplitude.shape[:-1], ripples))
+    offset = (rows @ fourier.offset)[..., None]
+    return np.concatenate([amplitude * np.cos(phase), none, amplitude * np.sin(phase), none, offset], axis=-1)
+
+
+def _torque_slope(fourier: FourierSet, inputs: FloatArray) -> FloatArray:
+    """∂a₀/∂τ at inputs (..., 3)."""
+    p, (tau, rate, temp) = fourier.offset, np.moveaxis(inputs, -1, 0)
+    return np.asarray(2.0 * p[0] * tau + p[3] + p[6] * rate + p[7] * temp)
+
+
+def _solve(normal: _Normal, fourier: FourierSet | None, ripples: int) -> FloatArray:
+    """Coefficients of the recording at its mean inputs; the block deviations of the last model are taken off."""
+    right = normal.right.sum(axis=0)
+    if fourier is not None:
+        deviation = _local(fourier, ripples, normal.inputs) - _local(fourier, ripples, normal.mean[None, :])
+        right = right - np.einsum("bij,bj->i", normal.gram, deviation)
+        right = right - _torque_slope(fourier, normal.inputs) @ normal.change
+    return np.asarray(np.linalg.solve(normal.gram.sum(axis=0), right))
+
+
+def _noise(normal: _Normal, fourier: FourierSet | None, ripples: int, orders: NDArray[np.int64]) -> FloatArray:
+    """Residual power |Σ r·exp(imθ)|²/N beside each order (K,) and, last, at order 0; the median of its neighbours."""
+    steady = normal.sums
+    reach = steady.error.shape[1] - 1
+    coefficients = np.broadcast_to(normal.solution, (normal.samples.size, normal.solution.size))
+    rest = steady.error
+    if fourier is not None:
+        deviation = _local(fourier, ripples, normal.inputs) - _local(fourier, ripples, normal.mean[None, :])
+        coefficients = coefficients + deviation
+        rest = rest - _torque_slope(fourier, normal.inputs)[:, None] * steady.torque_change
+    rest = rest - series_sums(steady.unit, orders, coefficients, reach)
+    power = np.abs(rest.sum(axis=0)) ** 2 / normal.samples.sum()
+    power[orders] = np.nan
+    power[0] = np.nan
+    out = np.empty(orders.size - ripples + 1)
+    for k, order in enumerate([*orders[: orders.size - ripples], 0]):
+        near = power[max(order - NEIGHBOURS, 1) : order + NEIGHBOURS + 1]
+        # The power of noise at an order is exponentially distributed: its mean is its median / ln 2.
+        out[k] = float(np.nanmedian(near)) / np.log(2.0)
+    return out
+
+
+def _harmonics(
+    normal: _Normal, name: str, orders: NDArray[np.int64], ripples: int, noise: FloatArray
+) -> RecordingHarmonics:
+    size = orders.size
+    inverse = np.linalg.inv(normal.gram.sum(axis=0))
+    s, c = normal.solution[:size], normal.solution[size : 2 * size]
+    spread = 0.5 * (np.diag(inverse)[:size] + np.diag(inverse)[size : 2 * size])
+    z = s + 1j * c
+    # One count of the encoder is where its zero lies: nothing in the recording says more about a₀'s constant.
+    return RecordingHarmonics(
+        name,
+        z[: size - ripples],
+        spread[: size - ripples] * noise[:-1],
+        float(normal.solution[-1]) + normal.sums.reference,
+        float(inverse[-1, -1] * noise[-1]),
+        normal.mean,
+        z[size - ripples :],
+    )
+
+
+def _polynomials(
+    harmonics: Sequence[RecordingHarmonics],
+    design: Design,
+    orders: NDArray[np.float64],
+    resolution: float,
+    fits: dict[int, PolarFit],
+) -> tuple[FourierSet, FloatArray]:
+    embed = design.raw_matrix()
+    size = orders.size
+    amplitude, phase = np.zeros((size, TERM_COUNT)), np.zeros((size, TERM_COUNT))
+    covariance = np.zeros((size, 2 * TERM_COUNT, 2 * TERM_COUNT))
+    both = np.zeros((2 * embed.shape[0], 2 * TERM_COUNT))
+    both[: embed.shape[0], :TERM_COUNT] = embed
+    both[embed.shape[0] :, TERM_COUNT:] = embed
+    scatter = np.zeros((size + 1, 2))
+    z = np.stack([h.z for h in harmonics])
+    variance = np.stack([h.variance for h in harmonics])
+    for k in range(size):
+        fit = fits[k] = fit_polar(z[:, k], variance[:, k], design, fits.get(k))
+        amplitude[k], phase[k] = fit.amplitude @ embed, fit.phase @ embed
+        covariance[k] = both.T @ fit.covariance @ both
+        scatter[k] = fit.amplitude_scatter, fit.phase_scatter
+    offsets = np.asarray([h.offset for h in harmonics])
+    offset_variance = np.asarray([h.offset_variance for h in harmonics])
+    coefficients, offset_covariance, scatter[size, 0] = fit_linear(design.regressors, offsets, offset_variance)
+    raw_covariance = embed.T @ offset_covariance @ embed
+    # Half a count: whether an encoder rounds or reads the count it stands in, and where its zero lies, is not known.
+    raw_covariance[-1, -1] += (0.5 * resolution) ** 2
+    fourier = FourierSet(
+        orders,
+        amplitude,
+        phase,
+        coefficients @ embed,
+        np.sqrt(np.einsum("kii->ki", covariance)[:, :TERM_COUNT]),
+        np.sqrt(np.einsum("kii->ki", covariance)[:, TERM_COUNT:]),
+        np.sqrt(np.diag(raw_covariance)),
+        covariance,
+        raw_covariance,
+    )
+    return fourier, scatter
+
+
+def identify_direction(
+    reductions: Sequence[Reduction], orders: Sequence[int], notch_orders: Sequence[int], direction: str
+) -> RefinedDirection | None:
+    """Identify one direction of motion from recordings that moved that way; None without any."""
+    members = [(r.recording_id, r.steady) for r in reductions if r.steady is not None]
+    if not members:
+        return None
+    listed = np.asarray([*orders, *(n for n in notch_orders if n not in orders)], dtype=np.int64)
+    ripples = listed.size - len(orders)
+    normals = [_normal(steady, listed) for _, steady in members]
+    design = make_design(np.stack([n.mean for n in normals]))
+    resolution = max(steady.resolution for _, steady in members)
+    fourier: FourierSet | None = None
+    harmonics: list[RecordingHarmonics] = []
+    scatter = np.empty(0)
+    fits: dict[int, PolarFit] = {}
+    for number in range(PASSES):
+        for normal in normals:
+            normal.solution = _solve(normal, fourier, ripples)
+            if number in (0, PASSES - 1):
+                normal.spread = _noise(normal, fourier, ripples, listed)
+        harmonics = [
+            _harmonics(normal, name, listed, ripples, normal.spread)
+            for normal, (name, _) in zip(normals, members, strict=True)
+        ]
+        fourier, scatter = _polynomials(harmonics, design, np.asarray(orders, dtype=np.float64), resolution, fits)
+    assert fourier is not None
+    return RefinedDirection(fourier, tuple(harmonics), design, scatter, tuple(undetermined(design, direction)))
+
+
+def single_recording(
+    steady: SteadySums, orders: Sequence[int], notch_orders: Sequence[int]
+) -> tuple[ComplexArray, ComplexArray]:
+    """Fourier series fitted to one recording alone: z (K,) of the orders and of the ripple; the bound of any model."""
+    listed = np.asarray([*orders, *(n for n in notch_orders if n not in orders)], dtype=np.int64)
+    normal = _normal(steady, listed)
+    solution = _solve(normal, None, 0)
+    z = solution[: listed.size] + 1j * solution[listed.size : 2 * listed.size]
+    return z[: len(orders)], z[len(orders) :]

@@ -1,0 +1,118 @@
+"""Which samples of a recording identification uses, and one sentence for each that it cannot."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from bench.recording import Recording
+
+FloatArray = NDArray[np.float64]
+
+SPIKE_SIGMA = 10.0
+GAP_REVOLUTIONS = 0.01
+"""A gap that spans more of the output's turn than this splits a steady segment."""
+REVOLUTION = 2.0 * np.pi
+TRANSMISSION_CHANNELS = ("motor_angle", "load_angle")
+
+
+@dataclass(frozen=True, slots=True)
+class Skipped:
+    """Something that was not used, and why, in one sentence."""
+
+    recording: str
+    why: str
+
+
+@dataclass(frozen=True, slots=True)
+class SteadyWindow:
+    """A stretch of steady motion over whole revolutions: samples ``start`` to ``stop``, ``direction`` ±1.
+
+    ``segment_start`` and ``segment_stop`` bound the whole contiguous stretch of the steady segment it was taken from.
+    """
+
+    start: int
+    stop: int
+    segment_start: int
+    segment_stop: int
+    direction: int
+    revolutions: int
+
+
+@njit(cache=True)
+def _off_neighbours(x: FloatArray) -> FloatArray:
+    """Return the distance of each sample from the median of itself and two neighbours on each side."""
+    n = x.size
+    out = np.zeros(n)
+    w = np.empty(5)
+    for i in range(2, n - 2):
+        for j in range(5):
+            w[j] = x[i - 2 + j]
+        out[i] = abs(x[i] - np.median(w))
+    return out
+
+
+def spike_mask(signal: FloatArray) -> NDArray[np.bool_]:
+    """Mark samples that stand off the running median of five by more than ten times its 99th percentile's sigma."""
+    if signal.size < 16:
+        return ~np.isfinite(signal)
+    finite = np.isfinite(signal)
+    off = _off_neighbours(np.where(finite, signal, np.nanmedian(signal) if finite.any() else 0.0))
+    scale = float(np.percentile(off, 99.0)) / 2.6
+    return (off > SPIKE_SIGMA * max(scale, 1e-300)) | ~finite
+
+
+def lost_cycles(cycle: NDArray[np.int64]) -> tuple[NDArray[np.int64], int]:
+    """Return the samples before which ``cycle`` steps by more than usual, and how many cycles are lost in all."""
+    if cycle.size < 2:
+        return np.empty(0, dtype=np.int64), 0
+    step = np.diff(cycle)
+    usual = int(np.median(step))
+    where = np.flatnonzero(step > usual)
+    lost = int((step[where] // max(usual, 1) - 1).sum())
+    return where + 1, lost
+
+
+def _contiguous(theta: FloatArray, part: slice) -> list[tuple[int, int]]:
+    """Split a segment where the angle jumps further than a small part of a turn."""
+    jump = np.flatnonzero(np.abs(np.diff(theta[part])) > GAP_REVOLUTIONS * REVOLUTION) + 1 + part.start
+    edges = [part.start, *jump.tolist(), part.stop]
+    return [(a, b) for a, b in pairwise(edges) if b > a]
+
+
+def steady_window(recording: Recording, theta: FloatArray) -> SteadyWindow | str:
+    """Find the steady stretch with the most whole revolutions; a sentence where there is none.
+
+    ``theta`` is the input angle in load-side scaling, (N,) rad. The window ends where the segment ends and begins a
+    whole number of revolutions earlier: integer orders are then orthogonal whatever else the error contains.
+    """
+    name = recording.recording_id
+    parts = recording.steady()
+    if not parts:
+        return f"{name}: has no steady segment; identification of the transmission error needs one."
+    best: SteadyWindow | None = None
+    longest = 0.0
+    for part in parts:
+        for start, stop in _contiguous(theta, part):
+            travel = theta[stop - 1] - theta[start]
+            turned = abs(travel) / REVOLUTION
+            longest = max(longest, turned)
+            # Half a sample more on each side belongs to the stretch, so a whole turn of N samples counts as one.
+            turns = int(np.floor(turned * (1.0 + 1.0 / max(stop - start - 1, 1)) + 1e-6))
+            if turns < 1 or (best is not None and turns <= best.revolutions):
+                continue
+            sign = 1 if travel > 0 else -1
+            # The angle is monotonic but for the encoder's noise; the first sample inside counts.
+            inside = sign * (theta[stop - 1] - theta[start:stop]) < turns * REVOLUTION
+            first = start + int(np.argmax(inside))
+            best = SteadyWindow(first, stop, start, stop, sign, turns)
+    if best is None:
+        return (
+            f"{name}: its longest gapless steady stretch covers {longest:.2f} of a revolution; at least one is needed "
+            "for the transmission error."
+        )
+    return best
