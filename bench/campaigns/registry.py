@@ -33,9 +33,7 @@ def sequence_class(name: str) -> type[Any]:
         if entry.name == name:
             loaded: type[Any] = entry.load()
             if not is_dataclass(loaded):
-                raise ConfigurationError(
-                    f'sequence "{name}" ({entry.value}) must be a dataclass of its options'
-                )
+                raise ConfigurationError(f'sequence "{name}" ({entry.value}) must be a dataclass of its options')
             return loaded
     raise ConfigurationError(f'there is no sequence "{name}"; installed are {", ".join(sequence_names())}')
 

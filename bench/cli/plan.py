@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from bench.campaigns import Plan
 
 
+_HEADINGS = ("no.", "what", "load\nN·m", "speed\n°/s", "for\n°C", "starts", "takes", "expected\n°C", "energy")
+
+
 def register(app: typer.Typer) -> None:
     """Add the command."""
     app.command(name="plan")(plan)
@@ -46,24 +49,24 @@ def print_plan(made: Plan, console: object, rows: bool = True) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from bench.cli._text import duration_text, energy_text
+    from bench.cli._text import clock_text, duration_text, energy_text
 
     assert isinstance(console, Console)
     if rows:
-        table = Table("no.", "what", "load\nN·m", "speed\n°/s", "for\n°C", "starts", "takes", "expected\n°C", "energy")
+        table = Table(box=None, header_style="bold", pad_edge=False)
+        for heading in _HEADINGS:
+            table.add_column(heading, no_wrap=True, justify="left" if heading == "what" else "right")
         for task in made.tasks:
             point = task.point
             table.add_row(
                 str(task.number),
-                ("→ " if task.is_preparation else "")
-                + point.sequence
-                + (f" #{point.repeat}" if point.repeat > 1 else ""),
+                point.sequence + (f" #{point.repeat}" if point.repeat > 1 else ""),
                 f"{point.load_torque:.4g}",
                 f"{math.degrees(point.velocity):.3g}",
-                "as found" if point.temperature is None else f"{point.temperature:.1f}",
-                duration_text(task.start_s),
-                duration_text(task.duration_s),
-                f"{task.start_temperature:.1f} → {task.end_temperature:.1f}",
+                "found" if point.temperature is None else f"{point.temperature:.1f}",
+                clock_text(task.start_s),
+                clock_text(task.duration_s),
+                f"{task.start_temperature:.1f}→{task.end_temperature:.1f}",
                 energy_text(task.energy_j),
                 style="dim" if task.is_preparation else None,
             )

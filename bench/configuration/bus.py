@@ -21,6 +21,8 @@ class Slave(Section):
     position: Annotated[int, Field(ge=1)]
     vendor: Annotated[int, Field(ge=0, le=0xFFFFFFFF)]
     product: Annotated[int, Field(ge=0, le=0xFFFFFFFF)]
+    revision: Annotated[int, Field(ge=0, le=0xFFFFFFFF)] | None = None
+    """Required revision; absent: any."""
     polarity: Literal[-1, 1] = 1
     """Sign of motion in the drive's own frame against the bench's; the two motors face each other."""
     torque_polarity: Literal[-1, 1] | None = None

@@ -93,30 +93,40 @@ def _master(bench: BenchConfiguration, seed: int) -> Device:
         raise ConfigurationError(f"bus.plant = {bench.bus.plant}: {error}") from error
 
 
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """Where a device is and what it must be, as driver factories expect it."""
+
+    name: str
+    position: int
+    vendor: int
+    product: int
+    revision: int | None
+    cycle_time_s: float
+
+
 def _device(bench: BenchConfiguration, slave: Slave) -> Device:
-    factory = plugin(DRIVERS, slave.driver)
-    common = {
-        "name": slave.role,
-        "position": slave.position,
-        "vendor": slave.vendor,
-        "product": slave.product,
-        "cycle_time_s": bench.bus.cycle_time,
-    }
-    if slave.role not in ("input_drive", "load_drive"):
-        return factory(**common, **slave.options)
+    place = _Place(slave.role, slave.position, slave.vendor, slave.product, slave.revision, bench.bus.cycle_time)
+    options: dict[str, Any] = dict(slave.options)
+    if slave.role in ("input_drive", "load_drive"):
+        options |= _drive_options(bench, slave)
+    return plugin(DRIVERS, slave.driver)(place, options)
+
+
+def _drive_options(bench: BenchConfiguration, slave: Slave) -> dict[str, Any]:
     is_input = slave.role == "input_drive"
     motor = bench.input_motor if is_input else bench.load_motor
     encoder = bench.input_encoder if is_input else bench.load_encoder
     limits = bench.limits
     speed = limits.motor_speed if is_input else limits.motor_speed / bench.gearbox.ratio
-    return factory(
-        **common,
-        polarity=slave.polarity,
-        torque_polarity=slave.torque_polarity or slave.polarity,
-        torque_limit_nm=limits.motor_torque if is_input else limits.load_motor_torque,
-        # the drive's own limit acts a little above ours, so that ours is the one that explains itself
-        speed_limit_rad_s=min(motor.maximum_speed, 1.1 * speed),
-        counts_per_turn=float(2**encoder.bits),
-        rated_torque_nm=motor.nominal_torque,
-        **slave.options,
-    )
+    return {
+        "polarity": slave.polarity,
+        "torque_polarity": slave.torque_polarity or slave.polarity,
+        "counts_per_turn": float(2**encoder.bits),
+        "rated_torque_nm": motor.nominal_torque,
+        "limits": {
+            "torque_nm": limits.motor_torque if is_input else limits.load_motor_torque,
+            # the drive's own limit acts a little above ours, so that ours is the one that explains itself
+            "speed_rad_s": min(motor.maximum_speed, 1.1 * speed),
+        },
+    }

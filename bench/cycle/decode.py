@@ -12,7 +12,7 @@ from bench.cycle.assembly import Assembly
 from bench.cycle.channels import Scaling
 from bench.cycle.unwrap import Unwrapper
 from bench.safety import Inputs
-from bench.signals import BY_NAME, SOURCES
+from bench.signals import SOURCES
 
 _SETPOINTS = ("motor_velocity_setpoint", "load_motor_torque_setpoint")
 _UNWRAPPED = ("motor_angle", "load_angle")
@@ -69,17 +69,14 @@ class Decoder:
             image = bus.outputs if name in _SETPOINTS else bus.inputs
             values = np.ascontiguousarray(image[source.role][source.entry][:n])
             raw[name] = self._unwrap[name](values) if name in _UNWRAPPED else values
-        raw["temperature"] = np.array(thermometer.raw(n))
+        lubricant = thermometer.read(n, 1)
+        raw["temperature"] = np.array(lubricant.raw)
         if self._has_ambient:
-            raw["ambient_temperature"] = np.array(thermometer.ambient_raw(n))
-        age = thermometer.age_s(n)
-        raw["temperature_age"] = np.rint(age * 1e3).astype(np.uint32)
+            raw["ambient_temperature"] = np.array(thermometer.read(n, 2).raw)
+        raw["temperature_age"] = np.rint(lubricant.age_s * 1e3).astype(np.uint32)
         raw["cycle"], raw["time"] = cycle, cycle
         raw["working_counter"] = wkc.astype(np.uint16)
-        for name in ("temperature", "ambient_temperature"):
-            if name in raw:
-                raw[name] = raw[name].astype(BY_NAME[name].dtype, copy=False)
-        return Decoded(raw, self._inputs(raw, age, wkc, velocity, n))
+        return Decoded(raw, self._inputs(raw, lubricant, wkc, velocity, n))
 
     def si(self, raw: dict[str, NDArray[Any]], name: str) -> NDArray[np.float64]:
         """Return a channel in SI units."""
@@ -88,7 +85,7 @@ class Decoder:
     def _inputs(
         self,
         raw: dict[str, NDArray[Any]],
-        age: NDArray[np.float64],
+        lubricant: Any,
         wkc: NDArray[np.int32],
         velocity: NDArray[np.float64],
         n: int,
@@ -103,12 +100,11 @@ class Decoder:
             motor_torque=self.si(raw, "motor_torque"),
             load_torque=self.si(raw, "load_torque"),
             load_motor_torque=self.si(raw, "load_motor_torque"),
-            temperature=self.si(raw, "temperature"),
-            temperature_age_s=age,
+            temperature=lubricant.temperature_c,
+            temperature_age_s=lubricant.age_s,
             velocity_setpoint=velocity,
             input_status=raw["motor_status"],
             load_status=raw["load_status"],
-            torque_status=self._assembly.torque_terminal.errors(n),
-            temperature_status=self._assembly.thermometer.errors(n),
+            torque_bad=~self._assembly.torque_terminal.usable(n),
             good=wkc == self._assembly.bus.expected_wkc,
         )

@@ -264,8 +264,8 @@ class Rig:
         bus.configure()
         assembly.input_drive.attach(bus.outputs["input_drive"], bus.inputs["input_drive"])
         assembly.load_drive.attach(bus.outputs["load_drive"], bus.inputs["load_drive"])
-        assembly.torque_terminal.attach(bus.inputs["torque_terminal"])
-        assembly.thermometer.attach(bus.inputs["temperature_terminal"])
+        assembly.torque_terminal.attach(None, bus.inputs["torque_terminal"])
+        assembly.thermometer.attach(None, bus.inputs["temperature_terminal"])
         bus.to_operational()
         self._decoder = Decoder(assembly, self._scaling())
         # the first conversions of slow sensors, then where everything stands
@@ -296,9 +296,9 @@ class Rig:
             self.bench,
             scales(assembly.input_drive),
             scales(assembly.load_drive),
-            assembly.torque_terminal.volts,
-            assembly.thermometer.celsius,
-            assembly.thermometer.has_ambient,
+            assembly.torque_terminal.volt_per_count,
+            assembly.thermometer.scale,
+            assembly.thermometer.channels > 1,
             self.zeros,
         )
 

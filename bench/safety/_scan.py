@@ -44,8 +44,7 @@ def scan(
     velocity_setpoint: NDArray[np.float64],
     input_status: NDArray[np.int64],
     load_status: NDArray[np.int64],
-    torque_status: NDArray[np.int64],
-    temperature_status: NDArray[np.int64],
+    torque_bad: NDArray[np.bool_],
     good: NDArray[np.bool_],
     operating: bool,
     ratio: float,
@@ -89,10 +88,10 @@ def scan(
                 return i, 17, float(input_status[i])
             if load_status[i] & _OPERATION_MASK != _OPERATION_ENABLED:
                 return i, 18, float(load_status[i])
-        if torque_status[i] != 0:
-            return i, 19, float(torque_status[i])
-        if temperature_status[i] != 0 or math.isnan(temperature[i]):
-            return i, 20, float(temperature_status[i])
+        if torque_bad[i]:
+            return i, 19, load_torque[i]
+        if math.isnan(temperature[i]):
+            return i, 20, temperature[i]
         if abs(memory[_SPEED]) > limits[1]:
             return i, 1, memory[_SPEED]
         if abs(memory[_MOTOR_TORQUE]) > limits[2]:

@@ -82,8 +82,10 @@ _TABLE: dict[Cause, _Entry] = {
     Cause.LOST_CYCLES: _Entry("number of lost cycles in a row", "", "limits.lost_cycles", _SILENCE),
     Cause.INPUT_DRIVE_FAULT: _Entry("status word of the input drive", "", "operation enabled, no fault", _OFF),
     Cause.LOAD_DRIVE_FAULT: _Entry("status word of the load drive", "", "operation enabled, no fault", _QUICK),
-    Cause.TORQUE_SENSOR_RANGE: _Entry("torque sensor signal", "V", "the range of its terminal", _RAMP),
-    Cause.TEMPERATURE_SENSOR: _Entry("temperature sensor status", "", "a reading without error bits", _RAMP),
+    Cause.TORQUE_SENSOR_RANGE: _Entry("torque sensor reading", "N·m", "the range of its terminal", _RAMP),
+    Cause.TEMPERATURE_SENSOR: _Entry(
+        "temperature reading", "°C", "what the sensor can mean (open or short circuit)", _RAMP
+    ),
     Cause.OPERATOR: _Entry("operator's request", "", "", _RAMP),
 }
 

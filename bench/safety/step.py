@@ -37,15 +37,14 @@ class Inputs:
     load_torque: FloatArray
     load_motor_torque: FloatArray
     temperature: FloatArray
+    """NaN where the thermometer has no valid reading."""
     temperature_age_s: FloatArray
     velocity_setpoint: FloatArray
     """Motor shaft, rad/s."""
     input_status: IntArray
     load_status: IntArray
-    torque_status: IntArray
-    """Non-zero where the torque terminal reports a range or wire error."""
-    temperature_status: IntArray
-    """Non-zero where the thermometer reports an open or short circuit."""
+    torque_bad: NDArray[np.bool_]
+    """Where the torque terminal does not vouch for its reading, or it is saturated."""
     good: NDArray[np.bool_]
     """Whether the cycle's working counter was right."""
 
@@ -158,8 +157,7 @@ def step(state: SafetyState, inputs: Inputs, operating: bool, limits: SafetySett
         inputs.velocity_setpoint,
         inputs.input_status,
         inputs.load_status,
-        inputs.torque_status,
-        inputs.temperature_status,
+        inputs.torque_bad,
         inputs.good,
         operating,
         limits.ratio,

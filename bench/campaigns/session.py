@@ -1,0 +1,58 @@
+"""From files to a finished campaign: opens the bench, runs, and turns signals of the operator into a stop at rest."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from types import FrameType
+
+from bench.campaigns.definition import Campaign
+from bench.campaigns.plan import make_plan
+from bench.campaigns.runner import Listener, Runner, Summary
+from bench.configuration import BenchFile
+from bench.cycle.rig import Rig
+
+
+@contextmanager
+def stop_on_signals() -> Iterator[threading.Event]:
+    """Give an event that Ctrl-C (SIGINT) or SIGTERM sets; outside the main thread signals stay as they are."""
+    stop = threading.Event()
+    if threading.current_thread() is not threading.main_thread():
+        yield stop
+        return
+
+    def handler(number: int, frame: FrameType | None) -> None:
+        stop.set()
+
+    before = {number: signal.signal(number, handler) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield stop
+    finally:
+        for number, old in before.items():
+            signal.signal(number, old)
+
+
+def run_campaign(
+    file: BenchFile,
+    campaign: Campaign,
+    folder: Path,
+    listener: Listener,
+    *,
+    seed: int = 0,
+    real_time: bool = False,
+) -> Summary:
+    """Open the bench, run the campaign into ``folder``, bring the bench to rest.
+
+    Raises
+    ------
+    LimitError
+        If the campaign would break a limit from the temperature found; nothing has moved then.
+    DeviceError
+        If the bench cannot be opened or a drive does not follow.
+    """
+    with stop_on_signals() as stop, Rig(file, seed=seed, real_time=real_time) as rig:
+        plan = make_plan(campaign, file.configuration, rig.temperature)
+        return Runner(rig, file, campaign, plan, folder, listener, stop.is_set).run()

@@ -1,0 +1,75 @@
+"""Progress of a campaign on the terminal: what runs now, how far, how long still."""
+
+from __future__ import annotations
+
+import time
+from types import TracebackType
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, ProgressColumn, TaskProgressColumn, TextColumn
+from rich.progress import Task as Row
+from rich.text import Text
+
+from bench.campaigns.runner import Status, Taken
+from bench.campaigns.schedule import Task
+from bench.cli._text import duration_text
+
+
+class _Remaining(ProgressColumn):
+    """Remaining wall time, from the speed so far."""
+
+    def render(self, task: Row) -> Text:
+        if not task.completed or task.total is None or task.elapsed is None:
+            return Text("…")
+        rest = max(0.0, task.total - task.completed) * task.elapsed / task.completed
+        return Text(f"{duration_text(rest)} left", style="cyan")
+
+
+class ProgressListener:
+    """Shows a campaign's progress in bench time; as a context manager it owns the display."""
+
+    def __init__(self, total_s: float, console: Console, quiet: bool) -> None:
+        self._progress = Progress(
+            BarColumn(30),
+            TaskProgressColumn(),
+            _Remaining(),
+            TextColumn("{task.fields[temperature]:.1f} °C"),
+            TextColumn("[bold]{task.description}[/]"),
+            console=console,
+            disable=quiet,
+            transient=True,
+            refresh_per_second=5,
+        )
+        self._row = self._progress.add_task("starting", total=total_s, temperature=float("nan"))
+        self._start: float | None = None
+        self._shown = 0.0
+
+    def __enter__(self) -> ProgressListener:
+        """Start the display."""
+        self._progress.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Stop the display."""
+        self._progress.stop()
+
+    def started(self, task: Task, recording_id: str) -> None:
+        """Show the point that begins."""
+        what = f"heating to {task.point.temperature:.1f} °C" if task.is_preparation else task.point.label
+        self._progress.update(self._row, description=what)
+
+    def advanced(self, bench_time_s: float, temperature: float) -> None:
+        """Move the bar, at most twenty times a second."""
+        if self._start is None:
+            self._start = bench_time_s
+        now = time.monotonic()
+        if now - self._shown > 0.05:
+            self._shown = now
+            self._progress.update(self._row, completed=bench_time_s - self._start, temperature=temperature)
+
+    def finished(self, taken: Taken) -> None:
+        """Tell of a recording that did not pass."""
+        if taken.status is not Status.DONE:
+            self._progress.console.print(f"[yellow]{taken.recording_id}[/] ({taken.point.label}): {taken.note}")

@@ -1,0 +1,131 @@
+"""``bench run``: a whole campaign into recordings."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from bench.cli.exit_codes import ExitCode, exit_code_help
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from bench.campaigns.runner import Summary
+
+_HELP = f"""Run a campaign on a bench and write one HDF5 recording a point.
+
+On an emulated bench time runs as fast as the machine allows (--real-time for the clock's pace). First what will be done
+and how long it takes; at the end a summary and a picture of the transmission error and its spectrum (picture.png beside
+the recordings). Ctrl-C brings the bench to rest and finishes the recording.
+
+Examples: [bold]bench run quick[/], [bold]bench run paper --out mine[/], [bold]bench run mine.toml --bench rv80n[/]
+
+{exit_code_help()}
+"""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command(name="run", help=_HELP)(run)
+
+
+def run(
+    campaign: Annotated[str, typer.Argument(help="quick, paper, distinguish, or the path of a TOML or Python file.")],
+    bench: Annotated[str, typer.Option("--bench", help="Name of a shipped bench, or path of a file.")] = "rh380n",
+    out: Annotated[
+        Path | None, typer.Option("--out", help="Folder for the recordings; default: recordings/<campaign>-<time>.")
+    ] = None,
+    real_time: Annotated[bool, typer.Option("--real-time", help="Run an emulated bench at the clock's pace.")] = False,
+    seed: Annotated[int, typer.Option(help="Seed of the emulated plant's noise.")] = 0,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON, nothing else.")] = False,
+) -> None:
+    """Run a campaign (the help text stands in _HELP)."""
+    import time
+
+    from rich.console import Console
+
+    from bench.campaigns import load_campaign, make_plan
+    from bench.campaigns.session import run_campaign
+    from bench.cli._progress import ProgressListener
+    from bench.cli.plan import print_plan
+    from bench.configuration import load_bench
+
+    console = Console(stderr=as_json)
+    file, loaded = load_bench(bench), load_campaign(campaign)
+    plan = make_plan(loaded, file.configuration)
+    folder = out or Path("recordings") / f"{loaded.name}-{time.strftime('%Y%m%d-%H%M%S')}"
+    if not as_json:
+        print_plan(plan, console, rows=len(plan.tasks) <= 12)
+        console.print(f"Recordings go to [bold]{folder}[/]. Ctrl-C brings the bench to rest.")
+    began = time.monotonic()
+    with ProgressListener(plan.duration_s, console, quiet=as_json) as listener:
+        summary = run_campaign(file, loaded, folder, listener, seed=seed, real_time=real_time)
+    wall = time.monotonic() - began
+    picture = _picture(folder, summary, loaded.title)
+    if as_json:
+        typer.echo(json.dumps(_as_dict(summary, folder, picture, wall), ensure_ascii=False))
+    else:
+        _print(summary, folder, picture, wall, console)
+    raise typer.Exit(_exit_code(summary))
+
+
+def _exit_code(summary: Summary) -> ExitCode:
+    from bench.cycle.rig import EndKind
+
+    if summary.end.kind is EndKind.INTERRUPTED:
+        return ExitCode.INTERRUPTED
+    if summary.end.kind is EndKind.TRIPPED:
+        return ExitCode.LIMIT
+    return ExitCode.NOT_VALID if summary.failed else ExitCode.OK
+
+
+def _picture(folder: Path, summary: Summary, title: str) -> Path | None:
+    from bench.campaigns.picture import draw
+    from bench.campaigns.runner import Status
+    from bench.recording import Recording
+
+    files = [
+        folder / taken.file
+        for taken in summary.taken
+        if taken.kind in ("constant_velocity", "validation") and taken.status is Status.DONE
+    ]
+    if not files:
+        return None
+    return draw([Recording.open(path) for path in files[:4]], folder / "picture.png", title)
+
+
+def _as_dict(summary: Summary, folder: Path, picture: Path | None, wall: float) -> dict[str, Any]:
+    return {
+        "folder": str(folder),
+        "picture": None if picture is None else str(picture),
+        "end": summary.end.kind.name.lower(),
+        "text": summary.end.text,
+        "recordings": len(summary.taken),
+        "failed": [taken.recording_id for taken in summary.failed],
+        "bench_time_s": summary.bench_time_s,
+        "cycles": summary.cycles,
+        "wall_time_s": wall,
+        "torque_drift_nm": summary.tare_drift if summary.tare_drift == summary.tare_drift else None,
+    }
+
+
+def _print(summary: Summary, folder: Path, picture: Path | None, wall: float, console: Console) -> None:
+    from bench.cli._text import duration_text
+
+    size = sum(path.stat().st_size for path in folder.glob("*.h5"))
+    console.print(
+        f"[bold]{len(summary.taken)} recordings[/], {summary.cycles:,} cycles, {duration_text(summary.bench_time_s)} of"
+        f" bench time in {duration_text(wall)} ({summary.bench_time_s / wall:.0f} times real time), {size / 1e6:.1f} MB"
+    )
+    if summary.end.text:
+        console.print(f"[bold yellow]{summary.end.kind.value}[/]: {summary.end.text}", soft_wrap=True)
+    for taken in summary.failed:
+        console.print(f"[yellow]not passed[/] {taken.recording_id} ({taken.point.label}): {taken.note}", soft_wrap=True)
+    if summary.tare_drift == summary.tare_drift:
+        console.print(f"The torque sensor's zero drifted by {summary.tare_drift:+.2f} N·m.")
+    if picture is not None:
+        console.print(f"Transmission error and spectrum: [bold]{picture}[/]", soft_wrap=True)
+    console.print(f"Look closer: [bold]bench inspect {folder}/<recording>.h5[/]", soft_wrap=True)
