@@ -74,7 +74,7 @@ class FaultTable:
     def set(
         self, name: str, value: float | None = None, *, at_s: float | None = None, until_s: float | None = None
     ) -> None:
-        """Switch a fault on, from ``at_s`` (at once) until ``until_s`` (for ever), with its parameter or the default."""
+        """Switch a fault on, from ``at_s`` (now) until ``until_s`` (for ever), with its parameter or the default."""
         index = self._index(name)
         row = self.rows[index]
         row["value"] = FAULTS[index].default if value is None else value

@@ -1,7 +1,7 @@
 """What goes into the plant and what comes out, one row a bus cycle.
 
-Positions, velocities and torques of a drive are in that drive's own frame, in which a positive torque accelerates towards
-positive positions. Which way a frame points on the bench is a value of the plant (``polarity`` of the drive).
+Positions, velocities and torques of a drive are in that drive's own frame, in which a positive torque accelerates
+towards positive positions. Which way a frame points on the bench is a value of the plant (``polarity`` of the drive).
 """
 
 from __future__ import annotations

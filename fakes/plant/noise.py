@@ -7,6 +7,7 @@ normal distribution.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -36,11 +37,11 @@ _X, _DENSITY = _layers()
 
 def seed_words(seed: int) -> NDArray[np.uint64]:
     """Return the generator's first state, (4,) words, from any integer seed of 0 or more."""
-    return np.random.SeedSequence(seed).generate_state(4, np.uint64)
+    return np.random.SeedSequence(seed).generate_state(4, np.uint64).astype(np.uint64)
 
 
-@njit(cache=True)
-def _next(words: NDArray[np.uint64]) -> np.uint64:
+@njit(cache=True, error_model="numpy")
+def _next(words: NDArray[np.uint64]) -> Any:
     """Advance the generator, 64 new bits."""
     result = words[0] + words[3]
     shifted = words[1] << np.uint64(17)
@@ -53,13 +54,13 @@ def _next(words: NDArray[np.uint64]) -> np.uint64:
     return result
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _uniform(words: NDArray[np.uint64]) -> float:
     """Return a uniform number in (0, 1)."""
     return (float(_next(words) >> np.uint64(11)) + 0.5) * _UNIT
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _beyond(words: NDArray[np.uint64]) -> float:
     """Return the magnitude of a normal number in the tail beyond the last layer (Marsaglia's method)."""
     while True:
@@ -69,7 +70,7 @@ def _beyond(words: NDArray[np.uint64]) -> float:
             return _EDGE + x
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def normal(words: NDArray[np.uint64]) -> float:
     """Return a standard normal number and advance ``words`` (4,)."""
     while True:
@@ -85,4 +86,4 @@ def normal(words: NDArray[np.uint64]) -> float:
                 height = _DENSITY[layer] + _uniform(words) * (_DENSITY[layer + 1] - _DENSITY[layer])
                 if height >= math.exp(-0.5 * x * x):
                     continue
-        return -x if negative else x
+        return float(-x if negative else x)

@@ -13,7 +13,7 @@ from fakes.plant.errors import PlantError
 from fakes.plant.faults import FaultTable
 from fakes.plant.images import COMMAND_DTYPE, MEASUREMENT_DTYPE
 from fakes.plant.noise import seed_words
-from fakes.plant.records import DRIVE_STATE, INPUT, LOAD, PLANT_STATE, drive_parameters, plant_parameters
+from fakes.plant.records import CONDITIONS, DRIVE_STATE, INPUT, LOAD, PLANT_STATE, drive_parameters, plant_parameters
 from fakes.plant.stepping import step_block
 from fakes.plant.transmission import aim, place
 from fakes.plant.truth import PlantTruth
@@ -50,6 +50,7 @@ class Plant:
         self._active = np.zeros(self.faults.rows.size, np.bool_)
         self._state = np.zeros(1, PLANT_STATE)
         self._drive_states = np.zeros(2, DRIVE_STATE)
+        self._conditions = np.zeros(1, CONDITIONS)
         self._words = seed_words(seed)
         self._begin()
 
@@ -69,7 +70,7 @@ class Plant:
 
     @property
     def state(self) -> dict[str, Any]:
-        """The true state (bench frame, SI, °C) with both drives' own under ``input_drive`` and ``load_drive``; a copy."""
+        """A copy of the true state (bench frame, SI, °C), both drives' own under ``input_drive`` and ``load_drive``."""
         values: dict[str, Any] = {name: self._state[name][0].item() for name in PLANT_STATE.names or ()}
         for key, row in (("input_drive", INPUT), ("load_drive", LOAD)):
             values[key] = {name: self._drive_states[name][row].item() for name in DRIVE_STATE.names or ()}
@@ -96,8 +97,9 @@ class Plant:
             self._drives,
             self._state,
             self._drive_states,
+            self._conditions,
             self._words,
-            *self._series,
+            self._series,
             self._te,
             self._turn,
             self.faults.rows,
@@ -125,6 +127,7 @@ class Plant:
         """Put the bench at rest, without load, at its first temperature."""
         truth = self.truth
         self._state["temperature"] = truth.heat.initial
+        self._state["sensed_temperature"] = truth.heat.initial
         self._state["te_weight"] = 1.0
         orders, amplitude, phase, offset, box = self._series
         aim(self._te[2], amplitude, phase, offset, box, 0.0, 0.0, truth.heat.initial, 1.0)

@@ -1,7 +1,7 @@
 """Memory of the compiled step: parameters and state as packed records.
 
-Everything that changes while the plant runs stands in these records (and the arrays of the transmission error), so that a
-snapshot is a copy of them and nothing is forgotten.
+Everything that changes while the plant runs stands in these records (and the arrays of the transmission error), so
+that a snapshot is a copy of them and nothing is forgotten.
 """
 
 from __future__ import annotations
@@ -109,6 +109,7 @@ PLANT_STATE = np.dtype(
         ("te_weight", "f8"),  # 1: positive direction's series, −1: negative's
         ("te", "f8"),  # without its elastic part
         ("ripple", "f8"),
+        ("sensed_temperature", "f8"),  # at the PT100
         ("torque_adc", "i4"),
         ("lubricant_reading", "f8"),
         ("ambient_reading", "f8"),
@@ -118,6 +119,25 @@ PLANT_STATE = np.dtype(
         ("loss_bearing", "f8"),
     ]
 )
+
+CONDITIONS = np.dtype(
+    [
+        ("start_theta", "f8"),  # at the begin of the cycle
+        ("te_value", "f8"),  # there, and its derivatives in theta
+        ("te_first", "f8"),
+        ("te_second", "f8"),
+        ("coulomb", "f8"),
+        ("load_dependent", "f8"),
+        ("viscous", "f8"),
+        ("load_friction", "f8"),
+        ("stiffness", "f8"),
+        ("damping", "f8"),
+        ("ripple", "f8"),
+        ("motor_torque", "f8"),  # at the shafts, bench frame
+        ("load_torque", "f8"),
+    ]
+)
+"""what holds within a cycle or tick; filled anew each time, no part of a snapshot"""
 
 
 def _share(step: float, time_constant: float) -> float:

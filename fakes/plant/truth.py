@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields, replace
+from dataclasses import MISSING, dataclass, field, fields, replace
 from importlib import resources
 from pathlib import Path
 from typing import Any, TypeVar, get_type_hints
@@ -54,7 +54,7 @@ class PlantTruth:
     load_side: LoadSide
     ripple: tuple[Ripple, ...]
     transmission_error: TransmissionError
-    numerics: Numerics = Numerics()
+    numerics: Numerics = field(default_factory=Numerics)
 
     @classmethod
     def from_file(cls, name: str | Path) -> PlantTruth:
@@ -85,12 +85,10 @@ class PlantTruth:
             raise PlantError(f'{where}: key "format" must be "{FORMAT}"')
         hints = get_type_hints(cls)
         values: dict[str, Any] = {"name": rest.pop("name", Path(where).stem)}
-        for field in fields(cls):
-            if field.name in ("name", "ripple", "transmission_error"):
+        for name in (f.name for f in fields(cls)):
+            if name in ("name", "ripple", "transmission_error") or (name == "numerics" and name not in rest):
                 continue
-            if field.name not in rest and field.default is not MISSING:
-                continue
-            values[field.name] = _part(hints[field.name], rest.pop(field.name, None), f"{where}: {field.name}")
+            values[name] = _part(hints[name], rest.pop(name, None), f"{where}: {name}")
         values["ripple"] = tuple(
             _part(Ripple, row, f"{where}: ripple {i + 1}") for i, row in enumerate(rest.pop("ripple", []))
         )
@@ -103,7 +101,7 @@ class PlantTruth:
 
     @property
     def torsional_stiffness(self) -> float:
-        """Gearbox and coupling in series as the load encoder sees them, N·m/rad (the elastic part of a_0 is −τ over it)."""
+        """Gearbox and coupling in series, as the load encoder sees them, N·m/rad: the elastic part of a_0 is −τ/K."""
         return 1.0 / (1.0 / self.gearbox.stiffness + 1.0 / self.load_side.coupling_stiffness)
 
     def without_weak_orders(self) -> PlantTruth:
@@ -113,8 +111,8 @@ class PlantTruth:
     def te_coefficients(self) -> dict[str, dict[str, Mapping[str, list[float]] | list[float]]]:
         """Return the true series, weak orders included, in the paper's form and units (N·m, rad/s, °C, rad).
 
-        ``{"positive": {"46": {"A": [10], "phi": [10]}, …, "a0": [10]}, "negative": …}`` as in a simulation file; a_0 holds
-        the elastic part −τ/K of gearbox and coupling.
+        ``{"positive": {"46": {"A": [10], "phi": [10]}, …, "a0": [10]}, "negative": …}`` as in a simulation file; a_0
+        holds the elastic part −τ/K of gearbox and coupling.
         """
         return self.transmission_error.coefficients(self.torsional_stiffness)
 
@@ -155,9 +153,9 @@ def _part(kind: type[_T], table: Any, where: str) -> _T:
         if isinstance(value, bool) or not isinstance(value, int if whole else (int, float)):
             raise PlantError(f"{where}: {key} = {value!r} must be {'an integer' if whole else 'a number'}")
         values[key] = value if whole else float(value)
-    for field in fields(kind):  # type: ignore[arg-type]
-        if field.name not in values and field.default is MISSING:
-            raise PlantError(f"{where}: key {field.name!r} is missing")
+    for f in fields(kind):  # type: ignore[arg-type]
+        if f.name not in values and f.default is MISSING:
+            raise PlantError(f"{where}: key {f.name!r} is missing")
     return kind(**values)
 
 
@@ -169,7 +167,7 @@ def _polynomial(row: Any, where: str) -> list[float]:
 
 
 def _transmission_error(table: Any, where: str) -> TransmissionError:
-    """Read the series: ``scale``, ``box``, ``a0``, ``order`` rows and ``weak_order`` rows (used where ``weak_orders``)."""
+    """Read the series: ``scale``, ``box``, ``a0``, ``order`` rows, and ``weak_order`` rows where ``weak_orders``."""
     if not isinstance(table, Mapping):
         raise PlantError(f"{where}: the table is missing")
     known = {"scale", "box", "a0", "order", "weak_order", "weak_orders"}
