@@ -32,7 +32,7 @@ class Image:
     def build(cls, slaves: Sequence[tuple[str, tuple[Entry, ...]]], capacity: int) -> Image:
         """Lay out slaves (name, entries) in the order given, for blocks of up to ``capacity`` cycles."""
         dtypes = [entries_dtype(entries) for _, entries in slaves]
-        edges = np.concatenate(([0], np.cumsum([dtype.itemsize for dtype in dtypes]))).tolist()
+        edges = list(itertools.accumulate((dtype.itemsize for dtype in dtypes), initial=0))
         data = np.zeros((capacity, edges[-1]), np.uint8)
         views = {
             name: data[:, start:stop].view(dtype)[:, 0]

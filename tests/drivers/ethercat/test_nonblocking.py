@@ -1,0 +1,35 @@
+import os
+import socket
+from collections.abc import Iterator
+
+import pytest
+
+from drivers.ethercat.nonblocking import packet_sockets, set_nonblocking
+
+
+@pytest.fixture
+def raw_socket() -> Iterator[socket.socket]:
+    try:
+        made = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(0x88A4))
+    except (PermissionError, AttributeError, OSError) as error:
+        pytest.skip(f"raw sockets cannot be opened here: {error}")
+    with made:
+        yield made
+
+
+def test_finds_the_packet_socket_that_was_opened_in_between(raw_socket: socket.socket) -> None:
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        found = packet_sockets()
+        assert raw_socket.fileno() in found
+        assert other.fileno() not in found
+        assert set_nonblocking(frozenset({raw_socket.fileno()})) == 1
+        assert not os.get_blocking(raw_socket.fileno())
+        assert os.get_blocking(other.fileno())
+
+
+def test_looking_does_not_close_anything() -> None:
+    left, right = socket.socketpair()
+    with left, right:
+        packet_sockets()
+        left.sendall(b"x")
+        assert right.recv(1) == b"x"
