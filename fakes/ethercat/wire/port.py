@@ -1,0 +1,66 @@
+"""A raw Ethernet socket that sees EtherCAT frames only (Linux AF_PACKET; needs CAP_NET_RAW)."""
+
+from __future__ import annotations
+
+import socket
+import struct
+
+from fakes.ethercat.wire.segment import ETHERTYPE
+
+_PACKET_IGNORE_OUTGOING = 23
+_SOL_PACKET = 263
+
+
+class PortError(OSError):
+    """The interface cannot be opened."""
+
+
+class Port:
+    """One network interface.
+
+    Parameters
+    ----------
+    interface : its name.
+    wait_s : longest time :meth:`receive` waits.
+
+    Raises
+    ------
+    PortError : no such interface, or raw sockets are not allowed.
+    """
+
+    def __init__(self, interface: str, wait_s: float = 0.004) -> None:
+        try:
+            self._socket = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(ETHERTYPE))
+            self._socket.setsockopt(_SOL_PACKET, _PACKET_IGNORE_OUTGOING, 1)
+            self._socket.bind((interface, ETHERTYPE))
+        except PermissionError as error:
+            raise PortError(f"raw sockets are not allowed here ({error}): CAP_NET_RAW is needed on {interface}") from error
+        except OSError as error:
+            raise PortError(f"network interface {interface} cannot be opened: {error}") from error
+        micro = round(wait_s * 1e6)
+        self._socket.setsockopt(
+            socket.SOL_SOCKET, socket.SO_RCVTIMEO, struct.pack("@ll", micro // 1_000_000, micro % 1_000_000)
+        )
+
+    def receive(self, frame: bytearray) -> int:
+        """Wait for a frame and put it into ``frame``; return its length, 0 where none came in time."""
+        try:
+            return self._socket.recv_into(frame)
+        except (BlockingIOError, InterruptedError):
+            return 0
+
+    def send(self, frame: memoryview) -> None:
+        """Send a frame; one the interface has no room for is lost, as on a wire."""
+        try:
+            self._socket.send(frame)
+        except (BlockingIOError, OSError) as error:
+            if isinstance(error, OSError) and error.errno not in _LOSSES:
+                raise
+
+    def close(self) -> None:
+        """Close the socket."""
+        self._socket.close()
+
+
+_LOSSES = frozenset({11, 100, 105})
+"""EAGAIN, ENETDOWN, ENOBUFS: the frame is lost."""
