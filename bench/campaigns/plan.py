@@ -114,17 +114,19 @@ def make_plan(campaign: Campaign, bench: BenchConfiguration, start_temperature: 
     for stage, points in zip(campaign.stages, campaign.points(start), strict=True):
         for task in schedule(points, stage.order, bench.heating.band, temperature):
             point = task.point
+            where = f"{campaign.name}, point {len(tasks) + 1} ({point.label})"
+            _check_temperature(point, bench, where)
             try:
                 phases = build_sequence(point.sequence, point.options).phases(point, bench_facts)
                 after, demand = estimator.run(phases, state)
             except ValueError as error:
-                raise ConfigurationError(f"{campaign.name}, point {point.label}: {error}") from error
+                raise ConfigurationError(f"{where}: {error}") from error
             except TemperatureUnreachable as error:
                 raise LimitError(
-                    f"{campaign.name}, point {point.label}: {error} after the time limit of"
+                    f"{where}: {error} after the time limit of"
                     f" {error.phase.duration_s / 60.0:.0f} min; choose another temperature or a longer limit"
                 ) from error
-            check_demand(demand, bench, f"{campaign.name}, point {len(tasks) + 1} ({point.label})")
+            check_demand(demand, bench, where)
             tasks.append(
                 PlannedTask(
                     len(tasks) + 1,
@@ -140,6 +142,15 @@ def make_plan(campaign: Campaign, bench: BenchConfiguration, start_temperature: 
             )
             state = after
     return Plan(campaign.name, bench.name, start, tuple(tasks))
+
+
+def _check_temperature(point: Point, bench: BenchConfiguration, where: str) -> None:
+    limit = bench.limits.temperature
+    if point.temperature is not None and point.temperature > limit:
+        raise LimitError(
+            f"{where} needs a lubricant temperature of {point.temperature:.4g} °C, above limits.temperature ="
+            f" {limit:.4g} °C"
+        )
 
 
 def check_demand(demand: Demand, bench: BenchConfiguration, where: str) -> None:
