@@ -88,7 +88,9 @@ class FaultSwitch:
         plant = getattr(self._bench.plant, "faults", None)
         return (*BY_NAME, *(plant.names if plant is not None else ()))
 
-    def apply(self, name: str, role: str | None = None, value: float | None = None, *, at_cycle: int | None = None) -> None:
+    def apply(
+        self, name: str, role: str | None = None, value: float | None = None, *, at_cycle: int | None = None
+    ) -> None:
         """Switch a fault on.
 
         Parameters
@@ -123,7 +125,9 @@ class FaultSwitch:
         if name not in self.names:
             raise UnknownFaultError(f"there is no fault {name!r}; there are {', '.join(self.names)}")
         if name in BY_NAME and name not in _WITHOUT_ROLE and role not in self._bench.by_role:
-            raise UnknownFaultError(f"fault {name!r} needs a slave, one of {', '.join(self._bench.by_role)}, not {role!r}")
+            raise UnknownFaultError(
+                f"fault {name!r} needs a slave, one of {', '.join(self._bench.by_role)}, not {role!r}"
+            )
         if name in ("drive_fault", "sto") and role not in {d.role for d in self._bench.drives}:
             raise UnknownFaultError(f"fault {name!r} strikes a drive, and {role!r} is none")
         if at_cycle is None:

@@ -37,7 +37,10 @@ def common(identity: Identity, cycle_time_ns: int, minimum_cycle_ns: int = 62_50
             Entry("Sync error counter limit", UINT, "rw", 4),
         ),
         array(0x1C00, "Sync manager type", USINT, (MAILBOX_OUT, MAILBOX_IN, OUTPUTS, INPUTS), "ro"),
-        *(_synchronisation(0x1C32 + i, side, cycle_time_ns, minimum_cycle_ns) for i, side in enumerate(("output", "input"))),
+        *(
+            _synchronisation(0x1C32 + i, side, cycle_time_ns, minimum_cycle_ns)
+            for i, side in enumerate(("output", "input"))
+        ),
     )
 
 

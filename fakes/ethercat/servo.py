@@ -234,7 +234,9 @@ class ServoDrive(Slave):
             target = self._setpoint(outputs, 0x60FF, 0x60B1, first, stop) * settings.velocity_unit
             commands[axis + "_velocity"] = _clip(target, -settings.top_rad_s, settings.top_rad_s)
         else:
-            target = _clip(self._setpoint(outputs, 0x6071, 0x60B2, first, stop), settings.torque_low, settings.torque_high)
+            target = _clip(
+                self._setpoint(outputs, 0x6071, 0x60B2, first, stop), settings.torque_low, settings.torque_high
+            )
             commands[axis + "_torque"] = target * settings.torque_unit
 
     def _setpoint(self, outputs: Image | None, index: int, offset: int, first: int, stop: int) -> _Floats:
@@ -296,7 +298,11 @@ class ServoDrive(Slave):
     def _reader(self, produce: Callable[[Rows], Ints]) -> Callable[[], Value]:
         def read() -> Value:
             if self._measured is None:
-                return 0 if produce in (self._position, self._velocity, self._torque) else int(np.ravel(produce(_NO_ROWS))[0])
+                return (
+                    0
+                    if produce in (self._position, self._velocity, self._torque)
+                    else int(np.ravel(produce(_NO_ROWS))[0])
+                )
             return int(np.ravel(produce(self._measured))[0])
 
         return read

@@ -146,15 +146,21 @@ class StandInSlave:
 
     # -- SDO ----------------------------------------------------------------------------------------------------
 
-    def sdo_read(self, index: int, subindex: int, size: int = 0, ca: bool = False, *, release_gil: bool | None = None) -> bytes:
+    def sdo_read(
+        self, index: int, subindex: int, size: int = 0, ca: bool = False, *, release_gil: bool | None = None
+    ) -> bytes:
         """Read an object; 256 bytes at most unless ``size`` says more."""
         dictionary = self._slave.dictionary
-        data = self._sdo(index, subindex, lambda: (dictionary.read_complete if ca else dictionary.read)(index, subindex))
+        data = self._sdo(
+            index, subindex, lambda: (dictionary.read_complete if ca else dictionary.read)(index, subindex)
+        )
         if len(data) > (size or _SDO_BUFFER):
             raise pysoem.PacketError(self._position + 1, 3)
         return data
 
-    def sdo_write(self, index: int, subindex: int, data: bytes, ca: bool = False, *, release_gil: bool | None = None) -> None:
+    def sdo_write(
+        self, index: int, subindex: int, data: bytes, ca: bool = False, *, release_gil: bool | None = None
+    ) -> None:
         """Write an object."""
         if not isinstance(data, bytes):
             raise TypeError(f"expected bytes, {type(data).__name__} found")
@@ -212,7 +218,9 @@ class StandInSlave:
         if wd_type == "processdata":
             self._slave.watchdog_s = actual / 1000.0
         if abs(actual - wd_time_ms) > 1e-9:
-            warnings.warn(f"The watchdog time is {actual} ms, not {wd_time_ms} ms: resolution", UserWarning, stacklevel=2)
+            warnings.warn(
+                f"The watchdog time is {actual} ms, not {wd_time_ms} ms: resolution", UserWarning, stacklevel=2
+            )
 
     def get_watchdog(self, wd_type: str) -> float:
         """Return a watchdog time in ms."""
@@ -226,6 +234,8 @@ class StandInSlave:
         if not self.reached():
             raise pysoem.WkcError
 
-    def dc_sync(self, act: bool, sync0_cycle_time: int, sync0_shift_time: int = 0, sync1_cycle_time: int | None = None) -> None:
+    def dc_sync(
+        self, act: bool, sync0_cycle_time: int, sync0_shift_time: int = 0, sync1_cycle_time: int | None = None
+    ) -> None:
         """Set the SYNC pulses; in emulated time every slave is in step anyway."""
         self._master.check_open()

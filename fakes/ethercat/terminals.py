@@ -50,7 +50,9 @@ class AnalogInput(Slave):
     VOLATILE = ("_toggle", "_status", "_value")
 
     def __init__(self, role: str, cycle_time_s: float, serial: int = 3) -> None:
-        identity = Identity(TORQUE_TERMINAL, serial, "AI-10V-16", "Emulated analogue input, 10 V, 16 bit", PROFILE_MODULAR)
+        identity = Identity(
+            TORQUE_TERMINAL, serial, "AI-10V-16", "Emulated analogue input, 10 V, 16 bit", PROFILE_MODULAR
+        )
         objects = (
             *common(identity, round(cycle_time_s * 1e9)),
             _channel(1),

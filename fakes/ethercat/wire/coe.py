@@ -59,7 +59,9 @@ class CoeServer:
             return [self._coe(*answer) for answer in self._sdo(body[2:].ljust(8, b"\0"))]
         if service == SDO_INFORMATION:
             room = self.capacity - HEADER.size - 2
-            return [self._coe(SDO_INFORMATION, part) for part in sdo_info.answer(self._slave.dictionary, body[2:], room)]
+            return [
+                self._coe(SDO_INFORMATION, part) for part in sdo_info.answer(self._slave.dictionary, body[2:], room)
+            ]
         return [self._error(SERVICE_NOT_SUPPORTED)]
 
     def emergency(self) -> bytes | None:

@@ -34,7 +34,9 @@ class Port:
             self._socket.setsockopt(_SOL_PACKET, _PACKET_IGNORE_OUTGOING, 1)
             self._socket.bind((interface, ETHERTYPE))
         except PermissionError as error:
-            raise PortError(f"raw sockets are not allowed here ({error}): CAP_NET_RAW is needed on {interface}") from error
+            raise PortError(
+                f"raw sockets are not allowed here ({error}): CAP_NET_RAW is needed on {interface}"
+            ) from error
         except OSError as error:
             raise PortError(f"network interface {interface} cannot be opened: {error}") from error
         micro = round(wait_s * 1e6)

@@ -140,7 +140,9 @@ class Segment:
         data = bytes(frame[start:stop])
         return sum(controller.write(offset, data) for controller in targets)
 
-    def _read_write(self, targets: Sequence[SlaveController], offset: int, frame: bytearray, start: int, stop: int) -> int:
+    def _read_write(
+        self, targets: Sequence[SlaveController], offset: int, frame: bytearray, start: int, stop: int
+    ) -> int:
         added = 0
         for controller in targets:
             given = bytes(frame[start:stop])
