@@ -16,8 +16,9 @@ STANDSTILL_RAD_S = 0.3
 
 @dataclass(frozen=True, slots=True)
 class Blocks:
-    """One row a block of :data:`BLOCK_S`, in the order of time; a quantity whose channel is missing is NaN.
+    """One row each :data:`BLOCK_S`, in the order of time, averaged under a triangle of twice that length.
 
+    A quantity whose channel is missing is NaN.
     SI units, temperatures in °C. ``acceleration`` is at the motor shaft; ``steady`` is 1 inside steady segments and
     ``whole`` is 0 where rows of the recording are missing inside the block or its neighbours.
     """
@@ -50,24 +51,25 @@ FIELDS = tuple(f.name for f in fields(Blocks))
 MEANS = ("motor_torque", "load_torque", "load_motor_torque", "temperature", "ambient_temperature")
 
 
-def _centred(x: FloatArray) -> FloatArray:
-    """Average over two block lengths about each block: the same window a central difference of block speeds sees."""
-    if x.size < 3:
-        return x
-    out = x.copy()
-    out[1:-1] = 0.25 * x[:-2] + 0.5 * x[1:-1] + 0.25 * x[2:]
-    return out
+def _triangle(x: FloatArray, width: int) -> FloatArray:
+    """Mean (B − 1,) of x (B·width,) under the triangle of two block lengths about each block's end."""
+    rise = (np.arange(width) + 0.5) / width
+    rows = x.reshape(-1, width)
+    return np.asarray((rows[:-1] @ rise + rows[1:] @ (1.0 - rise)) / width)
 
 
-def _slope(angle: FloatArray, width: int, rate: float) -> FloatArray:
-    """Least-squares slope of each row of ``width`` samples, rad/s."""
-    weight = np.arange(width) - (width - 1) / 2.0
-    rows = angle.reshape(-1, width)
-    return np.asarray((rows - rows[:, :1]) @ weight / (weight @ weight) * rate)
+def _rates(angle: FloatArray, width: int, rate: float) -> tuple[FloatArray, FloatArray]:
+    """First and second derivative under the same triangle, from an angle (B·width + 1,).
 
-
-def _rate(slope: FloatArray, block_s: float) -> FloatArray:
-    return np.gradient(slope, block_s) if slope.size > 2 else np.zeros_like(slope)
+    The triangle is a box convolved with itself, so its mean of ω̇ is the difference of two block means of ω, and its
+    mean of ω the difference of two block means of the angle: no filter to choose, none that differs between channels.
+    """
+    step = width / rate
+    offset = angle - angle[0]
+    mean = offset[:-1].reshape(-1, width).mean(axis=1)
+    # Block means of the angle are those of left-ended samples; half a sample more makes no difference to their steps.
+    speed = np.diff(offset[::width]) / step
+    return np.diff(mean) / step, np.diff(speed) / step
 
 
 def make_blocks(
@@ -76,32 +78,36 @@ def make_blocks(
     """Reduce channels (N,) in SI units to blocks; ``gaps`` are the samples before which rows are missing."""
     size = next(iter(channels.values())).size
     width = max(2, round(BLOCK_S * sample_rate))
-    count = size // width
+    count = (size - 1) // width
+    if count < 2:
+        return Blocks(**{name: np.empty(0) for name in FIELDS})
     used = count * width
-    block_s = width / sample_rate
-    nothing = np.full(count, np.nan)
+    nothing = np.full(count - 1, np.nan)
 
     def mean(name: str) -> FloatArray:
-        return _centred(channels[name][:used].reshape(count, width).mean(axis=1)) if name in channels else nothing
+        return _triangle(channels[name][:used], width) if name in channels else nothing
 
-    def speed(angle: str, velocity: str) -> FloatArray:
+    def rates(angle: str, velocity: str) -> tuple[FloatArray, FloatArray]:
         if angle in channels:
-            return _slope(channels[angle][:used], width, sample_rate)
+            return _rates(channels[angle][: used + 1], width, sample_rate)
         if velocity in channels:
-            return np.asarray(channels[velocity][:used].reshape(count, width).mean(axis=1))
-        return nothing
+            block = channels[velocity][:used].reshape(count, width).mean(axis=1)
+            return mean(velocity), np.diff(block) * sample_rate / width
+        return nothing, nothing
 
-    whole = np.ones(count)
+    whole = np.ones(count - 1)
     for gap in gaps // width:
-        whole[max(gap - 1, 0) : gap + 2] = 0.0
-    motor, load = speed("motor_angle", "motor_velocity"), speed("load_angle", "load_velocity")
+        whole[max(gap - 2, 0) : gap + 2] = 0.0
+    within = np.asarray(steady[:used].reshape(count, width).all(axis=1), dtype=np.float64)
+    motor_velocity, acceleration = rates("motor_angle", "motor_velocity")
+    load_velocity, load_acceleration = rates("load_angle", "load_velocity")
     return Blocks(
-        time=channels["time"][:used].reshape(count, width).mean(axis=1),
-        motor_velocity=_centred(motor),
-        load_velocity=_centred(load),
-        acceleration=_rate(motor, block_s),
-        load_acceleration=_rate(load, block_s),
+        time=_triangle(channels["time"][:used], width),
+        motor_velocity=motor_velocity,
+        load_velocity=load_velocity,
+        acceleration=acceleration,
+        load_acceleration=load_acceleration,
         **{name: mean(name) for name in MEANS},
-        steady=np.asarray(steady[:used].reshape(count, width).all(axis=1), dtype=np.float64),
+        steady=within[1:] * within[:-1],
         whole=whole,
     )

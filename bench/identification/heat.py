@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numba import njit
@@ -98,15 +99,15 @@ def identify_heat(reductions: Sequence[Reduction], torque_zero: float = 0.0) -> 
         why = f"the lubricant warms or cools by {span:.2g} K at most within a recording, {MIN_CHANGE_K:g} K are needed"
         return HeatFit({}, {}, float("nan"), (f"C, R and T_amb (heat balance) are not determined: {why}.",))
     found = minimize_scalar(
-        lambda log_tau: _linear(series, float(np.exp(log_tau)))[1], bounds=(np.log(60.0), np.log(1e6)), method="bounded",
+        lambda log_tau: _linear(series, float(np.exp(log_tau)))[1],
+        bounds=(np.log(60.0), np.log(1e6)),
+        method="bounded",
         options={"xatol": 1e-4},
-    )  # fmt: skip
+    )
     tau = float(np.exp(found.x))
     (ambient, inverse), cost = _linear(series, tau)
     if inverse <= 0:
-        return HeatFit(
-            {}, {}, float("nan"), ("The heat balance is not identified: warming does not follow the power.",)
-        )
+        return HeatFit({}, {}, float("nan"), ("The heat balance is not identified: warming follows no power.",))
     capacity = 1.0 / inverse
     values = {"C": capacity, "R": tau / capacity, "T_amb": float(ambient)}
     std = _deviations(series, tau, np.array([ambient, inverse]))
@@ -136,7 +137,7 @@ def _deviations(series: Sequence[_Series], tau: float, solution: FloatArray) -> 
     edges = np.cumsum([0, *(s.time.size for s in series)])
     if len(series) < 4:
         edges = np.linspace(0, residual.size, 13).astype(int)
-    score = np.stack([scaled[a:b].T @ residual[a:b] for a, b in zip(edges[:-1], edges[1:], strict=True)])
+    score = np.stack([scaled[a:b].T @ residual[a:b] for a, b in pairwise(edges)])
     covariance = inverse @ (score.T @ score) @ inverse / np.outer(scale, scale)
     inverse_c = solution[1]
     # C = 1/s, R = τ·s with s = 1/C.

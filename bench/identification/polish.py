@@ -139,7 +139,8 @@ def _gauss_newton(
 def fit_polar(z: ComplexArray, within: FloatArray, design: Design, near: PolarFit | None = None) -> PolarFit:
     """Fit amplitude and phase polynomials to z (R,) with variance ``within`` (R,) a component.
 
-    ``near`` is an earlier fit to start from. The amplitude comes out positive and the phase within (−π, π] at the mean of the inputs.
+    ``near`` is an earlier fit to start from. The amplitude comes out positive and the phase within (−π, π] at the
+    mean of the inputs.
     """
     columns = design.regressors
     size = columns.shape[1]

@@ -14,8 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import RecordingError
+from bench.identification.band_limited import band_limited_rows
 from bench.identification.blocks import Blocks, make_blocks
 from bench.identification.paper_harmonics import Harmonics, paper_harmonics
+from bench.identification.rows import Rows
 from bench.identification.sums import angle_sums
 from bench.identification.windows import SteadyWindow, lost_cycles, spike_mask, steady_window
 from bench.recording import Recording
@@ -47,6 +49,7 @@ class ReductionOptions:
     notch_orders: tuple[int, ...] = (150, 300)
     blocks: int = 16
     spectrum_reach: int = 5000
+    band_limit_hz: float | None = None
     kinds: tuple[str, ...] = ("constant_velocity", "validation", "free")
 
     @property
@@ -92,14 +95,19 @@ class SteadySums:
 
 @dataclass(frozen=True, slots=True)
 class Reduction:
-    """What one recording contributes; ``steady`` and ``paper`` are None where its transmission error cannot be used."""
+    """What one recording contributes; ``steady`` and ``paper`` are None where its transmission error cannot be used.
+
+    ``linear`` is True for an axis in m and N; ``limited`` holds band-limited rows, for recordings from elsewhere.
+    """
 
     recording_id: str
     kind: str
     ratio: float
     started: float
     setpoint: tuple[float, float, float]
+    linear: bool
     blocks: Blocks
+    limited: Rows | None
     steady: SteadySums | None
     paper: Harmonics | None
     sentences: tuple[str, ...]
@@ -267,12 +275,16 @@ def reduce_recording(path: Path | str | Recording, options: ReductionOptions) ->
         ratio or 1.0,
         recording.started_at.timestamp(),
         (setpoint.load_torque, setpoint.velocity, setpoint.temperature),
+        recording.specs["motor_angle"].unit == "m" if "motor_angle" in recording.specs else False,
         make_blocks(
             channels,
             recording.sample_rate,
             _steady_mask(recording, recording.size),
             np.concatenate([gaps, np.flatnonzero(bad_rows)]),
         ),
+        band_limited_rows(channels, recording.sample_rate, ratio or 1.0, 0, options.band_limit_hz)
+        if recording.source == "import"
+        else None,
         steady,
         paper,
         tuple(said),

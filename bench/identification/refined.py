@@ -10,7 +10,7 @@ weighted by the noise seen beside each order.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,9 +68,17 @@ class RefinedDirection:
     sentences: tuple[str, ...]
 
 
-def _normal(steady: SteadySums, orders: NDArray[np.int64]) -> _Normal:
+@dataclass(frozen=True, slots=True)
+class TorqueZero:
+    """What the torque sensor reads without load, N·m, and the standard deviation with which that is known."""
+
+    value: float = 0.0
+    std: float = 0.0
+
+
+def _normal(steady: SteadySums, orders: NDArray[np.int64], zero: TorqueZero) -> _Normal:
     samples = steady.unit[:, 0].real
-    inputs = np.stack([steady.torque, steady.velocity, steady.temperature], axis=1)
+    inputs = np.stack([steady.torque - zero.value, steady.velocity, steady.temperature], axis=1)
     inputs = np.where(np.isfinite(inputs), inputs, 0.0)
     return _Normal(
         steady,
@@ -183,17 +191,45 @@ def _polynomials(
         amplitude,
         phase,
         coefficients @ embed,
-        np.sqrt(np.einsum("kii->ki", covariance)[:, :TERM_COUNT]),
-        np.sqrt(np.einsum("kii->ki", covariance)[:, TERM_COUNT:]),
-        np.sqrt(np.diag(raw_covariance)),
-        covariance,
-        raw_covariance,
+        covariance=covariance,
+        offset_covariance=raw_covariance,
     )
     return fourier, scatter
 
 
+def _shift(coefficients: FloatArray) -> FloatArray:
+    """Change (..., 10) of polynomials per N·m by which the torque's zero is wrong."""
+    out = np.zeros_like(coefficients)
+    out[..., 3] = 2.0 * coefficients[..., 0]
+    out[..., 4], out[..., 5], out[..., 9] = coefficients[..., 6], coefficients[..., 7], coefficients[..., 3]
+    return out
+
+
+def _with_zero_uncertainty(fourier: FourierSet, std: float) -> FourierSet:
+    """Add to the covariances what the uncertainty of the torque sensor's zero makes of the coefficients."""
+    both = np.concatenate([_shift(fourier.amplitude), _shift(fourier.phase)], axis=1) * std
+    level = _shift(fourier.offset) * std
+    assert fourier.covariance is not None
+    assert fourier.offset_covariance is not None
+    covariance = fourier.covariance + both[:, :, None] * both[:, None, :]
+    offset_covariance = fourier.offset_covariance + np.outer(level, level)
+    spread = np.sqrt(np.einsum("kii->ki", covariance))
+    return replace(
+        fourier,
+        amplitude_std=spread[:, :TERM_COUNT],
+        phase_std=spread[:, TERM_COUNT:],
+        offset_std=np.sqrt(np.diag(offset_covariance)),
+        covariance=covariance,
+        offset_covariance=offset_covariance,
+    )
+
+
 def identify_direction(
-    reductions: Sequence[Reduction], orders: Sequence[int], notch_orders: Sequence[int], direction: str
+    reductions: Sequence[Reduction],
+    orders: Sequence[int],
+    notch_orders: Sequence[int],
+    direction: str,
+    zero: TorqueZero = TorqueZero(),
 ) -> RefinedDirection | None:
     """Identify one direction of motion from recordings that moved that way; None without any."""
     members = [(r.recording_id, r.steady) for r in reductions if r.steady is not None]
@@ -201,7 +237,7 @@ def identify_direction(
         return None
     listed = np.asarray([*orders, *(n for n in notch_orders if n not in orders)], dtype=np.int64)
     ripples = listed.size - len(orders)
-    normals = [_normal(steady, listed) for _, steady in members]
+    normals = [_normal(steady, listed, zero) for _, steady in members]
     design = make_design(np.stack([n.mean for n in normals]))
     resolution = max(steady.resolution for _, steady in members)
     fourier: FourierSet | None = None
@@ -219,6 +255,7 @@ def identify_direction(
         ]
         fourier, scatter = _polynomials(harmonics, design, np.asarray(orders, dtype=np.float64), resolution, fits)
     assert fourier is not None
+    fourier = _with_zero_uncertainty(fourier, zero.std)
     return RefinedDirection(fourier, tuple(harmonics), design, scatter, tuple(undetermined(design, direction)))
 
 
@@ -227,7 +264,7 @@ def single_recording(
 ) -> tuple[ComplexArray, ComplexArray]:
     """Fourier series fitted to one recording alone: z (K,) of the orders and of the ripple; the bound of any model."""
     listed = np.asarray([*orders, *(n for n in notch_orders if n not in orders)], dtype=np.int64)
-    normal = _normal(steady, listed)
+    normal = _normal(steady, listed, TorqueZero())
     solution = _solve(normal, None, 0)
     z = solution[: listed.size] + 1j * solution[listed.size : 2 * listed.size]
     return z[: len(orders)], z[len(orders) :]

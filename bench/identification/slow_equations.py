@@ -10,13 +10,14 @@ and is taken off τ in the first. Accelerations count outside steady segments on
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bench.identification.reduction import Reduction
 from bench.identification.regression import LinearFit, regress, sentences, stack
+from bench.identification.rows import Rows, join
 
 FloatArray = NDArray[np.float64]
 
@@ -52,21 +53,9 @@ LOAD_REASONS = {
 LOAD_UNITS = {"z_0": "N*m", "f_b": "N*m", "J_L": "kg*m^2"}
 
 
-@dataclass(frozen=True, slots=True)
-class Rows:
-    """Rows of the input's torque balance (n,), SI; ``torque`` and ``temperature`` NaN where not measured."""
-
-    group: NDArray[np.int64]
-    omega: FloatArray
-    acceleration: FloatArray
-    motor_torque: FloatArray
-    torque: FloatArray
-    temperature: FloatArray
-
-
 def _moving(r: Reduction) -> NDArray[np.bool_]:
     b = r.blocks
-    return (b.direction != 0) & (b.whole > 0)
+    return np.asarray((b.direction != 0) & (b.whole > 0))
 
 
 def _accelerating(acceleration: FloatArray, steady: FloatArray) -> FloatArray:
@@ -81,16 +70,20 @@ def _accelerating(acceleration: FloatArray, steady: FloatArray) -> FloatArray:
 
 def friction_rows(reductions: Sequence[Reduction], torque_zero: float = 0.0) -> Rows:
     """Collect the rows of recordings that measured motor torque; ``torque_zero`` N·m is taken off the load torque."""
-    use = [(i, r, _moving(r) & np.isfinite(r.blocks.motor_torque)) for i, r in enumerate(reductions)]
-    use = [(i, r, m) for i, r, m in use if m.any()]
-    steady = stack([r.blocks.steady[m] for _, r, m in use])
-    return Rows(
-        np.concatenate([np.full(int(m.sum()), i) for i, _, m in use]) if use else np.empty(0, dtype=np.int64),
-        stack([r.blocks.motor_velocity[m] for _, r, m in use]),
-        _accelerating(stack([r.blocks.acceleration[m] for _, r, m in use]), steady),
-        stack([r.blocks.motor_torque[m] for _, r, m in use]),
-        stack([(r.blocks.load_torque[m] - torque_zero) / r.ratio for _, r, m in use]),
-        stack([r.blocks.temperature[m] for _, r, m in use]),
+    parts = []
+    steady = []
+    for i, r in enumerate(reductions):
+        b, mask = r.blocks, _moving(r) & np.isfinite(r.blocks.motor_torque)
+        if r.limited is None and mask.any():
+            torque = (b.load_torque[mask] - torque_zero) / r.ratio
+            group = np.full(int(mask.sum()), i)
+            speed, rate = b.motor_velocity[mask], b.acceleration[mask]
+            parts.append(Rows(group, speed, rate, b.motor_torque[mask], torque, b.temperature[mask]))
+            steady.append(b.steady[mask])
+    blocks = join(parts)
+    blocks = replace(blocks, acceleration=_accelerating(blocks.acceleration, stack(steady)))
+    return join(
+        [blocks, *(replace(r.limited, group=0 * r.limited.group + i) for i, r in enumerate(reductions) if r.limited)]
     )
 
 
@@ -133,9 +126,7 @@ def identify_load_side(reductions: Sequence[Reduction]) -> tuple[LinearFit, list
             use.append((i, r.blocks, mask))
     if not use:
         nothing = LinearFit({}, {}, tuple(LOAD_MEANING), float("nan"), 0)
-        return nothing, [
-            "The load side is not identified: no recording has load_torque and load_motor_torque in motion."
-        ]
+        return nothing, ["The load side is not identified: no recording has both load torques in motion."]
     direction = stack([b.direction[m] for _, b, m in use])
     steady = stack([b.steady[m] for _, b, m in use])
     columns = {

@@ -1,0 +1,111 @@
+"""Harmonic orders: the default choice of the paper, proposals from the spectra, and the mechanical part behind each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+
+from bench.identification.reduction import Reduction
+from bench.simulation import Gearbox
+
+FloatArray = NDArray[np.float64]
+
+OUTPUT_SHAFT = (1, 3, 6, 9, 13, 14, 18, 19, 27)
+PLANETARY = (1, 3)
+CYCLOID_STAGE = (1, 2, 3, 4, 6)
+INPUT_GEAR = (1,)
+CYCLOID_DISC = (2, 3, 4)
+"""Multiples the paper selected, of 1, u₁ = z₂/z₁, u₂ = z₄, z₁ and z₃."""
+
+NEIGHBOURHOOD = 61
+"""Orders over which the noise beside a peak is taken."""
+PEAK_RATIO = 12.0
+"""A peak stands out of one recording's noise at this power ratio: by chance in 6 of a million orders."""
+MIN_SHARE = 0.3
+"""Share of the recordings in which a proposed order must stand out."""
+NO_PART = "none"
+
+
+@dataclass(frozen=True, slots=True)
+class Proposal:
+    """An order seen in the spectra: median amplitude rad, share of recordings where it stands out, its part."""
+
+    order: int
+    amplitude: float
+    share: float
+    part: str
+    used: bool
+
+
+def default_orders(gearbox: Gearbox) -> tuple[int, ...]:
+    """Return the paper's choice for a gearbox's tooth numbers; the output shaft's alone where they are not known."""
+    orders = set(OUTPUT_SHAFT)
+    if gearbox.z1 and gearbox.z2:
+        orders |= {round(i * gearbox.z2 / gearbox.z1) for i in PLANETARY} | {i * gearbox.z1 for i in INPUT_GEAR}
+    if gearbox.z3:
+        orders |= {i * gearbox.z3 for i in CYCLOID_DISC}
+    if gearbox.z4:
+        orders |= {i * gearbox.z4 for i in CYCLOID_STAGE}
+    return tuple(sorted(orders))
+
+
+def part_of(order: float, gearbox: Gearbox, notch_orders: Sequence[int] = (150, 300)) -> str:
+    """Name the mechanical part an order belongs to, ``none`` where it fits none.
+
+    Of the parts whose first order divides it, the one with the smallest multiple; low orders that fit nothing else
+    are the output shaft's.
+    """
+    if order in notch_orders:
+        return "load motor"
+    z1, z2, z3, z4 = gearbox.z1, gearbox.z2, gearbox.z3, gearbox.z4
+    # The listed orders of the load motor's ripple are multiples of 6 times its pole pairs.
+    ripple = float(np.gcd.reduce(np.asarray(notch_orders))) if len(notch_orders) else None
+    slowest = min(z for z in (z3, z4, 45) if z)
+    # part, order of its first harmonic, highest multiple that is still its own, in order of preference
+    parts: tuple[tuple[str, float | None, int], ...] = (
+        ("motor shaft", gearbox.ratio, 1000),
+        ("cycloid stage", z4, 12),
+        ("cycloid disc", z3, 12),
+        ("input gear", z1, 6),
+        ("planetary stage", z2 / z1 if z1 and z2 else None, 3),
+        ("output shaft", 1.0, slowest - 1),
+        ("load motor", ripple, 4),
+    )
+    fits = [
+        (round(order / base), -rank, name)
+        for rank, (name, base, most) in enumerate(parts)
+        if base and abs(order / base - round(order / base)) < 1e-6 and 1 <= round(order / base) <= most
+    ]
+    return min(fits)[2] if fits else NO_PART
+
+
+def peak_ratio(power: NDArray[np.float32]) -> FloatArray:
+    """Power of each order over that of the noise beside it (the median of the neighbourhood / ln 2); 0 at order 0."""
+    values = power.astype(np.float64)
+    noise = median_filter(values, min(NEIGHBOURHOOD, values.size), mode="nearest") / np.log(2.0)
+    ratio = values / np.maximum(noise, 1e-300)
+    ratio[0] = 0.0
+    return np.asarray(ratio)
+
+
+def propose(
+    reductions: Sequence[Reduction], gearbox: Gearbox, used: Sequence[int], notch_orders: Sequence[int]
+) -> tuple[Proposal, ...]:
+    """Find orders that stand out of the noise in many recordings, strongest first."""
+    spectra = [r.steady.spectrum for r in reductions if r.steady is not None]
+    if not spectra:
+        return ()
+    reach = min(s.size for s in spectra)
+    ratios = np.stack([peak_ratio(s[:reach]) for s in spectra])
+    share = (ratios > PEAK_RATIO).mean(axis=0)
+    amplitude = np.sqrt(np.median(np.stack([s[:reach] for s in spectra]), axis=0))
+    found = np.flatnonzero(share >= MIN_SHARE)
+    found = found[np.argsort(-amplitude[found])]
+    return tuple(
+        Proposal(int(f), float(amplitude[f]), float(share[f]), part_of(float(f), gearbox, notch_orders), int(f) in used)
+        for f in found
+    )
