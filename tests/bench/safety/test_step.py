@@ -1,10 +1,12 @@
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from bench.configuration import load_bench
 from bench.safety import (
@@ -23,6 +25,7 @@ from bench.safety import (
 )
 
 DT = 5e-4
+FloatArray = NDArray[np.float64]
 RATIO = 185.0
 N = 3000
 ENABLED = 0x1237
@@ -36,8 +39,7 @@ def limits() -> SafetySettings:
 def healthy(n: int = N, speed: float = 32.0) -> Inputs:
     """A bench that turns steadily under 500 N·m with a little noise everywhere."""
     rng = np.random.default_rng(1)
-    t = np.arange(n) * DT
-    motor = speed * t
+    motor: FloatArray = (speed * DT) * np.arange(n, dtype=np.float64)
     ones = np.ones(n)
     return Inputs(
         motor_counts=np.round(motor * 8192 / 6.283).astype(np.int64),
@@ -154,7 +156,7 @@ def test_blocks_do_not_change_the_verdict(
     _, whole = step(SafetyState.fresh(), inputs, True, limits)
     edges = sorted({0, N, *cuts})
     state = SafetyState.fresh()
-    for start, stop in zip(edges[:-1], edges[1:], strict=True):
+    for start, stop in pairwise(edges):
         state, verdict = step(state, inputs.part(start, stop), True, limits)
         if verdict.tripped:
             assert (start + verdict.cycle, verdict.cause) == (whole.cycle, whole.cause)
