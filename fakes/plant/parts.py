@@ -133,6 +133,8 @@ class Pt100:
     """K RMS"""
     offset: float = 0.0
     """K"""
+    lag: float = 0.0
+    """time constant behind what it measures, s"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,6 +156,18 @@ class Ripple:
     """N·m"""
     phase: float
     """rad"""
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """A term of the physics library that is played on top (a plant that runs a simulation file)."""
+
+    effect: str
+    channel: str
+    form: str
+    linear: tuple[float, ...]
+    """coefficients of the form's columns"""
+    nonlinear: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +13,22 @@ from fakes.plant.errors import PlantError
 from fakes.plant.faults import FaultTable
 from fakes.plant.images import COMMAND_DTYPE, MEASUREMENT_DTYPE
 from fakes.plant.noise import seed_words
-from fakes.plant.records import CONDITIONS, DRIVE_STATE, INPUT, LOAD, PLANT_STATE, drive_parameters, plant_parameters
+from fakes.plant.records import (
+    CONDITIONS,
+    DRIVE_STATE,
+    INPUT,
+    LOAD,
+    PLANT_STATE,
+    TRACE,
+    drive_parameters,
+    plant_parameters,
+)
 from fakes.plant.stepping import step_block
 from fakes.plant.transmission import aim, place
 from fakes.plant.truth import PlantTruth
+
+if TYPE_CHECKING:
+    from fakes.plant.overlay import Overlay
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +63,14 @@ class Plant:
         self._state = np.zeros(1, PLANT_STATE)
         self._drive_states = np.zeros(2, DRIVE_STATE)
         self._conditions = np.zeros(1, CONDITIONS)
+        self._drag = np.zeros((0, 0))
+        self._overlay: Overlay | None = None
+        if truth.effects:
+            # brings the analyser's library with it: only plants that play one pay
+            from fakes.plant.overlay import Overlay
+
+            self._overlay = Overlay(truth, cycle_time_s)
+            self._drag = self._overlay.drag
         self._words = seed_words(seed)
         self._begin()
 
@@ -62,6 +82,20 @@ class Plant:
             PlantError: the file is missing or wrong.
         """
         return cls(PlantTruth.from_file(name), seed, cycle_time_s)
+
+    @classmethod
+    def from_simulation(
+        cls, simulation: str | Path, base: str | Path = "rh380n", seed: int = 0, cycle_time_s: float = 0.0005
+    ) -> Plant:
+        """Make a plant that plays a simulation file (``model.json``) with the drives and sensors of a plant file.
+
+        Raises:
+            PlantError: the plant cannot play a term of the simulation, or ``base`` is wrong.
+            bench.errors.ConfigurationError: the simulation file is wrong.
+        """
+        from fakes.plant.simulation import simulated
+
+        return cls(simulated(Path(simulation), PlantTruth.from_file(base)), seed, cycle_time_s)
 
     @property
     def time_s(self) -> float:
@@ -92,6 +126,8 @@ class Plant:
             measurements = np.empty(commands.size, MEASUREMENT_DTYPE)
         if measurements.dtype != MEASUREMENT_DTYPE or measurements.shape != commands.shape:
             raise PlantError("plant measurements must be an array of MEASUREMENT_DTYPE, as long as the commands")
+        trace = np.empty(commands.size if self._overlay else 0, TRACE)
+        before = int(self._state["cycle"][0])
         step_block(
             self._plant,
             self._drives,
@@ -104,9 +140,13 @@ class Plant:
             self._turn,
             self.faults.rows,
             self._active,
+            self._drag,
+            trace,
             np.ascontiguousarray(commands),
             measurements,
         )
+        if self._overlay:
+            self._overlay.add(trace, before, measurements)
         return measurements
 
     def snapshot(self) -> Snapshot:

@@ -53,6 +53,7 @@ PLANT_PARAMETERS = np.dtype(
         ("sensor_gain", "f8"),
         ("lubricant_noise", "f8"),
         ("lubricant_offset", "f8"),
+        ("lubricant_share", "f8"),  # of a new value in the lag of the PT100, a cycle
         ("ambient_noise", "f8"),
         ("ambient_offset", "f8"),
     ]
@@ -110,6 +111,7 @@ PLANT_STATE = np.dtype(
         ("te", "f8"),  # without its elastic part
         ("ripple", "f8"),
         ("sensed_temperature", "f8"),  # at the PT100
+        ("travel", "f8"),  # rad run at the output
         ("torque_adc", "i4"),
         ("lubricant_reading", "f8"),
         ("ambient_reading", "f8"),
@@ -119,6 +121,20 @@ PLANT_STATE = np.dtype(
         ("loss_bearing", "f8"),
     ]
 )
+
+TRACE = np.dtype(
+    [
+        ("motor_angle", "f8"),
+        ("motor_velocity", "f8"),
+        ("te_velocity", "f8"),
+        ("load_angle", "f8"),
+        ("torque", "f8"),
+        ("temperature", "f8"),
+        ("weight", "f8"),
+        ("travel", "f8"),
+    ]
+)
+"""true state after each cycle of a block, for effects that are played on top"""
 
 CONDITIONS = np.dtype(
     [
@@ -179,6 +195,7 @@ def plant_parameters(truth: PlantTruth, cycle_time: float) -> NDArray[Any]:
         "sensor_gain": truth.torque_sensor.gain,
         "lubricant_noise": truth.lubricant_sensor.noise,
         "lubricant_offset": truth.lubricant_sensor.offset,
+        "lubricant_share": _share(cycle_time, truth.lubricant_sensor.lag),
         "ambient_noise": truth.ambient_sensor.noise,
         "ambient_offset": truth.ambient_sensor.offset,
     }

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from fakes.plant.drag import look_up
 from fakes.plant.drive import report_torque, run_drive
 from fakes.plant.faults import INDEX
 from fakes.plant.mechanics import move
@@ -126,6 +127,8 @@ def step_block(
     turn: NDArray[np.float64],
     faults: NDArray[Any],
     active: NDArray[np.bool_],
+    drag: NDArray[np.float64],
+    trace: NDArray[Any],
     commands: NDArray[Any],
     measurements: NDArray[Any],
 ) -> None:
@@ -134,6 +137,8 @@ def step_block(
     ``plant`` (1,) and ``drives`` (2,) are parameters; ``state`` (1,), ``states`` (2,) of the drives, ``words`` (4,),
     ``te`` (3, 2, K + 1), ``turn`` (2, K) and ``faults`` (F,) make up the plant's memory; ``conditions`` (1,) and
     ``active`` (F,) are room to work in. ``table`` is the series: orders, amplitude, phase, offset, box.
+    ``drag`` (W, C) is further friction over speed and temperature, empty without; ``trace`` (n,) takes the true state,
+    empty where nobody asks.
     """
     p, s, now = plant[0], state[0], conditions[0]
     tick = p.cycle_time / p.drive_ticks
@@ -150,6 +155,8 @@ def step_block(
         now.start_theta = s.motor_angle / p.ratio
         now.te_value, now.te_first, now.te_second = series(turn, te[0], table[0])
         _conditions(p, s, drives, states, c, now, active, faults)
+        if drag.shape[0] > 0:
+            now.coulomb = max(now.coulomb + look_up(drag, abs(s.motor_velocity), s.temperature), 0.0)
         for side in range(2):
             noise[side] = drives[side].encoder_noise * normal(words) if drives[side].encoder_noise > 0.0 else 0.0
 
@@ -176,8 +183,14 @@ def step_block(
             heat += faults[_HEATING].value * p.cycle_time
         heat -= (s.temperature - surroundings) / p.heat_resistance * p.cycle_time
         s.temperature += heat / p.heat_capacity
-        s.sensed_temperature = s.temperature
+        s.sensed_temperature += p.lubricant_share * (s.temperature - s.sensed_temperature)
+        s.travel += abs(turned)
         if slow:
             read_temperatures(p, s, surroundings, words, active, faults)
         _measure(p, s, drives, states, measurements[n], noise, words, active, faults)
+        if n < trace.shape[0]:
+            t = trace[n]
+            t.motor_angle, t.motor_velocity, t.te_velocity = s.motor_angle, s.motor_velocity, s.te_velocity
+            t.load_angle, t.torque, t.temperature = s.load_angle, s.torque, s.temperature
+            t.weight, t.travel = s.te_weight, s.travel
         s.cycle += 1

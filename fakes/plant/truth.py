@@ -17,6 +17,7 @@ import numpy as np
 from fakes.plant.errors import PlantError
 from fakes.plant.parts import (
     Drive,
+    Effect,
     Encoder,
     Friction,
     Gearbox,
@@ -55,6 +56,8 @@ class PlantTruth:
     ripple: tuple[Ripple, ...]
     transmission_error: TransmissionError
     numerics: Numerics = field(default_factory=Numerics)
+    effects: tuple[Effect, ...] = ()
+    """terms of the physics library played on top; only a plant that runs a simulation file has any"""
 
     @classmethod
     def from_file(cls, name: str | Path) -> PlantTruth:
@@ -83,10 +86,12 @@ class PlantTruth:
         rest = dict(table)
         if rest.pop("format", None) != FORMAT:
             raise PlantError(f'{where}: key "format" must be "{FORMAT}"')
+        if "simulation" in rest:
+            return _of_simulation(rest, where)
         hints = get_type_hints(cls)
         values: dict[str, Any] = {"name": rest.pop("name", Path(where).stem)}
         for name in (f.name for f in fields(cls)):
-            if name in ("name", "ripple", "transmission_error") or (name == "numerics" and name not in rest):
+            if name in ("name", "ripple", "transmission_error", "effects") or (name == "numerics" and name not in rest):
                 continue
             values[name] = _part(hints[name], rest.pop(name, None), f"{where}: {name}")
         values["ripple"] = tuple(
@@ -138,6 +143,17 @@ def shipped() -> tuple[str, ...]:
     """Return the names of the plant files that ship."""
     folder = resources.files("fakes") / "plants"
     return tuple(sorted(Path(item.name).stem for item in folder.iterdir() if item.name.endswith(".toml")))
+
+
+def _of_simulation(table: Mapping[str, Any], where: str) -> PlantTruth:
+    """Read a plant file that plays a simulation file (``simulation``) on the hardware of another plant (``base``)."""
+    # the reader of simulation files brings the analyser's library with it: only plants that ask for it pay
+    from fakes.plant.simulation import simulated
+
+    if set(table) - {"name", "simulation", "base"}:
+        raise PlantError(f'{where}: beside "simulation" there may be "base" and "name" only')
+    path = Path(where).parent / str(table["simulation"])
+    return simulated(path, PlantTruth.from_file(str(table.get("base", "rh380n"))))
 
 
 def _part(kind: type[_T], table: Any, where: str) -> _T:

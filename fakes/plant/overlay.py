@@ -1,0 +1,115 @@
+"""Terms of the physics library played on a plant.
+
+Friction over speed and temperature becomes a table that the mechanics obey, with its heat. Everything else without a
+memory is added where it shows, to the load encoder, the reported motor torque or the torque sensor, as the nominal
+simulation's equations have it. What remembers its path cannot be played so and is refused.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.simulation.frame import Frame
+from bench.simulation.terms.base import LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR
+from bench.simulation.terms.library import LIBRARY
+from fakes.plant.drag import speeds, temperatures
+from fakes.plant.parts import Effect
+from fakes.plant.truth import PlantTruth
+
+DRAGS = ("friction.stribeck", "friction.viscous_temperature", "friction.viscous_quadratic")
+_STANDSTILL = 0.5
+"""rad/s at the motor below which the direction is 0"""
+
+
+def value(effect: Effect, frame: Frame) -> NDArray[np.float64]:
+    """Return what an effect adds to its channel on the rows of a frame."""
+    form = next(f for f in LIBRARY[effect.effect].forms[effect.channel] if f.name == effect.form)
+    result: NDArray[np.float64] = form.columns(frame, effect.nonlinear) @ np.array(effect.linear)
+    return result
+
+
+def frame_of(size: int, ratio: float, values: dict[str, Any]) -> Frame:
+    """Return a frame of ``size`` rows with the arrays given; the others are 0."""
+    arrays: dict[str, Any] = {}
+    for name in (f.name for f in fields(Frame) if f.name != "ratio"):
+        kind = np.int64 if name == "recording" else np.float64
+        arrays[name] = np.ascontiguousarray(np.broadcast_to(np.asarray(values.get(name, 0), dtype=kind), (size,)))
+    return Frame(ratio=ratio, **arrays)
+
+
+class Overlay:
+    """The effects of a plant, ready to be added block by block."""
+
+    def __init__(self, truth: PlantTruth, cycle_time_s: float) -> None:
+        self._truth = truth
+        self._cycle_time_s = cycle_time_s
+        drags = [e for e in truth.effects if e.effect in DRAGS]
+        self._added = [e for e in truth.effects if e.effect not in DRAGS]
+        self.drag = self._table(drags) if drags else np.zeros((0, 0))
+        """friction in N·m over speed and temperature (W, C), empty without any"""
+
+    def add(self, trace: NDArray[Any], cycle: int, measurements: NDArray[Any]) -> None:
+        """Add the effects without table to a block's measurements (n,); ``trace`` (n,) begins at ``cycle``."""
+        if not self._added:
+            return
+        truth = self._truth
+        frame = self._frame(trace, cycle, measurements)
+        sums = {channel: np.zeros(trace.size) for channel in (TRANSMISSION_ERROR, MOTOR_TORQUE, LOAD_TORQUE)}
+        for effect in self._added:
+            sums[effect.channel] += value(effect, frame)[1:]
+        counts = truth.load_drive.polarity * 2.0**truth.load_encoder.bits / (2 * math.pi)
+        measurements["load_position"] += np.rint(counts * sums[TRANSMISSION_ERROR]).astype(np.int64)
+        measurements["input_torque"] += truth.input_drive.polarity * sums[MOTOR_TORQUE]
+        sensor = truth.torque_sensor
+        adc = measurements["torque_adc"] + np.rint(
+            sums[LOAD_TORQUE] * sensor.full_scale_counts / sensor.rated_torque
+        ).astype(np.int32)
+        measurements["torque_adc"] = np.clip(adc, -sensor.full_scale_counts, sensor.full_scale_counts - 1)
+
+    def _frame(self, trace: NDArray[Any], cycle: int, measurements: NDArray[Any]) -> Frame:
+        """Return the block as a frame; its first row is the plant's start, from which terms count time and travel."""
+        truth = self._truth
+        ratio = truth.gearbox.ratio
+        rows = np.concatenate([trace[:1], trace])
+        rows["travel"][0] = 0.0
+        last = np.where(rows["weight"] >= 0, 1.0, -1.0)
+        time = np.concatenate([[0.0], (cycle + 1 + np.arange(trace.size)) * self._cycle_time_s])
+        reported = np.concatenate([measurements["input_torque"][:1], measurements["input_torque"]])
+        load = np.concatenate([measurements["load_torque"][:1], measurements["load_torque"]])
+        return frame_of(
+            rows.size,
+            ratio,
+            {
+                "count": 1.0,
+                "time": time,
+                "elapsed": time,
+                "theta": rows["motor_angle"] / ratio,
+                "q": rows["load_angle"],
+                "velocity": rows["te_velocity"],
+                "direction": np.where(np.abs(rows["te_velocity"]) * ratio > _STANDSTILL, last, 0.0),
+                "last_direction": last,
+                "torque": rows["torque"],
+                "temperature": rows["temperature"],
+                "motor_torque": truth.input_drive.polarity * reported,
+                "load_motor_torque": -truth.load_drive.polarity * load,
+                "travel": rows["travel"],
+                "step": self._cycle_time_s,
+            },
+        )
+
+    def _table(self, drags: list[Effect]) -> NDArray[np.float64]:
+        """Tabulate friction laws of speed and temperature."""
+        speed, temperature = (g.ravel() for g in np.meshgrid(speeds(), temperatures(), indexing="ij"))
+        ratio = self._truth.gearbox.ratio
+        frame = frame_of(
+            speed.size,
+            ratio,
+            {"velocity": speed / ratio, "direction": 1.0, "last_direction": 1.0, "temperature": temperature},
+        )
+        total = np.sum([value(effect, frame) for effect in drags], axis=0)
+        return np.ascontiguousarray(total.reshape(speeds().size, temperatures().size))

@@ -1,0 +1,162 @@
+"""A plant that plays a simulation file: the identified model in place of the truth, on the hardware of a plant file.
+
+Drives, sensors, noise, stiffness and ripple stay the base plant's; the transmission error, friction, heat balance and
+load side are the simulation's. Parameters the file does not give stay the base's; the weak orders go.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from bench.simulation.fourier import FourierSet
+from bench.simulation.model import NOMINAL_TERMS, Simulation, Term
+from bench.simulation.terms.library import LIBRARY
+from fakes.plant.errors import PlantError
+from fakes.plant.parts import Effect
+from fakes.plant.transmission import TransmissionError
+from fakes.plant.truth import PlantTruth
+
+_WITH_MEMORY = (
+    "te.hysteresis",
+    "friction.presliding",
+    "sensor.torque_hysteresis",
+    "sensor.timing_skew",
+    "thermal.second_mass",
+    "thermal.convection_speed",
+    "thermal.ambient_drift",
+)
+_NEEDED = ("motor.inertia", "motor.load_reaction", "load.inertia", "load.reaction", "thermal.loss_heating")
+
+
+def simulated(path: Path, base: PlantTruth) -> PlantTruth:
+    """Return the truth of a plant that obeys the simulation file at ``path``.
+
+    Raises:
+        PlantError: a term cannot be played.
+        bench.errors.ConfigurationError: the file is wrong.
+    """
+    return of_simulation(Simulation.load(path), base, str(path))
+
+
+def of_simulation(simulation: Simulation, base: PlantTruth, where: str = "simulation") -> PlantTruth:
+    """Return the truth of a plant that obeys ``simulation``, with the hardware of ``base``."""
+    if simulation.gearbox.ratio != base.gearbox.ratio:
+        raise PlantError(
+            f"{where} is of a gearbox of ratio {simulation.gearbox.ratio:g}, the plant {base.name} has "
+            f"{base.gearbox.ratio:g}; choose a base plant of the same ratio"
+        )
+    for effect in _NEEDED:
+        if not simulation.enabled(effect):
+            raise PlantError(f"{where}: {effect} cannot be switched off in a plant, a body without it does not move")
+
+    def given(effect: str, symbol: str, otherwise: float) -> float:
+        found = simulation.value(effect, symbol)
+        return otherwise if found is None else found
+
+    friction = replace(
+        base.friction,
+        coulomb=given("friction.coulomb", "f_c", base.friction.coulomb),
+        viscous=given("friction.viscous", "f_v", base.friction.viscous),
+        viscous_temperature=given("friction.viscous_temperature_linear", "f_vT", base.friction.viscous_temperature),
+        load_dependent=given("friction.load_dependent", "f_l", base.friction.load_dependent),
+    )
+    motor = replace(
+        base.input_motor,
+        inertia=given("motor.inertia", "J", base.input_motor.inertia),
+        torque_offset=given("motor.torque_offset", "tau_0", base.input_motor.torque_offset),
+    )
+    bearing = given("load.bearing_friction", "f_b", base.load_side.bearing_friction)
+    return replace(
+        _with_heat(simulation, base, given),
+        friction=friction,
+        input_motor=motor,
+        load_motor=replace(base.load_motor, inertia=given("load.inertia", "J_L", base.load_motor.inertia)),
+        load_side=replace(base.load_side, bearing_friction=bearing),
+        torque_sensor=replace(base.torque_sensor, zero=given("load.torque_offset", "z_0", base.torque_sensor.zero)),
+        transmission_error=_series(simulation, base, where),
+        effects=tuple(
+            _effect(term, where)
+            for name, term in simulation.terms.items()
+            if term.enabled and name not in (*NOMINAL_TERMS, "thermal.sensor_lag")
+        ),
+    )
+
+
+def _with_heat(simulation: Simulation, base: PlantTruth, given: Callable[[str, str, float], float]) -> PlantTruth:
+    """Return the base with the simulation's heat balance, in either way of writing it (C, R or their reciprocals)."""
+    heat = base.heat
+    capacity = given("thermal.loss_heating", "C", heat.capacity)
+    rate = simulation.value("thermal.loss_heating", "1/C")
+    if rate:
+        capacity = 1.0 / rate
+    resistance = given("thermal.convection", "R", heat.resistance)
+    ambient = given("thermal.convection", "T_amb", heat.ambient)
+    cooling = simulation.value("thermal.convection", "1/(R*C)")
+    if not simulation.enabled("thermal.convection"):
+        resistance = np.inf
+    elif cooling:
+        resistance = 1.0 / (cooling * capacity)
+        above = simulation.value("thermal.convection", "(T_amb-25)/(R*C)")
+        ambient = ambient if above is None else 25.0 + above / cooling
+    lag = simulation.value("thermal.sensor_lag", "tau_s") if simulation.enabled("thermal.sensor_lag") else None
+    return replace(
+        base,
+        heat=replace(heat, capacity=capacity, resistance=resistance, ambient=ambient),
+        lubricant_sensor=replace(base.lubricant_sensor, lag=lag or 0.0),
+    )
+
+
+def _series(simulation: Simulation, base: PlantTruth, where: str) -> TransmissionError:
+    """Return the simulation's series with the elastic part of the base's stiffness taken out of a_0."""
+    plain = base.transmission_error.without_weak_orders()
+    model = simulation.transmission_error()
+    if model is None:
+        return plain
+    if model.positive is None or model.negative is None:
+        raise PlantError(f"{where}: te.fourier must have both directions for a plant to play it")
+    sets = (model.positive, model.negative)
+    orders = np.union1d(model.positive.orders, model.negative.orders)
+
+    def spread(of: Callable[[FourierSet], np.ndarray[tuple[int, ...], np.dtype[np.float64]]]) -> TransmissionArray:
+        table = np.zeros((2, orders.size, 10))
+        for direction, part in enumerate(sets):
+            table[direction, np.searchsorted(orders, part.orders)] = of(part)
+        return table
+
+    offset = np.stack([part.offset for part in sets])
+    offset[:, 3] += 1.0 / base.torsional_stiffness
+    return TransmissionError(
+        orders=orders,
+        amplitude=spread(lambda part: part.amplitude),
+        phase=spread(lambda part: part.phase),
+        offset=offset,
+        weak=np.zeros(orders.size, dtype=np.bool_),
+        box=plain.box,
+    )
+
+
+TransmissionArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
+
+
+def _effect(term: Term, where: str) -> Effect:
+    """Find the library's form that has the term's parameters (and its ``form``, where the file names one)."""
+    if term.effect not in LIBRARY or term.effect in _WITH_MEMORY:
+        why = "it depends on the path before" if term.effect in LIBRARY else "the library has no such term"
+        raise PlantError(f"{where}: {term.effect} cannot be played by a plant: {why}")
+    for channel, forms in LIBRARY[term.effect].forms.items():
+        for form in forms:
+            symbols = {s.symbol for s in (*form.linear, *form.nonlinear)}
+            if symbols == set(term.parameters) and term.extra.get("form", form.name) == form.name:
+                return Effect(
+                    term.effect,
+                    channel,
+                    form.name,
+                    tuple(term.parameters[s.symbol].value for s in form.linear),
+                    tuple(term.parameters[s.symbol].value for s in form.nonlinear),
+                )
+    given = ", ".join(term.parameters) or "none"
+    raise PlantError(f"{where}: the parameters of {term.effect} ({given}) are not those of any of its forms")

@@ -1,0 +1,127 @@
+"""A plant that plays a simulation file."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from fakes.plant import Plant, PlantError, PlantTruth
+from tests.fakes.plant.motion import bring_up, commands, quiet
+
+GEARBOX = {"ratio": 185.0, "z1": 24, "z2": 96, "z3": 45, "z4": 46}
+
+
+@pytest.fixture(scope="module")
+def truth() -> PlantTruth:
+    return quiet(PlantTruth.from_file("rh380n"))
+
+
+def written(folder: Path, terms: list[dict[str, Any]]) -> Path:
+    """Write a simulation file with these terms."""
+    path = folder / "model.json"
+    table = {"format": "bench-simulation", "format_version": "1.0", "gearbox": GEARBOX, "terms": terms}
+    path.write_text(json.dumps(table), encoding="utf-8")
+    return path
+
+
+def parameters(**values: float) -> dict[str, dict[str, Any]]:
+    return {symbol: {"value": value, "unit": "1"} for symbol, value in values.items()}
+
+
+def test_series_of_a_file_is_played(tmp_path: Path, truth: PlantTruth) -> None:
+    table = truth.without_weak_orders().te_coefficients()
+    path = written(tmp_path, [{"effect": "te.fourier", "parameters": table, "orders": [1, 3, 46]}])
+    played = Plant.from_simulation(path).truth
+    theta = np.linspace(0, 6, 200)
+    state = np.array(400.0), np.array(-0.08), np.array(33.0)
+    assert played.transmission_error.orders.tolist() == [1.0, 3.0, 46.0]
+    full = truth.without_weak_orders().te(theta, *state)
+    part = played.te(theta, *state)
+    assert np.std(full - part) > 5e-6
+    everything = written(tmp_path, [{"effect": "te.fourier", "parameters": table}])
+    np.testing.assert_allclose(Plant.from_simulation(everything).truth.te(theta, *state), full, atol=1e-12)
+
+
+def test_nominal_parameters_are_taken_over(tmp_path: Path) -> None:
+    path = written(
+        tmp_path,
+        [
+            {"effect": "friction.coulomb", "parameters": parameters(f_c=0.8)},
+            {"effect": "friction.load_dependent", "enabled": False},
+            {"effect": "thermal.loss_heating", "parameters": {"1/C": 5e-5}},
+            {"effect": "thermal.convection", "parameters": {"1/(R*C)": 1e-4, "(T_amb-25)/(R*C)": -3e-4}},
+            {"effect": "load.bearing_friction", "parameters": parameters(f_b=5.0)},
+        ],
+    )
+    truth = Plant.from_simulation(path).truth
+    assert (truth.friction.coulomb, truth.friction.load_dependent) == (0.8, 0.0)
+    assert truth.friction.viscous == 0.006
+    assert truth.heat.capacity == pytest.approx(20e3)
+    assert truth.heat.resistance == pytest.approx(0.5)
+    assert truth.heat.ambient == pytest.approx(22.0)
+    assert truth.load_side.bearing_friction == 5.0
+
+
+def test_stribeck_is_felt_with_its_heat(tmp_path: Path) -> None:
+    plain = Plant.from_simulation(written(tmp_path, []))
+    term = {"effect": "friction.stribeck", "form": "exponential", "parameters": parameters(f_s=0.4, w_s=10.0)}
+    extra = Plant.from_simulation(written(tmp_path, [term]))
+    means, losses = [], []
+    for plant in (plain, extra):
+        bring_up(plant, 8.0, 0.0)
+        before = plant.state["loss_gearbox"]
+        means.append(plant.step(commands(1.0, 8.0, 0.0))["input_torque"].mean())
+        losses.append(plant.state["loss_gearbox"] - before)
+    expected = 0.4 * np.exp(-0.8)
+    assert means[1] - means[0] == pytest.approx(expected, abs=0.01)
+    assert losses[1] - losses[0] == pytest.approx(expected * 8.0, rel=0.05)
+
+
+def test_harmonic_and_sensor_gain_show_where_they_belong(tmp_path: Path) -> None:
+    plain = Plant.from_simulation(written(tmp_path, []), seed=1)
+    terms = [
+        {"effect": "te.harmonic", "parameters": parameters(c=2e-5, s=0.0, f=37.0)},
+        {"effect": "sensor.torque_gain", "parameters": parameters(g_s=0.02)},
+    ]
+    path = written(tmp_path, terms)
+    extra = Plant.from_simulation(path, seed=1)
+    whole = Plant.from_simulation(path, seed=1)
+    for plant in (plain, extra, whole):
+        bring_up(plant, 30.0, 500.0)
+    rows = commands(0.5, 30.0, 500.0)
+    without, with_terms = plain.step(rows), extra.step(rows)
+    parts = np.concatenate([whole.step(rows[:1]), whole.step(rows[1:400]), whole.step(rows[400:])])
+    assert parts.tobytes() == with_terms.tobytes()
+    q = -(with_terms["load_position"] - without["load_position"]) / 2**25 * 2 * np.pi
+    theta = without["input_position"] / 8192 * 2 * np.pi / 185.0
+    np.testing.assert_allclose(q, 2e-5 * np.cos(37.0 * theta), atol=5e-7)
+    gain = (with_terms["torque_adc"] - without["torque_adc"]) * 10e3 / 32768
+    assert gain.mean() == pytest.approx(0.02 * 508.0, abs=0.5)
+
+
+@pytest.mark.parametrize(
+    ("term", "message"),
+    [
+        ({"effect": "te.hysteresis", "parameters": {"h": 1e-5, "w": 100.0}}, "path before"),
+        ({"effect": "magic.smoke", "parameters": {"a": 1.0}}, "no such term"),
+        ({"effect": "friction.stribeck", "parameters": {"f_s": 0.4}}, "not those of any of its forms"),
+        ({"effect": "motor.inertia", "enabled": False}, "cannot be switched off"),
+    ],
+)
+def test_what_cannot_be_played_is_refused(tmp_path: Path, term: dict[str, Any], message: str) -> None:
+    with pytest.raises(PlantError, match=message):
+        Plant.from_simulation(written(tmp_path, [term]))
+
+
+def test_plant_file_may_name_a_simulation(tmp_path: Path) -> None:
+    written(tmp_path, [{"effect": "friction.coulomb", "parameters": parameters(f_c=0.9)}])
+    path = tmp_path / "played.toml"
+    path.write_text('format = "emulated-plant"\nsimulation = "model.json"\nbase = "rh380n"\n', encoding="utf-8")
+    assert Plant.from_file(path).truth.friction.coulomb == 0.9
+    path.write_text('format = "emulated-plant"\nsimulation = "model.json"\nbase = "rv80n"\n', encoding="utf-8")
+    with pytest.raises(PlantError, match="ratio"):
+        Plant.from_file(path)
