@@ -98,6 +98,14 @@ def seal_of(path: Path) -> str | None:
     return beside.read_text().split()[0] if beside.exists() else None
 
 
+def seal_of_seals(out: Path) -> str:
+    """SHA-256 over the seals of every truth under ``out``, in the cases' order: one line to publish beforehand."""
+    digest = hashlib.sha256()
+    for _name, path in iter_truths(out):
+        digest.update((seal_of(path) or "").encode())
+    return digest.hexdigest()
+
+
 def iter_truths(out: Path) -> Iterator[tuple[str, Path]]:
     """(case name, truth path) of every sealed case under ``out``."""
     for path in sorted((out / TRUTHS).glob("*.json")):

@@ -15,9 +15,9 @@ import fakes.concealed.effects.thermal
 import fakes.concealed.effects.transmission  # noqa: F401
 from fakes.concealed.design import Design
 from fakes.concealed.effects.formula import FORMS, Form
+from fakes.concealed.noise import NUISANCE_NAMES
 
 GROUPS = ("clear", "faint", "null", "compound", "unknown", "ambiguous", "switched_off")
-NUISANCES = ("quiet", "coloured", "heavy_tailed", "spiky", "offsets")
 #: Strength (in units of the noise floor) is drawn evenly from here.
 CLEAR, FAINT = (1.0, 1.8), (0.28, 0.42)
 
@@ -100,7 +100,6 @@ CONFUSIONS: tuple[Confusion, ...] = (
         replace(_STEADY, speeds=(5.0, 7.5, 10.0), grid=38),
     ),
 )
-#: Effects that have no honest second form where two warm-ups and heating are missing, and so on, use the full design.
 _COMPOUNDS: tuple[tuple[str, ...], ...] = (
     ("friction.stribeck", "te.harmonic"),
     ("friction.viscous_temperature", "te.lost_motion"),
@@ -219,7 +218,7 @@ def _single(group: str, strengths: tuple[float, float], seed: int, held_back: bo
 def _nulls(seed: int, count: int) -> Iterator[CaseSpec]:
     for number in range(count):
         own, rng = _seeded("null", seed, number)
-        nuisance = NUISANCES[number % len(NUISANCES)]
+        nuisance = NUISANCE_NAMES[number % len(NUISANCE_NAMES)]
         yield CaseSpec(
             f"null-{number:03d}",
             "null",

@@ -10,6 +10,9 @@ from scipy.signal import lfilter
 
 Floats = NDArray[np.float64]
 
+#: Nuisances of :func:`roughen`.
+NUISANCE_NAMES = ("quiet", "coloured", "heavy_tailed", "spiky", "offsets")
+
 
 @dataclass(frozen=True, slots=True)
 class Noise:

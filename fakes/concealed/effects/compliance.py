@@ -124,8 +124,6 @@ def _drift(rng: Rng, name: str, profile: str) -> Effect:
             return np.asarray(np.log1p(x / (0.2 * s["pace"])) / np.log1p(5.0 / s["pace"]))
         if profile == "creep":
             return 1.0 - np.exp(-x / s["pace"])
-        if profile == "wear":
-            return np.asarray(run.travel / max(run.travel[-1], 1000.0))
         return x
 
     return _te("te.drift_time", name, law, {"pace": pace})

@@ -87,7 +87,7 @@ def _hump(rng: Rng) -> Effect:
 @form("unknown", "seal that sticks now and then")
 def _seal(rng: Rng) -> Effect:
     """Two levels of drag, switched at times nobody can predict."""
-    edges = np.sort(rng.uniform(0.0, 1.0, 14))
+    edges = np.sort(rng.uniform(0.0, 1.0, 30))
 
     def law(run: Run, s: Shape, memory: Memory) -> Floats:
         state = np.searchsorted(edges, run.clock / run.duration) % 2
@@ -165,10 +165,10 @@ def _crosstalk(rng: Rng) -> Effect:
 
 @form("unknown", "amplifier zero jumps for an hour", held_back=True)
 def _jump(rng: Rng) -> Effect:
-    start = rng.uniform(0.02, 0.12)
+    start = float(rng.integers(4, 12))
 
     def law(run: Run, s: Shape, memory: Memory) -> Floats:
-        x = run.clock / run.duration
-        return ((x > s["start"]) & (x < s["start"] + 0.08)).astype(np.float64)
+        inside = s["start"] <= run.index < s["start"] + 9.0
+        return np.full(run.time.size, float(inside))
 
     return _foreign("amplifier zero jumps for an hour", "load_torque", "sensor_reading", law, {"start": start}, 4.0)

@@ -1,0 +1,114 @@
+"""Prove many cases: a map over jobs, on this machine's processes or on a Dask cluster, with the same results."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, replace
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from bench.proof import make
+from bench.proof.analyse import Job, Outcome, draw_case, prove_case
+from bench.proof.score import CaseScore, score
+
+Progress = Callable[[int, int, CaseScore], None]
+
+#: What ``--quick`` proves: (group, effect concealed), one of a kind, a minute in all.
+QUICK: tuple[tuple[str, str], ...] = (("clear", "friction.stribeck"), ("null", ""))
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """Which cases to prove.
+
+    Attributes:
+        groups: names of the examiner's groups. count: at most so many of each, None for all.
+        nulls: number of folders without effect, None for the group's own number.
+        held_back: draw from the forms nobody tunes on.
+    """
+
+    groups: tuple[str, ...]
+    seed: int = 1
+    count: int | None = None
+    nulls: int | None = None
+    held_back: bool = False
+    quick: bool = False
+
+
+def jobs_of(plan: Plan, out: Path, keep: bool) -> list[Job]:
+    """The jobs of a plan, in the groups' order."""
+    examiner = make.load_examiner()
+    if plan.quick:
+        picked = [(group, _first(make.list_cases(examiner, [group], plan.seed, None, False), e)) for group, e in QUICK]
+    else:
+        picked = []
+        for group in plan.groups:
+            count = plan.nulls if group == "null" and plan.nulls is not None else plan.count
+            picked += [(group, case) for case in make.list_cases(examiner, [group], plan.seed, count, plan.held_back)]
+    return [Job(group, case.name, plan.seed, plan.held_back, out, keep=keep) for group, case in picked]
+
+
+def prove(
+    jobs: Sequence[Job], processes: int = 1, dask: str | None = None, progress: Progress | None = None
+) -> list[CaseScore]:
+    """Prove all jobs and return their scores in the jobs' order."""
+    scores: dict[int, CaseScore] = {}
+    for index, outcome in _outcomes(jobs, processes, dask):
+        scores[index] = score(outcome.truth, outcome.report, outcome.seconds, outcome.failed)
+        if progress is not None:
+            progress(len(scores), len(jobs), scores[index])
+    return [scores[index] for index in sorted(scores)]
+
+
+def make_only(jobs: Sequence[Job], processes: int = 1) -> list[Path]:
+    """Make the folders and seal the truths without analysing anything."""
+    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+        return list(pool.map(_make, jobs))
+
+
+def sweep_jobs(jobs: Iterable[Job], strengths: Sequence[float]) -> list[Job]:
+    """Every job at every strength (in units of the noise floor)."""
+    return [
+        replace(job, strength=value, label=f"{job.name}-s{job.seed}-x{value:.3g}")
+        for job in jobs
+        for value in strengths
+    ]
+
+
+def _first(cases: Sequence[Any], effect: str) -> Any:
+    """The first case that conceals an effect; the first of all where none is named."""
+    return next(case for case in cases if not effect or any(form.effect == effect for form in case.forms))
+
+
+def _make(job: Job) -> Path:
+    examiner = make.load_examiner()
+    return make.make_case(examiner, draw_case(examiner, job), job.out)
+
+
+def _outcomes(jobs: Sequence[Job], processes: int, dask: str | None) -> Iterator[tuple[int, Outcome]]:
+    if dask is not None:
+        yield from _on_dask(jobs, dask)
+    elif processes <= 1:
+        yield from ((index, prove_case(job)) for index, job in enumerate(jobs))
+    else:
+        with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+            waiting = {pool.submit(prove_case, job): index for index, job in enumerate(jobs)}
+            for future in as_completed(waiting):
+                yield waiting[future], future.result()
+
+
+def _on_dask(jobs: Sequence[Job], address: str) -> Iterator[tuple[int, Outcome]]:
+    """The same map on an existing cluster whose workers have this package; they need not share our disk."""
+    try:
+        import distributed
+    except ImportError as error:
+        raise make.ProofError(
+            "--dask needs the package distributed: install the optional dependencies 'dask'."
+        ) from error
+    client: Any
+    with distributed.Client(address) as client:
+        waiting = {client.submit(prove_case, job, pure=False): index for index, job in enumerate(jobs)}
+        for future in distributed.as_completed(waiting):
+            yield waiting[future], future.result()

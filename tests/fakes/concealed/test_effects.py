@@ -1,0 +1,131 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from fakes.concealed import GROUPS, cases, vocabulary
+from fakes.concealed.campaign import Campaign
+from fakes.concealed.catalogue import CONFUSIONS
+from fakes.concealed.design import Design, draw_points
+from fakes.concealed.effects import kernels
+from fakes.concealed.effects.formula import FORMS
+from fakes.concealed.plant import draw_plant
+from fakes.concealed.strength import calibrate, measure, strength
+
+SMALL = Design(grid=6, validation=2, anchors=1, levels=2, transients=(1, 1, 1), speeds=(7.5, 10.0), heat_time=90.0)
+
+
+def small_campaign(effect: object = None, seed: int = 3) -> Campaign:
+    rng = np.random.default_rng(seed)
+    plant = draw_plant(rng)
+    points = tuple(draw_points(SMALL, rng))
+    return Campaign(plant, (effect,) if effect is not None else (), points, seed)  # type: ignore[arg-type]
+
+
+def test_every_vocabulary_effect_has_a_form() -> None:
+    assert len(vocabulary()) == 29
+    assert len([f for f in FORMS if f.effect == "unknown"]) >= 10
+    assert len({f.effect for f in FORMS if f.held_back}) >= 20
+
+
+@pytest.mark.parametrize("chosen", FORMS, ids=lambda f: f"{f.effect}: {f.name}")
+def test_every_form_shows_in_its_first_channel(chosen) -> None:
+    effect = chosen.make(np.random.default_rng(5))
+    campaign = small_campaign(effect)
+    largest = 0.0
+    for signals in campaign.run(25.0):
+        assert all(np.isfinite(part).all() for part in signals.added.values())
+        if effect.channels[0] == "temperature":
+            largest = 1.0
+        else:
+            largest = max(largest, float(np.abs(signals.added[effect.channels[0]]).max()))
+    assert largest > 0.0
+
+
+@pytest.mark.parametrize("name", ["thermal.sensor_lag", "thermal.second_mass", "thermal.ambient_drift"])
+def test_thermal_effects_change_the_course_of_temperature(name: str) -> None:
+    effect = next(f for f in FORMS if f.effect == name).make(np.random.default_rng(5))
+    plain = [s.probe for s in small_campaign().run(10.0)]
+    changed = [s.probe for s in small_campaign(effect).run(10.0)]
+    assert max(float(np.abs(a - b).max()) for a, b in zip(plain, changed, strict=True)) > 0.1
+
+
+def test_nominal_plant_leaves_no_excess() -> None:
+    campaign = small_campaign()
+    assert np.abs(measure(campaign, "motor_torque")).max() == 0.0
+    assert np.abs(measure(campaign, "temperature")).max() < 2e-3
+
+
+def test_strength_hits_its_target() -> None:
+    effect = next(f for f in FORMS if f.effect == "friction.stribeck").make(np.random.default_rng(5))
+    campaign = small_campaign(effect)
+    assert calibrate(campaign, effect, 0.7, 0.05) == pytest.approx(0.7, rel=0.06)
+
+
+def test_what_the_nominal_absorbs_has_no_strength() -> None:
+    effect = next(f for f in FORMS if f.effect == "friction.viscous_quadratic").make(np.random.default_rng(5))
+    effect.shape["power"] = 1.0
+    excess = measure(small_campaign(effect), "motor_torque")
+    assert strength(excess, 0.05) < 5e-3
+
+
+def test_campaign_is_the_same_at_any_rate() -> None:
+    slow, fast = (list(small_campaign().run(rate)) for rate in (25.0, 50.0))
+    for a, b in zip(slow, fast, strict=True):
+        assert a.run.time[-1] == pytest.approx(b.run.time[-1], abs=1.0)
+        assert a.probe[-1] == pytest.approx(b.probe[-1], abs=0.05)
+
+
+def test_hysteresis_elements_remember() -> None:
+    up, down = np.linspace(0.0, 500.0, 200), np.linspace(500.0, 0.0, 200)
+    state = np.zeros(5)
+    breaks, weights = np.array([50.0, 100.0, 150.0, 200.0]), np.full(4, 0.25)
+    rising = kernels.maxwell_slip(up, breaks, weights, state)
+    falling = kernels.maxwell_slip(down, breaks, weights, state)
+    assert rising[-1] == pytest.approx(1.0)
+    assert falling[100] < rising[100] - 0.5
+    bouc = np.zeros(2)
+    risen = kernels.bouc_wen(up, 80.0, 0.55, 1.4, bouc)
+    assert 0.97 < risen[-1] <= 1.0
+    assert kernels.bouc_wen(down, 80.0, 0.55, 1.4, bouc)[-1] < -0.9
+
+
+def test_dahl_turns_within_its_reach() -> None:
+    state = np.zeros(2)
+    kernels.duhem(np.linspace(0.0, 1.0, 500), 0.02, state)
+    back = kernels.duhem(np.linspace(1.0, 0.9, 500), 0.02, state)
+    assert back[0] > 0.95
+    assert back[-1] < -0.95
+
+
+@pytest.mark.parametrize("group", GROUPS)
+def test_cases_are_reproducible_and_named_once(group: str) -> None:
+    first, again = list(cases(group, 4)), list(cases(group, 4))
+    assert first == again
+    assert len({case.name for case in first}) == len(first) > 0
+    assert [case.seed for case in first] != [case.seed for case in cases(group, 5)]
+
+
+def test_held_back_forms_stay_out_of_tuning_sets() -> None:
+    for group in ("clear", "faint", "compound", "unknown"):
+        assert not any(f.held_back for case in cases(group, 1) for f in case.forms)
+    assert any(f.held_back for case in cases("clear", 1, held_back=True) for f in case.forms)
+
+
+@pytest.mark.parametrize("pair", CONFUSIONS[:5], ids=lambda p: p.effect)
+def test_designs_cannot_tell_their_pair_apart(pair) -> None:
+    rng = np.random.default_rng(11)
+    plant = draw_plant(rng)
+    points = tuple(draw_points(pair.design, rng))
+
+    def excess(effect) -> np.ndarray:
+        return measure(Campaign(plant, (effect,), points, 7), effect.channels[0])
+
+    own = next(f for f in FORMS if (f.effect, f.name) == (pair.effect, pair.form)).make(np.random.default_rng(1))
+    own.shape.update(pair.shape)
+    mine = excess(own)
+    overlaps = []
+    for rival in (f for f in FORMS if f.effect == pair.also[0]):
+        other = excess(rival.make(np.random.default_rng(2)))
+        overlaps.append(float((mine @ other) ** 2 / (mine @ mine) / (other @ other)))
+    assert max(overlaps) > 0.9
