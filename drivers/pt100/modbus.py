@@ -12,6 +12,7 @@ from pymodbus.exceptions import ModbusException
 from drivers.devices import build
 from drivers.errors import DriverError, SensorError
 from drivers.pt100.measurement import Measurement, Range, from_resistance, from_temperature
+from drivers.pt100.ports import PORT_ERRORS
 
 _TIMEOUT_S = 0.3
 _RETRIES = 1
@@ -122,7 +123,7 @@ class ModbusThermometer:
             if not self.client.connected and not self.client.connect():
                 raise SensorError(f"{self.name}: no connection to {self.client}; check address, cable and supply")
             answer = self.client.read_input_registers(address, count=count, device_id=self.device_id)
-        except (ModbusException, OSError) as error:
+        except (ModbusException, *PORT_ERRORS) as error:
             raise SensorError(
                 f"{self.name}: device {self.device_id} does not answer on {self.client} ({error}); "
                 "check address and line"

@@ -18,6 +18,7 @@ import serial
 from drivers.devices import build
 from drivers.errors import DriverError, SensorError
 from drivers.pt100.measurement import Measurement, Range, from_resistance, from_temperature
+from drivers.pt100.ports import PORT_ERRORS
 
 _TIMEOUT_S = 0.3
 _RETRIES = 1
@@ -30,6 +31,15 @@ _ERRORS = {
 
 class Port(Protocol):
     """``serial.Serial`` as far as it is used here."""
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the port is open."""
+        ...
+
+    def open(self) -> None:
+        """Open the port."""
+        ...
 
     def write(self, data: bytes, /) -> Any:
         """Send."""
@@ -60,7 +70,7 @@ class SerialThermometer:
     Parameters
     ----------
     name : what the configuration calls it.
-    port : open serial port with a timeout.
+    port : serial port with a timeout; it is opened again when asked after a failure.
     quantity : what to ask for.
     limits : what is plausible.
     r0 : resistance at 0 °C, Ω.
@@ -98,11 +108,10 @@ class SerialThermometer:
         reason = ""
         for _ in range(_RETRIES + 1):
             try:
-                # An answer that came too late last time would be taken for this one.
-                self.port.reset_input_buffer()
-                self.port.write(f"{letter}?\r".encode("ascii"))
-                line = self.port.read_until(b"\r\n")
-            except (serial.SerialException, OSError) as error:
+                line = self._exchange(f"{letter}?\r".encode("ascii"))
+            except PORT_ERRORS as error:
+                # Closed, so that the next question opens it again: the adapter may be back by then.
+                self.port.close()
                 raise SensorError(f"{self.name}: the serial line failed ({error}); check cable and adapter") from error
             kind, text, reason = _parse(line)
             if kind == "E":
@@ -110,6 +119,14 @@ class SerialThermometer:
             if kind == letter and not reason:
                 return text
         raise SensorError(f"{self.name}: {reason or 'the answer was to another question'}; check line and baud rate")
+
+    def _exchange(self, question: bytes) -> bytes:
+        if not self.port.is_open:
+            self.port.open()
+        # An answer that came too late last time would be taken for this one.
+        self.port.reset_input_buffer()
+        self.port.write(question)
+        return self.port.read_until(b"\r\n")
 
     def _number(self, letter: str, text: str) -> float:
         try:
@@ -141,7 +158,7 @@ def serial_thermometer(name: str, options: Mapping[str, Any]) -> SerialThermomet
     limits = build(Range, f"{name}, limits", rest.pop("limits", {}))
     try:
         port = serial.Serial(path, baudrate, timeout=_TIMEOUT_S, write_timeout=_TIMEOUT_S)
-    except (serial.SerialException, OSError) as error:
+    except PORT_ERRORS as error:
         raise SensorError(
             f"{name}: serial device '{path}' cannot be opened ({error}); check its name and rights"
         ) from error

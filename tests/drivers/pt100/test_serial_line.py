@@ -15,7 +15,7 @@ class Line:
         self.answers = list(answers)
         self.asked: list[bytes] = []
         self.drained = 0
-        self.closed = False
+        self.is_open = True
 
     def write(self, data: bytes, /) -> int:
         self.asked.append(data)
@@ -31,7 +31,10 @@ class Line:
         self.drained += 1
 
     def close(self) -> None:
-        self.closed = True
+        self.is_open = False
+
+    def open(self) -> None:
+        self.is_open = True
 
 
 def line(text: str) -> bytes:
@@ -99,8 +102,12 @@ def test_two_disturbed_answers_end_in_a_sentence(noise: bytes, words: str) -> No
 
 
 def test_an_unplugged_adapter() -> None:
+    port = Line(serial.SerialException("gone"), line("R 119.397"))
+    thermometer = SerialThermometer("lubricant", port)
     with pytest.raises(SensorError, match="the serial line failed"):
-        SerialThermometer("lubricant", Line(serial.SerialException("gone"))).measure()
+        thermometer.measure()
+    assert not port.is_open
+    assert thermometer.measure().resistance_ohm == 119.397  # it was plugged in again
 
 
 def test_identity_and_close() -> None:
@@ -108,7 +115,7 @@ def test_identity_and_close() -> None:
     thermometer = SerialThermometer("lubricant", port)
     assert thermometer.identity() == "PT-100 4711"
     thermometer.close()
-    assert port.closed
+    assert not port.is_open
 
 
 def test_factory() -> None:
