@@ -187,5 +187,7 @@ class Recording:
         if high - low < 2:
             return np.full(stop - start, np.nan)
         values = self.read_si((angle, "time"), low, high)
-        slope = np.gradient(values[angle], values["time"])
-        return np.asarray(slope[start - low : slope.size - (high - stop)], dtype=np.float64)
+        rows = np.arange(start, stop)
+        before, after = np.maximum(rows - 1, 0) - low, np.minimum(rows + 1, self.size - 1) - low
+        rise, run = (values[name][after] - values[name][before] for name in (angle, "time"))
+        return np.divide(rise, run, out=np.full(rows.size, np.nan), where=run != 0)

@@ -1,0 +1,97 @@
+"""The commands on recordings: what they print, and the exit codes scripts rely on."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import h5py
+import pytest
+from typer.testing import CliRunner, Result
+
+from bench.cli.app import make_app
+from bench.errors import RecordingError
+from bench.recording import Recording
+from tests.bench.recording import builders
+
+
+def _bench(*arguments: object) -> Result:
+    return CliRunner().invoke(make_app(), [str(argument) for argument in arguments])
+
+
+def test_validate_counts_and_names(tmp_path: Path) -> None:
+    good = builders.write(tmp_path / "good.h5")
+    assert _bench("validate", good).exit_code == 0
+    bad = builders.write(tmp_path / "bad.h5")
+    with h5py.File(bad, "r+") as file:
+        del file.attrs["kind"]
+    result = _bench("validate", tmp_path)
+    assert result.exit_code == 6
+    assert f"{bad}: root attribute 'kind' is missing, it should be text." in result.stdout
+    assert "2 files checked, 1 valid, 1 not valid" in result.stdout
+    rows = json.loads(_bench("validate", tmp_path, "--json").stdout)
+    assert [(Path(row["file"]).name, row["valid"]) for row in rows] == [("bad.h5", False), ("good.h5", True)]
+
+
+def test_validate_missing_file_is_one_sentence(tmp_path: Path) -> None:
+    result = _bench("validate", tmp_path / "none.h5")
+    assert isinstance(result.exception, RecordingError)
+
+
+def test_inspect_shows_all_and_draws(tmp_path: Path) -> None:
+    path = builders.write(tmp_path / "a.h5")
+    result = _bench("inspect", path)
+    assert result.exit_code == 0
+    for text in ("load_torque", "segment steady", "lubricant topped up", "recording format: valid", "5.72958 °/s"):
+        assert text in result.stdout
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+    shown = json.loads(_bench("inspect", path, "--json", "--no-plot").stdout)
+    assert shown["channels"]["temperature"]["min"] == pytest.approx(30.0)
+    assert (shown["rows"], shown["valid"], shown["plot"]) == (3000, True, None)
+
+
+def test_inspect_and_repair_what_a_kill_left(tmp_path: Path) -> None:
+    path = builders.write(tmp_path / "a.h5")
+    with h5py.File(path, "r+") as file:
+        del file.attrs["complete"]
+    part = path.rename(tmp_path / "a.h5.part")
+    assert "cut short" in _bench("inspect", part, "--no-plot").stdout
+    result = _bench("repair", tmp_path)
+    assert result.exit_code == 0
+    assert f"{path}: 3000 rows, cut short" in result.stdout
+    assert not Recording.open(path).complete
+    manifest = json.loads((tmp_path / "campaign.json").read_text())
+    assert [entry["status"] for entry in manifest["recordings"]] == ["failed"]
+
+
+def test_repair_beyond_repair(tmp_path: Path) -> None:
+    (tmp_path / "a.h5.part").write_bytes(b"nothing")
+    result = _bench("repair", tmp_path / "a.h5.part")
+    assert result.exit_code == 6
+    assert "not a readable HDF5 file" in result.stdout
+
+
+def test_export_and_import_go_round(tmp_path: Path) -> None:
+    path = builders.write(tmp_path / "a.h5", rows=400)
+    assert _bench("export", path, "--to", "csv", "--out", tmp_path / "csv").exit_code == 0
+    (tmp_path / "map.toml").write_text(
+        """
+campaign_id = "back"
+started_at = 2026-01-01T00:00:00Z
+gearbox.ratio = 185.0
+channels.time = {variable = "time [s]", unit = "s"}
+channels.load_angle = {variable = "load_angle [rad]", unit = "rad"}
+[[recordings]]
+file = "a.csv"
+""",
+        encoding="utf-8",
+    )
+    result = _bench("import", tmp_path / "map.toml", "--data", tmp_path / "csv", "--out", tmp_path / "out", "--json")
+    assert result.exit_code == 0, result.output
+    (row,) = json.loads(result.stdout)
+    assert row["channels"] == ["time", "load_angle"]
+    back, original = Recording.open(tmp_path / "out/a.h5"), Recording.open(path)
+    assert back.si("load_angle").tolist() == original.si("load_angle").tolist()
+    again = _bench("import", tmp_path / "map.toml", "--data", tmp_path / "csv", "--out", tmp_path / "out")
+    assert again.exit_code == 6
+    assert "does not overwrite" in again.stdout
