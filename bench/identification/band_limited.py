@@ -2,7 +2,8 @@
 
 A position sampled fast is low-passed without phase shift (Butterworth, forward and backward) and differentiated by
 central differences; then torque and every regressor, the sign of the speed among them, pass the same decimating filter,
-so that it cancels. The usual way of inverse dynamic identification (A. Janot, M. Gautier, M. Brunot, "Data Set and Reference Models of EMPS", 2019).
+so that it cancels. The usual way of inverse dynamic identification (A. Janot, M. Gautier, M. Brunot, "Data Set and
+Reference Models of EMPS", 2019).
 """
 
 from __future__ import annotations

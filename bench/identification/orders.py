@@ -27,6 +27,8 @@ PEAK_RATIO = 12.0
 """A peak stands out of one recording's noise at this power ratio: by chance in 6 of a million orders."""
 MIN_SHARE = 0.3
 """Share of the recordings in which a proposed order must stand out."""
+MIN_AMPLITUDE_SHARE = 0.003
+"""…and it must have this share of the strongest order's amplitude: less is of no use to any model."""
 NO_PART = "none"
 
 
@@ -103,7 +105,7 @@ def propose(
     ratios = np.stack([peak_ratio(s[:reach]) for s in spectra])
     share = (ratios > PEAK_RATIO).mean(axis=0)
     amplitude = np.sqrt(np.median(np.stack([s[:reach] for s in spectra]), axis=0))
-    found = np.flatnonzero(share >= MIN_SHARE)
+    found = np.flatnonzero((share >= MIN_SHARE) & (amplitude >= MIN_AMPLITUDE_SHARE * amplitude[1:].max(initial=0.0)))
     found = found[np.argsort(-amplitude[found])]
     return tuple(
         Proposal(int(f), float(amplitude[f]), float(share[f]), part_of(float(f), gearbox, notch_orders), int(f) in used)

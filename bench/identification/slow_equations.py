@@ -78,18 +78,17 @@ def friction_rows(reductions: Sequence[Reduction], torque_zero: float = 0.0) -> 
             torque = (b.load_torque[mask] - torque_zero) / r.ratio
             group = np.full(int(mask.sum()), i)
             speed, rate = b.motor_velocity[mask], b.acceleration[mask]
-            parts.append(Rows(group, speed, rate, b.motor_torque[mask], torque, b.temperature[mask]))
+            parts.append(Rows(group, b.direction[mask], speed, rate, b.motor_torque[mask], torque, b.temperature[mask]))
             steady.append(b.steady[mask])
     blocks = join(parts)
     blocks = replace(blocks, acceleration=_accelerating(blocks.acceleration, stack(steady)))
-    return join(
-        [blocks, *(replace(r.limited, group=0 * r.limited.group + i) for i, r in enumerate(reductions) if r.limited)]
-    )
+    limited = [replace(r.limited, group=r.limited.group + i) for i, r in enumerate(reductions) if r.limited]
+    return join([blocks, *limited])
 
 
 def identify_friction(rows: Rows) -> tuple[LinearFit, list[str]]:
     """Fit the torque balance of the input; ``rows.torque`` is τ/u. Returns the fit and what is not determined."""
-    direction = np.sign(rows.omega)
+    direction = rows.direction
     said: list[str] = []
     if rows.omega.size == 0:
         nothing = LinearFit({}, {}, tuple(FRICTION_MEANING), float("nan"), 0)

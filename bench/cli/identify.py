@@ -1,0 +1,118 @@
+"""``bench identify``: from a folder of recordings to a validated model."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from bench.errors import BenchError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from bench.identification import Identification, Options
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command(name="identify")(identify)
+
+
+def identify(
+    folder: Annotated[Path, typer.Argument(help="Folder of recordings.")],
+    out: Annotated[Path, typer.Option("--out", help="Where the simulation file goes.")] = Path("model.json"),
+    report: Annotated[
+        Path | None, typer.Option("--report", help="Folder for report.html and summary.json; default: no report.")
+    ] = None,
+    method: Annotated[
+        str, typer.Option("--method", help="Whose coefficients go into the simulation file: refined or paper.")
+    ] = "refined",
+    orders: Annotated[
+        str,
+        typer.Option(
+            "--orders",
+            help="'paper' (the paper's choice for the gearbox), 'proposed' (and those the spectra show), or 1,3,46.",
+        ),
+    ] = "paper",
+    notch: Annotated[str, typer.Option("--notch", help="Orders of the load motor's torque ripple.")] = "150,300",
+    band_limit: Annotated[
+        float | None,
+        typer.Option("--band-limit", help="Hz, low-pass for imported recordings; default: a tenth of their rate."),
+    ] = None,
+    jobs: Annotated[int, typer.Option("--jobs", min=1, help="Processes that read recordings.")] = 2,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON, nothing else.")] = False,
+) -> None:
+    """Identify transmission error, friction, heat balance and load side, by the paper's method and a refined one.
+
+    Recordings of kind validation are kept from every fit and scored. What recordings do not determine is named.
+    """
+    from rich.console import Console
+
+    from bench.identification import Options, identify_folder, to_json, to_simulation, with_proposed_orders
+
+    if method not in ("refined", "paper"):
+        raise BenchError(f"--method is '{method}', it should be refined or paper.")
+    console = Console(stderr=as_json, highlight=False)
+    chosen = None if orders in ("paper", "proposed") else _orders(orders, "--orders")
+    options = Options(chosen, _orders(notch, "--notch") if notch else (), jobs, band_limit)
+    found = _with_progress(folder, options, console)
+    if orders == "proposed":
+        found = identify_folder(folder, with_proposed_orders(found, options))
+    to_simulation(found, method).save(out)
+    summary = to_json(found) | {"model": str(out), "method": method}
+    if report is not None:
+        from bench.identification.report import write_report
+
+        summary["report"] = str(write_report(found, report))
+        (report / "summary.json").write_text(json.dumps(summary, indent=1, ensure_ascii=False), encoding="utf-8")
+    if as_json:
+        typer.echo(json.dumps(summary, ensure_ascii=False))
+    else:
+        _print(console, found, out, report)
+
+
+def _orders(text: str, option: str) -> tuple[int, ...]:
+    try:
+        values = tuple(sorted({int(part) for part in text.split(",")}))
+    except ValueError as error:
+        raise BenchError(f"{option} is '{text}', it should be whole numbers such as 1,3,46.") from error
+    if not values or values[0] < 1:
+        raise BenchError(f"{option} is '{text}', harmonic orders should be whole numbers from 1.")
+    return values
+
+
+def _with_progress(folder: Path, options: Options, console: Console) -> Identification:
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from bench.identification import identify_folder
+
+    columns = (TextColumn("reading recordings"), BarColumn(30), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        row = bar.add_task("")
+        return identify_folder(folder, options, lambda done, total: bar.update(row, completed=done, total=total))
+
+
+def _print(console: Console, found: Identification, out: Path, report: Path | None) -> None:
+    from bench.identification.summary import parameters, verdict
+    from bench.identification.tables import error_table, parameter_table
+
+    console.print(error_table(found))
+    if parameters(found):
+        console.print(parameter_table(found))
+    new = [p for p in found.proposals if not p.used and p.order not in found.notch_orders]
+    if new:
+        listed = ", ".join(f"{p.order} ({p.part}, {1e6 * p.amplitude:.2f} µrad)" for p in new[:12])
+        console.print(f"Orders that stand out and are not used ({len(new)}): {listed}", markup=False)
+    for sentence in found.sentences:
+        console.print(f"• {sentence}", markup=False)
+    for skipped in found.skipped[:20]:
+        console.print(f"• {skipped.why}", markup=False)
+    if len(found.skipped) > 20:
+        console.print(f"• … and {len(found.skipped) - 20} more in the summary (--json).")
+    console.print(verdict(found), markup=False)
+    console.print(
+        f"Simulation file: [bold]{out}[/]" + (f", report: [bold]{report / 'report.html'}[/]" if report else "")
+    )

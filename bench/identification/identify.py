@@ -1,0 +1,187 @@
+"""From a folder of recordings to a validated model: both methods on the same data, and the slow equations."""
+
+from __future__ import annotations
+
+import multiprocessing
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from bench.errors import BenchError, RecordingError
+from bench.identification.heat import HeatFit, identify_heat
+from bench.identification.orders import Proposal, default_orders, propose
+from bench.identification.paper import identify_paper
+from bench.identification.reduction import Reduction, ReductionOptions, reduce_recording
+from bench.identification.refined import RefinedDirection, TorqueZero, identify_direction
+from bench.identification.regression import LinearFit
+from bench.identification.selection import select
+from bench.identification.slow_equations import friction_rows, identify_friction, identify_load_side
+from bench.identification.validation import Score, score
+from bench.identification.windows import Skipped
+from bench.recording import Recording, RecordingFolder
+from bench.simulation import Gearbox, TransmissionErrorModel
+
+METHODS = ("refined", "paper")
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """What to identify with. ``orders`` None takes the paper's choice for the gearbox of the recordings."""
+
+    orders: tuple[int, ...] | None = None
+    notch_orders: tuple[int, ...] = (150, 300)
+    jobs: int = 1
+    band_limit_hz: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Identification:
+    """Everything the command found; the report and the model file are made of it."""
+
+    folder: Path
+    gearbox: Gearbox
+    orders: tuple[int, ...]
+    notch_orders: tuple[int, ...]
+    reductions: tuple[Reduction, ...]
+    refined: dict[str, RefinedDirection]
+    models: dict[str, TransmissionErrorModel]
+    scores: tuple[Score, ...]
+    proposals: tuple[Proposal, ...]
+    friction: LinearFit
+    load_side: LinearFit
+    heat: HeatFit
+    torque_zero: TorqueZero
+    skipped: tuple[Skipped, ...]
+    sentences: tuple[str, ...]
+
+    @property
+    def linear(self) -> bool:
+        """Whether the axis is linear (m and N in place of rad and N·m)."""
+        return any(r.linear for r in self.reductions)
+
+
+def _reduce_or_say(path: Path, options: ReductionOptions) -> Reduction | Skipped:
+    """Reduce one file; a file that fails is skipped with its sentence, the others go on."""
+    try:
+        return reduce_recording(path, options)
+    except RecordingError as error:
+        return Skipped(path.stem, str(error))
+
+
+def reduce_all(
+    recordings: Sequence[Recording], options: ReductionOptions, jobs: int, progress: Progress | None
+) -> Iterator[Reduction | Skipped]:
+    """Reduce recordings in ``jobs`` processes, in their order."""
+    work = partial(_reduce_or_say, options=options)
+    paths = [r.path for r in recordings]
+    total = len(paths)
+    if jobs <= 1 or total < 8:
+        for number, path in enumerate(paths, 1):
+            yield work(path)
+            if progress:
+                progress(number, total)
+        return
+    # Fresh processes: neither HDF5 nor the threads of the transform survive a fork in good order.
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(max_workers=jobs, mp_context=context) as pool:
+        for number, result in enumerate(pool.map(work, paths, chunksize=2), 1):
+            yield result
+            if progress:
+                progress(number, total)
+
+
+def _gearbox(recordings: Sequence[Recording]) -> Gearbox:
+    for r in recordings:
+        if r.gearbox.ratio is not None:
+            g = r.gearbox
+            return Gearbox(float(r.gearbox.ratio), g.z1, g.z2, g.z3, g.z4)
+    raise RecordingError("No recording names its gearbox ratio; /gearbox should have the attribute 'ratio'.")
+
+
+def _direction_of(reduction: Reduction) -> str | None:
+    if reduction.steady is None:
+        return None
+    return "positive" if reduction.steady.window.direction > 0 else "negative"
+
+
+def torque_zero(load_side: LinearFit) -> TorqueZero:
+    """Return the zero of the torque sensor, from the load side's balance; unknown counts as 0."""
+    if "z_0" not in load_side.values:
+        return TorqueZero()
+    return TorqueZero(load_side.values["z_0"], load_side.std["z_0"])
+
+
+def identify_folder(folder: Path | str, options: Options, progress: Progress | None = None) -> Identification:
+    """Identify everything the recordings of a folder determine.
+
+    ``progress`` is called with (recordings done, recordings in all). Raises RecordingError where the folder holds no
+    usable recording.
+    """
+    opened = RecordingFolder.open(folder)
+    recordings, skipped = select(opened)
+    if not recordings:
+        reason = f" ({skipped[0].why})" if skipped else ""
+        raise RecordingError(f"{folder}: holds no recording that can be used{reason}")
+    gearbox = _gearbox(recordings)
+    orders = options.orders or default_orders(gearbox)
+    if any(f < 1 for f in orders):
+        raise BenchError(f"Harmonic orders should be whole numbers from 1, not {min(orders)}.")
+    reduction_options = ReductionOptions(orders, options.notch_orders, band_limit_hz=options.band_limit_hz)
+    reductions: list[Reduction] = []
+    for result in reduce_all(recordings, reduction_options, options.jobs, progress):
+        if isinstance(result, Skipped):
+            skipped.append(result)
+        else:
+            reductions.append(result)
+            skipped += [Skipped(result.recording_id, why) for why in result.sentences]
+    training = [r for r in reductions if not r.validation]
+    load_side, said = identify_load_side(training)
+    zero = torque_zero(load_side)
+    friction, more = identify_friction(friction_rows(training, zero.value))
+    said += more
+    heat = identify_heat(training, zero.value)
+    said += heat.sentences
+    refined: dict[str, RefinedDirection] = {}
+    paper: dict[str, Any] = {"positive": None, "negative": None}
+    for name in ("positive", "negative"):
+        group = [r for r in training if _direction_of(r) == name]
+        series = identify_direction(group, orders, options.notch_orders, name, zero)
+        paper[name] = identify_paper(group, orders)
+        if series is None:
+            said.append(f"No recording with a steady revolution in {name} direction: its series is not identified.")
+        else:
+            refined[name] = series
+            said += series.sentences
+    models: dict[str, TransmissionErrorModel] = {}
+    if refined:
+        sets = {name: result.fourier for name, result in refined.items()}
+        models["refined"] = TransmissionErrorModel(sets.get("positive"), sets.get("negative"))
+        models["paper"] = TransmissionErrorModel(paper["positive"], paper["negative"])
+    scored = [score(r, models, orders, options.notch_orders, {"refined": zero.value}) for r in reductions]
+    return Identification(
+        Path(folder),
+        gearbox,
+        orders,
+        options.notch_orders,
+        tuple(reductions),
+        refined,
+        models,
+        tuple(s for s in scored if s is not None),
+        propose(reductions, gearbox, orders, options.notch_orders),
+        friction,
+        load_side,
+        heat,
+        zero,
+        tuple(skipped),
+        tuple(said),
+    )
+
+
+def with_proposed_orders(found: Identification, options: Options) -> Options:
+    """Return options with the proposed orders added to those used (the ripple's left out)."""
+    extra = {p.order for p in found.proposals if p.order not in found.notch_orders}
+    return replace(options, orders=tuple(sorted({*found.orders, *extra})))
