@@ -1,4 +1,8 @@
-"""The compiled cycle of the whole bench: transmission error, friction, drives, mechanics, heat, sensors."""
+"""The compiled cycle of the whole bench: transmission error, friction, drives, mechanics, heat, sensors.
+
+numba's cache of ``step_block`` knows this file only, not the compiled functions it calls from its neighbours: whoever
+changes one of those must also touch this file (or clear the cache).
+"""
 
 from __future__ import annotations
 
@@ -145,10 +149,15 @@ def step_block(
     step = tick / p.substeps
     motor_inertia, load_inertia = drives[INPUT].inertia, drives[LOAD].inertia
     noise = np.zeros(2)
+    active[:] = False
+    first_fault = faults[0].start
+    for i in range(faults.shape[0]):
+        first_fault = min(first_fault, faults[i].start)
     for n in range(commands.shape[0]):
         c = commands[n]
-        for i in range(faults.shape[0]):
-            active[i] = faults[i].start <= s.cycle < faults[i].stop
+        if s.cycle >= first_fault:
+            for i in range(faults.shape[0]):
+                active[i] = faults[i].start <= s.cycle < faults[i].stop
         slow = s.cycle % p.te_interval == 0
         if slow:
             _aim_series(p, s, table, te, turn)

@@ -121,6 +121,30 @@ class PlantTruth:
         """
         return self.transmission_error.coefficients(self.torsional_stiffness)
 
+    def nominal_parameters(self) -> dict[str, dict[str, float]]:
+        """Return the true parameters of the nominal simulation's terms, by effect and symbol, in SI units and °C."""
+        friction, heat = self.friction, self.heat
+        return {
+            "friction.coulomb": {"f_c": friction.coulomb},
+            "friction.viscous": {"f_v": float(self._viscous(25.0))},
+            "friction.viscous_temperature_linear": {"f_vT": friction.viscous_temperature},
+            "friction.load_dependent": {"f_l": friction.load_dependent},
+            "motor.inertia": {"J": self.input_motor.inertia},
+            "motor.torque_offset": {"tau_0": self.input_motor.torque_offset},
+            "thermal.loss_heating": {"C": heat.capacity},
+            "thermal.convection": {"R": heat.resistance, "T_amb": heat.ambient},
+            "load.bearing_friction": {"f_b": self.load_side.bearing_friction},
+            "load.inertia": {"J_L": self.load_motor.inertia},
+            "load.torque_offset": {"z_0": self.torque_sensor.zero},
+        }
+
+    def _viscous(self, temperature: FloatArray | float) -> FloatArray:
+        """Return the viscous coefficient at a temperature, N·m·s/rad."""
+        friction = self.friction
+        linear = friction.viscous + friction.viscous_temperature * (temperature - friction.reference_temperature)
+        lowest: FloatArray = np.maximum(linear, friction.minimum_viscous_share * friction.viscous)
+        return lowest
+
     def te(self, theta: FloatArray, torque: FloatArray, velocity: FloatArray, temperature: FloatArray) -> FloatArray:
         """Return the noise-free transmission error q − θ in rad of steady motion (see TransmissionError.evaluate)."""
         return self.transmission_error.evaluate(theta, torque, velocity, temperature, self.torsional_stiffness)
@@ -129,13 +153,11 @@ class PlantTruth:
         """Return the input motor's torque of steady motion, N·m (equation 2 with ω̇ = 0)."""
         friction = self.friction
         ratio = self.gearbox.ratio
-        viscous = np.maximum(
-            friction.viscous + friction.viscous_temperature * (temperature - friction.reference_temperature),
-            friction.minimum_viscous_share * friction.viscous,
-        )
         direction = np.sign(motor_velocity)
         constant = direction * (friction.coulomb + friction.load_dependent * np.abs(torque) / ratio)
-        total: FloatArray = torque / ratio + constant + viscous * motor_velocity + self.input_motor.torque_offset
+        total: FloatArray = (
+            torque / ratio + constant + self._viscous(temperature) * motor_velocity + self.input_motor.torque_offset
+        )
         return total
 
 

@@ -191,7 +191,7 @@ def test_wrong_commands_and_names_are_refused(truth: PlantTruth) -> None:
         ("ratio = 185.0", "", "'ratio' is missing"),
         ("ratio = 185.0", "ratio = 185.0\nteeth = 3", "unknown key 'teeth'"),
         ('format = "emulated-plant"', 'format = "bench"', "format"),
-        ("torque = [-1000.0, 1000.0]", "torque = [1000.0, -1000.0]", "lower, upper"),
+        ("torque = [-1100.0, 1100.0]", "torque = [1100.0, -1100.0]", "lower, upper"),
         ("[gearbox]", "[gearbox", "not TOML"),
     ],
 )
@@ -207,3 +207,15 @@ def test_cycle_time_is_a_parameter(truth: PlantTruth) -> None:
     plant = Plant(replace(truth), seed=1, cycle_time_s=0.001)
     plant.step(commands(0.5))
     assert plant.time_s == pytest.approx(1.0)
+
+
+def test_nominal_parameters_are_those_of_the_bench(truth: PlantTruth) -> None:
+    table = {symbol: value for row in truth.nominal_parameters().values() for symbol, value in row.items()}
+    # the values of the bench's description; tau_0 and z_0 are the plant's own
+    assert table == {
+        "f_c": 0.5, "f_v": 0.006, "f_vT": -1e-4, "f_l": 0.04, "J": 0.0029, "tau_0": 0.04,
+        "C": 25e3, "R": 0.25, "T_amb": 21.0, "f_b": 8.0, "J_L": 3.0, "z_0": 3.4,
+    }  # fmt: skip
+    assert (truth.gearbox.stiffness, truth.load_side.coupling_stiffness) == (4e6, 15e6)
+    assert (truth.input_encoder.bits, truth.load_encoder.bits) == (13, 25)
+    assert (truth.input_motor.maximum_torque, truth.load_motor.maximum_torque) == (52.5, 3400.0)
