@@ -1,8 +1,8 @@
 """A PT100 transmitter on Modbus, RTU or TCP, built on pymodbus' server.
 
 Input registers (function 4), 16 a channel: 0 status (bit 0 open, 1 short, 2 not valid), 1-2 temperature in °C and 3-4
-resistance in Ω as float32 with the high word first, 5 a number that counts conversions. Channel 2 (surroundings) follows
-at 16. An unknown device on the line is silent, as a real one is.
+resistance in Ω as float32 with the high word first, 5 a number that counts conversions. Channel 2 (surroundings)
+follows at 16. An unknown device on the line is silent, as a real one is.
 """
 
 from __future__ import annotations
@@ -105,7 +105,8 @@ class ModbusTransmitter:
     def close(self) -> None:
         """Stop serving."""
         if self._server is not None:
-            asyncio.run_coroutine_threadsafe(self._server.shutdown(), self._loop).result(START_TIMEOUT_S)
+            stopping = self._server.shutdown()  # type: ignore[no-untyped-call]
+            asyncio.run_coroutine_threadsafe(stopping, self._loop).result(START_TIMEOUT_S)
             self._server = None
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()

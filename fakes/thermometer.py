@@ -1,4 +1,4 @@
-"""What a PT100 transmitter of the emulated bench measures: the element's resistance and temperature, as a moment has it.
+"""What a PT100 transmitter of the emulated bench measures: resistance and temperature of the element at this moment.
 
 Modbus and serial devices ask a source when they are asked themselves; the source is the plant's reading, handed over by
 whoever runs the plant. They run in real time (a fast emulated campaign reads its PT100 through the EtherCAT terminal).

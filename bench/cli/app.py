@@ -28,6 +28,7 @@ COMMANDS: tuple[str, ...] = (
     "compensate",
     "mismatch",
     "prove",
+    "emulate",
     "benchmark",
 )
 """Modules of :mod:`bench.cli`, in the order in which ``bench --help`` lists their commands."""

@@ -49,6 +49,7 @@ class EmulatedBench:
         self.plant = plant
         self.cycle_time_s = cycle_time_s
         self.cycle = 0
+        self._measured: Rows | None = None
         self.drives = (
             ServoDrive(ROLES[0], input_drive, cycle_time_s, serial=1),
             ServoDrive(ROLES[1], load_drive, cycle_time_s, serial=2),
@@ -63,6 +64,14 @@ class EmulatedBench:
     def drive(self, role: str) -> ServoDrive:
         """Return a servo drive by its role."""
         return next(drive for drive in self.drives if drive.role == role)
+
+    @property
+    def temperatures(self) -> tuple[float, float]:
+        """Last PT100 readings of lubricant and surroundings, °C; ±10 000 where open or short."""
+        if self._measured is None:
+            return 20.0, 20.0
+        last = self._measured[-1]
+        return float(last["lubricant_temperature"]), float(last["ambient_temperature"])
 
     def run(self, outputs: Sequence[Image | None], inputs: Sequence[Image | None], cycles: int) -> None:
         """Run a block of cycles.
@@ -96,6 +105,7 @@ class EmulatedBench:
         for terminal, rows in zip(self.terminals, inputs[len(self.drives) :], strict=True):
             terminal.report(measured, rows, first, stop, self.cycle)
         self.cycle += len(measured)
+        self._measured = measured
         return stop
 
     def _step(self, commands: Rows) -> tuple[Rows, tuple[bool, ...]]:

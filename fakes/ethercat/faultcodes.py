@@ -1,4 +1,4 @@
-"""Error codes a drive puts into 0x603F and emergency messages (IEC 61800-7-201 annex, CiA 402-1 table of error codes)."""
+"""Error codes a drive puts into 0x603F and emergency messages (CiA 402-1, table of error codes)."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _REGISTER_BITS: tuple[tuple[int, int, int], ...] = (
 
 
 def error_register(code: int) -> int:
-    """Return 0x1001 for an error code: bit 0 generic, 1 current, 2 voltage, 3 temperature, 4 communication, 5 profile."""
+    """Return 0x1001: bit 0 any, 1 current, 2 voltage, 3 temperature, 4 communication, 5 profile."""
     if code == 0:
         return 0
     return 0x01 | sum(bit for low, high, bit in _REGISTER_BITS if low <= code <= high)

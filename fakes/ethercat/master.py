@@ -1,8 +1,8 @@
 """In-process stand-in for ``pysoem.Master``: the same names over the emulated slaves, in emulated time.
 
-One call more than pysoem has: :meth:`EmulatedMaster.exchange_block` runs many cycles at once as arrays, and
-:meth:`EmulatedMaster.snapshot` / :meth:`EmulatedMaster.restore` go back to replay a block. A lost frame costs a cycle of
-emulated time like any other; the slaves' watchdogs count it.
+Beyond pysoem, :meth:`EmulatedMaster.exchange_block` runs many cycles at once as arrays, and
+:meth:`EmulatedMaster.snapshot` / :meth:`EmulatedMaster.restore` go back to replay a block. A lost frame costs a cycle
+of emulated time like any other; the slaves' watchdogs count it.
 """
 
 from __future__ import annotations
@@ -84,9 +84,9 @@ class EmulatedMaster:
         for slave in self.slaves:
             slave.request(pysoem.INIT_STATE | pysoem.STATE_ACK)
             slave.configure_mailbox()
+            slave.refresh()  # as pysoem: the state shown is that before PRE-OPERATIONAL was asked for
             if not self.manual_state_change:
                 slave.request(pysoem.PREOP_STATE | pysoem.STATE_ACK)
-            slave.refresh()
         return len(found) or NO_FRAME
 
     def config_map(self) -> int:
@@ -94,12 +94,12 @@ class EmulatedMaster:
         self.check_open()
         total = 0
         for slave in self.slaves:
+            slave.refresh()
             out, in_ = slave.map()
             slave.output_bytes, slave.input_bytes = bytearray(out), bytearray(in_)
             total += out + in_
             if not self.manual_state_change:
                 slave.request(pysoem.SAFEOP_STATE)
-            slave.refresh()
         self._silent = [0] * len(self.bench.slaves)
         return total
 

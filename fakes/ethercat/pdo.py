@@ -39,11 +39,11 @@ class Layout:
 
     def slices(self) -> tuple[tuple[int, int, int], ...]:
         """Return (dictionary key, first byte, stop byte) of every field."""
-        fields = self.dtype.fields or {}
-        return tuple(
-            (key(int(name[:4], 16), int(name[5:], 16)), at, at + dtype.itemsize)
-            for name, (dtype, at, *_) in fields.items()
-        )
+        found = []
+        for name in self.names:
+            dtype, at = self.dtype.fields[name][:2] if self.dtype.fields else (self.dtype, 0)
+            found.append((key(int(name[:4], 16), int(name[5:], 16)), at, at + dtype.itemsize))
+        return tuple(found)
 
 
 def mapping_word(index: int, subindex: int, bits: int) -> int:

@@ -17,7 +17,7 @@ Rows = npt.NDArray[np.void]
 class PlantLike(Protocol):
     """Time-domain plant behind the slaves.
 
-    ``step`` takes rows of :data:`~fakes.plant.images.COMMAND_DTYPE` (one a cycle) and returns as many rows of measurements.
+    ``step`` takes rows of :data:`~fakes.plant.images.COMMAND_DTYPE`, one a cycle, and returns as many measurements.
     """
 
     def step(self, commands: Rows) -> Rows:

@@ -158,7 +158,10 @@ class ServoDrive(Slave):
         """Serve the control word of one cycle; return whether the power state changed."""
         found = transition(self.state, control_word, self._previous)
         self._previous = control_word
-        if found is None or self._target is not None and self.state is not State.QUICK_STOP:
+        if found is None:
+            return False
+        ramping = self._target is not None and self.state is State.ENABLED
+        if ramping and found.number in (5, 8):
             return False
         if self.safe_torque_off and found.number == 2:
             return False
@@ -317,7 +320,8 @@ class ServoDrive(Slave):
             word |= Bit.FOLLOWS_COMMAND
         torque = self._torque(measured)
         limited = (torque <= self._settings.torque_low) | (torque >= self._settings.torque_high)
-        return word + limited * int(Bit.INTERNAL_LIMIT)
+        with_limit: Ints = word + limited * int(Bit.INTERNAL_LIMIT)
+        return with_limit
 
     def _position(self, measured: Rows) -> Ints:
         counts = (measured[self._axis + "_position"] + self._settings.home_offset) * self._settings.position_sign
@@ -326,11 +330,13 @@ class ServoDrive(Slave):
 
     def _velocity(self, measured: Rows) -> Ints:
         units = _clip(np.rint(measured[self._axis + "_velocity"] / self._settings.velocity_unit), *_INT32)
-        return units.astype(np.int32)
+        limited: npt.NDArray[np.int32] = units.astype(np.int32)
+        return limited
 
     def _torque(self, measured: Rows) -> npt.NDArray[np.int16]:
         permille = _clip(np.rint(measured[self._axis + "_torque"] / self._settings.torque_unit), *_INT16)
-        return permille.astype(np.int16)
+        limited: npt.NDArray[np.int16] = permille.astype(np.int16)
+        return limited
 
 
 _NO_ROWS: Rows = np.zeros(0, dtype=[("none", "u1")])

@@ -6,6 +6,8 @@ channel. Each channel's TxPDO is a word of status bits and the value.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import numpy.typing as npt
 
@@ -15,7 +17,7 @@ from fakes.ethercat.objects_common import assignments, common, mapping
 from fakes.ethercat.plant_link import Rows
 from fakes.ethercat.rtd import ELEMENTS, PRESENTATIONS, convert
 from fakes.ethercat.slave import Image, Slave
-from fakes.ethercat.types import INT, UINT, USINT
+from fakes.ethercat.types import INT, UINT, USINT, Value
 
 PROFILE_MODULAR = 0x00001389
 """0x1000 of a modular device (profile 5001)."""
@@ -103,8 +105,11 @@ class TemperatureInput(Slave):
         super().__init__(role, identity, objects)
         for channel in range(2):
             index = 0x6000 + 16 * channel
-            self.dictionary.readers[key(index, 0x01)] = lambda c=channel: int(self._held[c, 0])
-            self.dictionary.readers[key(index, 0x11)] = lambda c=channel: int(self._held[c, 1])
+            for column, subindex in enumerate((0x01, 0x11)):
+                self.dictionary.readers[key(index, subindex)] = self._reader(channel, column)
+
+    def _reader(self, channel: int, column: int) -> Callable[[], Value]:
+        return lambda: int(self._held[channel, column])
 
     @staticmethod
     def _settings(number: int) -> Object:

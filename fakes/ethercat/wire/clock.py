@@ -1,7 +1,7 @@
 """Distributed-clock registers of one slave controller (ETG.1000.4 §9; ns since 2000-01-01).
 
-All emulated clocks run from the host's monotonic clock, so they never drift; propagation delays are laid out as a line of
-slaves would show them, because masters compute delays from the latched receive times.
+All emulated clocks run from the host's monotonic clock, so they never drift; propagation delays are laid out as a line
+of slaves would show them, because masters compute delays from the latched receive times.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ def system_time(memory: bytearray) -> bytes:
 def latch(memory: bytearray, position: int, last: int) -> None:
     """Latch the receive times of a frame that passes a line of slaves (write to 0x0900).
 
-    ``position`` counts from 0, ``last`` is that of the end of the line. The frame passes port 0 on its way out and comes
-    back through port 1 after twice the way to the end.
+    ``position`` counts from 0, ``last`` is that of the end of the line. The frame passes port 0 on its way out and
+    comes back through port 1 after twice the way to the end.
     """
     now = local_time_ns() + position * HOP_NS
     back = now + 2 * (last - position) * HOP_NS

@@ -8,6 +8,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar
 
 from fakes.ethercat import aborts
 from fakes.ethercat.aborts import SdoAbort
@@ -170,7 +171,7 @@ class CoeServer:
         write = dictionary.write_complete if complete else dictionary.write
         write(index, subindex, data, int(self._slave.al.state))
 
-    _COMMANDS: dict[int, Callable[[CoeServer, int, int, int, bytes], bytes | None]] = {
+    _COMMANDS: ClassVar[dict[int, Callable[[CoeServer, int, int, int, bytes], bytes | None]]] = {
         0: _download_segment,
         1: _start_download,
         2: _start_upload,

@@ -1,7 +1,7 @@
 """A slave controller: register file and process memory of one slave, with what writing and reading them does.
 
-Plain bytes stay bytes in ``memory``; the few registers that act are in the table of triggers. The slave object behind is
-the very one that the in-process master serves.
+Plain bytes stay bytes in ``memory``; the few registers that act are in the table of triggers. The slave object behind
+is the very one that the in-process master serves.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Mailbox sync managers: SM0 takes requests, SM1 holds answers; full and empty as the standard's handshake has them.
 
 Source: ETG.1000.4 §6.7 (mailbox mode), ETG.1000.6 §5.4. A request is complete when the last byte of the buffer is
-written, an answer is gone when its last byte is read. Until then the other side's access is refused (working counter 0).
+written, an answer is gone when its last byte is read. Until then access from the other side is refused (working
+counter 0).
 """
 
 from __future__ import annotations

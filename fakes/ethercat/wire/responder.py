@@ -1,8 +1,8 @@
 """The emulated bench on a network interface: frames in, frames out, the plant in real time.
 
 A frame is answered first, with the inputs of the cycle before, as slaves do that copy their inputs when the frame
-arrives; then the plant goes on by one cycle. The plant keeps to the wall clock: it follows the master's cycle as long as
-that is the bus cycle, and runs on by itself where no frame comes.
+arrives; then the plant goes on by one cycle. The plant keeps to the wall clock: it follows the master's cycle as long
+as that is the bus cycle, and runs on by itself where no frame comes.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -29,6 +30,18 @@ SLACK_CYCLES = 1.5
 
 TRACKING = 0.01
 """Part of the phase error by which the clock follows the master at each frame."""
+
+
+READING_CYCLES = 100
+"""Cycles between updates of the PT100 readings."""
+
+
+class Readings(Protocol):
+    """Numbers that can be set by index, shared with another process perhaps."""
+
+    def __setitem__(self, index: int, value: float, /) -> None:
+        """Set a number."""
+        ...
 
 
 @dataclass(slots=True)
@@ -52,9 +65,11 @@ class Responder:
     ----------
     bench : slaves and plant.
     port : where frames come from.
+    readings : two numbers that are kept at the PT100 readings in °C, for transmitters elsewhere.
     """
 
-    def __init__(self, bench: EmulatedBench, port: Port) -> None:
+    def __init__(self, bench: EmulatedBench, port: Port, readings: Readings | None = None) -> None:
+        self._readings = readings
         self.bench = bench
         self.faults = FaultSwitch(bench)
         self.counters = Counters()
@@ -76,6 +91,13 @@ class Responder:
     def stop(self) -> None:
         """Make :meth:`run` return."""
         self._stop = True
+
+    def warm_up(self) -> None:
+        """Run a few cycles, so that what is compiled on first use is compiled before the first frame."""
+        nothing: list[Image | None] = [None] * len(self.bench.slaves)
+        for cycles in (1, 8):
+            self.bench.run(nothing, nothing, cycles)
+        self._start_ns, self._done = float(time.monotonic_ns()), 0
 
     def run(self) -> None:
         """Serve until :meth:`stop`."""
@@ -161,6 +183,8 @@ class Responder:
             self.bench.run(outputs, inputs, 1)
         self._done += cycles
         self.counters.cycles += cycles
+        if self._readings is not None and self._done // READING_CYCLES != (self._done - cycles) // READING_CYCLES:
+            self._readings[0], self._readings[1] = self.bench.temperatures
         self._look(now)
 
     def _look(self, now: int) -> None:

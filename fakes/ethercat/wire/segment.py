@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Sequence
+from typing import ClassVar
 
 from fakes.ethercat.wire import registers as reg
 from fakes.ethercat.wire.esc import SlaveController
@@ -164,7 +165,7 @@ class Segment:
             added += (self._read if i == hit else self._write)(one, offset, frame, start, stop)
         return added
 
-    _COMMANDS: dict[int, Callable[[Segment, Sequence[SlaveController], int, bytearray, int, int], int]] = {
+    _COMMANDS: ClassVar[dict[int, Callable[[Segment, Sequence[SlaveController], int, bytearray, int, int], int]]] = {
         APRD: _read,
         FPRD: _read,
         BRD: _read_or,
