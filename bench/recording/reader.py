@@ -190,4 +190,6 @@ class Recording:
         rows = np.arange(start, stop)
         before, after = np.maximum(rows - 1, 0) - low, np.minimum(rows + 1, self.size - 1) - low
         rise, run = (values[name][after] - values[name][before] for name in (angle, "time"))
-        return np.divide(rise, run, out=np.full(rows.size, np.nan), where=run != 0)
+        slope = np.full(rows.size, np.nan)
+        np.divide(rise, run, out=slope, where=run != 0)
+        return slope
