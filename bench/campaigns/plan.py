@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +10,8 @@ from bench.campaigns.definition import Campaign
 from bench.campaigns.estimate import Demand, Estimator, TemperatureUnreachable, ThermalState
 from bench.campaigns.facts import facts
 from bench.campaigns.registry import build_sequence
-from bench.campaigns.schedule import schedule
+from bench.campaigns.schedule import HEATING, Task, schedule
+from bench.campaigns.tare import TARE
 from bench.configuration import BenchConfiguration
 from bench.errors import ConfigurationError, LimitError
 from bench.protocols import Point
@@ -68,7 +70,15 @@ class Plan:
     @property
     def heating_s(self) -> float:
         """Bench time spent bringing the lubricant to temperature."""
-        return sum(task.duration_s for task in self.tasks if task.is_preparation)
+        return sum(task.duration_s for task in self._heatings())
+
+    @property
+    def heatings(self) -> int:
+        """Number of heatings."""
+        return len(self._heatings())
+
+    def _heatings(self) -> list[PlannedTask]:
+        return [task for task in self.tasks if task.is_preparation and task.point.sequence == HEATING]
 
     @property
     def energy_j(self) -> float:
@@ -111,36 +121,41 @@ def make_plan(campaign: Campaign, bench: BenchConfiguration, start_temperature: 
     def temperature() -> float:
         return state.temperature
 
-    for stage, points in zip(campaign.stages, campaign.points(start), strict=True):
-        for task in schedule(points, stage.order, bench.heating.band, temperature):
-            point = task.point
-            where = f"{campaign.name}, point {len(tasks) + 1} ({point.label})"
-            _check_temperature(point, bench, where)
-            try:
-                phases = build_sequence(point.sequence, point.options).phases(point, bench_facts)
-                after, demand = estimator.run(phases, state)
-            except ValueError as error:
-                raise ConfigurationError(f"{where}: {error}") from error
-            except TemperatureUnreachable as error:
-                raise LimitError(
-                    f"{where}: {error} after the time limit of"
-                    f" {error.phase.duration_s / 60.0:.0f} min; choose another temperature or a longer limit"
-                ) from error
-            check_demand(demand, bench, where)
-            tasks.append(
-                PlannedTask(
-                    len(tasks) + 1,
-                    point,
-                    task.is_preparation,
-                    state.time_s,
-                    after.time_s - state.time_s,
-                    state.temperature,
-                    after.temperature,
-                    after.energy_j - state.energy_j,
-                    demand.motor_torque,
-                )
+    def everything() -> Iterator[Task]:
+        yield Task(TARE, is_preparation=True)
+        for stage, points in zip(campaign.stages, campaign.points(start), strict=True):
+            yield from schedule(points, stage.order, bench.heating.band, temperature)
+        yield Task(TARE, is_preparation=True)
+
+    for task in everything():
+        point = task.point
+        where = f"{campaign.name}, point {len(tasks) + 1} ({point.label})"
+        _check_temperature(point, bench, where)
+        try:
+            phases = build_sequence(point.sequence, point.options).phases(point, bench_facts)
+            after, demand = estimator.run(phases, state)
+        except ValueError as error:
+            raise ConfigurationError(f"{where}: {error}") from error
+        except TemperatureUnreachable as error:
+            raise LimitError(
+                f"{where}: {error} after the time limit of"
+                f" {error.phase.duration_s / 60.0:.0f} min; choose another temperature or a longer limit"
+            ) from error
+        check_demand(demand, bench, where)
+        tasks.append(
+            PlannedTask(
+                len(tasks) + 1,
+                point,
+                task.is_preparation,
+                state.time_s,
+                after.time_s - state.time_s,
+                state.temperature,
+                after.temperature,
+                after.energy_j - state.energy_j,
+                demand.motor_torque,
             )
-            state = after
+        )
+        state = after
     return Plan(campaign.name, bench.name, start, tuple(tasks))
 
 

@@ -2,74 +2,36 @@
 
 from __future__ import annotations
 
-import json
 import math
+import shutil
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, field
+from dataclasses import replace
 from datetime import UTC, datetime
-from enum import Enum
-from hashlib import sha256
+from functools import cache
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 import bench
 from bench.campaigns.definition import Campaign
 from bench.campaigns.facts import facts
-from bench.campaigns.gate import Gate, judge
+from bench.campaigns.gate import judge
+from bench.campaigns.journal import Journal
 from bench.campaigns.plan import Plan
 from bench.campaigns.recorder import Recorder
 from bench.campaigns.registry import build_sequence
-from bench.campaigns.schedule import HEATING, Task, schedule
+from bench.campaigns.schedule import Task, schedule
+from bench.campaigns.taken import Status, Summary, Taken, point_id, setpoint_dict
+from bench.campaigns.tare import TARE, TareSink
 from bench.configuration import BenchFile
 from bench.cycle.rig import End, EndKind, Rig
-from bench.errors import ConfigurationError
+from bench.errors import LimitError
 from bench.protocols import Point
 from bench.recording import Gearbox, RecordingHeader, Setpoint
 from bench.recording.manifest import write_manifest
 
 MOST_TAKES = 3
-"""A poor recording is repeated until there are this many takes; all are kept."""
-
-
-class Status(Enum):
-    """What became of a point."""
-
-    DONE = "done"
-    FAILED = "failed"
-    SKIPPED = "skipped"
-    PENDING = "pending"
-
-
-@dataclass(frozen=True, slots=True)
-class Taken:
-    """One recording that was made."""
-
-    recording_id: str
-    file: str
-    kind: str
-    point: Point
-    point_id: str
-    take: int
-    status: Status
-    note: str
-    quality: dict[str, Any]
-    duration_s: float
-    samples: int
-
-    def as_dict(self) -> dict[str, Any]:
-        """For ``campaign.json``."""
-        return {
-            "recording_id": self.recording_id,
-            "file": self.file,
-            "kind": self.kind,
-            "setpoint": setpoint_dict(self.point),
-            "status": self.status.value,
-            "quality": self.quality,
-            "point_id": self.point_id,
-            "take": self.take,
-            "note": self.note,
-        }
+"""A poor recording is repeated until there are this many takes in one run; all are kept."""
 
 
 class Listener(Protocol):
@@ -88,53 +50,14 @@ class Listener(Protocol):
         ...
 
 
-@dataclass(slots=True)
-class Summary:
-    """What a campaign brought."""
-
-    end: End = field(default_factory=lambda: End(EndKind.FINISHED))
-    taken: list[Taken] = field(default_factory=list)
-    bench_time_s: float = 0.0
-    cycles: int = 0
-    tare_drift: float = math.nan
-
-    @property
-    def failed(self) -> list[Taken]:
-        """Recordings that did not pass and were not made up for by another take."""
-        good = {taken.point_id for taken in self.taken if taken.status is Status.DONE}
-        return [taken for taken in self.taken if taken.status is not Status.DONE and taken.point_id not in good]
-
-
-def point_id(point: Point, bench_digest: str) -> str:
-    """Return what a point is, by content: the point itself and the bench configuration it is measured under."""
-    content = json.dumps(
-        [
-            point.sequence,
-            point.load_torque,
-            point.velocity,
-            point.temperature,
-            point.repeat,
-            point.stage,
-            list(point.options),
-            bench_digest,
-        ]
-    )
-    return sha256(content.encode()).hexdigest()[:16]
-
-
-def setpoint_dict(point: Point) -> dict[str, float | None]:
-    """Return the set point as the manifest has it."""
-    return {"load_torque": point.load_torque, "velocity": point.velocity, "temperature": point.temperature}
-
-
 class Runner:
-    """One run of a campaign into a folder.
+    """One run of a campaign into a folder; goes on where an earlier run of the same campaign ended.
 
     Parameters
     ----------
     rig : an open bench.
     file, campaign, plan : what is run and what was promised.
-    folder : where recordings and ``campaign.json`` go.
+    folder : where recordings, journal and ``campaign.json`` go.
     listener : is told about progress.
     stop_requested : asked between blocks.
     """
@@ -152,31 +75,36 @@ class Runner:
         self._rig, self._file, self._campaign, self._plan = rig, file, campaign, plan
         self._folder, self._listener, self._stop_requested = folder, listener, stop_requested
         self._summary = Summary()
-        self._campaign_id = f"{campaign.name}-{rig.now:%Y%m%dT%H%M%S}"
-        self._created = datetime.now(UTC)
         self._closing: list[Future[Taken]] = []
-        self._heatings = 0
-        self._number = 0
-        self._done: set[Point] = set()
 
     def run(self) -> Summary:
-        """Run everything; the bench is at rest without voltage afterwards."""
+        """Run everything that is missing; the bench is at rest afterwards.
+
+        Raises
+        ------
+        ConfigurationError
+            If the folder holds another campaign.
+        LimitError
+            If the disk has not enough room left for another point.
+        DeviceError
+            If a drive does not follow.
+        """
         rig, summary = self._rig, self._summary
-        self._folder.mkdir(parents=True, exist_ok=True)
         start = rig.elapsed_s
-        stages = self._campaign.points(rig.temperature)
-        self._all = [point for points in stages for point in points]
-        with ThreadPoolExecutor(1, "recording-closer") as self._pool:
+        with (
+            Journal(self._folder, self._campaign, self._file) as self._journal,
+            ThreadPoolExecutor(1, "recording-closer") as self._pool,
+        ):
+            self._campaign_id = self._journal.remember("id", f"{self._campaign.name}-{rig.now:%Y%m%dT%H%M%S}")
+            self._created = self._journal.remember("created_at", datetime.now(UTC).isoformat())
+            # points drawn between the start and the highest temperature must stay the same when a run goes on
+            start_temperature = float(self._journal.remember("start_temperature", repr(rig.temperature)))
+            self._stages = self._campaign.points(start_temperature)
+            done = self._journal.done()
+            summary.earlier = len(done)
             try:
-                rig.enable()
-                for stage, points in zip(self._campaign.stages, stages, strict=True):
-                    band = self._file.configuration.heating.band
-                    for task in schedule(points, stage.order, band, lambda: rig.temperature):
-                        summary.end = self._task(task)
-                        if summary.end.kind in (EndKind.TRIPPED, EndKind.INTERRUPTED):
-                            return summary
-                rig.shutdown()
-                summary.tare_drift = rig.measure_tare()
+                if any(self._identity(point) not in done for points in self._stages for point in points):
+                    self._measure(done)
             finally:
                 self._collect(wait=True)
                 summary.bench_time_s = rig.elapsed_s - start
@@ -184,28 +112,61 @@ class Runner:
                 self._write_manifest()
         return summary
 
+    def _measure(self, done: set[str]) -> None:
+        rig, summary = self._rig, self._summary
+        rig.enable()
+        zero = self._measure_zero()
+        if summary.end.kind is not EndKind.FINISHED:
+            return
+        rig.tare(zero)
+        for stage, points in zip(self._campaign.stages, self._stages, strict=True):
+            missing = [point for point in points if self._identity(point) not in done]
+            band = self._file.configuration.heating.band
+            for task in schedule(missing, stage.order, band, lambda: rig.temperature):
+                summary.end = self._task(task)
+                if summary.end.kind in (EndKind.TRIPPED, EndKind.INTERRUPTED):
+                    return
+        summary.tare_drift = self._measure_zero()
+
+    def _measure_zero(self) -> float:
+        sink = TareSink(self._rig.scaling)
+        phases = build_sequence(TARE.sequence).phases(TARE, facts(self._file.configuration))
+        end = self._rig.run(phases, sink, self._stop_requested)
+        self._summary.end = end
+        return sink.zero if end.kind is EndKind.FINISHED else math.nan
+
     def _task(self, task: Task) -> End:
         end = End(EndKind.FINISHED)
-        for take in range(1, MOST_TAKES + 1):
-            end, passed = self._record(task, take)
+        for _ in range(MOST_TAKES):
+            self._check_disk()
+            end, passed = self._record(task)
             if passed or end.kind in (EndKind.TRIPPED, EndKind.INTERRUPTED) or task.is_preparation:
                 break
-        if not task.is_preparation:
-            self._done.add(task.point)
         return end
 
-    def _record(self, task: Task, take: int) -> tuple[End, bool]:
+    def _check_disk(self) -> None:
+        free, needed = shutil.disk_usage(self._folder).free, self._file.configuration.storage.minimum_free
+        if free < needed:
+            raise LimitError(
+                f"{self._folder} has {free / 1e6:.0f} MB of disk left, storage.minimum_free = {needed / 1e6:.0f} MB;"
+                " make room and run again, finished points are not repeated"
+            )
+
+    def _record(self, task: Task) -> tuple[End, bool]:
         point, rig, config = task.point, self._rig, self._file.configuration
         sequence = build_sequence(point.sequence, point.options)
-        try:
-            phases = sequence.phases(point, facts(config))
-        except ValueError as error:
-            raise ConfigurationError(f"point {point.label}: {error}") from error
-        name = self._name(task, sequence.kind, take)
-        identity = point_id(point, self._file.digest)
-        header = self._header(name, sequence.kind, point, identity, take)
-        path = self._folder / f"{name}.h5"
-        recorder = Recorder(path, header, rig.scaling, fast=not rig.is_real_time, ratio=config.gearbox.ratio)
+        phases = sequence.phases(point, facts(config))
+        identity = self._identity(point)
+        take = self._journal.next_take(identity)
+        name = self._name(task, identity, sequence.kind, take)
+        begun = Taken(
+            name, f"{name}.h5", sequence.kind, point.label, setpoint_dict(point), identity, take, Status.PENDING
+        )
+        self._journal.begin(begun)
+        header = self._header(begun, point)
+        recorder = Recorder(
+            self._folder / begun.file, header, rig.scaling, fast=not rig.is_real_time, ratio=config.gearbox.ratio
+        )
         self._listener.started(task, name)
         start = rig.elapsed_s
 
@@ -221,25 +182,20 @@ class Runner:
             recorder.event("warning", end.text)
         if complete and not gate.passed:
             recorder.event("warning", f"quality gate: {gate.failures}")
-        taken = Taken(
-            name,
-            path.name,
-            sequence.kind,
-            point,
-            identity,
-            take,
-            Status.DONE if passed else Status.FAILED,
-            end.text or gate.failures,
-            gate.as_dict(),
-            rig.elapsed_s - start,
-            recorder.rows_taken,
+        taken = replace(
+            begun,
+            status=Status.DONE if passed else Status.FAILED,
+            note=end.text or gate.failures,
+            quality=gate.as_dict(),
+            duration_s=rig.elapsed_s - start,
+            samples=recorder.rows_taken,
         )
-        self._close(recorder, taken, gate, complete)
+        self._close(recorder, taken, complete)
         return end, passed
 
-    def _close(self, recorder: Recorder, taken: Taken, gate: Gate, complete: bool) -> None:
+    def _close(self, recorder: Recorder, taken: Taken, complete: bool) -> None:
         def close() -> Taken:
-            recorder.close(complete=complete, accepted=taken.status is Status.DONE, quality=gate.as_dict())
+            recorder.close(complete=complete, accepted=taken.status is Status.DONE, quality=taken.quality)
             return taken
 
         self._closing.append(self._pool.submit(close))
@@ -252,26 +208,32 @@ class Runner:
     def _collect(self, wait: bool) -> None:
         while self._closing and (wait or self._closing[0].done()):
             taken = self._closing.pop(0).result()
+            self._journal.end(taken)
             self._summary.taken.append(taken)
             self._listener.finished(taken)
 
-    def _name(self, task: Task, kind: str, take: int) -> str:
-        if task.point.sequence == HEATING and task.is_preparation:
-            self._heatings += 1
-            return f"heating-{self._heatings:03d}"
-        if take == 1:
-            self._number += 1
-        again = f"-take{take}" if take > 1 else ""
-        return f"{self._number:04d}-{kind}{again}"
+    def _identity(self, point: Point) -> str:
+        return point_id(point, self._file.digest)
 
-    def _header(self, name: str, kind: str, point: Point, identity: str, take: int) -> RecordingHeader:
+    def _name(self, task: Task, identity: str, kind: str, take: int) -> str:
+        if task.is_preparation:
+            return f"heating-{identity[:6]}-{take:02d}"
+        number = next(
+            number
+            for number, point in enumerate((p for points in self._stages for p in points), 1)
+            if self._identity(point) == identity
+        )
+        again = f"-take{take}" if take > 1 else ""
+        return f"{number:04d}-{kind}{again}"
+
+    def _header(self, begun: Taken, point: Point) -> RecordingHeader:
         config, rig = self._file.configuration, self._rig
         gearbox = config.gearbox
         teeth = gearbox.teeth.model_dump() if gearbox.teeth is not None else {}
         return RecordingHeader(
-            recording_id=name,
+            recording_id=begun.recording_id,
             campaign_id=self._campaign_id,
-            kind=kind,
+            kind=begun.kind,
             started_at=rig.now,
             sample_rate=1.0 / config.bus.cycle_time,
             source=rig.source,
@@ -279,8 +241,8 @@ class Runner:
                 point.load_torque, point.velocity, math.nan if point.temperature is None else point.temperature
             ),
             gearbox=Gearbox(gearbox.ratio, **teeth),
-            point_id=identity,
-            take=take,
+            point_id=begun.point_id,
+            take=begun.take,
             zero_id=config.zero_id,
             gearbox_serial=gearbox.serial,
             config=self._file.text,
@@ -289,38 +251,43 @@ class Runner:
         )
 
     def _write_manifest(self) -> None:
-        entries = [taken.as_dict() for taken in self._summary.taken]
+        done = self._journal.done()
+        entries = [taken.as_dict() for taken in self._journal.takes()]
         entries += [
             {
                 "recording_id": None,
                 "file": None,
                 "kind": build_sequence(point.sequence, point.options).kind,
+                "label": point.label,
                 "setpoint": setpoint_dict(point),
                 "status": Status.PENDING.value,
                 "quality": {},
-                "point_id": point_id(point, self._file.digest),
+                "point_id": self._identity(point),
             }
-            for point in self._all
-            if point not in self._done
+            for points in self._stages
+            for point in points
+            if self._identity(point) not in done
         ]
+        drift = self._summary.tare_drift
         write_manifest(
             self._folder,
             {
                 "campaign_id": self._campaign_id,
-                "created_at": self._created.isoformat(),
+                "created_at": self._created,
                 "bench": self._file.configuration.name,
                 "plan": self._plan.as_dict(),
                 "campaign_text": self._campaign.text,
                 "end": {"kind": self._summary.end.kind.name.lower(), "text": self._summary.end.text},
                 "torque_sensor": {
                     "tare_before_nm": self._rig.zeros.load_torque,
-                    "drift_nm": None if math.isnan(self._summary.tare_drift) else self._summary.tare_drift,
+                    "drift_nm": None if math.isnan(drift) else drift,
                 },
                 "recordings": entries,
             },
         )
 
 
+@cache
 def revision() -> str:
     """Return the revision of the program where it runs from a git work tree, else an empty text."""
     head = Path(bench.__file__).resolve().parent.parent / ".git" / "HEAD"

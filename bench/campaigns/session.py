@@ -11,7 +11,8 @@ from types import FrameType
 
 from bench.campaigns.definition import Campaign
 from bench.campaigns.plan import make_plan
-from bench.campaigns.runner import Listener, Runner, Summary
+from bench.campaigns.runner import Listener, Runner
+from bench.campaigns.taken import Summary
 from bench.configuration import BenchFile
 from bench.cycle.rig import Rig
 

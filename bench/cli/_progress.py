@@ -10,8 +10,8 @@ from rich.progress import BarColumn, Progress, ProgressColumn, TaskProgressColum
 from rich.progress import Task as Row
 from rich.text import Text
 
-from bench.campaigns.runner import Status, Taken
 from bench.campaigns.schedule import Task
+from bench.campaigns.taken import Status, Taken
 from bench.cli._text import duration_text
 
 
@@ -72,4 +72,4 @@ class ProgressListener:
     def finished(self, taken: Taken) -> None:
         """Tell of a recording that did not pass."""
         if taken.status is not Status.DONE:
-            self._progress.console.print(f"[yellow]{taken.recording_id}[/] ({taken.point.label}): {taken.note}")
+            self._progress.console.print(f"[yellow]{taken.recording_id}[/] ({taken.label}): {taken.note}")

@@ -71,9 +71,8 @@ def print_plan(made: Plan, console: object, rows: bool = True) -> None:
                 style="dim" if task.is_preparation else None,
             )
         console.print(table)
-    heatings = len(made.tasks) - made.points
     console.print(
-        f"[bold]{made.campaign}[/] on [bold]{made.bench}[/]: {made.points} points, {heatings} heatings"
+        f"[bold]{made.campaign}[/] on [bold]{made.bench}[/]: {made.points} points, {made.heatings} heatings"
         f" ({duration_text(made.heating_s)}), {duration_text(made.duration_s)} of bench time,"
         f" {energy_text(made.energy_j)}, from {made.start_temperature:.1f} °C; no limit is broken."
     )

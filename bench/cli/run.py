@@ -13,7 +13,7 @@ from bench.cli.exit_codes import ExitCode, exit_code_help
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from bench.campaigns.runner import Summary
+    from bench.campaigns.taken import Summary
 
 _HELP = f"""Run a campaign on a bench and write one HDF5 recording a point.
 
@@ -64,7 +64,7 @@ def run(
     with ProgressListener(plan.duration_s, console, quiet=as_json) as listener:
         summary = run_campaign(file, loaded, folder, listener, seed=seed, real_time=real_time)
     wall = time.monotonic() - began
-    picture = _picture(folder, summary, loaded.title)
+    picture = _picture(folder, loaded.title)
     if as_json:
         typer.echo(json.dumps(_as_dict(summary, folder, picture, wall), ensure_ascii=False))
     else:
@@ -82,15 +82,15 @@ def _exit_code(summary: Summary) -> ExitCode:
     return ExitCode.NOT_VALID if summary.failed else ExitCode.OK
 
 
-def _picture(folder: Path, summary: Summary, title: str) -> Path | None:
+def _picture(folder: Path, title: str) -> Path | None:
     from bench.campaigns.picture import draw
-    from bench.campaigns.runner import Status
     from bench.recording import Recording
 
+    manifest = json.loads((folder / "campaign.json").read_text("utf-8"))
     files = [
-        folder / taken.file
-        for taken in summary.taken
-        if taken.kind in ("constant_velocity", "validation") and taken.status is Status.DONE
+        folder / entry["file"]
+        for entry in manifest["recordings"]
+        if entry["status"] == "done" and entry["kind"] in ("constant_velocity", "validation")
     ]
     if not files:
         return None
@@ -104,6 +104,7 @@ def _as_dict(summary: Summary, folder: Path, picture: Path | None, wall: float) 
         "end": summary.end.kind.name.lower(),
         "text": summary.end.text,
         "recordings": len(summary.taken),
+        "done_earlier": summary.earlier,
         "failed": [taken.recording_id for taken in summary.failed],
         "bench_time_s": summary.bench_time_s,
         "cycles": summary.cycles,
@@ -115,6 +116,8 @@ def _as_dict(summary: Summary, folder: Path, picture: Path | None, wall: float) 
 def _print(summary: Summary, folder: Path, picture: Path | None, wall: float, console: Console) -> None:
     from bench.cli._text import duration_text
 
+    if summary.earlier:
+        console.print(f"{summary.earlier} points were done by an earlier run and are not repeated.")
     size = sum(path.stat().st_size for path in folder.glob("*.h5"))
     console.print(
         f"[bold]{len(summary.taken)} recordings[/], {summary.cycles:,} cycles, {duration_text(summary.bench_time_s)} of"
@@ -123,7 +126,7 @@ def _print(summary: Summary, folder: Path, picture: Path | None, wall: float, co
     if summary.end.text:
         console.print(f"[bold yellow]{summary.end.kind.value}[/]: {summary.end.text}", soft_wrap=True)
     for taken in summary.failed:
-        console.print(f"[yellow]not passed[/] {taken.recording_id} ({taken.point.label}): {taken.note}", soft_wrap=True)
+        console.print(f"[yellow]not passed[/] {taken.recording_id} ({taken.label}): {taken.note}", soft_wrap=True)
     if summary.tare_drift == summary.tare_drift:
         console.print(f"The torque sensor's zero drifted by {summary.tare_drift:+.2f} N·m.")
     if picture is not None:

@@ -198,8 +198,13 @@ class Rig:
                 self._cycles(take)
                 n -= take
 
-    def measure_tare(self) -> float:
-        """Return the torque sensor's mean reading in N·m over a second at rest, beyond what was tared before."""
+    def tare(self, zero: float) -> None:
+        """Subtract ``zero`` in N·m from the torque sensor from now on, beyond what is subtracted already."""
+        self.zeros = replace(self.zeros, load_torque=self.zeros.load_torque + zero)
+        self._open_decoder().scaling = self._scaling()
+
+    def _torque_at_rest(self) -> float:
+        """Return the torque sensor's mean reading in N·m over a second, beyond what is tared already."""
         total, count = 0.0, 0
         with device_errors():
             while count * self._cycle_time < _TARE_S:
@@ -273,8 +278,7 @@ class Rig:
             first = self._cycles(min(assembly.block, round(0.3 / self._cycle_time)))
         self.zeros = self._find_zeros(first)
         self._decoder.scaling = self._scaling()
-        self.zeros = replace(self.zeros, load_torque=self.zeros.load_torque + self.measure_tare())
-        self._decoder.scaling = self._scaling()
+        self.tare(self._torque_at_rest())
         self._cycles(1)
 
     def _find_zeros(self, seen: Decoded) -> Zeros:

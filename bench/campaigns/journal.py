@@ -1,0 +1,172 @@
+"""The journal of a campaign folder (SQLite, WAL): what was begun, what became of it. It survives any kill.
+
+A take is written down before its file exists and again when the file has its final name. What lies between after a
+kill is settled when the journal is opened: a finished file is adopted, an unfinished one repaired into a recording cut
+short.
+"""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from hashlib import sha256
+from pathlib import Path
+from types import TracebackType
+
+from bench.campaigns.definition import Campaign
+from bench.campaigns.taken import Status, Taken
+from bench.configuration import BenchFile
+from bench.errors import ConfigurationError, RecordingError
+from bench.recording import Recording
+from bench.recording.header import PART_SUFFIX
+from bench.recording.repairing import repair
+
+NAME = "journal.sqlite"
+_BEGUN = "begun"
+_SCHEMA = """
+CREATE TABLE IF NOT EXISTS campaign (key TEXT PRIMARY KEY, value TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS takes (
+    recording_id TEXT PRIMARY KEY, point_id TEXT NOT NULL, take INTEGER NOT NULL,
+    status TEXT NOT NULL, content TEXT NOT NULL
+);
+"""
+
+
+def campaign_digest(campaign: Campaign) -> str:
+    """Hash of what is to be measured; titles and comments do not count."""
+    return sha256(repr((campaign.name, campaign.stages)).encode()).hexdigest()
+
+
+class Journal:
+    """The journal of one folder.
+
+    Parameters
+    ----------
+    folder : of the recordings; is made if it is not there.
+    campaign, file : what is measured and under which configuration.
+
+    Raises
+    ------
+    ConfigurationError
+        If the folder holds another campaign or one of another bench configuration: points would be mixed.
+    """
+
+    def __init__(self, folder: Path, campaign: Campaign, file: BenchFile) -> None:
+        self._folder = folder
+        folder.mkdir(parents=True, exist_ok=True)
+        self._database = sqlite3.connect(folder / NAME, check_same_thread=False, isolation_level=None)
+        self._database.execute("PRAGMA journal_mode=WAL")
+        # FULL: a commit is on the disk when it returns, so that a power cut takes back nothing
+        self._database.execute("PRAGMA synchronous=FULL")
+        self._database.executescript(_SCHEMA)
+        try:
+            self._claim("campaign", campaign_digest(campaign), f'campaign "{campaign.name}" as it is now')
+            self._claim("bench", file.digest, f'the configuration of bench "{file.configuration.name}" as it is now')
+        except ConfigurationError:
+            self.close()
+            raise
+        self._settle()
+
+    def _claim(self, key: str, digest: str, what: str) -> None:
+        if self.remember(key, digest) != digest:
+            raise ConfigurationError(
+                f"{self._folder} holds recordings that were not made with {what}; give another folder with --out"
+            )
+
+    def remember(self, key: str, value: str) -> str:
+        """Keep a value if there is none under this key yet; return the one that is kept."""
+        self._database.execute("INSERT OR IGNORE INTO campaign VALUES (?, ?)", (key, value))
+        (kept,) = self._database.execute("SELECT value FROM campaign WHERE key = ?", (key,)).fetchone()
+        return str(kept)
+
+    def takes(self) -> list[Taken]:
+        """All takes that have ended, in the order in which they were begun."""
+        rows = self._database.execute("SELECT content FROM takes WHERE status != ? ORDER BY rowid", (_BEGUN,))
+        return [Taken.from_dict(json.loads(content)) for (content,) in rows]
+
+    def done(self) -> set[str]:
+        """Ids of the points that have a take that passed."""
+        rows = self._database.execute("SELECT DISTINCT point_id FROM takes WHERE status = ?", (Status.DONE.value,))
+        return {str(point) for (point,) in rows}
+
+    def next_take(self, point: str) -> int:
+        """Return the number of the next take of a point, from 1."""
+        (last,) = self._database.execute("SELECT MAX(take) FROM takes WHERE point_id = ?", (point,)).fetchone()
+        return 1 + (last or 0)
+
+    def begin(self, taken: Taken) -> None:
+        """Write down that a recording is about to be made."""
+        self._put(taken, _BEGUN)
+
+    def end(self, taken: Taken) -> None:
+        """Write down what became of it; its file has its final name."""
+        self._put(taken, taken.status.value)
+
+    def close(self) -> None:
+        """Close the database."""
+        self._database.close()
+
+    def __enter__(self) -> Journal:
+        """Nothing to do: it is open."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close."""
+        self.close()
+
+    def _put(self, taken: Taken, status: str) -> None:
+        content = json.dumps(taken.as_dict())
+        with self._transaction():
+            self._database.execute(
+                "INSERT OR REPLACE INTO takes VALUES (?, ?, ?, ?, ?)",
+                (taken.recording_id, taken.point_id, taken.take, status, content),
+            )
+
+    @contextmanager
+    def _transaction(self) -> Iterator[None]:
+        self._database.execute("BEGIN IMMEDIATE")
+        try:
+            yield
+        except BaseException:
+            self._database.execute("ROLLBACK")
+            raise
+        self._database.execute("COMMIT")
+
+    def _settle(self) -> None:
+        rows = self._database.execute("SELECT content FROM takes WHERE status = ?", (_BEGUN,)).fetchall()
+        for (content,) in rows:
+            taken = Taken.from_dict(json.loads(content))
+            settled = self._settled(taken)
+            if settled is not None:
+                self.end(settled)
+            else:
+                self._database.execute("DELETE FROM takes WHERE recording_id = ?", (taken.recording_id,))
+
+    def _settled(self, taken: Taken) -> Taken | None:
+        """Return what became of a take that was begun but not ended, None if nothing of it reached the disk."""
+        path = self._folder / taken.file
+        part = path.with_name(path.name + PART_SUFFIX)
+        if not path.exists():
+            if not part.exists():
+                return None
+            try:
+                repair(part)
+            except RecordingError:
+                # no row was saved: the empty file is kept beside, its name is free for the next take
+                part.rename(part.with_name(part.name + ".empty"))
+                return None
+        recording = Recording.open(path)
+        passed = recording.complete and bool(recording.accepted)
+        return replace(
+            taken,
+            status=Status.DONE if passed else Status.FAILED,
+            note="" if passed else "cut short",
+            quality=recording.quality,
+            samples=recording.size,
+            duration_s=recording.size / recording.sample_rate,
+        )

@@ -1,0 +1,37 @@
+"""Slowly to and fro without load: the mean of both directions is the torque sensor's zero, friction cancels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bench.protocols import Angle, BenchFacts, Phase, Point, Request, Segment, Speed
+from sequences._motion import finish, grid, start
+
+
+@dataclass(frozen=True, slots=True)
+class Tare:
+    """One plateau each way over ``travel``; a multiple of the load motor's ripple periods averages its ripple out."""
+
+    travel: Angle = 0.20943951023931953
+    """Load side, rad; by default 12°, five periods of order 150 (25 pole pairs, six times)."""
+    speed: Speed = 0.05235987755982988
+    """Load side, rad/s; by default 3 °/s."""
+    kind: str = "free"
+    prepares_temperature: bool = False
+
+    def points(self, request: Request) -> tuple[Point, ...]:
+        """Return every combination of the request."""
+        return grid(request)
+
+    def phases(self, point: Point, bench: BenchFacts) -> tuple[Phase, ...]:
+        """Return the plateau forward, the turn, the plateau backward, to where it began."""
+        turn = bench.velocity_ramp_s(self.speed, -self.speed)
+        hold = self.travel / self.speed
+        return (
+            *start(self.speed, 0.0, bench),
+            Phase(Segment.STEADY, hold, self.speed, 0.0),
+            Phase(None, turn, -self.speed, 0.0),
+            Phase(None, bench.settling_s, -self.speed, 0.0),
+            Phase(Segment.STEADY, hold, -self.speed, 0.0),
+            *finish(-self.speed, 0.0, bench),
+        )
