@@ -17,6 +17,10 @@ class AttributeProblem(ValueError):
     """An attribute that is absent or cannot be read as what it should be; the text is half a sentence."""
 
 
+class AttributeMissing(AttributeProblem):
+    """An attribute that is absent."""
+
+
 def _scalar(value: Any) -> Any:
     """Unwrap one-element arrays, NumPy scalars and bytes."""
     if isinstance(value, np.ndarray):
@@ -84,12 +88,15 @@ _EXPECTED: dict[Callable[[Any], Any], str] = {
 }
 
 
+_SHOWN = 80  # characters of a wrong value in an error text
+
+
 def read(attributes: Any, name: str, kind: Callable[[Any], _T]) -> _T:
     """Read attribute ``name`` as ``kind`` or raise :class:`AttributeProblem` saying what stands there instead."""
     try:
         value = attributes[name]
     except KeyError:
-        raise AttributeProblem(f"attribute '{name}' is missing, it should be {_EXPECTED[kind]}") from None
+        raise AttributeMissing(f"attribute '{name}' is missing, it should be {_EXPECTED[kind]}") from None
     except (OSError, TypeError, ValueError) as error:
         raise AttributeProblem(
             f"attribute '{name}' cannot be read ({error}), it should be {_EXPECTED[kind]}"
@@ -97,7 +104,8 @@ def read(attributes: Any, name: str, kind: Callable[[Any], _T]) -> _T:
     try:
         return kind(value)
     except (ValueError, OverflowError, TypeError):
-        raise AttributeProblem(f"attribute '{name}' is {value!r}, it should be {_EXPECTED[kind]}") from None
+        shown = " ".join(repr(value).split())[:_SHOWN]
+        raise AttributeProblem(f"attribute '{name}' is {shown}, it should be {_EXPECTED[kind]}") from None
 
 
 def strings(values: NDArray[Any]) -> list[str]:

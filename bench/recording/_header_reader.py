@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bench.errors import RecordingError
 from bench.recording import _attributes as attributes
-from bench.recording._attributes import AttributeProblem
+from bench.recording._attributes import AttributeMissing, AttributeProblem
 from bench.recording.header import FORMAT, ChannelSpec, Event, Gearbox, Segment, Setpoint
 
 _T = TypeVar("_T")
@@ -91,10 +91,10 @@ def _check_format(file: h5py.File, path: Path) -> None:
 def _optional(
     attrs: Any, name: str, kind: Callable[[Any], _T], default: _T | None, where: str, problems: list[str]
 ) -> _T | None:
-    if name not in attrs:
-        return default
     try:
         return attributes.read(attrs, name, kind)
+    except AttributeMissing:
+        return default
     except AttributeProblem as problem:
         problems.append(f"{where} {problem}.")
         return default
@@ -181,22 +181,31 @@ def _order(specs: dict[str, ChannelSpec]) -> list[str]:
 
 
 def _spec(name: str, dataset: h5py.Dataset, where: str, problems: list[str]) -> ChannelSpec | None:
-    values: dict[str, float] = {}
-    for key, default in (("scale", 1.0), ("offset", 0.0)):
+    attrs = dataset.attrs
+    factors = {"scale": 1.0, "offset": 0.0}
+    for key in factors:
         try:
-            values[key] = attributes.read(dataset.attrs, key, attributes.number) if key in dataset.attrs else default
+            factors[key] = attributes.read(attrs, key, attributes.number)
+            if not np.isfinite(factors[key]) or (key == "scale" and factors[key] == 0):
+                raise AttributeProblem(f"attribute '{key}' is {factors[key]}, it should be a finite factor")
+        except AttributeMissing:
+            continue
         except AttributeProblem as problem:
             # Values of unknown scale would be wrong values: better none.
             problems.append(f"{where} {problem}; the channel is left out.")
             return None
+    texts = {
+        key: _optional(attrs, key, attributes.text, "", where, problems) or ""
+        for key in ("unit", "description", "origin")
+    }
     return ChannelSpec(
-        name=name,
-        unit=_optional(dataset.attrs, "unit", attributes.text, "", where, problems) or "",
-        dtype=str(dataset.dtype),
-        scale=values["scale"],
-        offset=values["offset"],
-        description=_optional(dataset.attrs, "description", attributes.text, "", where, problems) or "",
-        origin=_optional(dataset.attrs, "origin", attributes.text, "", where, problems) or "",
+        name,
+        texts["unit"],
+        str(dataset.dtype),
+        factors["scale"],
+        factors["offset"],
+        texts["description"],
+        texts["origin"],
     )
 
 
