@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import warnings
+import time
 from collections.abc import Callable, Mapping, Sequence
 from types import TracebackType
 from typing import Any
@@ -11,7 +11,7 @@ import numpy as np
 import pysoem
 from numpy.typing import NDArray
 
-from drivers.errors import BusError, DriverError
+from drivers.errors import BusError, DriverError, IdentityError
 from drivers.ethercat import nonblocking
 from drivers.ethercat.assignment import assign_pdos
 from drivers.ethercat.emergency import EmergencyLog, EmergencyMessage
@@ -24,6 +24,10 @@ from drivers.ethercat.recovery import Condition, Recovery, recover_step
 from drivers.ethercat.sdo import SdoClient
 from drivers.ethercat.slave import SlaveSpec
 from drivers.ethercat.states import reach_init, reach_op, reach_safeop
+from drivers.ethercat.watchdog import set_watchdog
+
+_SCANS = 5
+_SCAN_PAUSE_S = 0.1
 
 
 class EtherCatBus:
@@ -73,6 +77,7 @@ class EtherCatBus:
         self._emergencies = EmergencyLog()
         self._exchanger: Exchanger | None = None
         self._configuration_errors: dict[str, DriverError] = {}
+        self._sockets: frozenset[int] = frozenset()
         self._is_open = False
 
     def open(self) -> None:
@@ -83,7 +88,7 @@ class EtherCatBus:
         BusError
             If it does not exist or raw sockets are not allowed.
         """
-        before = nonblocking.packet_sockets()
+        before = nonblocking.packet_sockets() if self._nonblocking else frozenset()
         try:
             self._master.open(self.interface)
         except ConnectionError as error:
@@ -93,7 +98,7 @@ class EtherCatBus:
             ) from error
         self._is_open = True
         if self._nonblocking:
-            nonblocking.set_nonblocking(nonblocking.packet_sockets() - before)
+            self._sockets = nonblocking.packet_sockets() - before
 
     def configure(self) -> None:
         """Find the slaves, check who they are, set their process data and settings, map it: PREOP to SAFEOP.
@@ -107,15 +112,12 @@ class EtherCatBus:
         BusError
             If the mapped sizes differ from the configured ones, or SAFEOP is not reached.
         """
-        if self._master.config_init() <= 0:
-            raise BusError(f"no slave answers on '{self.interface}'; check the cable and that the slaves are powered")
-        found = self._slaves()
-        check_identity(self.specs, found, self.interface)
+        found = self._scan()
         for spec, slave in zip(self.specs, found, strict=True):
             self._sdo[spec.name] = SdoClient(slave, spec.name)
             self._emergencies.listen(spec.name, slave)
             if spec.watchdog_s is not None:
-                _set_watchdog(spec, slave, spec.watchdog_s)
+                set_watchdog(slave, spec.name, spec.watchdog_s)
             # config_init wipes the callback and config_map calls it, so this is the one place to set it.
             slave.config_func = self._callback(spec)
         self._map()
@@ -135,6 +137,8 @@ class EtherCatBus:
         BusError
             With every slave that stays behind, its state and AL status.
         """
+        # Not before: with a blocking socket a configuration frame has the patience of a jiffy, which a busy host needs.
+        nonblocking.set_nonblocking(self._sockets)
         for spec, slave in zip(self.specs, self._slaves(), strict=True):
             if spec.sync0_shift_ns is not None:
                 self.exchange(1)  # cycle data before SYNC0, or the slave's clock control sees a jump
@@ -224,6 +228,24 @@ class EtherCatBus:
     ) -> None:
         self.close()
 
+    def _scan(self) -> Sequence[Slave]:
+        """Find the slaves and check who they are.
+
+        More than once: a link that has just come up loses the first frames, and SOEM takes the data of the EEPROM
+        access before for that of one whose frames were lost.
+        """
+        error = BusError(f"no slave answers on '{self.interface}'; check the cable and that the slaves are powered")
+        for _ in range(_SCANS):
+            if self._master.config_init() > 0:
+                try:
+                    check_identity(self.specs, self._slaves(), self.interface)
+                except IdentityError as mismatch:
+                    error = mismatch
+                else:
+                    return self._slaves()
+            time.sleep(_SCAN_PAUSE_S)
+        raise error
+
     def _slaves(self) -> Sequence[Slave]:
         return self._master.slaves or ()
 
@@ -259,21 +281,3 @@ class EtherCatBus:
                         f"{spec.name} maps {len(actual)} bytes of {kind} but the configuration has {stop - start}; "
                         "its PDOs in the configuration should be those of the device"
                     )
-
-
-def _set_watchdog(spec: SlaveSpec, slave: Slave, watchdog_s: float) -> None:
-    wanted_ms = watchdog_s * 1e3
-    with warnings.catch_warnings():
-        # pysoem warns of every rounding to the divider's grid; the value is read back and judged here instead.
-        warnings.simplefilter("ignore", UserWarning)
-        try:
-            slave.set_watchdog("processdata", wanted_ms)
-            kept_ms = slave.get_watchdog("processdata")
-        except (AttributeError, pysoem.WkcError) as error:
-            raise BusError(f"{spec.name} does not take a process data watchdog of {wanted_ms:g} ms: {error}") from error
-    # One step of the default divider is 0.1 ms; a slave that keeps another time would stop too late.
-    if abs(kept_ms - wanted_ms) > max(0.1, 0.01 * wanted_ms):
-        raise BusError(
-            f"{spec.name} keeps a process data watchdog of {kept_ms:g} ms where {wanted_ms:g} ms are configured; "
-            "a time the slave can keep should stand in the configuration"
-        )

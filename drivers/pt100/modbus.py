@@ -28,6 +28,7 @@ _EXCEPTIONS = {
 }
 """Modbus exception codes (MODBUS Application Protocol 1.1b3, chapter 7)."""
 
+_FAILURES: tuple[type[Exception], ...] = (ModbusException, *PORT_ERRORS)
 _Client = ModbusTcpClient | ModbusSerialClient
 
 
@@ -123,7 +124,7 @@ class ModbusThermometer:
             if not self.client.connected and not self.client.connect():
                 raise SensorError(f"{self.name}: no connection to {self.client}; check address, cable and supply")
             answer = self.client.read_input_registers(address, count=count, device_id=self.device_id)
-        except (ModbusException, *PORT_ERRORS) as error:
+        except _FAILURES as error:
             raise SensorError(
                 f"{self.name}: device {self.device_id} does not answer on {self.client} ({error}); "
                 "check address and line"
