@@ -89,7 +89,9 @@ class Slave:
                 "SO": self._start_outputs,
                 "OS": self._stop_outputs,
                 "OP": self._stop_outputs,
-                "OI": self._stop_outputs,
+                "OI": self._stop_all,
+                "SI": self._stop_mailbox,
+                "PI": self._stop_mailbox,
             },
         )
 
@@ -136,6 +138,14 @@ class Slave:
 
     def _stop_outputs(self) -> None:
         """Outputs are no longer valid (leaving OPERATIONAL)."""
+
+    def _stop_mailbox(self) -> None:
+        """Without a mailbox (INIT) what waited for it is gone."""
+        self.emergencies.clear()
+
+    def _stop_all(self) -> None:
+        self._stop_outputs()
+        self._stop_mailbox()
 
     def keep_outputs(self, row: bytes) -> None:
         """Take the last process data over into the dictionary, so that SDO uploads show it."""

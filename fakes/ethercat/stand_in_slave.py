@@ -185,11 +185,10 @@ class StandInSlave:
             raise pysoem.SdoError(self._position + 1, index, subindex, abort.code, text) from None
 
     def mbx_receive(self) -> int:
-        """Fetch what waits in the mailbox: emergencies go to the callbacks."""
+        """Fetch what waits in the mailbox: emergencies go to the callbacks, and as with SOEM the counter is 0 then."""
         self._master.check_open()
-        waiting = bool(self._slave.emergencies) and self.reached()
         self._deliver_emergencies()
-        return int(waiting)
+        return 0
 
     def add_emergency_callback(self, callback: Callable[[pysoem.Emergency], None]) -> None:
         """Have a function called for each emergency message that comes."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from fakes.ethercat.al import AlState
 from fakes.ethercat.slave import Slave
 from fakes.ethercat.wire import clock, sii
 from fakes.ethercat.wire import registers as reg
@@ -111,6 +112,8 @@ class SlaveController:
             manager.length = int.from_bytes(self.memory[at + 2 : at + 4], "little")
             manager.enabled = bool(self.memory[at + 6] & 0x01)
         self.slave.al.request(self.memory[reg.AL_CONTROL])
+        if self.slave.al.state is AlState.INIT:
+            self.mailbox.empty()
         self.show_state()
 
     def show_state(self) -> None:

@@ -35,6 +35,13 @@ class Mailbox:
         self._out = self._in = (0, 0)
         self._repeat = 0
 
+    def empty(self) -> None:
+        """Throw away what waits, as a slave does on its way to INIT."""
+        self._waiting.clear()
+        self._last = b""
+        self._full(_OUT, False)
+        self._full(_IN, False)
+
     def configure(self) -> None:
         """Take over what the master wrote to SM0 and SM1."""
         out, in_ = self._range(_OUT), self._range(_IN)

@@ -18,11 +18,13 @@ from pathlib import Path
 from typing import Any
 
 from fakes import slow_devices
+from fakes.ethercat.bench import EmulatedBench
 from fakes.ethercat.benches import bench_of
 from fakes.ethercat.fault_text import FaultRequest, parse_fault
 from fakes.ethercat.wire.control import TIMEOUT_S, ControlServer
 from fakes.ethercat.wire.port import Port
 from fakes.ethercat.wire.responder import Responder
+from fakes.plant import PlantError
 
 _LOCK_ALL = 1 | 2
 """mlockall: present and future pages."""
@@ -145,7 +147,7 @@ def serve(options: Mapping[str, Any], report: Callable[[dict[str, Any]], None]) 
         closing.callback(port.close)
         wanted = slow_devices.SlowDeviceOptions(chosen.modbus_rtu, chosen.modbus_tcp, chosen.serial)
         slow = closing.enter_context(slow_devices.slow_devices(wanted)) if wanted.any else None
-        bench = bench_of(chosen.plant, chosen.seed, chosen.cycle_time_s)
+        bench = _bench(chosen)
         responder = Responder(bench, port, None if slow is None else slow.readings.get_obj())
         responder.warm_up()
         service = Service(responder, slow)
@@ -168,6 +170,13 @@ def serve(options: Mapping[str, Any], report: Callable[[dict[str, Any]], None]) 
         report({"interface": chosen.interface, "plant": chosen.plant, "slaves": slaves, **places})
         responder.run()
         return asdict(responder.counters)
+
+
+def _bench(chosen: EmulatorOptions) -> EmulatedBench:
+    try:
+        return bench_of(chosen.plant, chosen.seed, chosen.cycle_time_s)
+    except PlantError as error:
+        raise ValueError(str(error)) from error
 
 
 def _real_time(cpu: int | None, priority: int | None) -> None:
