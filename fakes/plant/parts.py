@@ -55,6 +55,20 @@ class Heat:
     """lubricant when the plant starts, °C"""
     ambient_rate: float = 0.0
     """warming of the surroundings, K/s (0: constant)"""
+    ambient_curvature: float = 0.0
+    """K/s²"""
+    ambient_cosine: float = 0.0
+    """wave of the surroundings, K"""
+    ambient_sine: float = 0.0
+    ambient_period: float = 0.0
+    """s, 0: no wave"""
+    speed_cooling: float = 0.0
+    """further cooling at 100 rad/s of the motor, 1/s"""
+    speed_exponent: float = 1.0
+    housing_rate: float = 0.0
+    """conductance to a second mass over C, 1/s (0: one mass)"""
+    housing_time: float = 1000.0
+    """time constant of the second mass, s"""
 
 
 @dataclass(frozen=True, slots=True)

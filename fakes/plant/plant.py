@@ -167,6 +167,8 @@ class Plant:
         """Put the bench at rest, without load, at its first temperature."""
         truth = self.truth
         self._state["temperature"] = truth.heat.initial
+        self._state["housing"] = truth.heat.initial
+        self._state["surroundings"] = truth.heat.ambient
         self._state["sensed_temperature"] = truth.heat.initial
         self._state["te_weight"] = 1.0
         orders, amplitude, phase, offset, box = self._series

@@ -19,6 +19,18 @@ if TYPE_CHECKING:
 INPUT, LOAD = 0, 1
 """rows of the drive records"""
 MAXIMUM_RIPPLES = 8
+_HEAT = (
+    "ambient_rate",
+    "ambient_curvature",
+    "ambient_cosine",
+    "ambient_sine",
+    "ambient_period",
+    "speed_cooling",
+    "speed_exponent",
+    "housing_rate",
+    "housing_time",
+)
+"""values of the heat balance that are taken over by name"""
 
 PLANT_PARAMETERS = np.dtype(
     [
@@ -42,6 +54,14 @@ PLANT_PARAMETERS = np.dtype(
         ("heat_resistance", "f8"),
         ("ambient", "f8"),
         ("ambient_rate", "f8"),
+        ("ambient_curvature", "f8"),
+        ("ambient_cosine", "f8"),
+        ("ambient_sine", "f8"),
+        ("ambient_period", "f8"),
+        ("speed_cooling", "f8"),
+        ("speed_exponent", "f8"),
+        ("housing_rate", "f8"),
+        ("housing_time", "f8"),
         ("ripples", "i8"),
         ("ripple_order", "f8", (MAXIMUM_RIPPLES,)),
         ("ripple_amplitude", "f8", (MAXIMUM_RIPPLES,)),
@@ -104,6 +124,9 @@ PLANT_STATE = np.dtype(
         ("load_velocity", "f8"),
         ("torque", "f8"),  # at the torque sensor, noise-free
         ("temperature", "f8"),
+        ("housing", "f8"),
+        ("surroundings", "f8"),
+        ("cooling", "f8"),  # 1/s
         ("slip", "f8"),  # twist lost while uncoupled
         ("te_torque", "f8"),  # filtered, as the polynomials see it
         ("te_velocity", "f8"),
@@ -186,7 +209,7 @@ def plant_parameters(truth: PlantTruth, cycle_time: float) -> NDArray[Any]:
         "heat_capacity": truth.heat.capacity,
         "heat_resistance": truth.heat.resistance,
         "ambient": truth.heat.ambient,
-        "ambient_rate": truth.heat.ambient_rate,
+        **{name: getattr(truth.heat, name) for name in _HEAT},
         "ripples": len(ripple),
         "sensor_counts": truth.torque_sensor.full_scale_counts / truth.torque_sensor.rated_torque,
         "sensor_limit": truth.torque_sensor.full_scale_counts - 1,

@@ -64,10 +64,10 @@ def read_torque(p: Any, s: Any, words: Any, active: Any, faults: Any) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def read_temperatures(p: Any, s: Any, surroundings: float, words: Any, active: Any, faults: Any) -> None:
+def read_temperatures(p: Any, s: Any, words: Any, active: Any, faults: Any) -> None:
     """Read both PT100 into ``s.lubricant_reading`` and ``s.ambient_reading``, °C."""
     lubricant = s.sensed_temperature + p.lubricant_offset + p.lubricant_noise * normal(words)
-    reading = surroundings + p.ambient_offset + p.ambient_noise * normal(words)
+    reading = s.surroundings + p.ambient_offset + p.ambient_noise * normal(words)
     if active[_PT_OFFSET]:
         lubricant += faults[_PT_OFFSET].value
     if active[_PT_OPEN]:

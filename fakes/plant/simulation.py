@@ -25,10 +25,9 @@ _WITH_MEMORY = (
     "friction.presliding",
     "sensor.torque_hysteresis",
     "sensor.timing_skew",
-    "thermal.second_mass",
-    "thermal.convection_speed",
-    "thermal.ambient_drift",
 )
+_THERMAL = ("thermal.sensor_lag", "thermal.second_mass", "thermal.convection_speed", "thermal.ambient_drift")
+"""further terms that the plant's own heat balance has"""
 _NEEDED = ("motor.inertia", "motor.load_reaction", "load.inertia", "load.reaction", "thermal.loss_heating")
 
 
@@ -81,7 +80,7 @@ def of_simulation(simulation: Simulation, base: PlantTruth, where: str = "simula
         effects=tuple(
             _effect(term, where)
             for name, term in simulation.terms.items()
-            if term.enabled and name not in (*NOMINAL_TERMS, "thermal.sensor_lag")
+            if term.enabled and name not in (*NOMINAL_TERMS, *_THERMAL)
         ),
     )
 
@@ -102,11 +101,30 @@ def _with_heat(simulation: Simulation, base: PlantTruth, given: Callable[[str, s
         resistance = 1.0 / (cooling * capacity)
         above = simulation.value("thermal.convection", "(T_amb-25)/(R*C)")
         ambient = ambient if above is None else 25.0 + above / cooling
-    lag = simulation.value("thermal.sensor_lag", "tau_s") if simulation.enabled("thermal.sensor_lag") else None
+
+    def further(effect: str, symbol: str) -> float:
+        return simulation.value(effect, symbol) or 0.0
+
+    # the library writes the drift of the surroundings over R·C and against hours
+    drift, swing = "thermal.ambient_drift", capacity * (resistance if np.isfinite(resistance) else 0.0)
     return replace(
         base,
-        heat=replace(heat, capacity=capacity, resistance=resistance, ambient=ambient),
-        lubricant_sensor=replace(base.lubricant_sensor, lag=lag or 0.0),
+        heat=replace(
+            heat,
+            capacity=capacity,
+            resistance=resistance,
+            ambient=ambient,
+            ambient_rate=swing * further(drift, "d_1") / 3600.0,
+            ambient_curvature=swing * further(drift, "d_2") / 3600.0**2,
+            ambient_cosine=swing * further(drift, "d_c"),
+            ambient_sine=swing * further(drift, "d_s"),
+            ambient_period=3600.0 * further(drift, "period"),
+            speed_cooling=further("thermal.convection_speed", "h_1"),
+            speed_exponent=further("thermal.convection_speed", "n") or 1.0,
+            housing_rate=further("thermal.second_mass", "1/(R_h*C)"),
+            housing_time=further("thermal.second_mass", "tau_h") or heat.housing_time,
+        ),
+        lubricant_sensor=replace(base.lubricant_sensor, lag=further("thermal.sensor_lag", "tau_s")),
     )
 
 

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from fakes.plant.drag import look_up
 from fakes.plant.drive import report_torque, run_drive
 from fakes.plant.faults import INDEX
+from fakes.plant.heat import aim_heat, warm
 from fakes.plant.mechanics import move
 from fakes.plant.noise import normal
 from fakes.plant.records import INPUT, LOAD
@@ -161,6 +162,7 @@ def step_block(
         slow = s.cycle % p.te_interval == 0
         if slow:
             _aim_series(p, s, table, te, turn)
+            aim_heat(p, s)
         now.start_theta = s.motor_angle / p.ratio
         now.te_value, now.te_first, now.te_second = series(turn, te[0], table[0])
         _conditions(p, s, drives, states, c, now, active, faults)
@@ -187,15 +189,12 @@ def step_block(
         s.te_velocity += p.te_share * (s.motor_velocity / p.ratio - s.te_velocity)
         s.te_weight = min(max(s.te_weight + 2.0 * turned / p.te_reversal_travel, -1.0), 1.0)
 
-        surroundings = p.ambient + p.ambient_rate * s.cycle * p.cycle_time
         if active[_HEATING]:
             heat += faults[_HEATING].value * p.cycle_time
-        heat -= (s.temperature - surroundings) / p.heat_resistance * p.cycle_time
-        s.temperature += heat / p.heat_capacity
-        s.sensed_temperature += p.lubricant_share * (s.temperature - s.sensed_temperature)
+        warm(p, s, heat)
         s.travel += abs(turned)
         if slow:
-            read_temperatures(p, s, surroundings, words, active, faults)
+            read_temperatures(p, s, words, active, faults)
         _measure(p, s, drives, states, measurements[n], noise, words, active, faults)
         if n < trace.shape[0]:
             t = trace[n]

@@ -163,6 +163,39 @@ def test_heat_balance_closed_form(truth: PlantTruth) -> None:
     assert plant.state["temperature"] == pytest.approx(expected, abs=0.02)
 
 
+def test_further_ways_of_heat(truth: PlantTruth) -> None:
+    bare = replace(quiet(smooth(truth)), friction=replace(truth.friction, viscous_temperature=0.0))
+    plain = replace(truth.heat, capacity=50.0, resistance=1e9, initial=60.0, ambient=20.0)
+    rest = commands(10.0)
+
+    cooled = Plant(replace(bare, heat=replace(plain, resistance=0.2, housing_rate=0.0)), seed=1)
+    cooled.step(rest)
+    assert cooled.state["temperature"] == pytest.approx(20.0 + 40.0 * np.exp(-10.0 / 10.0), abs=0.02)
+
+    drifting = Plant(replace(bare, heat=replace(plain, ambient_rate=0.1, ambient_cosine=2.0, ambient_period=20.0)))
+    drifting.step(rest)
+    assert drifting.state["surroundings"] == pytest.approx(20.0 + 0.1 * 10.0 - 2.0, abs=0.01)
+
+    # the second mass starts as warm as the first; both share what came in when the first is heated
+    shared = Plant(replace(bare, heat=replace(plain, housing_rate=0.5, housing_time=1.0)), seed=1)
+    shared.faults.set("heating_external", 500.0, until_s=2.0)
+    shared.step(rest)
+    gain = 500.0 * 2.0 / 50.0
+    # k_h·τ_h = 0.5: the housing holds half of what the lubricant holds
+    assert shared.state["temperature"] == pytest.approx(60.0 + gain / 1.5, abs=0.05)
+    assert shared.state["housing"] == pytest.approx(shared.state["temperature"], abs=0.05)
+
+    windy = Plant(replace(bare, heat=replace(plain, speed_cooling=0.05, speed_exponent=0.5)), seed=1)
+    bring_up(windy, 25.0, 0.0)
+    before = windy.state
+    windy.step(commands(1.0, 25.0, 0.0))
+    after = windy.state
+    heat = (after["loss_gearbox"] - before["loss_gearbox"]) / 50.0
+    middle = 0.5 * (before["temperature"] + after["temperature"])
+    fall = 0.05 * 0.5 * (middle - 20.0)
+    assert after["temperature"] - before["temperature"] == pytest.approx(heat - fall, abs=0.01)
+
+
 def test_quick_stop_ramps_down_and_holds(truth: PlantTruth) -> None:
     plant = Plant(truth, seed=1)
     bring_up(plant, 100.0, 0.0)

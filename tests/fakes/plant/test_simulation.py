@@ -55,6 +55,8 @@ def test_nominal_parameters_are_taken_over(tmp_path: Path) -> None:
             {"effect": "thermal.loss_heating", "parameters": {"1/C": 5e-5}},
             {"effect": "thermal.convection", "parameters": {"1/(R*C)": 1e-4, "(T_amb-25)/(R*C)": -3e-4}},
             {"effect": "load.bearing_friction", "parameters": parameters(f_b=5.0)},
+            {"effect": "thermal.ambient_drift", "enabled": True, "parameters": {"d_1": 1e-4}},
+            {"effect": "thermal.sensor_lag", "enabled": True, "parameters": {"1/C": 5e-5, "tau_s": 30.0}},
         ],
     )
     truth = Plant.from_simulation(path).truth
@@ -64,6 +66,8 @@ def test_nominal_parameters_are_taken_over(tmp_path: Path) -> None:
     assert truth.heat.resistance == pytest.approx(0.5)
     assert truth.heat.ambient == pytest.approx(22.0)
     assert truth.load_side.bearing_friction == 5.0
+    assert truth.heat.ambient_rate == pytest.approx(1e-4 * 20e3 * 0.5 / 3600.0)
+    assert truth.lubricant_sensor.lag == 30.0
 
 
 def test_stribeck_is_felt_with_its_heat(tmp_path: Path) -> None:
