@@ -1,0 +1,142 @@
+"""The page itself: tables and figures in one HTML file that needs nothing else."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from bench.identification.identify import Identification
+from bench.identification.report import figures
+from bench.identification.summary import SYMBOL_TERMS, parameters, sensitivities, verdict
+from bench.identification.validation import PAPER_TABLE, table
+from bench.simulation import TERM_COUNT, basis
+from bench.simulation.polynomial import TERM_NAMES
+
+STYLE = """
+body{font:15px/1.5 system-ui,sans-serif;max-width:1080px;margin:2em auto;padding:0 1em;color:#1b1b1b}
+table{border-collapse:collapse;margin:.6em 0}td,th{padding:.2em .7em;border-bottom:1px solid #ddd;text-align:right}
+th{background:#f3f5f8}td:first-child,th:first-child{text-align:left}img{max-width:100%}
+figure{margin:1em 0}figcaption{color:#555;font-size:90%}.verdict{font-size:115%;font-weight:600}
+"""
+MODELS = (("refined", "refined"), ("paper", "paper's method"), ("bound", "bound"))
+
+
+def _table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    head = "".join(f"<th>{html.escape(h)}</th>" for h in headings)
+    body = "".join("<tr>" + "".join(f"<td>{html.escape(c)}</td>" for c in row) + "</tr>" for row in rows)
+    return f"<table><tr>{head}</tr>{body}</table>"
+
+
+def _figure(uri: str, caption: str) -> str:
+    text = html.escape(caption)
+    return f'<figure><img src="{uri}" alt="{text}"><figcaption>{text}</figcaption></figure>'
+
+
+def _errors(found: Identification) -> str:
+    rows = []
+    for title, directions in table(found.scores).items():
+        for direction, models in directions.items():
+            for quantity, index in (("rmse", 0), ("mae", 1)):
+                cells = [f"{1e6 * models[m][quantity]:.2f}" for m, _ in MODELS]
+                own = f"{1e6 * PAPER_TABLE[title][direction][index]:.1f}"
+                rows.append([title, direction, quantity.upper(), str(int(models["bound"]["recordings"])), *cells, own])
+    headings = ["recordings", "direction", "µrad", "number", *(t for _, t in MODELS), "the paper, on its bench"]
+    return _table(headings, rows)
+
+
+def _parameters(found: Identification) -> str:
+    rows = []
+    for symbol, p in parameters(found).items():
+        rows.append([symbol, f"{p.value:.5g}", "–" if p.std is None else f"{p.std:.2g}", p.unit, SYMBOL_TERMS[symbol]])
+    if not rows:
+        return "<p>No recording determines any of them.</p>"
+    return _table(["parameter", "value", "standard deviation", "unit", "term"], rows)
+
+
+def _proposals(found: Identification) -> str:
+    rows = [
+        [str(p.order), f"{1e6 * p.amplitude:.3f}", f"{100 * p.share:.0f} %", p.part, "yes" if p.used else "no"]
+        for p in found.proposals
+    ]
+    if not rows:
+        return "<p>No order stands out of the noise in many recordings.</p>"
+    return _table(["order", "median amplitude, µrad", "stands out in", "part", "in the model"], rows)
+
+
+def _harmonics(found: Identification) -> str:
+    rows = []
+    for direction, result in found.refined.items():
+        centre = result.design.inputs.mean(axis=0)
+        x, fourier = basis(centre[0], centre[1], centre[2]), result.fourier
+        for k, order in enumerate(fourier.orders):
+            cells = [direction, f"{order:g}", f"{1e6 * (fourier.amplitude[k] @ x):.3f}", "–"]
+            cells += [f"{fourier.phase[k] @ x:.4f}", "–"]
+            if fourier.covariance is not None:
+                joint = fourier.covariance[k]
+                for column, block in ((3, joint[:TERM_COUNT, :TERM_COUNT]), (5, joint[TERM_COUNT:, TERM_COUNT:])):
+                    spread = float(np.sqrt(max(x @ block @ x, 0.0)))
+                    cells[column] = f"{1e6 * spread:.3f}" if column == 3 else f"{spread:.4f}"
+            rows.append(cells)
+    return _table(["direction", "order", "amplitude, µrad", "±", "phase, rad", "±"], rows)
+
+
+def _sensitivities(found: Identification) -> str:
+    rows = []
+    for direction, names in sensitivities(found).items():
+        for name, unit in (("A", 1e6), ("phi", 1.0), ("a0", 1e6)):
+            cells = [f"{unit * names[name][term]:.3g}" for term in TERM_NAMES]
+            rows.append([f"{direction} {name} ({'µrad' if unit > 1 else 'rad'})", *cells])
+    return _table(["change of the standardised parameter", *TERM_NAMES], rows) if rows else "<p>Not determined.</p>"
+
+
+def _list(items: Iterable[str]) -> str:
+    rows = "".join(f"<li>{html.escape(item)}</li>" for item in items)
+    return f"<ul>{rows}</ul>" if rows else "<p>Nothing.</p>"
+
+
+def write_report(found: Identification, folder: Path) -> Path:
+    """Write ``report.html`` into ``folder`` (made where it is missing) and return its path."""
+    folder.mkdir(parents=True, exist_ok=True)
+    parts = [
+        f"<p class=verdict>{html.escape(verdict(found))}</p>",
+        "<h2>Errors of the models</h2>",
+        "<p>Mean over recordings, mean of the measurement removed, a₀ left out, ripple of the load motor notched. "
+        "The bound is the Fourier series fitted to each recording itself.</p>",
+        _errors(found),
+    ]
+    example = figures.validation_example(found)
+    if example is not None:
+        parts += ["<h2>Validation example</h2>", _figure(*example)]
+    polar = figures.polar(found)
+    if polar is not None:
+        parts += ["<h2>Transmission error over one revolution</h2>", _figure(*polar)]
+    for heading, uri, caption in figures.influences(found):
+        parts += [f"<h2>{heading}</h2>", _figure(uri, caption)]
+    leak = figures.leakage(found)
+    if leak is not None:
+        parts += ["<h2>Why a joint fit</h2>", _figure(*leak)]
+    parts += [
+        "<h2>Orders that stand out</h2>",
+        _proposals(found),
+        "<h2>Friction, heat balance, load side</h2>",
+        _parameters(found),
+        "<h2>Orders of the refined model at the mean of the inputs</h2>",
+        _harmonics(found),
+        "<h2>Sensitivities: change that doubles the error (mean over the orders)</h2>",
+        _sensitivities(found),
+        "<h2>Not determined by these recordings</h2>",
+        _list(found.sentences),
+        "<h2>Left out</h2>",
+        _list(s.why for s in found.skipped),
+    ]
+    title = f"Identification of {html.escape(found.folder.name)}"
+    page = (
+        f"<!doctype html><html lang=en><meta charset=utf-8><title>{title}</title><style>{STYLE}</style>"
+        f"<h1>{title}</h1>{''.join(parts)}</html>"
+    )
+    path = folder / "report.html"
+    path.write_text(page, encoding="utf-8")
+    return path
