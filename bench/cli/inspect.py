@@ -51,7 +51,7 @@ def inspect(
     if as_json:
         typer.echo(json.dumps(_as_dict(recording, ranges, checks, picture), ensure_ascii=False))
     else:
-        _print(Console(highlight=False), recording, ranges, checks, picture)
+        _print(Console(highlight=False, soft_wrap=True), recording, ranges, checks, picture)
     if not checks.valid:
         raise typer.Exit(ExitCode.NOT_VALID)
 

@@ -18,6 +18,7 @@ from bench.errors import RecordingError
 from bench.recording import _layout
 from bench.recording._ordered_file import OrderedFile
 from bench.recording.header import ChannelSpec, RecordingHeader
+from bench.recording.reader import HDF5_ERRORS
 
 FLUSH_INTERVAL_S = 0.4
 """A little below the half second promised, to leave time for the flush itself."""
@@ -91,11 +92,11 @@ class Sink:
         self._thread.join()
         try:
             if self._error is None:
-                self._write_partial()
+                self._write_partial(last=True)
                 if complete is not None:
                     _layout.write_end(self._file, accepted=accepted, quality=quality, complete=complete)
                 self._flush()
-        except (OSError, RuntimeError) as error:
+        except HDF5_ERRORS as error:
             self._error = error
         self._shut()
         self.check()
@@ -120,19 +121,21 @@ class Sink:
                 if time.monotonic() - flushed_at >= _MIN_FLUSH_SPACING_S:
                     self._flush()
                     flushed_at = time.monotonic()
-            except (OSError, RuntimeError, ValueError) as error:
+            except (*HDF5_ERRORS, MemoryError) as error:
                 self._error = error
 
-    def _write_partial(self) -> None:
+    def _write_partial(self, *, last: bool = False) -> None:
         """Write the chunk in the making, when no whole one has come for a while.
 
         Such a chunk is stored without compression, now and when it is full: its place and size then stay the same and
-        rows are added behind those already there, so that no moment exists in which the file lacks them.
+        rows are added behind those already there, so that no moment exists in which the file lacks them. The last
+        chunk of a recording is compressed if it was never written before.
         """
         with self.lock:
             start, count, columns = self._partial()
         if count and start + count > self.rows_written and start <= self.rows_written:
-            self._unfiltered_start = start
+            if not last:
+                self._unfiltered_start = start
             self._write_chunk(start, count, columns)
 
     def _write_chunk(self, start: int, count: int, columns: Columns) -> None:
@@ -157,7 +160,7 @@ class Sink:
         try:
             self._file.close()
             self._storage.commit()
-        except (OSError, RuntimeError, ValueError) as error:
+        except (*HDF5_ERRORS, MemoryError) as error:
             self._error = self._error or error
         finally:
             self._storage.close()
