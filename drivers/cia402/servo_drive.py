@@ -103,8 +103,13 @@ class ServoDrive:
         return verify(sdo, self._parameters)
 
     def attach(self, outputs: NDArray[Any] | None, inputs: NDArray[Any] | None) -> None:
-        """Take the drive's process data: structured arrays (capacity,) as :class:`EtherCatBus` offers them."""
+        """Take the drive's process data: structured arrays (capacity,) as :class:`EtherCatBus` offers them.
+
+        The mode is put into the outputs, so that the first cycles on the way to OP do not take it away.
+        """
         self._out, self._in = outputs, inputs
+        if outputs is not None and "6060:00" in self.config.outputs:
+            outputs["6060:00"] = self.config.mode
         self._encoder.reset()
 
     def request(self, goal: Goal, timeout_s: float = 2.0) -> None:
