@@ -101,9 +101,10 @@ class Runner:
             start_temperature = float(self._journal.remember("start_temperature", repr(rig.temperature)))
             self._stages = self._campaign.points(start_temperature)
             done = self._journal.done()
-            summary.earlier = len(done)
+            identities = [self._identity(point) for points in self._stages for point in points]
+            summary.earlier = sum(identity in done for identity in identities)
             try:
-                if any(self._identity(point) not in done for points in self._stages for point in points):
+                if summary.earlier < len(identities):
                     self._measure(done)
             finally:
                 self._collect(wait=True)
