@@ -99,6 +99,8 @@ def _print(
 ) -> None:
     from rich.table import Table
 
+    from bench.recording.statistics import shown_unit
+
     setpoint, seconds = recording.setpoint, recording.size / recording.sample_rate
     console.print(f"[bold]{recording.recording_id}[/]  {recording.kind}, {recording.source}, ", end="")
     console.print(f"{recording.started_at:%Y-%m-%d %H:%M:%S} UTC, campaign {recording.campaign_id}", markup=False)
@@ -118,7 +120,7 @@ def _print(
         table.add_column(heading, justify="left" if heading in ("channel", "unit", "type") else "right")
     for name, (low, mean, high) in ranges.items():
         spec = recording.specs[name]
-        unit, factor = _shown_unit(spec.unit)
+        unit, factor = shown_unit(spec.unit)
         table.add_row(name, unit, spec.dtype, *(f"{value * factor:.6g}" for value in (low, mean, high)))
     console.print(table)
     for segment in recording.segments:
@@ -126,6 +128,8 @@ def _print(
         console.print(f"segment {segment.name}: rows {segment.start} to {segment.stop} ({length:.2f} s)", markup=False)
     for event in recording.events:
         console.print(f"event at {event.time:.3f} s, {event.level}: {event.text}", markup=False)
+    for line in _quality_lines(recording.quality):
+        console.print(line, markup=False)
     for sentence in (*checks.violations, *checks.notes):
         console.print(sentence, markup=False, soft_wrap=True)
     console.print(f"recording format: {'valid' if checks.valid else 'NOT valid'}")
@@ -133,9 +137,19 @@ def _print(
         console.print(f"plot: {picture}", markup=False, soft_wrap=True)
 
 
-def _shown_unit(unit: str) -> tuple[str, float]:
-    """Give unit and factor for the user's eye: degrees in place of radians."""
-    return {"rad": ("°", math.degrees(1.0)), "rad/s": ("°/s", math.degrees(1.0))}.get(unit, (unit, 1.0))
+def _quality_lines(quality: dict[str, Any]) -> list[str]:
+    """Give a line for each check made right after the recording, in whatever form its writer kept it."""
+    lines: list[str] = []
+    for name, result in quality.items():
+        if not isinstance(result, dict) or "passed" not in result:
+            lines.append(f"check {name}: {result}")
+            continue
+        bounds = [result.get("low"), result.get("high")]
+        shown = " to ".join(_ABSENT if bound is None else f"{bound:g}" for bound in bounds)
+        value = result.get("value")
+        measured = "" if value is None else f", {value:g} (allowed {shown})"
+        lines.append(f"check {name}: {'passed' if result['passed'] else 'FAILED'}{measured}")
+    return lines
 
 
 def _value(value: float) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.recording.reader import Recording
+from bench.recording.statistics import shown_unit
 
 _POINTS = 2000
 _PANEL_HEIGHT = 1.35
@@ -39,9 +40,9 @@ def plot_recording(recording: Recording, target: str | Path) -> Path:
     values = recording.read_si(["time", *names]) if recording.size else {}
     time = values.get("time", np.empty(0))
     for panel, name in zip(panels, names, strict=True):
+        unit, factor = shown_unit(recording.specs[name].unit)
         if time.size:
-            _draw(panel, time, values[name])
-        unit = recording.specs[name].unit
+            _draw(panel, time, values[name] * factor)
         panel.set_ylabel(f"{name}\n[{unit}]" if unit and unit != "1" else name, fontsize=7)
         panel.tick_params(labelsize=7)
         _mark(panel, recording, time)

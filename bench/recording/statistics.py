@@ -1,4 +1,4 @@
-"""Ranges of channels, read block by block."""
+"""Ranges of channels, read block by block, and the units people read them in."""
 
 from __future__ import annotations
 
@@ -9,6 +9,13 @@ import numpy as np
 from bench.recording.reader import Recording
 
 _BLOCK_ROWS = 1 << 20
+
+_SHOWN: dict[str, tuple[str, float]] = {"rad": ("°", math.degrees(1.0)), "rad/s": ("°/s", math.degrees(1.0))}
+
+
+def shown_unit(unit: str) -> tuple[str, float]:
+    """Give the unit shown to people in place of an SI unit, and the factor to it: degrees for radians."""
+    return _SHOWN.get(unit, (unit, 1.0))
 
 
 def channel_ranges(recording: Recording) -> dict[str, tuple[float, float, float]]:
