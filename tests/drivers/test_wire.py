@@ -1,0 +1,169 @@
+"""The drivers on unmodified pysoem, over a veth pair, against the slaves as frames.
+
+What counts is the accounting (each cycle done, good or marked), never how many were late: the host may be busy.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drivers.cia402 import Goal, Outcome, State, lead
+from drivers.errors import BusError, DriveFaultError, IdentityError
+from drivers.ethercat import AbsoluteDeadlines, Condition, soem_master
+from tests.drivers.rig import VENDOR, WATCHDOG_S, Rig, make_rig
+from tests.veth import Emulator, VethPair
+
+BLOCK = 100
+
+
+def _priority() -> int | None:
+    """Priority for the emulator where real-time scheduling is allowed: it should not wait for the other tests."""
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
+    except (PermissionError, AttributeError, OSError):
+        return None
+    os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    return 50
+
+
+@pytest.fixture(scope="module")
+def emulator(veth: VethPair, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Emulator]:
+    running = Emulator(veth.far, tmp_path_factory.mktemp("wire"), seed=5, priority=_priority())
+    yield running
+    running.stop()
+
+
+@pytest.fixture
+def rig(veth: VethPair, emulator: Emulator) -> Iterator[Rig]:
+    made = make_rig(soem_master(), veth.near, block_capacity=BLOCK, pacing=AbsoluteDeadlines(0.0005))
+    try:
+        made.start()
+        # The test before may have left the bus with its drives enabled, which they take as a fault of communication.
+        lead(made.bus, made.drives, Goal.FAULT_RESET, timeout_s=5.0)
+        yield made
+    finally:
+        made.bus.close()
+
+
+def run_until(rig: Rig, velocity: float, done: str, limit_s: float = 5.0) -> None:
+    """Run at a velocity until a drive's sequence has that outcome."""
+    end = time.monotonic() + limit_s
+    while time.monotonic() < end:
+        rig.run(velocity, 0.0, 1)
+        if done in {drive.sequence.outcome.name for drive in rig.drives}:
+            return
+    pytest.fail(f"no drive came to {done} within {limit_s} s")
+
+
+def test_op_process_data_and_back(rig: Rig) -> None:
+    bus = rig.bus
+    assert bus.expected_wkc == 8
+    lead(bus, rig.drives, Goal.ENABLED, timeout_s=5.0)
+    positions, cycles, good = [], [], 0
+    for _ in range(30):
+        exchange = rig.run(40.0, 100.0, BLOCK)
+        assert exchange.n_done == BLOCK
+        assert set(np.unique(exchange.wkc)) <= {-1, 8}
+        good += int(bus.good(exchange).sum())
+        positions.append(rig.input_drive.position(BLOCK))
+        cycles.append(exchange.cycle)
+    assert good > 15 * BLOCK
+    assert np.all(np.diff(np.concatenate(cycles)) >= 1)
+    turned = np.diff(np.concatenate(positions)[[10 * BLOCK, -1]])[0]
+    elapsed = np.diff(np.concatenate(cycles)[[10 * BLOCK, -1]])[0] * 0.0005
+    assert turned / elapsed * rig.input_drive.units.position_rad == pytest.approx(40.0, rel=0.1)
+    assert rig.load_drive.torque(BLOCK)[-1] == pytest.approx(100.0, abs=10.0)
+    assert rig.thermometer.read(BLOCK).error is None
+    assert rig.input_drive.verify(bus.sdo("input_drive")) == ()
+    lead(bus, rig.drives, Goal.QUICK_STOP, timeout_s=5.0)
+    lead(bus, rig.drives, Goal.DISABLED, timeout_s=5.0)
+    assert all(drive.sequence.state is State.SWITCH_ON_DISABLED for drive in rig.drives)
+
+
+def test_a_fault_arrives_as_state_code_and_emergency(rig: Rig, emulator: Emulator) -> None:
+    lead(rig.bus, rig.drives, Goal.ENABLED, timeout_s=5.0)
+    emulator.order("fault drive_fault:input_drive=0x3220")
+    run_until(rig, 10.0, "FAULTED")
+    with pytest.raises(DriveFaultError, match="input_drive"):
+        rig.input_drive.check()
+    emulator.order("clear drive_fault:input_drive")
+    codes = [message.code for _ in range(5) for message in rig.bus.emergencies()]
+    assert 0x3220 in codes
+    lead(rig.bus, [rig.input_drive], Goal.FAULT_RESET, timeout_s=5.0)
+    lead(rig.bus, rig.drives, Goal.ENABLED, timeout_s=5.0)
+
+
+def test_silence_of_the_master_trips_the_watchdog_and_op_comes_back_without_torque(rig: Rig) -> None:
+    lead(rig.bus, rig.drives, Goal.ENABLED, timeout_s=5.0)
+    time.sleep(5 * WATCHDOG_S)
+    assert any("sync manager watchdog" in step.text for step in rig.bus.recover())
+    for _ in range(100):
+        if all(step.condition is Condition.OPERATIONAL for step in rig.bus.recover()):
+            break
+        rig.run(0.0, 0.0, 2)
+    else:
+        pytest.fail("the bus did not come back to OP")
+    rig.run(0.0, 0.0, BLOCK)
+    assert {drive.sequence.outcome for drive in rig.drives} <= {Outcome.LEFT, Outcome.FAULTED}
+
+
+def test_a_slave_that_was_lost_is_configured_again(rig: Rig, emulator: Emulator) -> None:
+    lead(rig.bus, rig.drives, Goal.ENABLED, timeout_s=5.0)
+    emulator.order("fault slave_lost:load_drive")
+    exchange = rig.run(0.0, 0.0, BLOCK)
+    assert not rig.bus.good(exchange)[-1]
+    assert {step.name for step in rig.bus.recover() if step.condition is Condition.LOST} == {"load_drive"}
+    emulator.order("clear slave_lost:load_drive")
+    seen = set()
+    for _ in range(100):
+        steps = rig.bus.recover()
+        seen |= {(step.name, step.condition) for step in steps}
+        if all(step.condition is Condition.OPERATIONAL for step in steps):
+            break
+        rig.run(0.0, 0.0, 2)
+    else:
+        pytest.fail(f"the load drive was not recovered: {sorted(str(s) for s in seen)}")
+    assert ("load_drive", Condition.RECONFIGURED) in seen
+    assert rig.load_drive.verify(rig.bus.sdo("load_drive")) == ()
+    assert rig.load_drive.sequence.outcome is not Outcome.REACHED
+
+
+def test_close_leaves_the_slaves_in_init(rig: Rig, emulator: Emulator, veth: VethPair) -> None:
+    lead(rig.bus, rig.drives, Goal.ENABLED, timeout_s=5.0)
+    rig.bus.close()
+    master = soem_master()
+    master.open(veth.near)
+    try:
+        assert master.config_init() == 4
+        assert [slave.man for slave in master.slaves or ()] == [VENDOR] * 4
+    finally:
+        master.close()
+
+
+def test_a_bus_without_slaves_and_one_without_an_interface(veth: VethPair, emulator: Emulator) -> None:
+    emulator.order("fault cable_pulled:input_drive")
+    rig = make_rig(soem_master(), veth.near)
+    try:
+        with rig.bus, pytest.raises(BusError, match="no slave answers"):
+            rig.bus.configure()
+    finally:
+        emulator.order("clear cable_pulled:input_drive")
+    with pytest.raises(BusError, match="network interface 'none0' cannot be opened"):
+        make_rig(soem_master(), "none0").bus.open()
+
+
+def test_another_bench_is_refused_by_identity(veth: VethPair, emulator: Emulator, tmp_path: Path) -> None:
+    emulator.order("fault slave_lost:input_drive")
+    rig = make_rig(soem_master(), veth.near)
+    try:
+        # The load drive answers first now.
+        with rig.bus, pytest.raises(IdentityError, match="that is what load_drive should be"):
+            rig.bus.configure()
+    finally:
+        emulator.order("clear slave_lost:input_drive")
