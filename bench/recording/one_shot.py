@@ -2,32 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 from numpy.typing import ArrayLike
 
 from bench.errors import RecordingError
-from bench.recording import _layout
-from bench.recording.header import PART_SUFFIX, ChannelSpec, Event, RecordingHeader, Segment
-
-_CHUNK_ROWS = 16384
+from bench.recording.header import ChannelSpec, Event, RecordingHeader, Segment
+from bench.recording.writer import FAST_CHUNK_ROWS, RecordingWriter
 
 
 def write_recording(
     path: str | Path,
     header: RecordingHeader,
     channels: Mapping[str, tuple[ArrayLike, ChannelSpec]],
-    segments: Iterable[Segment] = (),
-    events: Iterable[Event] = (),
+    segments: Sequence[Segment] = (),
+    events: Sequence[Event] = (),
     *,
     accepted: bool | None = None,
     quality: Mapping[str, Any] | None = None,
 ) -> None:
-    """Write a complete recording at once, through a ``.part`` file that is renamed when it is on the disk.
+    """Write a complete recording at once; where it is refused, no file is left.
 
     Parameters
     ----------
@@ -40,22 +37,15 @@ def write_recording(
     RecordingError
         Channels of unequal length, without ``time``, or of a type the format does not allow.
     """
-    path = Path(path)
     arrays = {name: np.asarray(values) for name, (values, _) in channels.items()}
     specs = [spec for _, spec in channels.values()]
-    _layout.check_channels(path, specs)
-    sizes = {array.shape for array in arrays.values()}
-    if len(sizes) != 1 or len(next(iter(sizes))) != 1:
-        raise RecordingError(f"{path}: the channels differ in shape ({sizes}), they should all be (N,).")
-    (size,) = sizes.pop()
-    part = path.with_name(path.name + PART_SUFFIX)
-    with h5py.File(part, "w") as file:
-        _layout.write_skeleton(file, header, specs, max(min(size, _CHUNK_ROWS), 1))
-        for spec in specs:
-            dataset = file["channels"][spec.name]
-            dataset.resize((size,))
-            dataset[...] = _layout.exact(path, spec, arrays[spec.name])
-        _layout.append_rows(file, "segments", _layout.segment_rows(segments))
-        _layout.append_rows(file, "events", _layout.event_rows(events))
-        _layout.write_end(file, accepted=accepted, quality=quality)
-    _layout.finish(part, path)
+    rows = max((array.size for array in arrays.values()), default=0)
+    writer = RecordingWriter(path, header, specs, chunk_rows=min(max(rows, 1), FAST_CHUNK_ROWS))
+    try:
+        with writer:
+            writer.append(arrays)
+            writer.restore(segments, events)
+            writer.close(accepted=accepted, quality=quality)
+    except RecordingError:
+        writer.part.unlink(missing_ok=True)
+        raise
