@@ -10,6 +10,7 @@ from typing import Any
 from bench.configuration import BenchConfiguration
 from bench.configuration.bus import Slave
 from bench.cycle.plugins import DRIVERS, MASTERS, plugin
+from bench.cycle.slow import SlowThermometer
 from bench.errors import ConfigurationError, DeviceError
 
 Device = Any
@@ -57,6 +58,7 @@ def assemble(bench: BenchConfiguration, *, seed: int, real_time: bool) -> Assemb
     """
     with device_errors():
         devices = {slave.role: _device(bench, slave) for slave in bench.bus.slaves}
+        thermometer = devices.get("temperature_terminal") or _slow_thermometer(bench)
     master = _master(bench, seed)
     takes_blocks = hasattr(master, "exchange_block")
     block = bench.bus.block if takes_blocks else 1
@@ -78,7 +80,7 @@ def assemble(bench: BenchConfiguration, *, seed: int, real_time: bool) -> Assemb
         devices["input_drive"],
         devices["load_drive"],
         devices["torque_terminal"],
-        devices["temperature_terminal"],
+        thermometer,
         block,
     )
 
@@ -91,6 +93,15 @@ def _master(bench: BenchConfiguration, seed: int) -> Device:
         return factory(bench.bus.plant, seed=seed, cycle_time_s=bench.bus.cycle_time)
     except (FileNotFoundError, ValueError) as error:
         raise ConfigurationError(f"bus.plant = {bench.bus.plant}: {error}") from error
+
+
+def _slow_thermometer(bench: BenchConfiguration) -> SlowThermometer:
+    make_reader = plugin(DRIVERS, "background_reader")
+    wanted = sorted(bench.bus.slow_sensors, key=lambda sensor: sensor.role != "temperature")
+    readers = [
+        make_reader(plugin(DRIVERS, sensor.driver)(sensor.role, sensor.options), sensor.period) for sensor in wanted
+    ]
+    return SlowThermometer(readers, bench.bus.cycle_time)
 
 
 @dataclass(frozen=True, slots=True)

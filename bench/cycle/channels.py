@@ -55,6 +55,7 @@ def make_scaling(
     load_drive: DriveScales,
     volts_per_count: float,
     celsius_per_count: float,
+    temperature_dtype: str,
     has_ambient: bool,
     zeros: Zeros,
 ) -> Scaling:
@@ -67,7 +68,9 @@ def make_scaling(
     torque_scale = volts_per_count * sensor.polarity * sensor.rated_torque / sensor.rated_voltage
     dt = bench.bus.cycle_time
     of = ChannelSpec.of
-    thermometer = "temperature_terminal" if "temperature_terminal" in slaves else "slow_sensor"
+    on_bus = "temperature_terminal" in slaves
+    lubricant = "temperature_terminal/0x6000:11" if on_bus else "temperature"
+    ambient = "temperature_terminal/0x6010:11" if on_bus else "ambient_temperature"
     specs = [
         of("time", scale=dt, origin="bus/cycle"),
         of(
@@ -86,7 +89,7 @@ def make_scaling(
         of("motor_torque", scale=torque_in * input_drive.torque, origin=origin("motor_torque")),
         of("load_torque", scale=torque_scale, offset=-zeros.load_torque, origin=origin("load_torque")),
         of("load_motor_torque", scale=torque_load * load_drive.torque, origin=origin("load_motor_torque")),
-        of("temperature", scale=celsius_per_count, origin=f"{thermometer}/0x6000:11"),
+        of("temperature", dtype=temperature_dtype, scale=celsius_per_count, origin=lubricant),
         of("cycle", origin="bus/cycle"),
         of("load_velocity", scale=motion_load * load_drive.velocity, origin=origin("load_velocity")),
         of("motor_velocity_setpoint", scale=motion_in * input_drive.velocity, origin=origin("motor_velocity_setpoint")),
@@ -95,11 +98,11 @@ def make_scaling(
             scale=torque_load * load_drive.torque,
             origin=origin("load_motor_torque_setpoint"),
         ),
-        of("temperature_age", scale=1e-3, origin=thermometer),
+        of("temperature_age", scale=1e-3, origin=lubricant),
         of("motor_status", origin=origin("motor_status")),
         of("load_status", origin=origin("load_status")),
         of("working_counter", origin="bus/working_counter"),
     ]
     if has_ambient:
-        specs.insert(9, of("ambient_temperature", scale=celsius_per_count, origin=f"{thermometer}/0x6010:11"))
+        specs.insert(9, of("ambient_temperature", dtype=temperature_dtype, scale=celsius_per_count, origin=ambient))
     return Scaling({spec.name: spec for spec in specs})

@@ -15,6 +15,8 @@ from bench.safety import Inputs
 from bench.signals import SOURCES
 
 _SETPOINTS = ("motor_velocity_setpoint", "load_motor_torque_setpoint")
+_OLDEST_MS = 4e9
+"""Ages beyond this (a reading that never came) do not fit the channel."""
 _UNWRAPPED = ("motor_angle", "load_angle")
 
 
@@ -73,7 +75,7 @@ class Decoder:
         raw["temperature"] = np.array(lubricant.raw)
         if self._has_ambient:
             raw["ambient_temperature"] = np.array(thermometer.read(n, 2).raw)
-        raw["temperature_age"] = np.rint(lubricant.age_s * 1e3).astype(np.uint32)
+        raw["temperature_age"] = np.rint(np.minimum(lubricant.age_s * 1e3, _OLDEST_MS)).astype(np.uint32)
         raw["cycle"], raw["time"] = cycle, cycle
         raw["working_counter"] = wkc.astype(np.uint16)
         return Decoded(raw, self._inputs(raw, lubricant, wkc, velocity, n))

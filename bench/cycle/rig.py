@@ -29,6 +29,10 @@ _TARE_S = 1.0
 _TURN = 2.0 * math.pi
 
 
+def _nothing() -> None:
+    """Stand in for what a device does not have."""
+
+
 class EndKind(Enum):
     """How a run of phases ended."""
 
@@ -221,7 +225,11 @@ class Rig:
     def close(self) -> None:
         """Bring all slaves to INIT and close the interface."""
         with device_errors():
-            self._assembly.bus.close()
+            try:
+                self._assembly.bus.close()
+            finally:
+                # a thermometer beside the bus has a thread and a line of its own
+                getattr(self._assembly.thermometer, "close", _nothing)()
 
     def __enter__(self) -> Rig:
         """Open the bench."""
@@ -270,7 +278,7 @@ class Rig:
         assembly.input_drive.attach(bus.outputs["input_drive"], bus.inputs["input_drive"])
         assembly.load_drive.attach(bus.outputs["load_drive"], bus.inputs["load_drive"])
         assembly.torque_terminal.attach(None, bus.inputs["torque_terminal"])
-        assembly.thermometer.attach(None, bus.inputs["temperature_terminal"])
+        assembly.thermometer.attach(None, bus.inputs.get("temperature_terminal"))
         bus.to_operational()
         self._decoder = Decoder(assembly, self._scaling())
         # the first conversions of slow sensors, then where everything stands
@@ -302,6 +310,7 @@ class Rig:
             scales(assembly.load_drive),
             assembly.torque_terminal.volt_per_count,
             assembly.thermometer.scale,
+            getattr(assembly.thermometer, "dtype", "int16"),
             assembly.thermometer.channels > 1,
             self.zeros,
         )
