@@ -27,9 +27,9 @@ from typing import Any
 
 import numpy as np
 
-#: Held-out RMSE over true noise up to which a folder's residual is called right (the noise of the held-out recordings
-#: alone differs from the folder's by a few per cent).
-RESIDUAL_LIMIT = 1.05
+#: Held-out RMSE over true noise between which a folder's residual is called right: the noise of the held-out recordings
+#: alone differs from the folder's by a few per cent, and a residual far below the noise is no held-out residual.
+RESIDUAL_LIMITS = (0.85, 1.05)
 _ORDER_TOLERANCE = 0.5
 
 
@@ -80,7 +80,7 @@ class CaseScore:
         """Verdict, names, status, location, no false companion, residual."""
         answered = all(e.status_right and e.located_right for e in self.effects)
         predictable = all(e.status != "unknown" for e in self.effects)
-        residual = not predictable or self.residual <= RESIDUAL_LIMIT
+        residual = not predictable or RESIDUAL_LIMITS[0] <= self.residual <= RESIDUAL_LIMITS[1]
         return self.verdict_right and answered and residual and not self.false_companions and not self.failed
 
 

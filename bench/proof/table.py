@@ -36,19 +36,24 @@ _HEAD = (
 
 def markdown(scores: Sequence[CaseScore], title: str = "bench prove", seal: str = "") -> str:
     """The whole proof as Markdown: one row a group, then every folder that is not right, then calibration."""
-    groups = list(dict.fromkeys(s.group for s in scores))
-    rows = [summarise(group, [s for s in scores if s.group == group]) for group in groups]
-    if len(groups) > 1:
-        rows.append(summarise("all", scores))
     lines = [f"# {title}", ""]
     if seal:
         lines += [f"Truth sealed before the runs; SHA-256 over all seals: `{seal}`.", ""]
-    lines += [_line(_HEAD), _line(["---"] * len(_HEAD)), *(_line(_cells(row)) for row in rows), ""]
+    lines += [*summary_rows(scores), ""]
     lines += _null_lines(scores)
     lines += _effect_lines(scores)
     lines += _faults(scores)
     lines += _calibration(scores)
     return "\n".join(lines) + "\n"
+
+
+def summary_rows(scores: Sequence[CaseScore]) -> list[str]:
+    """The summary table's lines: one row a group, the last one over all."""
+    groups = list(dict.fromkeys(s.group for s in scores))
+    rows = [summarise(group, [s for s in scores if s.group == group]) for group in groups]
+    if len(groups) > 1:
+        rows.append(summarise("all", scores))
+    return [_line(_HEAD), _line(["---"] * len(_HEAD)), *(_line(_cells(row)) for row in rows)]
 
 
 def as_json(scores: Sequence[CaseScore], **extra: Any) -> dict[str, Any]:

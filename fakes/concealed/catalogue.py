@@ -168,7 +168,7 @@ def cases(group: str, seed: int, count: int | None = None, held_back: bool = Fal
     makers = {
         "clear": lambda: _single("clear", CLEAR, seed, held_back),
         "faint": lambda: _single("faint", FAINT, seed, held_back),
-        "null": lambda: _nulls(seed, count or 12),
+        "null": lambda: _nulls(seed, count or 12, held_back),
         "compound": lambda: _compounds(seed, held_back),
         "unknown": lambda: _unknowns(seed, held_back),
         "ambiguous": lambda: _ambiguous(seed, held_back),
@@ -192,8 +192,21 @@ def _seeded(group: str, seed: int, number: int) -> tuple[int, np.random.Generato
     return int(rng.integers(1, 2**31)), rng
 
 
-def _uneven(rng: np.random.Generator) -> Design:
-    """The full design with some of its loads and speeds left out, as laboratories do."""
+def _uneven(rng: np.random.Generator, held_back: bool = False) -> Design:
+    """The full design with some of its levels left out, as laboratories do; another laboratory's where held back."""
+    if held_back:
+        step = float(rng.choice([125.0, 200.0, 300.0]))
+        half = [step * k for k in (0.25, 1.0, 2.0, 3.0, 4.0, 5.0) if step * k <= 1000.0]
+        levels = int(rng.integers(3, 5))
+        return Design(
+            loads=(*(-x for x in reversed(half)), *((0.0,) if rng.random() < 0.6 else ()), *half),
+            speeds=tuple(np.round(np.linspace(2.5, rng.uniform(9.0, 11.0), int(rng.integers(4, 7))), 2)),
+            levels=levels,
+            heat_time=1100.0 / levels,
+            grid=int(rng.integers(26, 32)),
+            validation=int(rng.integers(4, 9)),
+            transients=(int(rng.integers(2, 5)), int(rng.integers(2, 5)), 2),
+        )
     base = Design()
     loads = tuple(sorted(rng.choice(base.loads, size=int(rng.integers(6, 10)), replace=False)))
     loads = tuple(sorted({-1000.0, 0.0, 1000.0, *map(float, loads)}))
@@ -210,12 +223,12 @@ def _single(group: str, strengths: tuple[float, float], seed: int, held_back: bo
             seed=own,
             forms=(form,),
             strengths=(float(rng.uniform(*strengths)),),
-            design=_uneven(rng),
+            design=_uneven(rng, held_back),
             truncate=bool(rng.random() < 0.15),
         )
 
 
-def _nulls(seed: int, count: int) -> Iterator[CaseSpec]:
+def _nulls(seed: int, count: int, held_back: bool) -> Iterator[CaseSpec]:
     for number in range(count):
         own, rng = _seeded("null", seed, number)
         nuisance = NUISANCE_NAMES[number % len(NUISANCE_NAMES)]
@@ -234,7 +247,7 @@ def _compounds(seed: int, held_back: bool) -> Iterator[CaseSpec]:
         own, rng = _seeded("compound", seed, number)
         forms = tuple(_pick(effect, rng, held_back) for effect in effects)
         targets = tuple(float(rng.uniform(0.6, 1.6)) for _ in effects)
-        yield CaseSpec(f"compound-{number:03d}", "compound", own, forms, targets, design=_uneven(rng))
+        yield CaseSpec(f"compound-{number:03d}", "compound", own, forms, targets, design=_uneven(rng, held_back))
 
 
 def _unknowns(seed: int, held_back: bool) -> Iterator[CaseSpec]:
@@ -242,7 +255,9 @@ def _unknowns(seed: int, held_back: bool) -> Iterator[CaseSpec]:
     for number, form in enumerate(sorted(forms, key=lambda f: not f.held_back)):
         own, rng = _seeded("unknown", seed, number)
         target = (float(rng.uniform(1.0, 2.0)),)
-        yield CaseSpec(f"unknown-{number:03d}", "unknown", own, (form,), target, "unknown", design=_uneven(rng))
+        yield CaseSpec(
+            f"unknown-{number:03d}", "unknown", own, (form,), target, "unknown", design=_uneven(rng, held_back)
+        )
 
 
 def _ambiguous(seed: int, held_back: bool) -> Iterator[CaseSpec]:

@@ -91,6 +91,10 @@ def test_residual_too_large_spoils_the_folder() -> None:
     assert not result.every_point_right
 
 
+def test_a_residual_below_the_noise_is_not_believed() -> None:
+    assert not score(truth(concealed()), report(finding(), after=0.04), 1.0).every_point_right
+
+
 def test_unknown_called_by_a_name_is_wrong() -> None:
     hidden = truth(concealed("unknown", status="unknown", parameters=[]))
     assert not score(hidden, report(finding("friction.run_in")), 1.0).effects[0].status_right

@@ -1,0 +1,101 @@
+"""Let the peers sit the exam and put them into one table with us."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+
+from bench.proof import make
+from bench.proof.analyse import Job
+from bench.proof.peers.library import Problem, problems
+from bench.proof.peers.methods import METHODS, Method, held_out, pick
+from bench.proof.peers.rows import read_rows
+from bench.proof.score import CaseScore, score
+from bench.proof.statistics import summarise
+from bench.proof.table import summary_rows
+
+_NEEDED = ("sklearn", "pysindy", "sysidentpy", "gplearn")
+
+
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """Scores of each peer over the same folders."""
+
+    scores: dict[str, list[CaseScore]]
+
+    def markdown(self) -> str:
+        """One row a peer, over all folders and by set."""
+        lines = ["## Peers on the same residuals", ""]
+        for name, scores in self.scores.items():
+            lines += [f"### {name}", "", *summary_rows(scores), ""]
+        return "\n".join(lines) + "\n"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Summary of each peer."""
+        return {name: asdict(summarise("all", scores)) for name, scores in self.scores.items()}
+
+
+def compare_peers(jobs: Sequence[Job], methods: dict[str, Method] | None = None) -> Compared:
+    """Run every peer on the recordings of the jobs (made again where they are gone).
+
+    Raises
+    ------
+    ProofError
+        The optional dependencies are missing.
+    """
+    missing = [name for name in _NEEDED if find_spec(name) is None]
+    if missing and methods is None:
+        raise make.ProofError(f"--peers needs {', '.join(missing)}: install the optional dependencies 'peers'.")
+    chosen = methods or METHODS
+    scores: dict[str, list[CaseScore]] = {name: [] for name in chosen}
+    for job in jobs:
+        name = job.label or job.name
+        truth = make.read_truth(job.out / make.TRUTHS / f"{name}.json")
+        begin = time.perf_counter()
+        posed = list(problems(read_rows(job.out / make.RECORDINGS / name)))
+        shared = time.perf_counter() - begin
+        for method_name, method in chosen.items():
+            begin = time.perf_counter()
+            report = peer_report(posed, method)
+            scores[method_name].append(score(truth, report, shared + time.perf_counter() - begin))
+    return Compared(scores)
+
+
+def peer_report(posed: Iterable[Problem], method: Method) -> dict[str, Any]:
+    """What a peer finds, as a mismatch report: one finding a name, confidence 0.9 as it gives none."""
+    findings: list[dict[str, Any]] = []
+    channels = []
+    for problem in posed:
+        picked = pick(method, problem)
+        channels.append({"channel": problem.channel, "held_out_rmse_after": held_out(problem, picked)})
+        for effect in sorted({problem.effects[i] for i in picked}):
+            orders = sorted(
+                {problem.orders[i] for i in picked if problem.effects[i] == effect and problem.orders[i] > 0}
+            )
+            findings.append(_finding(effect, problem.channel, orders))
+    return {"verdict": "mismatch" if findings else "match", "findings": _once(findings), "channels": channels}
+
+
+def _finding(effect: str, channel: str, orders: list[float]) -> dict[str, Any]:
+    return {
+        "effect": effect,
+        "status": "named",
+        "confidence": 0.9,
+        "channel": channel,
+        "location": {"orders": [k for k in orders if np.isfinite(k)], "angle_windows": [], "conditions": {}},
+        "parameters": [],
+        "alternatives": [],
+    }
+
+
+def _once(findings: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """One finding an effect, in the first channel it shows in."""
+    seen: dict[str, dict[str, Any]] = {}
+    for finding in findings:
+        seen.setdefault(finding["effect"], finding)
+    return list(seen.values())

@@ -1,0 +1,76 @@
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from bench.proof import make
+from bench.proof.run import Plan, jobs_of, sweep_jobs
+from bench.recording import RecordingFolder
+
+
+def test_recordings_are_readable_and_tell_nothing(made) -> None:
+    folder = RecordingFolder.open(made.out / make.RECORDINGS / made.clear.name)
+    assert len(folder.recordings) > 10
+    assert not folder.rejected
+    for recording in folder.recordings:
+        assert recording.problems == ()
+        assert "stribeck" not in (recording.config or "")
+    files = {p.suffix for p in (made.out / make.RECORDINGS / made.clear.name).iterdir()}
+    assert files == {".h5"}
+
+
+def test_a_truncated_recording_is_open(made) -> None:
+    recordings = RecordingFolder.open(made.out / make.RECORDINGS / made.null.name).recordings
+    assert [r.complete for r in recordings].count(False) == 1
+
+
+def test_truth_is_sealed_and_tampering_is_noticed(made, tmp_path) -> None:
+    truth = make.read_truth(made.truths["clear"])
+    assert truth["effects"][0]["effect"] == "friction.stribeck"
+    copy = tmp_path / "truth.json"
+    copy.write_bytes(made.truths["clear"].read_bytes())
+    copy.with_suffix(".sha256").write_bytes(made.truths["clear"].with_suffix(".sha256").read_bytes())
+    make.read_truth(copy)
+    copy.write_text(copy.read_text().replace("friction.stribeck", "friction.run_in"))
+    with pytest.raises(make.ProofError, match="seal"):
+        make.read_truth(copy)
+
+
+def test_a_case_is_made_once(made, examiner) -> None:
+    before = made.truths["clear"].stat().st_mtime_ns
+    make.make_case(examiner, made.clear, made.out)
+    assert made.truths["clear"].stat().st_mtime_ns == before
+
+
+def test_seal_of_seals_changes_with_any_truth(made) -> None:
+    whole = make.seal_of_seals(made.out)
+    beside = made.truths["null"].with_suffix(".sha256")
+    text = beside.read_text()
+    beside.write_text("0" * 64)
+    assert make.seal_of_seals(made.out) != whole
+    beside.write_text(text)
+
+
+def test_a_switched_off_term_comes_as_a_simulation(made) -> None:
+    path = make.simulation_for(made.out, made.off.name)
+    assert path is not None
+    (term,) = json.loads(path.read_text())["terms"]
+    assert term == {"effect": made.off.switched_off[0], "enabled": False}
+    truth = make.read_truth(made.truths["switched_off"])
+    assert [e["effect"] for e in truth["effects"]] == list(made.off.switched_off)
+    assert make.simulation_for(made.out, made.clear.name) is None
+
+
+def test_jobs_of_a_plan(examiner, tmp_path) -> None:
+    jobs = jobs_of(Plan(("clear", "null"), seed=2, count=3, nulls=5), tmp_path, keep=False)
+    assert [job.group for job in jobs] == ["clear"] * 3 + ["null"] * 5
+    swept = sweep_jobs(jobs[:2], [0.1, 0.4])
+    assert len({job.label for job in swept}) == 4
+    with pytest.raises(make.ProofError, match="no set"):
+        jobs_of(Plan(("nonsense",)), tmp_path, keep=False)
+
+
+def test_quick_is_one_effect_and_one_null(examiner, tmp_path) -> None:
+    jobs = jobs_of(Plan((), quick=True), tmp_path, keep=False)
+    assert [job.group for job in jobs] == ["clear", "null"]
