@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -80,11 +80,11 @@ class Rig:
         return {name: rows[:n].copy() for name, rows in self.bus.inputs.items()}
 
 
-def make_rig(master: Any, interface: str = "emulated", **options: Any) -> Rig:
+def make_rig(master: Any, interface: str = "emulated", watchdog_s: float = WATCHDOG_S, **options: Any) -> Rig:
     """Drivers of the emulated bench on a master of pysoem's API."""
     devices = (
-        ServoDrive(INPUT),
-        ServoDrive(LOAD),
+        ServoDrive(replace(INPUT, watchdog_s=watchdog_s)),
+        ServoDrive(replace(LOAD, watchdog_s=watchdog_s)),
         AnalogInput(Place("torque_terminal", 3, VENDOR, 0x0A160102)),
         Pt100Terminal(Place("temperature_terminal", 4, VENDOR, 0x52540202), channels=2),
     )

@@ -16,10 +16,12 @@ import pytest
 from drivers.cia402 import Goal, Outcome, State, lead
 from drivers.errors import BusError, DriveFaultError, IdentityError
 from drivers.ethercat import AbsoluteDeadlines, Condition, soem_master
-from tests.drivers.rig import VENDOR, WATCHDOG_S, Rig, make_rig
+from tests.drivers.rig import Rig, make_rig
 from tests.veth import Emulator, VethPair
 
 BLOCK = 100
+WATCHDOG_S = 0.2
+"""Above what a busy host takes away at a time."""
 
 
 def _priority() -> int | None:
@@ -41,7 +43,7 @@ def emulator(veth: VethPair, tmp_path_factory: pytest.TempPathFactory) -> Iterat
 
 @pytest.fixture
 def rig(veth: VethPair, emulator: Emulator) -> Iterator[Rig]:
-    made = make_rig(soem_master(), veth.near, block_capacity=BLOCK, pacing=AbsoluteDeadlines(0.0005))
+    made = make_rig(soem_master(), veth.near, WATCHDOG_S, block_capacity=BLOCK, pacing=AbsoluteDeadlines(0.0005))
     try:
         made.start()
         # The test before may have left the bus with its drives enabled, which they take as a fault of communication.
@@ -73,6 +75,7 @@ def test_op_process_data_and_back(rig: Rig) -> None:
         good += int(bus.good(exchange).sum())
         positions.append(rig.input_drive.position(BLOCK))
         cycles.append(exchange.cycle)
+    assert all(drive.sequence.outcome is Outcome.REACHED for drive in rig.drives)
     assert good > 15 * BLOCK
     assert np.all(np.diff(np.concatenate(cycles)) >= 1)
     turned = np.diff(np.concatenate(positions)[[10 * BLOCK, -1]])[0]
@@ -101,7 +104,7 @@ def test_a_fault_arrives_as_state_code_and_emergency(rig: Rig, emulator: Emulato
 
 def test_silence_of_the_master_trips_the_watchdog_and_op_comes_back_without_torque(rig: Rig) -> None:
     lead(rig.bus, rig.drives, Goal.ENABLED, timeout_s=5.0)
-    time.sleep(5 * WATCHDOG_S)
+    time.sleep(2 * WATCHDOG_S)
     assert any("sync manager watchdog" in step.text for step in rig.bus.recover())
     for _ in range(100):
         if all(step.condition is Condition.OPERATIONAL for step in rig.bus.recover()):
@@ -134,16 +137,10 @@ def test_a_slave_that_was_lost_is_configured_again(rig: Rig, emulator: Emulator)
     assert rig.load_drive.sequence.outcome is not Outcome.REACHED
 
 
-def test_close_leaves_the_slaves_in_init(rig: Rig, emulator: Emulator, veth: VethPair) -> None:
+def test_close_leaves_the_slaves_in_init(rig: Rig, emulator: Emulator) -> None:
     lead(rig.bus, rig.drives, Goal.ENABLED, timeout_s=5.0)
     rig.bus.close()
-    master = soem_master()
-    master.open(veth.near)
-    try:
-        assert master.config_init() == 4
-        assert [slave.man for slave in master.slaves or ()] == [VENDOR] * 4
-    finally:
-        master.close()
+    assert set(emulator.order("status")["al_status"].values()) == {1}
 
 
 def test_a_bus_without_slaves_and_one_without_an_interface(veth: VethPair, emulator: Emulator) -> None:
