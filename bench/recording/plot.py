@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.errors import RecordingError
 from bench.recording.reader import Recording
 from bench.recording.statistics import shown_unit
 
@@ -25,10 +26,12 @@ _SEGMENT_COLOURS = {
 def plot_recording(recording: Recording, target: str | Path) -> Path:
     """Draw all channels of a recording into a PNG file; each point of a line stands for the range of its samples.
 
+    The panel of a channel that cannot be read says so.
+
     Raises
     ------
     RecordingError
-        A channel cannot be read.
+        The time cannot be read, or the picture cannot be written.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -37,12 +40,16 @@ def plot_recording(recording: Recording, target: str | Path) -> Path:
     figure = Figure(figsize=(11, 1.2 + _PANEL_HEIGHT * len(names)), layout="constrained")
     FigureCanvasAgg(figure)
     panels = np.atleast_1d(figure.subplots(len(names), 1, sharex=True))
-    values = recording.read_si(["time", *names]) if recording.size else {}
-    time = values.get("time", np.empty(0))
+    time = recording.si("time")
     for panel, name in zip(panels, names, strict=True):
         unit, factor = shown_unit(recording.specs[name].unit)
-        if time.size:
-            _draw(panel, time, values[name] * factor)
+        try:
+            values = recording.si(name)
+        except RecordingError:
+            panel.text(0.5, 0.5, "cannot be read", ha="center", transform=panel.transAxes, fontsize=8)
+        else:
+            if time.size:
+                _draw(panel, time, values * factor)
         panel.set_ylabel(f"{name}\n[{unit}]" if unit and unit != "1" else name, fontsize=7)
         panel.tick_params(labelsize=7)
         _mark(panel, recording, time)
@@ -50,7 +57,10 @@ def plot_recording(recording: Recording, target: str | Path) -> Path:
     state = "" if recording.complete else ", cut short"
     figure.suptitle(f"{recording.recording_id} ({recording.kind}{state})", fontsize=10)
     target = Path(target)
-    figure.savefig(target, dpi=110)
+    try:
+        figure.savefig(target, dpi=110)
+    except OSError as error:
+        raise RecordingError(f"{target}: the picture cannot be written ({error.strerror}).") from error
     return target
 
 

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from bench.errors import RecordingError
 from bench.recording.reader import Recording
 
 _BLOCK_ROWS = 1 << 20
@@ -19,21 +20,22 @@ def shown_unit(unit: str) -> tuple[str, float]:
 
 
 def channel_ranges(recording: Recording) -> dict[str, tuple[float, float, float]]:
-    """Give minimum, mean and maximum of every channel in SI; NaN samples are left out, NaN where there are no others.
+    """Give minimum, mean and maximum of every channel in SI, NaN samples left out.
 
-    Raises
-    ------
-    RecordingError
-        A channel cannot be read.
+    NaN where there is no other sample, or where the channel cannot be read (validation says why).
     """
-    result: dict[str, tuple[float, float, float]] = {}
-    for name in recording.channels:
-        low, high, total, count = math.inf, -math.inf, 0.0, 0
-        for start in range(0, recording.size, _BLOCK_ROWS):
+    return {name: _range(recording, name) for name in recording.channels}
+
+
+def _range(recording: Recording, name: str) -> tuple[float, float, float]:
+    low, high, total, count = math.inf, -math.inf, 0.0, 0
+    for start in range(0, recording.size, _BLOCK_ROWS):
+        try:
             values = recording.si(name, start, min(start + _BLOCK_ROWS, recording.size))
-            values = values[~np.isnan(values)]
-            if values.size:
-                low, high = min(low, float(values.min())), max(high, float(values.max()))
-                total, count = total + float(values.sum()), count + values.size
-        result[name] = (low, total / count, high) if count else (math.nan, math.nan, math.nan)
-    return result
+        except RecordingError:
+            return math.nan, math.nan, math.nan
+        values = values[~np.isnan(values)]
+        if values.size:
+            low, high = min(low, float(values.min())), max(high, float(values.max()))
+            total, count = total + float(values.sum()), count + values.size
+    return (low, total / count, high) if count else (math.nan, math.nan, math.nan)

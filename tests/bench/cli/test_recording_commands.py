@@ -50,6 +50,20 @@ def test_inspect_shows_all_and_draws(tmp_path: Path) -> None:
     assert (shown["rows"], shown["valid"], shown["plot"]) == (3000, True, None)
 
 
+def test_inspect_shows_the_rest_of_a_damaged_recording(tmp_path: Path) -> None:
+    path = builders.write(tmp_path / "a.h5")
+    with h5py.File(path) as file:
+        place = file["channels/load_torque"].id.get_chunk_info(0)
+    with path.open("r+b") as raw:
+        raw.seek(place.byte_offset)
+        raw.write(bytes(place.size))
+    result = _bench("inspect", path)
+    assert result.exit_code == 6
+    assert f"{path}: /channels/load_torque rows 0 to 3000 cannot be read" in result.stdout
+    assert "load_angle" in result.stdout
+    assert (tmp_path / "a.png").exists()
+
+
 def test_inspect_and_repair_what_a_kill_left(tmp_path: Path) -> None:
     path = builders.write(tmp_path / "a.h5")
     with h5py.File(path, "r+") as file:
