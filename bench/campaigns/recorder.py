@@ -97,10 +97,12 @@ class Recorder:
 
     def _look(self, raw: dict[str, NDArray[Any]]) -> None:
         figures, cycle = self.figures, raw["cycle"]
-        if self._last_cycle is not None:
-            figures.lost_cycles += int(cycle[0]) - self._last_cycle - 1
-        figures.lost_cycles += int(cycle[-1]) - int(cycle[0]) - cycle.size + 1
+        before = int(cycle[0]) - 1 if self._last_cycle is None else self._last_cycle
         self._last_cycle = int(cycle[-1])
+        missing = self._last_cycle - before - cycle.size
+        if missing:
+            figures.lost_cycles += missing
+            self.event("warning", f"{missing} cycles missing between cycle {before} and {self._last_cycle}")
         self.temperature = self._si(raw, "temperature", -1)
         if not self._steady:
             return

@@ -44,8 +44,11 @@ def run_campaign(
     *,
     seed: int = 0,
     real_time: bool = False,
+    reset_faults: bool = False,
 ) -> Summary:
     """Open the bench, run the campaign into ``folder``, bring the bench to rest.
+
+    ``reset_faults`` acknowledges faults the drives show from before; without it such a drive is not enabled.
 
     Raises
     ------
@@ -55,5 +58,7 @@ def run_campaign(
         If the bench cannot be opened or a drive does not follow.
     """
     with stop_on_signals() as stop, Rig(file, seed=seed, real_time=real_time) as rig:
+        if reset_faults:
+            rig.reset_faults()
         plan = make_plan(campaign, file.configuration, rig.temperature)
         return Runner(rig, file, campaign, plan, folder, listener, stop.is_set).run()

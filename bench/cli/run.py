@@ -38,7 +38,14 @@ def run(
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder for the recordings; default: recordings/<campaign>-<time>.")
     ] = None,
+    bus: Annotated[
+        str | None,
+        typer.Option("--bus", help="Network interface: run through SOEM on real frames (a bench, or bench emulate)."),
+    ] = None,
     real_time: Annotated[bool, typer.Option("--real-time", help="Run an emulated bench at the clock's pace.")] = False,
+    reset_faults: Annotated[
+        bool, typer.Option("--reset-faults", help="Acknowledge faults the drives show from before, then enable.")
+    ] = False,
     seed: Annotated[int, typer.Option(help="Seed of the emulated plant's noise.")] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON, nothing else.")] = False,
 ) -> None:
@@ -51,10 +58,12 @@ def run(
     from bench.campaigns.session import run_campaign
     from bench.cli._progress import ProgressListener
     from bench.cli.plan import print_plan
-    from bench.configuration import load_bench
+    from bench.configuration import load_bench, on_interface
 
     console = Console(stderr=as_json)
     file, loaded = load_bench(bench), load_campaign(campaign)
+    if bus is not None:
+        file = on_interface(file, bus)
     plan = make_plan(loaded, file.configuration)
     folder = out or Path("recordings") / f"{loaded.name}-{time.strftime('%Y%m%d-%H%M%S')}"
     if not as_json:
@@ -62,7 +71,9 @@ def run(
         console.print(f"Recordings go to [bold]{folder}[/]. Ctrl-C brings the bench to rest.")
     began = time.monotonic()
     with ProgressListener(plan.duration_s, console, quiet=as_json) as listener:
-        summary = run_campaign(file, loaded, folder, listener, seed=seed, real_time=real_time)
+        summary = run_campaign(
+            file, loaded, folder, listener, seed=seed, real_time=real_time, reset_faults=reset_faults
+        )
     wall = time.monotonic() - began
     picture = _picture(folder, loaded.title)
     if as_json:

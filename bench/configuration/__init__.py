@@ -1,6 +1,6 @@
 """The bench as a TOML file: parts, buses, limits, ramps, tuning, calibration, each value with its unit."""
 
-from bench.configuration.loading import BenchFile, load_bench, parse_bench, shipped_benches
+from bench.configuration.loading import BenchFile, load_bench, on_interface, parse_bench, shipped_benches
 from bench.configuration.model import BenchConfiguration
 from bench.configuration.quantities import UNITS, parse_quantity
 
@@ -9,6 +9,7 @@ __all__ = [
     "BenchConfiguration",
     "BenchFile",
     "load_bench",
+    "on_interface",
     "parse_bench",
     "parse_quantity",
     "shipped_benches",

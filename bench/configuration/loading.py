@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -80,6 +81,22 @@ def parse_bench(text: str, origin: str) -> BenchFile:
     except ValidationError as error:
         raise ConfigurationError(explain(error, origin)) from error
     return BenchFile(configuration, text, origin)
+
+
+def on_interface(file: BenchFile, interface: str) -> BenchFile:
+    """Return the bench file with its bus on a network interface through SOEM, all else unchanged.
+
+    Raises
+    ------
+    ConfigurationError
+        If the file does not say its master and interface on lines of their own.
+    """
+    text = file.text
+    for key, value in (("master", "soem"), ("interface", interface)):
+        text, count = re.subn(rf'(?m)^{key}\s*=\s*"[^"]*"', f'{key} = "{value}"', text)
+        if count != 1:
+            raise ConfigurationError(f"{file.origin}: bus.{key} must stand once, on a line of its own, to be replaced")
+    return parse_bench(text, f"{file.origin} on {interface}")
 
 
 _REASONS: dict[str, str] = {

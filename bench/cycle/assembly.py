@@ -87,7 +87,7 @@ def assemble(bench: BenchConfiguration, *, seed: int, real_time: bool) -> Assemb
 
 def _master(bench: BenchConfiguration, seed: int) -> Device:
     factory = plugin(MASTERS, bench.bus.master)
-    if bench.bus.plant is None:
+    if bench.bus.master == "soem" or bench.bus.plant is None:
         return factory()
     try:
         return factory(bench.bus.plant, seed=seed, cycle_time_s=bench.bus.cycle_time)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bench.cycle.assembly import Assembly
 from bench.cycle.channels import Scaling
 from bench.cycle.unwrap import Unwrapper
-from bench.safety import Inputs
+from bench.safety import Inputs, SafetySettings, SafetyState, step
 from bench.signals import SOURCES
 
 _SETPOINTS = ("motor_velocity_setpoint", "load_motor_torque_setpoint")
@@ -40,6 +40,31 @@ class Decoded:
         """Return the rows of cycles that arrived: a lost one leaves no row."""
         good = self.inputs.good
         return self.raw if good.all() else {name: values[good] for name, values in self.raw.items()}
+
+
+def warm_up(limits: SafetySettings) -> None:
+    """Load the compiled loops with the types they will see, before the bus runs: it takes longer than a watchdog."""
+    Unwrapper()(np.zeros(1, np.int32))
+    number, count, word, flag = np.zeros(1), np.zeros(1, np.int64), np.zeros(1, np.uint16), np.zeros(1, np.bool_)
+    inputs = Inputs(
+        motor_counts=count,
+        load_counts=count,
+        torque_counts=np.zeros(1, np.int16),
+        motor_angle=number,
+        load_angle=number,
+        motor_velocity=number,
+        motor_torque=number,
+        load_torque=number,
+        load_motor_torque=number,
+        temperature=number,
+        temperature_age_s=number,
+        velocity_setpoint=number,
+        input_status=word,
+        load_status=word,
+        torque_bad=flag,
+        good=flag,
+    )
+    step(SafetyState.fresh(), inputs, False, limits)
 
 
 class Decoder:

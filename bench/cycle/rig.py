@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from bench.configuration import BenchFile
 from bench.cycle.assembly import Assembly, assemble, device_errors
 from bench.cycle.channels import DriveScales, Scaling, Zeros, make_scaling
-from bench.cycle.decode import Decoded, Decoder
+from bench.cycle.decode import Decoded, Decoder, warm_up
 from bench.cycle.sink import NoSink, Sink
 from bench.cycle.stopping import Stop
 from bench.cycle.trajectory import Trajectory
@@ -26,6 +26,7 @@ from bench.protocols import Phase
 from bench.safety import Cause, SafetyState, Verdict, settings, step
 
 _TARE_S = 1.0
+_LEAD_S = 3.0
 _TURN = 2.0 * math.pi
 
 
@@ -132,6 +133,7 @@ class Rig:
         DeviceError
             If a slave is missing, of the wrong identity, or does not reach operation.
         """
+        warm_up(self._limits)
         with device_errors():
             self._assembly.bus.open()
             try:
@@ -139,6 +141,17 @@ class Rig:
             except BaseException:
                 self._assembly.bus.close()
                 raise
+
+    def reset_faults(self) -> None:
+        """Acknowledge faults the drives show from before; an operator's act, never done by itself.
+
+        Raises
+        ------
+        DeviceError
+            If a fault does not go away within 3 s.
+        """
+        with device_errors():
+            self._lead("FAULT_RESET", "lose their faults")
 
     def enable(self) -> None:
         """Bring both drives to operation enabled, at standstill and without load.
@@ -150,14 +163,7 @@ class Rig:
         """
         self._velocity = self._torque = 0.0
         with device_errors():
-            self._request("ENABLED")
-            deadline = self._cycle + round(3.0 / self._cycle_time)
-            while not self._reached():
-                self._cycles(1)
-                for drive in self._drives():
-                    drive.check(1)
-                if self._cycle > deadline:
-                    raise DeviceError("the drives did not reach operation enabled within 3 s")
+            self._lead("ENABLED", "reach operation enabled")
         self._safety = SafetyState.fresh()
 
     def run(self, phases: Sequence[Phase], sink: Sink, stop_requested: Callable[[], bool]) -> End:
@@ -323,6 +329,16 @@ class Rig:
             # the drives' own enumeration of goals; its class is not ours to import
             drive.request(type(drive.sequence.goal)[goal])
 
+    def _lead(self, goal: str, what: str) -> None:
+        self._request(goal)
+        deadline = self._cycle + round(_LEAD_S / self._cycle_time)
+        while not self._reached():
+            self._cycles(1)
+            for drive in self._drives():
+                drive.check(1)
+            if self._cycle > deadline:
+                raise DeviceError(f"the drives did not {what} within {_LEAD_S:g} s")
+
     def _reached(self) -> bool:
         return all(drive.sequence.outcome.name == "REACHED" for drive in self._drives())
 
@@ -391,9 +407,6 @@ class Rig:
         time.sleep(max(0.0, self._due - time.monotonic()))
 
     def _emit(self, decoded: Decoded, changes: Sequence[tuple[int, Any]], sink: Sink) -> None:
-        lost = decoded.size - int(decoded.inputs.good.sum())
-        if lost:
-            sink.event("warning", f"{lost} cycles lost near cycle {int(decoded.raw['cycle'][0])}")
         begin = 0
         for offset, segment in changes:
             if offset >= decoded.size:

@@ -1,12 +1,14 @@
 """The compiled loop of the safety step: one pass over the cycles, stops at the first that breaks a limit.
 
 Causes are the numbers of :class:`bench.safety.causes.Cause`. Fast signals are judged after a first-order low pass,
-because one count of a coarse encoder looks like a jump in speed; the time constants are far below any ramp of the bench.
+because one count of a coarse encoder looks like a jump in speed; its time constants are far below any ramp of the
+bench.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -30,9 +32,9 @@ _OPERATION_MASK = 0x006F
 @njit(cache=True)
 def scan(
     memory: NDArray[np.float64],
-    motor_counts: NDArray[np.int64],
-    load_counts: NDArray[np.int64],
-    torque_counts: NDArray[np.int64],
+    motor_counts: NDArray[np.integer[Any]],
+    load_counts: NDArray[np.integer[Any]],
+    torque_counts: NDArray[np.integer[Any]],
     motor_angle: NDArray[np.float64],
     load_angle: NDArray[np.float64],
     motor_velocity: NDArray[np.float64],
@@ -42,8 +44,8 @@ def scan(
     temperature: NDArray[np.float64],
     temperature_age: NDArray[np.float64],
     velocity_setpoint: NDArray[np.float64],
-    input_status: NDArray[np.int64],
-    load_status: NDArray[np.int64],
+    input_status: NDArray[np.integer[Any]],
+    load_status: NDArray[np.integer[Any]],
     torque_bad: NDArray[np.bool_],
     good: NDArray[np.bool_],
     operating: bool,

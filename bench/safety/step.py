@@ -7,6 +7,7 @@ takes blocks goes back to the start of the block on a trip and replays up to tha
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from bench.safety._scan import STATE_SIZE, scan
 from bench.safety.causes import Cause, describe
 
 FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
+IntArray = NDArray[np.integer[Any]]
 
 
 @dataclass(frozen=True, slots=True)
