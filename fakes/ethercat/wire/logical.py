@@ -46,7 +46,6 @@ class Plan:
     special: tuple[Fmmu, ...]
     read_count: int
     write_count: int
-    process_data: bool
 
 
 def entries(controller: SlaveController) -> list[Fmmu]:
@@ -90,7 +89,7 @@ def compile_plan(controllers: Sequence[SlaveController], silent: Sequence[bool],
                 readers.add(n)
             if fmmu.kind & WRITE:
                 writers.add(n)
-    return Plan(tuple(reads), tuple(writes), tuple(special), len(readers), len(writers), bool(reads or writes))
+    return Plan(tuple(reads), tuple(writes), tuple(special), len(readers), len(writers))
 
 
 def _copy(fmmu: Fmmu, address: int, length: int) -> Copy:

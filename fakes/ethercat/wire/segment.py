@@ -37,6 +37,7 @@ class Segment:
         self.process_data = False
         self.on_change: Callable[[], None] = lambda: None
         """Called when settings of a controller have changed."""
+        self._outputs_mapped = False
         self._plans: dict[tuple[int, int], Plan] = {}
         for controller in self.all:
             controller.on_change = self.forget
@@ -54,6 +55,7 @@ class Segment:
     def forget(self) -> None:
         """Compile anew what depends on settings of the controllers."""
         self._plans.clear()
+        self._outputs_mapped = any(c.slave.exchanging and c.slave.has_outputs for c in self.present)
         self.on_change()
 
     def serve(self, frame: bytearray, length: int) -> bool:
@@ -203,5 +205,7 @@ class Segment:
                 data = frame[start:stop]
                 read_bits(fmmu, address, data)
                 frame[start:stop] = data
-        self.process_data = self.process_data or plan.process_data
+        if plan.reads or plan.writes:
+            # Where reads and writes come apart, the write is the cycle.
+            self.process_data = self.process_data or command != LRD or not self._outputs_mapped
         return added
