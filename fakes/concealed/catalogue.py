@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 
 import numpy as np
 
@@ -15,123 +16,8 @@ import fakes.concealed.effects.thermal
 import fakes.concealed.effects.transmission  # noqa: F401
 from fakes.concealed.design import Design
 from fakes.concealed.effects.formula import FORMS, Form
+from fakes.concealed.exam import CLEAR, COMPOUNDS, CONFUSIONS, FAINT, GROUPS, SWITCHABLE, TOO_CLOSE
 from fakes.concealed.noise import NUISANCE_NAMES
-
-GROUPS = ("clear", "faint", "null", "compound", "unknown", "ambiguous", "switched_off")
-#: Strength (in units of the noise floor) is drawn evenly from here.
-CLEAR, FAINT = (1.0, 1.8), (0.28, 0.42)
-
-_STEADY = Design(transients=(0, 0, 0), flying=True, heating=False)
-_FAR = (-1000.0, -800.0, -600.0, 600.0, 800.0, 1000.0)
-_ONE_WARM_UP = replace(_STEADY, speeds=(7.5,), warm_ups=1, levels=14, heat_time=110.0, sobol_free=False, grid=42)
-
-
-@dataclass(frozen=True, slots=True)
-class Confusion:
-    """A design that cannot tell ``effect`` from ``also``, checked by the overlap of both after the nominal's refit.
-
-    Attributes:
-        form: the form of ``effect`` to conceal.
-        shape: numbers of that form to be set.
-    """
-
-    effect: str
-    form: str
-    also: tuple[str, ...]
-    design: Design
-    shape: tuple[tuple[str, float], ...] = ()
-
-
-CONFUSIONS: tuple[Confusion, ...] = (
-    Confusion(
-        "te.hysteresis",
-        "four Maxwell-slip elements on torque",
-        ("te.lost_motion",),
-        replace(_STEADY, loads=_FAR, sobol_free=False),
-        (("width", 110.0),),
-    ),
-    Confusion(
-        "friction.viscous_temperature",
-        "Arrhenius",
-        ("friction.run_in",),
-        _ONE_WARM_UP,
-    ),
-    Confusion(
-        "friction.viscous_quadratic",
-        "square of speed",
-        ("friction.stribeck",),
-        replace(_STEADY, speeds=(5.0, 7.5, 10.0), grid=38),
-    ),
-    Confusion(
-        "sensor.torque_gain",
-        "gain error",
-        ("sensor.torque_nonlinearity",),
-        replace(_STEADY, loads=(-600.0, 600.0), sobol_free=False),
-    ),
-    Confusion(
-        "te.stiffness_nonlinear",
-        "two-slope",
-        ("te.lost_motion",),
-        replace(_STEADY, loads=(-900.0, -300.0, 300.0, 900.0), sobol_free=False),
-    ),
-    Confusion(
-        "load.unbalance",
-        "arm before the torque sensor",
-        ("friction.position_dependent",),
-        replace(_STEADY, directions=(1,), grid=40),
-    ),
-    Confusion(
-        "te.lost_motion",
-        "linear within, saturated beyond",
-        ("te.hysteresis",),
-        replace(_STEADY, loads=_FAR, sobol_free=False),
-        (("tau_0", 60.0),),
-    ),
-    Confusion(
-        "friction.run_in",
-        "power of distance",
-        ("friction.viscous_temperature",),
-        _ONE_WARM_UP,
-    ),
-    Confusion(
-        "friction.stribeck",
-        "rational",
-        ("friction.viscous_quadratic",),
-        replace(_STEADY, speeds=(5.0, 7.5, 10.0), grid=38),
-    ),
-)
-_COMPOUNDS: tuple[tuple[str, ...], ...] = (
-    ("friction.stribeck", "te.harmonic"),
-    ("friction.viscous_temperature", "te.lost_motion"),
-    ("te.sideband", "motor.torque_ripple"),
-    ("friction.position_dependent", "friction.stribeck"),
-    ("te.hysteresis", "te.harmonic"),
-    ("thermal.second_mass", "friction.viscous_quadratic"),
-    ("sensor.torque_gain", "te.local_defect"),
-    ("te.drift_time", "te.lost_motion"),
-    ("thermal.ambient_drift", "sensor.torque_zero_temperature"),
-    ("friction.presliding", "friction.run_in"),
-    ("te.resonance", "sensor.motor_encoder"),
-    ("load.unbalance", "motor.torque_constant"),
-    ("friction.stribeck", "te.harmonic", "thermal.sensor_lag"),
-    ("friction.viscous_temperature", "te.stiffness_nonlinear", "sensor.torque_nonlinearity"),
-    ("te.local_defect", "te.sideband", "friction.position_dependent"),
-    ("thermal.convection_speed", "te.temperature_nonlinear", "friction.stribeck"),
-    ("te.velocity_nonlinear", "friction.run_in", "sensor.torque_hysteresis"),
-    ("te.harmonic", "te.drift_time", "motor.torque_ripple"),
-    ("sensor.timing_skew", "friction.viscous_quadratic"),
-    ("te.hysteresis", "friction.presliding"),
-)
-SWITCHABLE = (
-    "friction.coulomb",
-    "friction.viscous",
-    "friction.viscous_temperature_linear",
-    "friction.load_dependent",
-    "motor.inertia",
-    "thermal.convection",
-    "load.bearing_friction",
-    "load.inertia",
-)
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,6 +28,7 @@ class CaseSpec:
         forms: the forms to conceal; strengths: their targets in units of the noise floor (same length).
         status: what an honest report says of each; also: indistinguishable alternatives of each.
         shape: numbers of the forms to be set rather than drawn.
+        elsewhere: another laboratory's bench: other magnitudes and sensors, now and then a lost cycle.
     """
 
     name: str
@@ -156,6 +43,7 @@ class CaseSpec:
     switched_off: tuple[str, ...] = ()
     truncate: bool = False
     shape: tuple[tuple[str, float], ...] = ()
+    elsewhere: bool = False
 
 
 def vocabulary() -> tuple[str, ...]:
@@ -225,6 +113,8 @@ def _single(group: str, strengths: tuple[float, float], seed: int, held_back: bo
             strengths=(float(rng.uniform(*strengths)),),
             design=_uneven(rng, held_back),
             truncate=bool(rng.random() < 0.15),
+            nuisance=_nuisance(rng, held_back),
+            elsewhere=held_back,
         )
 
 
@@ -236,18 +126,41 @@ def _nulls(seed: int, count: int, held_back: bool) -> Iterator[CaseSpec]:
             f"null-{number:03d}",
             "null",
             own,
-            design=_uneven(rng),
+            design=_uneven(rng, held_back),
             nuisance=nuisance,
             truncate=bool(rng.random() < 0.15),
+            elsewhere=held_back,
         )
 
 
+def _nuisance(rng: np.random.Generator, held_back: bool) -> str:
+    """Nothing but ordinary noise; on a held-back bench a nuisance in every second folder."""
+    return str(rng.choice(NUISANCE_NAMES)) if held_back and rng.random() < 0.5 else "quiet"
+
+
 def _compounds(seed: int, held_back: bool) -> Iterator[CaseSpec]:
-    for number, effects in enumerate(_COMPOUNDS):
+    for number, listed in enumerate(COMPOUNDS):
         own, rng = _seeded("compound", seed, number)
+        effects = _together(len(listed), rng) if held_back else listed
         forms = tuple(_pick(effect, rng, held_back) for effect in effects)
         targets = tuple(float(rng.uniform(0.6, 1.6)) for _ in effects)
-        yield CaseSpec(f"compound-{number:03d}", "compound", own, forms, targets, design=_uneven(rng, held_back))
+        yield CaseSpec(
+            name=f"compound-{number:03d}",
+            group="compound",
+            seed=own,
+            forms=forms,
+            strengths=targets,
+            design=_uneven(rng, held_back),
+            elsewhere=held_back,
+        )
+
+
+def _together(count: int, rng: np.random.Generator) -> tuple[str, ...]:
+    """Random effects, none too close to another."""
+    while True:
+        effects = tuple(str(e) for e in rng.choice(vocabulary(), count, replace=False))
+        if not any(frozenset(pair) in TOO_CLOSE for pair in combinations(effects, 2)):
+            return effects
 
 
 def _unknowns(seed: int, held_back: bool) -> Iterator[CaseSpec]:
@@ -256,7 +169,14 @@ def _unknowns(seed: int, held_back: bool) -> Iterator[CaseSpec]:
         own, rng = _seeded("unknown", seed, number)
         target = (float(rng.uniform(1.0, 2.0)),)
         yield CaseSpec(
-            f"unknown-{number:03d}", "unknown", own, (form,), target, "unknown", design=_uneven(rng, held_back)
+            name=f"unknown-{number:03d}",
+            group="unknown",
+            seed=own,
+            forms=(form,),
+            strengths=target,
+            status="unknown",
+            design=_uneven(rng, held_back),
+            elsewhere=held_back,
         )
 
 

@@ -13,8 +13,8 @@ from fakes.concealed.campaign import Campaign
 from fakes.concealed.catalogue import CaseSpec
 from fakes.concealed.design import draw_points
 from fakes.concealed.effects.base import Effect
-from fakes.concealed.noise import Sensors, draw_sensors, roughen
-from fakes.concealed.plant import RATIO, draw_plant
+from fakes.concealed.noise import Sensors, draw_sensors, roughen, scaled
+from fakes.concealed.plant import RATIO, draw_plant, elsewhere
 from fakes.concealed.recordings import MadeRecording, NoiseTally, make_recordings
 from fakes.concealed.strength import calibrate
 from fakes.concealed.truth import ConcealedEffect, Status, Truth
@@ -44,7 +44,8 @@ class Folder:
         total = sum(p.kind not in ("pause", "unrecorded") for p in self.campaign.points)
         rng = np.random.default_rng([self.spec.seed, 7])
         cut = int(rng.integers(total)) if self.spec.truncate else None
-        yield from make_recordings(self.campaign, self.sensors, self.start, self.tally, cut)
+        lost = float(rng.choice([0.0, 0.3])) if self.spec.elsewhere else 0.0
+        yield from make_recordings(self.campaign, self.sensors, self.start, self.tally, cut, lost)
 
     def truth(self) -> Truth:
         """The sealed answer; the noise is counted while the recordings are made."""
@@ -63,8 +64,10 @@ class Folder:
 def open_folder(spec: CaseSpec) -> Folder:
     """Draw bench, sensors and design of a case and calibrate its effects' strengths."""
     rng = np.random.default_rng([spec.seed, 5])
-    plant = draw_plant(rng)
-    sensors = roughen(draw_sensors(rng), spec.nuisance, rng)
+    plant, sensors = draw_plant(rng), draw_sensors(rng)
+    if spec.elsewhere:
+        plant, sensors = elsewhere(plant, rng), scaled(sensors, float(rng.uniform(0.6, 1.7)))
+    sensors = roughen(sensors, spec.nuisance, rng)
     points = tuple(draw_points(spec.design, rng))
     floor = noise_floor(sensors)
     effects: list[Effect] = []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,7 +66,6 @@ class Sensors:
     load_torque: Noise
     load_motor_torque: Noise
     temperature: Noise
-    extra: dict[str, float] = field(default_factory=dict)
 
 
 def draw_sensors(rng: np.random.Generator) -> Sensors:
@@ -103,3 +102,10 @@ def roughen(sensors: Sensors, how: str, rng: np.random.Generator) -> Sensors:
     change = table[how]
     names = ("load_angle", "motor_torque", "load_torque", "temperature")
     return replace(sensors, **{name: replace(getattr(sensors, name), **change) for name in names})
+
+
+def scaled(sensors: Sensors, factor: float) -> Sensors:
+    """The same sensors with ``factor`` times the noise, their resolution unchanged."""
+    names = ("load_angle", "motor_torque", "load_torque", "temperature")
+    louder = {name: replace(getattr(sensors, name), sigma=factor * getattr(sensors, name).sigma) for name in names}
+    return replace(sensors, **louder)

@@ -6,7 +6,7 @@ not consulted, so that one mistake cannot hide in both.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numba import njit
@@ -96,6 +96,27 @@ def draw_plant(rng: np.random.Generator) -> Plant:
         load_zero=float(rng.normal(0.0, 4.0)),
         ripple=np.array([around(5.0, 0.4), around(2.5, 0.4)]),
         ripple_phase=rng.uniform(-np.pi, np.pi, 2),
+    )
+
+
+def elsewhere(plant: Plant, rng: np.random.Generator) -> Plant:
+    """Another laboratory's bench: a worn or a better gearbox, lighter oil, another motor, more or less ripple."""
+
+    def by(low: float, high: float) -> float:
+        return float(np.exp(rng.uniform(np.log(low), np.log(high))))
+
+    wear = by(0.5, 2.5)
+    return replace(
+        plant,
+        amplitude=plant.amplitude * wear,
+        f_c=plant.f_c * by(0.5, 2.0),
+        f_v=plant.f_v * by(0.6, 1.6),
+        f_l=plant.f_l * by(0.4, 1.8),
+        inertia=plant.inertia * by(0.7, 1.6),
+        heat_capacity=plant.heat_capacity * by(0.8, 1.8),
+        f_b=plant.f_b * by(0.4, 2.5),
+        load_inertia=plant.load_inertia * by(0.5, 3.0),
+        ripple=plant.ripple * by(0.3, 2.0),
     )
 
 

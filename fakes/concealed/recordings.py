@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
 
 import numpy as np
@@ -70,12 +70,17 @@ def make_recordings(
     start: datetime,
     tally: NoiseTally,
     truncate: int | None = None,
+    lost: float = 0.0,
     rate_hz: float = 500.0,
 ) -> Iterator[MadeRecording]:
-    """Run a campaign and read its sensors; ``truncate`` is the index of a recording that is cut short."""
+    """Run a campaign and read its sensors.
+
+    ``truncate`` is the index of a recording that is cut short, ``lost`` the share of recordings that lose some cycles.
+    """
     for number, signals in enumerate(campaign.run(rate_hz)):
         rng = np.random.default_rng([campaign.seed, 3, number])
-        yield _measure(signals, sensors, start, tally, number, number == truncate, rng)
+        made = _measure(signals, sensors, start, tally, number, number == truncate, rng)
+        yield _lose_cycles(made, rng) if rng.random() < lost else made
 
 
 def _measure(
@@ -141,6 +146,20 @@ def _measure(
         complete=not cut,
         events=events,
     )
+
+
+def _lose_cycles(made: MadeRecording, rng: np.random.Generator) -> MadeRecording:
+    """Leave out a few rows, as the bus does where a working counter was wrong; segments move along."""
+    size = made.channels["time"].raw.size
+    keep = np.ones(size, dtype=bool)
+    events = list(made.events)
+    for at in np.sort(rng.integers(1, size - 8, int(rng.integers(1, 4)))):
+        keep[at : at + int(rng.integers(1, 6))] = False
+        events.append((float(at / made.rate_hz), "warning", "bus cycles lost"))
+    moved = np.append(0, np.cumsum(keep))
+    segments = tuple((n, int(moved[a]), int(moved[b]) if b >= 0 else -1) for n, a, b in made.segments)
+    channels = {n: replace(c, raw=c.raw[keep]) for n, c in made.channels.items()}
+    return replace(made, channels=channels, segments=segments, events=tuple(events))
 
 
 def _setpoint(signals: Signals) -> tuple[float, float, float]:

@@ -5,10 +5,10 @@ import pytest
 
 from fakes.concealed import GROUPS, cases, vocabulary
 from fakes.concealed.campaign import Campaign
-from fakes.concealed.catalogue import CONFUSIONS
 from fakes.concealed.design import Design, draw_points
 from fakes.concealed.effects import kernels
 from fakes.concealed.effects.formula import FORMS
+from fakes.concealed.exam import CONFUSIONS
 from fakes.concealed.plant import draw_plant
 from fakes.concealed.strength import calibrate, measure, strength
 

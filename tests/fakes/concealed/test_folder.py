@@ -11,6 +11,7 @@ import pytest
 import fakes.concealed
 from fakes.concealed import cases, open_folder
 from fakes.concealed.noise import NUISANCE_NAMES, Noise, draw_sensors, roughen
+from fakes.concealed.recordings import NoiseTally, make_recordings
 from tests.fakes.concealed.test_effects import SMALL
 
 
@@ -81,6 +82,16 @@ def test_a_cut_file_is_open_and_shorter() -> None:
     (cut,) = [r for r in recordings if not r.complete]
     assert cut.segments[-1][2] == -1
     assert all(start < cut.channels["time"].raw.size for _n, start, _s in cut.segments)
+
+
+def test_lost_cycles_leave_gaps_in_time_and_an_event() -> None:
+    folder = open_folder(small("null", elsewhere=True))
+    recordings = list(make_recordings(folder.campaign, folder.sensors, folder.start, NoiseTally(), lost=1.0))
+    for recording in recordings:
+        time = recording.channels["time"].raw
+        assert np.diff(time).max() > 1.5 / recording.rate_hz
+        assert any(level == "warning" for _t, level, _text in recording.events)
+        assert all(0 <= a < b <= time.size for _n, a, b in recording.segments)
 
 
 @pytest.mark.parametrize("how", NUISANCE_NAMES)
