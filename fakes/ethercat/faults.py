@@ -7,7 +7,7 @@ that a test or a command line needs one name only.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING
 
 from fakes.ethercat import faultcodes
@@ -109,6 +109,19 @@ class FaultSwitch:
     def clear(self, name: str, role: str | None = None, *, at_cycle: int | None = None) -> None:
         """Switch a fault off (what it caused may stay, as a drive's fault does)."""
         self._set(name, role, None, at_cycle, on=False)
+
+    def save(self) -> tuple[BusFaults, tuple[Scheduled, ...]]:
+        """Return what is wrong now and what is still to come, for :meth:`load`."""
+        bus = replace(self.bus, lost=set(self.bus.lost), short=set(self.bus.short))
+        return bus, tuple(self.scheduled)
+
+    def load(self, state: tuple[BusFaults, tuple[Scheduled, ...]]) -> None:
+        """Go back to a saved state, so that the same faults strike again at the same cycles."""
+        bus, scheduled = state
+        self.scheduled = list(scheduled)
+        for entry in fields(BusFaults):
+            value = getattr(bus, entry.name)
+            setattr(self.bus, entry.name, set(value) if isinstance(value, set) else value)
 
     def next_cycle(self) -> int | None:
         """Return the bus cycle at which the next scheduled fault comes."""

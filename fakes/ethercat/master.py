@@ -16,7 +16,7 @@ import pysoem
 
 from fakes.ethercat.al import AlState
 from fakes.ethercat.bench import BenchState, EmulatedBench
-from fakes.ethercat.faults import FaultSwitch
+from fakes.ethercat.faults import BusFaults, FaultSwitch, Scheduled
 from fakes.ethercat.slave import Image
 from fakes.ethercat.stand_in_slave import StandInSlave
 
@@ -32,6 +32,7 @@ class MasterState:
     outputs: tuple[bytes, ...]
     inputs: tuple[bytes, ...]
     silent_cycles: tuple[int, ...]
+    faults: tuple[BusFaults, tuple[Scheduled, ...]]
 
 
 class EmulatedMaster:
@@ -262,12 +263,14 @@ class EmulatedMaster:
             tuple(bytes(s.output_bytes) for s in self.slaves),
             tuple(bytes(s.input_bytes) for s in self.slaves),
             tuple(self._silent),
+            self.faults.save(),
         )
 
     def restore(self, token: MasterState) -> None:
         """Go back to a token, to run other cycles from there."""
         self.bench.restore(token.bench)
         self._silent = list(token.silent_cycles)
+        self.faults.load(token.faults)
         for slave, out, in_ in zip(self.slaves, token.outputs, token.inputs, strict=True):
             slave.output_bytes[:], slave.input_bytes[:] = out, in_
 
