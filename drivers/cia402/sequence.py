@@ -10,7 +10,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import Enum, auto
 
-from drivers.cia402.states import Command, State, decode
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.cia402.states import STATE_BITS, Command, State, decode
 
 _S, _C = State, Command
 
@@ -86,6 +89,12 @@ REACHED: Mapping[Goal, frozenset[State]] = {
 }
 """States that fulfil a goal. A fault has no torque and so fulfils the goals that want none."""
 
+_HOLDS = {
+    goal: np.array([decode(bits) in states for bits in range(STATE_BITS + 1)], np.bool_)
+    for goal, states in REACHED.items()
+}
+"""The same by the bits of the status word that tell the state, for blocks."""
+
 
 @dataclass(frozen=True, slots=True)
 class Sequence:
@@ -116,7 +125,8 @@ def begin(goal: Goal, timeout_cycles: int, state: State = State.UNKNOWN) -> Sequ
 
     Without that an enabled drive would be let loose for one cycle whenever something new is asked of it.
     """
-    return _send(Sequence(goal, timeout_cycles, state=state), mode_matches=True)
+    start = Sequence(goal, timeout_cycles, state=state)
+    return replace(start, controlword=_controlword(start, state, start.outcome, 0, mode_matches=True))
 
 
 def advance(sequence: Sequence, statusword: int, mode_matches: bool = True, cycles: int = 1) -> Sequence:
@@ -131,19 +141,27 @@ def advance(sequence: Sequence, statusword: int, mode_matches: bool = True, cycl
     state = decode(statusword)
     now = sequence.cycles + cycles
     outcome = _outcome(sequence, state, now)
-    return _send(replace(sequence, state=state, outcome=outcome, cycles=now), mode_matches)
+    controlword = _controlword(sequence, state, outcome, now, mode_matches)
+    hold = sequence.reset_hold_cycles
+    return Sequence(sequence.goal, sequence.timeout_cycles, hold, state, controlword, outcome, now)
 
 
-def _send(sequence: Sequence, mode_matches: bool) -> Sequence:
-    """Fill in the control word for the sequence's state and outcome."""
-    command = COMMANDS[sequence.goal].get(sequence.state, _OFF)
-    if sequence.outcome not in (Outcome.RUNNING, Outcome.REACHED):
+def holds(goal: Goal, statuswords: NDArray[np.uint16]) -> NDArray[np.bool_]:
+    """Mask (n,) of the cycles in which the drive was in a state that fulfils the goal."""
+    mask: NDArray[np.bool_] = _HOLDS[goal][statuswords & STATE_BITS]
+    return mask
+
+
+def _controlword(sequence: Sequence, state: State, outcome: Outcome, cycles: int, mode_matches: bool) -> int:
+    """Control word for a goal in a state; the fault reset as a rising edge every two hold times."""
+    command = COMMANDS[sequence.goal].get(state, _OFF)
+    if outcome not in (Outcome.RUNNING, Outcome.REACHED):
         command = _OFF
-    elif command is _C.ENABLE_OPERATION and sequence.state is _S.SWITCHED_ON and not mode_matches:
+    elif command is _C.ENABLE_OPERATION and state is _S.SWITCHED_ON and not mode_matches:
         command = _C.SWITCH_ON
-    elif command is _C.FAULT_RESET and sequence.cycles // sequence.reset_hold_cycles % 2 == 0:
+    elif command is _C.FAULT_RESET and cycles // sequence.reset_hold_cycles % 2 == 0:
         command = _OFF
-    return replace(sequence, controlword=command.controlword)
+    return command.controlword
 
 
 def _outcome(sequence: Sequence, state: State, cycles: int) -> Outcome:

@@ -14,8 +14,8 @@ from drivers.cia402.faults import describe
 from drivers.cia402.modes import SET_VALUE
 from drivers.cia402.objects import entries
 from drivers.cia402.parameters import Parameter, apply, cycle_parameters, limit_parameters, verify
-from drivers.cia402.sequence import REACHED, Goal, Outcome, advance, begin
-from drivers.cia402.states import State, decode_block
+from drivers.cia402.sequence import Goal, Outcome, advance, begin, holds
+from drivers.cia402.states import State
 from drivers.cia402.units import DriveUnits, read_units
 from drivers.errors import DriveFaultError, DriverError, ParameterMismatchError
 from drivers.ethercat.sdo import SdoClient
@@ -45,8 +45,8 @@ class ServoDrive:
         self._inputs_map = entries(config.inputs)
         self._units: DriveUnits | None = None
         self._parameters: tuple[Parameter, ...] = ()
-        self._out: NDArray[Any] | None = None
-        self._in: NDArray[Any] | None = None
+        self._out: dict[str, NDArray[Any]] = {}
+        self._in: dict[str, NDArray[Any]] = {}
         self._encoder = EncoderExtender(config.encoder_modulus)
 
     @property
@@ -107,9 +107,10 @@ class ServoDrive:
 
         The mode is put into the outputs, so that the first cycles on the way to OP do not take it away.
         """
-        self._out, self._in = outputs, inputs
-        if outputs is not None and "6060:00" in self.config.outputs:
-            outputs["6060:00"] = self.config.mode
+        self._out = {} if outputs is None else {entry: outputs[entry] for entry in outputs.dtype.names or ()}
+        self._in = {} if inputs is None else {entry: inputs[entry] for entry in inputs.dtype.names or ()}
+        if "6060:00" in self._out:
+            self._out["6060:00"][:] = self.config.mode
         self._encoder.reset()
 
     def request(self, goal: Goal, timeout_s: float = 2.0) -> None:
@@ -127,12 +128,11 @@ class ServoDrive:
 
     def prepare(self, n: int) -> None:
         """Write control word and mode into the next n cycles. While not enabled the set value of the mode is zero."""
-        out = self._images()[0][:n]
-        out["6040:00"] = self.sequence.controlword
-        if "6060:00" in self.config.outputs:
-            out["6060:00"] = self.config.mode
+        self._field(self._out, "6040:00")[:n] = self.sequence.controlword
+        if "6060:00" in self._out:
+            self._out["6060:00"][:n] = self.config.mode
         if self.sequence.state is not State.OPERATION_ENABLED:
-            out[SET_VALUE[self.config.mode]] = 0
+            self._out[SET_VALUE[self.config.mode]][:n] = 0
 
     def digest(self, n: int) -> int:
         """Take the n cycles just exchanged: advance the sequence; number of cycles for which its goal held.
@@ -140,18 +140,18 @@ class ServoDrive:
         A drive that has reached its goal is looked at in every cycle of the block: the first in which it is elsewhere
         ends the sequence.
         """
-        status = self._images()[1]["6041:00"][:n]
+        status = self._field(self._in, "6041:00")[:n]
         held = n
         if self.sequence.outcome is Outcome.REACHED:
-            away = ~np.isin(decode_block(status), list(REACHED[self.sequence.goal]))
-            held = int(np.argmax(away)) if away.any() else n
+            holding = holds(self.sequence.goal, status)
+            held = n if holding.all() else int(np.argmin(holding))
         last = min(held, n - 1)
         self.sequence = advance(self.sequence, int(status[last]), self._mode_matches(last), n)
         return held if self.sequence.outcome is not Outcome.RUNNING else 0
 
     def position(self, n: int) -> NDArray[np.int64]:
         """Positions (n,) of the block just exchanged, counts in the drive's direction, extended; once a block."""
-        return self._encoder.extend(self._images()[1]["6064:00"][:n])
+        return self._encoder.extend(self._field(self._in, "6064:00")[:n])
 
     def position_rad(self, counts: ArrayLike) -> NDArray[np.float64]:
         """Angles, rad at the motor shaft in the bench's direction, of extended counts."""
@@ -159,19 +159,19 @@ class ServoDrive:
 
     def velocity(self, n: int) -> NDArray[np.float64]:
         """Actual velocities (n,), rad/s at the motor shaft in the bench's direction."""
-        raw: NDArray[np.float64] = self._images()[1]["606C:00"][:n].astype(np.float64)
+        raw: NDArray[np.float64] = self._field(self._in, "606C:00")[:n].astype(np.float64)
         return raw * (self.config.polarity * self.units.velocity_rad_s)
 
     def torque(self, n: int) -> NDArray[np.float64]:
         """Actual torques (n,), N·m at the motor shaft in the bench's direction."""
-        raw: NDArray[np.float64] = self._images()[1]["6077:00"][:n].astype(np.float64)
+        raw: NDArray[np.float64] = self._field(self._in, "6077:00")[:n].astype(np.float64)
         return raw * (self.config.torque_sign * self.units.torque_nm)
 
     def fault_text(self, n: int = 1) -> str | None:
         """Sentence on the fault of the last of n cycles, None where there is none."""
         if self.sequence.state not in (State.FAULT, State.FAULT_REACTION_ACTIVE):
             return None
-        code = int(self._images()[1]["603F:00"][n - 1]) if "603F:00" in self.config.inputs else None
+        code = int(self._in["603F:00"][n - 1]) if "603F:00" in self._in else None
         reason = "read 603F:00 for the reason" if code is None else f"error {describe(code)}"
         return f"{self.name} is in {self.sequence.state.text}: {reason}"
 
@@ -191,23 +191,25 @@ class ServoDrive:
         reason = self.fault_text(n) or f"it is in {sequence.state.text}"
         raise DriveFaultError(f"{self.name} {verb} the goal '{wanted}' within {sequence.cycles} cycles: {reason}")
 
-    def _images(self) -> tuple[NDArray[Any], NDArray[Any]]:
-        if self._out is None or self._in is None:
-            raise DriverError(f"{self.name} has no process data yet; attach() comes before the first cycle")
-        return self._out, self._in
+    def _field(self, image: dict[str, NDArray[Any]], entry: str) -> NDArray[Any]:
+        """One entry over the whole capacity; the views are made once, which costs less than by name in every cycle."""
+        try:
+            return image[entry]
+        except KeyError:
+            reason = f"has no entry {entry} in its process data" if image else "has no process data yet"
+            cure = "map it in the configuration" if image else "attach() comes before the first cycle"
+            raise DriverError(f"{self.name} {reason}; {cure}") from None
 
     def _write(self, entry: str, values: ArrayLike, scale: float, n: int) -> None:
-        field = self._images()[0][entry]
+        field = self._field(self._out, entry)
         raw = np.rint(np.asarray(values, np.float64) / scale)
         if not np.isfinite(raw).all():
             raise DriverError(f"{self.name}: a set value for {entry} is not a number; finite ones are needed")
-        limits = np.iinfo(field.dtype)
-        field[:n] = np.clip(raw, limits.min, limits.max)
+        bits = 8 * field.itemsize - 1
+        field[:n] = np.minimum(np.maximum(raw, -(1 << bits)), (1 << bits) - 1)
 
     def _mode_matches(self, row: int) -> bool:
-        if "6061:00" not in self.config.inputs:
-            return True
-        return bool(self._images()[1]["6061:00"][row] == self.config.mode)
+        return "6061:00" not in self._in or int(self._in["6061:00"][row]) == self.config.mode
 
     def _compare(self, what: str, of_drive: float, configured: float | None) -> None:
         if configured is not None and not math.isclose(of_drive, configured, rel_tol=1e-6):

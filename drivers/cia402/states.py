@@ -40,9 +40,13 @@ STATUS_PATTERNS: tuple[tuple[State, int, int], ...] = (
 )
 """Status word 0x6041: state, mask, value."""
 
-_LOOKUP = np.zeros(0x70, np.uint8)
+STATE_BITS = 0x6F
+"""Bits of the status word that tell the state."""
+
+_LOOKUP = np.zeros(STATE_BITS + 1, np.uint8)
 for _state, _mask, _value in STATUS_PATTERNS:
-    _LOOKUP[np.arange(0x70) & _mask == _value] = _state
+    _LOOKUP[np.arange(STATE_BITS + 1) & _mask == _value] = _state
+_STATES = tuple(State(int(number)) for number in _LOOKUP)
 
 POWERED: frozenset[State] = frozenset({State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE, State.FAULT_REACTION_ACTIVE})
 """States in which the motor may have torque."""
@@ -50,12 +54,12 @@ POWERED: frozenset[State] = frozenset({State.OPERATION_ENABLED, State.QUICK_STOP
 
 def decode(statusword: int) -> State:
     """State of one status word (0x6041)."""
-    return State(int(_LOOKUP[statusword & 0x6F]))
+    return _STATES[statusword & STATE_BITS]
 
 
 def decode_block(statuswords: ArrayLike) -> NDArray[np.uint8]:
     """States (n,), as :class:`State` numbers, of status words (n,)."""
-    return _LOOKUP[np.bitwise_and(np.asarray(statuswords, np.uint16), 0x6F)]
+    return _LOOKUP[np.bitwise_and(np.asarray(statuswords, np.uint16), STATE_BITS)]
 
 
 class Command(Enum):

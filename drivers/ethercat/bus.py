@@ -41,7 +41,7 @@ class EtherCatBus:
     cycle_time_s : period of the process data, s.
     block_capacity : most cycles of one :meth:`exchange`.
     pacing : when cycles start; :class:`FreeRunning` by default, :class:`AbsoluteDeadlines` on hardware.
-    timeout_us : how long to wait for a frame, µs.
+    timeout_us : how long to wait for a frame, µs; None: 60 % of a cycle, which leaves time to work in the rest.
     nonblocking_socket : set O_NONBLOCK on the master's raw socket (:mod:`drivers.ethercat.nonblocking`).
 
     Attributes
@@ -58,7 +58,7 @@ class EtherCatBus:
         cycle_time_s: float = 0.0005,
         block_capacity: int = 1,
         pacing: Pacing | None = None,
-        timeout_us: int = 300,
+        timeout_us: int | None = None,
         nonblocking_socket: bool = True,
     ) -> None:
         self.interface = interface
@@ -67,7 +67,7 @@ class EtherCatBus:
         self.specs = check_specs(slaves)
         self._master = master
         self._pacing = pacing or FreeRunning(cycle_time_s)
-        self._timeout_us = timeout_us
+        self._timeout_us = round(0.6e6 * cycle_time_s) if timeout_us is None else timeout_us
         self._nonblocking = nonblocking_socket
         self._out = Image.build([(spec.name, spec.outputs) for spec in self.specs], block_capacity)
         self._in = Image.build([(spec.name, spec.inputs) for spec in self.specs], block_capacity)
