@@ -15,6 +15,8 @@ import os
 from pathlib import Path
 from typing import Any
 
+from bench.recording._ownership import claim
+
 _TREE_SIGNATURE = b"TREE"
 _TREE_LEVEL_OFFSET = 5
 
@@ -32,9 +34,10 @@ class OrderedFile(io.RawIOBase):
     """A file object for ``h5py.File`` that keeps the file on disk consistent at any moment."""
 
     def __init__(self, path: Path) -> None:
-        """Create or truncate ``path``."""
+        """Create ``path``; it should not exist."""
         super().__init__()
-        self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o644)
+        self._descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644)
+        claim(self._descriptor)
         self._position = 0
         self._committed_end = 0
         self._held: dict[int, bytes] = {}

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from bench.errors import RecordingError
 from bench.recording import _layout
 from bench.recording._ordered_file import OrderedFile
+from bench.recording._ownership import make_room
 from bench.recording.header import ChannelSpec, RecordingHeader
 from bench.recording.reader import HDF5_ERRORS
 
@@ -56,6 +57,7 @@ class Sink:
         self._dirty = False
         self._jobs: queue.Queue[Callable[[], None] | None] = queue.Queue(_QUEUE_CHUNKS)
         try:
+            make_room(part)
             self._storage = OrderedFile(part)
             self._file = h5py.File(self._storage, "w")
             _layout.write_skeleton(self._file, header, channels, chunk_rows)

@@ -24,7 +24,7 @@ def write_recording(
     accepted: bool | None = None,
     quality: Mapping[str, Any] | None = None,
 ) -> None:
-    """Write a complete recording at once; where it is refused, no file is left.
+    """Write a complete recording at once; where it is refused, no file is left, and one that was there stays.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def write_recording(
     arrays = {name: np.asarray(values) for name, (values, _) in channels.items()}
     specs = [spec for _, spec in channels.values()]
     rows = max((array.size for array in arrays.values()), default=0)
-    writer = RecordingWriter(path, header, specs, chunk_rows=min(max(rows, 1), FAST_CHUNK_ROWS))
+    writer = RecordingWriter(path, header, specs, chunk_rows=min(max(rows, 1), FAST_CHUNK_ROWS), replace=True)
     try:
         with writer:
             writer.append(arrays)

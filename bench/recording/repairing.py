@@ -11,6 +11,7 @@ import numpy as np
 
 from bench.errors import RecordingError
 from bench.recording._header_reader import KNOWN_ROOT_ATTRIBUTES
+from bench.recording._ownership import refuse_if_written
 from bench.recording.header import PART_SUFFIX, RecordingHeader, Segment
 from bench.recording.reader import HDF5_ERRORS, Recording, hdf5_reason, opened
 from bench.recording.storage import completed, first_missing_row
@@ -45,7 +46,8 @@ def repair(source: str | Path, target: str | Path | None = None, *, keep: bool =
     Raises
     ------
     RecordingError
-        The file is beyond repair (its header cannot be read, or it has no row), or ``target`` exists.
+        The file is beyond repair (its header cannot be read, or it has no row), a living process is still writing it,
+        or ``target`` exists.
     """
     source = Path(source)
     if target is None:
@@ -57,6 +59,7 @@ def repair(source: str | Path, target: str | Path | None = None, *, keep: bool =
         raise RecordingError(f"{source}: {target.name} is there already, it would be overwritten; move one of them.")
     if not source.is_file():
         raise RecordingError(f"{source}: there is no such file.")
+    refuse_if_written(source)
     with completed(source) as (readable, file_size):
         try:
             result = _restore(Recording.open(readable), source, target, file_size)

@@ -42,12 +42,14 @@ class RecordingWriter:
     header, channels : what stands in the file; blocks must hold exactly these channels.
     chunk_rows : rows of an HDF5 chunk; by default :func:`real_time_chunk_rows`, in emulated time
         :data:`FAST_CHUNK_ROWS` makes smaller files that are faster to read.
+    replace : whether a finished recording of this name may be replaced; an unfinished one is set aside in any case.
     part : where it is written until it is finished, in the same folder; by default ``<path>.part``.
 
     Raises
     ------
     RecordingError
-        Channels that the format does not allow, blocks that do not fit them, a disk that is full or gone.
+        Channels that the format does not allow, blocks that do not fit them, a file that is there already or belongs to
+        a living process, a disk that is full or gone.
     """
 
     def __init__(
@@ -58,12 +60,15 @@ class RecordingWriter:
         *,
         chunk_rows: int | None = None,
         part: Path | None = None,
+        replace: bool = False,
     ) -> None:
         self.path = Path(path)
         self.part = part or self.path.with_name(self.path.name + PART_SUFFIX)
         self.rows = 0
         self._specs = {channel.name: channel for channel in channels}
         _layout.check_channels(self.path, channels)
+        if self.path.exists() and not replace:
+            raise RecordingError(f"{self.path}: is there already, a recording is never overwritten.")
         self._chunk_rows = chunk_rows or real_time_chunk_rows(header.sample_rate)
         self._buffers = self._new_buffers()
         self._segment_count = 0
@@ -158,7 +163,12 @@ class RecordingWriter:
         self._check_open()
         self._closed = True
         self._sink.finish(accepted=accepted, quality=quality, complete=complete)
-        _layout.finish(self.part, self.path)
+        try:
+            _layout.finish(self.part, self.path)
+        except OSError as error:
+            raise RecordingError(
+                f"{self.part}: is whole, but cannot be renamed to {self.path.name} ({error})."
+            ) from error
         return self.path
 
     def abandon(self) -> None:

@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 
 from bench.errors import RecordingError
 from bench.recording import FAST_CHUNK_ROWS, ChannelSpec, Event, Recording, RecordingWriter, Segment
+from bench.recording.repairing import repair
 from bench.recording.validation import validate
 from tests.bench.recording import builders
 
@@ -262,3 +263,28 @@ def test_the_file_stays_small(tmp_path: Path) -> None:
     with RecordingWriter(path, builders.header("a"), builders.specs(), chunk_rows=FAST_CHUNK_ROWS) as writer:
         writer.append(data)
     assert path.stat().st_size / rows < 15
+
+
+def test_nothing_recorded_is_overwritten(tmp_path: Path) -> None:
+    path = tmp_path / "a.h5"
+    for rows in (100, 200):
+        writer = RecordingWriter(path, builders.header("a"), builders.specs())
+        writer.append(builders.columns(0, rows))
+        writer.abandon()
+    assert Recording.open(tmp_path / "a.h5.part.1.part").size == 100
+    assert Recording.open(tmp_path / "a.h5.part").size == 200
+    builders.write(path)
+    with pytest.raises(RecordingError, match="never overwritten"):
+        RecordingWriter(path, builders.header("a"), builders.specs())
+    assert Recording.open(path).size == 3000
+
+
+def test_a_recording_in_the_making_belongs_to_its_writer(tmp_path: Path) -> None:
+    path = tmp_path / "a.h5"
+    with RecordingWriter(path, builders.header("a"), builders.specs()) as writer:
+        writer.append(builders.columns(0, 100))
+        with pytest.raises(RecordingError, match="being written by a living process"):
+            RecordingWriter(path, builders.header("a"), builders.specs())
+        with pytest.raises(RecordingError, match="being written by a living process"):
+            repair(writer.part)
+    assert Recording.open(path).size == 100
