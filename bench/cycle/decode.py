@@ -94,7 +94,8 @@ class Decoder:
         raw: dict[str, NDArray[Any]] = {}
         for name, source in SOURCES.items():
             image = bus.outputs if name in _SETPOINTS else bus.inputs
-            values = np.ascontiguousarray(image[source.role][source.entry][:n])
+            # always a copy: the image is overwritten by the next block
+            values = np.array(image[source.role][source.entry][:n])
             raw[name] = self._unwrap[name](values) if name in _UNWRAPPED else values
         lubricant = thermometer.read(n, 1)
         raw["temperature"] = np.array(lubricant.raw)

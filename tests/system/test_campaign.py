@@ -137,7 +137,7 @@ def test_another_campaign_or_configuration_is_not_mixed_in(made: tuple[Path, Sum
 
 def test_a_full_disk_is_said_before_anything_is_recorded(campaign: Campaign, tmp_path: Path) -> None:
     text = load_bench("rh380n").text.replace('minimum_free = "500 MB"', 'minimum_free = "1000000000 GB"')
-    with pytest.raises(LimitError, match="storage.minimum_free"):
+    with pytest.raises(LimitError, match=r"storage\.minimum_free"):
         run_campaign(parse_bench(text, "b"), campaign, tmp_path, Silent())
     assert not list(tmp_path.glob("*.h5"))
 

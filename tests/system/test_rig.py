@@ -123,6 +123,12 @@ def test_a_fault_trips_in_its_cycle_whatever_the_block(
     stop_row = next(count for count, segment in reversed(tape.segments) if segment is Segment.RAMP_DOWN)
     assert 1500 - reaction <= stop_row <= 1500 + reaction
     assert position - start < 1500 + 4 * 2000
+    status = {Cause.INPUT_DRIVE_FAULT: "motor_status", Cause.LOAD_DRIVE_FAULT: "load_status"}.get(cause)
+    if status is not None:
+        # the last row before the stop is the cycle that tripped, and no earlier one is bad
+        enabled = tape[status][:stop_row] & 0x6F == 0x27
+        assert not enabled[-1]
+        assert enabled[:-1].all()
     assert np.all(np.diff(rows) >= 1)
 
 
