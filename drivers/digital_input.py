@@ -29,6 +29,7 @@ class DigitalInput:
     active_low : inputs that say "on" with 0 V: a broken wire then reads as "on", which is what a stop input wants.
     entry : process data entry of the byte.
     tx_pdo : PDO that carries it.
+    coe : the terminal has an object dictionary (most digital ones do not).
     """
 
     place: Place
@@ -36,6 +37,7 @@ class DigitalInput:
     active_low: tuple[str, ...] = ()
     entry: str = "6000:01"
     tx_pdo: int = 0x1A00
+    coe: bool = False
     _inputs: NDArray[Any] | None = None
 
     @property
@@ -44,7 +46,13 @@ class DigitalInput:
         place = self.place
         pdo = Pdo(self.tx_pdo, (Entry(self.entry, "u1"),), fixed=True)
         return SlaveSpec(
-            place.name, place.position, place.vendor, place.product, tx_pdos=(pdo,), revision=place.revision
+            place.name,
+            place.position,
+            place.vendor,
+            place.product,
+            tx_pdos=(pdo,),
+            revision=place.revision,
+            coe=self.coe,
         )
 
     def attach(self, outputs: NDArray[Any] | None, inputs: NDArray[Any] | None) -> None:

@@ -119,7 +119,7 @@ class EtherCatBus:
             if spec.watchdog_s is not None:
                 set_watchdog(slave, spec.name, spec.watchdog_s)
             # config_init wipes the callback and config_map calls it, so this is the one place to set it.
-            slave.config_func = self._callback(spec)
+            slave.config_func = self._callback(spec) if spec.coe else None
         self._map()
         self._check_sizes(found)
         if any(spec.sync0_shift_ns is not None for spec in self.specs):

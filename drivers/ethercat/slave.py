@@ -43,6 +43,8 @@ class SlaveSpec:
     sync0_shift_ns : SYNC0 shift where the slave runs on distributed clocks, ns; None leaves it without SYNC0.
     configure : called with SDO access between PREOP and SAFEOP, after the PDO assignment, at start and again whenever
         the slave comes back from a loss (it has then forgotten its settings).
+    coe : the slave has a mailbox with an object dictionary; simple digital terminals have none, and nothing is written
+        to them.
     """
 
     name: str
@@ -55,6 +57,7 @@ class SlaveSpec:
     watchdog_s: float | None = None
     sync0_shift_ns: int | None = None
     configure: Callable[[SdoClient], None] | None = None
+    coe: bool = True
 
     @property
     def outputs(self) -> tuple[Entry, ...]:

@@ -80,11 +80,17 @@ class Rig:
         return {name: rows[:n].copy() for name, rows in self.bus.inputs.items()}
 
 
-def make_rig(master: Any, interface: str = "emulated", watchdog_s: float = WATCHDOG_S, **options: Any) -> Rig:
+def make_rig(
+    master: Any,
+    interface: str = "emulated",
+    watchdog_s: float = WATCHDOG_S,
+    sync0_shift_ns: int | None = None,
+    **options: Any,
+) -> Rig:
     """Drivers of the emulated bench on a master of pysoem's API."""
     devices = (
-        ServoDrive(replace(INPUT, watchdog_s=watchdog_s)),
-        ServoDrive(replace(LOAD, watchdog_s=watchdog_s)),
+        ServoDrive(replace(INPUT, watchdog_s=watchdog_s, sync0_shift_ns=sync0_shift_ns)),
+        ServoDrive(replace(LOAD, watchdog_s=watchdog_s, sync0_shift_ns=sync0_shift_ns)),
         AnalogInput(Place("torque_terminal", 3, VENDOR, 0x0A160102)),
         Pt100Terminal(Place("temperature_terminal", 4, VENDOR, 0x52540202), channels=2),
     )

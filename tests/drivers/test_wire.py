@@ -143,6 +143,19 @@ def test_close_leaves_the_slaves_in_init(rig: Rig, emulator: Emulator) -> None:
     assert set(emulator.order("status")["al_status"].values()) == {1}
 
 
+def test_drives_on_distributed_clocks(veth: VethPair, emulator: Emulator) -> None:
+    rig = make_rig(
+        soem_master(), veth.near, WATCHDOG_S, 125_000, block_capacity=BLOCK, pacing=AbsoluteDeadlines(0.0005)
+    )
+    try:
+        rig.start()
+        lead(rig.bus, rig.drives, Goal.FAULT_RESET, timeout_s=5.0)
+        lead(rig.bus, rig.drives, Goal.ENABLED, timeout_s=5.0)
+        assert rig.bus.good(rig.run(0.0, 0.0, BLOCK)).any()
+    finally:
+        rig.bus.close()
+
+
 def test_a_bus_without_slaves_and_one_without_an_interface(veth: VethPair, emulator: Emulator) -> None:
     emulator.order("fault cable_pulled:input_drive")
     rig = make_rig(soem_master(), veth.near)

@@ -174,6 +174,19 @@ def test_watchdog_is_set_read_back_and_compared() -> None:
         bus.configure()
 
 
+def test_nothing_is_written_to_a_slave_without_a_mailbox() -> None:
+    def configure(sdo: SdoClient) -> None:
+        raise AssertionError("a slave without a mailbox was asked for an object")
+
+    spec = SlaveSpec(
+        "stop", 1, 2, 3, (), (Pdo(0x1A00, (Entry("6000:01", "u1"),), True),), configure=configure, coe=False
+    )
+    bus, master = running(spec)
+    assert master.slaves[0].writes == []
+    assert master.slaves[0].config_func is None
+    assert bus.exchange(1).n_done == 1
+
+
 def test_sync0_starts_after_cycle_data() -> None:
     spec = SlaveSpec("drive", 1, 0xE0, 0x11, DRIVE.rx_pdos, DRIVE.tx_pdos, sync0_shift_ns=125_000)
     bus, master = make(spec)
