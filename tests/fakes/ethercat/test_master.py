@@ -85,7 +85,7 @@ def test_only_bytes_are_taken_as_output():
 
 
 def test_blocks_equal_single_cycles():
-    """One block of 60 and 60 blocks of one give the same process data, control word changes within the block included."""
+    """One block of 60 and 60 blocks of one give the same process data, with control word changes within the block."""
     blocks, singles = Bus(60), Bus(60)
     words = np.repeat([0x06, 0x07, 0x0F, 0x0F, 0x02, 0x00], 10)
     velocity = np.linspace(0, 900_000, 60).astype(np.int32)

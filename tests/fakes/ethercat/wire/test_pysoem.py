@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 import time
+from itertools import pairwise
 
 import pysoem
 import pytest
@@ -225,7 +226,7 @@ def test_distributed_clocks_run(operational):
         cycle(operational)
         times.append(operational.dc_time)
         time.sleep(0.001)
-    assert all(b > a for a, b in zip(times, times[1:], strict=False))
+    assert all(b > a for a, b in pairwise(times))
     assert 40e6 < times[-1] - times[0] < 2e9
 
 
