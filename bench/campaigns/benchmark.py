@@ -23,8 +23,7 @@ from bench.recording import RecordingFolder
 from bench.recording.validation import validate
 
 _COMMAND = (sys.executable, "-c", "from bench.cli import main; main()")
-_SHORTEST_LIFE_S = 2.0
-"""A run is never killed earlier: it would only measure the start of the interpreter."""
+_POLL_S = 0.02
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,26 +106,17 @@ def measure_campaign(name: str, bench: str, out: Path | None) -> CampaignFigures
         )
 
 
-def measure_survival(name: str, bench: str, kills: int, seed: int, out: Path | None) -> SurvivalFigures:
-    """Kill a campaign ``kills`` times at moments spread over its length, each time running it again."""
+def measure_survival(name: str, bench: str, kills: int, life_s: float, seed: int, out: Path | None) -> SurvivalFigures:
+    """Kill a campaign ``kills`` times, each time running it again, then let it end.
+
+    A run lives for a random time (uniform, ``life_s`` on average) from the moment it has begun to record.
+    """
     plan = make_plan(load_campaign(name), load_bench(bench).configuration)
     moments = random.Random(seed)
-    # what an undisturbed run takes, so that the kills spread over it: first guess, then what is seen
-    life = max(_SHORTEST_LIFE_S, plan.duration_s / 250.0 / kills)
     began, killed = time.monotonic(), 0
     with _folder(out) as folder:
-        while killed < kills:
-            process = subprocess.Popen(
-                _arguments(name, bench, folder), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-            )
-            try:
-                process.wait(_SHORTEST_LIFE_S + moments.uniform(0.0, 2.0 * life))
-            except subprocess.TimeoutExpired:
-                process.send_signal(signal.SIGKILL)
-                process.wait()
-                killed += 1
-            else:
-                break
+        while killed < kills and _killed(_arguments(name, bench, folder), folder, moments.uniform(0.0, 2.0 * life_s)):
+            killed += 1
         final = subprocess.run(_arguments(name, bench, folder), capture_output=True, text=True, check=False)
         if not final.stdout.strip():
             raise BenchError(f"the last run ended with exit code {final.returncode}: {final.stderr.strip()}")
@@ -148,6 +138,21 @@ def measure_survival(name: str, bench: str, kills: int, seed: int, out: Path | N
             sum(not recording.complete for recording in recordings.recordings),
             time.monotonic() - began,
         )
+
+
+def _killed(arguments: list[str], folder: Path, after_s: float) -> bool:
+    """Start a run and kill it ``after_s`` after its first row; False if it ended before."""
+    old = set(folder.glob("*.part")) if folder.exists() else set()
+    process = subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    while process.poll() is None and not (folder.exists() and set(folder.glob("*.part")) - old):
+        time.sleep(_POLL_S)
+    try:
+        process.wait(after_s)
+    except subprocess.TimeoutExpired:
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        return True
+    return False
 
 
 def _arguments(name: str, bench: str, folder: Path) -> list[str]:

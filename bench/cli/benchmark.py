@@ -50,6 +50,7 @@ def survival(
     name: _Campaign = "paper",
     bench: _Bench = "rh380n",
     kills: Annotated[int, typer.Option(min=1, help="How often the running campaign is killed.")] = 50,
+    life: Annotated[float, typer.Option(min=0.1, help="Mean time in s a run records before it is killed.")] = 4.0,
     seed: Annotated[int, typer.Option(help="Seed of the moments.")] = 0,
     out: _Out = None,
     as_json: _Json = False,
@@ -60,7 +61,7 @@ def survival(
     """
     from bench.campaigns.benchmark import measure_survival
 
-    figures = measure_survival(name, bench, kills, seed, out)
+    figures = measure_survival(name, bench, kills, life, seed, out)
     if as_json:
         typer.echo(json.dumps(figures.as_dict()))
     else:
