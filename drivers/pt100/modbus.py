@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any
 
 from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 from pymodbus.exceptions import ModbusException
@@ -13,6 +13,7 @@ from drivers.devices import build
 from drivers.errors import DriverError, SensorError
 from drivers.pt100.measurement import Measurement, Range, from_resistance, from_temperature
 from drivers.pt100.ports import PORT_ERRORS
+from drivers.pt100.registers import RegisterMap
 
 _TIMEOUT_S = 0.3
 _RETRIES = 1
@@ -30,33 +31,6 @@ _EXCEPTIONS = {
 
 _FAILURES: tuple[type[Exception], ...] = (ModbusException, *PORT_ERRORS)
 _Client = ModbusTcpClient | ModbusSerialClient
-
-
-@dataclass(frozen=True, slots=True)
-class RegisterMap:
-    """Where the transmitter keeps what (input registers, function 4), counted from 0.
-
-    Attributes
-    ----------
-    value : first register of the value.
-    quantity : what the value is.
-    encoding : how it is written; ``float32`` takes two registers, high word first unless ``word_order`` says otherwise.
-    scale : °C or Ω a count, for the integer encodings.
-    status : register of the status word; None where there is none.
-    open_bit, short_bit, invalid_bit : its bits.
-    conversion : register that counts conversions; None where there is none.
-    """
-
-    value: int = 1
-    quantity: Literal["temperature", "resistance"] = "temperature"
-    encoding: Literal["float32", "int16", "int32"] = "float32"
-    word_order: Literal["big", "little"] = "big"
-    scale: float = 1.0
-    status: int | None = 0
-    open_bit: int = 0
-    short_bit: int = 1
-    invalid_bit: int = 2
-    conversion: int | None = 5
 
 
 @dataclass(slots=True)
@@ -89,10 +63,13 @@ class ModbusThermometer:
             If it does not answer, answers with an exception, or says open or short circuit.
         """
         registers = self.registers
+        words: dict[int, int] = {}
+        for first, count in registers.spans:
+            words |= enumerate(self._read(first, count), first)
         if registers.status is not None:
-            self._check_status(self._read(registers.status, 1)[0])
-        value = self._value()
-        conversion = None if registers.conversion is None else self._read(registers.conversion, 1)[0]
+            self._check_status(words[registers.status])
+        value = self._value(words)
+        conversion = None if registers.conversion is None else words[registers.conversion]
         if registers.quantity == "resistance":
             return from_resistance(self.name, value, self.limits, self.r0, conversion)
         return from_temperature(self.name, value, self.limits, conversion=conversion)
@@ -101,11 +78,11 @@ class ModbusThermometer:
         """Close connection or port."""
         self.client.close()  # type: ignore[no-untyped-call]
 
-    def _value(self) -> float:
+    def _value(self, words: Mapping[int, int]) -> float:
         registers = self.registers
         kind = ModbusTcpClient.DATATYPE[registers.encoding.upper()]
-        words = self._read(registers.value, kind.value[1])
-        number = self.client.convert_from_registers(words, kind, word_order=registers.word_order)
+        own = [words[registers.value + i] for i in range(kind.value[1])]
+        number = self.client.convert_from_registers(own, kind, word_order=registers.word_order)
         return float(number) * (1.0 if registers.encoding == "float32" else registers.scale)  # type: ignore[arg-type]
 
     def _check_status(self, status: int) -> None:
@@ -123,7 +100,9 @@ class ModbusThermometer:
             # pymodbus closes a connection on errors and opens it again by itself only where it was open before.
             if not self.client.connected and not self.client.connect():
                 raise SensorError(f"{self.name}: no connection to {self.client}; check address, cable and supply")
-            answer = self.client.read_input_registers(address, count=count, device_id=self.device_id)
+            holding = self.registers.table == "holding"
+            read = self.client.read_holding_registers if holding else self.client.read_input_registers
+            answer = read(address, count=count, device_id=self.device_id)
         except _FAILURES as error:
             raise SensorError(
                 f"{self.name}: device {self.device_id} does not answer on {self.client} ({error}); "

@@ -29,6 +29,7 @@ class Client(ModbusTcpClient):
         super().__init__("transmitter", timeout=0.3, retries=1)
         self.words, self.failure, self.reachable = registers, failure, reachable
         self.asked: list[tuple[int, int, int]] = []
+        self.held: list[tuple[int, int, int]] = []
 
     def connect(self) -> bool:
         return self.reachable
@@ -43,6 +44,10 @@ class Client(ModbusTcpClient):
             raise self.failure
         return self.failure or Registers(self.words[address : address + count])
 
+    def read_holding_registers(self, address: int, *, count: int = 1, device_id: int = 1, **_: Any) -> Any:
+        self.held.append((address, count, device_id))
+        return Registers(self.words[address : address + count])
+
 
 def words(value: float, status: int = 0, conversion: int = 5) -> list[int]:
     high, low = struct.unpack(">HH", struct.pack(">f", value))
@@ -53,7 +58,17 @@ def test_temperature_as_float_with_its_conversion() -> None:
     client = Client(words(41.25))
     found = ModbusThermometer("lubricant", client, device_id=3).measure()
     assert (found.temperature_c, found.conversion) == (41.25, 5)
-    assert client.asked == [(0, 1, 3), (1, 2, 3), (5, 1, 3)]
+    assert client.asked == [(0, 6, 3)]  # one request, so that all of it belongs together
+
+
+def test_registers_one_by_one_and_from_the_other_table() -> None:
+    client = Client(words(41.25))
+    thermometer = ModbusThermometer("lubricant", client, registers=RegisterMap(at_once=False))
+    assert thermometer.measure().temperature_c == 41.25
+    assert sorted(client.asked) == [(0, 1, 1), (1, 2, 1), (5, 1, 1)]
+    holding = ModbusThermometer("lubricant", client, registers=RegisterMap(table="holding"))
+    assert holding.measure().temperature_c == 41.25
+    assert client.held == [(0, 6, 1)]
 
 
 def test_resistance_goes_through_the_standard() -> None:
@@ -102,7 +117,7 @@ def test_exceptions_of_the_device_are_told_with_their_code() -> None:
 
 
 def test_too_few_registers() -> None:
-    with pytest.raises(SensorError, match="1 registers came where 2 were asked for"):
+    with pytest.raises(SensorError, match="2 registers came where 6 were asked for"):
         ModbusThermometer("lubricant", Client([0, 1])).measure()
 
 
@@ -119,3 +134,5 @@ def test_factories_set_short_timeouts_and_refuse_what_they_do_not_know() -> None
         modbus_rtu("lubricant", {})
     with pytest.raises(DriverError, match="registers: option 'register' is not known"):
         modbus_tcp("lubricant", {"host": "x", "registers": {"register": 1}})
+    with pytest.raises(DriverError, match="encoding is 'float64'; it should be one of float32, int16, int32"):
+        modbus_tcp("lubricant", {"host": "x", "registers": {"encoding": "float64"}})
