@@ -58,6 +58,7 @@ class ModbusTransmitter:
         self.fault = fault
         self.transmitters = tuple(Transmitter(source, channel) for channel in range(CHANNELS))
         self._device_id = device_id
+        self._foreign = False
         self._loop = asyncio.new_event_loop()
         self._server: ModbusSerialServer | ModbusTcpServer | None = None
         self._thread = threading.Thread(target=self._loop.run_forever, name="Modbus PT100", daemon=True)
@@ -68,8 +69,8 @@ class ModbusTransmitter:
         """Serve on TCP; with port 0 the system chooses one, see :attr:`port`."""
         made = cls(source, device_id)
         made._start(
-            lambda device: ModbusTcpServer(
-                device,
+            lambda devices: ModbusTcpServer(
+                devices,
                 address=(host, port),
                 ignore_missing_devices=True,
                 trace_packet=made._packet,
@@ -83,8 +84,8 @@ class ModbusTransmitter:
         """Serve on a serial port, such as one end of a :class:`~fakes.serial_line.Cable`."""
         made = cls(source, device_id)
         made._start(
-            lambda device: ModbusSerialServer(
-                device,
+            lambda devices: ModbusSerialServer(
+                devices,
                 framer=FramerType.RTU,
                 port=port,
                 baudrate=baudrate,
@@ -112,14 +113,16 @@ class ModbusTransmitter:
         self._thread.join()
         self._loop.close()
 
-    def _start(self, make: Callable[[SimDevice], ModbusSerialServer | ModbusTcpServer]) -> None:
+    def _start(self, make: Callable[[list[SimDevice]], ModbusSerialServer | ModbusTcpServer]) -> None:
         empty = [SimData(0, values=[0] * (REGISTERS_A_CHANNEL * CHANNELS), datatype=DataType.REGISTERS)]
         unused = [SimData(0, datatype=DataType.REGISTERS)]
         bits = [SimData(0, values=[False] * 16, datatype=DataType.BITS)]
-        device = SimDevice(self._device_id, (bits, bits, unused, empty), action=self._refresh)
+        memory = (bits, bits, unused, empty)
+        # pymodbus answers for unknown devices; one that stands for all of them lets us drop those answers.
+        devices = [SimDevice(self._device_id, memory, action=self._refresh), SimDevice(0, memory)]
 
         async def serve() -> ModbusSerialServer | ModbusTcpServer:
-            server = make(device)
+            server = make(devices)
             await server.serve_forever(background=True)
             return server
 
@@ -145,13 +148,15 @@ class ModbusTransmitter:
 
     def _packet(self, sending: bool, data: bytes) -> bytes:
         """Spoil what is sent, as the fault says."""
-        if sending and self.fault is LineFault.SILENCE:
+        if sending and (self._foreign or self.fault is LineFault.SILENCE):
             return b""
         if sending and self.fault is LineFault.CRC and isinstance(self._server, ModbusSerialServer):
             return data[:-1] + bytes([data[-1] ^ 0x5A])
         return data
 
     def _pdu(self, sending: bool, pdu: ModbusPDU) -> ModbusPDU:
+        if sending:
+            self._foreign = pdu.dev_id != self._device_id
         if sending and self.fault is LineFault.WRONG_DEVICE:
             pdu.dev_id = pdu.dev_id % 247 + 1
         return pdu
