@@ -160,7 +160,10 @@ class Journal:
                 # no row was saved: the empty file is kept beside, its name is free for the next take
                 part.rename(part.with_name(part.name + ".empty"))
                 return None
-        recording = Recording.open(path)
+        try:
+            recording = Recording.open(path)
+        except RecordingError as error:
+            return replace(taken, status=Status.FAILED, note=str(error))
         passed = recording.complete and bool(recording.accepted)
         return replace(
             taken,

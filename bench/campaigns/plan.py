@@ -22,6 +22,7 @@ class PlannedTask:
     """One line of a plan. Times in s since the campaign begins, temperatures in °C, energy in J."""
 
     number: int
+    """Of the point, from 1; 0 for what prepares one (a heating, the tare)."""
     point: Point
     is_preparation: bool
     start_s: float
@@ -127,9 +128,12 @@ def make_plan(campaign: Campaign, bench: BenchConfiguration, start_temperature: 
             yield from schedule(points, stage.order, bench.heating.band, temperature)
         yield Task(TARE, is_preparation=True)
 
+    count = 0
     for task in everything():
         point = task.point
-        where = f"{campaign.name}, point {len(tasks) + 1} ({point.label})"
+        count += not task.is_preparation
+        before = " before" if task.is_preparation else ""
+        where = f"{campaign.name},{before} point {count + task.is_preparation} ({point.label})"
         _check_temperature(point, bench, where)
         try:
             phases = build_sequence(point.sequence, point.options).phases(point, bench_facts)
@@ -144,7 +148,7 @@ def make_plan(campaign: Campaign, bench: BenchConfiguration, start_temperature: 
         check_demand(demand, bench, where)
         tasks.append(
             PlannedTask(
-                len(tasks) + 1,
+                0 if task.is_preparation else count,
                 point,
                 task.is_preparation,
                 state.time_s,

@@ -59,7 +59,7 @@ def print_plan(made: Plan, console: object, rows: bool = True) -> None:
         for task in made.tasks:
             point = task.point
             table.add_row(
-                str(task.number),
+                str(task.number or ""),
                 point.sequence + (f" #{point.repeat}" if point.repeat > 1 else ""),
                 f"{point.load_torque:.4g}",
                 f"{math.degrees(point.velocity):.3g}",

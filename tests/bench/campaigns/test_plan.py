@@ -189,6 +189,6 @@ def test_a_campaign_may_be_a_python_file(tmp_path: Path, bench: BenchConfigurati
 
 
 def test_all_sequences_are_found_and_are_sequences() -> None:
-    assert len(sequence_names()) == 9
+    assert set(sequence_names()) >= {"constant_velocity", "validation", "heating", "reversal", "tare"}
     for name in sequence_names():
         assert isinstance(build_sequence(name), Sequence)
