@@ -1,12 +1,18 @@
-"""Fixtures of more than one folder."""
+"""Fixtures of more than one folder, and what may not be skipped."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import os
+from collections.abc import Generator, Iterator
 
 import pytest
 
 from tests.veth import VethPair, veth_pair
+
+REQUIRE_WIRE = "BENCH_REQUIRE_WIRE"
+"""Environment variable: ``1`` turns a test that skips for want of raw sockets or veth pairs into a failure."""
+
+WIRE_REASONS = ("raw sockets", "veth pair")
 
 
 @pytest.fixture(scope="session")
@@ -14,3 +20,19 @@ def veth() -> Iterator[VethPair]:
     """A veth pair that lives as long as the test session; skips where none can be made."""
     with veth_pair() as pair:
         yield pair
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    """Fail what would be skipped for want of a wire, where the environment promises one."""
+    report = yield
+    if (
+        report.skipped
+        and os.environ.get(REQUIRE_WIRE) == "1"
+        and any(word in report.longreprtext for word in WIRE_REASONS)
+    ):
+        report.outcome = "failed"
+        report.longrepr = f"{item.nodeid} must not be skipped here ({REQUIRE_WIRE}=1): {report.longreprtext}"
+    return report
