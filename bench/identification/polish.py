@@ -3,8 +3,8 @@
 Each recording gives one complex value z_r = A·exp(iφ) an order, with the variance its noise implies. The polynomials of
 A and φ are fitted to all z_r at once (no wrapping, no undefined phase where A is small): first the phase's linear part
 by a search, then amplitude and phase by Gauss–Newton. What scatters between recordings beyond their own noise (torque
-sensor, temperature reading, controller) is a second variance, one along and one across z, estimated from the residuals
-(Paule–Mandel), so that standard deviations hold.
+sensor, temperature reading, controller) is a second variance, one along and one across z, estimated from the
+residuals, so that standard deviations hold.
 """
 
 from __future__ import annotations
@@ -19,49 +19,73 @@ from bench.identification.inputs import Design
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
+MIN_FREEDOM = 8
+MIN_FACTOR = 0.01
 _ITERATIONS = 40
 _TOLERANCE = 1e-10
 
 
 @dataclass(frozen=True, slots=True)
 class PolarFit:
-    """Coefficients of the kept standardised monomials (P,), joint covariance (2P, 2P) of (amplitude, phase)."""
+    """Coefficients of the kept standardised monomials (P,), joint covariance (2P, 2P) of (amplitude, phase).
+
+    ``along`` is the spread of amplitudes (rad²), ``across`` that of phases (rad²).
+    """
 
     amplitude: FloatArray
     phase: FloatArray
     covariance: FloatArray
-    amplitude_scatter: float
-    phase_scatter: float
+    along: Spread
+    across: Spread
 
 
-def scatter_variance(residual: FloatArray, within: FloatArray, parameters: int) -> float:
-    """Variance s ≥ 0 between recordings with Σ residual²/(within + s) = R − parameters (Paule and Mandel 1982)."""
-    freedom = max(residual.size - parameters, 1)
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """Variance of a recording's value: ``factor``·(its own noise) + ``scatter`` between recordings."""
+
+    factor: float = 1.0
+    scatter: float = 0.0
+
+    def variance(self, within: FloatArray) -> FloatArray:
+        """Variance (R,) for the noise variance ``within`` (R,)."""
+        return self.factor * within + self.scatter
+
+
+def estimate_spread(residual: FloatArray, within: FloatArray, parameters: int) -> Spread:
+    """Make Σ residual²/variance = R − parameters.
+
+    Where residuals exceed their own noise the rest is scatter between recordings (Paule and Mandel 1982). Where they
+    fall short of it, what is seen beside an order overstates the noise at it (the error of an encoder's counts is no
+    random noise), and the noise is scaled down instead, given at least eight degrees of freedom.
+    """
+    freedom = residual.size - parameters
 
     def excess(s: float) -> float:
-        return float((residual**2 / (within + s)).sum()) - freedom
+        return float((residual**2 / (within + s)).sum()) - max(freedom, 1)
 
     if excess(0.0) <= 0.0:
-        return 0.0
-    low, high = 0.0, float((residual**2).sum()) / freedom + 1e-300
+        share = (excess(0.0) + freedom) / freedom if freedom >= MIN_FREEDOM else 1.0
+        return Spread(max(share, MIN_FACTOR), 0.0)
+    low, high = 0.0, float((residual**2).sum()) / max(freedom, 1) + 1e-300
     for _ in range(60):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if excess(middle) > 0 else (low, middle)
-    return high
+    return Spread(1.0, high)
 
 
-def fit_linear(regressors: FloatArray, values: FloatArray, within: FloatArray) -> tuple[FloatArray, FloatArray, float]:
-    """Weighted least squares with scatter between recordings: coefficients (P,), covariance (P, P), scatter."""
-    scatter = 0.0
-    for _ in range(8):
-        weight = 1.0 / (within + scatter)
+def fit_linear(regressors: FloatArray, values: FloatArray, within: FloatArray) -> tuple[FloatArray, FloatArray, Spread]:
+    """Weighted least squares with scatter between recordings: coefficients (P,), covariance (P, P), spread."""
+    spread = Spread()
+    for _ in range(12):
+        weight = 1.0 / spread.variance(within)
         covariance = np.asarray(np.linalg.pinv((regressors.T * weight) @ regressors), dtype=np.float64)
         coefficients = covariance @ (regressors.T @ (weight * values))
-        update = scatter_variance(values - regressors @ coefficients, within, regressors.shape[1])
-        if abs(update - scatter) <= 1e-3 * (update + 1e-300):
+        update = estimate_spread(values - regressors @ coefficients, within, regressors.shape[1])
+        done = np.allclose(update.variance(within), spread.variance(within), rtol=1e-3, atol=0.0)
+        spread = update
+        if done:
             break
-        scatter = update
-    return coefficients, covariance, scatter
+    return coefficients, covariance, spread
 
 
 def _phase_gradient(z: ComplexArray, inputs: FloatArray) -> FloatArray:
@@ -146,18 +170,20 @@ def fit_polar(z: ComplexArray, within: FloatArray, design: Design, near: PolarFi
     size = columns.shape[1]
     p = np.concatenate(_start(z, design) if near is None else (near.amplitude, near.phase))
     radial = tangential = np.maximum(within, 1e-6 * float((np.abs(z) ** 2).mean()) + 1e-300)
-    amplitude_scatter = phase_scatter = 0.0
+    along = across = Spread()
     covariance = np.empty(0)
-    for _ in range(6):
+    for _ in range(8):
         p, covariance = _gauss_newton(z, columns, radial, tangential, p)
         level = columns @ p[:size]
         off = z * np.exp(-1j * (columns @ p[size:])) - level
-        amplitude_scatter = scatter_variance(off.real, within, size)
+        along = estimate_spread(off.real, within, size)
         # Scatter of the phase turns into a deviation across z in proportion to the amplitude.
-        safe = np.maximum(np.abs(level), 1e-3 * float(np.abs(level).max()) + 1e-300)
-        phase_scatter = scatter_variance(off.imag / safe, within / safe**2, size)
-        new_radial, new_tangential = within + amplitude_scatter, within + phase_scatter * level**2
-        done = np.allclose(new_radial, radial, rtol=1e-3) and np.allclose(new_tangential, tangential, rtol=1e-3)
+        square = np.maximum(np.abs(level), 1e-3 * float(np.abs(level).max()) + 1e-300) ** 2
+        across = estimate_spread(off.imag / np.sqrt(square), within / square, size)
+        new_radial, new_tangential = along.variance(within), across.variance(within / square) * square
+        done = np.allclose(new_radial, radial, rtol=1e-3, atol=0.0) and np.allclose(
+            new_tangential, tangential, rtol=1e-3, atol=0.0
+        )
         radial, tangential = new_radial, new_tangential
         if done:
             break
@@ -170,4 +196,4 @@ def fit_polar(z: ComplexArray, within: FloatArray, design: Design, near: PolarFi
         covariance = covariance * np.outer(flip, flip)
     turn = float(centre @ phase)
     phase[constant] -= 2.0 * np.pi * np.ceil((turn - np.pi) / (2.0 * np.pi))
-    return PolarFit(amplitude, phase, covariance, amplitude_scatter, phase_scatter)
+    return PolarFit(amplitude, phase, covariance, along, across)

@@ -19,7 +19,7 @@ from bench.identification.blocks import Blocks, make_blocks
 from bench.identification.paper_harmonics import Harmonics, paper_harmonics
 from bench.identification.rows import Rows
 from bench.identification.sums import angle_sums
-from bench.identification.windows import SteadyWindow, lost_cycles, spike_mask, steady_window
+from bench.identification.windows import SteadyWindow, counting_bias, lost_cycles, spike_mask, steady_window
 from bench.recording import Recording
 
 FloatArray = NDArray[np.float64]
@@ -76,6 +76,7 @@ class SteadySums:
     spectrum : (S + 1,) power |Σ TE·exp(imθ)|²·(2/N)² of the window, orders 0 … S: squared amplitudes.
     angle, sample : (N,) samples kept for residuals: angle in 2⁻³² turns, error less ``reference`` (float32).
     resolution : rad, one count of the motor encoder at the load side (0 where not quantised).
+    counting_bias : rad, standard deviation of the mean error that counting leaves at this speed.
     """
 
     window: SteadyWindow
@@ -91,6 +92,7 @@ class SteadySums:
     angle: NDArray[np.uint32]
     sample: NDArray[np.float32]
     resolution: float
+    counting_bias: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,11 +209,13 @@ def _steady_sums(
     limit = min(options.spectrum_reach, max(kept.size // (3 * window.revolutions), 1))
     whole = angle_sums(kept_theta, kept, np.zeros_like(kept), limit)[0]
     turns = kept_theta / TURN
+    advance = abs(kept_theta[-1] - kept_theta[0]) / (resolution * (part.stop - part.start - 1)) if resolution else 0.0
+    bias = counting_bias(advance, part.stop - part.start) if resolution else 0.0
     return SteadySums(
         window, reference, means[0], means[1], means[2], unit, first, second, float(kept @ kept),
         (np.abs(whole) ** 2 * (2.0 / kept.size) ** 2).astype(np.float32),
         ((turns - np.floor(turns)) * ANGLE_STEPS).astype(np.uint64).astype(np.uint32),
-        kept.astype(np.float32), resolution,
+        kept.astype(np.float32), resolution, resolution * bias,
     )  # fmt: skip
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.identification.inputs import Design, make_design, undetermined
-from bench.identification.polish import PolarFit, fit_linear, fit_polar
+from bench.identification.polish import PolarFit, Spread, fit_linear, fit_polar
 from bench.identification.reduction import Reduction, SteadySums
 from bench.identification.sums import gram, projections, series_sums
 from bench.simulation import TERM_COUNT, FourierSet, basis
@@ -55,16 +55,20 @@ class RecordingHarmonics:
     offset_variance: float
     inputs: FloatArray
     ripple: ComplexArray
+    counting_bias: float
 
 
 @dataclass(frozen=True, slots=True)
 class RefinedDirection:
-    """Result of one direction: coefficients, the harmonics they rest on, what could not be determined."""
+    """Result of one direction: coefficients, the harmonics they rest on, what could not be determined.
+
+    ``spreads`` has amplitude's and phase's of each order, and a₀'s last (twice).
+    """
 
     fourier: FourierSet
     harmonics: tuple[RecordingHarmonics, ...]
     design: Design
-    scatter: FloatArray
+    spreads: tuple[tuple[Spread, Spread], ...]
     sentences: tuple[str, ...]
 
 
@@ -155,7 +159,26 @@ def _harmonics(
         float(inverse[-1, -1] * noise[-1]),
         normal.mean,
         z[size - ripples :],
+        normal.sums.counting_bias,
     )
+
+
+def _counting_covariance(
+    harmonics: Sequence[RecordingHarmonics], design: Design, offset_variance: FloatArray, covariance: FloatArray
+) -> FloatArray:
+    """What the encoder's counting adds to a₀'s covariance (P, P): one error for all recordings of one speed."""
+    speed = np.abs(design.inputs[:, 1])
+    order = np.argsort(speed)
+    # Speeds within 1 % are one level.
+    level = np.empty(speed.size, dtype=np.int64)
+    level[order] = np.cumsum(np.concatenate([[0.0], np.diff(np.log(np.maximum(speed[order], 1e-9)))]) > 0.01)
+    bias = np.asarray([h.counting_bias for h in harmonics])
+    out = np.zeros_like(covariance)
+    for number in range(int(level.max()) + 1):
+        rows = level == number
+        shift = covariance @ (design.regressors[rows].T @ (bias[rows] / offset_variance[rows]))
+        out += np.outer(shift, shift)
+    return out
 
 
 def _polynomials(
@@ -164,28 +187,35 @@ def _polynomials(
     orders: NDArray[np.float64],
     resolution: float,
     fits: dict[int, PolarFit],
-) -> tuple[FourierSet, FloatArray]:
+) -> tuple[FourierSet, tuple[tuple[Spread, Spread], ...]]:
     embed = design.raw_matrix()
     size = orders.size
+    # Half a count: whether an encoder rounds or reads the count it stands in is not known. It moves every angle by the
+    # same amount, so it is in a₀'s constant and, times the order, in each phase's.
+    zero_angle = 0.5 * resolution
     amplitude, phase = np.zeros((size, TERM_COUNT)), np.zeros((size, TERM_COUNT))
     covariance = np.zeros((size, 2 * TERM_COUNT, 2 * TERM_COUNT))
     both = np.zeros((2 * embed.shape[0], 2 * TERM_COUNT))
     both[: embed.shape[0], :TERM_COUNT] = embed
     both[embed.shape[0] :, TERM_COUNT:] = embed
-    scatter = np.zeros((size + 1, 2))
+    spreads: list[tuple[Spread, Spread]] = []
     z = np.stack([h.z for h in harmonics])
     variance = np.stack([h.variance for h in harmonics])
     for k in range(size):
         fit = fits[k] = fit_polar(z[:, k], variance[:, k], design, fits.get(k))
         amplitude[k], phase[k] = fit.amplitude @ embed, fit.phase @ embed
         covariance[k] = both.T @ fit.covariance @ both
-        scatter[k] = fit.amplitude_scatter, fit.phase_scatter
+        covariance[k, -1, -1] += (orders[k] * zero_angle) ** 2
+        spreads.append((fit.along, fit.across))
     offsets = np.asarray([h.offset for h in harmonics])
     offset_variance = np.asarray([h.offset_variance for h in harmonics])
-    coefficients, offset_covariance, scatter[size, 0] = fit_linear(design.regressors, offsets, offset_variance)
+    coefficients, offset_covariance, spread = fit_linear(design.regressors, offsets, offset_variance)
+    spreads.append((spread, spread))
+    offset_covariance = offset_covariance + _counting_covariance(
+        harmonics, design, spread.variance(offset_variance), offset_covariance
+    )
     raw_covariance = embed.T @ offset_covariance @ embed
-    # Half a count: whether an encoder rounds or reads the count it stands in, and where its zero lies, is not known.
-    raw_covariance[-1, -1] += (0.5 * resolution) ** 2
+    raw_covariance[-1, -1] += zero_angle**2
     fourier = FourierSet(
         orders,
         amplitude,
@@ -194,7 +224,7 @@ def _polynomials(
         covariance=covariance,
         offset_covariance=raw_covariance,
     )
-    return fourier, scatter
+    return fourier, tuple(spreads)
 
 
 def _shift(coefficients: FloatArray) -> FloatArray:
@@ -242,7 +272,7 @@ def identify_direction(
     resolution = max(steady.resolution for _, steady in members)
     fourier: FourierSet | None = None
     harmonics: list[RecordingHarmonics] = []
-    scatter = np.empty(0)
+    spreads: tuple[tuple[Spread, Spread], ...] = ()
     fits: dict[int, PolarFit] = {}
     for number in range(PASSES):
         for normal in normals:
@@ -253,10 +283,10 @@ def identify_direction(
             _harmonics(normal, name, listed, ripples, normal.spread)
             for normal, (name, _) in zip(normals, members, strict=True)
         ]
-        fourier, scatter = _polynomials(harmonics, design, np.asarray(orders, dtype=np.float64), resolution, fits)
+        fourier, spreads = _polynomials(harmonics, design, np.asarray(orders, dtype=np.float64), resolution, fits)
     assert fourier is not None
     fourier = _with_zero_uncertainty(fourier, zero.std)
-    return RefinedDirection(fourier, tuple(harmonics), design, scatter, tuple(undetermined(design, direction)))
+    return RefinedDirection(fourier, tuple(harmonics), design, spreads, tuple(undetermined(design, direction)))
 
 
 def single_recording(

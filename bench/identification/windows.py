@@ -66,6 +66,20 @@ def spike_mask(signal: FloatArray) -> NDArray[np.bool_]:
     return (off > SPIKE_SIGMA * max(scale, 1e-300)) | ~finite
 
 
+def counting_bias(advance: float, samples: int) -> float:
+    """Standard deviation, in counts, of the mean error that reading whole counts leaves at constant speed.
+
+    ``advance`` is the encoder's counts a sample. Where it is close to a fraction p/q the counts' edges are met at q
+    phases only, over and over: the mean of the rounding error is then not 0 but anything up to half of 1/q. Where the
+    phase creeps through more than 1/q over the ``samples``, it has met all phases.
+    """
+    for q in range(1, samples + 1):
+        # The speed itself is known to about a count over the recording.
+        if abs(advance * q - round(advance * q)) * samples < 1.0 + 1.5 * q:
+            return float(1.0 / (q * np.sqrt(12.0)))
+    return 0.0
+
+
 def lost_cycles(cycle: NDArray[np.int64]) -> tuple[NDArray[np.int64], int]:
     """Return the samples before which ``cycle`` steps by more than usual, and how many cycles are lost in all."""
     if cycle.size < 2:
