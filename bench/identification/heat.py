@@ -1,5 +1,7 @@
 """Heat balance C·dT/dt = |τ_m·ω_m − τ·q̇| − (T − T_amb)/R (bench-physics, equation 3), by output error.
 
+Zeros of the two torques that are known are taken off first: a torque that is the same in both directions does not heat.
+
 For a given time constant RC the temperature of a recording is linear in its start T_0, in T_amb and in 1/C:
 
     T(t) = T_0·e + T_amb·(1 − e) + (1/C)·∫ P(s)·exp(−(t − s)/RC) ds,   e = exp(−t/RC)
@@ -55,9 +57,10 @@ def _response(time: FloatArray, power: FloatArray, tau: float) -> FloatArray:
     return out
 
 
-def _series(r: Reduction, torque_zero: float) -> _Series | None:
+def _series(r: Reduction, torque_zero: float, motor_zero: float) -> _Series | None:
     b = r.blocks
-    power = np.abs(b.motor_torque * b.motor_velocity - (b.load_torque - torque_zero) * b.load_velocity)
+    input_power = (b.motor_torque - motor_zero) * b.motor_velocity
+    power = np.abs(input_power - (b.load_torque - torque_zero) * b.load_velocity)
     if b.size < 4 or not (np.isfinite(power).all() and np.isfinite(b.temperature).all()):
         return None
     step = float(np.median(np.diff(b.time)))
@@ -89,9 +92,12 @@ def _linear(series: Sequence[_Series], tau: float) -> tuple[FloatArray, float]:
     return solution, float(((y - x @ solution) ** 2).sum())
 
 
-def identify_heat(reductions: Sequence[Reduction], torque_zero: float = 0.0) -> HeatFit:
-    """Fit the heat balance to all recordings that measured power and temperature; says what they do not determine."""
-    series = [s for r in reductions if (s := _series(r, torque_zero)) is not None]
+def identify_heat(reductions: Sequence[Reduction], torque_zero: float = 0.0, motor_zero: float = 0.0) -> HeatFit:
+    """Fit the heat balance to all recordings that measured power and temperature; says what they do not determine.
+
+    ``torque_zero`` and ``motor_zero`` are z_0 and τ_0 in N·m, as identified.
+    """
+    series = [s for r in reductions if (s := _series(r, torque_zero, motor_zero)) is not None]
     if not series:
         return HeatFit({}, {}, float("nan"), ("The heat balance is not identified: temperature or power is missing.",))
     span = max(float(np.ptp(s.temperature)) for s in series)
@@ -109,7 +115,7 @@ def identify_heat(reductions: Sequence[Reduction], torque_zero: float = 0.0) -> 
     if inverse <= 0:
         return HeatFit({}, {}, float("nan"), ("The heat balance is not identified: warming follows no power.",))
     capacity = 1.0 / inverse
-    values = {"C": capacity, "R": tau / capacity, "T_amb": float(ambient)}
+    values = {"C": float(capacity), "R": float(tau / capacity), "T_amb": float(ambient)}
     std = _deviations(series, tau, np.array([ambient, inverse]))
     rows = sum(s.time.size for s in series)
     said = []

@@ -143,7 +143,7 @@ def identify_folder(folder: Path | str, options: Options, progress: Progress | N
     zero = torque_zero(load_side)
     friction, more = identify_friction(friction_rows(training, zero.value))
     said += more
-    heat = identify_heat(training, zero.value)
+    heat = identify_heat(training, zero.value, friction.values.get("tau_0", 0.0))
     said += heat.sentences
     refined: dict[str, RefinedDirection] = {}
     paper: dict[str, Any] = {"positive": None, "negative": None}

@@ -54,8 +54,12 @@ LOAD_UNITS = {"z_0": "N*m", "f_b": "N*m", "J_L": "kg*m^2"}
 
 
 def _moving(r: Reduction) -> NDArray[np.bool_]:
-    b = r.blocks
-    return np.asarray((b.direction != 0) & (b.whole > 0))
+    """Rows in motion; those beside standstill are left out, where friction is whatever holds the shaft."""
+    b, d = r.blocks, r.blocks.direction
+    same = np.zeros(d.size, dtype=bool)
+    if d.size > 2:
+        same[1:-1] = (d[1:-1] != 0) & (d[:-2] == d[1:-1]) & (d[2:] == d[1:-1])
+    return np.asarray(same & (b.whole > 0))
 
 
 def _accelerating(acceleration: FloatArray, steady: FloatArray) -> FloatArray:
