@@ -64,6 +64,8 @@ def prove(
 
 def make_only(jobs: Sequence[Job], processes: int = 1) -> list[Path]:
     """Make the folders and seal the truths without analysing anything."""
+    if processes <= 1:
+        return [_make(job) for job in jobs]
     with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
         return list(pool.map(_make, jobs))
 

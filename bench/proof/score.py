@@ -122,11 +122,11 @@ def located(concealed: Mapping[str, Any], finding: Mapping[str, Any]) -> bool:
     if finding.get("channel") not in concealed["channels"]:
         return False
     true, told = concealed["location"], finding.get("location", {})
-    return (
-        _orders_agree(true["orders"], told.get("orders", []))
-        and _windows_overlap(true["angle_windows"], told.get("angle_windows", []))
-        and _conditions_overlap(true["conditions"], told.get("conditions", {}))
-    )
+    orders, windows = told.get("orders", []), told.get("angle_windows", [])
+    # A tight spot may be told as its window or as its orders: what is told in one way need not be told in the other.
+    orders_right = _orders_agree(true["orders"], orders) or bool(windows and not orders)
+    windows_right = _windows_overlap(true["angle_windows"], windows) or bool(orders and not windows)
+    return orders_right and windows_right and _conditions_overlap(true["conditions"], told.get("conditions", {}))
 
 
 def _answer(

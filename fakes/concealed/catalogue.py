@@ -189,7 +189,7 @@ def _ambiguous(seed: int, held_back: bool) -> Iterator[CaseSpec]:
             group="ambiguous",
             seed=own,
             forms=(form,),
-            strengths=(float(rng.uniform(1.0, 1.8)),),
+            strengths=(float(rng.uniform(*pair.strength)),),
             status="ambiguous",
             also=pair.also,
             design=pair.design,

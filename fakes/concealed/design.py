@@ -46,6 +46,8 @@ class Design:
         transients: counts of reversal, torque_ramp and velocity_ramp recordings.
         flying: constant-velocity recordings without ramps.
         heating: heating and cooling runs are recorded.
+        heat_time, heat_speed: about how long (s) and how fast (rad/s at the motor) a heating run is.
+        sobol_free: Sobol points lie anywhere within the bounds rather than on the grid's levels.
     """
 
     loads: tuple[float, ...] = (-1000.0, -500.0, -250.0, -100.0, 0.0, 100.0, 250.0, 500.0, 1000.0)
@@ -60,6 +62,7 @@ class Design:
     flying: bool = False
     heating: bool = True
     heat_time: float = 420.0
+    heat_speed: tuple[float, float] = (150.0, 200.0)
     sobol_free: bool = True
 
 
@@ -134,7 +137,7 @@ def _transients(design: Design, rng: np.random.Generator) -> list[Point]:
 
 
 def _heat(design: Design, rng: np.random.Generator) -> list[Point]:
-    rate = float(rng.uniform(150.0, 200.0)) / 185.0
+    rate = float(rng.uniform(*design.heat_speed)) / 185.0
     time = design.heat_time * float(rng.uniform(0.8, 1.2))
     if design.heating:
         return [Point("heating", 0.0, rate * float(rng.choice([1.0, -1.0])), 0.0, span=time, pause=15.0)]

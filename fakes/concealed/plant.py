@@ -88,7 +88,7 @@ def draw_plant(rng: np.random.Generator) -> Plant:
         f_l=around(0.04, 0.3),
         inertia=around(0.0029, 0.15),
         torque_offset=float(rng.normal(0.0, 0.03)),
-        heat_capacity=around(11e3, 0.25),
+        heat_capacity=around(8.5e3, 0.25),
         heat_resistance=around(0.30, 0.2),
         ambient=float(rng.uniform(18.5, 24.0)),
         f_b=around(8.0, 0.3),

@@ -29,9 +29,9 @@ class _Rows:
     excess: Floats
 
 
-def measure(campaign: Campaign, channel: str) -> Floats:
+def measure(campaign: Campaign, channel: str, rate_hz: float = _RATE_HZ) -> Floats:
     """Excess (M,) of a campaign's effects in one channel after the nominal's refit."""
-    rows = [r for r in (_rows(signals, channel) for signals in campaign.run(_RATE_HZ)) if r is not None]
+    rows = [r for r in (_rows(signals, channel) for signals in campaign.run(rate_hz)) if r is not None]
     excess = np.concatenate([r.excess for r in rows])
     if channel == "transmission_error":
         sides = np.concatenate([r.regressors[:, -1] for r in rows])

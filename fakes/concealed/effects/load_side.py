@@ -10,7 +10,7 @@ import numpy as np
 from fakes.concealed.effects import kernels
 from fakes.concealed.effects.base import Effect, Floats, Run
 from fakes.concealed.effects.formula import Formula, Law, form
-from fakes.concealed.truth import Location, Parameter
+from fakes.concealed.truth import Parameter
 
 _LOAD = ("load_torque",)
 _BOTH = ("load_torque", "motor_torque")
@@ -37,10 +37,7 @@ def _unbalance(rng: Rng, name: str, hook: str) -> Effect:
         return np.cos(run.theta + s["phase"])
 
     channels = ("motor_torque",) if hook == "output_torque" else ("load_torque",)
-    place = Location(orders=(1.0,))
-    return Formula(
-        "load.unbalance", name, channels, 8.0, shape, place, hook=hook, law=law, natural=(("m_u", "", "N·m"),)
-    )
+    return Formula("load.unbalance", name, channels, 8.0, shape, hook=hook, law=law, natural=(("m_u", "", "N·m"),))
 
 
 @form("load.unbalance", "arm before the torque sensor")
