@@ -32,15 +32,6 @@ class Decoded:
         """Number of cycles."""
         return self.inputs.size
 
-    def part(self, stop: int) -> Decoded:
-        """Return the first ``stop`` cycles."""
-        return Decoded({name: values[:stop] for name, values in self.raw.items()}, self.inputs.part(0, stop))
-
-    def good_rows(self) -> dict[str, NDArray[Any]]:
-        """Return the rows of cycles that arrived: a lost one leaves no row."""
-        good = self.inputs.good
-        return self.raw if good.all() else {name: values[good] for name, values in self.raw.items()}
-
 
 def warm_up(limits: SafetySettings) -> None:
     """Load the compiled loops with the types they will see, before the bus runs: it takes longer than a watchdog."""
