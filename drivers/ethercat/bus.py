@@ -15,7 +15,7 @@ from drivers.errors import BusError, DriverError, IdentityError
 from drivers.ethercat import nonblocking
 from drivers.ethercat.assignment import assign_pdos
 from drivers.ethercat.emergency import EmergencyLog, EmergencyMessage
-from drivers.ethercat.exchange import Exchange, Exchanger, make_exchanger
+from drivers.ethercat.exchange import CycleExchanger, Exchange, Exchanger, make_exchanger
 from drivers.ethercat.identity import check_identity, check_specs
 from drivers.ethercat.image import Image
 from drivers.ethercat.pacing import FreeRunning, Pacing
@@ -41,7 +41,8 @@ class EtherCatBus:
     cycle_time_s : period of the process data, s.
     block_capacity : most cycles of one :meth:`exchange`.
     pacing : when cycles start; :class:`FreeRunning` by default, :class:`AbsoluteDeadlines` on hardware.
-    timeout_us : how long to wait for a frame, µs; None: 60 % of a cycle, which leaves time to work in the rest.
+    timeout_us : how long to wait for a frame, µs; None: two cycles. A late frame is still a measurement (the slots it
+        was late for are skipped and show in the cycle numbers), one that was given up is none.
     nonblocking_socket : set O_NONBLOCK on the master's raw socket (:mod:`drivers.ethercat.nonblocking`).
 
     Attributes
@@ -67,7 +68,7 @@ class EtherCatBus:
         self.specs = check_specs(slaves)
         self._master = master
         self._pacing = pacing or FreeRunning(cycle_time_s)
-        self._timeout_us = round(0.6e6 * cycle_time_s) if timeout_us is None else timeout_us
+        self._timeout_us = round(2e6 * cycle_time_s) if timeout_us is None else timeout_us
         self._nonblocking = nonblocking_socket
         self._out = Image.build([(spec.name, spec.outputs) for spec in self.specs], block_capacity)
         self._in = Image.build([(spec.name, spec.inputs) for spec in self.specs], block_capacity)
@@ -139,6 +140,8 @@ class EtherCatBus:
         """
         # Not before: with a blocking socket a configuration frame has the patience of a jiffy, which a busy host needs.
         nonblocking.set_nonblocking(self._sockets)
+        if isinstance(self._exchanger, CycleExchanger) and len(self._sockets) == 1:
+            self._exchanger.wait = nonblocking.FrameWait(next(iter(self._sockets)), self._timeout_us)
         for spec, slave in zip(self.specs, self._slaves(), strict=True):
             if spec.sync0_shift_ns is not None:
                 self.exchange(1)  # cycle data before SYNC0, or the slave's clock control sees a jump

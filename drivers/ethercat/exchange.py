@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -69,6 +69,7 @@ class CycleExchanger:
     Parameters
     ----------
     timeout_us : how long to wait for a frame. A blocking socket rounds up to a jiffy (see :mod:`nonblocking`).
+    wait : set by the bus on a non-blocking socket: sleeps until a frame has come; False where none came in time.
     """
 
     def __init__(
@@ -77,6 +78,7 @@ class CycleExchanger:
         self._master = master
         self._pacing = pacing
         self._timeout_us = timeout_us
+        self.wait: Callable[[], bool] | None = None
         self._rows = len(outputs.bytes)
         self._widths = outputs.bytes.shape[1], inputs.bytes.shape[1]
         # Flat memoryviews: slicing them costs a tenth of slicing arrays, and this runs every 500 µs.
@@ -100,7 +102,9 @@ class CycleExchanger:
         for slave, a, b in self._writers:
             slave.output = bytes(self._out[start + a : start + b])
         self._master.send_processdata()
-        wkc = self._master.receive_processdata(self._timeout_us)
+        # Asked even where nothing came: SOEM has to let go of the frame it waits for.
+        came = self.wait is None or self.wait()
+        wkc = self._master.receive_processdata(self._timeout_us if came else 1)
         start = row * self._widths[1]
         for slave, a, b in self._readers:
             self._in[start + a : start + b] = slave.input

@@ -1,13 +1,15 @@
-"""Let a missing frame cost what the timeout says: O_NONBLOCK on the master's own raw socket.
+"""Let a missing frame cost what the timeout says: O_NONBLOCK on the master's own raw socket, and a wait that sleeps.
 
 SOEM sets SO_RCVTIMEO to 1 µs, which the kernel rounds up to a jiffy: a lost frame then blocks for 8 to 12 ms. With the
-socket non-blocking, SOEM polls it until its own timeout. It then uses the processor while it waits, so on a shared core
-whatever answers the frames must outrank the master.
+socket non-blocking, SOEM polls it until its own timeout and burns the processor meanwhile, which on a shared core is
+just what the one who answers would need. So the wait for a frame is a ``select`` of our own, to the microsecond; SOEM
+is asked when there is something to read.
 """
 
 from __future__ import annotations
 
 import os
+import select
 import socket
 import stat
 from pathlib import Path
@@ -25,6 +27,24 @@ def set_nonblocking(descriptors: frozenset[int]) -> int:
     for fd in descriptors:
         os.set_blocking(fd, False)
     return len(descriptors)
+
+
+class FrameWait:
+    """Sleeps until a frame has come, or patience is over.
+
+    Parameters
+    ----------
+    descriptor : raw socket of the master.
+    patience_us : longest wait, µs.
+    """
+
+    def __init__(self, descriptor: int, patience_us: int) -> None:
+        self._sockets = [descriptor]
+        self._patience_s = patience_us * 1e-6
+
+    def __call__(self) -> bool:
+        """Whether there is something to read."""
+        return bool(select.select(self._sockets, (), (), self._patience_s)[0])
 
 
 def _descriptors() -> list[int]:

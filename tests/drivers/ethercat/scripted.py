@@ -128,6 +128,7 @@ class ScriptedMaster:
     map_error: Exception | None = None
     refuses: dict[int, tuple[int, int]] = field(default_factory=dict)
     cycles: int = 0
+    timeouts: list[int] = field(default_factory=list)
 
     def open(self, ifname: str) -> None:
         if ifname == "missing":
@@ -177,6 +178,7 @@ class ScriptedMaster:
 
     def receive_processdata(self, timeout: int = 2000) -> int:
         self.cycles += 1
+        self.timeouts.append(timeout)
         return self.expected_wkc if self.answer is None else self.answer(self)
 
 

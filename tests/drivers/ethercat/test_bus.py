@@ -9,6 +9,7 @@ import pytest
 from drivers.entries import Entry
 from drivers.errors import BusError, DriverError
 from drivers.ethercat import Condition, EtherCatBus, Pdo, SdoClient, SlaveSpec
+from drivers.ethercat.exchange import CycleExchanger
 from tests.drivers.ethercat.scripted import OP, PREOP, SAFEOP, ScriptedMaster, slave_for
 
 OUT = (Entry("6040:00", "u2"), Entry("60FF:00", "i4"))
@@ -74,6 +75,16 @@ def test_every_working_counter_is_returned() -> None:
     exchange = bus.exchange(5)
     np.testing.assert_array_equal(exchange.wkc, [3, -1, 1, 3, 3])
     np.testing.assert_array_equal(bus.good(exchange), [True, False, False, True, True])
+
+
+def test_soem_is_asked_even_where_no_frame_came_but_not_kept_waiting() -> None:
+    bus, master = running(block_capacity=3)
+    assert isinstance(bus._exchanger, CycleExchanger)
+    came = iter([True, False, True])
+    bus._exchanger.wait = lambda: next(came)
+    master.timeouts.clear()
+    bus.exchange(3)
+    assert master.timeouts == [1000, 1, 1000]  # two cycles of patience, in µs
 
 
 def test_skipped_slots_show_in_the_cycle_number() -> None:

@@ -1,10 +1,11 @@
 import os
 import socket
+import time
 from collections.abc import Iterator
 
 import pytest
 
-from drivers.ethercat.nonblocking import packet_sockets, set_nonblocking
+from drivers.ethercat.nonblocking import FrameWait, packet_sockets, set_nonblocking
 
 
 @pytest.fixture
@@ -33,3 +34,15 @@ def test_looking_does_not_close_anything() -> None:
         packet_sockets()
         left.sendall(b"x")
         assert right.recv(1) == b"x"
+
+
+def test_wait_ends_with_a_frame_or_with_patience() -> None:
+    left, right = socket.socketpair()
+    with left, right:
+        wait = FrameWait(right.fileno(), patience_us=2000)
+        start = time.monotonic()
+        assert not wait()
+        assert time.monotonic() - start >= 0.0019
+        left.sendall(b"frame")
+        assert wait()
+        assert wait()  # it looks, it does not read
