@@ -46,6 +46,7 @@ def prove(
     strengths: Annotated[
         str, typer.Option(help="Strengths of the sweep, in units of the noise floor.")
     ] = "0.05,0.1,0.2,0.4,0.8,1.6",
+    repeats: Annotated[int, typer.Option(help="Benches of the sweep: seeds from --seed on.")] = 1,
     effects: Annotated[str, typer.Option(help="Effects of the sweep, comma-separated; all where empty.")] = "",
     peers: Annotated[
         bool, typer.Option("--peers", help="Let pysindy, SysIdentPy, gplearn and lassos sit the exam too.")
@@ -70,7 +71,9 @@ def prove(
     listed = jobs_of(plan, options.out, keep or peers)
     if severity:
         values = [float(value) for value in strengths.split(",")]
-        listed = sweep_jobs(_with_effects(jobs_of(Plan(("clear",), seed, count), options.out, keep), effects), values)
+        seeds = range(seed, seed + repeats)
+        single = [job for s in seeds for job in jobs_of(Plan(("clear",), s, count), options.out, keep)]
+        listed = sweep_jobs(_with_effects(single, effects), values)
     if make_only:
         for path in make_folders(listed, jobs):
             typer.echo(str(path))
