@@ -77,15 +77,16 @@ def draw(recordings: Sequence[Recording], target: Path, title: str) -> Path:
         setpoint = recording.setpoint
         label = f"{setpoint.load_torque:.4g} N·m, {np.degrees(setpoint.velocity):+.3g} °/s"
         (line,) = over_angle.plot(degrees, 1e3 * (error - error.mean()), linewidth=0.8, label=label)
-        orders = np.arange(1, amplitude.size)
-        spectrum.plot(orders, 1e6 * amplitude[1:], linewidth=0.8, color=line.get_color(), label=label)
+        # orders are lines, not a curve; recordings stand side by side within an order
+        orders = np.arange(1, amplitude.size) + 0.25 * len(over_angle.lines)
+        spectrum.vlines(orders, 0.0, 1e6 * amplitude[1:], linewidth=1.0, color=line.get_color())
     if not over_angle.lines:
         raise RecordingError("no recording with a full revolution of steady motion, there is no picture to draw")
     _label_orders(spectrum, amplitude)
     over_angle.set(xlabel="input angle θ = motor angle / u [°]", ylabel="transmission error\nwithout mean [mrad]")
     over_angle.set_xlim(0, 360)
     over_angle.legend(fontsize=8, loc="upper right")
-    spectrum.set(xlabel="order (times a load-side revolution)", ylabel="amplitude [µrad]", xlim=(0, _SHOWN_ORDER))
+    spectrum.set(xlabel="order (times a load-side revolution)", ylabel="amplitude [µrad]", xlim=(0, _SHOWN_ORDER), ylim=(0, None))
     figure.suptitle(title)
     figure.savefig(target, dpi=120)
     return target
