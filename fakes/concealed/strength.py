@@ -17,7 +17,7 @@ from fakes.concealed.campaign import Campaign, Signals
 from fakes.concealed.effects.base import Effect, Floats
 from fakes.concealed.plant import ORDERS, RATIO
 
-_RATE_HZ = 100.0
+_RATE_HZ = 50.0
 _MOST = 9000  # samples a direction in the projection of the transmission error
 
 
@@ -95,7 +95,7 @@ def _rows(signals: Signals, channel: str) -> _Rows | None:
 def _temperature_rows(signals: Signals) -> _Rows | None:
     """The heat balance in integrated form: T − T(0) is linear in 1/C, 1/(RC) and T_amb/(RC); T(0) is free."""
     run = signals.run
-    every = 50
+    every = 25
     energy = np.cumsum(signals.power) / run.rate_hz
     course = np.cumsum(signals.probe) / run.rate_hz
     table = np.column_stack((energy, course, run.time))[::every]
