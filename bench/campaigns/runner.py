@@ -50,6 +50,19 @@ class Listener(Protocol):
         ...
 
 
+class Silent:
+    """A listener for whoever does not want to know."""
+
+    def started(self, task: Task, recording_id: str) -> None:
+        """Do nothing."""
+
+    def advanced(self, bench_time_s: float, temperature: float) -> None:
+        """Do nothing."""
+
+    def finished(self, taken: Taken) -> None:
+        """Do nothing."""
+
+
 class Runner:
     """One run of a campaign into a folder; goes on where an earlier run of the same campaign ended.
 

@@ -11,7 +11,7 @@ from types import FrameType
 
 from bench.campaigns.definition import Campaign
 from bench.campaigns.plan import make_plan
-from bench.campaigns.runner import Listener, Runner
+from bench.campaigns.runner import Listener, Runner, Silent
 from bench.campaigns.taken import Summary
 from bench.configuration import BenchFile
 from bench.cycle.rig import Rig
@@ -40,7 +40,7 @@ def run_campaign(
     file: BenchFile,
     campaign: Campaign,
     folder: Path,
-    listener: Listener,
+    listener: Listener | None = None,
     *,
     seed: int = 0,
     real_time: bool = False,
@@ -48,6 +48,7 @@ def run_campaign(
 ) -> Summary:
     """Open the bench, run the campaign into ``folder``, bring the bench to rest.
 
+    ``listener`` is told how it goes, None for nobody.
     ``reset_faults`` acknowledges faults the drives show from before; without it such a drive is not enabled.
 
     Raises
@@ -61,4 +62,4 @@ def run_campaign(
         if reset_faults:
             rig.reset_faults()
         plan = make_plan(campaign, file.configuration, rig.temperature)
-        return Runner(rig, file, campaign, plan, folder, listener, stop.is_set).run()
+        return Runner(rig, file, campaign, plan, folder, listener or Silent(), stop.is_set).run()
