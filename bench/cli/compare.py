@@ -1,0 +1,68 @@
+"""``bench compare``: what changed between two gearboxes, or one before and after wear."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from bench.simulation import Simulation
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command(name="compare")(compare)
+
+
+def compare(
+    before: Annotated[Path, typer.Argument(help="A simulation file (model.json) or a folder of recordings.")],
+    after: Annotated[Path, typer.Argument(help="Another one.")],
+    everything: Annotated[bool, typer.Option("--all", help="List what did not change too.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the comparison as JSON.")] = False,
+) -> None:
+    """Compare orders, compliance, friction, heat and load side; only changes beyond their uncertainty count.
+
+    Over all quantities together at most one comparison in twenty calls anything changed where nothing is.
+    """
+    from rich.console import Console
+    from rich.table import Table
+
+    from bench.identification.compare import compare as compare_simulations
+    from bench.identification.compare import to_json
+
+    changes = compare_simulations(_simulation(before), _simulation(after))
+    if as_json:
+        typer.echo(json.dumps({"before": str(before), "after": str(after), "changes": to_json(changes)}))
+        return
+    console = Console(highlight=False)
+    shown = changes if everything else [c for c in changes if c.changed]
+    table = Table(title=f"{before.name} → {after.name}: {sum(c.changed for c in changes)} of {len(changes)} changed")
+    for heading in ("what", "before", "after", "difference", "standard deviation", "unit", "p", "changed"):
+        table.add_column(heading, justify="left" if heading in ("what", "unit") else "right")
+    for c in shown:
+        cells = [
+            f"{c.before:.5g}",
+            f"{c.after:.5g}",
+            f"{c.after - c.before:.3g}",
+            f"{c.std:.2g}",
+            c.unit,
+            f"{c.p_value:.1e}",
+        ]
+        table.add_row(c.what, *cells, "yes" if c.changed else "no")
+    console.print(table)
+    unknown = [c.what for c in changes if c.p_value != c.p_value]
+    if unknown:
+        console.print(f"Without a standard deviation, so not judged: {', '.join(unknown)}", markup=False)
+
+
+def _simulation(path: Path) -> Simulation:
+    from bench.simulation import Simulation
+
+    if not path.is_dir():
+        return Simulation.load(path)
+    from bench.identification import Options, identify_folder, to_simulation
+
+    return to_simulation(identify_folder(path, Options()))

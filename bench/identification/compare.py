@@ -1,0 +1,168 @@
+"""What changed between two gearboxes, or one before and after wear: differences against their uncertainty.
+
+A parameter counts as changed where its difference exceeds what chance explains with a family-wise error of 5 % over all
+parameters looked at (Holm 1979). An order is compared as the vector A·(cos φ, sin φ) at common operating points: phase and
+amplitude have no meaning of their own where an order is small.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chi2, norm
+
+from bench.simulation import TERM_COUNT, FourierSet, Simulation, basis
+
+FloatArray = NDArray[np.float64]
+
+FAMILY_ERROR = 0.05
+POINTS = (
+    (0.0, 5.0, 30.0),
+    (600.0, 5.0, 30.0),
+    (-600.0, 5.0, 30.0),
+    (0.0, 8.0, 30.0),
+    (0.0, 5.0, 42.0),
+)
+"""Where orders are compared: N·m, deg/s (signed by the direction), °C; the middle of the paper's ranges and about it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """One thing compared: ``before`` and ``after`` in ``unit``, how many standard deviations, and whether it counts.
+
+    ``p_value`` is NaN where an uncertainty is missing; nothing is claimed then.
+    """
+
+    what: str
+    kind: str
+    unit: str
+    before: float
+    after: float
+    std: float
+    p_value: float
+    changed: bool = False
+
+
+def _parameters(a: Simulation, b: Simulation) -> list[Change]:
+    out = []
+    for effect, term in a.terms.items():
+        other = b.terms.get(effect)
+        for symbol, first in term.parameters.items():
+            second = other.parameters.get(symbol) if other is not None else None
+            if second is None:
+                continue
+            p_value = std = float("nan")
+            if first.std is not None and second.std is not None:
+                std = float(np.hypot(first.std, second.std))
+                p_value = float(2.0 * norm.sf(abs(second.value - first.value) / max(std, 1e-300)))
+            out.append(Change(f"{effect} {symbol}", "parameter", first.unit, first.value, second.value, std, p_value))
+    return out
+
+
+def _vector(fourier: FourierSet, k: int, x: FloatArray) -> tuple[FloatArray, FloatArray | None]:
+    """Vector (2,) of an order at monomials ``x`` (10,), and its covariance (2, 2)."""
+    amplitude, phase = float(fourier.amplitude[k] @ x), float(fourier.phase[k] @ x)
+    c, s = np.cos(phase), np.sin(phase)
+    value = amplitude * np.array([c, s])
+    if fourier.covariance is None:
+        return value, None
+    rows = np.zeros((2, 2 * TERM_COUNT))
+    rows[0, :TERM_COUNT], rows[1, :TERM_COUNT] = c * x, s * x
+    rows[0, TERM_COUNT:], rows[1, TERM_COUNT:] = -amplitude * s * x, amplitude * c * x
+    return value, rows @ fourier.covariance[k] @ rows.T
+
+
+def _orders(a: FourierSet, b: FourierSet, direction: str, sign: float) -> list[Change]:
+    out = []
+    for k, order in enumerate(a.orders):
+        at = np.flatnonzero(b.orders == order)
+        if at.size == 0:
+            continue
+        smallest, size_a, size_b, deviation = 1.0, 0.0, 0.0, float("nan")
+        known = True
+        for number, (torque, velocity, temperature) in enumerate(POINTS):
+            x = basis(torque, sign * np.deg2rad(velocity), temperature)
+            first, cov_a = _vector(a, k, x)
+            second, cov_b = _vector(b, int(at[0]), x)
+            if cov_a is None or cov_b is None:
+                known = False
+            else:
+                total = cov_a + cov_b
+                off = second - first
+                distance = float(off @ np.linalg.pinv(total, hermitian=True) @ off)
+                smallest = min(smallest, float(chi2.sf(distance, 2)))
+                if number == 0:
+                    deviation = float(np.sqrt(0.5 * np.trace(total)))
+            if number == 0:
+                size_a, size_b = float(np.hypot(*first)), float(np.hypot(*second))
+        # The best of several points was taken: Bonferroni.
+        p_value = min(1.0, smallest * len(POINTS)) if known else float("nan")
+        out.append(Change(f"order {order:g}, {direction}", "order", "rad", size_a, size_b, deviation, p_value))
+    return out
+
+
+def _offset(a: FourierSet, b: FourierSet, direction: str, sign: float) -> Change:
+    """Compliance, the part of a₀ that torque makes: −∂a₀/∂τ at the middle of the ranges."""
+    x = basis(0.0, sign * np.deg2rad(5.0), 30.0)
+    gradient = np.zeros(TERM_COUNT)
+    gradient[3], gradient[6], gradient[7] = 1.0, x[4], x[5]
+    first, second = -float(a.offset @ gradient), -float(b.offset @ gradient)
+    p_value = std = float("nan")
+    if a.offset_covariance is not None and b.offset_covariance is not None:
+        std = float(np.sqrt(gradient @ (a.offset_covariance + b.offset_covariance) @ gradient))
+        p_value = float(2.0 * norm.sf(abs(second - first) / max(std, 1e-300)))
+    return Change(f"compliance, {direction}", "compliance", "rad/(N*m)", first, second, std, p_value)
+
+
+def holm(p_values: Sequence[float], level: float = FAMILY_ERROR) -> list[bool]:
+    """Which hypotheses Holm's step-down rejects at a family-wise ``level``; NaN never is."""
+    rejected = [False] * len(p_values)
+    known = sorted((p, i) for i, p in enumerate(p_values) if np.isfinite(p))
+    for rank, (p, i) in enumerate(known):
+        if p > level / (len(known) - rank):
+            break
+        rejected[i] = True
+    return rejected
+
+
+def compare(before: Simulation, after: Simulation) -> list[Change]:
+    """Compare two simulations: parameters, orders of both directions, compliance; changes that count come first."""
+    changes = _parameters(before, after)
+    first, second = before.transmission_error(), after.transmission_error()
+    if first is not None and second is not None:
+        for direction, sign in (("positive", 1.0), ("negative", -1.0)):
+            a, b = first.direction(sign), second.direction(sign)
+            if a is not None and b is not None:
+                changes += _orders(a, b, direction, sign)
+                changes.append(_offset(a, b, direction, sign))
+    verdicts = holm([c.p_value for c in changes])
+    marked = [
+        Change(c.what, c.kind, c.unit, c.before, c.after, c.std, c.p_value, verdict)
+        for c, verdict in zip(changes, verdicts, strict=True)
+    ]
+    return sorted(marked, key=lambda c: (not c.changed, c.p_value if np.isfinite(c.p_value) else 2.0))
+
+
+def to_json(changes: Sequence[Change]) -> list[dict[str, Any]]:
+    """Return the changes as JSON values; NaN becomes null."""
+
+    def number(value: float) -> float | None:
+        return value if np.isfinite(value) else None
+
+    return [
+        {
+            "what": c.what,
+            "kind": c.kind,
+            "unit": c.unit,
+            "before": c.before,
+            "after": c.after,
+            "std": number(c.std),
+            "p_value": number(c.p_value),
+            "changed": c.changed,
+        }
+        for c in changes
+    ]
