@@ -52,7 +52,7 @@ def values(answer):
 
 
 def test_temperature_resistance_and_conversions(pair, source):
-    server, client = pair
+    _, client = pair
     answer = read(client)
     assert answer.registers[0] == 0
     assert values(answer) == pytest.approx((43.25, resistance(43.25)), rel=1e-6)

@@ -29,6 +29,7 @@ class Port:
     """
 
     def __init__(self, interface: str, wait_s: float = 0.004) -> None:
+        self._claim = _claim(interface)
         try:
             self._socket = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(ETHERTYPE))
             self._socket.setsockopt(_SOL_PACKET, _PACKET_IGNORE_OUTGOING, 1)
@@ -62,6 +63,18 @@ class Port:
     def close(self) -> None:
         """Close the socket."""
         self._socket.close()
+        self._claim.close()
+
+
+def _claim(interface: str) -> socket.socket:
+    """Hold a name for the interface: frames that two emulators answer are answered twice, and nothing works."""
+    claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+    try:
+        claim.bind(f"\0bench-emulate-{interface}")
+    except OSError as error:
+        claim.close()
+        raise PortError(f"another emulator answers on {interface} already: end it first") from error
+    return claim
 
 
 _LOSSES = frozenset({11, 100, 105})
