@@ -86,7 +86,9 @@ def draw(recordings: Sequence[Recording], target: Path, title: str) -> Path:
     over_angle.set(xlabel="input angle θ = motor angle / u [°]", ylabel="transmission error\nwithout mean [mrad]")
     over_angle.set_xlim(0, 360)
     over_angle.legend(fontsize=8, loc="upper right")
-    spectrum.set(xlabel="order (times a load-side revolution)", ylabel="amplitude [µrad]", xlim=(0, _SHOWN_ORDER), ylim=(0, None))
+    spectrum.set(
+        xlabel="order (times a load-side revolution)", ylabel="amplitude [µrad]", xlim=(0, _SHOWN_ORDER), ylim=(0, None)
+    )
     figure.suptitle(title)
     figure.savefig(target, dpi=120)
     return target
