@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Generator, Iterator
 
+import hypothesis
 import pytest
 
 from tests.veth import VethPair, veth_pair
@@ -13,6 +14,10 @@ REQUIRE_WIRE = "BENCH_REQUIRE_WIRE"
 """Environment variable: ``1`` turns a test that skips for want of raw sockets or veth pairs into a failure."""
 
 WIRE_REASONS = ("raw sockets", "veth pair")
+
+# How long one example takes says more about what else the machine does than about the code.
+hypothesis.settings.register_profile("bench", deadline=None)
+hypothesis.settings.load_profile("bench")
 
 
 @pytest.fixture(scope="session")
