@@ -1,7 +1,11 @@
 from __future__ import annotations
 
 import json
+import pickle
+import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import ClassVar
 
 import pytest
 
@@ -67,3 +71,47 @@ def test_a_slow_analyser_is_stopped(examiner, tmp_path, monkeypatch) -> None:
     monkeypatch.setattr(analyse, "_RUN", "import time; time.sleep(60)")
     outcome = prove_case(Job("null", "null-000", 5, False, tmp_path, time_limit_s=0.5))
     assert "no report within" in outcome.failed
+
+
+class _FakeCluster:
+    """The part of ``distributed`` that a map over jobs needs, finishing in reverse order."""
+
+    addresses: ClassVar[list[str]] = []
+
+    def __init__(self, address: str) -> None:
+        self.addresses.append(address)
+
+    def __enter__(self) -> _FakeCluster:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        return None
+
+    def submit(self, function, job, pure):
+        assert pure is False
+        return _FakeFuture(pickle.loads(pickle.dumps(function)), pickle.loads(pickle.dumps(job)))
+
+
+class _FakeFuture:
+    def __init__(self, function, job) -> None:
+        self.function, self.job = function, job
+
+    def result(self):
+        return self.function(self.job)
+
+
+def test_a_dask_cluster_gives_the_same_scores(examiner, analyser, tmp_path, monkeypatch) -> None:
+    cluster = SimpleNamespace(Client=_FakeCluster, as_completed=lambda futures: reversed(list(futures)))
+    monkeypatch.setitem(sys.modules, "distributed", cluster)
+    jobs = [Job("null", name, 5, False, tmp_path) for name in ("null-000", "null-001")]
+    here = prove(jobs)
+    there = prove(jobs, dask="tcp://scheduler:8786")
+    assert there == here
+    assert [score.case for score in there] == ["null-000", "null-001"]
+    assert _FakeCluster.addresses == ["tcp://scheduler:8786"]
+
+
+def test_without_dask_the_way_out_is_said(examiner, tmp_path, monkeypatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(make.ProofError, match="optional dependencies 'dask'"):
+        prove([Job("null", "null-000", 5, False, tmp_path)], dask="tcp://scheduler:8786")
