@@ -70,9 +70,6 @@ _BY_SOURCE: dict[State, tuple[Transition, ...]] = {
     state: tuple(t for t in TRANSITIONS if t.source is state) for state in State
 }
 
-POWERED = frozenset({_S.ENABLED, _S.QUICK_STOP, _S.FAULT_REACTION})
-"""States in which the motor carries torque."""
-
 
 def transition(state: State, control_word: int, previous: int) -> Transition | None:
     """Return the transition a control word triggers, or None.

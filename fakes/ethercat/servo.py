@@ -43,7 +43,7 @@ class ServoDrive(Slave):
     """Drive of one motor; ``drive`` says which and in what units."""
 
     SET_VALUES = frozenset(key(i, 0) for i in (0x6040, 0x6060, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60FF))
-    VOLATILE = ("power", "_mode", "_measured")
+    VOLATILE = ("power", "_mode", "_measured", "_permille")
 
     def __init__(self, role: str, drive: DriveData, cycle_time_s: float, serial: int = 1) -> None:
         identity = Identity(
@@ -60,6 +60,7 @@ class ServoDrive(Slave):
         self._standstill_rad_s = max(1.5 * resolution, 0.001 * drive.maximum_speed_rpm * 2.0 * math.pi / 60.0)
         self._mode = int(drive.mode)
         self._measured: Rows | None = None
+        self._permille: npt.NDArray[np.int16] = np.zeros(1, np.int16)
         self._velocity_field = _AXIS[drive.axis] + "_velocity"
         self._torque_field = _AXIS[drive.axis] + "_torque"
         self._position_field = _AXIS[drive.axis] + "_position"
@@ -187,6 +188,7 @@ class ServoDrive(Slave):
     def report(self, measured: Rows, image: Image | None, first: int, stop: int) -> None:
         """Write the measurements of a run into the process image rows ``first`` to ``stop``."""
         self._measured = measured[-1:].copy()
+        self._permille = self._scaling.torque(measured[self._torque_field])
         if image is not None:
             for name, produce in self._writers:
                 image[name][first:stop] = produce(measured)
@@ -222,8 +224,8 @@ class ServoDrive(Slave):
             0x606B: lambda _: self.dictionary.integer(0x60FF),
             0x606C: lambda m: self._scaling.velocity(m[self._velocity_field]),
             0x6074: lambda _: self.dictionary.integer(0x6071),
-            0x6077: self._torque,
-            0x6078: self._torque,
+            0x6077: lambda _: self._permille,
+            0x6078: lambda _: self._permille,
             0x60F4: lambda _: 0,
             0x60FD: lambda _: _INTERLOCK if self.power.safe_torque_off else 0,
         }
@@ -232,19 +234,16 @@ class ServoDrive(Slave):
         word = self.power.status_word()
         if self.power.state is not State.ENABLED:
             return word
-        limited: Ints = word + self._scaling.at_torque_limit(self._torque(measured)) * int(Bit.INTERNAL_LIMIT)
+        limited: Ints = word + self._scaling.at_torque_limit(self._permille) * int(Bit.INTERNAL_LIMIT)
         return limited
 
     def _position(self, measured: Rows) -> Ints:
         return self._scaling.position(measured[self._position_field])
 
-    def _torque(self, measured: Rows) -> npt.NDArray[np.int16]:
-        return self._scaling.torque(measured[self._torque_field])
-
     def _reader(self, index: int, produce: Callable[[Rows], Ints]) -> Callable[[], Value]:
         def read() -> Value:
             if self._measured is not None:
-                return int(np.ravel(produce(self._measured))[0])
+                return int(np.ravel(produce(self._measured))[-1])
             return _BEFORE_MEASURING[index](self) if index in _BEFORE_MEASURING else 0
 
         return read
