@@ -37,7 +37,7 @@ def compare(
     if as_json:
         typer.echo(json.dumps({"before": str(before), "after": str(after), "changes": to_json(changes)}))
         return
-    console = Console(highlight=False)
+    console = Console(highlight=False, width=120)
     shown = changes if everything else [c for c in changes if c.changed]
     table = Table(title=f"{before.name} → {after.name}: {sum(c.changed for c in changes)} of {len(changes)} changed")
     for heading in ("what", "before", "after", "difference", "standard deviation", "unit", "p", "changed"):

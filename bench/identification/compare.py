@@ -1,8 +1,8 @@
 """What changed between two gearboxes, or one before and after wear: differences against their uncertainty.
 
-A parameter counts as changed where its difference exceeds what chance explains with a family-wise error of 5 % over all
-parameters looked at (Holm 1979). An order is compared as the vector A·(cos φ, sin φ) at common operating points: phase and
-amplitude have no meaning of their own where an order is small.
+A parameter counts as changed where its difference exceeds what chance explains with a family-wise error of 5 % over
+all parameters looked at (Holm 1979). An order is compared as the vector A·(cos φ, sin φ) at common operating points:
+phase and amplitude have no meaning of their own where an order is small.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ POINTS = (
     (0.0, 8.0, 30.0),
     (0.0, 5.0, 42.0),
 )
-"""Where orders are compared: N·m, deg/s (signed by the direction), °C; the middle of the paper's ranges and about it."""
+"""Where orders are compared: N·m, deg/s (signed by the direction), °C; the middle of the paper's ranges and near."""
 
 
 @dataclass(frozen=True, slots=True)

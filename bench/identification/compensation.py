@@ -1,4 +1,4 @@
-"""The paper's outlook, done: the feedforward on a bench, with and without, at points the model was not identified on."""
+"""The paper's outlook, done: feedforward on a bench, with and without, at points the model was not identified on."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def _one(rig: Rig, file: BenchFile, point: OperatingPoint, series: Series, gain:
         Phase(Segment.RAMP_DOWN, bench.velocity_ramp_s(v, 0.0), 0.0, 0.0),
     )
     _run_phases(rig, down, sink)
-    return ripple_free_rmse(time, theta, load, v, notch)
+    return ripple_free_rmse(time, theta, load, v, notch, series.orders)
 
 
 def compensate(
@@ -127,9 +127,7 @@ def compensate(
     if model is None:
         raise ConfigurationError("the model holds no transmission error; identify it first with 'bench identify'")
     if file.configuration.bus.plant is None:
-        raise ConfigurationError(
-            f"bench {file.configuration.name} is no emulated one; compensation is tried there only"
-        )
+        raise ConfigurationError(f"bench {file.configuration.name} is no emulated one; it is tried there only")
     friction = simulation.value("load.bearing_friction", "f_b") or 0.0
     outcomes = []
     with Rig(file, seed=seed) as rig:
@@ -137,9 +135,7 @@ def compensate(
         for point in points:
             fourier = model.direction(np.sign(point.velocity))
             if fourier is None:
-                raise ConfigurationError(
-                    f"the model has no series for velocity {point.velocity:.4g} rad/s (its direction)"
-                )
+                raise ConfigurationError(f"the model has no series for the direction of {point.velocity:.4g} rad/s")
             # The load motor is commanded open loop; bearing friction adds to it at the gearbox.
             torque = point.load_torque + friction * float(np.sign(point.velocity))
             temperature = rig.temperature

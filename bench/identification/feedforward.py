@@ -1,7 +1,7 @@
 """The model's feedforward on the set value, so that the load side follows its set motion.
 
-With TE = q − θ the motor must be sent to θ_d = q_d − TE(θ_d): the error is taken off beforehand. Adding it, as a figure of
-the paper has it, doubles the error. In cyclic synchronous velocity the drive is sent the derivative,
+With TE = q − θ the motor must be sent to θ_d = q_d − TE(θ_d): the error is taken off beforehand. Adding it, as a
+figure of the paper has it, doubles the error. In cyclic synchronous velocity the drive is sent the derivative,
 
     θ̇_d = q̇_d / (1 + TE'(θ_d)),
 
@@ -72,23 +72,32 @@ def steady_phases(
     time = np.arange(1, count + 1) * STEP_S
     scaled = Series(series.orders, gain * series.amplitude, series.phase)
     begin = start_angle + float(scaled.value(np.array([start_angle]))[0])
-    theta = input_angle(scaled, begin + velocity * time)
+    theta = input_angle(scaled, np.asarray(begin + velocity * time, dtype=np.float64))
     speed = velocity / (1.0 + scaled.slope(theta))
     return tuple(Phase(Segment.STEADY, STEP_S, float(v), load_torque) for v in speed)
 
 
 def ripple_free_rmse(
-    time: FloatArray, theta: FloatArray, load_angle: FloatArray, velocity: float, notch_orders: Sequence[int]
+    time: FloatArray,
+    theta: FloatArray,
+    load_angle: FloatArray,
+    velocity: float,
+    notch_orders: Sequence[int],
+    orders: FloatArray,
 ) -> float:
     """RMS of q − q_d in rad over whole revolutions: mean, trend and the load motor's ripple taken off.
 
-    q_d is motion at ``velocity`` from wherever the load side began; a trend is the drive's velocity error, not the
-    gearbox's.
+    q_d is motion at ``velocity`` from wherever the load side began; a trend is the rounding of the set velocity,
+    not the gearbox's. It is told from the slow orders by fitting ``orders`` with it, which are left in.
     """
     error = load_angle - velocity * time
     x = [np.ones_like(time), time - time.mean()]
     for order in notch_orders:
         x += [np.sin(order * theta), np.cos(order * theta)]
+    taken = len(x)
+    for order in orders:
+        x += [np.sin(order * theta), np.cos(order * theta)]
     columns = np.column_stack(x)
-    rest = error - columns @ np.linalg.lstsq(columns, error, rcond=None)[0]
+    coefficients = np.linalg.lstsq(columns, error, rcond=None)[0]
+    rest = error - columns[:, :taken] @ coefficients[:taken]
     return float(np.sqrt(np.mean(rest**2)))
