@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from types import TracebackType
@@ -28,6 +29,7 @@ from drivers.ethercat.watchdog import set_watchdog
 
 _SCANS = 5
 _SCAN_PAUSE_S = 0.1
+_OP_TIMEOUT_S = 5.0
 
 
 class EtherCatBus:
@@ -146,7 +148,8 @@ class EtherCatBus:
             if spec.sync0_shift_ns is not None:
                 self.exchange(1)  # cycle data before SYNC0, or the slave's clock control sees a jump
                 slave.dc_sync(True, round(self.cycle_time_s * 1e9), spec.sync0_shift_ns)
-        reach_op(self._master, self.specs, lambda: int(self.exchange(1).wkc[-1]))
+        attempts = math.ceil(_OP_TIMEOUT_S / self.cycle_time_s)
+        reach_op(self._master, self.specs, lambda: int(self.exchange(1).wkc[-1]), attempts)
 
     @property
     def expected_wkc(self) -> int:

@@ -13,7 +13,7 @@ _STATE_TIMEOUT_US = 50_000
 _STEP_TIMEOUT_US = 2_000
 
 
-def reach_safeop(master: Master, specs: Sequence[SlaveSpec], attempts: int = 40) -> None:
+def reach_safeop(master: Master, specs: Sequence[SlaveSpec], attempts: int = 100) -> None:
     """Wait until every slave is in SAFEOP (the mapping has requested it), at most ``attempts`` · 50 ms.
 
     Raises
@@ -30,7 +30,7 @@ def reach_safeop(master: Master, specs: Sequence[SlaveSpec], attempts: int = 40)
     raise BusError(_laggards(master, specs, SAFEOP))
 
 
-def reach_op(master: Master, specs: Sequence[SlaveSpec], cycle: Callable[[], int], attempts: int = 2000) -> None:
+def reach_op(master: Master, specs: Sequence[SlaveSpec], cycle: Callable[[], int], attempts: int) -> None:
     """Bring every slave from SAFEOP to OP while process data runs: a slave enters OP only with valid outputs.
 
     Parameters

@@ -8,15 +8,16 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from drivers.cia402 import Goal, Outcome, State, lead
-from drivers.errors import BusError, DriveFaultError, IdentityError
-from drivers.ethercat import AbsoluteDeadlines, Condition, soem_master
-from tests.drivers.rig import Rig, make_rig
+from drivers.cia402 import DriveLimits, Goal, Outcome, ServoDrive, State, lead
+from drivers.errors import BusError, DriveFaultError, DriverError, IdentityError
+from drivers.ethercat import AbsoluteDeadlines, Condition, EtherCatBus, soem_master
+from tests.drivers.rig import INPUT, Rig, make_rig
 from tests.veth import Emulator, VethPair
 
 BLOCK = 100
@@ -140,6 +141,15 @@ def test_a_slave_that_was_lost_is_configured_again(rig: Rig, emulator: Emulator)
 def test_close_leaves_the_slaves_in_init(rig: Rig, emulator: Emulator) -> None:
     lead(rig.bus, rig.drives, Goal.ENABLED, timeout_s=5.0)
     rig.bus.close()
+    assert set(emulator.order("status")["al_status"].values()) == {1}
+
+
+def test_a_limit_the_drive_cannot_keep_ends_configure(veth: VethPair, emulator: Emulator) -> None:
+    drive = ServoDrive(replace(INPUT, limits=DriveLimits(torque_nm=2000.0, speed_rad_s=300.0)))
+    rig = make_rig(soem_master(), veth.near)
+    bus = EtherCatBus(soem_master(), veth.near, [drive.spec, *(spec for spec in rig.bus.specs[1:])])
+    with bus, pytest.raises(DriverError, match=r"torque limit 2000 N·m \(6072:00\) was not taken"):
+        bus.configure()
     assert set(emulator.order("status")["al_status"].values()) == {1}
 
 
