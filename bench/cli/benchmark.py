@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from bench.cli._benchmark_identify import identify
 from bench.cli.exit_codes import ExitCode
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ def register(app: typer.Typer) -> None:
     group = typer.Typer(help="Measure what the program achieves on this machine.", no_args_is_help=True)
     group.command(name="campaign")(campaign)
     group.command(name="survival")(survival)
+    group.command(name="identify")(identify)
     app.add_typer(group, name="benchmark")
 
 
