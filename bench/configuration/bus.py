@@ -49,7 +49,9 @@ class Bus(Section):
     """For an emulated bench, the name of the plant that plays it; never its parameters."""
     cycle_time: Annotated[Time, Field(ge=1e-4, le=0.1)]
     block: Annotated[int, Field(ge=1, le=100_000)]
-    """Cycles exchanged at once where the master can take blocks; hardware takes one."""
+    """Cycles between two looks of the safety step on a master that takes blocks and can go back to replay."""
+    cycles_at_once: Annotated[int, Field(ge=1, le=100)] = 1
+    """The same on hardware, which cannot go back: one reacts fastest, a few leave the processor time."""
     slaves: tuple[Slave, ...]
     slow_sensors: tuple[SlowSensor, ...] = ()
 

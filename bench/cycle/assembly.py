@@ -28,12 +28,9 @@ class Assembly:
     torque_terminal: Device
     thermometer: Device
     block: int
-    """Most cycles that may be exchanged at once: one, unless the master takes blocks and can go back."""
-
-    @property
-    def can_replay(self) -> bool:
-        """Whether the master can be put back to a snapshot."""
-        return self.block > 1
+    """Most cycles that are exchanged at once."""
+    can_replay: bool
+    """Whether the master can be put back to a snapshot."""
 
 
 @contextmanager
@@ -61,7 +58,7 @@ def assemble(bench: BenchConfiguration, *, seed: int, real_time: bool) -> Assemb
         thermometer = devices.get("temperature_terminal") or _slow_thermometer(bench)
     master = _master(bench, seed)
     takes_blocks = hasattr(master, "exchange_block")
-    block = bench.bus.block if takes_blocks else 1
+    block = bench.bus.block if takes_blocks else bench.bus.cycles_at_once
     if takes_blocks and real_time:
         # a twentieth of a second: short enough for an operator, long enough for the clock of a desktop machine
         block = min(block, max(1, round(0.05 / bench.bus.cycle_time)))
@@ -82,6 +79,7 @@ def assemble(bench: BenchConfiguration, *, seed: int, real_time: bool) -> Assemb
         devices["torque_terminal"],
         thermometer,
         block,
+        takes_blocks,
     )
 
 

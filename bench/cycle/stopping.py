@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Protocol
 
 import numpy as np
@@ -13,6 +14,8 @@ from bench.protocols import Segment
 from bench.safety import Cause, Deadlines, LadderState, Observation, Rung, climb, first_rung
 
 _STEP_S = 0.02
+_DEAD_S = 0.05
+"""A bus that is silent for so long is dead: half of what the drives' watchdogs allow."""
 _TEXT: dict[Rung, str] = {
     Rung.CONTROLLED_RAMP: "controlled ramp: load off, then the input to rest",
     Rung.QUICK_STOP: "quick stop of the drives",
@@ -47,6 +50,7 @@ class Stop:
         self._rig, self._bench, self._cycle_time = rig, bench, cycle_time_s
         self._n = max(1, min(block, round(_STEP_S / cycle_time_s)))
         stopping = bench.stopping
+        self._silent_s = 0.0
         self._deadlines = Deadlines(stopping.controlled_ramp, stopping.quick_stop, stopping.disable_voltage)
 
     def run(self, cause: Cause, sink: Sink) -> None:
@@ -77,8 +81,9 @@ class Stop:
 
     def _observe(self, seen: Decoded) -> Observation:
         good = seen.inputs.good
-        alive = bool(good.any())
-        speed = abs(float(np.mean(seen.inputs.motor_velocity[good]))) if alive else 0.0
+        self._silent_s = 0.0 if good.any() else self._silent_s + seen.size * self._cycle_time
+        alive = self._silent_s < _DEAD_S
+        speed = abs(float(np.mean(seen.inputs.motor_velocity[good]))) if good.any() else math.inf
         return Observation(
             at_rest=alive and self._rig.set_values[0] == 0.0 and speed < self._bench.motion.standstill,
             load_off=self._rig.set_values[1] == 0.0,

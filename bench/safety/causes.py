@@ -59,7 +59,7 @@ class _Entry:
     first_rung: Rung
 
 
-_RAMP, _QUICK, _OFF, _SILENCE = Rung.CONTROLLED_RAMP, Rung.QUICK_STOP, Rung.DISABLE_VOLTAGE, Rung.STOP_SENDING
+_RAMP, _QUICK, _OFF = Rung.CONTROLLED_RAMP, Rung.QUICK_STOP, Rung.DISABLE_VOLTAGE
 
 _TABLE: dict[Cause, _Entry] = {
     Cause.MOTOR_SPEED: _Entry("input motor speed", "rad/s", "limits.motor_speed", _QUICK),
@@ -79,7 +79,7 @@ _TABLE: dict[Cause, _Entry] = {
     Cause.LOAD_ENCODER_FROZEN: _Entry("time the load encoder stood still", "s", "limits.frozen_signal", _RAMP),
     Cause.TORQUE_SENSOR_FROZEN: _Entry("time the torque sensor stood still", "s", "limits.frozen_signal", _RAMP),
     Cause.TEMPERATURE_AGE: _Entry("age of the temperature reading", "s", "limits.slow_reading_age", _RAMP),
-    Cause.LOST_CYCLES: _Entry("number of lost cycles in a row", "", "limits.lost_cycles", _SILENCE),
+    Cause.LOST_CYCLES: _Entry("number of lost cycles in a row", "", "limits.lost_cycles", _QUICK),
     Cause.INPUT_DRIVE_FAULT: _Entry("status word of the input drive", "", "operation enabled, no fault", _OFF),
     Cause.LOAD_DRIVE_FAULT: _Entry("status word of the load drive", "", "operation enabled, no fault", _QUICK),
     Cause.TORQUE_SENSOR_RANGE: _Entry("torque sensor reading", "N·m", "the range of its terminal", _RAMP),

@@ -139,12 +139,12 @@ def test_what_both_sides_agree_on_is_still_limited(
 def test_lost_cycles_trip_only_in_a_row(limits: SafetySettings) -> None:
     inputs = healthy()
     good = inputs.good.copy()
-    good[10:14] = False
+    good[10:29] = False
     good[100:200:2] = False
     assert not step(SafetyState.fresh(), replace(inputs, good=good), True, limits)[1].tripped
-    good[1000:1005] = False
+    good[1000:1020] = False
     _, verdict = step(SafetyState.fresh(), replace(inputs, good=good), True, limits)
-    assert (verdict.cause, verdict.cycle) == (Cause.LOST_CYCLES, 1004)
+    assert (verdict.cause, verdict.cycle) == (Cause.LOST_CYCLES, 1019)
 
 
 @hypothesis_settings(max_examples=25, deadline=None)
