@@ -44,7 +44,7 @@ def problems(rows: Rows, seed: int = 0) -> Iterator[Problem]:
     names = np.unique(rows.recording)
     held = rng.choice(names, max(names.size // 4, 1), replace=False)
     for channel, (base, library, target) in _CHANNELS.items():
-        use = rows.within if channel == "transmission_error" else np.ones(rows.recording.size, dtype=bool)
+        use = rows.settled & rows.within if channel == "transmission_error" else rows.settled
         picked = rows.where(use)
         train = ~np.isin(picked.recording, held)
         keep = base(picked)

@@ -16,6 +16,7 @@ from bench.recording import Recording, RecordingFolder
 Floats = NDArray[np.float64]
 
 _ROWS_A_RECORDING = 700
+_TURN = 75  # samples about a change of direction where the sign itself is in doubt
 _STILL = 0.002  # rad/s at the load side, of a filtered velocity
 PLAY_WIDTHS = (60.0, 150.0, 300.0)
 DAHL_REACH = (0.005, 0.02)
@@ -29,16 +30,20 @@ class Rows:
     Names: ``te`` rad, ``theta`` rad, ``rate``, ``motor_rate`` rad/s, ``sign``, ``side``, ``acceleration`` rad/s²,
     ``torque``, ``torque_rate``, ``sensor``, ``motor_torque``, ``load_motor_torque`` N·m, ``temperature`` °C, ``hours``,
     ``travel`` rad, ``energy`` J, ``degree_seconds`` and ``elapsed`` s since the recording's start, play, Dahl and lag
-    states. ``within`` marks samples in motion within the bounds of the simulation's polynomials.
+    states. ``within`` marks samples in motion within the bounds of the simulation's polynomials, ``settled`` those
+    away from any change of direction.
     """
 
     values: dict[str, Floats]
     recording: NDArray[np.int64]
     within: NDArray[np.bool_]
+    settled: NDArray[np.bool_]
 
     def where(self, use: NDArray[np.bool_]) -> Rows:
         """Some of the rows."""
-        return Rows({k: v[use] for k, v in self.values.items()}, self.recording[use], self.within[use])
+        return Rows(
+            {k: v[use] for k, v in self.values.items()}, self.recording[use], self.within[use], self.settled[use]
+        )
 
     def __getitem__(self, name: str) -> Floats:
         """The samples of one quantity."""
@@ -51,6 +56,7 @@ def read_rows(folder: Path, seed: int = 0) -> Rows:
     parts: list[dict[str, Floats]] = []
     owners: list[NDArray[np.int64]] = []
     within: list[NDArray[np.bool_]] = []
+    settled: list[NDArray[np.bool_]] = []
     first = None
     travel = 0.0
     for index, recording in enumerate(RecordingFolder.open(folder).recordings):
@@ -64,9 +70,11 @@ def read_rows(folder: Path, seed: int = 0) -> Rows:
         owners.append(np.full(chosen.size, index))
         bounded = recording.kind not in ("heating", "cooling", "dwell")
         within.append((parts[-1]["sign"] != 0.0) & bounded)
+        turning = np.abs(np.gradient(whole["sign"])) > 0.0
+        settled.append(uniform_filter1d(turning.astype(np.float64), _TURN)[chosen] < 1e-9)
     names = parts[0]
     values = {name: np.concatenate([part[name] for part in parts]) for name in names}
-    return Rows(values, np.concatenate(owners), np.concatenate(within))
+    return Rows(values, np.concatenate(owners), np.concatenate(within), np.concatenate(settled))
 
 
 def _whole(recording: Recording, hours: float, travel: float) -> dict[str, Floats]:
