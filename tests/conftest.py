@@ -7,6 +7,7 @@ from collections.abc import Generator, Iterator
 
 import hypothesis
 import pytest
+from hypothesis import settings
 
 from tests.veth import VethPair, veth_pair
 
@@ -18,6 +19,11 @@ WIRE_REASONS = ("raw sockets", "veth pair")
 # How long one example takes says more about what else the machine does than about the code.
 hypothesis.settings.register_profile("bench", deadline=None)
 hypothesis.settings.load_profile("bench")
+
+
+# The first example of a test may compile a numeric loop; how long that takes says nothing about the code.
+settings.register_profile("bench", deadline=None)
+settings.load_profile("bench")
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,60 @@
+"""Commands of the documentation: every line of a fenced ``sh`` block, and those that a test does not run, with why."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))
+_BLOCK = re.compile(r"^```sh\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+ELSEWHERE = {
+    "python3 -m venv": ".ci/run runs the README's two commands",
+    ". .venv/bin/activate": "sets up a shell, not a program",
+    ".ci/run": "runs this test",
+    "ip link add": "needs rights; tests/veth.py makes such a pair",
+    "sysctl net.": "setting of a host",
+    "ethtool -C": "setting of a network card",
+}
+"""Beginnings of lines that are not ours to run."""
+
+LONG = {
+    "bench run paper": "minutes; bench benchmark campaign measures it",
+    "bench identify paper": "needs the campaign above",
+    "bench mismatch paper": "needs the campaign above",
+    "bench prove": "minutes; bench prove --quick runs in its own tests",
+    "bench emulate": "runs until it is stopped; tests/fakes/ethercat/wire does it",
+    "bench run quick --bus": "needs rights and real time; tests/drivers/test_wire.py does it",
+    "bench run quick --bench lab.toml": "the same run once more, or hardware",
+}
+"""Beginnings of lines of which only name, options and arguments are checked."""
+
+
+@dataclass(frozen=True)
+class Command:
+    """One line, and the page it stands on."""
+
+    page: str
+    line: str
+
+    @property
+    def words(self) -> list[str]:
+        """The line as a shell would split it, without comment and without redirection of the output."""
+        return shlex.split(self.line.split(" > ")[0], comments=True)
+
+    def begins(self, table: dict[str, str]) -> str | None:
+        """Return the beginning in ``table`` that fits, or None."""
+        return next((start for start in table if self.line.startswith(start)), None)
+
+
+def commands() -> list[Command]:
+    """Return all commands in the order of pages and lines."""
+    found = []
+    for page in PAGES:
+        for block in _BLOCK.findall(page.read_text("utf-8")):
+            lines = (line.split("  #")[0].strip() for line in block.splitlines())
+            found += [Command(str(page.relative_to(ROOT)), line) for line in lines if line and not line.startswith("#")]
+    return found

@@ -1,0 +1,85 @@
+"""Every command of the documentation is run, or, where that takes long, read by the program's own parser."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer.main
+
+from bench.cli.app import make_app
+from bench.cli.exit_codes import MEANING
+from tests.docs.commands import ELSEWHERE, LONG, PAGES, ROOT, Command, commands
+
+ALL = commands()
+OURS = [command for command in ALL if not command.begins(ELSEWHERE)]
+SHORT = [command for command in OURS if not command.begins(LONG)]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A clean folder in which the docs are where the commands expect them."""
+    made = tmp_path_factory.mktemp("docs")
+    (made / "docs").symlink_to(ROOT / "docs")
+    return made
+
+
+def test_tables_hold_nothing_that_is_gone() -> None:
+    used = {command.begins(ELSEWHERE) or command.begins(LONG) for command in ALL}
+    assert {*ELSEWHERE, *LONG} <= used
+
+
+@pytest.mark.parametrize("command", OURS, ids=lambda c: f"{c.page}: {c.line}")
+def test_the_program_knows_command_and_options(command: Command) -> None:
+    if command.words[0] == "python":
+        assert (ROOT / command.words[1]).is_file()
+        return
+    assert command.words[0] == "bench"
+    found: Any = typer.main.get_command(make_app())
+    words = command.words[1:]
+    while hasattr(found, "commands"):
+        assert words[0] in found.commands, f"there is no command bench {' '.join(words)}"
+        found = found.commands[words.pop(0)]
+    known = {option for parameter in found.params for option in (*parameter.opts, *parameter.secondary_opts)}
+    assert {word for word in words if word.startswith("-")} <= known
+
+
+@pytest.mark.parametrize("command", SHORT, ids=lambda c: f"{c.page}: {c.line}")
+def test_short_commands_run(command: Command, folder: Path) -> None:
+    binaries = Path(sys.executable).parent
+    done = subprocess.run(
+        command.line,
+        shell=True,
+        cwd=folder,
+        env={**os.environ, "PATH": f"{binaries}{os.pathsep}{os.environ['PATH']}"},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr or done.stdout
+
+
+def test_links_between_pages_lead_somewhere() -> None:
+    for page in PAGES:
+        for target in re.findall(r"\]\(([^)#:]+)\)", page.read_text("utf-8")):
+            assert (page.parent / target).exists(), f"{page.relative_to(ROOT)} links to {target}"
+
+
+def test_readme_quotes_the_exit_codes() -> None:
+    text = (ROOT / "README.md").read_text("utf-8")
+    for code, meaning in MEANING.items():
+        assert f"| {code.value} | {meaning} |" in text
+
+
+def test_readme_quotes_the_example() -> None:
+    example = (ROOT / "docs/examples/experiment.py").read_text("utf-8")
+    readme = (ROOT / "README.md").read_text("utf-8")
+    for line in readme.split("```python\n")[1].split("```")[0].splitlines():
+        if line and not line.startswith(("run_campaign", "for recording")):
+            assert line in example
