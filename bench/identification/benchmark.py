@@ -63,7 +63,7 @@ def _peak_bytes(jobs: int) -> int:
 
 
 def measure_identify(folder: Path, jobs: int = 2) -> IdentifyFigures:
-    """Identify a folder and read its files, both with ``jobs`` processes; the files are read once before, to be fair."""
+    """Identify a folder and read its files with ``jobs`` processes; the files are read once before, to be fair."""
     paths = [r.path for r in RecordingFolder.open(folder).recordings]
     read_s, samples = min(_read_all(paths, None, jobs) for _ in range(2))
     read_used_s, _ = _read_all(paths, (*CHANNELS, "cycle"), jobs)

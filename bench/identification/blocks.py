@@ -54,8 +54,8 @@ MEANS = ("motor_torque", "load_torque", "load_motor_torque", "temperature", "amb
 def _triangle(x: FloatArray, width: int) -> FloatArray:
     """Mean (B − 1,) of x (B·width,) under the triangle of two block lengths about each block's end."""
     rise = (np.arange(width) + 0.5) / width
-    rows = x.reshape(-1, width)
-    return np.asarray((rows[:-1] @ rise + rows[1:] @ (1.0 - rise)) / width)
+    both = x.reshape(-1, width) @ np.column_stack([rise, 1.0 - rise])
+    return np.asarray((both[:-1, 0] + both[1:, 1]) / width)
 
 
 def _rates(angle: FloatArray, width: int, rate: float) -> tuple[FloatArray, FloatArray]:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -14,11 +16,12 @@ from bench.errors import BenchError, RecordingError
 from bench.identification.heat import HeatFit, identify_heat
 from bench.identification.orders import Proposal, default_orders, propose
 from bench.identification.paper import identify_paper
-from bench.identification.reduction import Reduction, ReductionOptions, reduce_recording
+from bench.identification.reduction import Reduction, reduce_recording
 from bench.identification.refined import RefinedDirection, TorqueZero, identify_direction
 from bench.identification.regression import LinearFit
 from bench.identification.selection import select
 from bench.identification.slow_equations import friction_rows, identify_friction, identify_load_side
+from bench.identification.steady import ReductionOptions
 from bench.identification.validation import Score, score
 from bench.identification.windows import Skipped
 from bench.recording import Recording, RecordingFolder
@@ -64,12 +67,28 @@ class Identification:
         return any(r.linear for r in self.reductions)
 
 
-def _reduce_or_say(path: Path, options: ReductionOptions) -> Reduction | Skipped:
-    """Reduce one file; a file that fails is skipped with its sentence, the others go on."""
+def _reduce_or_say(recording: Recording, options: ReductionOptions) -> Reduction | Skipped:
+    """Reduce one recording; one that fails is skipped with its sentence, the others go on."""
     try:
-        return reduce_recording(path, options)
+        return reduce_recording(recording, options)
     except RecordingError as error:
-        return Skipped(path.stem, str(error))
+        return Skipped(recording.recording_id, str(error))
+
+
+@contextmanager
+def _single_threaded() -> Iterator[None]:
+    """Let processes started meanwhile use one thread each for linear algebra."""
+    names = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+    before = {name: os.environ.get(name) for name in names}
+    os.environ.update(dict.fromkeys(names, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 def reduce_all(
@@ -77,18 +96,17 @@ def reduce_all(
 ) -> Iterator[Reduction | Skipped]:
     """Reduce recordings in ``jobs`` processes, in their order."""
     work = partial(_reduce_or_say, options=options)
-    paths = [r.path for r in recordings]
-    total = len(paths)
+    total = len(recordings)
     if jobs <= 1 or total < 8:
-        for number, path in enumerate(paths, 1):
-            yield work(path)
+        for number, recording in enumerate(recordings, 1):
+            yield work(recording)
             if progress:
                 progress(number, total)
         return
-    # Fresh processes: neither HDF5 nor the threads of the transform survive a fork in good order.
+    # Fresh processes: neither HDF5 nor the threads of the transform survive a fork in good order. Each has one thread.
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(max_workers=jobs, mp_context=context) as pool:
-        for number, result in enumerate(pool.map(work, paths, chunksize=2), 1):
+    with _single_threaded(), ProcessPoolExecutor(max_workers=jobs, mp_context=context) as pool:
+        for number, result in enumerate(pool.map(work, recordings, chunksize=2), 1):
             yield result
             if progress:
                 progress(number, total)

@@ -13,14 +13,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.signal import detrend, filtfilt, iirnotch
 
 FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
 
 NOTCH_WIDTH_ORDERS = 2.0
 """−3 dB width of each notch; the paper gives none."""
+_BLOCK = 256
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,18 +58,19 @@ def padded_length(size: int) -> int:
     return int(2 ** np.ceil(np.log2(10 * size)))
 
 
-@njit(cache=True)
-def _fourier_sum(x: FloatArray, rate: float) -> tuple[float, float]:
-    """Σ x_n·exp(−i·rate·n) by a rotating phasor that is set afresh every 256 samples."""
-    re, im = 0.0, 0.0
-    cr, sr = np.cos(rate), np.sin(rate)
-    for start in range(0, x.size, 256):
-        c, s = np.cos(rate * start), np.sin(rate * start)
-        for n in range(start, min(start + 256, x.size)):
-            re += x[n] * c
-            im -= x[n] * s
-            c, s = c * cr - s * sr, s * cr + c * sr
-    return re, im
+def fourier_sums(x: FloatArray, rates: FloatArray) -> ComplexArray:
+    """Σ_n x_n·exp(−i·rate·n) for each rate (K,), without a samples × rates matrix.
+
+    The sum over n = 256·b + m splits into one over m, a product with a 256 × K matrix, and one over b.
+    """
+    blocks = -(-x.size // _BLOCK)
+    padded = np.zeros(blocks * _BLOCK)
+    padded[: x.size] = x
+    inner = np.exp(-1j * np.outer(np.arange(_BLOCK), rates))
+    rows = padded.reshape(blocks, _BLOCK)
+    partial = rows @ inner.real + 1j * (rows @ inner.imag)
+    outer = np.exp(-1j * np.outer(np.arange(blocks) * _BLOCK, rates))
+    return np.asarray((partial * outer).sum(axis=0))
 
 
 def padded_amplitudes(error: FloatArray, step: float, orders: Sequence[float]) -> FloatArray:
@@ -80,12 +82,8 @@ def padded_amplitudes(error: FloatArray, step: float, orders: Sequence[float]) -
     weighted = detrend(error) * window
     length = padded_length(error.size)
     total = window.sum()
-    out = np.empty(len(orders))
-    for k, order in enumerate(orders):
-        bin_number = round(order * length * step / (2.0 * np.pi))
-        re, im = _fourier_sum(weighted, 2.0 * np.pi * bin_number / length)
-        out[k] = 2.0 * np.hypot(re, im) / total
-    return out
+    bins = np.rint(np.asarray(orders) * length * step / (2.0 * np.pi))
+    return np.asarray(2.0 * np.abs(fourier_sums(weighted, 2.0 * np.pi * bins / length)) / total)
 
 
 def padded_spectrum(error: FloatArray, step: float) -> tuple[FloatArray, FloatArray]:
@@ -106,10 +104,8 @@ def paper_harmonics(
     even = notch(even, step, notch_orders)
     turn = min(round(2.0 * np.pi / step), even.size)
     angle, once = grid[:turn], even[:turn]
-    phase = np.empty(len(orders))
-    for k, order in enumerate(orders):
-        # ∫ TE·exp(−i·f·θ̄) dθ̄ / π over one revolution, θ̄ counted from the encoder's zero.
-        re, im = _fourier_sum(once, order * step)
-        whole = (re + 1j * im) * np.exp(-1j * order * angle[0]) * step / np.pi
-        phase[k] = np.arctan2(whole.real, -whole.imag)
+    # ∫ TE·exp(−i·f·θ̄) dθ̄ / π over one revolution, θ̄ counted from the encoder's zero: a_k − i·b_k.
+    frequencies = np.asarray(orders, dtype=np.float64)
+    integral = fourier_sums(once, frequencies * step) * np.exp(-1j * frequencies * angle[0]) * step / np.pi
+    phase = np.arctan2(integral.real, -integral.imag)
     return Harmonics(padded_amplitudes(even, step, orders), phase, float(error.mean()))

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from bench.identification.inputs import Design, make_design, undetermined
 from bench.identification.polish import PolarFit, Spread, fit_linear, fit_polar
-from bench.identification.reduction import Reduction, SteadySums
+from bench.identification.reduction import Reduction
+from bench.identification.steady import SteadySums
 from bench.identification.sums import gram, projections, series_sums
 from bench.simulation import TERM_COUNT, FourierSet, basis
 

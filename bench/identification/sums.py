@@ -40,8 +40,10 @@ def angle_sums(
     Two arrays (modes + 1,): Σ_j first_j·exp(i·m·θ_j) and the same for ``second``.
     """
     plan = _plan(modes)
-    plan.setpts(np.remainder(theta, 2.0 * np.pi))
-    both = plan.execute(first + 1j * second)
+    plan.setpts(theta)
+    strengths = np.empty(theta.size, dtype=np.complex128)
+    strengths.real, strengths.imag = first, second
+    both = plan.execute(strengths)
     positive, negative = both[modes:], np.conj(both[modes::-1])
     return 0.5 * (positive + negative), -0.5j * (positive - negative)
 

@@ -14,8 +14,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from bench.identification.reduction import Reduction, SteadySums
+from bench.identification.reduction import Reduction
 from bench.identification.refined import single_recording
+from bench.identification.steady import SteadySums
 from bench.simulation import FourierSet, TransmissionErrorModel, basis
 
 FloatArray = NDArray[np.float64]

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from bench.identification.identify import Identification
 from bench.identification.orders import part_of
-from bench.identification.reduction import ANGLE_STEPS, Reduction, SteadySums
+from bench.identification.reduction import Reduction
 from bench.identification.refined import single_recording
+from bench.identification.steady import ANGLE_STEPS, SteadySums
 from bench.identification.validation import mean_inputs, model_harmonics, revolution
 
 FloatArray = NDArray[np.float64]

@@ -1,0 +1,131 @@
+"""The steady window of one recording, reduced to sums over angle in a few blocks of time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from bench.identification.sums import angle_sums
+from bench.identification.windows import SteadyWindow, counting_bias
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+TURN = 2.0 * np.pi
+ANGLE_STEPS = 2.0**32
+"""Angles of kept samples are stored as this many steps a turn (1.5 nrad)."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReductionOptions:
+    """What to reduce to: integer ``orders`` and ``notch_orders``, blocks a window, reach of the proposal spectrum."""
+
+    orders: tuple[int, ...]
+    notch_orders: tuple[int, ...] = (150, 300)
+    blocks: int = 16
+    spectrum_reach: int = 5000
+    band_limit_hz: float | None = None
+    kinds: tuple[str, ...] = ("constant_velocity", "validation", "free")
+
+    @property
+    def reach(self) -> int:
+        """Highest order of the sums; somewhat above the highest order fitted, so that its noise can be seen."""
+        return max([*self.orders, *self.notch_orders, 1]) + 12
+
+    @property
+    def block_count(self) -> int:
+        """Fewer blocks where orders are high, so that memory stays bounded."""
+        return int(np.clip(self.blocks * 320 // self.reach, 1, self.blocks))
+
+
+@dataclass(frozen=True, slots=True)
+class SteadySums:
+    """The steady window of one recording in B blocks, M = ``reach``; rad. ``reference`` is taken off the error.
+
+    Attributes
+    ----------
+    torque, velocity, temperature : (B,) means of the block (N·m, rad/s at the load side, °C).
+    unit : (B, 2M + 1) sums of 1; ``error`` : (B, M + 1) of the transmission error; ``torque_change`` : (B, M + 1) of
+        the load torque less its block mean.
+    error_square : Σ of the squared error over the window.
+    spectrum : (S + 1,) power |Σ TE·exp(imθ)|²·(2/N)² of the window, orders 0 … S: squared amplitudes.
+    angle, sample : (N,) samples kept for residuals: angle in 2⁻³² turns, error less ``reference`` (float32).
+    resolution : rad, one count of the motor encoder at the load side (0 where not quantised).
+    counting_bias : rad, standard deviation of the mean error that counting leaves at this speed.
+    """
+
+    window: SteadyWindow
+    reference: float
+    torque: FloatArray
+    velocity: FloatArray
+    temperature: FloatArray
+    unit: ComplexArray
+    error: ComplexArray
+    torque_change: ComplexArray
+    error_square: float
+    spectrum: NDArray[np.float32]
+    angle: NDArray[np.uint32]
+    sample: NDArray[np.float32]
+    resolution: float
+    counting_bias: float
+
+
+def _block_slices(start: int, stop: int, count: int) -> Iterable[slice]:
+    edges = np.linspace(start, stop, count + 1).astype(np.int64)
+    return (slice(int(edges[i]), int(edges[i + 1])) for i in range(count))
+
+
+@njit(cache=True)
+def _fixed_point(theta: FloatArray) -> NDArray[np.uint32]:
+    """Angles (N,) in rad as 2⁻³² turns, whole turns dropped."""
+    out = np.empty(theta.size, dtype=np.uint32)
+    for n in range(theta.size):
+        turns = theta[n] * (1.0 / TURN)
+        out[n] = np.uint32((turns - np.floor(turns)) * ANGLE_STEPS)
+    return out
+
+
+def steady_sums(
+    channels: dict[str, FloatArray], theta: FloatArray, error: FloatArray, bad: NDArray[np.bool_],
+    window: SteadyWindow, options: ReductionOptions, resolution: float,
+) -> SteadySums:  # fmt: skip
+    part = slice(window.start, window.stop)
+    # Without a bad sample every part is a plain slice, which costs no copy.
+    keep = ~bad if bad[part].any() else None
+
+    def chosen(values: FloatArray, rows: slice) -> FloatArray:
+        return values[rows] if keep is None else values[rows][keep[rows]]
+
+    reference = float(chosen(error, part).mean())
+    reach, count = options.reach, options.block_count
+    means = np.full((3, count), np.nan)
+    unit = np.empty((count, 2 * reach + 1), dtype=np.complex128)
+    first = np.empty((count, reach + 1), dtype=np.complex128)
+    second = np.zeros((count, reach + 1), dtype=np.complex128)
+    for b, rows in enumerate(_block_slices(window.start, window.stop, count)):
+        angle, time = chosen(theta, rows), chosen(channels["time"], rows)
+        centred = time - time.mean()
+        means[1, b] = float(centred @ angle / (centred @ centred))
+        unit[b], both = angle_sums(angle, np.ones_like(angle), chosen(error, rows) - reference, 2 * reach)
+        first[b] = both[: reach + 1]
+        if "load_torque" in channels:
+            load = chosen(channels["load_torque"], rows)
+            means[0, b] = load.mean()
+            second[b] = angle_sums(angle, load - means[0, b], np.zeros_like(load), reach)[0]
+        if "temperature" in channels:
+            means[2, b] = chosen(channels["temperature"], rows).mean()
+    kept_theta, kept = chosen(theta, part), chosen(error, part) - reference
+    limit = min(options.spectrum_reach, max(kept.size // (3 * window.revolutions), 1))
+    whole = angle_sums(kept_theta, kept, np.zeros_like(kept), limit)[0]
+    advance = abs(kept_theta[-1] - kept_theta[0]) / (resolution * (part.stop - part.start - 1)) if resolution else 0.0
+    bias = counting_bias(advance, part.stop - part.start) if resolution else 0.0
+    return SteadySums(
+        window, reference, means[0], means[1], means[2], unit, first, second, float(kept @ kept),
+        (np.abs(whole) ** 2 * (2.0 / kept.size) ** 2).astype(np.float32),
+        _fixed_point(kept_theta),
+        kept.astype(np.float32), resolution, resolution * bias,
+    )  # fmt: skip
