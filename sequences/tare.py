@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from bench.protocols import Angle, BenchFacts, Phase, Point, Request, Segment, Speed
@@ -12,10 +13,10 @@ from sequences._motion import finish, grid, start
 class Tare:
     """One plateau each way over ``travel``; a multiple of the load motor's ripple periods averages its ripple out."""
 
-    travel: Angle = 0.20943951023931953
-    """Load side, rad; by default 12°, five periods of order 150 (25 pole pairs, six times)."""
-    speed: Speed = 0.05235987755982988
-    """Load side, rad/s; by default 3 °/s."""
+    travel: Angle = math.pi / 3.0
+    """Load side, rad: a sixth of a turn holds whole periods of any motor's ripple (six times its pole pairs)."""
+    speed: Speed = math.pi / 30.0
+    """Load side, rad/s; by default 6 °/s."""
     kind: str = "free"
     prepares_temperature: bool = False
 

@@ -21,7 +21,7 @@ from bench.campaigns.plan import Plan
 from bench.campaigns.recorder import Recorder
 from bench.campaigns.registry import build_sequence
 from bench.campaigns.schedule import Task, schedule
-from bench.campaigns.taken import Status, Summary, Taken, point_id, setpoint_dict
+from bench.campaigns.taken import Status, Summary, Taken, commanded_velocity, point_id, setpoint_dict
 from bench.campaigns.tare import TARE, TareSink
 from bench.configuration import BenchFile
 from bench.cycle.rig import End, EndKind, Rig
@@ -173,11 +173,10 @@ class Runner:
         identity = self._identity(point)
         take = self._journal.next_take(identity)
         name = self._name(task, identity, sequence.kind, take)
-        begun = Taken(
-            name, f"{name}.h5", sequence.kind, point.label, setpoint_dict(point), identity, take, Status.PENDING
-        )
+        setpoint = {**setpoint_dict(point), "velocity": commanded_velocity(point, phases)}
+        begun = Taken(name, f"{name}.h5", sequence.kind, point.label, setpoint, identity, take, Status.PENDING)
         self._journal.begin(begun)
-        header = self._header(begun, point)
+        header = self._header(begun)
         recorder = Recorder(
             self._folder / begun.file, header, rig.scaling, fast=not rig.is_real_time, ratio=config.gearbox.ratio
         )
@@ -240,7 +239,7 @@ class Runner:
         again = f"-take{take}" if take > 1 else ""
         return f"{number:04d}-{kind}{again}"
 
-    def _header(self, begun: Taken, point: Point) -> RecordingHeader:
+    def _header(self, begun: Taken) -> RecordingHeader:
         config, rig = self._file.configuration, self._rig
         gearbox = config.gearbox
         teeth = gearbox.teeth.model_dump() if gearbox.teeth is not None else {}
@@ -251,9 +250,7 @@ class Runner:
             started_at=rig.now,
             sample_rate=1.0 / config.bus.cycle_time,
             source=rig.source,
-            setpoint=Setpoint(
-                point.load_torque, point.velocity, math.nan if point.temperature is None else point.temperature
-            ),
+            setpoint=Setpoint(*(math.nan if value is None else value for value in begun.setpoint.values())),
             gearbox=Gearbox(gearbox.ratio, **teeth),
             point_id=begun.point_id,
             take=begun.take,
@@ -261,7 +258,7 @@ class Runner:
             gearbox_serial=gearbox.serial,
             config=self._file.text,
             software={"name": "gearbench", "version": bench.__version__, "revision": revision()},
-            attributes={"tare_torque": rig.zeros.load_torque, "label": point.label},
+            attributes={"tare_torque": rig.zeros.load_torque, "label": begun.label},
         )
 
     def _write_manifest(self) -> None:

@@ -10,7 +10,7 @@ from hashlib import sha256
 from typing import Any
 
 from bench.cycle.rig import End, EndKind
-from bench.protocols import Point
+from bench.protocols import Phase, Point
 
 
 class Status(Enum):
@@ -96,6 +96,12 @@ def point_id(point: Point, bench_digest: str) -> str:
         bench_digest,
     ]
     return sha256(json.dumps(content).encode()).hexdigest()[:16]
+
+
+def commanded_velocity(point: Point, phases: tuple[Phase, ...]) -> float:
+    """Return the load-side velocity that stands for a point: its own, or that of the phase that waits (heating)."""
+    waiting = [phase.velocity for phase in phases if phase.until is not None]
+    return waiting[0] if waiting and point.velocity == 0.0 else point.velocity
 
 
 def setpoint_dict(point: Point) -> dict[str, float | None]:

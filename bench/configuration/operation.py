@@ -108,20 +108,20 @@ class Nominal(Section):
 
 
 class VelocityTuning(Section):
-    """Velocity controller of the input drive; commissioning writes and reads back these values."""
+    """Velocity controller of the input drive, as it is set there."""
 
     proportional_gain: Annotated[Viscous, Field(gt=0)]
     integral_time: PositiveTime
 
 
 class TorqueTuning(Section):
-    """Torque loop of the load drive."""
+    """Torque loop of the load drive, as it is set there."""
 
     time_constant: PositiveTime
 
 
 class Tuning(Section):
-    """Controllers of both drives."""
+    """Controllers of both drives: provenance, the bench does not write them."""
 
     input_drive: VelocityTuning
     load_drive: TorqueTuning

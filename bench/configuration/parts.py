@@ -87,7 +87,6 @@ class Encoder(Part):
 
     bits: Annotated[int, Field(ge=8, le=32)]
     zero: Angle
-    zero_id: str | None = None
 
 
 class Coupling(Part):

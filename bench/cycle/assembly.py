@@ -137,5 +137,7 @@ def _drive_options(bench: BenchConfiguration, slave: Slave) -> dict[str, Any]:
             "torque_nm": limits.motor_torque if is_input else limits.load_motor_torque,
             # the drive's own limit acts a little above ours, so that ours is the one that explains itself
             "speed_rad_s": min(motor.maximum_speed, 1.1 * speed),
+            "quick_stop_deceleration_rad_s2": bench.motion.quick_stop_deceleration
+            / (1.0 if is_input else bench.gearbox.ratio),
         },
     }

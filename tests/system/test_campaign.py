@@ -90,6 +90,7 @@ def test_the_heated_point_was_measured_warm(made: tuple[Path, Summary]) -> None:
     assert np.isnan(first.setpoint.temperature)
     assert second.setpoint.temperature == 25.0
     assert heating.si("temperature")[-1] > 25.0
+    assert heating.setpoint.velocity * 185.0 == pytest.approx(200.0)
     (steady,) = second.steady()
     assert abs(second.si("temperature", steady.start, steady.stop).mean() - 25.0) < 1.5
 
