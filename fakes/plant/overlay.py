@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from bench.simulation.frame import Frame
 from bench.simulation.terms.base import LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR
-from bench.simulation.terms.library import LIBRARY
+from bench.simulation.terms.table import LIBRARY
 from fakes.plant.drag import speeds, temperatures
 from fakes.plant.parts import Effect
 from fakes.plant.truth import PlantTruth

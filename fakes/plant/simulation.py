@@ -14,7 +14,7 @@ import numpy as np
 
 from bench.simulation.fourier import FourierSet
 from bench.simulation.model import NOMINAL_TERMS, Simulation, Term
-from bench.simulation.terms.library import LIBRARY
+from bench.simulation.terms.table import LIBRARY
 from fakes.plant.errors import PlantError
 from fakes.plant.parts import Effect
 from fakes.plant.transmission import TransmissionError

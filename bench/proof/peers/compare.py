@@ -12,7 +12,7 @@ import numpy as np
 
 from bench.proof import make
 from bench.proof.analyse import Job
-from bench.proof.peers.library import Problem, problems
+from bench.proof.peers.candidates import Problem, problems
 from bench.proof.peers.methods import METHODS, Method, held_out, pick
 from bench.proof.peers.rows import read_rows
 from bench.proof.score import CaseScore, score

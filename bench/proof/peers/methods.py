@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.proof.peers.library import Problem
+from bench.proof.peers.candidates import Problem
 
 Picked = NDArray[np.int64]
 Method = Callable[[Problem], Picked]

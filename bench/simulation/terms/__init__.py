@@ -11,7 +11,7 @@ from bench.simulation.terms.base import (
     Symbol,
     Term,
 )
-from bench.simulation.terms.library import LIBRARY, for_channel, nominal_for
+from bench.simulation.terms.table import LIBRARY, for_channel, nominal_for
 
 __all__ = [
     "CHANNEL_UNITS",

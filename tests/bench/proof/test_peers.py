@@ -8,7 +8,7 @@ import pytest
 from bench.proof import make
 from bench.proof.analyse import Job
 from bench.proof.peers import compare_peers
-from bench.proof.peers.library import Problem, problems
+from bench.proof.peers.candidates import Problem, problems
 from bench.proof.peers.methods import METHODS, cross_validated, held_out, pick
 from bench.proof.peers.rows import read_rows
 
