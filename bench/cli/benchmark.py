@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from bench.cli._benchmark_identify import identify
+from bench.cli._benchmark_wire import wire
 from bench.cli.exit_codes import ExitCode
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ def register(app: typer.Typer) -> None:
     group.command(name="campaign")(campaign)
     group.command(name="survival")(survival)
     group.command(name="identify")(identify)
+    group.command(name="wire")(wire)
     app.add_typer(group, name="benchmark")
 
 

@@ -31,15 +31,10 @@ class Port:
     def __init__(self, interface: str, wait_s: float = 0.004) -> None:
         self._claim = _claim(interface)
         try:
-            self._socket = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(ETHERTYPE))
-            self._socket.setsockopt(_SOL_PACKET, _PACKET_IGNORE_OUTGOING, 1)
-            self._socket.bind((interface, ETHERTYPE))
-        except PermissionError as error:
-            raise PortError(
-                f"raw sockets are not allowed here ({error}): CAP_NET_RAW is needed on {interface}"
-            ) from error
-        except OSError as error:
-            raise PortError(f"network interface {interface} cannot be opened: {error}") from error
+            self._socket = _raw_socket(interface)
+        except PortError:
+            self._claim.close()
+            raise
         micro = round(wait_s * 1e6)
         self._socket.setsockopt(
             socket.SOL_SOCKET, socket.SO_RCVTIMEO, struct.pack("@ll", micro // 1_000_000, micro % 1_000_000)
@@ -64,6 +59,20 @@ class Port:
         """Close the socket."""
         self._socket.close()
         self._claim.close()
+
+
+def _raw_socket(interface: str) -> socket.socket:
+    made = None
+    try:
+        made = socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(ETHERTYPE))
+        made.setsockopt(_SOL_PACKET, _PACKET_IGNORE_OUTGOING, 1)
+        made.bind((interface, ETHERTYPE))
+    except OSError as error:
+        if made is not None:
+            made.close()
+        reason = "raw sockets are not allowed here, CAP_NET_RAW is needed" if made is None else str(error)
+        raise PortError(f"network interface {interface} cannot be opened: {reason}") from error
+    return made
 
 
 def _claim(interface: str) -> socket.socket:
