@@ -1,13 +1,14 @@
 """What a physics term sees of a recording: one row a sample (or a block of samples), one array a quantity.
 
-Every array of a :class:`Frame` has the same length n. Rows of one recording stand together in the order of time, so that
-terms with a memory (play, lag, pre-sliding) can be simulated along them.
+Every array of a :class:`Frame` has the same length n. Rows of one recording stand together in the order of time, so
+that terms with a memory (play, lag, pre-sliding) can be simulated along them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,7 +81,8 @@ class Frame:
 
     def take(self, rows: NDArray[np.bool_] | IntArray | slice) -> Frame:
         """Return the frame of the rows chosen."""
-        return replace(self, **{name: getattr(self, name)[rows] for name in ARRAYS})
+        taken: dict[str, Any] = {name: getattr(self, name)[rows] for name in ARRAYS}
+        return replace(self, **taken)
 
 
 ARRAYS = tuple(f.name for f in fields(Frame) if f.name != "ratio")
@@ -88,7 +90,8 @@ ARRAYS = tuple(f.name for f in fields(Frame) if f.name != "ratio")
 
 def concatenate(frames: Sequence[Frame]) -> Frame:
     """Join frames of one bench, in their order."""
-    return replace(frames[0], **{name: np.concatenate([getattr(f, name) for f in frames]) for name in ARRAYS})
+    joined: dict[str, Any] = {name: np.concatenate([getattr(f, name) for f in frames]) for name in ARRAYS}
+    return replace(frames[0], **joined)
 
 
 def recording_starts(frame: Frame) -> IntArray:

@@ -1,8 +1,8 @@
 """What a physics term is: an equation, its parameters, where it shows, and regressors it offers in each channel.
 
-A term has one or more *forms* a channel: standard ways of writing the same effect (Gaussian or rational Stribeck, tanh or
-piecewise lost motion). Whatever form nature took, the effect's name is the same. The linear parameters of a form are the
-coefficients of its columns; its nonlinear parameters are searched on a grid that follows the data and then refined.
+A term has one or more *forms* a channel: standard ways of writing the same effect (Gaussian or rational Stribeck, tanh
+or piecewise lost motion). Whatever form nature took, the effect's name is the same. The linear parameters of a form are
+the coefficients of its columns; its nonlinear parameters are searched on a grid that follows the data and then refined.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Form:
 
 @dataclass(frozen=True, slots=True)
 class Term:
-    """A physics term of the library. ``effect`` is its id in the vocabulary, ``active`` says on which rows it acts most."""
+    """A physics term of the library; ``effect`` is its id in the vocabulary."""
 
     effect: str
     name: str

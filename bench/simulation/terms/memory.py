@@ -8,8 +8,8 @@ import numpy as np
 from bench.simulation.frame import FloatArray, Frame, recording_starts
 
 
-@numba.njit(cache=True)  # type: ignore[misc]
-def _relaxing(x: FloatArray, starts: np.ndarray, scale: float, keep: bool) -> FloatArray:  # type: ignore[type-arg]
+@numba.njit(cache=True)
+def _relaxing(x: FloatArray, starts: np.ndarray, scale: float, keep: bool) -> FloatArray:
     out = np.empty(x.size)
     z = 0.0
     for r in range(starts.size - 1):
@@ -27,8 +27,8 @@ def _relaxing(x: FloatArray, starts: np.ndarray, scale: float, keep: bool) -> Fl
     return out
 
 
-@numba.njit(cache=True)  # type: ignore[misc]
-def _play(x: FloatArray, starts: np.ndarray, half_width: float, keep: bool) -> FloatArray:  # type: ignore[type-arg]
+@numba.njit(cache=True)
+def _play(x: FloatArray, starts: np.ndarray, half_width: float, keep: bool) -> FloatArray:
     out = np.empty(x.size)
     p = 0.0
     for r in range(starts.size - 1):
@@ -41,8 +41,8 @@ def _play(x: FloatArray, starts: np.ndarray, half_width: float, keep: bool) -> F
     return out
 
 
-@numba.njit(cache=True)  # type: ignore[misc]
-def _lag(x: FloatArray, dt: FloatArray, starts: np.ndarray, constant: float) -> FloatArray:  # type: ignore[type-arg]
+@numba.njit(cache=True)
+def _lag(x: FloatArray, dt: FloatArray, starts: np.ndarray, constant: float) -> FloatArray:
     out = np.empty(x.size)
     for r in range(starts.size - 1):
         a, b = starts[r], starts[r + 1]
@@ -54,7 +54,7 @@ def _lag(x: FloatArray, dt: FloatArray, starts: np.ndarray, constant: float) -> 
 
 
 def relaxing(x: FloatArray, frame: Frame, scale: float, keep: bool = False) -> FloatArray:
-    """State z that relaxes to the sign of dx over the distance ``scale`` (Dahl with i = 1): dz = (1 − z·sgn dx)·dx/scale.
+    """State z that relaxes to the sign of dx over the distance ``scale``: dz = (1 − z·sgn dx)·dx/scale (Dahl, i = 1).
 
     ``keep`` carries the state from one recording to the next; else each begins at 0.
     """
@@ -83,11 +83,11 @@ def integral(x: FloatArray, frame: Frame) -> FloatArray:
 
 
 def campaign_lag(x: FloatArray, frame: Frame, constant: float) -> FloatArray:
-    """First-order lag that goes on between recordings: over a gap x is taken to run straight from one value to the next."""
+    """First-order lag that goes on between recordings: over a gap x runs straight from one value to the next."""
     return np.asarray(_campaign_lag(np.ascontiguousarray(x), frame.time, constant))
 
 
-@numba.njit(cache=True)  # type: ignore[misc]
+@numba.njit(cache=True)
 def _campaign_lag(x: FloatArray, time: FloatArray, constant: float) -> FloatArray:
     out = np.empty(x.size)
     y = x[0]

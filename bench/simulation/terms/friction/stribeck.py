@@ -36,8 +36,12 @@ W_S = Symbol("w_s", "rad/s", "Stribeck speed of the motor shaft", 0.0)
 TERM = Term(
     effect="friction.stribeck",
     name="Stribeck friction",
-    equation="tau_m += d * f_s * exp(-(abs(w_m)/w_s)**delta), delta 2 (Gaussian) or 1; or d * f_s / (1 + (abs(w_m)/w_s)**2)",
-    reference="Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083; Bo and Pavelescu, Wear 82 (1982) 277",
+    equation=(
+        "tau_m += d * f_s * exp(-(abs(w_m)/w_s)**delta), delta 2 (Gaussian) or 1; or d * f_s / (1 + (abs(w_m)/w_s)**2)"
+    ),
+    reference=(
+        "Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083; Bo and Pavelescu, Wear 82 (1982) 277"
+    ),
     where="motor_torque at low speed, sign of the motion",
     forms={
         MOTOR_TORQUE: (

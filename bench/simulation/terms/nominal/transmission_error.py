@@ -1,7 +1,7 @@
-"""Nominal transmission error: the polynomial Fourier series and its offset (equation 1 of the bench, paper eq. 3 and 4).
+"""Nominal transmission error: the polynomial Fourier series and its offset (equation 1 of the bench, paper eq. 3, 4).
 
-The series itself is evaluated and calibrated by its own code (amplitude and phase are polynomials, so it is not linear in
-its parameters); here stand the offset's regressors and, for the series, one order's with constant amplitude.
+The series itself is evaluated and calibrated by its own code (amplitude and phase are polynomials, so it is not linear
+in its parameters); here stand the offset's regressors and, for the series, one order's with constant amplitude.
 """
 
 from __future__ import annotations
