@@ -68,6 +68,7 @@ class Rig:
             self.bench.limits, self.bench.gearbox.ratio, self._cycle_time, self.bench.motion.standstill
         )
         self._safety = SafetyState.fresh()
+        self._tripped: End | None = None
         self._started = datetime.now(UTC)
 
     @property
@@ -147,7 +148,7 @@ class Rig:
         self._link.velocity = self._link.torque = 0.0
         with device_errors():
             self._link.lead("ENABLED", "reach operation enabled")
-        self._safety = SafetyState.fresh()
+        self._safety, self._tripped = SafetyState.fresh(), None
 
     def run(self, phases: Sequence[Phase], sink: Sink, stop_requested: Callable[[], bool]) -> End:
         """Run phases from rest to rest; on a trip or on request bring the bench to rest by the stop ladder.
@@ -155,6 +156,9 @@ class Rig:
         ``stop_requested`` is asked between blocks. After anything but FINISHED and EXPIRED the drives are off, and only
         :meth:`enable` gives them torque again.
         """
+        if self._tripped is not None:
+            sink.event("error", f"stopped before: {self._tripped.text}")
+            return self._tripped
         trajectory = Trajectory(phases, self._cycle_time, self._link.velocity, self._link.torque)
         with device_errors():
             while not trajectory.finished:
@@ -181,9 +185,20 @@ class Rig:
         return End(EndKind.EXPIRED, text)
 
     def idle(self, duration_s: float = 0.05) -> None:
-        """Keep the bus alive at the last set values while somebody else (a writer that closes) needs the time."""
+        """Keep the bus alive at the last set values while somebody else (a writer that closes) needs the time.
+
+        Limits hold here as well: after a trip the bench is at rest and the next :meth:`run` says why.
+        """
+        remaining = max(1, round(duration_s / self._cycle_time))
         with device_errors():
-            self._link.hold(duration_s)
+            while remaining > 0 and self._tripped is None:
+                n = min(remaining, self._assembly.block)
+                velocity, torque = self.set_values
+                _, verdict = self._guarded(np.full(n, velocity), np.full(n, torque))
+                if verdict.tripped:
+                    self._tripped = End(EndKind.TRIPPED, verdict.text, verdict.cause)
+                    self._stop(verdict.cause, NoSink())
+                remaining -= n
 
     def shutdown(self) -> None:
         """Ramp down what still moves, take the voltage off both drives."""

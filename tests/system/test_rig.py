@@ -186,6 +186,18 @@ def test_a_stopped_bench_moves_again_only_after_it_is_enabled() -> None:
         assert rig.run(short(file, hold_s=0.2), Tape(), never).kind is EndKind.FINISHED
 
 
+def test_limits_hold_while_the_bench_waits() -> None:
+    file, assembly = emulated(block=100)
+    with Rig(file, assembly=assembly) as rig:
+        rig.enable()
+        rig.idle(0.2)
+        assembly.master.faults.apply("drive_fault", role="load_drive", value=0x4310)
+        rig.idle(0.2)
+        assert rig.drives_off()
+        end = rig.run(short(file), Tape(), never)
+        assert (end.kind, end.cause) == (EndKind.TRIPPED, Cause.LOAD_DRIVE_FAULT)
+
+
 def test_a_slave_of_another_identity_is_refused_before_anything_moves() -> None:
     text = load_bench("rh380n").text.replace("product = 0x0402_0D01", "product = 0x0402_0D0F")
     file = parse_bench(text, "wrong")
