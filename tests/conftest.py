@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Generator, Iterator
 
-import hypothesis
 import pytest
 from hypothesis import settings
 
@@ -15,11 +14,6 @@ REQUIRE_WIRE = "BENCH_REQUIRE_WIRE"
 """Environment variable: ``1`` turns a test that skips for want of raw sockets or veth pairs into a failure."""
 
 WIRE_REASONS = ("raw sockets", "veth pair")
-
-# How long one example takes says more about what else the machine does than about the code.
-hypothesis.settings.register_profile("bench", deadline=None)
-hypothesis.settings.load_profile("bench")
-
 
 # The first example of a test may compile a numeric loop; how long that takes says nothing about the code.
 settings.register_profile("bench", deadline=None)
