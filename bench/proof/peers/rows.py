@@ -15,7 +15,7 @@ from bench.recording import Recording, RecordingFolder
 
 Floats = NDArray[np.float64]
 
-_ROWS_A_RECORDING = 700
+_ROWS_A_RECORDING = 1200
 _TURN = 75  # samples about a change of direction where the sign itself is in doubt
 _STILL = 0.002  # rad/s at the load side, of a filtered velocity
 PLAY_WIDTHS = (60.0, 150.0, 300.0)

@@ -69,6 +69,16 @@ def test_compare_scores_each_peer(made) -> None:
     assert compared.to_dict()["greedy"]["cases"] == 1
 
 
+def test_a_folder_is_not_done_twice(made) -> None:
+    job = Job("null", made.null.name, 3, False, made.out)
+    first = compare_peers([job], {"once": greedy})
+
+    def broken(problem: Problem) -> np.ndarray:
+        raise AssertionError("asked again")
+
+    assert compare_peers([job], {"once": broken}).scores == first.scores
+
+
 @pytest.mark.skipif(find_spec("pysindy") is not None, reason="the peers are installed")
 def test_missing_peers_are_named(made) -> None:
     with pytest.raises(make.ProofError, match="pysindy"):
