@@ -18,7 +18,7 @@ Any EtherCAT master at the other end of the cable (or of a veth pair) finds two 
 terminal. The PT100 can stand on Modbus RTU, Modbus TCP and a serial line as well. Needs CAP_NET_RAW.
 
 Faults strike at once or @ so many seconds after the start:
-[bold]name[:slave][=value][@seconds][/], such as drive_fault:input_drive=0x2310@5, cable_pulled:load_drive, pt100_open,
+[bold]name\\[:slave]\\[=value]\\[@seconds][/], such as drive_fault:input_drive=0x2310@5, cable_pulled:load_drive, pt100_open,
 modbus_crc. With --control they come on order, too: lines [bold]fault …[/], [bold]clear …[/], [bold]status[/],
 [bold]stop[/] into a Unix socket, one line of JSON back for each.
 
