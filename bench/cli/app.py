@@ -7,6 +7,7 @@ import sys
 import traceback
 from importlib import import_module
 from importlib.util import find_spec
+from inspect import cleandoc
 
 import typer
 from rich.console import Console
@@ -51,7 +52,14 @@ def make_app() -> typer.Typer:
     for name in COMMANDS:
         if find_spec(f"bench.cli.{name}") is not None:
             import_module(f"bench.cli.{name}").register(app)
+    for command in app.registered_commands:
+        command.help = _paragraphs(command.help or getattr(command.callback, "__doc__", None) or "")
     return app
+
+
+def _paragraphs(text: str) -> str:
+    """Join the lines of each paragraph, so that help fills the terminal's width whatever the source's."""
+    return "\n\n".join(" ".join(paragraph.split()) for paragraph in cleandoc(text).split("\n\n"))
 
 
 def main() -> None:
