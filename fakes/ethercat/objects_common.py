@@ -36,6 +36,7 @@ def common(identity: Identity, cycle_time_ns: int, minimum_cycle_ns: int = 62_50
             Entry("Local error reaction", UDINT, "rw", 1),
             Entry("Sync error counter limit", UINT, "rw", 4),
         ),
+        variable(0x2001, "User text", STRING, "rw", b""),
         array(0x1C00, "Sync manager type", USINT, (MAILBOX_OUT, MAILBOX_IN, OUTPUTS, INPUTS), "ro"),
         *(
             _synchronisation(0x1C32 + i, side, cycle_time_ns, minimum_cycle_ns)

@@ -123,6 +123,26 @@ def test_complete_access(master):
     assert master.slaves[0].sdo_read(0x1018, 0, ca=True)[:6] == b"\x04\x00" + (0xE0000B3C).to_bytes(4, "little")
 
 
+def test_segments_through_a_small_mailbox(master):
+    """A mailbox of 40 bytes holds 24 bytes of a string: longer ones go up and down in segments."""
+    master.manual_state_change = 1
+    master.config_init()
+    slave = master.slaves[3]
+    slave.amend_mbx("out", 0x1000, 40)
+    slave.amend_mbx("in", 0x1200, 40)
+    slave.state = pysoem.PREOP_STATE
+    slave.write_state()
+    assert slave.state_check(pysoem.PREOP_STATE, 1_000_000) == pysoem.PREOP_STATE
+    assert slave.sdo_read(0x1008, 0) == b"Emulated PT100 input, 2 channels"
+    for size in (1, 4, 5, 24, 25, 55, 56, 200):
+        text = bytes(65 + i % 26 for i in range(size))
+        slave.sdo_write(0x2001, 0, text)
+        assert slave.sdo_read(0x2001, 0) == text
+    slave.state = pysoem.INIT_STATE
+    slave.write_state()
+    master.manual_state_change = 0
+
+
 def test_object_dictionary_is_described(master):
     master.config_init()
     found = {o.index: o for o in master.slaves[0].od}
