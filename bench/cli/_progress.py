@@ -14,6 +14,8 @@ from bench.campaigns.schedule import Task
 from bench.campaigns.taken import Status, Taken
 from bench.cli._text import duration_text
 
+_OPENING = "opening the bench (the first run on a machine compiles its numeric loops, half a minute)"
+
 
 class _Remaining(ProgressColumn):
     """Remaining wall time, from the speed so far."""
@@ -33,14 +35,14 @@ class ProgressListener:
             BarColumn(30),
             TaskProgressColumn(),
             _Remaining(),
-            TextColumn("{task.fields[temperature]:.1f} °C"),
+            TextColumn("{task.fields[temperature]}"),
             TextColumn("[bold]{task.description}[/]"),
             console=console,
             disable=quiet,
             transient=True,
             refresh_per_second=5,
         )
-        self._row = self._progress.add_task("starting", total=total_s, temperature=float("nan"))
+        self._row = self._progress.add_task(_OPENING, total=total_s, temperature="")
         self._start: float | None = None
         self._shown = 0.0
 
@@ -67,7 +69,7 @@ class ProgressListener:
         now = time.monotonic()
         if now - self._shown > 0.05:
             self._shown = now
-            self._progress.update(self._row, completed=bench_time_s - self._start, temperature=temperature)
+            self._progress.update(self._row, completed=bench_time_s - self._start, temperature=f"{temperature:.1f} °C")
 
     def finished(self, taken: Taken) -> None:
         """Tell of a recording that did not pass."""
