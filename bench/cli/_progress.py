@@ -14,7 +14,7 @@ from bench.campaigns.schedule import Task
 from bench.campaigns.taken import Status, Taken
 from bench.cli._text import duration_text
 
-_OPENING = "opening the bench (the first run on a machine compiles its numeric loops, half a minute)"
+_OPENING = "opening the bench (the first run compiles)"
 
 
 class _Remaining(ProgressColumn):
