@@ -154,6 +154,9 @@ class Journal:
         if not path.exists():
             if not part.exists():
                 return None
+            for orphan in self._folder.glob(f"{path.name}.repair*"):
+                # a repair that was killed itself: what it copied is still in the unfinished file
+                orphan.unlink()
             try:
                 repair(part)
             except RecordingError:

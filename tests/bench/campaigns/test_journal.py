@@ -86,6 +86,7 @@ def test_an_unfinished_file_becomes_a_recording_cut_short(tmp_path: Path, file: 
     with Journal(tmp_path, CAMPAIGN, file) as journal:
         journal.begin(take(1))
     write(tmp_path, take(1), 5000, finish=False)
+    (tmp_path / f"{take(1).file}.repair.part.1.part").write_bytes(b"a repair that was killed")
     with Journal(tmp_path, CAMPAIGN, file) as journal:
         (found,) = journal.takes()
         assert (found.status, found.note, found.samples) == (Status.FAILED, "cut short", 5000)
