@@ -93,6 +93,15 @@ def steady_sums(
     channels: dict[str, FloatArray], theta: FloatArray, error: FloatArray, bad: NDArray[np.bool_],
     window: SteadyWindow, options: ReductionOptions, resolution: float,
 ) -> SteadySums:  # fmt: skip
+    """Reduce the window of one recording.
+
+    Parameters
+    ----------
+    channels : (N,) each in SI units; ``time`` at least, ``load_torque`` and ``temperature`` where measured.
+    theta, error : (N,) input angle in load-side scaling and transmission error, rad.
+    bad : (N,) rows that are left out.
+    resolution : one count of the motor encoder at the load side, rad; 0 where not quantised.
+    """
     part = slice(window.start, window.stop)
     # Without a bad sample every part is a plain slice, which costs no copy.
     keep = ~bad if bad[part].any() else None

@@ -139,11 +139,13 @@ def influences(found: Identification) -> list[tuple[str, str, str]]:
     negative = [rate for rate in rates if rate < 0]
     slow = max(negative) if negative else min(rates)
     cold = float(np.nan_to_num(np.nanmin([float(np.nan_to_num(s.temperature.mean())) for s in steady])))
+    light = min((float(np.nan_to_num(s.torque.mean())) for s in steady), key=abs)
+    load = "no load" if abs(light) < 20.0 else f"{light:.0f} N·m"
     out = []
     for heading, fixed, varied, words in (
         ("By load torque", {1: slow, 2: cold + 2.0}, 0, f"{np.degrees(slow):.1f} deg/s, about {cold:.0f} °C"),
-        ("By velocity", {0: 0.0, 2: cold + 2.0}, 1, f"no load, about {cold:.0f} °C"),
-        ("By temperature", {0: 0.0, 1: slow}, 2, f"no load, {np.degrees(slow):.1f} deg/s"),
+        ("By velocity", {0: light, 2: cold + 2.0}, 1, f"{load}, about {cold:.0f} °C"),
+        ("By temperature", {0: light, 1: slow}, 2, f"{load}, {np.degrees(slow):.1f} deg/s"),
     ):
         uri = _comparison(_levels(found, fixed, varied), remove_mean=False)
         if uri is not None:

@@ -118,19 +118,14 @@ class Bench:
         return np.asarray(np.gradient(speed) * self.rate)
 
 
-def campaign(folder: Path, *, velocities: Sequence[float] = (5.0, 7.5, 10.0), weak: bool = False) -> Bench:
+def campaign(folder: Path, *, rate: float = 250.0, weak: bool = False) -> Bench:
     """A small campaign: torques × velocities (deg/s, both ways) × temperatures, and four validation points."""
-    bench = Bench(folder, weak=((2, 4e-6), (5, 3e-6), (37, 3e-6), (110, 4e-6)) if weak else ())
+    bench = Bench(folder, rate=rate, weak=((2, 4e-6), (5, 3e-6), (37, 3e-6), (110, 4e-6)) if weak else ())
     for temperature in (22.0, 35.0, 49.0):
-        for torque in (-1000.0, -400.0, 0.0, 400.0, 1000.0):
-            for velocity in velocities:
+        for torque in (-1000.0, -350.0, 350.0, 1000.0):
+            for velocity in (6.0, 8.0, 10.0):
                 for d in (1, -1):
-                    bench.write(torque, d * np.deg2rad(velocity), temperature)
-    for torque, velocity, temperature in (
-        (-750.0, 6.0, 26.0),
-        (300.0, 9.0, 44.0),
-        (650.0, -8.0, 31.0),
-        (-150.0, -5.5, 40.0),
-    ):
+                    bench.write(torque, float(d * np.deg2rad(velocity)), temperature)
+    for torque, velocity, temperature in ((-750.0, 7.0, 26.0), (300.0, 9.0, 44.0), (650.0, -8.5, 31.0)):
         bench.write(torque, float(np.deg2rad(velocity)), temperature, kind="validation")
     return bench

@@ -1,0 +1,126 @@
+"""Feedforward, C export, comparison, report."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bench.errors import ConfigurationError
+from bench.identification import Identification, to_simulation
+from bench.identification.c_export import export_c
+from bench.identification.compare import compare, holm
+from bench.identification.feedforward import Series, input_angle, ripple_free_rmse, steady_phases
+from bench.identification.report import write_report
+from bench.simulation import Parameter, Simulation, Term, TransmissionErrorModel
+from tests.bench.identification.synthetic import true_model
+
+SERIES = Series(np.array([1.0, 46.0]), np.array([5e-5, 2e-5]), np.array([0.3, -1.0]))
+
+
+def test_input_angle_makes_the_load_side_stand_where_it_should() -> None:
+    wanted = np.linspace(0.0, 7.0, 300)
+    theta = input_angle(SERIES, wanted)
+    assert theta + SERIES.value(theta) == pytest.approx(wanted, abs=1e-12)
+
+
+@pytest.mark.parametrize(("gain", "left"), [(0.0, 1.0), (1.0, 0.0), (-1.0, 2.0)])
+def test_taking_the_error_off_removes_it_and_adding_it_doubles_it(gain: float, left: float) -> None:
+    velocity, start, h = 0.15, 0.4, 0.0005
+    phases = steady_phases(SERIES, start, velocity, 2.0 * np.pi / velocity, 0.0, gain)
+    speeds, at = [], phases[0].velocity
+    for phase in phases:
+        n = round(phase.duration_s / h)
+        speeds.append(at + (phase.velocity - at) * (np.arange(n) + 0.5) / n)
+        at = phase.velocity
+    theta = start + np.cumsum(np.concatenate(speeds)) * h
+    time = np.arange(1, theta.size + 1) * h
+    error = ripple_free_rmse(time, theta, theta + SERIES.value(theta), velocity, [150], SERIES.orders)
+    plain = float(np.sqrt(0.5 * np.sum(SERIES.amplitude**2)))
+    assert error == pytest.approx(left * plain, abs=0.03 * plain)
+
+
+@pytest.mark.skipif(shutil.which("cc") is None, reason="no C compiler here")
+def test_c_function_agrees_with_ours_to_rounding(tmp_path: Path) -> None:
+    export_c(Simulation.nominal().with_transmission_error(true_model()), tmp_path)
+    command = [
+        "cc",
+        "-std=c99",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-O2",
+        "transmission_error.c",
+        "test_transmission_error.c",
+    ]
+    subprocess.run([*command, "-lm", "-o", "test"], cwd=tmp_path, check=True)
+    result = subprocess.run([tmp_path / "test"], capture_output=True, text=True, check=False)
+    assert result.returncode == 0
+    assert float(result.stdout) < 1e-12
+
+
+def test_c_export_of_half_a_model_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="no transmission error"):
+        export_c(Simulation.nominal(), tmp_path)
+    half = TransmissionErrorModel(true_model().positive, None)
+    with pytest.raises(ConfigurationError, match="no negative direction"):
+        export_c(Simulation.nominal().with_transmission_error(half), tmp_path)
+
+
+def test_a_gearbox_compared_with_itself_has_not_changed(found: Identification) -> None:
+    simulation = to_simulation(found)
+    changes = compare(simulation, simulation)
+    assert changes
+    assert not any(c.changed for c in changes)
+
+
+def test_wear_is_found_where_it_is_and_nowhere_else(found: Identification) -> None:
+    before = to_simulation(found)
+    model = before.transmission_error()
+    assert model is not None
+    assert model.positive is not None
+    k = int(np.flatnonzero(model.positive.orders == 46)[0])
+    amplitude = model.positive.amplitude.copy()
+    amplitude[k, 9] += 5e-7
+    worn = before.with_transmission_error(replace(model, positive=replace(model.positive, amplitude=amplitude)))
+    worn = worn.with_term(Term("friction.coulomb", parameters={"f_c": Parameter(0.52, "N*m", 1e-3)}))
+    changed = [c.what for c in compare(before, worn) if c.changed]
+    assert set(changed) == {"order 46, positive", "friction.coulomb f_c"}
+
+
+def test_parameters_without_deviation_are_not_judged() -> None:
+    def one(value: float) -> Simulation:
+        return Simulation.nominal().with_term(Term("friction.viscous", parameters={"f_v": Parameter(value)}))
+
+    (change,) = compare(one(1.0), one(2.0))
+    assert not change.changed
+    assert np.isnan(change.p_value)
+
+
+@given(st.lists(st.floats(0.0, 1.0), max_size=30))
+def test_holm_rejects_between_bonferroni_and_single_tests(p_values: list[float]) -> None:
+    verdicts = holm(p_values)
+    for p, rejected in zip(p_values, verdicts, strict=True):
+        assert rejected or p > 0.05 / len(p_values)
+        assert not rejected or p <= 0.05
+
+
+def test_report_is_one_file_that_needs_nothing_else(found: Identification, tmp_path: Path) -> None:
+    page = write_report(found, tmp_path / "report").read_text(encoding="utf-8")
+    assert page.count("data:image/png;base64,") >= 6
+    assert "http" not in page.replace("http-equiv", "")
+    for words in (
+        "By load torque",
+        "By velocity",
+        "By temperature",
+        "Validation example",
+        "input gear",
+        "Not determined",
+    ):
+        assert words in page
