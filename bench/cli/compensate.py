@@ -12,7 +12,7 @@ import typer
 from bench.errors import BenchError
 
 if TYPE_CHECKING:
-    from bench.identification.compensation import OperatingPoint
+    from bench.campaigns.compensation import OperatingPoint
 
 DEFAULT_POINTS = ("700,6", "-250,-8.5", "150,4")
 """Load torque N·m and velocity deg/s; none of the paper campaign's identification points."""
@@ -47,9 +47,9 @@ def compensate(
     from rich.console import Console
     from rich.table import Table
 
+    from bench.campaigns.compensation import compensate as run_points
     from bench.configuration import load_bench
     from bench.identification.c_export import export_c
-    from bench.identification.compensation import compensate as run_points
     from bench.simulation import Simulation
 
     simulation = Simulation.load(model)
@@ -95,7 +95,7 @@ def compensate(
 
 
 def _point(text: str) -> OperatingPoint:
-    from bench.identification.compensation import OperatingPoint
+    from bench.campaigns.compensation import OperatingPoint
 
     try:
         torque, velocity = (float(part) for part in text.split(","))
