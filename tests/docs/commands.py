@@ -1,4 +1,4 @@
-"""Commands of the documentation: every line of a fenced ``sh`` block, and those that a test does not run, with why."""
+"""Commands of the documentation: lines of fenced ``sh`` and ``console`` blocks, and those no test runs, with why."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))
-_BLOCK = re.compile(r"^```sh\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+_BLOCK = re.compile(r"^```(?:sh|console)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 
 ELSEWHERE = {
     "python3 -m venv": ".ci/run runs the README's two commands",
@@ -55,6 +55,6 @@ def commands() -> list[Command]:
     found = []
     for page in PAGES:
         for block in _BLOCK.findall(page.read_text("utf-8")):
-            lines = (line.split("  #")[0].strip() for line in block.splitlines())
+            lines = (line.removeprefix("$ ").split("  #")[0].strip() for line in block.splitlines())
             found += [Command(str(page.relative_to(ROOT)), line) for line in lines if line and not line.startswith("#")]
     return found

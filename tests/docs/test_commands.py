@@ -71,6 +71,12 @@ def test_links_between_pages_lead_somewhere() -> None:
             assert (page.parent / target).exists(), f"{page.relative_to(ROOT)} links to {target}"
 
 
+def test_every_page_is_in_the_index() -> None:
+    index = (ROOT / "docs/index.md").read_text("utf-8")
+    for page in (ROOT / "docs").glob("*.md"):
+        assert page.name == "index.md" or f"]({page.name})" in index, f"docs/index.md does not list {page.name}"
+
+
 def test_readme_quotes_the_exit_codes() -> None:
     text = (ROOT / "README.md").read_text("utf-8")
     for code, meaning in MEANING.items():
