@@ -18,9 +18,9 @@ Any EtherCAT master at the other end of the cable (or of a veth pair) finds two 
 terminal. The PT100 can stand on Modbus RTU, Modbus TCP and a serial line as well. Needs CAP_NET_RAW.
 
 Faults strike at once or @ so many seconds after the start:
-[bold]name\\[:slave]\\[=value]\\[@seconds][/], such as drive_fault:input_drive=0x2310@5, cable_pulled:load_drive, pt100_open,
-modbus_crc. With --control they come on order, too: lines [bold]fault …[/], [bold]clear …[/], [bold]status[/],
-[bold]stop[/] into a Unix socket, one line of JSON back for each.
+[bold]name\\[:slave]\\[=value]\\[@seconds][/], such as drive_fault:input_drive=0x2310@5,
+cable_pulled:load_drive, pt100_open, modbus_crc. With --control they come on order, too: lines [bold]fault …[/],
+[bold]clear …[/], [bold]status[/], [bold]stop[/] into a Unix socket, one line of JSON back for each.
 
 Example: [bold]bench emulate --interface eth1 --modbus-rtu pty --fault pt100_open@30[/]
 """
@@ -36,6 +36,9 @@ def emulate(
     plant: Annotated[str, typer.Option(help="Name of a shipped plant, or path of a plant file.")] = "rh380n",
     seed: Annotated[int, typer.Option(help="Seed of the plant's noise.")] = 0,
     cycle_time_ms: Annotated[float, typer.Option(help="Bus cycle the plant is stepped with, ms.")] = 0.5,
+    without: Annotated[
+        list[str] | None, typer.Option(help="Leave a terminal out, such as temperature_terminal; may be given again.")
+    ] = None,
     modbus_rtu: Annotated[
         str | None,
         typer.Option(
@@ -64,6 +67,7 @@ def emulate(
         "plant": plant,
         "seed": seed,
         "cycle_time_s": cycle_time_ms / 1000.0,
+        "without": tuple(without or ()),
         "modbus_rtu": modbus_rtu,
         "modbus_tcp": modbus_tcp,
         "serial": serial,

@@ -6,7 +6,7 @@ OPERATIONAL and gets their inputs written. The plant advances by one cycle a row
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -43,9 +43,17 @@ class EmulatedBench:
     plant : what moves.
     input_drive, load_drive : data of the two servo drives.
     cycle_time_s : bus cycle; the plant's step.
+    without : roles of terminals the bus has not.
     """
 
-    def __init__(self, plant: PlantLike, input_drive: DriveData, load_drive: DriveData, cycle_time_s: float) -> None:
+    def __init__(
+        self,
+        plant: PlantLike,
+        input_drive: DriveData,
+        load_drive: DriveData,
+        cycle_time_s: float,
+        without: Collection[str] = (),
+    ) -> None:
         self.plant = plant
         self.cycle_time_s = cycle_time_s
         self.cycle = 0
@@ -54,10 +62,8 @@ class EmulatedBench:
             ServoDrive(ROLES[0], input_drive, cycle_time_s, serial=1),
             ServoDrive(ROLES[1], load_drive, cycle_time_s, serial=2),
         )
-        self.terminals: tuple[AnalogInput | TemperatureInput, ...] = (
-            AnalogInput(ROLES[2], cycle_time_s, serial=3),
-            TemperatureInput(ROLES[3], cycle_time_s, serial=4),
-        )
+        terminals = (AnalogInput(ROLES[2], cycle_time_s, serial=3), TemperatureInput(ROLES[3], cycle_time_s, serial=4))
+        self.terminals = tuple(terminal for terminal in terminals if terminal.role not in without)
         self.slaves: tuple[Slave, ...] = (*self.drives, *self.terminals)
         self.by_role: dict[str, Slave] = {slave.role: slave for slave in self.slaves}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
 
 from fakes.ethercat.bench import EmulatedBench, input_drive_data, load_drive_data
@@ -16,8 +17,10 @@ def rated_torque_n_m(maximum_torque_n_m: float) -> float:
     return RATED_TORQUE_N_M.get(maximum_torque_n_m, maximum_torque_n_m / 3.0)
 
 
-def bench_of(plant: str | Path, seed: int, cycle_time_s: float) -> EmulatedBench:
+def bench_of(plant: str | Path, seed: int, cycle_time_s: float, without: Collection[str] = ()) -> EmulatedBench:
     """Return the emulated bench of a plant file: the name of one that ships, or a path.
+
+    ``without`` names terminals the bus has not.
 
     Raises
     ------
@@ -31,4 +34,5 @@ def bench_of(plant: str | Path, seed: int, cycle_time_s: float) -> EmulatedBench
         input_drive_data(truth.input_encoder.bits, rated_torque_n_m(top_input), top_input),
         load_drive_data(truth.load_encoder.bits, rated_torque_n_m(top_load), top_load),
         cycle_time_s,
+        without,
     )

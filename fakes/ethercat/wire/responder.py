@@ -28,8 +28,11 @@ _COMMAND = ETHERNET + 2
 SLACK_CYCLES = 1.5
 """How far the plant may be from the wall clock before a cycle is added or left out."""
 
-TRACKING = 0.01
-"""Part of the phase error by which the clock follows the master at each frame."""
+ALONE_CYCLES = 3.0
+"""How far the plant stays behind the wall clock while no frame comes, so that one that comes finds its cycle."""
+
+TRACKING, LOCKED_CYCLES = 0.01, 0.5
+"""Part of the phase error by which the clock follows the master at each frame, as long as the error is below this."""
 
 
 READING_CYCLES = 100
@@ -83,6 +86,7 @@ class Responder:
         self._cycle_ns = bench.cycle_time_s * 1e9
         self._start_ns = float(time.monotonic_ns())
         self._done = 0
+        self._following = False
         self._heard_ns = [time.monotonic_ns()] * len(bench.slaves)
         self._lost: frozenset[str] = frozenset()
         self._images: tuple[list[Image | None], list[Image | None]] = ([], [])
@@ -149,21 +153,25 @@ class Responder:
                 self._heard_ns[self._index(controller, i)] = now
         behind = (now - self._start_ns) / self._cycle_ns - self._done - 0.5
         cycles = 1
-        if behind > SLACK_CYCLES:
+        if not self._following and abs(behind) <= ALONE_CYCLES + SLACK_CYCLES:
+            self._start_ns += behind * self._cycle_ns  # a master starts: its phase is the one to keep
+        elif behind > SLACK_CYCLES:
             cycles += int(behind)
             self.counters.added_cycles += cycles - 1
         elif behind < -SLACK_CYCLES:
             cycles = 0
             self.counters.left_out_cycles += 1
-        else:
+        elif abs(behind) < LOCKED_CYCLES:
             self._start_ns += TRACKING * behind * self._cycle_ns
+        self._following = True
         if cycles:
             self._advance(cycles, now)
 
     def _run_alone(self, now: int) -> None:
         """Run the cycles due by the wall clock that no frame asked for, some behind so that a frame finds its own."""
-        due = int((now - self._start_ns) / self._cycle_ns - 2.0 * SLACK_CYCLES) - self._done
+        due = int((now - self._start_ns) / self._cycle_ns - ALONE_CYCLES) - self._done
         if due > 0:
+            self._following = False
             self._advance(due, now)
 
     def _advance(self, cycles: int, now: int) -> None:

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from fakes import slow_devices
-from fakes.ethercat.bench import EmulatedBench
+from fakes.ethercat.bench import ROLES, EmulatedBench
 from fakes.ethercat.benches import bench_of
 from fakes.ethercat.fault_text import FaultRequest, parse_fault
 from fakes.ethercat.wire.control import TIMEOUT_S, ControlServer
@@ -34,15 +34,16 @@ _LOCK_ALL = 1 | 2
 class EmulatorOptions:
     """How to emulate.
 
+    ``without`` names terminals the bus has not, ``faults`` are texts as
+    :func:`~fakes.ethercat.fault_text.parse_fault` has them, ``control`` is the path of a Unix socket for orders.
     ``cpu`` pins the frame loop to a processor, ``priority`` (1-99) gives it SCHED_FIFO; both need the right to.
-    ``faults`` are texts as :func:`~fakes.ethercat.fault_text.parse_fault` has them, ``control`` is the path of a Unix
-    socket for orders.
     """
 
     interface: str
     plant: str = "rh380n"
     seed: int = 0
     cycle_time_s: float = 0.0005
+    without: tuple[str, ...] = ()
     modbus_rtu: str | None = None
     modbus_tcp: int | None = None
     serial: str | None = None
@@ -173,8 +174,11 @@ def serve(options: Mapping[str, Any], report: Callable[[dict[str, Any]], None]) 
 
 
 def _bench(chosen: EmulatorOptions) -> EmulatedBench:
+    unknown = set(chosen.without) - set(ROLES[2:])
+    if unknown:
+        raise ValueError(f"only {' and '.join(ROLES[2:])} can be left out, not {', '.join(sorted(unknown))}")
     try:
-        return bench_of(chosen.plant, chosen.seed, chosen.cycle_time_s)
+        return bench_of(chosen.plant, chosen.seed, chosen.cycle_time_s, chosen.without)
     except PlantError as error:
         raise ValueError(str(error)) from error
 
