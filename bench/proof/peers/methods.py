@@ -79,10 +79,10 @@ def symbolic(problem: Problem) -> Picked:
     from gplearn.genetic import SymbolicRegressor
 
     x, y, _folds = _training(problem)
-    few = np.random.default_rng(0).choice(y.size, min(2000, y.size), replace=False)
+    few = np.random.default_rng(0).choice(y.size, min(1000, y.size), replace=False)
     model = SymbolicRegressor(
-        population_size=400,
-        generations=12,
+        population_size=200,
+        generations=8,
         function_set=("add", "sub", "mul"),
         parsimony_coefficient=0.02,
         random_state=0,
