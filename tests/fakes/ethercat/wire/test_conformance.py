@@ -101,10 +101,11 @@ def test_slaveinfo_reads_identity_mapping_and_dictionary(veth, emulator):
 def test_kickcat_reaches_operational(veth, emulator):
     pytest.importorskip("kickcat", reason="the KickCAT master is not installed")
     command = [sys.executable, "-c", KICKCAT_SCRIPT, veth.near]
-    for _ in range(3):  # its patience with a mailbox is shorter than a loaded machine may need
+    for _ in range(6):  # its patience with a mailbox is shorter than a loaded machine may need
         ended = subprocess.run(command, capture_output=True, text=True, timeout=60)
         if ended.returncode == 0:
             break
+        time.sleep(0.5)
     assert ended.returncode == 0, ended.stderr
     result = ended.stdout.splitlines()[-1]
     assert result.count("OPERATIONAL") == 4

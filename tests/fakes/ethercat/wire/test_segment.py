@@ -107,7 +107,7 @@ def test_source_address_is_marked(line):
     assert sent[6] == 0x03
 
 
-@settings(max_examples=300)
+@settings(max_examples=100)
 @given(st.binary(max_size=120))
 def test_any_frame_is_answered_or_refused_but_never_breaks(raw):
     line = Segment([SlaveController(slave) for slave in simple_bench().slaves[2:3]])
