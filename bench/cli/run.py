@@ -142,4 +142,6 @@ def _print(summary: Summary, folder: Path, picture: Path | None, wall: float, co
         console.print(f"The torque sensor's zero drifted by {summary.tare_drift:+.2f} N·m.")
     if picture is not None:
         console.print(f"Transmission error and spectrum: [bold]{picture}[/]", soft_wrap=True)
-    console.print(f"Look closer: [bold]bench inspect {folder}/<recording>.h5[/]", soft_wrap=True)
+    if summary.taken:
+        recording = folder / f"{summary.taken[0].recording_id}.h5"
+        console.print(f"Look closer: [bold]bench inspect {recording}[/]", soft_wrap=True)
