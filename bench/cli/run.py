@@ -143,5 +143,5 @@ def _print(summary: Summary, folder: Path, picture: Path | None, wall: float, co
     if picture is not None:
         console.print(f"Transmission error and spectrum: [bold]{picture}[/]", soft_wrap=True)
     if summary.taken:
-        recording = folder / f"{summary.taken[0].recording_id}.h5"
+        recording = folder / summary.taken[0].file
         console.print(f"Look closer: [bold]bench inspect {recording}[/]", soft_wrap=True)
