@@ -65,16 +65,24 @@ class Bank:
 
     Parameters: ``y`` (n,); ``starts`` (recordings + 1,) row ranges; ``folds`` (recordings,) fold of each recording;
     ``columns`` (n, p) everything that may enter; ``prior`` (p,) prior precision of each coefficient relative to the
-    column's energy (0: flat).
+    column's energy (0: flat); ``precision`` (p,) prior precision in the coefficient's own unit.
     """
 
     def __init__(
-        self, y: FloatArray, starts: IntArray, folds: IntArray, columns: FloatArray, prior: FloatArray, noise: Noise
+        self,
+        y: FloatArray,
+        starts: IntArray,
+        folds: IntArray,
+        columns: FloatArray,
+        prior: FloatArray,
+        noise: Noise,
+        precision: FloatArray | None = None,
     ) -> None:
+        self.precision = np.zeros(columns.shape[1]) if precision is None else precision
         self.starts, self.folds, self.noise, self.prior = starts, folds, noise, prior
         self.size = columns.shape[1]
         full = whiten(np.column_stack([columns, y, np.ones_like(y)]), noise, starts)
-        self._whitened_y = full[:, self.size]
+        self._full = full
         count, p = int(folds.max()) + 1, self.size + 1
         self.gram = np.zeros((count, p, p))
         self.ones = np.zeros((folds.size, p))
@@ -86,6 +94,20 @@ class Bank:
             self.ones[r] = one @ part
             self.energy[r] = one @ one
         self.rows = int(y.size)
+        self._likeliest: int | None = None
+
+    def replace(self, index: Sequence[int], columns: FloatArray) -> None:
+        """Put other columns in the place of some (to refine a nonlinear parameter)."""
+        new = whiten(columns, self.noise, self.starts)
+        place = list(index)
+        self._full[:, place] = new
+        p = self.size + 1
+        self.gram[:, place, :] = 0.0
+        for r, (a, b) in enumerate(zip(self.starts[:-1], self.starts[1:], strict=True)):
+            part = self._full[a:b]
+            self.gram[self.folds[r]][place] += new[a:b].T @ part[:, :p]
+            self.ones[r, place] = part[:, p] @ new[a:b]
+        self.gram[:, :, place] = np.swapaxes(self.gram[:, place, :], 1, 2)
 
     def _marginal(self, index: NDArray[np.int64], variance: float) -> tuple[FloatArray, FloatArray]:
         """Gram matrices of the columns chosen (and y), the recordings' offsets marginalised; log-determinants a fold."""
@@ -111,10 +133,16 @@ class Bank:
         """
         chosen = np.asarray(index, dtype=np.int64)
         best: Fit | None = None
-        for variance in self.noise.offset_variances:
-            fit = self._fit(chosen, variance, leave_out)
+        variances = self.noise.offset_variances
+        near = (
+            range(len(variances))
+            if self._likeliest is None
+            else range(max(0, self._likeliest - 1), min(len(variances), self._likeliest + 2))
+        )
+        for number in near:
+            fit = self._fit(chosen, variances[number], leave_out)
             if best is None or fit.total > best.total:
-                best = fit
+                best, self._likeliest = fit, number
         assert best is not None
         return best
 
@@ -128,14 +156,21 @@ class Bank:
         scale = np.sqrt(np.maximum(np.diag(total)[:p], 1e-300))
         own = gram[:, :p, :p] / scale[:, None] / scale[None, :]
         mine = gram[:, :p, p] / scale
-        normal = total[:p, :p] / scale[:, None] / scale[None, :] + np.diag(self.prior[chosen] + RIDGE)
+        normal = total[:p, :p] / scale[:, None] / scale[None, :] + np.diag(
+            self.prior[chosen] + RIDGE + self.precision[chosen] / scale**2
+        )
         right = total[:p, p] / scale
-        if leave_out:
-            beta = np.linalg.solve(normal[None] - own, (right[None] - mine)[..., None])[..., 0]
-        else:
-            beta = np.broadcast_to(np.linalg.solve(normal, right), mine.shape)
-        squares += np.einsum("ri,rij,rj->r", beta, own, beta) - 2.0 * np.einsum("ri,ri->r", beta, mine)
         inverse = np.linalg.inv(normal)
+        if leave_out:
+            others = normal[None] - own
+            beta = np.linalg.solve(others, (right[None] - mine)[..., None])[..., 0]
+            # predictive density of the fold: its own rows also tell the coefficients, and the others know them only so well
+            innovation = mine - np.einsum("rij,rj->ri", own, beta)
+            squares -= np.einsum("ri,ij,rj->r", innovation, inverse, innovation)
+            cost = cost + np.linalg.slogdet(normal)[1] - np.linalg.slogdet(others)[1]
+        else:
+            beta = np.broadcast_to(inverse @ right, mine.shape)
+        squares += np.einsum("ri,rij,rj->r", beta, own, beta) - 2.0 * np.einsum("ri,ri->r", beta, mine)
         return Fit(
             -0.5 * (squares + cost),
             (inverse @ right) / scale,

@@ -8,11 +8,25 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.mismatch.rivals import rivals
-from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.terms import LIBRARY, LOAD_TORQUE, TEMPERATURE, TRANSMISSION_ERROR, Form, Point, Term, for_channel
+from bench.simulation.frame import FloatArray, Frame, recording_starts
+from bench.simulation.terms import (
+    LIBRARY,
+    LOAD_TORQUE,
+    TEMPERATURE,
+    TRANSMISSION_ERROR,
+    Form,
+    Point,
+    Term,
+    for_channel,
+)
+from bench.simulation.terms.memory import integral
 
 FREE_PRIOR = 1e-4
 OFFSET_PRIOR = 1e-6
+ZERO_TORQUE = 0.02
+"""N·m at the motor: how far the zero of a torque may be off, by data sheets"""
+HEAT_CAPACITY = 2.0e4
+"""J/K, only to turn that into a temperature's rate"""
 RIPPLE_ORDERS = (150.0, 300.0)
 FIXED_BY_GEOMETRY = ("motor.load_reaction", "load.reaction")
 """terms without a free parameter: they are taken off the measured channel"""
@@ -38,6 +52,7 @@ class Layout:
 
     columns: FloatArray
     prior: FloatArray
+    precision: FloatArray
     base: tuple[int, ...]
     base_effects: tuple[tuple[str, str, tuple[int, ...]], ...]
     """(effect, form, columns) of the simulation's own terms"""
@@ -48,6 +63,18 @@ class Layout:
 def _ripple(frame: Frame) -> FloatArray:
     parts = [f(order * frame.q) for order in RIPPLE_ORDERS for f in (np.cos, np.sin)]
     return np.column_stack([*parts, *(part * frame.load_motor_torque / 1000.0 for part in parts)])
+
+
+def _own_integrals(frame: Frame) -> FloatArray:
+    """Integral of the motor's speed, a column for each recording in which it is large enough to matter."""
+    turned = integral(frame.omega, frame)
+    starts = recording_starts(frame)
+    most = np.maximum.reduceat(np.abs(turned), starts[:-1])
+    chosen = np.flatnonzero(most > 0.05 * most.max())
+    out = np.zeros((frame.size, chosen.size))
+    for column, r in enumerate(chosen):
+        out[starts[r] : starts[r + 1], column] = turned[starts[r] : starts[r + 1]]
+    return out
 
 
 def simulated_terms(channel: str, switched_off: Sequence[str]) -> list[tuple[Term, Form]]:
@@ -69,14 +96,16 @@ def layout(
     switched_off: Sequence[str] = (),
     known: Sequence[tuple[Term, Form, Point]] = (),
     with_free: bool = True,
+    reference: Frame | None = None,
 ) -> Layout:
     """Evaluate every regressor of ``channel`` on the rows of ``frame``.
 
-    ``switched_off``: nominal terms the given simulation lacks (they become candidates); ``known``: further terms it has.
+    ``reference``: rows whose quantities place the rivals' knots. ``switched_off``: nominal terms the given simulation lacks (they become candidates); ``known``: further terms it has.
     """
     parts: list[FloatArray] = []
     priors: list[float] = []
     width = 0
+    precision: dict[int, float] = {}
 
     def add(block: FloatArray, prior: float) -> tuple[int, ...]:
         nonlocal width
@@ -95,6 +124,12 @@ def layout(
         base_effects.append((term.effect, form.name, add(form.columns(frame, point), 0.0)))
     if channel in (LOAD_TORQUE, TRANSMISSION_ERROR):
         base_effects.append(("notch", "ripple", add(_ripple(frame), OFFSET_PRIOR)))
+    if channel == TEMPERATURE:
+        # the zero of the motor torque wanders from recording to recording and turns into heat that never was
+        heat = _own_integrals(frame)
+        place = add(heat, 0.0)
+        precision.update({column: (HEAT_CAPACITY / ZERO_TORQUE) ** 2 for column in place})
+        base_effects.append(("zero", "torques", place))
     base = tuple(range(width))
     named: list[Entry] = []
     for term in _candidates(channel, switched_off):
@@ -104,9 +139,12 @@ def layout(
                 named.append(Entry(term.effect, form.name, point, add(block, 0.0), term.variables))
     free: list[Entry] = []
     if with_free:
-        for rival in rivals(channel, frame):
+        for rival in rivals(channel, frame, reference):
             free.append(Entry("unknown", rival.name, (), add(rival.columns, FREE_PRIOR), rival.variables))
-    return Layout(np.hstack(parts), np.asarray(priors), base, tuple(base_effects), tuple(named), tuple(free))
+    own = np.zeros(width)
+    for place_of, value in precision.items():
+        own[place_of] = value
+    return Layout(np.hstack(parts), np.asarray(priors), own, base, tuple(base_effects), tuple(named), tuple(free))
 
 
 def _candidates(channel: str, switched_off: Sequence[str]) -> list[Term]:

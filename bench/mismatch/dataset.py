@@ -24,6 +24,7 @@ HEAT_S = 2.0
 ANGLE_STEP = 1.2e-3
 ANGLE_STEP_S = 0.1
 HELD_OUT_SHARE = 0.2
+HELD_OUT_BESIDE_VALIDATION = 0.1
 THERMAL_KINDS = ("heating", "cooling", "dwell")
 
 
@@ -84,11 +85,13 @@ def _point(recording: Recording) -> tuple[str, float, float, float]:
 def split(recordings: Sequence[Recording]) -> tuple[list[bool], list[int]]:
     """Choose held-out recordings by whole operating points, and a fold for each of the others.
 
-    Validation points are always held out. Of the other kinds a fifth of the points is, spread evenly, never the outermost of
+    Validation points are always held out. Of the other kinds a fifth of the points is (a tenth of
+    the constant-velocity points where there are five validation points or more), spread evenly, never the outermost of
     a kind with few points, and none where a kind has fewer than three recordings.
     """
     points = [_point(r) for r in recordings]
     held: list[bool] = [r.kind == "validation" for r in recordings]
+    validation = sum(held)
     if all(held):
         held = [i % 3 == 1 for i in range(len(held))]
     kinds: dict[str, list[tuple[str, float, float, float]]] = {}
@@ -102,7 +105,9 @@ def split(recordings: Sequence[Recording]) -> tuple[list[bool], list[int]]:
             continue
         # repeats of a point tell the noise: points with repeats stay in training
         single = [p for p in members if sum(q == p for q in points) == 1 or len(members) < 6]
-        number = max(1, int(round(HELD_OUT_SHARE * len(members))))
+        enough = kind == "constant_velocity" and validation >= 5
+        share = HELD_OUT_BESIDE_VALIDATION if enough else HELD_OUT_SHARE
+        number = max(1, int(round(share * len(members))))
         order = _spread(single, number)
         chosen.update(order)
     held = [h or points[i] in chosen for i, h in enumerate(held)]
@@ -191,9 +196,7 @@ def load(path: Path, progress: Callable[[str, float], None] | None = None) -> Da
             rejected.append((recording.path.name, f"{recording.path.name} cannot be read: {error}"))
             continue
         travelled = float(prepared.frame.travel[-1])
-        data.members.append(
-            Member(number, recording, _point(recording), held[number], fold[number], recording.zero_id)
-        )
+        data.members.append(Member(number, recording, _point(recording), held[number], fold[number], recording.zero_id))
         edges = block_edges(prepared, SLOW_S, LIVELY_S)
         for channel in MEASURED:
             if channel in prepared.measured and channel != "temperature":

@@ -16,8 +16,8 @@ from scipy.signal import savgol_filter
 from bench.recording import Recording
 from bench.simulation.frame import ARRAYS, FloatArray, Frame, IntArray
 
-SMOOTHING_S = 0.12
-"""Window of the local polynomial: the shortest that leaves the 13-bit encoder's speed below 2 mrad/s of noise."""
+SMOOTHING_S = 0.06
+"""Window of the local polynomial: the shortest that leaves the 13-bit encoder's speed at a few mrad/s of noise."""
 STANDSTILL_RAD_S = 0.3
 """Motor speed below which the bench counts as standing (on the smoothed velocity)."""
 SPIKE_SIGMA = 9.0
@@ -40,6 +40,8 @@ class Prepared:
     valid: dict[str, NDArray[np.bool_]]
     label: IntArray
     setpoint: tuple[float, float, float]
+    corner: NDArray[np.bool_]
+    """True where the acceleration jumps: rates smoothed over a corner say nothing about the moment itself"""
 
 
 def _window(rate: float) -> int:
@@ -73,6 +75,20 @@ def _repaired(signal: FloatArray, bad: NDArray[np.bool_]) -> FloatArray:
         return np.zeros_like(signal)
     index = np.arange(signal.size)
     return np.asarray(np.interp(index, index[~bad], signal[~bad]))
+
+
+def _corners(acceleration: FloatArray, rate: float) -> NDArray[np.bool_]:
+    """Mark the surroundings of jumps of the acceleration (the corners of a speed profile)."""
+    half = max(1, _window(rate) // 2 + 1)
+    padded = np.pad(acceleration, half, mode="edge")
+    jump = np.abs(padded[2 * half :] - padded[: -2 * half])
+    noise = 1.4826 * float(np.median(jump))
+    largest = float(np.percentile(np.abs(acceleration), 99.5))
+    marked = jump > max(6.0 * noise, 0.1 * largest, 0.5)
+    if marked.mean() > 0.3:  # no trapezoids here: a speed that never rests has no corners
+        return np.zeros(acceleration.size, dtype=bool)
+    spread = np.convolve(marked.astype(np.float64), np.ones(2 * (half // 2) + 1), mode="same")
+    return np.asarray(spread > 0.5)
 
 
 def _direction(omega: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -174,6 +190,10 @@ def prepare(recording: Recording, index: int, campaign_start: float, travelled: 
         if name in recording:
             measured[name] = signal
             valid[name] = ~bad[name]
+    corner = _corners(frame.acceleration, rate)
+    for name in ("motor_torque", "load_torque"):
+        if name in valid:
+            valid[name] = valid[name] & ~corner
     setpoint = recording.setpoint
     return Prepared(
         recording.recording_id,
@@ -184,6 +204,7 @@ def prepare(recording: Recording, index: int, campaign_start: float, travelled: 
         valid,
         label,
         (setpoint.load_torque, setpoint.velocity, setpoint.temperature),
+        corner,
     )
 
 
@@ -196,6 +217,7 @@ def block_edges(prepared: Prepared, coarse_s: float = 0.1, fine_s: float = 0.02)
     change = np.diff(number) != 0
     change |= np.diff(prepared.label) != 0
     change |= np.diff(frame.direction) != 0
+    change |= np.diff(prepared.corner) != 0
     return np.concatenate(([0], np.flatnonzero(change) + 1)).astype(np.int64)
 
 
@@ -212,7 +234,7 @@ def reduce(frame: Frame, edges: IntArray) -> Frame:
         elif name in ("direction", "last_direction", "steady", "reversed_before"):
             out[name] = values[edges]
         else:
-            out[name] = np.add.reduceat(values, edges) / count
+            out[name] = np.add.reduceat(values * frame.count, edges) / count
     return replace(frame, **out)
 
 

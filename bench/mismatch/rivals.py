@@ -42,17 +42,21 @@ def _quantity(frame: Frame, name: str) -> FloatArray:
     return values[name]
 
 
-def hats(x: FloatArray, knots: int = KNOTS) -> FloatArray:
-    """Piecewise linear basis (n, k) with knots at quantiles of the distinct values; (n, 0) where x hardly varies."""
+def hats(values: FloatArray, reference: FloatArray | None = None, knots: int = KNOTS) -> FloatArray:
+    """Piecewise linear basis (n, k) of ``values``; knots at quantiles of ``reference`` (default: the values themselves).
+
+    (n, 0) where the reference hardly varies.
+    """
+    x = values if reference is None else reference
     rounded = np.unique(np.round(x, 10))
     if rounded.size < 3 or np.ptp(x) == 0:
-        return np.zeros((x.size, 0))
+        return np.zeros((values.size, 0))
     sample = np.quantile(x, np.linspace(0.01, 0.99, knots))
     even = np.linspace(sample[0], sample[-1], knots)
     at = np.unique(0.5 * sample + 0.5 * even)
     if at.size < 3:
-        return np.zeros((x.size, 0))
-    return np.column_stack([np.interp(x, at, np.eye(at.size)[i]) for i in range(at.size)])
+        return np.zeros((values.size, 0))
+    return np.column_stack([np.interp(values, at, np.eye(at.size)[i]) for i in range(at.size)])
 
 
 def _waves(frame: Frame) -> FloatArray:
@@ -121,11 +125,11 @@ def _modulator(frame: Frame, name: str) -> FloatArray:
     return values[name]
 
 
-def rivals(channel: str, frame: Frame) -> list[Rival]:
-    """Free-form rivals of a channel whose quantity varies in the data."""
+def rivals(channel: str, frame: Frame, reference: Frame | None = None) -> list[Rival]:
+    """Free-form rivals of a channel whose quantity varies in the data; knots from ``reference`` where given."""
     out: list[Rival] = []
     for name, quantity, modulators in _TABLE[channel]:
-        basis = hats(_quantity(frame, quantity))
+        basis = hats(_quantity(frame, quantity), None if reference is None else _quantity(reference, quantity))
         if basis.shape[1] == 0:
             continue
         parts = np.hstack([basis * _modulator(frame, m)[:, None] for m in modulators])

@@ -22,6 +22,12 @@ def _vogel(frame: Frame, point: Point) -> FloatArray:
     return columns(frame.omega * np.exp(constant / (np.maximum(frame.temperature, -40.0) + 60.0) - constant / 85.0))
 
 
+def _arrhenius(frame: Frame, point: Point) -> FloatArray:
+    # exp(E/(R*T)) with the absolute temperature, relative to 25 degC
+    constant = point[0] * 298.15**2
+    return columns(frame.omega * np.exp(constant / (frame.temperature + 273.15) - constant / 298.15))
+
+
 F_E = Symbol("f_e", "N*m*s/rad", "viscous friction that follows the viscosity, at 25 degC", 0.0)
 BETA = Symbol("beta", "1/K", "relative fall of the viscosity per kelvin at 25 degC", 0.0)
 
@@ -34,6 +40,7 @@ TERM = Term(
     forms={
         MOTOR_TORQUE: (
             Form("exponential", _exponential, (F_E,), (BETA,), _rates),
+            Form("arrhenius", _arrhenius, (F_E,), (BETA,), _rates),
             Form("vogel", _vogel, (F_E,), (BETA,), _rates),
         )
     },

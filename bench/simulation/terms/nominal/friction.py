@@ -53,9 +53,7 @@ VISCOUS_TEMPERATURE = Term(
     reference=REFERENCE,
     where="motor_torque at speed, by temperature",
     forms={
-        MOTOR_TORQUE: (
-            Form("nominal", _viscous_temperature, (Symbol("f_vT", "N*m*s/(rad*K)", "change per kelvin"),)),
-        )
+        MOTOR_TORQUE: (Form("nominal", _viscous_temperature, (Symbol("f_vT", "N*m*s/(rad*K)", "change per kelvin"),)),)
     },
     nominal=True,
     variables=("temperature", "speed"),

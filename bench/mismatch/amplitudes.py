@@ -1,0 +1,252 @@
+"""Whether the known orders behave as the polynomial series says, and which law their amplitudes follow if not.
+
+A law multiplies an order's vectors by a factor: a resonance by H(f·|v|), a lubricant film, a temperature or the time by 1 + ε·g.
+The laws 1 + ε·g are scored by marginal likelihood: the polynomials' coefficients are free beside them, with the spread that the
+orders themselves have shown, so that nothing counts that a calibration could absorb. A resonance is no small change: the series is
+calibrated anew on the vectors divided by H, and the two calibrations are compared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from scipy.linalg import solve_triangular
+from scipy.optimize import minimize
+
+from bench.mismatch.series import Series, calibrate
+from bench.mismatch.spectrum import Complex, Turn
+from bench.simulation.frame import FloatArray
+from bench.simulation.terms.te.resonance import response
+
+LEAST_GAIN = 40.0
+LEAST_SIZE = 0.05
+LEAST_EXCESS = 0.12
+"""excess of the known orders, over the noise of a row, from which a resonance is looked for"""
+PRICE = 2.5
+"""log-likelihood asked of each order's strength (two numbers)"""
+
+
+@dataclass(frozen=True, slots=True)
+class Law:
+    """A law the known orders follow: its effect, form, nonlinear parameters, gain, orders it touches, strength ε an order."""
+
+    effect: str
+    form: str
+    point: tuple[float, ...]
+    gain: float
+    orders: tuple[float, ...]
+    strength: Complex = field(repr=False)
+    variables: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Orders:
+    """Vectors (turns, orders) of the known orders, their noise, the states, directions and times of the turns."""
+
+    vectors: Complex
+    sigma: FloatArray
+    x: FloatArray
+    direction: FloatArray
+    time: FloatArray
+    orders: tuple[float, ...]
+    train: NDArray[np.bool_]
+    series: Series
+    smooth: Complex
+    """the calibrated series' vectors"""
+    white: float
+    turns: tuple[Turn, ...]
+
+
+def _stack(values: Complex) -> FloatArray:
+    return np.concatenate([values.real, values.imag])
+
+
+def _whitener(data: Orders, k: int) -> tuple[FloatArray, FloatArray]:
+    """Cholesky factor of the covariance of order k's training vectors, the polynomials' freedom in it; and the residual."""
+    rows = np.flatnonzero(data.train)
+    series = data.series
+    blocks: list[FloatArray] = []
+    target = data.vectors[rows, k] - data.smooth[rows, k]
+    for side in series.amplitude:
+        own = data.direction[rows] * side > 0
+        basis = np.where(own[:, None], series.scaling[side].monomials(data.x[rows]), 0.0)
+        turn = np.exp(1j * (basis @ series.phase[side][k]))
+        amplitude = basis @ series.amplitude[side][k]
+        size = float(np.sqrt(np.mean(np.abs(data.smooth[rows][own, k]) ** 2))) if own.any() else 1.0
+        spread = np.concatenate([series.prior[:9] * size, [10.0 * size], series.prior[9:], [10.0]])
+        columns = np.hstack([turn[:, None] * basis, (1j * amplitude * turn)[:, None] * basis])
+        target = target + columns @ np.concatenate([series.amplitude[side][k], series.phase[side][k]])
+        blocks.append(np.vstack([columns.real, columns.imag]) * spread)
+    tangent = np.hstack(blocks)
+    sigma = np.sqrt(data.sigma[rows, k] ** 2 + (1e-3 * np.abs(data.smooth[rows, k])) ** 2)
+    covariance = tangent @ tangent.T + np.diag(np.concatenate([sigma, sigma]) ** 2)
+    return np.linalg.cholesky(covariance), _stack(target)
+
+
+def resonance(data: Orders) -> Law | None:
+    """The best second-order resonance, by calibrating the series on the vectors divided by its response."""
+    rows = np.flatnonzero(data.train)
+    turn_list = [data.turns[i] for i in rows]
+    frequency = np.abs(data.x[rows, 1])[:, None] * np.asarray(data.orders)[None, :]
+
+    def losses(natural: float, damping: float) -> FloatArray:
+        factor = response(frequency, natural, damping)
+        sigma = np.sqrt(data.sigma[rows] ** 2 + (1e-3 * np.abs(data.vectors[rows])) ** 2) / np.abs(factor)
+        return calibrate(turn_list, data.vectors[rows] / factor, data.orders, sigma, data.series.prior).loss
+
+    plain = losses(1e9, 0.5)
+    low, high = max(float(np.percentile(frequency, 10)), 0.05), 1.5 * float(frequency.max())
+    best: tuple[float, float, float, FloatArray] | None = None
+
+    def consider(natural: float, damping: float) -> float:
+        nonlocal best
+        gain = 0.5 * (plain - losses(natural, damping))
+        # orders far below the resonance feel nothing; those that it would spoil do not belong to its mode
+        total = float(np.sum(np.maximum(gain, -2.0)))
+        if best is None or total > best[0]:
+            best = (total, natural, damping, gain)
+        return -total
+
+    for natural in np.geomspace(low, high, 14):
+        for damping in (0.04, 0.2):
+            consider(float(natural), damping)
+    assert best is not None
+    start = np.log([best[1], best[2]])
+
+    def clipped(x: FloatArray) -> float:
+        return consider(float(np.exp(x[0])), float(np.clip(np.exp(x[1]), 0.004, 0.8)))
+
+    simplex = start + 0.15 * np.array([[0, 0], [1, 0], [0, -3]])
+    minimize(clipped, start, method="Nelder-Mead", options={"maxfev": 40, "initial_simplex": simplex})
+    total, natural, damping, gain = best
+    touched = tuple(f for f, g in zip(data.orders, gain, strict=True) if g > max(3.0, 0.02 * gain.max()))
+    ones = np.ones(len(data.orders), dtype=np.complex128)
+    return Law("te.resonance", "second_order", (natural, damping), total, touched, ones, ("order_frequency",))
+
+
+def _grids(
+    data: Orders,
+) -> list[tuple[str, str, tuple[str, ...], list[tuple[float, ...]], Callable[[tuple[float, ...]], FloatArray]]]:
+    speed = np.abs(data.x[:, 1])
+    torque, temperature = data.x[:, 0], data.x[:, 2]
+    time = (data.time - data.time.min()) / max(float(np.ptp(data.time)), 1.0)
+    fastest = float(speed.max())
+    span = max(float(np.ptp(temperature)), 1.0)
+    largest = max(float(np.abs(torque).max()), 1.0)
+    speeds = [(float(v),) for v in np.geomspace(0.08, 0.8, 7) * fastest]
+    return [
+        ("te.velocity_nonlinear", "exponential", ("speed",), speeds, lambda p: np.exp(-speed / p[0])),
+        ("te.velocity_nonlinear", "rational", ("speed",), speeds, lambda p: 1.0 / (1.0 + speed / p[0])),
+        (
+            "te.temperature_nonlinear",
+            "exponential",
+            ("temperature",),
+            [(float(s),) for s in np.array([0.08, 0.15, 0.3, 0.6]) * span],
+            lambda p: np.exp(-(temperature - temperature.min()) / p[0]),
+        ),
+        (
+            "te.temperature_nonlinear",
+            "threshold",
+            ("temperature",),
+            [(float(temperature.min() + s * span),) for s in (0.2, 0.35, 0.5, 0.65, 0.8)],
+            lambda p: np.tanh((temperature - p[0]) / 3.0),
+        ),
+        ("te.drift_time", "linear", ("time",), [()], lambda _: time),
+        ("te.drift_time", "creep", ("time",), [(0.05,), (0.15,), (0.4,)], lambda p: 1.0 - np.exp(-time / p[0])),
+        ("unknown", "amplitude over load", ("torque",), [()], lambda _: (torque / largest) ** 3),
+        (
+            "unknown",
+            "amplitude about zero load",
+            ("torque",),
+            [(0.05,), (0.15,), (0.3,)],
+            lambda p: np.tanh(torque / (p[0] * largest)),
+        ),
+    ]
+
+
+def factors(data: Orders) -> list[Law]:
+    """The best point of every law of the form 1 + ε·g, ε free for each order; strongest first."""
+    rows = np.flatnonzero(data.train)
+    whiteners = [_whitener(data, k) for k in range(len(data.orders))]
+    flat = [solve_triangular(lower, target, lower=True) for lower, target in whiteners]
+    out: list[Law] = []
+    for effect, form, variables, points, function in _grids(data):
+        best: Law | None = None
+        for point in points:
+            g = function(point)[rows]
+            gain = np.zeros(len(data.orders))
+            strength = np.zeros(len(data.orders), dtype=np.complex128)
+            for k, (lower, _) in enumerate(whiteners):
+                change = g * data.smooth[rows, k]
+                z = solve_triangular(lower, np.column_stack([_stack(change), _stack(1j * change)]), lower=True)
+                # a weak prior: a law changes an amplitude by less than ten times itself
+                normal = z.T @ z + 0.01 * np.eye(2)
+                right = z.T @ flat[k]
+                found = np.linalg.solve(normal, right)
+                gain[k] = 0.5 * float(right @ found)
+                strength[k] = found[0] + 1j * found[1]
+            total = float(np.sum(np.maximum(gain - PRICE, 0.0)))
+            touched = tuple(f for f, s in zip(data.orders, gain, strict=True) if s > max(8.0, 0.02 * gain.max()))
+            law = Law(effect, form, point, total, touched, np.where(gain > 8.0, strength, 0.0), variables)
+            if best is None or law.gain > best.gain:
+                best = law
+        if best is not None:
+            out.append(best)
+    return sorted(out, key=lambda law: -law.gain)
+
+
+def excess(data: Orders, residual: Complex) -> float:
+    """Root mean square of what is left at the known orders above the noise, over the noise of a row."""
+    rows = data.train
+    power = np.mean(np.abs(residual[rows]) ** 2 - 2.0 * data.sigma[rows] ** 2, axis=0)
+    return float(np.sqrt(max(float(np.sum(power)) / 2.0, 0.0)) / data.white)
+
+
+def size(law: Law, data: Orders) -> float:
+    """What the law changes at the training turns beyond the polynomials, root mean square over the noise of a row."""
+    rows = np.flatnonzero(data.train)
+    factor = applied(law, data)[rows]
+    total = 0.0
+    for k in range(len(data.orders)):
+        change = (factor[:, k] - 1.0) * data.smooth[rows, k]
+        total += float(np.mean(np.abs(_beyond(data, k, change)) ** 2)) / 2.0
+    return float(np.sqrt(total) / data.white)
+
+
+def _beyond(data: Orders, k: int, change: Complex) -> Complex:
+    """What is left of a change of order k's training vectors when the polynomials have followed it as far as they can."""
+    rows = np.flatnonzero(data.train)
+    lower, _ = _whitener(data, k)
+    sigma = np.concatenate([data.sigma[rows, k]] * 2)
+    inner = solve_triangular(lower, _stack(change), lower=True)
+    left = sigma**2 * solve_triangular(lower, inner, lower=True, trans="T")
+    return np.asarray(left[: rows.size] + 1j * left[rows.size :])
+
+
+def applied(law: Law, data: Orders) -> Complex:
+    """The law's factor on the vectors, (turns, orders)."""
+    if law.effect == "te.resonance":
+        frequency = np.abs(data.x[:, 1])[:, None] * np.asarray(data.orders)[None, :]
+        factor = response(frequency, *law.point)
+        touched = np.isin(np.asarray(data.orders), np.asarray(law.orders))
+        return np.where(touched[None, :], factor, 1.0)
+    for effect, form, _, _, function in _grids(data):
+        if effect == law.effect and form == law.form:
+            return np.asarray(1.0 + function(law.point)[:, None] * law.strength[None, :])
+    raise KeyError(f"no law {law.effect} in the form {law.form}")
+
+
+def best_law(data: Orders) -> Law | None:
+    """The law that gains most, if it gains enough and changes more than the noise lets pass."""
+    candidates = factors(data)
+    if excess(data, data.vectors - data.smooth) > LEAST_EXCESS:
+        mode = resonance(data)
+        candidates = candidates if mode is None else [mode, *candidates]
+    if not candidates:
+        return None
+    law = max(candidates, key=lambda found: found.gain)
+    return law if law.gain > LEAST_GAIN and size(law, data) > LEAST_SIZE else None

@@ -1,0 +1,218 @@
+"""Search of one channel for what the simulation lacks: named terms first, then free-form rivals to judge them by."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.mismatch.bank import Bank, Fit, Noise
+from bench.mismatch.columns import FREE_PRIOR, Entry, Layout, layout
+from bench.mismatch.dataset import Rows
+from bench.mismatch.noise import estimate
+from bench.mismatch.refine import refined
+from bench.mismatch.select import Model, Search, spread_t
+from bench.simulation.frame import FloatArray, Frame, IntArray, recording_starts
+from bench.simulation.terms import LIBRARY, Form, Point, Term
+
+REPEATED = frozenset({"friction.position_dependent"})
+UNKNOWN_SHARE = 0.08
+"""a rival must beat a named term by this share of its gain before the name is doubted"""
+UNKNOWN_GAIN = 40.0
+MOST_TERMS = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Alternative:
+    """Another effect in a chosen one's place: what it costs in log-likelihood, and the standard error of that."""
+
+    entry: Entry
+    loss: float
+    error: float
+
+
+@dataclass(slots=True)
+class Found:
+    """A term or rival chosen in a channel. ``gain`` is what the final model loses without it."""
+
+    entry: Entry
+    gain: float
+    coefficients: FloatArray
+    covariance: FloatArray
+    absorbed: float
+    alternatives: list[Alternative] = field(default_factory=list)
+    unknown: Entry | None = None
+    """the rival that explains clearly more, where there is one"""
+
+
+@dataclass(slots=True)
+class ChannelModel:
+    """A channel's calibrated simulation with what was found beside it."""
+
+    channel: str
+    rows: Rows
+    """all rows of all recordings: memories run through every one of them"""
+    used: NDArray[np.bool_]
+    """rows the search was made on"""
+    layout: Layout
+    noise: Noise
+    search: Search
+    chosen: list[Entry]
+    correction: list[Entry]
+    fit: Fit
+    found: list[Found]
+    switched_off: tuple[str, ...]
+    known: tuple[tuple[Term, Form, Point], ...]
+    base_coefficients: FloatArray
+
+    def index(self, entries: Sequence[Entry]) -> list[int]:
+        """Columns of the simulation and some entries, in the fit's order."""
+        return sorted({*self.layout.base, *(i for entry in entries for i in entry.index)})
+
+
+def starts_and_folds(frame: Frame, fold_of: IntArray) -> tuple[IntArray, IntArray]:
+    """Row ranges of the recordings in a frame, and the fold of each (numbered from 0 without gaps)."""
+    starts = recording_starts(frame)
+    own = fold_of[frame.recording[starts[:-1]]]
+    return starts, np.unique(own, return_inverse=True)[1].astype(np.int64)
+
+
+def analyse(
+    channel: str,
+    rows: Rows,
+    usable: NDArray[np.bool_],
+    fold_of: IntArray,
+    switched_off: Sequence[str] = (),
+    known: Sequence[tuple[Term, Form, Point]] = (),
+    banned: Sequence[str] = (),
+) -> ChannelModel:
+    """Find the terms a channel needs on the usable rows of the training recordings (fold ≥ 0).
+
+    ``fold_of[recording]`` is the fold of each recording of the data set; ``banned`` effects are not tried.
+    """
+    used = usable & (fold_of[rows.frame.recording] >= 0) & (rows.number > 0)
+    own = rows.take(used)
+    whole = layout(channel, rows.frame, switched_off, known, reference=own.frame)
+    whole = replace(whole, columns=whole.columns[used])
+    starts, folds = starts_and_folds(own.frame, fold_of)
+    noise = estimate(channel, own, whole, starts, folds)
+    bank = Bank(own.y, starts, folds, whole.columns, whole.prior, noise, whole.precision)
+    entries = [e for e in whole.named if e.effect not in banned]
+    search = Search(bank, whole.base, entries, REPEATED)
+    model = Model((), search.fit(()))
+    for _ in range(MOST_TERMS):
+        step = search.step(model.chosen)
+        if step is None:
+            break
+        model = refined(channel, rows.frame, used, search, Model(tuple(step), search.fit(step)))
+    base = bank.fit(whole.base, leave_out=False).coefficients
+    result = ChannelModel(
+        channel,
+        rows,
+        used,
+        whole,
+        noise,
+        search,
+        list(model.chosen),
+        [],
+        model.fit,
+        [],
+        tuple(switched_off),
+        tuple(known),
+        base,
+    )
+    _judge(result)
+    return result
+
+
+def _judge(model: ChannelModel) -> None:
+    """Alternatives of each chosen term, rivals that beat it, and rivals that find what no term explains."""
+    search, chosen = model.search, model.chosen
+    whole = search.fit(chosen)
+    start = search.fit(()).total
+    for entry in chosen:
+        others = [e for e in chosen if e != entry]
+        gain = whole.total - search.fit(others).total
+        found = Found(entry, gain, np.zeros(0), np.zeros((0, 0)), 0.0)
+        found.alternatives = _alternatives(search, others, entry, whole)
+        rival, beaten = search.best(others, model.layout.free)
+        if rival is not None:
+            margin = search.fit(others).total + beaten - whole.total
+            difference = search.fit([*others, rival]).likelihood - whole.likelihood
+            if margin > 10.0 + UNKNOWN_SHARE * gain and spread_t(difference) > 1.5:
+                found.unknown = rival
+        model.found.append(found)
+    rival, gain = search.best(chosen, model.layout.free)
+    if rival is not None:
+        after = search.fit([*chosen, rival])
+        related = [f for f in model.found if set(f.entry.variables) & set(rival.variables)]
+        strongest = max((f.gain for f in model.found), default=0.0)
+        price = max(UNKNOWN_GAIN, 0.02 * (whole.total - start))
+        if related and gain > 10.0:
+            model.correction.append(rival)  # nature's form differs a little from ours: the same effect
+        elif gain > price and spread_t(after.likelihood - whole.likelihood) > 1.8 and gain > 0.05 * strongest:
+            model.chosen.append(rival)
+            model.found.append(Found(rival, gain, np.zeros(0), np.zeros((0, 0)), 0.0, unknown=rival))
+    final = [*model.chosen, *model.correction]
+    index = model.index(final)
+    model.fit = model.search.bank.fit(index, leave_out=False)
+    place = {column: k for k, column in enumerate(index)}
+    for found in model.found:
+        own = [place[i] for i in found.entry.index]
+        found.coefficients = model.fit.coefficients[own]
+        found.covariance = model.fit.covariance[np.ix_(own, own)]
+        found.absorbed = 1.0 - search.bank.explained(found.entry.index, model.layout.base)
+
+
+def _alternatives(search: Search, others: list[Entry], entry: Entry, whole: Fit) -> list[Alternative]:
+    best: dict[str, Alternative] = {}
+    taken = {e.effect for e in others}
+    for candidate in search.entries:
+        if candidate.effect == entry.effect or candidate.effect in taken:
+            continue
+        fit = search.fit([*others, candidate])
+        difference = whole.likelihood - fit.likelihood
+        error = float(np.std(difference, ddof=1) * np.sqrt(difference.size)) if difference.size > 1 else 0.0
+        loss = float(difference.sum())
+        if candidate.effect not in best or loss < best[candidate.effect].loss:
+            best[candidate.effect] = Alternative(candidate, loss, error)
+    return sorted(best.values(), key=lambda a: a.loss)[:5]
+
+
+def columns_of(channel: str, entry: Entry, frame: Frame) -> FloatArray:
+    """Regressors of a named entry on any rows."""
+    form = next(f for f in LIBRARY[entry.effect].forms[channel] if f.name == entry.form)
+    return form.columns(frame, entry.point)
+
+
+def predict(model: ChannelModel, frame: Frame, whole: bool = True) -> FloatArray:
+    """The channel as the simulation (and, with ``whole``, everything found) says, on the rows of ``frame``.
+
+    Free-form parts are functions of the training rows' knots: their layout is evaluated on the new rows again.
+    """
+    again = layout(model.channel, frame, model.switched_off, model.known, with_free=False)
+    if not whole:
+        return np.asarray(again.columns[:, list(again.base)] @ model.base_coefficients[: len(again.base)])
+    index = model.index([*model.chosen, *model.correction])
+    coefficient = dict(zip(index, model.fit.coefficients, strict=True))
+    out = again.columns[:, list(again.base)] @ np.array([coefficient[i] for i in model.layout.base])
+    for entry in (*model.chosen, *model.correction):
+        own = np.array([coefficient[i] for i in entry.index])
+        out = out + _any_columns(model, entry, frame) @ own
+    return np.asarray(out)
+
+
+def _any_columns(model: ChannelModel, entry: Entry, frame: Frame) -> FloatArray:
+    if entry.effect != "unknown":
+        return columns_of(model.channel, entry, frame)
+    from bench.mismatch.rivals import rivals
+
+    for rival in rivals(model.channel, frame, model.rows.frame.take(model.used)):
+        if rival.name == entry.form:
+            return rival.columns
+    return np.zeros((frame.size, len(entry.index)))
+
+
+__all__ = ["FREE_PRIOR", "Alternative", "ChannelModel", "Found", "analyse", "columns_of", "predict", "starts_and_folds"]

@@ -1,0 +1,91 @@
+"""Noise of a channel's rows, estimated on what even a flexible model cannot explain."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bench.mismatch.bank import Bank, Noise
+from bench.mismatch.columns import Layout, is_integral
+from bench.mismatch.dataset import Rows
+from bench.simulation.frame import FloatArray, Frame, IntArray
+
+CLASSES = 4
+
+
+def classes(frame: Frame) -> IntArray:
+    """Kind of motion of each row: 0 steady, 1 moving but not steady, 2 just after a start or reversal, 3 standstill."""
+    kind = np.where(frame.steady > 0.5, 0, 1)
+    lively = (frame.reversal_time < 1.5) & (frame.reversal_travel < 0.05) & (frame.steady < 0.5)
+    kind = np.where(lively, 2, kind)
+    return np.asarray(np.where(frame.direction == 0, 3, kind), dtype=np.int64)
+
+
+def robust_spread(values: FloatArray) -> float:
+    """Standard deviation of the bulk: the values beyond four spreads (by the median) are clipped."""
+    if values.size < 4:
+        return float(np.std(values)) if values.size else 1.0
+    middle = float(np.median(values))
+    spread = 1.4826 * float(np.median(np.abs(values - middle)))
+    if spread == 0.0:
+        return float(np.std(values)) or 1e-12
+    return float(np.sqrt(np.mean(np.clip(values - middle, -4 * spread, 4 * spread) ** 2)))
+
+
+def _correlation(residual: FloatArray, chosen: np.ndarray, joined: np.ndarray) -> float:  # type: ignore[type-arg]
+    pairs = chosen[1:] & chosen[:-1] & joined[1:]
+    if pairs.sum() < 30:
+        return 0.0
+    a, b = residual[1:][pairs], residual[:-1][pairs]
+    limit = 4.0 * robust_spread(np.concatenate([a, b]))
+    a, b = np.clip(a, -limit, limit), np.clip(b, -limit, limit)
+    return float(np.clip(np.mean(a * b) / max(np.mean(a * a), 1e-300), 0.0, 0.95))
+
+
+def first_guess(rows: Rows) -> Noise:
+    """Noise before any fit: the samples' own scatter inside the blocks."""
+    inner = np.sqrt(np.maximum(rows.within, 0.0) / np.maximum(rows.number, 1.0))
+    floor = np.median(inner[inner > 0]) if np.any(inner > 0) else 1.0
+    return Noise(np.maximum(inner, floor), np.zeros(rows.y.size))
+
+
+def estimate(channel: str, rows: Rows, layout: Layout, starts: IntArray, folds: IntArray) -> Noise:
+    """Noise from the residual of the simulation with every free-form rival beside it, a class of motion each.
+
+    Rows are weighted by their samples; the offset a recording is given as a ladder of variances, from none to what the
+    recordings' means scatter, of which the fits choose the likeliest.
+    """
+    noise = first_guess(rows)
+    index = np.array([*layout.base, *(i for entry in layout.free for i in entry.index)], dtype=np.int64)
+    variance: tuple[float, ...] = (np.inf,) if is_integral(channel) else (0.0,)
+    kind = classes(rows.frame)
+    joined = np.append(False, rows.frame.recording[1:] == rows.frame.recording[:-1])
+    residual = np.zeros(rows.y.size)
+    for _ in range(3):
+        noise = Noise(noise.sigma, noise.correlation, variance)
+        bank = Bank(
+            rows.y, starts, folds, layout.columns[:, index], layout.prior[index], noise, layout.precision[index]
+        )
+        fit = bank.fit(np.arange(index.size), leave_out=False)
+        residual = rows.y - layout.columns[:, index] @ fit.coefficients
+        means = _means(residual, starts)
+        centred = residual - np.repeat(means, np.diff(starts)) if is_integral(channel) else residual
+        sigma = np.empty(rows.y.size)
+        rho = np.zeros(rows.y.size)
+        for c in range(CLASSES):
+            chosen = kind == c
+            if not chosen.any():
+                continue
+            typical = np.sqrt(np.median(rows.number[chosen]) / np.maximum(rows.number[chosen], 1.0))
+            sigma[chosen] = robust_spread(centred[chosen] / typical) * np.clip(typical, 0.3, 5.0)
+            rho[chosen] = _correlation(centred / max(float(np.median(sigma[chosen])), 1e-300), chosen, joined)
+        sigma = np.maximum(sigma, 0.3 * max(float(np.median(sigma)), 1e-12))
+        noise = Noise(sigma, rho, variance)
+    if is_integral(channel):
+        return noise
+    scatter = float(np.var(_means(residual, starts)))
+    return Noise(noise.sigma, noise.correlation, (0.0, *(scatter * f for f in (0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 40.0))))
+
+
+def _means(residual: FloatArray, starts: IntArray) -> FloatArray:
+    sums = np.add.reduceat(residual, starts[:-1])
+    return np.asarray(sums / np.maximum(np.diff(starts), 1))

@@ -1,0 +1,168 @@
+"""Order spectra of the transmission error: complex amplitudes of known orders and the spectrum of what is left, a revolution each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import finufft
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+
+from bench.mismatch.columns import RIPPLE_ORDERS
+from bench.mismatch.dataset import Rows
+from bench.mismatch.noise import robust_spread
+from bench.simulation.frame import FloatArray, Frame
+
+Complex = NDArray[np.complex128]
+HIGHEST_ORDER = 1500
+LOW_ORDERS = 45
+"""orders up to which noise is not taken to be level"""
+LEAST_TURN = 0.97 * 2.0 * np.pi
+
+
+@dataclass(frozen=True, slots=True)
+class Turn:
+    """One steady segment of at least a revolution.
+
+    ``amplitude[k]`` c_k in TE = Σ Re(c_k·exp(−j·f_k·θ)) + …: c = a + j·b for a·cos + b·sin; ``spectrum[f]`` the same of the
+    residual at every integer order f = 0 … HIGHEST_ORDER; ``sigma[f]`` standard deviation of its real and imaginary part.
+    """
+
+    recording: int
+    torque: float
+    velocity: float
+    temperature: float
+    time: float
+    direction: float
+    amplitude: Complex
+    spectrum: Complex
+    sigma: FloatArray
+    rows: slice
+    white: float
+
+
+def states(turns: Sequence[Turn]) -> FloatArray:
+    """Torque, velocity and temperature of the turns, (turns, 3)."""
+    return np.array([[t.torque, t.velocity, t.temperature] for t in turns]).reshape(len(turns), 3)
+
+
+def _segments(frame: Frame) -> list[slice]:
+    steady = frame.steady > 0.5
+    start = np.flatnonzero(steady & (np.append(True, ~steady[:-1]) | np.append(True, np.diff(frame.recording) != 0)))
+    out: list[slice] = []
+    for a in start:
+        stop = int(a)
+        own = frame.recording[a]
+        ends = np.flatnonzero(~steady[a:] | (frame.recording[a:] != own))
+        stop = int(a) + (int(ends[0]) if ends.size else frame.size - int(a))
+        if abs(frame.theta[stop - 1] - frame.theta[a]) >= LEAST_TURN:
+            out.append(slice(int(a), stop))
+    return out
+
+
+def waves(theta: FloatArray, orders: Sequence[float]) -> FloatArray:
+    """cos and sin of the orders, (n, 2·orders): first all cosines, then all sines."""
+    angle = theta[:, None] * np.asarray(orders)[None, :]
+    return np.hstack([np.cos(angle), np.sin(angle)])
+
+
+def _smearing(theta: FloatArray, orders: FloatArray) -> FloatArray:
+    """Factor by which averaging over a row's angle lowers the amplitude of an order."""
+    width = float(np.median(np.abs(np.diff(theta)))) if theta.size > 1 else 0.0
+    return np.asarray(np.sinc(orders * width / (2.0 * np.pi)))
+
+
+def nufft(theta: FloatArray, values: FloatArray, highest: int) -> Complex:
+    """Σ values·exp(j·f·θ) for f = 0 … highest (non-uniform FFT, relative accuracy 1e-9)."""
+    full = finufft.nufft1d1(
+        np.ascontiguousarray(np.mod(theta, 2.0 * np.pi)),
+        np.ascontiguousarray(values.astype(np.complex128)),
+        2 * highest + 1,
+        eps=1e-9,
+        isign=1,
+        nthreads=1,
+    )
+    return np.asarray(full[highest:])
+
+
+def turns(rows: Rows, orders: Sequence[float]) -> list[Turn]:
+    """Amplitudes of ``orders`` and residual spectrum of every steady segment that makes a revolution.
+
+    Offset, a linear trend and the load motor's ripple are fitted beside the orders and taken out.
+    """
+    frame = rows.frame
+    known = np.asarray([*orders, *RIPPLE_ORDERS], dtype=np.float64)
+    out: list[Turn] = []
+    for part in _segments(frame):
+        theta = frame.theta[part]
+        keep = rows.number[part] > 0
+        weight = np.sqrt(rows.number[part])
+        trend = (theta - theta.mean()) / max(np.ptp(theta), 1e-9)
+        design = np.column_stack([np.ones(theta.size), trend, waves(theta, known)])
+        y = rows.y[part]
+        chosen = keep
+        beta = np.zeros(design.shape[1])
+        for _ in range(2):  # twice: rows far off the first fit are left out of the second
+            lhs = design[chosen] * weight[chosen, None]
+            # normal equations: cosines over a revolution are all but orthogonal
+            normal = lhs.T @ lhs
+            normal[np.diag_indices_from(normal)] *= 1.0 + 1e-10
+            beta = np.linalg.solve(normal, lhs.T @ (y[chosen] * weight[chosen]))
+            residual = y - design @ beta
+            chosen = keep & (np.abs(residual) < 8.0 * robust_spread(residual[keep]))
+        k = known.size
+        amplitude = (beta[2 : 2 + k] + 1j * beta[2 + k : 2 + 2 * k]) / _smearing(theta, known)
+        span = np.floor(abs(theta[-1] - theta[0]) / (2.0 * np.pi) + 0.03) * 2.0 * np.pi
+        inside = chosen & (np.abs(theta - theta[0]) <= span)
+        spectrum = 2.0 / max(inside.sum(), 1) * nufft(theta[inside], residual[inside], HIGHEST_ORDER)
+        spectrum /= np.maximum(_smearing(theta, np.arange(HIGHEST_ORDER + 1.0)), 0.2)
+        out.append(
+            Turn(
+                int(frame.recording[part.start]),
+                float(np.mean(frame.torque[part])),
+                float(np.mean(frame.velocity[part])),
+                float(np.mean(frame.temperature[part])),
+                float(np.mean(frame.time[part])),
+                float(np.sign(np.mean(frame.velocity[part]))),
+                amplitude[: len(orders)],
+                spectrum,
+                _level(spectrum, known),
+                part,
+                robust_spread(residual[keep]),
+            )
+        )
+    return coloured(out, known)
+
+
+def coloured(turn_list: list[Turn], known: FloatArray) -> list[Turn]:
+    """Raise the noise of low orders to what the recordings show there: disturbances of a rig are not white.
+
+    Pooled over the recordings (median), and over the seven nearest orders that are not known, so that one missing harmonic
+    is not taken for noise.
+    """
+    if not turn_list:
+        return turn_list
+    power = np.array([np.abs(t.spectrum) ** 2 / (2.0 * t.sigma**2) for t in turn_list])
+    shape = np.median(power, axis=0) / np.log(2.0)
+    free = np.array([f for f in range(1, LOW_ORDERS + 20) if f not in known])
+    factor = np.ones(shape.size)
+    for f in range(LOW_ORDERS + 1):
+        near = free[np.argsort(np.abs(np.log((free + 0.5) / (f + 0.5))), kind="stable")[:7]]
+        factor[f] = max(1.0, float(np.median(shape[near])))
+    return [replace(t, sigma=t.sigma * np.sqrt(factor)) for t in turn_list]
+
+
+def _level(spectrum: Complex, known: FloatArray) -> FloatArray:
+    """Standard deviation of one component of the spectrum at each order, from the median of its neighbours."""
+    power = np.abs(spectrum) ** 2
+    free = power.copy()
+    near = known[known < power.size].astype(int)
+    free[near] = np.nan
+    free[0] = np.nan
+    filled = np.where(np.isfinite(free), free, np.nanmedian(free))
+    # the median of an exponential variable is ln 2 of its mean
+    level = median_filter(filled, 61, mode="nearest") / np.log(2.0)
+    level[: LOW_ORDERS + 1] = np.median(filled[LOW_ORDERS : LOW_ORDERS + 80]) / np.log(2.0)
+    return np.asarray(np.sqrt(np.maximum(level, 1e-300) / 2.0))
