@@ -1,0 +1,60 @@
+"""Terms with a memory against closed forms and against what defines them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bench.simulation.terms.memory import campaign_lag, integral, lag, play, relaxing
+from tests.bench.simulation.terms.frames import ROWS, STEP_S, frame
+
+FRAME = frame()
+
+
+@given(half_width=st.floats(0.01, 100.0), swing=st.floats(0.1, 500.0))
+def test_play_never_leaves_its_band_and_moves_only_when_pushed(half_width: float, swing: float) -> None:
+    x = swing * np.sin(0.7 * FRAME.elapsed)
+    p = play(x, FRAME, half_width)
+    assert np.all(np.abs(x - p) <= half_width * (1.0 + 1e-12))
+    inside = np.abs(x[1:] - p[:-1]) < half_width * (1.0 - 1e-9)
+    same = FRAME.recording[1:] == FRAME.recording[:-1]
+    assert np.all(p[1:][inside & same] == p[:-1][inside & same])
+
+
+def test_play_narrower_than_its_motion_follows_the_flank() -> None:
+    x = np.linspace(0.0, 5.0, FRAME.size)
+    p = play(x, FRAME, 1.0, keep=True)
+    assert p[-1] == pytest.approx(4.0)
+
+
+def test_lag_of_a_step_is_an_exponential() -> None:
+    x = np.where(FRAME.elapsed > 0.0, 1.0, 0.0)
+    y = lag(x, FRAME, 2.0)
+    rows = slice(0, ROWS)
+    assert y[rows] == pytest.approx(1.0 - np.exp(-FRAME.elapsed[rows] / 2.0), abs=1e-12)
+
+
+def test_lag_of_a_constant_is_the_constant() -> None:
+    assert lag(np.full(FRAME.size, 7.0), FRAME, 3.0) == pytest.approx(np.full(FRAME.size, 7.0))
+    assert campaign_lag(np.full(FRAME.size, 7.0), FRAME, 3.0) == pytest.approx(np.full(FRAME.size, 7.0))
+
+
+def test_lag_over_the_campaign_forgets_within_a_long_gap() -> None:
+    x = FRAME.recording.astype(float)
+    y = campaign_lag(x, FRAME, 1.0)
+    assert np.abs(y - x).max() < 0.01
+
+
+def test_integral_of_a_cosine_is_the_sine_and_begins_anew_in_each_recording() -> None:
+    y = integral(np.cos(0.4 * FRAME.elapsed), FRAME)
+    assert y == pytest.approx(np.sin(0.4 * FRAME.elapsed) / 0.4, abs=STEP_S**2)
+    assert np.all(y[[0, ROWS, 2 * ROWS]] == 0.0)
+
+
+@given(scale=st.floats(0.01, 10.0))
+def test_a_relaxing_state_approaches_the_sign_of_motion_with_its_distance(scale: float) -> None:
+    x = np.concatenate([np.linspace(0.0, 3.0, ROWS)] * 3)
+    z = relaxing(x, FRAME, scale)[:ROWS]
+    assert z == pytest.approx(1.0 - np.exp(-x[:ROWS] / scale), abs=1e-9)
