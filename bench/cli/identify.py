@@ -99,7 +99,8 @@ def _print(console: Console, found: Identification, out: Path, report: Path | No
     from bench.identification.summary import parameters, verdict
     from bench.identification.tables import error_table, parameter_table
 
-    console.print(error_table(found))
+    if found.scores:
+        console.print(error_table(found))
     if parameters(found):
         console.print(parameter_table(found))
     new = [p for p in found.proposals if not p.used and p.order not in found.notch_orders]
@@ -112,7 +113,8 @@ def _print(console: Console, found: Identification, out: Path, report: Path | No
         console.print(f"• {skipped.why}", markup=False)
     if len(found.skipped) > 20:
         console.print(f"• … and {len(found.skipped) - 20} more in the summary (--json).")
-    console.print(verdict(found), markup=False)
+    if found.scores:
+        console.print(verdict(found), markup=False)
     console.print(
         f"Simulation file: [bold]{out}[/]" + (f", report: [bold]{report / 'report.html'}[/]" if report else "")
     )

@@ -169,11 +169,13 @@ def identify_folder(folder: Path | str, options: Options, progress: Progress | N
         group = [r for r in training if _direction_of(r) == name]
         series = identify_direction(group, orders, options.notch_orders, name, zero)
         paper[name] = identify_paper(group, orders)
-        if series is None:
+        if series is None and any(r.steady is not None for r in training):
             said.append(f"No recording with a steady revolution in {name} direction: its series is not identified.")
-        else:
+        elif series is not None:
             refined[name] = series
             said += series.sentences
+    if not refined:
+        said.append("No recording gives a transmission error over a steady revolution: its series is not identified.")
     models: dict[str, TransmissionErrorModel] = {}
     if refined:
         sets = {name: result.fourier for name, result in refined.items()}
