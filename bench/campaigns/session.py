@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import signal
 import threading
 from collections.abc import Iterator
@@ -61,5 +62,8 @@ def run_campaign(
     with stop_on_signals() as stop, Rig(file, seed=seed, real_time=real_time) as rig:
         if reset_faults:
             rig.reset_faults()
+        if rig.is_real_time:
+            # what is loaded by now stays: the collector need not look at it while cycles are due
+            gc.freeze()
         plan = make_plan(campaign, file.configuration, rig.temperature)
         return Runner(rig, file, campaign, plan, folder, listener or Silent(), stop.is_set).run()

@@ -85,11 +85,12 @@ def run(
 
 def _exit_code(summary: Summary) -> ExitCode:
     from bench.cycle.rig import EndKind
+    from bench.safety import is_device_fault
 
     if summary.end.kind is EndKind.INTERRUPTED:
         return ExitCode.INTERRUPTED
     if summary.end.kind is EndKind.TRIPPED:
-        return ExitCode.LIMIT
+        return ExitCode.DEVICE if is_device_fault(summary.end.cause) else ExitCode.LIMIT
     return ExitCode.NOT_VALID if summary.failed else ExitCode.OK
 
 

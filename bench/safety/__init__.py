@@ -1,6 +1,6 @@
 """Limits, plausibility and the stop ladder, as pure functions. They protect equipment and data, not people."""
 
-from bench.safety.causes import Cause, Rung, describe, first_rung
+from bench.safety.causes import Cause, Rung, describe, first_rung, is_device_fault
 from bench.safety.ladder import Deadlines, LadderState, Observation, climb
 from bench.safety.step import Inputs, SafetySettings, SafetyState, Verdict, settings, step
 
@@ -17,6 +17,7 @@ __all__ = [
     "climb",
     "describe",
     "first_rung",
+    "is_device_fault",
     "settings",
     "step",
 ]

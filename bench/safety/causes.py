@@ -95,6 +95,26 @@ def first_rung(cause: Cause) -> Rung:
     return _TABLE[cause].first_rung
 
 
+_DEVICE_FAULTS = frozenset(
+    {
+        Cause.MOTOR_ENCODER_FROZEN,
+        Cause.LOAD_ENCODER_FROZEN,
+        Cause.TORQUE_SENSOR_FROZEN,
+        Cause.TEMPERATURE_AGE,
+        Cause.LOST_CYCLES,
+        Cause.INPUT_DRIVE_FAULT,
+        Cause.LOAD_DRIVE_FAULT,
+        Cause.TORQUE_SENSOR_RANGE,
+        Cause.TEMPERATURE_SENSOR,
+    }
+)
+
+
+def is_device_fault(cause: Cause) -> bool:
+    """Whether a device or the bus failed, rather than the motion having gone beyond a limit."""
+    return cause in _DEVICE_FAULTS
+
+
 def describe(cause: Cause, value: float, limit: float) -> str:
     """Return the sentence an operator reads, values in SI."""
     entry = _TABLE[cause]

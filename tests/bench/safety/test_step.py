@@ -20,6 +20,7 @@ from bench.safety import (
     SafetyState,
     climb,
     first_rung,
+    is_device_fault,
     settings,
     step,
 )
@@ -178,6 +179,13 @@ def test_step_is_pure_and_latches(limits: SafetySettings) -> None:
 def test_status_words_are_not_judged_before_operation(limits: SafetySettings) -> None:
     inputs = with_change("input_status", 0, 0x0250)
     assert not step(SafetyState.fresh(), inputs, False, limits)[1].tripped
+
+
+def test_a_failed_device_is_told_from_a_broken_limit() -> None:
+    assert is_device_fault(Cause.LOAD_DRIVE_FAULT)
+    assert is_device_fault(Cause.LOST_CYCLES)
+    assert not is_device_fault(Cause.MOTOR_SPEED)
+    assert not is_device_fault(Cause.OPERATOR)
 
 
 def test_every_cause_has_a_sentence_and_a_rung() -> None:
