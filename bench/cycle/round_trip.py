@@ -24,7 +24,7 @@ from bench.cycle.plugins import DRIVERS, MASTERS, plugin
 from bench.errors import DeviceError
 
 _OPERATIONAL = 0x08
-_SETTLING_CYCLES = 200
+_SETTLING_S = 10.0
 _TIMEOUT_US = 20_000
 _TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 
@@ -117,15 +117,16 @@ def _bring_up(master: Any, interface: str) -> None:
         raise DeviceError(f"no slave answers on {interface}; is an emulator or a bench at its other end?")
     master.config_map()
     master.config_dc()
-    master.state_check(0x04, 1_000_000)
+    master.state_check(0x04, 5_000_000)
     master.state = _OPERATIONAL
-    for attempt in range(_SETTLING_CYCLES):
+    deadline = time.monotonic() + _SETTLING_S
+    while time.monotonic() < deadline:
         master.send_processdata()
         master.receive_processdata(_TIMEOUT_US)
-        if attempt == 0:
-            master.write_state()
         if master.state_check(_OPERATIONAL, 2000) == _OPERATIONAL:
             return
+        master.state = _OPERATIONAL  # reading the states has overwritten what was asked for
+        master.write_state()
     raise DeviceError(f"the slaves on {interface} do not reach OPERATIONAL (state {master.read_state():#x})")
 
 

@@ -16,6 +16,7 @@ ELSEWHERE = {
     ". .venv/bin/activate": "sets up a shell, not a program",
     ".ci/run": "runs this test",
     "ip link add": "needs rights; tests/veth.py makes such a pair",
+    "ip link set": "needs rights; tests/veth.py does it",
     "sysctl net.": "setting of a host",
     "ethtool -C": "setting of a network card",
 }
