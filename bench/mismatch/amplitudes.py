@@ -1,9 +1,9 @@
 """Whether the known orders behave as the polynomial series says, and which law their amplitudes follow if not.
 
-A law multiplies an order's vectors by a factor: a resonance by H(f·|v|), a lubricant film, a temperature or the time by 1 + ε·g.
-The laws 1 + ε·g are scored by marginal likelihood: the polynomials' coefficients are free beside them, with the spread that the
-orders themselves have shown, so that nothing counts that a calibration could absorb. A resonance is no small change: the series is
-calibrated anew on the vectors divided by H, and the two calibrations are compared.
+A law multiplies an order's vectors by a factor: a resonance by H(f·|v|), a lubricant film, a temperature or the time by
+1 + ε·g. The laws 1 + ε·g are scored by marginal likelihood: the polynomials' coefficients are free beside them, with
+the spread that the orders themselves have shown, so that nothing counts that a calibration could absorb. A resonance is
+no small change: the series is calibrated anew on the vectors divided by H, and the two calibrations are compared.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-
 from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 
@@ -32,7 +31,9 @@ PRICE = 2.5
 
 @dataclass(frozen=True, slots=True)
 class Law:
-    """A law the known orders follow: its effect, form, nonlinear parameters, gain, orders it touches, strength ε an order."""
+    """A law the known orders follow: its effect, form, nonlinear parameters, gain, orders it touches, strength ε an
+    order.
+    """
 
     effect: str
     form: str
@@ -66,7 +67,7 @@ def _stack(values: Complex) -> FloatArray:
 
 
 def _whitener(data: Orders, k: int) -> tuple[FloatArray, FloatArray]:
-    """Cholesky factor of the covariance of order k's training vectors, the polynomials' freedom in it; and the residual."""
+    """Cholesky factor of the covariance of order k's training vectors, polynomials' freedom in it; the residual."""
     rows = np.flatnonzero(data.train)
     series = data.series
     blocks: list[FloatArray] = []
@@ -84,7 +85,7 @@ def _whitener(data: Orders, k: int) -> tuple[FloatArray, FloatArray]:
     tangent = np.hstack(blocks)
     sigma = np.sqrt(data.sigma[rows, k] ** 2 + (1e-3 * np.abs(data.smooth[rows, k])) ** 2)
     covariance = tangent @ tangent.T + np.diag(np.concatenate([sigma, sigma]) ** 2)
-    return np.linalg.cholesky(covariance), _stack(target)
+    return np.asarray(np.linalg.cholesky(covariance)), _stack(target)
 
 
 def resonance(data: Orders) -> Law | None:
@@ -137,7 +138,7 @@ def _grids(
     fastest = float(speed.max())
     span = max(float(np.ptp(temperature)), 1.0)
     largest = max(float(np.abs(torque).max()), 1.0)
-    speeds = [(float(v),) for v in np.geomspace(0.08, 0.8, 7) * fastest]
+    speeds: list[tuple[float, ...]] = [(float(v),) for v in np.geomspace(0.08, 0.8, 7) * fastest]
     return [
         ("te.velocity_nonlinear", "exponential", ("speed",), speeds, lambda p: np.exp(-speed / p[0])),
         ("te.velocity_nonlinear", "rational", ("speed",), speeds, lambda p: 1.0 / (1.0 + speed / p[0])),
@@ -218,7 +219,9 @@ def size(law: Law, data: Orders) -> float:
 
 
 def _beyond(data: Orders, k: int, change: Complex) -> Complex:
-    """What is left of a change of order k's training vectors when the polynomials have followed it as far as they can."""
+    """What is left of a change of order k's training vectors when the polynomials have followed it as far as they
+    can.
+    """
     rows = np.flatnonzero(data.train)
     lower, _ = _whitener(data, k)
     sigma = np.concatenate([data.sigma[rows, k]] * 2)

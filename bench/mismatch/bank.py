@@ -1,17 +1,18 @@
 """A bank of regressors of one channel, and the predictive score of any model drawn from it.
 
-All columns that may enter a model (the calibrated simulation, every form of every term at every grid point, free-form rivals)
-are whitened once and their Gram matrices kept, one a fold. A model is then a set of columns, and its score costs a solve of
-its own size: candidates are always refitted jointly with everything else, and every gain is measured on recordings that the
-coefficients have not seen (leave one fold out).
+All columns that may enter a model (the calibrated simulation, every form of every term at every grid point, free-form
+rivals) are whitened once and their Gram matrices kept, one a fold. A model is then a set of columns, and its score
+costs a solve of its own size: candidates are always refitted jointly with everything else, and every gain is measured
+on recordings that the coefficients have not seen (leave one fold out).
 
-Noise: independent rows of standard deviation ``sigma``, correlated with their neighbour, and an unknown offset a recording
-of variance v, marginalised in closed form: G - v/(1 + v*e) * g g', with g the columns' products with the whitened one, and
-e its energy.
+Noise: independent rows of standard deviation ``sigma``, correlated with their neighbour, and an unknown offset a
+recording of variance v, marginalised in closed form: G - v/(1 + v*e) * g g', with g the columns' products with the
+whitened one, and e its energy.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -87,7 +88,7 @@ class Bank:
         self.gram = np.zeros((count, p, p))
         self.ones = np.zeros((folds.size, p))
         self.energy = np.zeros(folds.size)
-        for r, (a, b) in enumerate(zip(starts[:-1], starts[1:], strict=True)):
+        for r, (a, b) in enumerate(itertools.pairwise(starts)):
             part = full[a:b, :p]
             one = full[a:b, p]
             self.gram[folds[r]] += part.T @ part
@@ -110,7 +111,7 @@ class Bank:
         self.gram[:, :, place] = np.swapaxes(self.gram[:, place, :], 1, 2)
 
     def _marginal(self, index: NDArray[np.int64], variance: float) -> tuple[FloatArray, FloatArray]:
-        """Gram matrices of the columns chosen (and y), the recordings' offsets marginalised; log-determinants a fold."""
+        """Gram matrices a fold of the columns chosen (and y), the offsets marginalised; their log-determinants."""
         keep = np.append(index, self.size)
         gram = self.gram[:, keep[:, None], keep[None, :]]
         cost = np.zeros(gram.shape[0])
@@ -164,7 +165,7 @@ class Bank:
         if leave_out:
             others = normal[None] - own
             beta = np.linalg.solve(others, (right[None] - mine)[..., None])[..., 0]
-            # predictive density of the fold: its own rows also tell the coefficients, and the others know them only so well
+            # predictive density of the fold: its own rows tell the coefficients, too; the others know them only so well
             innovation = mine - np.einsum("rij,rj->ri", own, beta)
             squares -= np.einsum("ri,ij,rj->r", innovation, inverse, innovation)
             cost = cost + np.linalg.slogdet(normal)[1] - np.linalg.slogdet(others)[1]

@@ -1,4 +1,6 @@
-"""All regressors of a channel side by side: simulation, terms at every grid point, free-form rivals; and where each stands."""
+"""All regressors of a channel side by side: simulation, terms at every grid point, free-form rivals; and where each
+stands.
+"""
 
 from __future__ import annotations
 
@@ -100,7 +102,8 @@ def layout(
 ) -> Layout:
     """Evaluate every regressor of ``channel`` on the rows of ``frame``.
 
-    ``reference``: rows whose quantities place the rivals' knots. ``switched_off``: nominal terms the given simulation lacks (they become candidates); ``known``: further terms it has.
+    ``reference``: rows whose quantities place the rivals' knots. ``switched_off``: nominal terms the given simulation
+    lacks (they become candidates); ``known``: further terms it has.
     """
     parts: list[FloatArray] = []
     priors: list[float] = []

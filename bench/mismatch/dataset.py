@@ -1,8 +1,8 @@
 """A folder of recordings as rows to compare: read once, reduced to blocks, split by operating point.
 
-Three reductions of the same recordings: slow rows (a quarter of a second, finer after reversals) for the torques and the offset
-of the transmission error; angle rows (some 5,000 a revolution, finer than any order of the simulation) for its harmonics; and
-rows of two seconds for the heat balance.
+Three reductions of the same recordings: slow rows (a quarter of a second, finer after reversals) for the torques and
+the offset of the transmission error; angle rows (some 5,000 a revolution, finer than any order of the simulation) for
+its harmonics; and rows of two seconds for the heat balance.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bench.errors import RecordingError
 from bench.mismatch.prepare import MEASURED, Prepared, block_edges, block_mean, prepare, reduce
@@ -37,9 +38,9 @@ class Rows:
     number: FloatArray
     within: FloatArray
 
-    def take(self, rows: FloatArray | IntArray) -> Rows:
+    def take(self, rows: NDArray[np.bool_] | IntArray) -> Rows:
         """Return the rows chosen (mask or indices)."""
-        return Rows(self.frame.take(rows), self.y[rows], self.number[rows], self.within[rows])  # type: ignore[arg-type,index]
+        return Rows(self.frame.take(rows), self.y[rows], self.number[rows], self.within[rows])
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +57,9 @@ class Member:
 
 @dataclass(slots=True)
 class Dataset:
-    """Recordings of a folder, reduced. ``slow[channel]``, ``heat`` and ``angle`` hold rows of all recordings, in order."""
+    """Recordings of a folder, reduced. ``slow[channel]``, ``heat`` and ``angle`` hold rows of all recordings, in
+    order.
+    """
 
     members: list[Member]
     rejected: list[tuple[str, str]]
@@ -107,7 +110,7 @@ def split(recordings: Sequence[Recording]) -> tuple[list[bool], list[int]]:
         single = [p for p in members if sum(q == p for q in points) == 1 or len(members) < 6]
         enough = kind == "constant_velocity" and validation >= 5
         share = HELD_OUT_BESIDE_VALIDATION if enough else HELD_OUT_SHARE
-        number = max(1, int(round(share * len(members))))
+        number = max(1, round(share * len(members)))
         order = _spread(single, number)
         chosen.update(order)
     held = [h or points[i] in chosen for i, h in enumerate(held)]
@@ -202,7 +205,7 @@ def load(path: Path, progress: Callable[[str, float], None] | None = None) -> Da
             if channel in prepared.measured and channel != "temperature":
                 slow.setdefault(channel, []).append(_rows(prepared, edges, channel))
         if "temperature" in prepared.measured:
-            width = max(1, int(round(HEAT_S * prepared.sample_rate)))
+            width = max(1, round(HEAT_S * prepared.sample_rate))
             heat.append(_rows(prepared, np.arange(0, prepared.frame.size, width), "temperature"))
         if "transmission_error" in prepared.measured and recording.kind != "heating":
             angle.append(_rows(prepared, _angle_edges(prepared), "transmission_error"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bench.mismatch.bank import Bank, Noise
 from bench.mismatch.columns import Layout, is_integral
@@ -31,14 +32,14 @@ def robust_spread(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(np.clip(values - middle, -4 * spread, 4 * spread) ** 2)))
 
 
-def _correlation(residual: FloatArray, chosen: np.ndarray, joined: np.ndarray) -> float:  # type: ignore[type-arg]
+def _correlation(residual: FloatArray, chosen: NDArray[np.bool_], joined: NDArray[np.bool_]) -> float:
     pairs = chosen[1:] & chosen[:-1] & joined[1:]
     if pairs.sum() < 30:
         return 0.0
     a, b = residual[1:][pairs], residual[:-1][pairs]
     limit = 4.0 * robust_spread(np.concatenate([a, b]))
     a, b = np.clip(a, -limit, limit), np.clip(b, -limit, limit)
-    return float(np.clip(np.mean(a * b) / max(np.mean(a * a), 1e-300), 0.0, 0.95))
+    return float(np.clip(np.mean(a * b) / max(float(np.mean(a * a)), 1e-300), 0.0, 0.95))
 
 
 def first_guess(rows: Rows) -> Noise:

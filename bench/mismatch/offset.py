@@ -1,7 +1,7 @@
 """The offset of the transmission error as a function of the instant's torque, speed and temperature.
 
-Within a revolution torque and speed waver a little; the offset follows. Its part about the recording's mean is taken off
-before the order spectrum is made, so that a wavering load is not read as a harmonic order.
+Within a revolution torque and speed waver a little; the offset follows. Its part about the recording's mean is taken
+off before the order spectrum is made, so that a wavering load is not read as a harmonic order.
 """
 
 from __future__ import annotations
@@ -19,7 +19,9 @@ _FORM = OFFSET.forms["transmission_error"][0]
 
 
 def fit_offset(frame: Frame, y: FloatArray, turns: Sequence[Turn], train: set[int]) -> FloatArray:
-    """Coefficients (20,) of the offset's polynomial, from block means of the steady revolutions of the recordings ``train``."""
+    """Coefficients (20,) of the offset's polynomial, from block means of the steady revolutions of the recordings
+    ``train``.
+    """
     blocks: list[FloatArray] = []
     means: list[float] = []
     for turn in turns:

@@ -1,9 +1,10 @@
 """Orders and pulses that stand in the spectra of the transmission error and that the simulation does not have.
 
-The data are the residual's complex amplitudes R at every integer order of every steady revolution, with their noise. A new
-order is a vector that is the same in all recordings (or in each direction, or moves in proportion to the state); a sideband is
-such a vector relative to the order it modulates; a local defect is one pulse that explains many orders at once. All compete by
-the log-likelihood they gain on recordings left out; the best is taken off, and the search begins again.
+The data are the residual's complex amplitudes R at every integer order of every steady revolution, with their noise. A
+new order is a vector that is the same in all recordings (or in each direction, or moves in proportion to the state); a
+sideband is such a vector relative to the order it modulates; a local defect is one pulse that explains many orders at
+once. All compete by the log-likelihood they gain on recordings left out; the best is taken off, and the search begins
+again.
 """
 
 from __future__ import annotations
@@ -20,7 +21,9 @@ from bench.simulation.frame import FloatArray
 
 LEAST_GAIN = 30.0
 LEAST_SIZE = 0.06
-"""root mean square of an order's amplitude over the noise of a row: below that it adds less than 0.2 % to the residual"""
+"""root mean square of an order's amplitude over the noise of a row: below that it adds less than 0.2 % to the
+residual
+"""
 HIGHEST_MODULATION = 12
 PULSE_WIDTHS = (0.006, 0.012, 0.025, 0.05, 0.1)
 MOST = 14
@@ -78,7 +81,9 @@ class Spectra:
 
 
 def design(model: str, x: FloatArray, direction: FloatArray, carrier: Complex | None = None) -> Complex:
-    """Regressors (turns, k) of an order's vector: constant, by direction, linear in the state; times a carrier's vector."""
+    """Regressors (turns, k) of an order's vector: constant, by direction, linear in the state; times a carrier's
+    vector.
+    """
     one = np.ones(len(direction), dtype=np.complex128)
     if model == "constant":
         columns = [one]
@@ -97,7 +102,9 @@ MODELS = ("constant", "direction", "linear")
 
 
 def _leave_out(columns: Complex, vectors: Complex, sigma: FloatArray) -> tuple[FloatArray, Complex]:
-    """Gain of log-likelihood by order (k,) when each turn is predicted by the others; and the coefficients by all turns."""
+    """Gain of log-likelihood by order (k,) when each turn is predicted by the others; and the coefficients by all
+    turns.
+    """
     gram = np.conj(columns.T) @ columns
     gram[np.diag_indices_from(gram)] += 1e-9 * np.trace(gram).real / len(gram) + 1e-300
     inverse = np.linalg.inv(gram)

@@ -1,18 +1,21 @@
 """From a recording to the quantities the physics terms ask for: smoothed rates, direction, travel; then blocks of rows.
 
-Rates come from a local polynomial over about a tenth of a second: one count of a 13-bit encoder at 2 kHz is 1.5 rad/s, so
-differences of single samples say nothing. Single wild samples (spikes) are found against a running median and left out.
+Rates come from a local polynomial over about a tenth of a second: one count of a 13-bit encoder at 2 kHz is 1.5 rad/s,
+so differences of single samples say nothing. Single wild samples (spikes) are found against a running median and left
+out.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.signal import savgol_filter
 
+from bench.errors import RecordingError
 from bench.recording import Recording
 from bench.simulation.frame import ARRAYS, FloatArray, Frame, IntArray
 
@@ -28,8 +31,9 @@ MEASURED = ("transmission_error", "motor_torque", "temperature", "load_torque")
 class Prepared:
     """One recording at its own rate.
 
-    ``frame`` has a row a sample; ``measured`` the compared channels in SI units (those the file has); ``valid`` is False where a
-    sample of that channel is a spike or not a number; ``segments`` names the segment of each sample (index into ``names``).
+    ``frame`` has a row a sample; ``measured`` the compared channels in SI units (those the file has); ``valid`` is
+    False where a sample of that channel is a spike or not a number; ``segments`` names the segment of each sample
+    (index into ``names``).
     """
 
     recording_id: str
@@ -45,7 +49,7 @@ class Prepared:
 
 
 def _window(rate: float) -> int:
-    return max(5, int(round(SMOOTHING_S * rate)) // 2 * 2 + 1)
+    return max(5, round(SMOOTHING_S * rate) // 2 * 2 + 1)
 
 
 def _smooth(signal: FloatArray, rate: float, derivative: int = 0) -> FloatArray:
@@ -58,14 +62,14 @@ def _smooth(signal: FloatArray, rate: float, derivative: int = 0) -> FloatArray:
 
 
 def spikes(signal: FloatArray) -> NDArray[np.bool_]:
-    """Mark single samples (at most two in a row) that stand off a running median by more than nine standard deviations."""
+    """Mark samples (at most two in a row) that stand off a running median by more than nine standard deviations."""
     if signal.size < 16:
         return ~np.isfinite(signal)
     finite = np.where(np.isfinite(signal), signal, np.nanmedian(signal))
     off = np.abs(finite - median_filter(finite, 5, mode="nearest"))
     scale = 1.4826 * np.median(off[off > 0]) if np.any(off > 0) else 0.0
     spread = max(scale, float(np.percentile(off, 95)) / 2.0, 1e-300)
-    return (off > SPIKE_SIGMA * spread) | ~np.isfinite(signal)
+    return np.asarray((off > SPIKE_SIGMA * spread) | ~np.isfinite(signal))
 
 
 def _repaired(signal: FloatArray, bad: NDArray[np.bool_]) -> FloatArray:
@@ -119,9 +123,11 @@ def _since_change(
 def prepare(recording: Recording, index: int, campaign_start: float, travelled: float = 0.0) -> Prepared:
     """Read a recording and derive what the terms need.
 
-    Parameters: ``index`` of the recording in the folder; ``campaign_start`` as a POSIX time; ``travelled`` the distance run
-    before it in this campaign, rad at the output. Raises RecordingError where the file cannot be read.
+    Parameters: ``index`` of the recording in the folder; ``campaign_start`` as a POSIX time; ``travelled`` the distance
+    run before it in this campaign, rad at the output. Raises RecordingError where the file cannot be read.
     """
+    if recording.gearbox.ratio is None:
+        raise RecordingError(f"{recording.path}: gearbox.ratio is missing; a linear axis has ratio 1")
     ratio = float(recording.gearbox.ratio)
     rate = float(recording.sample_rate)
     n = recording.size
@@ -209,7 +215,9 @@ def prepare(recording: Recording, index: int, campaign_start: float, travelled: 
 
 
 def block_edges(prepared: Prepared, coarse_s: float = 0.1, fine_s: float = 0.02) -> IntArray:
-    """Start indices of blocks: short where direction or speed change, longer in steady motion, never across a segment's end."""
+    """Start indices of blocks: short where direction or speed change, longer in steady motion, never across a segment's
+    end.
+    """
     frame, rate = prepared.frame, prepared.sample_rate
     lively = (frame.reversal_time < 1.5) & (frame.reversal_travel < 0.05)
     width = np.where(lively, max(1.0, round(fine_s * rate)), max(1.0, round(coarse_s * rate)))
@@ -224,7 +232,7 @@ def block_edges(prepared: Prepared, coarse_s: float = 0.1, fine_s: float = 0.02)
 def reduce(frame: Frame, edges: IntArray) -> Frame:
     """Average a frame over blocks; counts add up, the steps too."""
     count = np.add.reduceat(frame.count, edges)
-    out: dict[str, NDArray[np.generic]] = {}
+    out: dict[str, Any] = {}
     for name in ARRAYS:
         values = getattr(frame, name)
         if name == "recording":

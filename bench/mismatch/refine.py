@@ -24,7 +24,8 @@ def _form_columns(channel: str, entry: Entry, frame: Frame, point: tuple[float, 
 def refined(channel: str, frame: Frame, used: NDArray[np.bool_], search: Search, model: Model) -> Model:
     """Move each chosen term's nonlinear parameters to where the predictive score is highest, one term after another.
 
-    ``frame`` has all rows (memories run through them), ``used`` marks those of the bank. The bank's columns of a refined term are replaced in place, so the search goes on from the better point.
+    ``frame`` has all rows (memories run through them), ``used`` marks those of the bank. The bank's columns of a
+    refined term are replaced in place, so the search goes on from the better point.
     """
     chosen = list(model.chosen)
     for place, entry in enumerate(chosen):

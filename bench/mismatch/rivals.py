@@ -1,7 +1,8 @@
 """Free-form rivals: smooth functions of one or two quantities that compete with every named term.
 
 A rival knows no physics. Where it explains clearly more than the best named term, the effect is called unknown and is
-described by the rival; where nothing named is left but a rival still gains, something is missing that the library lacks.
+described by the rival; where nothing named is left but a rival still gains, something is missing that the library
+lacks.
 """
 
 from __future__ import annotations
@@ -43,7 +44,8 @@ def _quantity(frame: Frame, name: str) -> FloatArray:
 
 
 def hats(values: FloatArray, reference: FloatArray | None = None, knots: int = KNOTS) -> FloatArray:
-    """Piecewise linear basis (n, k) of ``values``; knots at quantiles of ``reference`` (default: the values themselves).
+    """Piecewise linear basis (n, k) of ``values``; knots at quantiles of ``reference`` (default: the values
+    themselves).
 
     (n, 0) where the reference hardly varies.
     """

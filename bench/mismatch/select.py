@@ -1,7 +1,7 @@
 """Which terms a channel needs: forward steps, swaps and pruning on gains that are predicted, never fitted.
 
-The gain of a term is the predictive log-likelihood that all folds gain when it enters with everything else refitted. It costs
-a term its own parameters (a useless one loses), and the thresholds below add the price of having looked at many.
+The gain of a term is the predictive log-likelihood that all folds gain when it enters with everything else refitted. It
+costs a term its own parameters (a useless one loses), and the thresholds below add the price of having looked at many.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 
 from bench.mismatch.bank import Bank, Fit
 from bench.mismatch.columns import Entry
+from bench.simulation.frame import FloatArray
 
 MINIMUM_GAIN = 22.0
 """log-likelihood a term has to gain: more than the best of some hundred useless columns gained in 100 folders"""
@@ -81,7 +82,7 @@ class Search:
         return max(MINIMUM_GAIN, MINIMUM_SHARE * so_far)
 
     def step(self, chosen: Sequence[Entry]) -> list[Entry] | None:
-        """Add the best term, let every chosen one change for a better, drop what is no longer needed; None where none helps."""
+        """Add the best term, let each chosen one change for a better, drop what is idle; None where none helps."""
         entry, _ = self.best(chosen, self.allowed(chosen))
         if entry is None or not self.accepted(self.fit(chosen), self.fit([*chosen, entry]), self.price(chosen)):
             return None
@@ -118,8 +119,8 @@ class Search:
         return current
 
 
-def spread_t(gain: np.ndarray) -> float:  # type: ignore[type-arg]
-    """Gain over its standard error, between the folds that carry it (those with a tenth of the largest share or more)."""
+def spread_t(gain: FloatArray) -> float:
+    """Gain over its standard error, between the folds that carry it."""
     size = np.abs(gain)
     touched = gain[size > 0.02 * size.max()] if size.max() > 0 else gain
     if touched.size < 2:

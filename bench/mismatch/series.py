@@ -1,8 +1,8 @@
 """Calibration of the paper's polynomial Fourier series on complex amplitudes, and its evaluation at any row.
 
-Amplitude and phase of an order are quadratic polynomials of torque, speed and temperature, a set a direction (paper, eq. 4). They are
-fitted to the vector A·exp(jφ), which knows no wrapping, by damped Gauss-Newton steps from several starts; a weak prior keeps what the
-design does not determine near zero.
+Amplitude and phase of an order are quadratic polynomials of torque, speed and temperature, a set a direction (paper,
+eq. 4). They are fitted to the vector A·exp(jφ), which knows no wrapping, by damped Gauss-Newton steps from several
+starts; a weak prior keeps what the design does not determine near zero.
 """
 
 from __future__ import annotations
@@ -18,7 +18,9 @@ from bench.mismatch.spectrum import Complex, Turn, states
 from bench.simulation.frame import FloatArray, Frame
 
 FIRST_PRIOR = np.array([0.3, 0.3, 0.3, 0.6, 0.6, 0.6, 0.3, 0.3, 0.3])
-"""spread of the polynomials' coefficients before anything is known: of the amplitude (relative), and of the phase in rad"""
+"""spread of the polynomials' coefficients before anything is known: of the amplitude (relative), and of the phase in
+rad
+"""
 _ROUNDS = 4
 _STEPS = 60
 
@@ -73,7 +75,7 @@ class Series:
         return out
 
 
-@numba.njit(cache=True)  # type: ignore[misc]
+@numba.njit(cache=True)
 def _sum(theta: FloatArray, orders: FloatArray, real: FloatArray, imag: FloatArray) -> FloatArray:
     out = np.zeros(theta.size)
     for i in range(theta.size):
@@ -102,8 +104,8 @@ def calibrate(
 ) -> Series:
     """Fit amplitude and phase polynomials to vectors (turns, orders) of the turns given.
 
-    ``noise`` (turns, orders) replaces the turns' own; with ``known_prior`` the spread of the coefficients is given and one round
-    is made, else it is learnt from all orders in a few.
+    ``noise`` (turns, orders) replaces the turns' own; with ``known_prior`` the spread of the coefficients is given and
+    one round is made, else it is learnt from all orders in a few.
     """
     sides = (1, -1)
     x = states(turn_list)
@@ -144,7 +146,9 @@ def calibrate(
 def _empirical_prior(
     amplitude: Mapping[int, FloatArray], phase: Mapping[int, FloatArray], sizes: FloatArray
 ) -> FloatArray:
-    """Spread of each monomial's coefficient over all orders and directions (18,): the orders tell one another what is usual."""
+    """Spread of each monomial's coefficient over all orders and directions (18,): the orders tell one another what is
+    usual.
+    """
     relative = np.concatenate([amplitude[side][:, :9] / sizes[n][:, None] for n, side in enumerate(amplitude)])
     turns_ = np.concatenate([phase[side][:, :9] for side in amplitude])
     both = np.hstack([relative, turns_])
@@ -161,7 +165,8 @@ def fit_order(
     spread: FloatArray | None = None,
     start: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray, float]:
-    """Amplitude and phase polynomials (10,), (10,) of one order from its vectors at the states of ``basis`` (n, 10); the loss.
+    """Amplitude and phase polynomials (10,), (10,) of one order from its vectors at the states of ``basis`` (n, 10);
+    the loss.
 
     Noise is what the spectrum says and a thousandth of the amplitude.
     """

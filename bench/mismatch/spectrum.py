@@ -1,4 +1,6 @@
-"""Order spectra of the transmission error: complex amplitudes of known orders and the spectrum of what is left, a revolution each."""
+"""Order spectra of the transmission error: complex amplitudes of known orders and the spectrum of what is left, a
+revolution each.
+"""
 
 from __future__ import annotations
 
@@ -26,8 +28,9 @@ LEAST_TURN = 0.97 * 2.0 * np.pi
 class Turn:
     """One steady segment of at least a revolution.
 
-    ``amplitude[k]`` c_k in TE = Σ Re(c_k·exp(−j·f_k·θ)) + …: c = a + j·b for a·cos + b·sin; ``spectrum[f]`` the same of the
-    residual at every integer order f = 0 … HIGHEST_ORDER; ``sigma[f]`` standard deviation of its real and imaginary part.
+    ``amplitude[k]`` c_k in TE = Σ Re(c_k·exp(−j·f_k·θ)) + …: c = a + j·b for a·cos + b·sin; ``spectrum[f]`` the same of
+    the residual at every integer order f = 0 … HIGHEST_ORDER; ``sigma[f]`` standard deviation of its real and imaginary
+    part.
     """
 
     recording: int
@@ -62,7 +65,7 @@ def _segments(frame: Frame) -> list[slice]:
     return out
 
 
-def waves(theta: FloatArray, orders: Sequence[float]) -> FloatArray:
+def waves(theta: FloatArray, orders: Sequence[float] | FloatArray) -> FloatArray:
     """cos and sin of the orders, (n, 2·orders): first all cosines, then all sines."""
     angle = theta[:, None] * np.asarray(orders)[None, :]
     return np.hstack([np.cos(angle), np.sin(angle)])
@@ -126,7 +129,7 @@ def turns(rows: Rows, orders: Sequence[float]) -> list[Turn]:
                 float(np.mean(frame.temperature[part])),
                 float(np.mean(frame.time[part])),
                 float(np.sign(np.mean(frame.velocity[part]))),
-                amplitude[: len(orders)],
+                amplitude[: len(orders)].astype(np.complex128),
                 spectrum,
                 _level(spectrum, known),
                 part,
@@ -139,8 +142,8 @@ def turns(rows: Rows, orders: Sequence[float]) -> list[Turn]:
 def coloured(turn_list: list[Turn], known: FloatArray) -> list[Turn]:
     """Raise the noise of low orders to what the recordings show there: disturbances of a rig are not white.
 
-    Pooled over the recordings (median), and over the seven nearest orders that are not known, so that one missing harmonic
-    is not taken for noise.
+    Pooled over the recordings (median), and over the seven nearest orders that are not known, so that one missing
+    harmonic is not taken for noise.
     """
     if not turn_list:
         return turn_list

@@ -22,13 +22,16 @@ from bench.simulation.terms.te.resonance import response
 
 WIDEST_SPEED = 1.1
 SLOWEST_SPEED = 0.9
-"""the polynomials hold between the campaign's slowest and fastest steady revolution, and a little beyond: not while the bench
-starts, stops or turns round"""
+"""the polynomials hold between the campaign's slowest and fastest steady revolution, and a little beyond: not while the
+bench starts, stops or turns round
+"""
 
 
 @dataclass(slots=True)
 class Harmonics:
-    """Everything periodic in the angle: the series, the law its amplitudes follow, peaks, and the turns they were seen in."""
+    """Everything periodic in the angle: the series, the law its amplitudes follow, peaks, and the turns they were seen
+    in.
+    """
 
     series: Series
     plain: Series
