@@ -1,1 +1,5 @@
-"""When simulation and recordings differ: locate it, name the physics left out, model it, show the fit improve."""
+"""Mismatch analysis: noise floor, location, hypotheses, selection, report, next experiment. Sees recordings only."""
+
+from bench.mismatch.run import Report, run
+
+__all__ = ["Report", "run"]

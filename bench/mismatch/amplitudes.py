@@ -252,4 +252,5 @@ def best_law(data: Orders) -> Law | None:
     if not candidates:
         return None
     law = max(candidates, key=lambda found: found.gain)
-    return law if law.gain > LEAST_GAIN and size(law, data) > LEAST_SIZE else None
+    price, least = (2.5, 2.0) if law.effect == "unknown" else (1.0, 1.0)
+    return law if law.gain > price * LEAST_GAIN and size(law, data) > least * LEAST_SIZE else None

@@ -154,7 +154,8 @@ class Bank:
         if p == 0:
             return Fit(-0.5 * (squares + cost), np.zeros(0), np.zeros((0, 0)), variance)
         total = gram.sum(axis=0)
-        scale = np.sqrt(np.maximum(np.diag(total)[:p], 1e-300))
+        energy = np.diag(total)[:p]
+        scale = np.sqrt(np.where(energy > 1e-200, energy, 1.0))
         own = gram[:, :p, :p] / scale[:, None] / scale[None, :]
         mine = gram[:, :p, p] / scale
         normal = total[:p, :p] / scale[:, None] / scale[None, :] + np.diag(

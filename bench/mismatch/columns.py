@@ -25,7 +25,7 @@ from bench.simulation.terms.memory import integral
 
 FREE_PRIOR = 1e-4
 OFFSET_PRIOR = 1e-6
-ZERO_TORQUE = 0.02
+ZERO_TORQUE = 0.01
 """N·m at the motor: how far the zero of a torque may be off, by data sheets"""
 HEAT_CAPACITY = 2.0e4
 """J/K, only to turn that into a temperature's rate"""

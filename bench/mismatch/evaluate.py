@@ -1,0 +1,102 @@
+"""Scores on held-out recordings: root mean square per sample before, after, and the noise floor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.mismatch.columns import is_integral
+from bench.mismatch.linear import ChannelModel, predict
+from bench.mismatch.noise import robust_spread
+from bench.mismatch.transmission import TransmissionModel
+from bench.simulation.frame import FloatArray, recording_starts
+
+FLOOR_METHOD = (
+    "samples' scatter inside blocks and the blocks' scatter about the most flexible model, a class of motion each, with the "
+    "offset between recordings; spikes left out"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Scores:
+    """Root mean squares of a channel per sample on the rows scored (held-out recordings; all, where none is held out)."""
+
+    before: float
+    after: float
+    floor: float
+    rows: NDArray[np.bool_]
+    residual_before: FloatArray
+    residual_after: FloatArray
+
+
+def _per_sample(residual: FloatArray, number: FloatArray, within: FloatArray) -> float:
+    inner = np.sum(within * np.maximum(number - 1.0, 0.0))
+    return float(np.sqrt((np.sum(residual**2 * number) + inner) / max(float(number.sum()), 1.0)))
+
+
+def linear(model: ChannelModel, usable: NDArray[np.bool_], held_out: set[int]) -> Scores:
+    """Scores of a channel that is regressed on block rows."""
+    rows = model.rows
+    scored = usable & np.isin(rows.frame.recording, list(held_out)) & (rows.number > 0)
+    if not scored.any():
+        scored = usable & (rows.number > 0)
+    before = rows.y - predict(model, rows.frame, whole=False)
+    after = rows.y - predict(model, rows.frame, whole=True)
+    if is_integral(model.channel):
+        before, after = _own_start(before, model), _own_start(after, model)
+    number, within = rows.number[scored], rows.within[scored]
+    variance = model.fit.offset_variance
+    offset = 0.0 if np.isinf(variance) else variance
+    sigma = float(np.median(model.noise.sigma**2 * rows.number[model.used])) / np.maximum(number, 1.0)
+    floor = float(
+        np.sqrt((np.sum((sigma + offset) * number) + np.sum(within * np.maximum(number - 1.0, 0.0))) / number.sum())
+    )
+    return Scores(
+        _per_sample(before[scored], number, within),
+        _per_sample(after[scored], number, within),
+        floor,
+        scored,
+        before,
+        after,
+    )
+
+
+def _own_start(residual: FloatArray, model: ChannelModel) -> FloatArray:
+    """A recording's temperature is predicted from where it begins: its own level is no error of the heat balance."""
+    starts = recording_starts(model.rows.frame)
+    number = model.rows.number
+    out = residual.copy()
+    for a, b in zip(starts[:-1], starts[1:], strict=True):
+        out[a:b] -= np.average(residual[a:b], weights=np.maximum(number[a:b], 1e-9))
+    return out
+
+
+def transmission(model: TransmissionModel, held_out: set[int]) -> Scores:
+    """Scores of the transmission error on steady rows within the polynomials' bounds."""
+    angle = model.angle
+    scored = model.inside & np.isin(angle.frame.recording, list(held_out)) & (angle.frame.steady > 0.5)
+    if not scored.any():
+        scored = model.inside & (angle.frame.steady > 0.5)
+    if not scored.any():
+        scored = model.inside
+    before = angle.y - model.predict(angle.frame, whole=False)
+    after = angle.y - model.predict(angle.frame, whole=True)
+    number, within = angle.number[scored], angle.within[scored]
+    white = [
+        t.white for t in (model.harmonics.turns if model.harmonics else []) if t.recording in held_out or not held_out
+    ]
+    level = float(np.median(white)) if white else robust_spread(after[scored])
+    variance = model.offset.fit.offset_variance
+    offset = 0.0 if np.isinf(variance) else variance
+    inner = np.sum(within * np.maximum(number - 1.0, 0.0)) / number.sum()
+    floor = float(np.sqrt(level**2 + inner + offset))
+    return Scores(
+        _per_sample(before[scored], number, within),
+        _per_sample(after[scored], number, within),
+        floor,
+        scored,
+        before,
+        after,
+    )

@@ -1,0 +1,182 @@
+"""``bench mismatch`` from end to end: recordings in; report.json, report.html and model.json out."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from bench.errors import ConfigurationError
+from bench.mismatch import evaluate
+from bench.mismatch.channels import Analysis, Known, analyse_channels
+from bench.mismatch.conclude import conclude
+from bench.mismatch.dataset import Dataset, load
+from bench.mismatch.evaluate import FLOOR_METHOD, Scores
+from bench.mismatch.experiment import propose
+from bench.mismatch.findings import Finding
+from bench.mismatch.improved import improved
+from bench.simulation.model import Simulation
+from bench.simulation.terms import CHANNEL_UNITS, LIBRARY, TRANSMISSION_ERROR, Form
+from bench.simulation.terms.nominal.transmission_error import PAPER_ORDERS
+
+Progress = Callable[[str, float], None]
+FEWEST = 6
+
+
+@dataclass(slots=True)
+class Report:
+    """Everything the report says, and what it was made from."""
+
+    verdict: str
+    why: str
+    data: Dataset
+    scores: dict[str, Scores] = field(default_factory=dict)
+    findings: list[Finding] = field(default_factory=list)
+    analysis: Analysis | None = None
+    skipped: list[str] = field(default_factory=list)
+
+    def to_json(self) -> dict[str, Any]:
+        """The mismatch report 1.0."""
+        members = self.data.members
+        out: dict[str, Any] = {
+            "format": "bench-mismatch-report",
+            "format_version": "1.0",
+            "verdict": self.verdict,
+            "recordings": {
+                "train": [m.recording.recording_id for m in members if not m.held_out],
+                "held_out": [m.recording.recording_id for m in members if m.held_out],
+                "rejected": [{"file": file, "why": why} for file, why in self.data.rejected],
+            },
+            "channels": [
+                {
+                    "channel": channel,
+                    "unit": CHANNEL_UNITS[channel],
+                    "noise_floor": score.floor,
+                    "noise_floor_method": FLOOR_METHOD,
+                    "held_out_rmse_before": score.before,
+                    "held_out_rmse_after": score.after,
+                }
+                for channel, score in self.scores.items()
+            ],
+            "findings": [finding.to_json() for finding in self.findings],
+            "notes": [*self.data.notes, *self.skipped],
+        }
+        if self.why:
+            out["why"] = self.why
+        return out
+
+
+def run(
+    recordings: Path,
+    out: Path,
+    simulation: Path | None = None,
+    progress: Progress | None = None,
+) -> Report:
+    """Compare the simulation with recordings and write the report into ``out``.
+
+    Raises RecordingError where nothing can be read, ConfigurationError where the simulation file is wrong.
+    """
+    tell = progress or (lambda _what, _share: None)
+    model = Simulation.load(simulation) if simulation is not None else Simulation.nominal()
+    switched_off, known, orders = given(model)
+    data = load(Path(recordings), lambda what, share: tell(what, 0.3 * share))
+    report = Report("undetermined", "", data)
+    channels = _channels(data, report)
+    train = sum(not m.held_out for m in data.members)
+    if train < FEWEST or not channels:
+        report.why = (
+            f"{train} recordings can be fitted, at least {FEWEST} are needed to tell noise from structure"
+            if train < FEWEST
+            else "no channel is there to compare: " + "; ".join(report.skipped)
+        )
+    else:
+        tell("searching the channels", 0.35)
+        report.analysis = analyse_channels(data, orders, switched_off, known, channels)
+        tell("scoring what was held out", 0.85)
+        report.scores = _scores(report.analysis, data, channels)
+        report.findings = conclude(data, report.analysis, report.scores)
+        report.verdict = "mismatch" if report.findings else "match"
+        for number, finding in enumerate(f for f in report.findings if f.status != "named"):
+            propose(finding, out, number + 1, data)
+    tell("writing the report", 0.92)
+    write(report, model, out)
+    tell("done", 1.0)
+    return report
+
+
+def given(model: Simulation) -> tuple[list[str], dict[str, tuple[Known, ...]], list[float]]:
+    """What a simulation file says: nominal terms switched off, further terms in force by channel, orders of the series."""
+    off = [effect for effect, term in LIBRARY.items() if term.nominal and not model.enabled(effect)]
+    known: dict[str, list[Known]] = {}
+    orders: list[float] = [] if "te.fourier" in off else [float(f) for f in PAPER_ORDERS]
+    series = model.terms.get("te.fourier")
+    if series is not None and series.orders is not None and "te.fourier" not in off:
+        orders = [float(f) for f in series.orders]
+    for effect, row in model.terms.items():
+        if effect in LIBRARY and not LIBRARY[effect].nominal and row.enabled:
+            for item in [dict(row.extra), *row.extra.get("also", [])]:
+                _add(known, orders, effect, item)
+    return off, {channel: tuple(items) for channel, items in known.items()}, sorted(set(orders))
+
+
+def _add(known: dict[str, list[Known]], orders: list[float], effect: str, item: dict[str, Any]) -> None:
+    if "orders" in item and effect in ("te.harmonic", "te.sideband", "sensor.motor_encoder"):
+        orders += [float(f) for f in item["orders"]]
+        return
+    term = LIBRARY[effect]
+    channels: Sequence[str] = item.get("channels", list(term.forms))
+    for channel in channels:
+        forms = term.forms.get(channel, ())
+        chosen: Form | None = next((f for f in forms if f.name == item.get("form", f.name)), None)
+        if chosen is None:
+            raise ConfigurationError(
+                f"the simulation's term {effect} has the form {item.get('form')!r}, which should be one of "
+                f"{', '.join(f.name for f in forms)}"
+            )
+        point = tuple(float(v) for v in item.get("point", ()))
+        if len(point) == len(chosen.nonlinear):
+            known.setdefault(channel, []).append((term, chosen, point))
+
+
+def _channels(data: Dataset, report: Report) -> list[str]:
+    present = {name for m in data.members for name in m.recording.channels}
+    needs = {
+        "transmission_error": ("motor_angle", "load_angle"),
+        "motor_torque": ("motor_angle", "motor_torque"),
+        "temperature": ("temperature", "motor_torque", "motor_angle"),
+        "load_torque": ("load_torque", "load_motor_torque"),
+    }
+    out = []
+    for channel, names in needs.items():
+        missing = [name for name in names if name not in present]
+        if missing:
+            report.skipped.append(f"{channel} is not compared: the recordings have no {', '.join(missing)}")
+        else:
+            out.append(channel)
+    return out
+
+
+def _scores(analysis: Analysis, data: Dataset, channels: Sequence[str]) -> dict[str, Scores]:
+    held = data.held_out()
+    out: dict[str, Scores] = {}
+    for channel in channels:
+        if channel == TRANSMISSION_ERROR:
+            if analysis.transmission is not None:
+                out[channel] = evaluate.transmission(analysis.transmission, held)
+        elif channel in analysis.models:
+            model = analysis.models[channel]
+            usable = model.rows.frame.direction != 0 if channel != "temperature" else model.rows.number > 0
+            out[channel] = evaluate.linear(model, usable, held)
+    return out
+
+
+def write(report: Report, model: Simulation, out: Path) -> None:
+    """Write report.json, model.json and report.html."""
+    from bench.mismatch.page import page
+
+    out.mkdir(parents=True, exist_ok=True)
+    improved(report.findings, report.analysis, model).save(out / "model.json")
+    (out / "report.json").write_text(json.dumps(report.to_json(), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    (out / "report.html").write_text(page(report), encoding="utf-8")
