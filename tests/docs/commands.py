@@ -10,6 +10,8 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 PAGES = (ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")))
 _BLOCK = re.compile(r"^```(?:sh|console)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+_FENCED = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
+_INLINE = re.compile(r"`(bench [a-z][^`]*)`")
 
 ELSEWHERE = {
     "python3 -m venv": ".ci/run runs the README's two commands",
@@ -49,6 +51,15 @@ class Command:
     def begins(self, table: dict[str, str]) -> str | None:
         """Return the beginning in ``table`` that fits, or None."""
         return next((start for start in table if self.line.startswith(start)), None)
+
+
+def mentions() -> list[Command]:
+    """Return the commands that stand in running text, such as ``bench run paper``."""
+    return [
+        Command(str(page.relative_to(ROOT)), line)
+        for page in PAGES
+        for line in sorted(set(_INLINE.findall(_FENCED.sub("", page.read_text("utf-8")))))
+    ]
 
 
 def commands() -> list[Command]:

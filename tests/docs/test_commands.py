@@ -14,7 +14,7 @@ import typer.main
 
 from bench.cli.app import make_app
 from bench.cli.exit_codes import MEANING
-from tests.docs.commands import ELSEWHERE, LONG, PAGES, ROOT, Command, commands
+from tests.docs.commands import ELSEWHERE, LONG, PAGES, ROOT, Command, commands, mentions
 
 ALL = commands()
 OURS = [command for command in ALL if not command.begins(ELSEWHERE)]
@@ -34,7 +34,7 @@ def test_tables_hold_nothing_that_is_gone() -> None:
     assert {*ELSEWHERE, *LONG} <= used
 
 
-@pytest.mark.parametrize("command", OURS, ids=lambda c: f"{c.page}: {c.line}")
+@pytest.mark.parametrize("command", [*OURS, *mentions()], ids=lambda c: f"{c.page}: {c.line}")
 def test_the_program_knows_command_and_options(command: Command) -> None:
     if command.words[0] == "python":
         assert (ROOT / command.words[1]).is_file()
@@ -42,7 +42,7 @@ def test_the_program_knows_command_and_options(command: Command) -> None:
     assert command.words[0] == "bench"
     found: Any = typer.main.get_command(make_app())
     words = command.words[1:]
-    while hasattr(found, "commands"):
+    while hasattr(found, "commands") and words:
         assert words[0] in found.commands, f"there is no command bench {' '.join(words)}"
         found = found.commands[words.pop(0)]
     known = {option for parameter in found.params for option in (*parameter.opts, *parameter.secondary_opts)}
