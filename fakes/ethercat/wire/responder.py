@@ -101,6 +101,7 @@ class Responder:
         nothing: list[Image | None] = [None] * len(self.bench.slaves)
         for cycles in (1, 8):
             self.bench.run(nothing, nothing, cycles)
+        self._show_readings()
         self._start_ns, self._done = float(time.monotonic_ns()), 0
 
     def run(self) -> None:
@@ -191,9 +192,13 @@ class Responder:
             self.bench.run(outputs, inputs, 1)
         self._done += cycles
         self.counters.cycles += cycles
-        if self._readings is not None and self._done // READING_CYCLES != (self._done - cycles) // READING_CYCLES:
-            self._readings[0], self._readings[1] = self.bench.temperatures
+        if self._done // READING_CYCLES != (self._done - cycles) // READING_CYCLES:
+            self._show_readings()
         self._look(now)
+
+    def _show_readings(self) -> None:
+        if self._readings is not None:
+            self._readings[0], self._readings[1] = self.bench.temperatures
 
     def _look(self, now: int) -> None:
         """Show what the slaves have done by themselves: watchdog, emergencies."""
