@@ -122,6 +122,12 @@ class SlaveController:
         self.memory[reg.AL_CODE : reg.AL_CODE + 2] = int(self.slave.al.code).to_bytes(2, "little")
         self.on_change()
 
+    def show_watchdog(self, running: bool) -> None:
+        """Show whether the process data watchdog runs (0x0440) and count its expiries (0x0442)."""
+        self.memory[reg.WATCHDOG_STATUS] = int(running)
+        if not running:
+            self.memory[reg.WATCHDOG_COUNTER] = min(0xFF, self.memory[reg.WATCHDOG_COUNTER] + 1)
+
     def _error_counters(self) -> None:
         self.memory[reg.ERROR_COUNTERS : reg.ERROR_COUNTERS + 0x14] = bytes(0x14)
 
@@ -129,6 +135,9 @@ class SlaveController:
         divider = int.from_bytes(self.memory[reg.WATCHDOG_DIVIDER : reg.WATCHDOG_DIVIDER + 2], "little")
         ticks = int.from_bytes(self.memory[reg.WATCHDOG_DATA : reg.WATCHDOG_DATA + 2], "little")
         self.slave.watchdog_s = 40e-9 * (divider + 2) * ticks
+
+    def _watchdog_counters(self) -> None:
+        self.memory[reg.WATCHDOG_COUNTER : reg.WATCHDOG_COUNTER + 2] = bytes(2)
 
     def _eeprom(self) -> None:
         """Serve an EEPROM command at once; the busy flag is never seen."""
@@ -154,6 +163,7 @@ class SlaveController:
         (reg.AL_CONTROL, reg.AL_CONTROL + 1, _al_control),
         (reg.ERROR_COUNTERS, reg.ERROR_COUNTERS + 0x14, _error_counters),
         (reg.WATCHDOG_DIVIDER, reg.WATCHDOG_DATA + 2, _watchdog),
+        (reg.WATCHDOG_COUNTER, reg.WATCHDOG_COUNTER + 2, _watchdog_counters),
         (reg.EEPROM_CONTROL, reg.EEPROM_CONTROL + 2, _eeprom),
         (reg.FMMU, reg.FMMU + reg.FMMU_SIZE * reg.FMMU_COUNT, _addressing),
         (

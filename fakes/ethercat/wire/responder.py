@@ -20,6 +20,7 @@ from fakes.ethercat.faults import FaultSwitch
 from fakes.ethercat.slave import Image
 from fakes.ethercat.wire.esc import SlaveController
 from fakes.ethercat.wire.port import Port
+from fakes.ethercat.wire.registers import WATCHDOG_STATUS
 from fakes.ethercat.wire.segment import ETHERNET, LRD, LRW, Segment
 
 _COMMAND = ETHERNET + 2
@@ -207,8 +208,11 @@ class Responder:
             status = slave.al.status
             slave.watchdog((now - self._heard_ns[i]) * 1e-9)
             if slave.al.status != status:
+                controller.show_watchdog(running=False)
                 controller.show_state()
                 self._forget()
+            elif self._heard_ns[i] == now and not controller.memory[WATCHDOG_STATUS]:
+                controller.show_watchdog(running=True)
             if slave.emergencies:
                 controller.mailbox.fill()
 

@@ -127,6 +127,10 @@ def test_without_frames_plant_and_watchdog_run_on(made):
     assert [slave.al.status for slave in responder.bench.slaves] == [0x14, 0x14, 0x08, 0x08]
     assert responder.segment.all[0].memory[0x130] == 0x14
     assert responder.segment.all[0].memory[0x134] == 0x1B
+    assert responder.segment.all[0].memory[0x440:0x443] == b"\x00\x00\x01"
+    port.next = bytes(frame((LRW, 0, 1, bytes(9))))
+    serve(responder, clock, CYCLE_NS, 2)
+    assert responder.segment.all[0].memory[0x440:0x443] == b"\x01\x00\x01"
 
 
 def test_lost_and_late_frames(made):
