@@ -1,4 +1,6 @@
-"""``bench mismatch``: where simulation and recordings differ, what physics was left out, and how much better it fits."""
+"""``bench mismatch``: where simulation and recordings differ, what physics was left out, and how much better it
+fits.
+"""
 
 from __future__ import annotations
 
@@ -27,8 +29,9 @@ def mismatch(
 ) -> None:
     """Compare the simulation with recordings: locate the mismatch, name the physics left out, model it, score it.
 
-    The simulation is calibrated on a part of the recordings; whole operating points, the validation points always among them,
-    are held out and only scored. What the recordings cannot tell apart is called ambiguous, what no term explains unknown.
+    The simulation is calibrated on a part of the recordings; whole operating points, the validation points always among
+    them, are held out and only scored. What the recordings cannot tell apart is called ambiguous, what no term explains
+    unknown.
     """
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn

@@ -1,4 +1,6 @@
-"""The four compared channels: what is taken off before the regression, which rows count, and what one channel tells another."""
+"""The four compared channels: what is taken off before the regression, which rows count, and what one channel tells
+another.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,9 @@ Known = tuple[Term, Form, Point]
 
 @dataclass(slots=True)
 class Analysis:
-    """Models of the channels, and what the torque sensor's error leaves in the motor torque (coefficient, standard deviation)."""
+    """Models of the channels, and what the torque sensor's error leaves in the motor torque (coefficient, standard
+    deviation).
+    """
 
     models: dict[str, ChannelModel] = field(default_factory=dict)
     transmission: TransmissionModel | None = None
@@ -139,7 +143,9 @@ def _trace(
 
 
 def _wandering_zero(model: ChannelModel) -> FloatArray:
-    """Zero of the motor torque in each recording (by index), from what the model leaves of it on the mean; shrunk by its noise."""
+    """Zero of the motor torque in each recording (by index), from what the model leaves of it on the mean; shrunk by
+    its noise.
+    """
     rows = model.rows
     left = np.where(rows.frame.direction != 0, rows.y - predict(model, rows.frame), 0.0)
     weight = np.where((rows.frame.direction != 0) & (rows.number > 0), rows.number, 0.0)

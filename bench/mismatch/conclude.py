@@ -101,7 +101,8 @@ def _without(score: Scores, _: float) -> float:
 
 def _harmonic(analysis: Analysis, score: Scores, names: dict[int, str], data: Dataset) -> list[Finding]:
     model = analysis.transmission
-    assert model is not None and model.harmonics is not None
+    assert model is not None
+    assert model.harmonics is not None
     rows = model.inside & (model.angle.frame.steady > 0.5)
     frame = model.angle.frame.take(rows)
     out: list[Finding] = []
@@ -213,7 +214,9 @@ def _law(law: Law, frame: Frame, score: Scores, names: dict[int, str]) -> Findin
 
 
 def _load_motor(findings: list[Finding], analysis: Analysis) -> None:
-    """A gain in the load torque that leaves no trace in the motor torque is the load motor's error: no term of the library."""
+    """A gain in the load torque that leaves no trace in the motor torque is the load motor's error: no term of the
+    library.
+    """
     if analysis.trace is None or analysis.traced:
         return
     coefficient, deviation = analysis.trace

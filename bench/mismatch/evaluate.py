@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,14 +15,14 @@ from bench.mismatch.transmission import TransmissionModel
 from bench.simulation.frame import FloatArray, recording_starts
 
 FLOOR_METHOD = (
-    "samples' scatter inside blocks and the blocks' scatter about the most flexible model, a class of motion each, with the "
-    "offset between recordings; spikes left out"
+    "samples' scatter inside blocks and the blocks' scatter about the most flexible model, a class of motion each, "
+    "with the offset between recordings; spikes left out"
 )
 
 
 @dataclass(frozen=True, slots=True)
 class Scores:
-    """Root mean squares of a channel per sample on the rows scored (held-out recordings; all, where none is held out)."""
+    """Root mean squares of a channel per sample on the rows scored (held-out recordings, else all)."""
 
     before: float
     after: float
@@ -68,7 +69,7 @@ def _own_start(residual: FloatArray, model: ChannelModel) -> FloatArray:
     starts = recording_starts(model.rows.frame)
     number = model.rows.number
     out = residual.copy()
-    for a, b in zip(starts[:-1], starts[1:], strict=True):
+    for a, b in itertools.pairwise(starts):
         out[a:b] -= np.average(residual[a:b], weights=np.maximum(number[a:b], 1e-9))
     return out
 

@@ -17,8 +17,8 @@ _SPEED = ("friction.stribeck", "friction.viscous_quadratic", "te.velocity_nonlin
 def propose(finding: Finding, out: Path, number: int, data: Dataset) -> None:
     """Write ``next-<number>.toml`` and put it into the finding.
 
-    The rule follows what tells the rivals apart: path dependence by torque staircases up and down and reversals; laws of speed
-    by slow and fast points; time against temperature by repeating warm points after a cooling.
+    The rule follows what tells the rivals apart: path dependence by torque staircases up and down and reversals; laws
+    of speed by slow and fast points; time against temperature by repeating warm points after a cooling.
     """
     rivals = {finding.effect, *(a["effect"] for a in finding.alternatives)}
     variables = finding.location.text
@@ -26,7 +26,7 @@ def propose(finding: Finding, out: Path, number: int, data: Dataset) -> None:
     stages: list[dict[str, Any]] = []
     points: list[dict[str, Any]] = []
     if rivals & set(_STEADY):
-        why = "a torque staircase up and down and reversals under preload: path dependence shows, a function of torque does not"
+        why = "a torque staircase up and down, reversals under preload: path dependence shows, a function of torque not"
         stages.append(
             {"sequence": "torque_ramp", "torques": [largest], "speeds": [5.0], "options": '{ steps = 5, hold = "2 s" }'}
         )
@@ -77,7 +77,9 @@ def propose(finding: Finding, out: Path, number: int, data: Dataset) -> None:
 
 
 def _bounds(data: Dataset) -> tuple[float, float]:
-    """Largest load torque and fastest steady speed of the recordings: the new points stay within what the bench has done."""
+    """Largest load torque and fastest steady speed of the recordings: the new points stay within what the bench has
+    done.
+    """
     setpoints = [m.recording.setpoint for m in data.members]
     torque = [abs(s.load_torque) for s in setpoints if np.isfinite(s.load_torque)]
     speed = [

@@ -1,4 +1,6 @@
-"""What was found, as the report has it: one finding an effect, with status, confidence, location, parameters and evidence."""
+"""What was found, as the report has it: one finding an effect, with status, confidence, location, parameters and
+evidence.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +12,7 @@ from scipy.stats import chi2
 
 from bench.mismatch.linear import Alternative, Found
 from bench.mismatch.locate import Location
+from bench.simulation.frame import FloatArray
 from bench.simulation.terms import LIBRARY
 
 AMBIGUOUS_GAIN = 3.0
@@ -90,12 +93,14 @@ def parameters(channel: str, found: Found) -> list[dict[str, Any]]:
     return out
 
 
-def _std(found: Found) -> np.ndarray:  # type: ignore[type-arg]
+def _std(found: Found) -> FloatArray:
     return np.asarray(np.sqrt(np.maximum(np.diag(found.covariance), 0.0)))
 
 
 def as_good(alternative: Alternative, gain: float) -> bool:
-    """Whether an alternative cannot be told from the chosen term: within a standard error, or within little of the gain."""
+    """Whether an alternative cannot be told from the chosen term: within a standard error, or within little of the
+    gain.
+    """
     return alternative.loss < max(AMBIGUOUS_GAIN, 1.0 * alternative.error) and alternative.loss < 0.1 * gain
 
 

@@ -1,4 +1,6 @@
-"""Where a finding shows: ranges of speed, load, temperature and time that hold most of its energy, in words and numbers."""
+"""Where a finding shows: ranges of speed, load, temperature and time that hold most of its energy, in words and
+numbers.
+"""
 
 from __future__ import annotations
 

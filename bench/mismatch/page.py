@@ -15,7 +15,8 @@ from bench.simulation.terms import CHANNEL_UNITS
 if TYPE_CHECKING:
     from bench.mismatch.run import Report
 
-_STYLE = """body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#222;background:#fff}
+_STYLE = """
+body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#222;background:#fff}
 h1{font-size:1.6rem}h2{font-size:1.2rem;margin-top:2.2rem}table{border-collapse:collapse;margin:.6rem 0}
 td,th{border:1px solid #ccc;padding:.25rem .6rem;text-align:left}code{background:#f3f3f3;padding:.1rem .3rem}
 img{max-width:100%}.verdict{font-size:1.25rem;padding:.8rem 1rem;border-left:.4rem solid #00519e;background:#eef4fa}
@@ -50,8 +51,8 @@ def page(report: Report) -> str:
     body = [
         f"<h1>Simulation and recordings: {html.escape(report.verdict)}</h1>",
         f"<p class=verdict>{html.escape(sentence(report))}</p>",
-        "<h2>Channels, root mean square per sample on held-out recordings</h2><table><tr><th>channel<th>unit<th>noise floor"
-        f"<th>before<th>after<th>after / floor</tr>{rows}</table>",
+        "<h2>Channels, root mean square per sample on held-out recordings</h2>"
+        f"<table><tr><th>channel<th>unit<th>noise floor<th>before<th>after<th>after / floor</tr>{rows}</table>",
     ]
     for finding in report.findings:
         body.append(_finding(finding, report))
@@ -63,26 +64,30 @@ def page(report: Report) -> str:
         body.append("<h2>Notes</h2><ul>" + "".join(f"<li>{html.escape(n)}" for n in notes) + "</ul>")
     held = sum(m.held_out for m in report.data.members)
     body.append(
-        f"<p>{len(report.data.members)} recordings, {held} held out (all validation points and whole operating points); "
-        "nothing that is scored was fitted.</p>"
+        f"<p>{len(report.data.members)} recordings, {held} held out (all validation points and whole operating points);"
+        " nothing that is scored was fitted.</p>"
     )
-    return f"<!doctype html><html lang=en><meta charset=utf-8><title>Mismatch report</title><style>{_STYLE}</style>{''.join(body)}</html>\n"
+    head = f"<meta charset=utf-8><title>Mismatch report</title><style>{_STYLE}</style>"
+    return f"<!doctype html><html lang=en>{head}{''.join(body)}</html>\n"
 
 
 def _finding(finding: Finding, report: Report) -> str:
     values = "".join(
-        f"<tr><td>{html.escape(str(p['symbol']))}</td><td>{p['value']:.4g} ± {p['std']:.2g}</td><td>{html.escape(str(p['unit']))}</td></tr>"
+        f"<tr><td>{html.escape(str(p['symbol']))}</td><td>{p['value']:.4g} ± {p['std']:.2g}</td>"
+        f"<td>{html.escape(str(p['unit']))}</td></tr>"
         for p in finding.parameters[:12]
     )
     others = "".join(f"<li>{html.escape(a['effect'])}: {html.escape(a['why_not'])}" for a in finding.alternatives)
     more = ""
     if finding.next_experiment:
-        more = f"<p>Next experiment: {html.escape(finding.next_experiment['why'])} (<code>{finding.next_experiment['file']}</code>)</p>"
+        why, file = finding.next_experiment["why"], finding.next_experiment["file"]
+        more = f"<p>Next experiment: {html.escape(why)} (<code>{file}</code>)</p>"
     also = f", also in {', '.join(finding.also_in)}" if finding.also_in else ""
     return (
         f"<h2>{html.escape(finding.name)} <small>({finding.status}, confidence {finding.confidence:.2f})</small></h2>"
         f"<p>In {finding.channel.replace('_', ' ')}{also}; {html.escape(finding.location.text)}. Explains "
-        f"{100 * finding.location.share_of_excess:.0f} % of the energy above the noise on held-out recordings, p = {finding.p_value:.1e}.</p>"
+        f"{100 * finding.location.share_of_excess:.0f} % of the energy above the noise on held-out recordings, "
+        f"p = {finding.p_value:.1e}.</p>"
         f"<p><code>{html.escape(finding.equation)}</code></p><table>{values}</table>{_plot(finding, report)}"
         f"{'<p>Alternatives:</p><ul>' + others + '</ul>' if others else ''}{more}"
     )
@@ -125,4 +130,5 @@ def _plot(finding: Finding, report: Report) -> str:
     axes[0].set_ylabel(f"measured - simulated / {CHANNEL_UNITS[finding.channel]}")
     data = io.BytesIO()
     figure.savefig(data, format="png", dpi=90)
-    return f'<img alt="residual before and after" src="data:image/png;base64,{base64.b64encode(data.getvalue()).decode()}">'
+    coded = base64.b64encode(data.getvalue()).decode()
+    return f'<img alt="residual before and after" src="data:image/png;base64,{coded}">'

@@ -107,7 +107,9 @@ def run(
 
 
 def given(model: Simulation) -> tuple[list[str], dict[str, tuple[Known, ...]], list[float]]:
-    """What a simulation file says: nominal terms switched off, further terms in force by channel, orders of the series."""
+    """What a simulation file says: nominal terms switched off, further terms in force by channel, orders of the
+    series.
+    """
     off = [effect for effect, term in LIBRARY.items() if term.nominal and not model.enabled(effect)]
     known: dict[str, list[Known]] = {}
     orders: list[float] = [] if "te.fourier" in off else [float(f) for f in PAPER_ORDERS]
