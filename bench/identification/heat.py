@@ -25,9 +25,9 @@ from bench.identification.reduction import Reduction
 FloatArray = NDArray[np.float64]
 
 STEP_S = 2.0
-MIN_CHANGE_K = 3.0
-"""Temperature must move at least this far in some recording: a terminal may resolve 0.1 K, and over less than some
-thirty steps the rounding passes for a curvature."""
+MIN_CHANGE_K = 2.0
+"""Temperature must move at least this far in some recording: a terminal may resolve 0.1 K, and over less than
+some twenty steps the rounding passes for a curvature."""
 HEAT_UNITS = {"C": "J/K", "R": "K/W", "T_amb": "degC"}
 
 

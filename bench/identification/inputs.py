@@ -16,7 +16,7 @@ ENTRY_ORDER = (CONSTANT, 3, 4, 5, 0, 1, 2, 6, 7, 8)
 MIN_INDEPENDENT_SHARE = 0.08
 """A monomial is kept if at least this share of its (standardised) norm is not made up of those kept before."""
 INPUT_NAMES = ("load torque", "velocity", "temperature")
-INPUT_UNITS = ("N·m", "rad/s", "K")
+INPUT_UNITS = ("N·m", "rad/s", "°C")
 
 
 @dataclass(frozen=True, slots=True)

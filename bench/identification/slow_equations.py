@@ -63,13 +63,14 @@ def _moving(r: Reduction) -> NDArray[np.bool_]:
 
 
 def _accelerating(acceleration: FloatArray, steady: FloatArray) -> FloatArray:
-    """Acceleration (n,) where it stands out of the encoder's noise; 0 in steady segments and where too few do."""
-    out = np.where(steady > 0, 0.0, acceleration)
-    if not np.isfinite(out).all():
-        return np.zeros_like(out)
+    """Acceleration (n,) where it stands out of the encoder's noise, elsewhere 0; 0 throughout where too few rows do.
+
+    Noise in a regressor would draw its coefficient towards 0.
+    """
+    moving = (steady == 0) & np.isfinite(acceleration)
     noise = float(np.median(np.abs(acceleration[steady > 0]))) if (steady > 0).any() else 0.0
-    strong = np.count_nonzero(np.abs(out) > 10.0 * noise)
-    return out if strong >= MIN_ACCELERATED_ROWS and np.abs(out).max() > 0 else np.zeros_like(out)
+    out = np.where(moving & (np.abs(acceleration) > 10.0 * noise), acceleration, 0.0)
+    return out if np.count_nonzero(out) >= MIN_ACCELERATED_ROWS else np.zeros_like(out)
 
 
 def friction_rows(reductions: Sequence[Reduction], torque_zero: float = 0.0) -> Rows:
