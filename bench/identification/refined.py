@@ -121,6 +121,16 @@ def _solve(normal: _Normal, fourier: FourierSet | None, ripples: int) -> FloatAr
     return np.asarray(np.linalg.solve(normal.gram.sum(axis=0), right))
 
 
+def _beside(power: FloatArray, order: int) -> FloatArray:
+    """Powers of the orders beside one that are not fitted (NaN marks the fitted); further off where few are."""
+    for width in (NEIGHBOURS, 2 * NEIGHBOURS, 4 * NEIGHBOURS, power.size):
+        near = power[max(order - width, 1) : order + width + 1]
+        near = near[np.isfinite(near)]
+        if near.size >= NEIGHBOURS // 2:
+            break
+    return near
+
+
 def _noise(normal: _Normal, fourier: FourierSet | None, ripples: int, orders: NDArray[np.int64]) -> FloatArray:
     """Residual power |Σ r·exp(imθ)|²/N beside each order (K,) and, last, at order 0; the median of its neighbours."""
     steady = normal.sums
@@ -137,9 +147,9 @@ def _noise(normal: _Normal, fourier: FourierSet | None, ripples: int, orders: ND
     power[0] = np.nan
     out = np.empty(orders.size - ripples + 1)
     for k, order in enumerate([*orders[: orders.size - ripples], 0]):
-        near = power[max(order - NEIGHBOURS, 1) : order + NEIGHBOURS + 1]
+        near = _beside(power, int(order))
         # The power of noise at an order is exponentially distributed: its mean is its median / ln 2.
-        out[k] = float(np.nanmedian(near)) / np.log(2.0)
+        out[k] = float(np.median(near)) / np.log(2.0)
     return out
 
 

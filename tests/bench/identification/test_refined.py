@@ -6,7 +6,7 @@ import pytest
 from bench.identification import Identification
 from bench.identification.inputs import make_design
 from bench.identification.polish import estimate_spread, fit_linear, fit_polar
-from bench.identification.refined import single_recording
+from bench.identification.refined import identify_direction, single_recording
 from bench.simulation import basis
 from bench.simulation.model import NOMINAL_ORDERS
 from tests.bench.identification.synthetic import true_model
@@ -101,3 +101,12 @@ def test_polar_fit_follows_phases_through_many_turns_and_small_amplitudes() -> N
     fit = fit_polar(z, np.full(120, 1e-16), design)
     assert fit.amplitude == pytest.approx(amplitude, abs=1e-8)
     assert fit.phase == pytest.approx(phase, abs=5e-3)
+
+
+def test_orders_without_a_gap_between_them_still_have_a_noise(found: Identification) -> None:
+    # With the proposed orders 1 … 24 may all be in the model: the noise is then taken from further off.
+    group = [r for r in found.reductions if r.steady is not None and r.steady.window.direction > 0]
+    result = identify_direction(group, tuple(range(1, 40)), (150, 300), "positive")
+    assert result is not None
+    assert all(np.isfinite(h.variance).all() and (h.variance > 0).all() for h in result.harmonics)
+    assert np.isfinite(result.fourier.amplitude).all()
