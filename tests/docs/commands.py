@@ -28,6 +28,7 @@ LONG = {
     "bench run paper": "minutes; bench benchmark campaign measures it",
     "bench identify paper": "needs the campaign above",
     "bench mismatch paper": "needs the campaign above",
+    "bench benchmark identify paper": "needs the campaign above",
     "bench prove": "minutes; bench prove --quick runs in its own tests",
     "bench emulate": "runs until it is stopped; tests/fakes/ethercat/wire does it",
     "bench run quick --bus": "needs rights and real time; tests/drivers/test_wire.py does it",
