@@ -10,13 +10,13 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
-from typing import Protocol
 
 import bench
 from bench.campaigns.definition import Campaign
 from bench.campaigns.facts import facts
 from bench.campaigns.gate import judge
 from bench.campaigns.journal import Journal
+from bench.campaigns.listener import Listener
 from bench.campaigns.plan import Plan
 from bench.campaigns.recorder import Recorder
 from bench.campaigns.registry import build_sequence
@@ -32,35 +32,6 @@ from bench.recording.manifest import write_manifest
 
 MOST_TAKES = 3
 """A poor recording is repeated until there are this many takes in one run; all are kept."""
-
-
-class Listener(Protocol):
-    """Is told how a campaign goes."""
-
-    def started(self, task: Task, recording_id: str) -> None:
-        """A recording begins."""
-        ...
-
-    def advanced(self, bench_time_s: float, temperature: float) -> None:
-        """Bench time went on."""
-        ...
-
-    def finished(self, taken: Taken) -> None:
-        """A recording is in its file."""
-        ...
-
-
-class Silent:
-    """A listener for whoever does not want to know."""
-
-    def started(self, task: Task, recording_id: str) -> None:
-        """Do nothing."""
-
-    def advanced(self, bench_time_s: float, temperature: float) -> None:
-        """Do nothing."""
-
-    def finished(self, taken: Taken) -> None:
-        """Do nothing."""
 
 
 class Runner:

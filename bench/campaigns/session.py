@@ -11,8 +11,9 @@ from pathlib import Path
 from types import FrameType
 
 from bench.campaigns.definition import Campaign
+from bench.campaigns.listener import Listener, Silent
 from bench.campaigns.plan import make_plan
-from bench.campaigns.runner import Listener, Runner, Silent
+from bench.campaigns.runner import Runner
 from bench.campaigns.taken import Summary
 from bench.configuration import BenchFile
 from bench.cycle.rig import Rig
