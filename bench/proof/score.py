@@ -28,8 +28,9 @@ from typing import Any
 import numpy as np
 
 #: Held-out RMSE over true noise between which a folder's residual is called right: the noise of the held-out recordings
-#: alone differs from the folder's by a few per cent, and a residual far below the noise is no held-out residual.
-RESIDUAL_LIMITS = (0.85, 1.05)
+#: alone differs from the folder's by a few per cent. Below the noise lies who smooths the inputs of the prediction (the
+#: load motor's torque is noisy itself); far below it no held-out residual can lie.
+RESIDUAL_LIMITS = (0.7, 1.05)
 _ORDER_TOLERANCE = 0.5
 
 

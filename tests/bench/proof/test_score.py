@@ -92,7 +92,7 @@ def test_residual_too_large_spoils_the_folder() -> None:
 
 
 def test_a_residual_below_the_noise_is_not_believed() -> None:
-    assert not score(truth(concealed()), report(finding(), after=0.04), 1.0).every_point_right
+    assert not score(truth(concealed()), report(finding(), after=0.03), 1.0).every_point_right
 
 
 def test_unknown_called_by_a_name_is_wrong() -> None:
