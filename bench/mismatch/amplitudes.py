@@ -252,5 +252,5 @@ def best_law(data: Orders) -> Law | None:
     if not candidates:
         return None
     law = max(candidates, key=lambda found: found.gain)
-    price, least = (2.5, 2.0) if law.effect == "unknown" else (1.0, 1.0)
+    price, least = (1.0, 1.0) if law.effect == "te.resonance" else (2.5, 2.0)
     return law if law.gain > price * LEAST_GAIN and size(law, data) > least * LEAST_SIZE else None

@@ -73,7 +73,7 @@ def analyse_channels(
         _temperature(out, data, lookup, switched_off, known.get(TEMPERATURE, ()))
     if TRANSMISSION_ERROR in channels and data.angle is not None:
         out.transmission = analyse_transmission(
-            data.angle, lookup, orders, switched_off, known.get(TRANSMISSION_ERROR, ())
+            _corrected(out, data.angle), lookup, orders, switched_off, known.get(TRANSMISSION_ERROR, ())
         )
         out.models[TRANSMISSION_ERROR] = out.transmission.offset
     return out
@@ -87,6 +87,17 @@ def _sensor_error(model: ChannelModel) -> FloatArray | None:
     return np.asarray(
         sum(columns_of(LOAD_TORQUE, f.entry, model.rows.frame) @ f.coefficients for f in terms), dtype=np.float64
     )
+
+
+def _corrected(out: Analysis, rows: Rows) -> Rows:
+    """Rows whose torque is what acts at the gearbox: the sensor's reading less its error, where that has been found."""
+    load = out.models.get(LOAD_TORQUE)
+    sensor = [f for f in load.found if f.entry.effect in SENSOR_ERRORS] if load is not None else []
+    if not sensor or not (out.traced or out.trace is None):
+        return rows
+    error = np.asarray(sum(columns_of(LOAD_TORQUE, f.entry, rows.frame) @ f.coefficients for f in sensor))
+    power = np.abs(rows.frame.power + error * rows.frame.velocity)
+    return replace(rows, frame=replace(rows.frame, torque=rows.frame.torque - error, power=power))
 
 
 def _motor_torque(
@@ -160,13 +171,7 @@ def _temperature(
 ) -> None:
     assert data.heat is not None
     rows = data.heat
-    load = out.models.get(LOAD_TORQUE)
-    if load is not None:
-        sensor = [f for f in load.found if f.entry.effect in SENSOR_ERRORS]
-        if sensor and (out.traced or out.trace is None):
-            error = sum(columns_of(LOAD_TORQUE, f.entry, rows.frame) @ f.coefficients for f in sensor)
-            corrected = np.abs(rows.frame.power + np.asarray(error) * rows.frame.velocity)
-            rows = replace(rows, frame=replace(rows.frame, power=corrected))
+    rows = _corrected(out, rows)
     motor = out.models.get(MOTOR_TORQUE)
     if motor is not None:
         power = np.abs(rows.frame.power - _wandering_zero(motor)[rows.frame.recording] * rows.frame.omega)

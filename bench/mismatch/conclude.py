@@ -18,8 +18,10 @@ from bench.mismatch.rivals import rivals
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR
 
+Evidence = dict[tuple[str, str], tuple[float, float]]
 
-def conclude(data: Dataset, analysis: Analysis, scores: dict[str, Scores]) -> list[Finding]:
+
+def conclude(data: Dataset, analysis: Analysis, scores: dict[str, Scores], evidence: Evidence) -> list[Finding]:
     """Findings of all channels, one an effect, strongest first."""
     names = {m.index: m.recording.recording_id for m in data.members}
     out: list[Finding] = []
@@ -29,6 +31,10 @@ def conclude(data: Dataset, analysis: Analysis, scores: dict[str, Scores]) -> li
     if analysis.transmission is not None and analysis.transmission.harmonics is not None:
         out += _harmonic(analysis, scores[TRANSMISSION_ERROR], names, data)
     _load_motor(out, analysis)
+    for finding in out:
+        pair = evidence.get((finding.channel, finding.source.entry.effect if isinstance(finding.source, Found) else ""))
+        if pair is not None:
+            finding.rmse_before, finding.rmse_after = pair
     merged = _merged(out, analysis)
     return sorted(merged, key=lambda f: -f.gain)
 
@@ -80,7 +86,7 @@ def _linear(
         f"{channel} += f({', '.join(variables)}), free form" if unknown else LIBRARY[name].equation,
         parameters(channel, found) if not unknown else [],
         found.gain,
-        _without(score, share),
+        score.before,
         score.after,
         alternatives_json(found, score.after),
         numbers=len(entry.index) + len(entry.point),
@@ -93,10 +99,6 @@ def _linear(
 def _share(score: Scores) -> float:
     excess = score.before**2 - score.floor**2
     return float(np.clip((score.before**2 - score.after**2) / excess, 0.0, 1.0)) if excess > 0 else 0.0
-
-
-def _without(score: Scores, _: float) -> float:
-    return score.before
 
 
 def _harmonic(analysis: Analysis, score: Scores, names: dict[int, str], data: Dataset) -> list[Finding]:

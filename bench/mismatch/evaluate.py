@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch.columns import is_integral
-from bench.mismatch.linear import ChannelModel, predict
+from bench.mismatch.linear import ChannelModel, dropped, predict, predict_without
 from bench.mismatch.noise import robust_spread
 from bench.mismatch.transmission import TransmissionModel
 from bench.simulation.frame import FloatArray, recording_starts
@@ -101,3 +101,44 @@ def transmission(model: TransmissionModel, held_out: set[int]) -> Scores:
         before,
         after,
     )
+
+
+LEAST_HELD_OUT = 0.0008
+"""of the floor's square: what a finding has to take off the held-out residual, per sample"""
+BEYOND_DOUBT = 150.0
+"""log-likelihood on training recordings left out from which a finding stands that no held-out recording shows"""
+
+
+def gate(model: ChannelModel, usable: NDArray[np.bool_], held_out: set[int]) -> dict[str, tuple[float, float]]:
+    """Drop findings that do not improve recordings which selected nothing; root mean squares without and with, by effect.
+
+    A finding that acts in no held-out recording (a single reversal, say) can neither be confirmed nor refuted there: it stands
+    when the training recordings left out leave no doubt.
+    """
+    rows = model.rows
+    scored = usable & np.isin(rows.frame.recording, list(held_out)) & (rows.number > 0)
+    out: dict[str, tuple[float, float]] = {}
+    if not scored.any():
+        return out
+    number = rows.number[scored]
+    inner = float(np.sum(rows.within[scored] * np.maximum(number - 1.0, 0.0)))
+    noise = (float(np.sum(number * np.median(model.noise.sigma**2))) + inner) / number.sum()
+
+    def squares(values: FloatArray) -> FloatArray:
+        left = rows.y - values
+        return (_own_start(left, model) if is_integral(model.channel) else left)[scored] ** 2 * number
+
+    for found in sorted(model.found, key=lambda f: f.gain):
+        full = squares(predict(model, rows.frame))
+        rest = squares(predict_without(model, rows.frame, found.entry))
+        change = (rest.sum() - full.sum()) / number.sum()
+        by_recording = np.bincount(rows.frame.recording[scored], rest - full)
+        touched = by_recording[np.abs(by_recording) > 0.05 * np.abs(by_recording).max()]
+        better = bool(np.mean(touched > 0) >= 0.5) if touched.size else False
+        silent = abs(change) < LEAST_HELD_OUT * noise and found.gain > BEYOND_DOUBT
+        if silent or (change > LEAST_HELD_OUT * noise and better):
+            level = (inner + float(full.sum())) / number.sum()
+            out[found.entry.effect] = (float(np.sqrt(max(level + change, 0.0))), float(np.sqrt(level)))
+        else:
+            dropped(model, found.entry)
+    return out

@@ -101,6 +101,8 @@ def as_good(alternative: Alternative, gain: float) -> bool:
     """Whether an alternative cannot be told from the chosen term: within a standard error, or within little of the
     gain.
     """
+    if alternative.contains:
+        return False
     return alternative.loss < max(AMBIGUOUS_GAIN, 1.0 * alternative.error) and alternative.loss < 0.1 * gain
 
 
@@ -110,7 +112,9 @@ def alternatives_json(found: Found, rmse: float) -> list[dict[str, Any]]:
     for alternative in found.alternatives[:4]:
         told = as_good(alternative, found.gain)
         why = (
-            "explains the recordings as well: they cannot tell the two apart"
+            "contains the finding as a special case and gains nothing beyond it"
+            if alternative.contains
+            else "explains the recordings as well: they cannot tell the two apart"
             if told
             else f"loses {alternative.loss:.0f} of log-likelihood on recordings left out "
             f"(standard error {alternative.error:.0f}; the finding gains {found.gain:.0f})"

@@ -31,6 +31,8 @@ class Alternative:
     entry: Entry
     loss: float
     error: float
+    contains: bool
+    """the alternative has the chosen term's regressors among its own: no rival, only a longer way to say it"""
 
 
 @dataclass(slots=True)
@@ -177,7 +179,12 @@ def _alternatives(search: Search, others: list[Entry], entry: Entry, whole: Fit)
         error = float(np.std(difference, ddof=1) * np.sqrt(difference.size)) if difference.size > 1 else 0.0
         loss = float(difference.sum())
         if candidate.effect not in best or loss < best[candidate.effect].loss:
-            best[candidate.effect] = Alternative(candidate, loss, error)
+            best[candidate.effect] = Alternative(candidate, loss, error, False)
+    for effect, found in best.items():
+        if len(found.entry.index) > len(entry.index):
+            beyond = search.bank.explained(entry.index, [*search.base, *found.entry.index])
+            alone = search.bank.explained(entry.index, search.base)
+            best[effect] = replace(found, contains=beyond < 0.02 * alone)
     return sorted(best.values(), key=lambda a: a.loss)[:5]
 
 
@@ -195,10 +202,36 @@ def predict(model: ChannelModel, frame: Frame, whole: bool = True) -> FloatArray
     again = layout(model.channel, frame, model.switched_off, model.known, with_free=False)
     if not whole:
         return np.asarray(again.columns[:, list(again.base)] @ model.base_coefficients[: len(again.base)])
-    index = model.index([*model.chosen, *model.correction])
-    coefficient = dict(zip(index, model.fit.coefficients, strict=True))
-    out = again.columns[:, list(again.base)] @ np.array([coefficient[i] for i in model.layout.base])
-    for entry in (*model.chosen, *model.correction):
+    return _sum_of(model, frame, again.columns, [*model.chosen, *model.correction], model.fit)
+
+
+def predict_without(model: ChannelModel, frame: Frame, left_out: Entry) -> FloatArray:
+    """The channel as the final model says that lacks one entry, refitted on the training rows."""
+    rest = [e for e in (*model.chosen, *model.correction) if e != left_out]
+    fit = model.search.bank.fit(model.index(rest), leave_out=False)
+    again = layout(model.channel, frame, model.switched_off, model.known, with_free=False)
+    return _sum_of(model, frame, again.columns, rest, fit)
+
+
+def dropped(model: ChannelModel, entry: Entry) -> None:
+    """Take an entry out of a model again (it did not hold on recordings that selected nothing), and refit."""
+    model.chosen = [e for e in model.chosen if e != entry]
+    model.found = [f for f in model.found if f.entry != entry]
+    if not model.found:
+        model.correction = []
+    final = model.index([*model.chosen, *model.correction])
+    model.fit = model.search.bank.fit(final, leave_out=False)
+    place = {column: k for k, column in enumerate(final)}
+    for found in model.found:
+        own = [place[i] for i in found.entry.index]
+        found.coefficients = model.fit.coefficients[own]
+        found.covariance = model.fit.covariance[np.ix_(own, own)]
+
+
+def _sum_of(model: ChannelModel, frame: Frame, columns: FloatArray, entries: Sequence[Entry], fit: Fit) -> FloatArray:
+    coefficient = dict(zip(model.index(entries), fit.coefficients, strict=True))
+    out = columns[:, list(model.layout.base)] @ np.array([coefficient[i] for i in model.layout.base])
+    for entry in entries:
         own = np.array([coefficient[i] for i in entry.index])
         out = out + _any_columns(model, entry, frame) @ own
     return np.asarray(out)
@@ -215,4 +248,15 @@ def _any_columns(model: ChannelModel, entry: Entry, frame: Frame) -> FloatArray:
     return np.zeros((frame.size, len(entry.index)))
 
 
-__all__ = ["FREE_PRIOR", "Alternative", "ChannelModel", "Found", "analyse", "columns_of", "predict", "starts_and_folds"]
+__all__ = [
+    "FREE_PRIOR",
+    "Alternative",
+    "ChannelModel",
+    "Found",
+    "analyse",
+    "columns_of",
+    "dropped",
+    "predict",
+    "predict_without",
+    "starts_and_folds",
+]

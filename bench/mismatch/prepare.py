@@ -24,6 +24,8 @@ SMOOTHING_S = 0.06
 STANDSTILL_RAD_S = 0.3
 """Motor speed below which the bench counts as standing (on the smoothed velocity)."""
 SPIKE_SIGMA = 9.0
+NOTCH = (150.0, 300.0)
+"""6 and 12 times the load motor's 25 pole pairs"""
 MEASURED = ("transmission_error", "motor_torque", "temperature", "load_torque")
 
 
@@ -120,6 +122,31 @@ def _since_change(
     return run - run[start], time - time[start], reversed_before
 
 
+def ripple(
+    q: FloatArray, torque: FloatArray, direction: FloatArray, bad: NDArray[np.bool_], orders: tuple[float, ...] = NOTCH
+) -> FloatArray:
+    """The load motor's torque ripple, fitted to a recording's load torque over the angle: the notch of the bench.
+
+    At standstill it is a constant that cannot be told from the load and is left in.
+    """
+    moving = (direction != 0) & ~bad
+    out = np.zeros(q.size)
+    if moving.sum() < 200 or np.ptp(q[moving]) < 0.15:
+        return out
+    angle = q[:, None] * np.asarray(orders)[None, :]
+    waves = np.hstack([np.cos(angle), np.sin(angle)])
+    # the slow part is no ripple: a constant, the direction and a line over time stand beside it
+    slow = np.column_stack([np.ones(q.size), direction, np.linspace(-1.0, 1.0, q.size)])
+    design = np.hstack([waves, slow])[moving]
+    limit = np.percentile(np.abs(torque[moving] - np.median(torque[moving])), 99)
+    chosen = np.abs(torque[moving] - np.median(torque[moving])) <= limit
+    normal = design[chosen].T @ design[chosen]
+    normal[np.diag_indices_from(normal)] *= 1.0 + 1e-9
+    beta = np.linalg.lstsq(normal, design[chosen].T @ torque[moving][chosen], rcond=1e-12)[0]
+    out[moving] = waves[moving] @ beta[: waves.shape[1]]
+    return out
+
+
 def prepare(recording: Recording, index: int, campaign_start: float, travelled: float = 0.0) -> Prepared:
     """Read a recording and derive what the terms need.
 
@@ -159,6 +186,8 @@ def prepare(recording: Recording, index: int, campaign_start: float, travelled: 
         label[segment.start : segment.stop] = number
         if segment.name == "steady":
             steady[segment.start : segment.stop] = 1.0
+    if "load_torque" in recording:
+        load_torque = load_torque - ripple(q, load_torque - load_motor_torque, direction, bad["load_torque"])
     torque = _smooth(load_torque, rate)
     frame = Frame(
         ratio=ratio,

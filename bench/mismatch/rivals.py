@@ -55,10 +55,20 @@ def hats(values: FloatArray, reference: FloatArray | None = None, knots: int = K
         return np.zeros((values.size, 0))
     sample = np.quantile(x, np.linspace(0.01, 0.99, knots))
     even = np.linspace(sample[0], sample[-1], knots)
-    at = np.unique(0.5 * sample + 0.5 * even)
+    at = _apart(np.unique(0.5 * sample + 0.5 * even))
     if at.size < 3:
         return np.zeros((values.size, 0))
     return np.column_stack([np.interp(values, at, np.eye(at.size)[i]) for i in range(at.size)])
+
+
+def _apart(knots: FloatArray) -> FloatArray:
+    """Knots at least a sixteenth of the range apart: finer ones would follow the noise of the quantity itself."""
+    least = (knots[-1] - knots[0]) / 16.0
+    kept = [float(knots[0])]
+    for knot in knots[1:]:
+        if knot - kept[-1] >= least:
+            kept.append(float(knot))
+    return np.asarray(kept)
 
 
 def _waves(frame: Frame) -> FloatArray:

@@ -8,6 +8,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from bench.errors import ConfigurationError
 from bench.mismatch import evaluate
 from bench.mismatch.channels import Analysis, Known, analyse_channels
@@ -17,6 +20,7 @@ from bench.mismatch.evaluate import FLOOR_METHOD, Scores
 from bench.mismatch.experiment import propose
 from bench.mismatch.findings import Finding
 from bench.mismatch.improved import improved
+from bench.mismatch.linear import ChannelModel
 from bench.simulation.model import Simulation
 from bench.simulation.terms import CHANNEL_UNITS, LIBRARY, TRANSMISSION_ERROR, Form
 from bench.simulation.terms.nominal.transmission_error import PAPER_ORDERS
@@ -95,8 +99,9 @@ def run(
         tell("searching the channels", 0.35)
         report.analysis = analyse_channels(data, orders, switched_off, known, channels)
         tell("scoring what was held out", 0.85)
+        evidence = _gated(report.analysis, data)
         report.scores = _scores(report.analysis, data, channels)
-        report.findings = conclude(data, report.analysis, report.scores)
+        report.findings = conclude(data, report.analysis, report.scores, evidence)
         report.verdict = "mismatch" if report.findings else "match"
         for number, finding in enumerate(f for f in report.findings if f.status != "named"):
             propose(finding, out, number + 1, data)
@@ -160,6 +165,22 @@ def _channels(data: Dataset, report: Report) -> list[str]:
     return out
 
 
+def _usable(model: ChannelModel, analysis: Analysis) -> NDArray[np.bool_]:
+    if model.channel == TRANSMISSION_ERROR and analysis.transmission is not None:
+        return analysis.transmission.slow_inside
+    return model.rows.frame.direction != 0 if model.channel != "temperature" else model.rows.number > 0
+
+
+def _gated(analysis: Analysis, data: Dataset) -> dict[tuple[str, str], tuple[float, float]]:
+    """Take back what held-out recordings refute; their root mean squares without and with each finding that stays."""
+    held = data.held_out()
+    out: dict[tuple[str, str], tuple[float, float]] = {}
+    for channel, model in analysis.models.items():
+        for effect, pair in evaluate.gate(model, _usable(model, analysis), held).items():
+            out[channel, effect] = pair
+    return out
+
+
 def _scores(analysis: Analysis, data: Dataset, channels: Sequence[str]) -> dict[str, Scores]:
     held = data.held_out()
     out: dict[str, Scores] = {}
@@ -169,8 +190,7 @@ def _scores(analysis: Analysis, data: Dataset, channels: Sequence[str]) -> dict[
                 out[channel] = evaluate.transmission(analysis.transmission, held)
         elif channel in analysis.models:
             model = analysis.models[channel]
-            usable = model.rows.frame.direction != 0 if channel != "temperature" else model.rows.number > 0
-            out[channel] = evaluate.linear(model, usable, held)
+            out[channel] = evaluate.linear(model, _usable(model, analysis), held)
     return out
 
 

@@ -95,6 +95,8 @@ class TransmissionModel:
     """angle rows within the bounds in which the polynomials hold"""
     offset: ChannelModel
     harmonics: Harmonics | None
+    slow_inside: NDArray[np.bool_]
+    """blocks of the offset's rows within the bounds"""
 
     def predict(self, frame: Frame, whole: bool = True) -> FloatArray:
         """Transmission error at the rows of a frame, rad."""
@@ -150,7 +152,7 @@ def analyse_transmission(
             harmonics = _searched(offset_only, orders, train)
             if harmonics.law is None and not harmonics.peaks and not offset.found:
                 break
-    return TransmissionModel(angle, inside, offset, harmonics)
+    return TransmissionModel(angle, inside, offset, harmonics, usable)
 
 
 def _within_bounds(angle: Rows, orders: Sequence[float]) -> NDArray[np.bool_]:

@@ -9,7 +9,7 @@ from bench.simulation.terms.memory import play, relaxing
 
 def _widths(frame: Frame) -> tuple[Point, ...]:
     largest = top(frame.load_motor_torque)
-    return logarithmic(0.01 * largest, 0.8 * largest, 9)
+    return logarithmic(0.06 * largest, 0.8 * largest, 9)
 
 
 def _play(frame: Frame, point: Point) -> FloatArray:
@@ -32,7 +32,7 @@ def _dahl_kept(frame: Frame, point: Point) -> FloatArray:
 
 def _quiet(frame: Frame) -> FloatArray:
     """Load torque without the noise that would turn the relaxing state to and fro."""
-    return play(frame.load_motor_torque, frame, 0.01 * top(frame.load_motor_torque))
+    return play(frame.load_motor_torque, frame, 0.03 * top(frame.load_motor_torque))
 
 
 H_S = Symbol("h_s", "N*m", "half width of the loop")

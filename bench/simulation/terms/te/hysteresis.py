@@ -11,7 +11,7 @@ from bench.simulation.terms.memory import play, relaxing
 
 def _torques(frame: Frame) -> tuple[Point, ...]:
     largest = top(frame.torque)
-    return logarithmic(0.02 * largest, 0.8 * largest, 9)
+    return logarithmic(0.06 * largest, 0.8 * largest, 9)
 
 
 def _play(frame: Frame, point: Point) -> FloatArray:
@@ -23,7 +23,7 @@ def _play_kept(frame: Frame, point: Point) -> FloatArray:
 
 
 def _quiet(frame: Frame) -> FloatArray:
-    return play(frame.torque, frame, 0.01 * top(frame.torque))
+    return play(frame.torque, frame, 0.03 * top(frame.torque))
 
 
 def _bouc_wen(frame: Frame, point: Point) -> FloatArray:
