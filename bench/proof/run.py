@@ -15,9 +15,6 @@ from bench.proof.score import CaseScore, score
 
 Progress = Callable[[int, int, CaseScore], None]
 
-#: What ``--quick`` proves: (group, effect concealed), one of a kind, a minute in all.
-QUICK: tuple[tuple[str, str], ...] = (("clear", "friction.stribeck"), ("null", ""))
-
 
 @dataclass(frozen=True, slots=True)
 class Plan:
@@ -34,19 +31,15 @@ class Plan:
     count: int | None = None
     nulls: int | None = None
     held_back: bool = False
-    quick: bool = False
 
 
 def jobs_of(plan: Plan, out: Path, keep: bool) -> list[Job]:
     """The jobs of a plan, in the groups' order."""
     examiner = make.load_examiner()
-    if plan.quick:
-        picked = [(group, _first(make.list_cases(examiner, [group], plan.seed, None, False), e)) for group, e in QUICK]
-    else:
-        picked = []
-        for group in plan.groups:
-            count = plan.nulls if group == "null" and plan.nulls is not None else plan.count
-            picked += [(group, case) for case in make.list_cases(examiner, [group], plan.seed, count, plan.held_back)]
+    picked = []
+    for group in plan.groups:
+        count = plan.nulls if group == "null" and plan.nulls is not None else plan.count
+        picked += [(group, case) for case in make.list_cases(examiner, [group], plan.seed, count, plan.held_back)]
     return [Job(group, case.name, plan.seed, plan.held_back, out, keep=keep) for group, case in picked]
 
 
@@ -77,11 +70,6 @@ def sweep_jobs(jobs: Iterable[Job], strengths: Sequence[float]) -> list[Job]:
         for job in jobs
         for value in strengths
     ]
-
-
-def _first(cases: Sequence[Any], effect: str) -> Any:
-    """The first case that conceals an effect; the first of all where none is named."""
-    return next(case for case in cases if not effect or any(form.effect == effect for form in case.forms))
 
 
 def _make(job: Job) -> Path:

@@ -16,7 +16,7 @@ import fakes.concealed.effects.thermal
 import fakes.concealed.effects.transmission  # noqa: F401
 from fakes.concealed.design import Design
 from fakes.concealed.effects.formula import FORMS, Form
-from fakes.concealed.exam import CLEAR, COMPOUNDS, CONFUSIONS, FAINT, GROUPS, SWITCHABLE, TOO_CLOSE
+from fakes.concealed.exam import CLEAR, COMPOUNDS, CONFUSIONS, FAINT, GROUPS, QUICK, QUICK_DESIGN, SWITCHABLE, TOO_CLOSE
 from fakes.concealed.noise import NUISANCE_NAMES
 
 
@@ -61,6 +61,7 @@ def cases(group: str, seed: int, count: int | None = None, held_back: bool = Fal
         "unknown": lambda: _unknowns(seed, held_back),
         "ambiguous": lambda: _ambiguous(seed, held_back),
         "switched_off": lambda: _switched(seed),
+        "quick": lambda: _quick(seed),
     }
     for number, case in enumerate(makers[group]()):
         if count is not None and number >= count:
@@ -195,6 +196,14 @@ def _ambiguous(seed: int, held_back: bool) -> Iterator[CaseSpec]:
             design=pair.design,
             shape=pair.shape,
         )
+
+
+def _quick(seed: int) -> Iterator[CaseSpec]:
+    for number, effect in enumerate(QUICK):
+        own, rng = _seeded("quick", seed, number)
+        forms = (_pick(effect, rng, False),) if effect else ()
+        strengths = tuple(float(rng.uniform(*CLEAR)) for _ in forms)
+        yield CaseSpec(f"quick-{number:03d}", "quick", own, forms, strengths, design=QUICK_DESIGN)
 
 
 def _switched(seed: int) -> Iterator[CaseSpec]:

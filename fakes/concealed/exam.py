@@ -6,11 +6,24 @@ from dataclasses import dataclass, replace
 
 from fakes.concealed.design import Design
 
-GROUPS = ("clear", "faint", "null", "compound", "unknown", "ambiguous", "switched_off")
+GROUPS = ("clear", "faint", "null", "compound", "unknown", "ambiguous", "switched_off", "quick")
 #: Strength (in units of the noise floor) is drawn evenly from here.
 CLEAR, FAINT = (1.0, 1.8), (0.28, 0.42)
 
 _STEADY = Design(transients=(0, 0, 0), flying=True, heating=False)
+#: Short runs at two speeds: enough for one plain effect or for none.
+QUICK_DESIGN = Design(
+    loads=(-1000.0, -500.0, 0.0, 500.0, 1000.0),
+    speeds=(5.0, 7.5, 10.0),
+    levels=2,
+    grid=20,
+    validation=4,
+    anchors=2,
+    transients=(1, 1, 1),
+    heat_time=200.0,
+)
+#: The effects of the quick set, one a case; None for a folder without.
+QUICK: tuple[str | None, ...] = ("friction.stribeck", None)
 _FAR = (-1000.0, -800.0, -600.0, 600.0, 800.0, 1000.0)
 _ONE_WARM_UP = replace(_STEADY, speeds=(7.5,), warm_ups=1, levels=14, heat_time=110.0, sobol_free=False, grid=42)
 # Drag that grows with the square would stall the motor at full heating speed: this bench warms up slowly.
