@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from numpy.typing import NDArray
 
 from bench.errors import RecordingError
 from bench.mismatch.prepare import MEASURED, Prepared, block_edges, block_mean, prepare, reduce
@@ -136,11 +137,43 @@ def _spread(members: Sequence[tuple[str, float, float, float]], number: int) -> 
 def _rows(prepared: Prepared, edges: IntArray, channel: str) -> Rows:
     signal, valid = prepared.measured[channel], prepared.valid[channel]
     mean, number = block_mean(signal, valid, edges)
-    square, _ = block_mean(signal**2, valid, edges)
     width = np.diff(np.append(edges, signal.size))
-    # the straight line through a block is no noise: take the variance about it from second differences of the sums
-    within = np.maximum(square - mean**2, 0.0) * width / np.maximum(width - 1, 1)
-    return Rows(reduce(prepared.frame, edges), mean, number, within)
+    inner = np.where(valid, signal - np.repeat(mean, width), 0.0)
+    inner -= _explained_inside(prepared, channel, inner, valid, edges, width)
+    square = np.add.reduceat(np.where(valid, inner, 0.0) ** 2, edges)
+    return Rows(reduce(prepared.frame, edges), mean, number, square / np.maximum(number - 1.0, 1.0))
+
+
+def _explained_inside(
+    prepared: Prepared,
+    channel: str,
+    inner: FloatArray,
+    valid: NDArray[np.bool_],
+    edges: IntArray,
+    width: IntArray,
+) -> FloatArray:
+    """What the simulation's own quantities explain of the samples' deviations from their block's mean.
+
+    A speed that wavers faster than a block accelerates the inertia: that is no noise.
+    """
+    names = {
+        "motor_torque": ("acceleration", "torque", "velocity"),
+        "load_torque": ("load_acceleration", "load_motor_torque"),
+        "transmission_error": ("torque", "velocity"),
+    }.get(channel, ())
+    if not names:
+        return np.zeros(inner.size)
+    parts = []
+    for name in names:
+        values = getattr(prepared.frame, name)
+        average = np.add.reduceat(values, edges) / width
+        parts.append(values - np.repeat(average, width))
+    design = np.column_stack(parts)
+    scale = np.maximum(np.sqrt(np.mean(design**2, axis=0)), 1e-30)
+    chosen = valid & (np.abs(inner) < 6.0 * max(float(np.std(inner[valid])) if valid.any() else 1.0, 1e-30))
+    lhs = design[chosen] / scale
+    normal = lhs.T @ lhs + 1e-6 * max(float(chosen.sum()), 1.0) * np.eye(len(names))
+    return np.asarray(design / scale @ np.linalg.solve(normal, lhs.T @ inner[chosen]))
 
 
 def _angle_edges(prepared: Prepared) -> IntArray:

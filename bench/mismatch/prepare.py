@@ -174,7 +174,7 @@ def prepare(recording: Recording, index: int, campaign_start: float, travelled: 
     motor_torque = channel("motor_torque")
     load_torque = channel("load_torque")
     load_motor_torque = channel("load_motor_torque")
-    temperature = channel("temperature", screen=False)
+    temperature = channel("temperature")
     theta = motor / ratio
     q = load if "load_angle" in recording else theta
     omega = _smooth(motor, rate, 1) if "motor_angle" in recording else channel("motor_velocity")

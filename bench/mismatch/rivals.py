@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.frame import FloatArray, Frame, recording_starts
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 from bench.simulation.terms.memory import integral
 
@@ -30,10 +30,10 @@ class Rival:
 
 def _quantity(frame: Frame, name: str) -> FloatArray:
     values = {
-        "speed": np.abs(frame.velocity),
-        "velocity": frame.velocity,
-        "torque": frame.torque,
-        "load_motor_torque": frame.load_motor_torque,
+        "speed": _settled(np.abs(frame.velocity), frame),
+        "velocity": _settled(frame.velocity, frame),
+        "torque": _settled(frame.torque, frame),
+        "load_motor_torque": _settled(frame.load_motor_torque, frame),
         "temperature": frame.temperature,
         "time": frame.time,
         "since_reversal": np.log10(frame.reversal_travel + 1e-5),
@@ -41,6 +41,22 @@ def _quantity(frame: Frame, name: str) -> FloatArray:
         "elapsed": np.log10(frame.elapsed + 1.0),
     }
     return values[name]
+
+
+def _settled(x: FloatArray, frame: Frame) -> FloatArray:
+    """Values of a recording that rests at a level put to that level.
+
+    Between the few levels of a design a free function has no data, and would otherwise follow the noise about each level.
+    """
+    starts = recording_starts(frame)
+    near = 0.02 * float(np.ptp(x))
+    out = x.copy()
+    for a, b in zip(starts[:-1], starts[1:], strict=True):
+        part = x[a:b]
+        steady = frame.steady[a:b] > 0.5
+        level = float(np.median(part[steady])) if steady.any() else float(np.median(part))
+        out[a:b] = np.where(np.abs(part - level) < near, level, part)
+    return out
 
 
 def hats(values: FloatArray, reference: FloatArray | None = None, knots: int = KNOTS) -> FloatArray:

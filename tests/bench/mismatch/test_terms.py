@@ -1,0 +1,72 @@
+"""Every term of the library: what it offers is finite, of the right shape, and documented."""
+
+import json
+
+import numpy as np
+import pytest
+
+from bench.simulation.frame import ARRAYS, Frame
+from bench.simulation.terms import CHANNEL_UNITS, LIBRARY
+
+VOCABULARY = """te.harmonic te.sideband te.local_defect te.resonance te.lost_motion te.stiffness_nonlinear te.hysteresis
+te.drift_time te.velocity_nonlinear te.temperature_nonlinear sensor.motor_encoder sensor.timing_skew friction.stribeck
+friction.viscous_temperature friction.viscous_quadratic friction.position_dependent friction.run_in friction.presliding
+motor.torque_ripple motor.torque_constant load.unbalance thermal.sensor_lag thermal.second_mass thermal.ambient_drift
+thermal.convection_speed sensor.torque_zero_temperature sensor.torque_gain sensor.torque_nonlinearity
+sensor.torque_hysteresis""".split()
+
+
+def frame(n: int = 400) -> Frame:
+    rng = np.random.default_rng(1)
+    time = np.arange(n) * 0.25
+    theta = 0.1 * np.cumsum(np.where(time % 40 < 20, 1.0, -1.0)) * 0.25
+    values = {name: rng.normal(size=n) for name in ARRAYS}
+    velocity = np.where(time % 40 < 20, 0.1, -0.1)
+    values |= {
+        "recording": np.repeat(np.arange(4), n // 4),
+        "count": np.ones(n),
+        "time": time,
+        "elapsed": time % 25.0,
+        "theta": theta,
+        "q": theta,
+        "velocity": velocity,
+        "direction": np.sign(velocity),
+        "last_direction": np.sign(velocity),
+        "torque": 300.0 * np.sin(time / 7.0),
+        "load_motor_torque": 300.0 * np.sin(time / 7.0),
+        "temperature": 20.0 + time / 4.0,
+        "power": np.full(n, 50.0),
+        "travel": np.abs(theta),
+        "reversal_travel": np.full(n, 0.01),
+        "reversal_time": time % 20.0,
+        "reversed_before": np.ones(n),
+        "steady": np.ones(n),
+        "step": np.full(n, 0.25),
+    }
+    return Frame(ratio=185.0, **values)
+
+
+def test_the_library_holds_the_vocabulary_and_the_nominal_terms() -> None:
+    assert set(VOCABULARY) <= set(LIBRARY)
+    assert sum(term.nominal for term in LIBRARY.values()) == 15
+
+
+@pytest.mark.parametrize("effect", sorted(LIBRARY))
+def test_forms_give_finite_columns(effect: str) -> None:
+    rows = frame()
+    term = LIBRARY[effect]
+    assert term.equation
+    assert term.reference
+    assert term.where
+    assert set(term.forms) <= set(CHANNEL_UNITS)
+    for forms in term.forms.values():
+        assert len({form.name for form in forms}) == len(forms)
+        for form in forms:
+            points = form.grid(rows)
+            assert points
+            for point in (points[0], points[-1]):
+                assert len(point) == len(form.nonlinear)
+                columns = form.columns(rows, point)
+                assert columns.shape == (rows.size, len(form.linear))
+                assert np.all(np.isfinite(columns))
+    assert json.dumps([s.symbol for forms in term.forms.values() for f in forms for s in f.linear])
