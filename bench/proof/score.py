@@ -164,7 +164,9 @@ def _score_effect(
         else:
             named = [f for f in findings if f["effect"] != "unknown" and f["channel"] in concealed["channels"]]
             right = finding["effect"] == "unknown" and not named
-    errors, covered = _parameters(concealed, finding) if right and finding is not None else ((), ())
+    # Where two effects cannot be told apart, neither can their parameters.
+    compared = right and status == "named" and finding is not None
+    errors, covered = _parameters(concealed, finding) if compared and finding is not None else ((), ())
     return EffectScore(
         effect=own,
         status=status,

@@ -119,7 +119,7 @@ def test_unknown_for_a_named_effect_is_neither_right_nor_a_companion() -> None:
     assert result.confidences == ((0.95, False),)
 
 
-AMBIGUOUS = {"status": "ambiguous", "also": ["te.hysteresis"], "channels": ["transmission_error"], "parameters": []}
+AMBIGUOUS = {"status": "ambiguous", "also": ["te.hysteresis"], "channels": ["transmission_error"]}
 
 
 @pytest.mark.parametrize("told", ["te.lost_motion", "te.hysteresis"])
@@ -127,7 +127,9 @@ def test_ambiguous_needs_both_names(told: str) -> None:
     hidden = truth(concealed("te.lost_motion", **AMBIGUOUS))
     other = "te.hysteresis" if told == "te.lost_motion" else "te.lost_motion"
     pair = finding(told, status="ambiguous", channel="transmission_error", alternatives=[{"effect": other}])
-    assert score(hidden, report(pair), 1.0).effects[0].status_right
+    result = score(hidden, report(pair), 1.0).effects[0]
+    assert result.status_right
+    assert result.parameter_errors == ()
     alone = copy.deepcopy(pair) | {"alternatives": []}
     assert not score(hidden, report(alone), 1.0).effects[0].status_right
     sure = copy.deepcopy(pair) | {"status": "named"}
