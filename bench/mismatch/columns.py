@@ -14,6 +14,7 @@ from bench.simulation.frame import FloatArray, Frame, recording_starts
 from bench.simulation.terms import (
     LIBRARY,
     LOAD_TORQUE,
+    MOTOR_TORQUE,
     TEMPERATURE,
     TRANSMISSION_ERROR,
     Form,
@@ -29,6 +30,8 @@ ZERO_TORQUE = 0.01
 """N·m at the motor: how far the zero of a torque may be off, by data sheets"""
 HEAT_CAPACITY = 2.0e4
 """J/K, only to turn that into a temperature's rate"""
+REPEATABILITY = 0.02
+"""of the friction at high speed from one warm-up to the next"""
 RIPPLE_ORDERS = (150.0, 300.0)
 FIXED_BY_GEOMETRY = ("motor.load_reaction", "load.reaction")
 """terms without a free parameter: they are taken off the measured channel"""
@@ -77,6 +80,22 @@ def _own_integrals(frame: Frame) -> FloatArray:
     for column, r in enumerate(chosen):
         out[starts[r] : starts[r + 1], column] = turned[starts[r] : starts[r + 1]]
     return out
+
+
+def _fast_recordings(frame: Frame) -> tuple[FloatArray, float]:
+    """Motor speed in each recording driven far faster than the others (a column each), and how well its friction repeats."""
+    starts = recording_starts(frame)
+    speed = np.abs(frame.omega)
+    typical = np.add.reduceat(speed, starts[:-1]) / np.maximum(np.diff(starts), 1)
+    chosen = np.flatnonzero(typical > 2.5 * np.median(typical))
+    out = np.zeros((frame.size, chosen.size))
+    ratios: list[float] = []
+    for column, r in enumerate(chosen):
+        rows = slice(starts[r], starts[r + 1])
+        out[rows, column] = frame.omega[rows]
+        driven = speed[rows] > 0.5 * speed[rows].max()
+        ratios.append(float(np.median(np.abs(frame.motor_torque[rows][driven]) / speed[rows][driven])))
+    return out, max(REPEATABILITY * float(np.median(ratios)), 1e-9) if ratios else 1.0
 
 
 def simulated_terms(channel: str, switched_off: Sequence[str]) -> list[tuple[Term, Form]]:
@@ -133,6 +152,13 @@ def layout(
         place = add(heat, 0.0)
         precision.update({column: (HEAT_CAPACITY / ZERO_TORQUE) ** 2 for column in place})
         base_effects.append(("zero", "torques", place))
+    if channel == MOTOR_TORQUE:
+        # a warm-up repeats within some per cent only: its level is one datum, not as many as it has rows
+        fast, spread = _fast_recordings(frame)
+        if fast.shape[1]:
+            place = add(fast, 0.0)
+            precision.update({column: 1.0 / spread**2 for column in place})
+            base_effects.append(("level", "fast recordings", place))
     base = tuple(range(width))
     named: list[Entry] = []
     for term in _candidates(channel, switched_off):

@@ -26,6 +26,8 @@ HEAT_S = 2.0
 ANGLE_STEP = 1.2e-3
 ANGLE_STEP_S = 0.1
 HELD_OUT_SHARE = 0.2
+FEWEST_OF_A_KIND = 6
+"""kinds with fewer recordings (heatings, reversals, ramps) all train: each of them is too telling to be spared"""
 HELD_OUT_BESIDE_VALIDATION = 0.1
 THERMAL_KINDS = ("heating", "cooling", "dwell")
 
@@ -91,7 +93,7 @@ def split(recordings: Sequence[Recording]) -> tuple[list[bool], list[int]]:
 
     Validation points are always held out. Of the other kinds a fifth of the points is (a tenth of
     the constant-velocity points where there are five validation points or more), spread evenly, never the outermost of
-    a kind with few points, and none where a kind has fewer than three recordings.
+    a kind with few points, and none of a kind that has fewer than six recordings.
     """
     points = [_point(r) for r in recordings]
     held: list[bool] = [r.kind == "validation" for r in recordings]
@@ -105,7 +107,7 @@ def split(recordings: Sequence[Recording]) -> tuple[list[bool], list[int]]:
     chosen: set[tuple[str, float, float, float]] = set()
     for kind, members in kinds.items():
         count = sum(1 for i, p in enumerate(points) if p[0] == kind and not held[i])
-        if count < 3 or len(members) < 3:
+        if count < FEWEST_OF_A_KIND or len(members) < 3:
             continue
         # repeats of a point tell the noise: points with repeats stay in training
         single = [p for p in members if sum(q == p for q in points) == 1 or len(members) < 6]

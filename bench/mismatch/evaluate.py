@@ -105,7 +105,7 @@ def transmission(model: TransmissionModel, held_out: set[int]) -> Scores:
 
 LEAST_HELD_OUT = 0.0008
 """of the floor's square: what a finding has to take off the held-out residual, per sample"""
-BEYOND_DOUBT = 150.0
+BEYOND_DOUBT = 50.0
 """log-likelihood on training recordings left out from which a finding stands that no held-out recording shows"""
 
 
