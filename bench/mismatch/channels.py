@@ -10,8 +10,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.mismatch.dataset import Dataset, Rows
+from bench.mismatch.dataset import Dataset
 from bench.mismatch.linear import ChannelModel, analyse, columns_of, predict
+from bench.mismatch.motor_ripple import Ripple
+from bench.mismatch.motor_ripple import search as search_ripples
+from bench.mismatch.rows import Rows
 from bench.mismatch.transmission import TransmissionModel, analyse_transmission
 from bench.simulation.frame import FloatArray, IntArray
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR, Form, Point, Term
@@ -35,6 +38,7 @@ class Analysis:
     transmission: TransmissionModel | None = None
     trace: tuple[float, float] | None = None
     traced: bool = False
+    ripples: list[Ripple] = field(default_factory=list)
     baseline: dict[str, FloatArray] = field(default_factory=dict)
     """what is taken off a channel's measured rows before the regression"""
 
@@ -69,6 +73,8 @@ def analyse_channels(
         error = _sensor_error(model)
     if MOTOR_TORQUE in channels and MOTOR_TORQUE in data.slow:
         _motor_torque(out, data, lookup, switched_off, known.get(MOTOR_TORQUE, ()), error)
+        train = {m.index for m in data.members if not m.held_out}
+        out.ripples = search_ripples(data.shaft, train)
     if TEMPERATURE in channels and data.heat is not None:
         _temperature(out, data, lookup, switched_off, known.get(TEMPERATURE, ()))
     if TRANSMISSION_ERROR in channels and data.angle is not None:

@@ -83,7 +83,7 @@ def _own_integrals(frame: Frame) -> FloatArray:
 
 
 def _fast_recordings(frame: Frame) -> tuple[FloatArray, float]:
-    """Motor speed in each recording driven far faster than the others (a column each), and how well its friction repeats."""
+    """Motor speed in each recording driven far faster than the others, a column each; how well its friction repeats."""
     starts = recording_starts(frame)
     speed = np.abs(frame.omega)
     typical = np.add.reduceat(speed, starts[:-1]) / np.maximum(np.diff(starts), 1)

@@ -30,6 +30,8 @@ def conclude(data: Dataset, analysis: Analysis, scores: dict[str, Scores], evide
             out.append(_linear(channel, model, found, scores[channel], names, data.campaign_start))
     if analysis.transmission is not None and analysis.transmission.harmonics is not None:
         out += _harmonic(analysis, scores[TRANSMISSION_ERROR], names, data)
+    if analysis.ripples:
+        out += _ripples(analysis, scores[MOTOR_TORQUE], data)
     _load_motor(out, analysis)
     for finding in out:
         pair = evidence.get((finding.channel, finding.source.entry.effect if isinstance(finding.source, Found) else ""))
@@ -137,6 +139,51 @@ def _harmonic(analysis: Analysis, score: Scores, names: dict[int, str], data: Da
     law = model.harmonics.law
     if law is not None:
         out.append(_law(law, frame, score, names))
+    return out
+
+
+def _ripples(analysis: Analysis, score: Scores, data: Dataset) -> list[Finding]:
+    """Orders of the motor shaft in the motor torque: 6k of its electrical period are ripple, others have no name."""
+    frame = analysis.models[MOTOR_TORQUE].rows.frame
+    where = conditions(frame.take(frame.steady > 0.5), np.ones(int((frame.steady > 0.5).sum())), ())
+    out: list[Finding] = []
+    for effect, chosen in (
+        ("motor.torque_ripple", [r for r in analysis.ripples if r.order % 6 == 0]),
+        ("unknown", [r for r in analysis.ripples if r.order % 6 != 0]),
+    ):
+        if not chosen:
+            continue
+        orders = sorted(r.order * data.ratio for r in chosen)
+        gain = sum(r.gain for r in chosen)
+        named = effect != "unknown"
+        values = [
+            {
+                "symbol": f"a_{r.order}",
+                "value": abs(r.amplitude),
+                "unit": "N*m",
+                "std": abs(r.amplitude) / np.sqrt(2 * r.gain),
+            }
+            for r in chosen
+        ]
+        motor = ", ".join(str(r.order) for r in chosen)
+        label = f"at order {motor} of the motor, {text(where, (), orders, [])}"
+        names = [m.recording.recording_id for m in data.members if m.recording.kind == "constant_velocity"][:3]
+        out.append(
+            Finding(
+                effect,
+                "named" if named else "unknown",
+                confidence("named" if named else "unknown", gain, gain),
+                MOTOR_TORQUE,
+                Location(label, where, orders, [], None, names, _share(score)),
+                LIBRARY[effect].equation if named else "tau_m += a*cos(n*u*theta) + b*sin(n*u*theta)",
+                values,
+                gain,
+                score.before,
+                score.after,
+                numbers=2 * len(chosen),
+                source=chosen,
+            )
+        )
     return out
 
 

@@ -13,12 +13,13 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from numpy.typing import NDArray
 
 from bench.errors import RecordingError
+from bench.mismatch.motor_ripple import ShaftSpectrum, shaft_spectrum
 from bench.mismatch.prepare import MEASURED, Prepared, block_edges, block_mean, prepare, reduce
+from bench.mismatch.rows import Rows, join
 from bench.recording import Recording, RecordingFolder
-from bench.simulation.frame import FloatArray, Frame, IntArray, concatenate
+from bench.simulation.frame import FloatArray, IntArray
 
 SLOW_S = 0.25
 LIVELY_S = 0.02
@@ -30,20 +31,6 @@ FEWEST_OF_A_KIND = 6
 """kinds with fewer recordings (heatings, reversals, ramps) all train: each of them is too telling to be spared"""
 HELD_OUT_BESIDE_VALIDATION = 0.1
 THERMAL_KINDS = ("heating", "cooling", "dwell")
-
-
-@dataclass(frozen=True, slots=True)
-class Rows:
-    """Rows of one channel: frame, block means y, valid samples a block, variance of the samples inside a block."""
-
-    frame: Frame
-    y: FloatArray
-    number: FloatArray
-    within: FloatArray
-
-    def take(self, rows: NDArray[np.bool_] | IntArray) -> Rows:
-        """Return the rows chosen (mask or indices)."""
-        return Rows(self.frame.take(rows), self.y[rows], self.number[rows], self.within[rows])
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +56,7 @@ class Dataset:
     slow: dict[str, Rows] = field(default_factory=dict)
     heat: Rows | None = None
     angle: Rows | None = None
+    shaft: list[ShaftSpectrum] = field(default_factory=list)
     campaign_start: float = 0.0
     notes: list[str] = field(default_factory=list)
 
@@ -139,11 +127,17 @@ def _spread(members: Sequence[tuple[str, float, float, float]], number: int) -> 
 def _rows(prepared: Prepared, edges: IntArray, channel: str) -> Rows:
     signal, valid = prepared.measured[channel], prepared.valid[channel]
     mean, number = block_mean(signal, valid, edges)
+    square = np.add.reduceat(_inside(prepared, channel, edges) ** 2, edges)
+    return Rows(reduce(prepared.frame, edges), mean, number, square / np.maximum(number - 1.0, 1.0))
+
+
+def _inside(prepared: Prepared, channel: str, edges: IntArray) -> FloatArray:
+    """The samples' deviations from their block's mean that the simulation does not explain; 0 where not valid."""
+    signal, valid = prepared.measured[channel], prepared.valid[channel]
+    mean, _ = block_mean(signal, valid, edges)
     width = np.diff(np.append(edges, signal.size))
     inner = np.where(valid, signal - np.repeat(mean, width), 0.0)
-    inner -= _explained_inside(prepared, channel, inner, valid, edges, width)
-    square = np.add.reduceat(np.where(valid, inner, 0.0) ** 2, edges)
-    return Rows(reduce(prepared.frame, edges), mean, number, square / np.maximum(number - 1.0, 1.0))
+    return np.where(valid, inner - _explained_inside(prepared, channel, inner, valid, edges, width), 0.0)
 
 
 def _explained_inside(
@@ -239,6 +233,11 @@ def load(path: Path, progress: Callable[[str, float], None] | None = None) -> Da
         for channel in MEASURED:
             if channel in prepared.measured and channel != "temperature":
                 slow.setdefault(channel, []).append(_rows(prepared, edges, channel))
+        if "motor_torque" in prepared.measured:
+            inner = _inside(prepared, "motor_torque", edges)
+            spectrum = shaft_spectrum(prepared, inner, prepared.valid["motor_torque"])
+            if spectrum is not None:
+                data.shaft.append(spectrum)
         if "temperature" in prepared.measured:
             width = max(1, round(HEAT_S * prepared.sample_rate))
             heat.append(_rows(prepared, np.arange(0, prepared.frame.size, width), "temperature"))
@@ -250,13 +249,3 @@ def load(path: Path, progress: Callable[[str, float], None] | None = None) -> Da
     data.heat = join(heat) if heat else None
     data.angle = join(angle) if angle else None
     return data
-
-
-def join(parts: Sequence[Rows]) -> Rows:
-    """Rows of several recordings as one."""
-    return Rows(
-        concatenate([p.frame for p in parts]),
-        np.concatenate([p.y for p in parts]),
-        np.concatenate([p.number for p in parts]),
-        np.concatenate([p.within for p in parts]),
-    )

@@ -37,8 +37,8 @@ def _per_sample(residual: FloatArray, number: FloatArray, within: FloatArray) ->
     return float(np.sqrt((np.sum(residual**2 * number) + inner) / max(float(number.sum()), 1.0)))
 
 
-def linear(model: ChannelModel, usable: NDArray[np.bool_], held_out: set[int]) -> Scores:
-    """Scores of a channel that is regressed on block rows."""
+def linear(model: ChannelModel, usable: NDArray[np.bool_], held_out: set[int], ripple: float = 0.0) -> Scores:
+    """Scores of a channel that is regressed on block rows; ``ripple`` is the variance found inside the blocks."""
     rows = model.rows
     scored = usable & np.isin(rows.frame.recording, list(held_out)) & (rows.number > 0)
     if not scored.any():
@@ -54,9 +54,11 @@ def linear(model: ChannelModel, usable: NDArray[np.bool_], held_out: set[int]) -
     floor = float(
         np.sqrt((np.sum((sigma + offset) * number) + np.sum(within * np.maximum(number - 1.0, 0.0))) / number.sum())
     )
+    quiet = np.maximum(within - ripple, 0.1 * within)
+    floor = float(np.sqrt(max(floor**2 - ripple, 0.1 * floor**2)))
     return Scores(
         _per_sample(before[scored], number, within),
-        _per_sample(after[scored], number, within),
+        _per_sample(after[scored], number, quiet),
         floor,
         scored,
         before,
@@ -105,15 +107,17 @@ def transmission(model: TransmissionModel, held_out: set[int]) -> Scores:
 
 LEAST_HELD_OUT = 0.0008
 """of the floor's square: what a finding has to take off the held-out residual, per sample"""
+LEAST_UNKNOWN = 0.02
+"""the same for structure without a name: a free function finds something in any noise"""
 BEYOND_DOUBT = 50.0
 """log-likelihood on training recordings left out from which a finding stands that no held-out recording shows"""
 
 
 def gate(model: ChannelModel, usable: NDArray[np.bool_], held_out: set[int]) -> dict[str, tuple[float, float]]:
-    """Drop findings that do not improve recordings which selected nothing; root mean squares without and with, by effect.
+    """Drop findings that do not improve recordings which selected nothing; RMS without and with each that stays.
 
-    A finding that acts in no held-out recording (a single reversal, say) can neither be confirmed nor refuted there: it stands
-    when the training recordings left out leave no doubt.
+    A finding that acts in no held-out recording (a single reversal, say) can neither be confirmed nor refuted there:
+    it stands when the training recordings left out leave no doubt.
     """
     rows = model.rows
     scored = usable & np.isin(rows.frame.recording, list(held_out)) & (rows.number > 0)
@@ -135,8 +139,10 @@ def gate(model: ChannelModel, usable: NDArray[np.bool_], held_out: set[int]) -> 
         by_recording = np.bincount(rows.frame.recording[scored], rest - full)
         touched = by_recording[np.abs(by_recording) > 0.05 * np.abs(by_recording).max()]
         better = bool(np.mean(touched > 0) >= 0.5) if touched.size else False
-        silent = abs(change) < LEAST_HELD_OUT * noise and found.gain > BEYOND_DOUBT
-        if silent or (change > LEAST_HELD_OUT * noise and better):
+        named = found.entry.effect != "unknown"
+        silent = named and abs(change) < LEAST_HELD_OUT * noise and found.gain > BEYOND_DOUBT
+        least = LEAST_HELD_OUT if named else LEAST_UNKNOWN
+        if silent or (change > least * noise and better):
             level = (inner + float(full.sum())) / number.sum()
             out[found.entry.effect] = (float(np.sqrt(max(level + change, 0.0))), float(np.sqrt(level)))
         else:

@@ -10,6 +10,7 @@ from bench.mismatch.amplitudes import Law
 from bench.mismatch.channels import Analysis
 from bench.mismatch.findings import Finding
 from bench.mismatch.linear import ChannelModel
+from bench.mismatch.motor_ripple import Ripple
 from bench.mismatch.peaks import Peak
 from bench.simulation.model import Parameter, Simulation, Term
 from bench.simulation.terms import LIBRARY
@@ -51,6 +52,8 @@ def _term(finding: Finding) -> Term:
     extra: dict[str, Any] = {}
     if isinstance(finding.source, Law):
         extra = {"law": {"form": finding.source.form, "point": list(finding.source.point)}}
+    elif isinstance(finding.source, list) and finding.source and isinstance(finding.source[0], Ripple):
+        extra = {"motor_orders": [r.order for r in finding.source]}
     elif isinstance(finding.source, list) and finding.source and isinstance(finding.source[0], Peak):
         peaks: list[Peak] = finding.source
         if finding.effect == "te.local_defect":

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from bench.mismatch.bank import Bank, Fit, Noise
 from bench.mismatch.columns import FREE_PRIOR, Entry, Layout, layout
-from bench.mismatch.dataset import Rows
 from bench.mismatch.noise import estimate
 from bench.mismatch.refine import refined
+from bench.mismatch.rows import Rows
 from bench.mismatch.select import Model, Search, spread_t
 from bench.simulation.frame import FloatArray, Frame, IntArray, recording_starts
 from bench.simulation.terms import LIBRARY, Form, Point, Term

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from bench.mismatch.bank import Bank, Noise
 from bench.mismatch.columns import Layout, is_integral
-from bench.mismatch.dataset import Rows
+from bench.mismatch.rows import Rows
 from bench.simulation.frame import FloatArray, Frame, IntArray
 
 CLASSES = 4

@@ -7,6 +7,7 @@ lacks.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,12 +47,12 @@ def _quantity(frame: Frame, name: str) -> FloatArray:
 def _settled(x: FloatArray, frame: Frame) -> FloatArray:
     """Values of a recording that rests at a level put to that level.
 
-    Between the few levels of a design a free function has no data, and would otherwise follow the noise about each level.
+    Between the few levels of a design a free function has no data; it would else follow the noise about each level.
     """
     starts = recording_starts(frame)
     near = 0.02 * float(np.ptp(x))
     out = x.copy()
-    for a, b in zip(starts[:-1], starts[1:], strict=True):
+    for a, b in itertools.pairwise(starts):
         part = x[a:b]
         steady = frame.steady[a:b] > 0.5
         level = float(np.median(part[steady])) if steady.any() else float(np.median(part))

@@ -22,7 +22,7 @@ from bench.mismatch.findings import Finding
 from bench.mismatch.improved import improved
 from bench.mismatch.linear import ChannelModel
 from bench.simulation.model import Simulation
-from bench.simulation.terms import CHANNEL_UNITS, LIBRARY, TRANSMISSION_ERROR, Form
+from bench.simulation.terms import CHANNEL_UNITS, LIBRARY, MOTOR_TORQUE, TRANSMISSION_ERROR, Form
 from bench.simulation.terms.nominal.transmission_error import PAPER_ORDERS
 
 Progress = Callable[[str, float], None]
@@ -190,7 +190,8 @@ def _scores(analysis: Analysis, data: Dataset, channels: Sequence[str]) -> dict[
                 out[channel] = evaluate.transmission(analysis.transmission, held)
         elif channel in analysis.models:
             model = analysis.models[channel]
-            out[channel] = evaluate.linear(model, _usable(model, analysis), held)
+            ripple = sum(0.5 * abs(r.amplitude) ** 2 for r in analysis.ripples) if channel == MOTOR_TORQUE else 0.0
+            out[channel] = evaluate.linear(model, _usable(model, analysis), held, ripple)
     return out
 
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from bench.mismatch.columns import RIPPLE_ORDERS
-from bench.mismatch.dataset import Rows
 from bench.mismatch.noise import robust_spread
+from bench.mismatch.rows import Rows
 from bench.simulation.frame import FloatArray, Frame
 
 Complex = NDArray[np.complex128]

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch.amplitudes import Law, Orders, applied, best_law
-from bench.mismatch.dataset import LIVELY_S, SLOW_S, Rows
+from bench.mismatch.dataset import LIVELY_S, SLOW_S
 from bench.mismatch.linear import ChannelModel, analyse, predict
 from bench.mismatch.offset import fit_offset, wavering
 from bench.mismatch.peaks import Peak, Spectra, design, pulse_spectrum, search
 from bench.mismatch.prepare import reduce
+from bench.mismatch.rows import Rows
 from bench.mismatch.series import Series, as_vectors, calibrate, mask, noise_at
 from bench.mismatch.spectrum import Turn, states, turns
 from bench.simulation.frame import FloatArray, Frame, IntArray

@@ -11,7 +11,11 @@ TURNS, ORDERS = 40, 400
 
 def _states(rng: np.random.Generator) -> np.ndarray:
     return np.column_stack(
-        [rng.choice([-1000.0, -500.0, 0.0, 500.0, 1000.0], TURNS), rng.uniform(0.04, 0.17, TURNS), rng.uniform(20, 50, TURNS)]
+        [
+            rng.choice([-1000.0, -500.0, 0.0, 500.0, 1000.0], TURNS),
+            rng.uniform(0.04, 0.17, TURNS),
+            rng.uniform(20, 50, TURNS),
+        ]
     )
 
 
@@ -22,7 +26,14 @@ def _noise(rng: np.random.Generator, sigma: float = 4e-8) -> np.ndarray:
 def _spectra(vectors: np.ndarray, rng: np.random.Generator, carriers: dict[int, np.ndarray] | None = None) -> Spectra:
     direction = np.where(np.arange(TURNS) % 2 == 0, 1.0, -1.0)
     return Spectra(
-        vectors, np.full((TURNS, ORDERS + 1), 4e-8), _states(rng), direction, np.ones(TURNS, bool), (1, 46, 150, 300), carriers or {}, 2e-6
+        vectors,
+        np.full((TURNS, ORDERS + 1), 4e-8),
+        _states(rng),
+        direction,
+        np.ones(TURNS, bool),
+        (1, 46, 150, 300),
+        carriers or {},
+        2e-6,
     )
 
 

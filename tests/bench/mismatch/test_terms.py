@@ -8,12 +8,37 @@ import pytest
 from bench.simulation.frame import ARRAYS, Frame
 from bench.simulation.terms import CHANNEL_UNITS, LIBRARY
 
-VOCABULARY = """te.harmonic te.sideband te.local_defect te.resonance te.lost_motion te.stiffness_nonlinear te.hysteresis
-te.drift_time te.velocity_nonlinear te.temperature_nonlinear sensor.motor_encoder sensor.timing_skew friction.stribeck
-friction.viscous_temperature friction.viscous_quadratic friction.position_dependent friction.run_in friction.presliding
-motor.torque_ripple motor.torque_constant load.unbalance thermal.sensor_lag thermal.second_mass thermal.ambient_drift
-thermal.convection_speed sensor.torque_zero_temperature sensor.torque_gain sensor.torque_nonlinearity
-sensor.torque_hysteresis""".split()
+VOCABULARY = [
+    "te.harmonic",
+    "te.sideband",
+    "te.local_defect",
+    "te.resonance",
+    "te.lost_motion",
+    "te.stiffness_nonlinear",
+    "te.hysteresis",
+    "te.drift_time",
+    "te.velocity_nonlinear",
+    "te.temperature_nonlinear",
+    "sensor.motor_encoder",
+    "sensor.timing_skew",
+    "friction.stribeck",
+    "friction.viscous_temperature",
+    "friction.viscous_quadratic",
+    "friction.position_dependent",
+    "friction.run_in",
+    "friction.presliding",
+    "motor.torque_ripple",
+    "motor.torque_constant",
+    "load.unbalance",
+    "thermal.sensor_lag",
+    "thermal.second_mass",
+    "thermal.ambient_drift",
+    "thermal.convection_speed",
+    "sensor.torque_zero_temperature",
+    "sensor.torque_gain",
+    "sensor.torque_nonlinearity",
+    "sensor.torque_hysteresis",
+]
 
 
 def frame(n: int = 400) -> Frame:

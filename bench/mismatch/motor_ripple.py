@@ -1,0 +1,81 @@
+"""Orders of the motor shaft in the motor torque, too fast for blocks: seen in the samples about their block's mean."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.mismatch.prepare import Prepared
+from bench.mismatch.spectrum import Complex, nufft
+from bench.simulation.frame import FloatArray
+
+HIGHEST = 120
+LEAST_GAIN = 30.0
+LEAST_SIZE = 0.05
+NYQUIST_SHARE = 0.42
+MOST = 8
+
+
+@dataclass(frozen=True, slots=True)
+class ShaftSpectrum:
+    """Amplitudes a + j·b of a·cos(nθ_m) + b·sin(nθ_m) in one recording's motor torque, and their noise.
+
+    n = 0 … HIGHEST; NaN where the order is too fast for the recording's rate.
+    """
+
+    recording: int
+    amplitude: Complex
+    sigma: float
+    spread: float
+
+
+@dataclass(frozen=True, slots=True)
+class Ripple:
+    """An order of the motor shaft: per motor revolution, amplitude (a + j·b, N·m) and gain of log-likelihood."""
+
+    order: int
+    amplitude: complex
+    gain: float
+
+
+def shaft_spectrum(prepared: Prepared, inner: FloatArray, valid: NDArray[np.bool_]) -> ShaftSpectrum | None:
+    """Spectrum over the motor's angle of the deviations ``inner`` in the steady samples of a recording."""
+    frame = prepared.frame
+    rows = (frame.steady > 0.5) & valid & (frame.direction != 0)
+    speed = np.abs(frame.omega[rows])
+    if rows.sum() < 500 or speed.size == 0:
+        return None
+    angle = frame.theta[rows] * frame.ratio
+    if np.ptp(angle) < 4.0 * np.pi:
+        return None
+    amplitude = 2.0 / rows.sum() * nufft(angle, inner[rows], HIGHEST)
+    fastest = float(np.percentile(speed, 95)) * np.arange(HIGHEST + 1) / (2.0 * np.pi)
+    amplitude = np.where(fastest < NYQUIST_SHARE * prepared.sample_rate, amplitude, np.nan)
+    amplitude[0] = np.nan
+    spread = float(np.std(inner[rows]))
+    return ShaftSpectrum(int(frame.recording[0]), amplitude, spread / np.sqrt(rows.sum()), spread)
+
+
+def search(spectra: list[ShaftSpectrum], train: set[int]) -> list[Ripple]:
+    """Orders that stand in the training recordings with one amplitude and phase, strongest first."""
+    chosen = [s for s in spectra if s.recording in train]
+    if len(chosen) < 5:
+        return []
+    amplitude = np.array([s.amplitude for s in chosen])
+    seen = np.isfinite(amplitude)
+    sigma = np.array([s.sigma for s in chosen])[:, None]
+    # neighbouring orders tell the level of the noise, whatever its colour
+    level = np.sqrt(np.nanmedian(np.where(seen, np.abs(amplitude) ** 2, np.nan), axis=1) / np.log(2.0) / 2.0)[:, None]
+    noise = np.maximum(sigma, np.where(np.isfinite(level), level, sigma))
+    weight = np.where(seen, 1.0 / noise**2, 0.0)
+    values = np.where(seen, amplitude, 0.0)
+    total, energy = (weight * values).sum(axis=0), weight.sum(axis=0)
+    others = (total - weight * values) / np.maximum(energy - weight, 1e-300)
+    gain = 0.5 * np.sum(weight * (np.abs(values) ** 2 - np.abs(values - others) ** 2), axis=0)
+    mean = total / np.maximum(energy, 1e-300)
+    spread = float(np.median([s.spread for s in chosen]))
+    good = (seen.sum(axis=0) >= 5) & (gain > LEAST_GAIN) & (np.abs(mean) > LEAST_SIZE * np.sqrt(2.0) * spread)
+    found = [Ripple(int(n), complex(mean[n]), float(gain[n])) for n in np.flatnonzero(good)]
+    return sorted(found, key=lambda r: -r.gain)[:MOST]
