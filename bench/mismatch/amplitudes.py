@@ -112,8 +112,8 @@ def resonance(data: Orders) -> Law | None:
             best = (total, natural, damping, gain)
         return -total
 
-    for natural in np.geomspace(low, high, 14):
-        for damping in (0.04, 0.2):
+    for natural in np.geomspace(low, high, 30):
+        for damping in (0.03, 0.15):
             consider(float(natural), damping)
     assert best is not None
     start = np.log([best[1], best[2]])

@@ -148,3 +148,29 @@ def gate(model: ChannelModel, usable: NDArray[np.bool_], held_out: set[int]) -> 
         else:
             dropped(model, found.entry)
     return out
+
+
+def gate_harmonics(model: TransmissionModel, held_out: set[int]) -> None:
+    """Take the law of the amplitudes, then the peaks, back where they do not improve held-out revolutions."""
+    harmonics = model.harmonics
+    if harmonics is None:
+        return
+
+    def square() -> float:
+        return transmission(model, held_out).after ** 2
+
+    whole = square()
+    floor = transmission(model, held_out).floor ** 2
+    if harmonics.law is not None:
+        law, series = harmonics.law, harmonics.series
+        harmonics.law, harmonics.series = None, harmonics.plain
+        without = square()
+        if without - whole > LEAST_UNKNOWN * floor:
+            harmonics.law, harmonics.series = law, series
+        else:
+            whole = without
+    if harmonics.peaks:
+        peaks = harmonics.peaks
+        harmonics.peaks = []
+        if square() - whole > LEAST_HELD_OUT * floor:
+            harmonics.peaks = peaks

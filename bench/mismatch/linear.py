@@ -149,7 +149,7 @@ def _judge(model: ChannelModel) -> None:
     rival, gain = search.best(chosen, model.layout.free)
     if rival is not None:
         after = search.fit([*chosen, rival])
-        related = [f for f in model.found if set(f.entry.variables) & set(rival.variables)]
+        related = [f for f in model.found if _quantities(f.entry) & _quantities(rival)]
         strongest = max((f.gain for f in model.found), default=0.0)
         price = max(UNKNOWN_GAIN, 0.02 * (whole.total - start))
         if related and gain > 10.0:
@@ -160,11 +160,8 @@ def _judge(model: ChannelModel) -> None:
     final = [*model.chosen, *model.correction]
     index = model.index(final)
     model.fit = model.search.bank.fit(index, leave_out=False)
-    place = {column: k for k, column in enumerate(index)}
+    _coefficients(model)
     for found in model.found:
-        own = [place[i] for i in found.entry.index]
-        found.coefficients = model.fit.coefficients[own]
-        found.covariance = model.fit.covariance[np.ix_(own, own)]
         found.absorbed = 1.0 - search.bank.explained(found.entry.index, model.layout.base)
 
 
@@ -221,11 +218,28 @@ def dropped(model: ChannelModel, entry: Entry) -> None:
         model.correction = []
     final = model.index([*model.chosen, *model.correction])
     model.fit = model.search.bank.fit(final, leave_out=False)
-    place = {column: k for k, column in enumerate(final)}
-    for found in model.found:
-        own = [place[i] for i in found.entry.index]
-        found.coefficients = model.fit.coefficients[own]
-        found.covariance = model.fit.covariance[np.ix_(own, own)]
+    _coefficients(model)
+
+
+def _coefficients(model: ChannelModel) -> None:
+    """Coefficients of what was found; a named term's without free-form parts beside it, which would share its work."""
+    named = [e for e in model.chosen if e.effect != "unknown"]
+    for entries in (named, [*model.chosen, *model.correction]):
+        index = model.index(entries)
+        fit = model.search.bank.fit(index, leave_out=False)
+        place = {column: k for k, column in enumerate(index)}
+        for found in model.found:
+            if (found.entry.effect != "unknown") == (entries is named):
+                own = [place[i] for i in found.entry.index]
+                found.coefficients = fit.coefficients[own]
+                found.covariance = fit.covariance[np.ix_(own, own)]
+
+
+def _quantities(entry: Entry) -> set[str]:
+    """Quantities an entry depends on; the two torques of the load side count as one."""
+    return {
+        {"load_motor_torque": "torque", "torque_path": "torque", "velocity": "speed"}.get(v, v) for v in entry.variables
+    }
 
 
 def _sum_of(model: ChannelModel, frame: Frame, columns: FloatArray, entries: Sequence[Entry], fit: Fit) -> FloatArray:

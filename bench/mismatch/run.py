@@ -175,6 +175,8 @@ def _gated(analysis: Analysis, data: Dataset) -> dict[tuple[str, str], tuple[flo
     """Take back what held-out recordings refute; their root mean squares without and with each finding that stays."""
     held = data.held_out()
     out: dict[tuple[str, str], tuple[float, float]] = {}
+    if analysis.transmission is not None:
+        evaluate.gate_harmonics(analysis.transmission, held)
     for channel, model in analysis.models.items():
         for effect, pair in evaluate.gate(model, _usable(model, analysis), held).items():
             out[channel, effect] = pair
