@@ -251,6 +251,7 @@ def best_law(data: Orders) -> Law | None:
         candidates = candidates if mode is None else [mode, *candidates]
     if not candidates:
         return None
-    law = max(candidates, key=lambda found: found.gain)
+    # two numbers for all orders against two for each: a resonance need not gain as much as a law with free strengths
+    law = max(candidates, key=lambda found: found.gain * (2.5 if found.effect == "te.resonance" else 1.0))
     price, least = (1.0, 1.0) if law.effect == "te.resonance" else (2.5, 2.0)
     return law if law.gain > price * LEAST_GAIN and size(law, data) > least * LEAST_SIZE else None

@@ -15,7 +15,7 @@ from bench.mismatch.refine import refined
 from bench.mismatch.rows import Rows
 from bench.mismatch.select import Model, Search, spread_t
 from bench.simulation.frame import FloatArray, Frame, IntArray, recording_starts
-from bench.simulation.terms import LIBRARY, Form, Point, Term
+from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR, Form, Point, Term
 
 REPEATED = frozenset({"friction.position_dependent"})
 UNKNOWN_SHARE = 0.08
@@ -151,7 +151,8 @@ def _judge(model: ChannelModel) -> None:
         after = search.fit([*chosen, rival])
         related = [f for f in model.found if _quantities(f.entry) & _quantities(rival)]
         strongest = max((f.gain for f in model.found), default=0.0)
-        price = max(UNKNOWN_GAIN, 0.02 * (whole.total - start))
+        least = UNKNOWN_GAIN * (2.5 if model.channel == TRANSMISSION_ERROR else 1.0)
+        price = max(least, 0.02 * (whole.total - start))
         if related and gain > 10.0:
             model.correction.append(rival)  # nature's form differs a little from ours: the same effect
         elif gain > price and spread_t(after.likelihood - whole.likelihood) > 1.8 and gain > 0.05 * strongest:
