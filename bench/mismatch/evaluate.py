@@ -109,6 +109,8 @@ LEAST_HELD_OUT = 0.0008
 """of the floor's square: what a finding has to take off the held-out residual, per sample"""
 LEAST_UNKNOWN = 0.02
 """the same for structure without a name: a free function finds something in any noise"""
+HARM = 0.01
+"""of the floor's square: what a finding beyond doubt may cost held-out recordings in which it does not act"""
 BEYOND_DOUBT = 50.0
 """log-likelihood on training recordings left out from which a finding stands that no held-out recording shows"""
 
@@ -140,7 +142,7 @@ def gate(model: ChannelModel, usable: NDArray[np.bool_], held_out: set[int]) -> 
         touched = by_recording[np.abs(by_recording) > 0.05 * np.abs(by_recording).max()]
         better = bool(np.mean(touched > 0) >= 0.5) if touched.size else False
         named = found.entry.effect != "unknown"
-        silent = named and abs(change) < LEAST_HELD_OUT * noise and found.gain > BEYOND_DOUBT
+        silent = named and change > -HARM * noise and found.gain > BEYOND_DOUBT
         least = LEAST_HELD_OUT if named else LEAST_UNKNOWN
         if silent or (change > least * noise and better):
             level = (inner + float(full.sum())) / number.sum()
