@@ -148,6 +148,10 @@ def layout(
         base_effects.append(("notch", "ripple", add(_ripple(frame), OFFSET_PRIOR)))
     if channel == TEMPERATURE:
         # the zero of the motor torque wanders from recording to recording and turns into heat that never was
+        # (and a part that all recordings share: the zero of the torque sensor, tau_0 and z_0 of the nominal simulation)
+        common = add(integral(frame.omega, frame)[:, None], 0.0)
+        precision[common[0]] = (HEAT_CAPACITY / (10.0 * ZERO_TORQUE)) ** 2
+        base_effects.append(("zero", "common", common))
         heat = _own_integrals(frame)
         place = add(heat, 0.0)
         precision.update({column: (HEAT_CAPACITY / ZERO_TORQUE) ** 2 for column in place})
