@@ -10,10 +10,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.mismatch.bank import Bank
+from bench.mismatch.columns import layout
 from bench.mismatch.dataset import Dataset
-from bench.mismatch.linear import ChannelModel, analyse, columns_of, predict
+from bench.mismatch.linear import ChannelModel, analyse, columns_of, predict, starts_and_folds
 from bench.mismatch.motor_ripple import Ripple
 from bench.mismatch.motor_ripple import search as search_ripples
+from bench.mismatch.noise import estimate
 from bench.mismatch.rows import Rows
 from bench.mismatch.transmission import TransmissionModel, analyse_transmission
 from bench.simulation.frame import FloatArray, IntArray
@@ -39,8 +42,6 @@ class Analysis:
     trace: tuple[float, float] | None = None
     traced: bool = False
     ripples: list[Ripple] = field(default_factory=list)
-    baseline: dict[str, FloatArray] = field(default_factory=dict)
-    """what is taken off a channel's measured rows before the regression"""
 
 
 def analyse_channels(
@@ -60,7 +61,6 @@ def analyse_channels(
     if LOAD_TORQUE in channels and LOAD_TORQUE in data.slow:
         rows = data.slow[LOAD_TORQUE]
         off = np.zeros(rows.y.size) if "load.reaction" in switched_off else rows.frame.load_motor_torque
-        out.baseline[LOAD_TORQUE] = off
         model = analyse(
             LOAD_TORQUE,
             replace(rows, y=rows.y - off),
@@ -127,7 +127,6 @@ def _motor_torque(
             # the torque at the gearbox is what the sensor reads less its error
             off = off - error / frame.ratio
             rows = replace(rows, frame=replace(frame, torque=frame.torque - error))
-    out.baseline[MOTOR_TORQUE] = off
     out.models[MOTOR_TORQUE] = analyse(
         MOTOR_TORQUE, replace(rows, y=rows.y - off), moving, fold_of, switched_off, known, banned
     )
@@ -142,11 +141,6 @@ def _trace(
     column: FloatArray,
 ) -> tuple[float, float]:
     """How much of the sensor's error the motor torque carries (1: all of it), and the standard deviation of that."""
-    from bench.mismatch.bank import Bank
-    from bench.mismatch.columns import layout
-    from bench.mismatch.linear import starts_and_folds
-    from bench.mismatch.noise import estimate
-
     used = usable & (fold_of[rows.frame.recording] >= 0) & (rows.number > 0)
     own = rows.take(used)
     whole = layout(MOTOR_TORQUE, own.frame, switched_off, known)
@@ -182,6 +176,5 @@ def _temperature(
     if motor is not None:
         power = np.abs(rows.frame.power - _wandering_zero(motor)[rows.frame.recording] * rows.frame.omega)
         rows = replace(rows, frame=replace(rows.frame, power=power))
-    out.baseline[TEMPERATURE] = np.zeros(rows.y.size)
     everywhere = np.ones(rows.y.size, dtype=bool)
     out.models[TEMPERATURE] = analyse(TEMPERATURE, rows, everywhere, fold_of, switched_off, known)

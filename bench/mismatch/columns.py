@@ -4,7 +4,7 @@ stands.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -184,11 +184,6 @@ def _candidates(channel: str, switched_off: Sequence[str]) -> list[Term]:
     beyond = [t for t in for_channel(channel) if t.effect not in HARMONIC_TERMS + SPECTRAL_TERMS]
     missing = [LIBRARY[e] for e in switched_off if channel in LIBRARY[e].forms and e not in HARMONIC_TERMS]
     return [*beyond, *missing]
-
-
-def only(entries: Sequence[Entry], effects: Mapping[str, object] | Sequence[str]) -> list[Entry]:
-    """The entries of some effects."""
-    return [entry for entry in entries if entry.effect in effects]
 
 
 def is_integral(channel: str) -> bool:

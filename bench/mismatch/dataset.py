@@ -174,9 +174,8 @@ def _explained_inside(
 
 def _angle_edges(prepared: Prepared) -> IntArray:
     frame = prepared.frame
-    progress = np.abs(np.diff(frame.theta, prepend=frame.theta[0])) / ANGLE_STEP
     smooth = np.abs(frame.velocity) / prepared.sample_rate / ANGLE_STEP
-    number = np.floor(np.cumsum(np.maximum(smooth, 1.0 / (ANGLE_STEP_S * prepared.sample_rate))) + 0.0 * progress)
+    number = np.floor(np.cumsum(np.maximum(smooth, 1.0 / (ANGLE_STEP_S * prepared.sample_rate))))
     change = np.diff(number) != 0
     change |= np.diff(prepared.label) != 0
     change |= np.diff(frame.direction) != 0

@@ -161,8 +161,8 @@ def gate_harmonics(model: TransmissionModel, held_out: set[int]) -> None:
     def square() -> float:
         return transmission(model, held_out).after ** 2
 
-    whole = square()
-    floor = transmission(model, held_out).floor ** 2
+    scores = transmission(model, held_out)
+    whole, floor = scores.after**2, scores.floor**2
     if harmonics.law is not None:
         law, series = harmonics.law, harmonics.series
         harmonics.law, harmonics.series = None, harmonics.plain

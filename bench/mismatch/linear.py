@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch.bank import Bank, Fit, Noise
-from bench.mismatch.columns import FREE_PRIOR, Entry, Layout, layout
+from bench.mismatch.columns import Entry, Layout, layout
 from bench.mismatch.noise import estimate
 from bench.mismatch.refine import refined
+from bench.mismatch.rivals import rivals
 from bench.mismatch.rows import Rows
 from bench.mismatch.select import Model, Search, spread_t
 from bench.simulation.frame import FloatArray, Frame, IntArray, recording_starts
@@ -43,7 +44,6 @@ class Found:
     gain: float
     coefficients: FloatArray
     covariance: FloatArray
-    absorbed: float
     alternatives: list[Alternative] = field(default_factory=list)
     unknown: Entry | None = None
     """the rival that explains clearly more, where there is one"""
@@ -137,7 +137,7 @@ def _judge(model: ChannelModel) -> None:
     for entry in chosen:
         others = [e for e in chosen if e != entry]
         gain = whole.total - search.fit(others).total
-        found = Found(entry, gain, np.zeros(0), np.zeros((0, 0)), 0.0)
+        found = Found(entry, gain, np.zeros(0), np.zeros((0, 0)))
         found.alternatives = _alternatives(search, others, entry, whole)
         rival, beaten = search.best(others, model.layout.free)
         if rival is not None:
@@ -157,13 +157,11 @@ def _judge(model: ChannelModel) -> None:
             model.correction.append(rival)  # nature's form differs a little from ours: the same effect
         elif gain > price and spread_t(after.likelihood - whole.likelihood) > 1.8 and gain > 0.05 * strongest:
             model.chosen.append(rival)
-            model.found.append(Found(rival, gain, np.zeros(0), np.zeros((0, 0)), 0.0, unknown=rival))
+            model.found.append(Found(rival, gain, np.zeros(0), np.zeros((0, 0)), unknown=rival))
     final = [*model.chosen, *model.correction]
     index = model.index(final)
     model.fit = model.search.bank.fit(index, leave_out=False)
     _coefficients(model)
-    for found in model.found:
-        found.absorbed = 1.0 - search.bank.explained(found.entry.index, model.layout.base)
 
 
 def _alternatives(search: Search, others: list[Entry], entry: Entry, whole: Fit) -> list[Alternative]:
@@ -255,8 +253,6 @@ def _sum_of(model: ChannelModel, frame: Frame, columns: FloatArray, entries: Seq
 def _any_columns(model: ChannelModel, entry: Entry, frame: Frame) -> FloatArray:
     if entry.effect != "unknown":
         return columns_of(model.channel, entry, frame)
-    from bench.mismatch.rivals import rivals
-
     for rival in rivals(model.channel, frame, model.rows.frame.take(model.used)):
         if rival.name == entry.form:
             return rival.columns
@@ -264,7 +260,6 @@ def _any_columns(model: ChannelModel, entry: Entry, frame: Frame) -> FloatArray:
 
 
 __all__ = [
-    "FREE_PRIOR",
     "Alternative",
     "ChannelModel",
     "Found",
