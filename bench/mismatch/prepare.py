@@ -189,6 +189,9 @@ def prepare(recording: Recording, index: int, campaign_start: float, travelled: 
     if "load_torque" in recording:
         load_torque = load_torque - ripple(q, load_torque - load_motor_torque, direction, bad["load_torque"])
     torque = _smooth(load_torque, rate)
+    if "motor_torque" in recording:
+        # the ripple acts on the gearbox, so the input motor sees it through the ratio
+        motor_torque = motor_torque - ripple(q, motor_torque - torque / ratio, direction, bad["motor_torque"])
     frame = Frame(
         ratio=ratio,
         recording=np.full(n, index, dtype=np.int64),
