@@ -118,8 +118,10 @@ def layout(
     known: Sequence[tuple[Term, Form, Point]] = (),
     with_free: bool = True,
     reference: Frame | None = None,
+    with_named: bool = True,
 ) -> Layout:
-    """Evaluate every regressor of ``channel`` on the rows of ``frame``.
+    """Evaluate every regressor of ``channel`` on the rows of ``frame``; the simulation's alone without ``with_free``
+    and ``with_named``.
 
     ``reference``: rows whose quantities place the rivals' knots. ``switched_off``: nominal terms the given simulation
     lacks (they become candidates); ``known``: further terms it has.
@@ -165,7 +167,7 @@ def layout(
             base_effects.append(("level", "fast recordings", place))
     base = tuple(range(width))
     named: list[Entry] = []
-    for term in _candidates(channel, switched_off):
+    for term in _candidates(channel, switched_off) if with_named else ():
         for form in term.forms[channel]:
             for point in form.grid(frame):
                 block = form.columns(frame, point)

@@ -195,7 +195,7 @@ def predict(model: ChannelModel, frame: Frame, whole: bool = True) -> FloatArray
 
     Free-form parts are functions of the training rows' knots: their layout is evaluated on the new rows again.
     """
-    again = layout(model.channel, frame, model.switched_off, model.known, with_free=False)
+    again = layout(model.channel, frame, model.switched_off, model.known, with_free=False, with_named=False)
     if not whole:
         return np.asarray(again.columns[:, list(again.base)] @ model.base_coefficients[: len(again.base)])
     return _sum_of(model, frame, again.columns, [*model.chosen, *model.correction], model.fit)
@@ -205,7 +205,7 @@ def predict_without(model: ChannelModel, frame: Frame, left_out: Entry) -> Float
     """The channel as the final model says that lacks one entry, refitted on the training rows."""
     rest = [e for e in (*model.chosen, *model.correction) if e != left_out]
     fit = model.search.bank.fit(model.index(rest), leave_out=False)
-    again = layout(model.channel, frame, model.switched_off, model.known, with_free=False)
+    again = layout(model.channel, frame, model.switched_off, model.known, with_free=False, with_named=False)
     return _sum_of(model, frame, again.columns, rest, fit)
 
 
