@@ -1,15 +1,38 @@
-"""Who is told how a campaign goes: the terminal, a page, a script, or nobody."""
+"""Who is told how a campaign goes: the terminal, a page, a script, or nobody; and who may look at its rows."""
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from typing import Any, Protocol
 
+from numpy.typing import NDArray
+
+from bench.campaigns.plan import Plan
 from bench.campaigns.schedule import Task
 from bench.campaigns.taken import Taken
+from bench.cycle.channels import Scaling
+from bench.cycle.sink import Sink
+from bench.protocols import Point, Segment
+
+
+@dataclass(frozen=True, slots=True)
+class Expected:
+    """A point as the run knows it: its number from 1, its identity, and whether an earlier run has done it."""
+
+    number: int
+    identity: str
+    point: Point
+    done: bool
 
 
 class Listener(Protocol):
     """Is told how a campaign goes."""
+
+    def planned(self, campaign_id: str, plan: Plan, points: Sequence[Expected]) -> None:
+        """The bench is open and this is what will be done."""
+        ...
 
     def started(self, task: Task, recording_id: str) -> None:
         """A recording begins."""
@@ -23,9 +46,16 @@ class Listener(Protocol):
         """A recording is in its file."""
         ...
 
+    def paused(self, now: bool) -> None:
+        """Points wait for the operator, or no longer."""
+        ...
+
 
 class Silent:
     """A listener for whoever does not want to know."""
+
+    def planned(self, campaign_id: str, plan: Plan, points: Sequence[Expected]) -> None:
+        """Do nothing."""
 
     def started(self, task: Task, recording_id: str) -> None:
         """Do nothing."""
@@ -35,3 +65,43 @@ class Silent:
 
     def finished(self, taken: Taken) -> None:
         """Do nothing."""
+
+    def paused(self, now: bool) -> None:
+        """Do nothing."""
+
+
+class Tap(Protocol):
+    """Looks at the rows of every motion on their way to the recording; must not wait for anything."""
+
+    def begin(self, scaling: Scaling, bench_time: datetime, what: str) -> None:
+        """A motion begins: scale of its channels, the bench's time of day (UTC) at its first row, its kind."""
+        ...
+
+    def segment(self, segment: Segment | None) -> None:
+        """From the next row on the motion is in this segment."""
+        ...
+
+    def rows(self, raw: dict[str, NDArray[Any]]) -> None:
+        """Raw rows by channel, not to be changed."""
+        ...
+
+
+class Tapped:
+    """A sink that shows a tap what it hands on."""
+
+    def __init__(self, sink: Sink, tap: Tap) -> None:
+        self._sink, self._tap = sink, tap
+
+    def segment(self, segment: Segment | None) -> None:
+        """Hand on and show."""
+        self._sink.segment(segment)
+        self._tap.segment(segment)
+
+    def rows(self, raw: dict[str, NDArray[Any]]) -> None:
+        """Hand on and show."""
+        self._sink.rows(raw)
+        self._tap.rows(raw)
+
+    def event(self, level: str, text: str) -> None:
+        """Hand on; a tap is no record."""
+        self._sink.event(level, text)

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import math
 import shutil
+import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from datetime import UTC, datetime
-from functools import cache
 from pathlib import Path
 
-import bench
 from bench.campaigns.definition import Campaign
+from bench.campaigns.directions import Directions
 from bench.campaigns.facts import facts
 from bench.campaigns.gate import judge
 from bench.campaigns.journal import Journal
-from bench.campaigns.listener import Listener
+from bench.campaigns.listener import Expected, Listener, Tap, Tapped
+from bench.campaigns.manifest import end_and_zero, recordings
 from bench.campaigns.plan import Plan
+from bench.campaigns.provenance import recording_header
 from bench.campaigns.recorder import Recorder
 from bench.campaigns.registry import build_sequence
 from bench.campaigns.schedule import Task, schedule
@@ -25,9 +27,9 @@ from bench.campaigns.taken import Status, Summary, Taken, commanded_velocity, po
 from bench.campaigns.tare import TARE, TareSink
 from bench.configuration import BenchFile
 from bench.cycle.rig import End, EndKind, Rig
+from bench.cycle.sink import Sink
 from bench.errors import LimitError
 from bench.protocols import Point
-from bench.recording import Gearbox, RecordingHeader, Setpoint
 from bench.recording.manifest import write_manifest
 
 MOST_TAKES = 3
@@ -44,6 +46,8 @@ class Runner:
     folder : where recordings, journal and ``campaign.json`` go.
     listener : is told about progress.
     stop_requested : asked between blocks.
+    directions : what the operator asks of the run on its way; None for one nobody talks to.
+    tap : sees the rows of every motion; None for nobody.
     """
 
     def __init__(
@@ -55,9 +59,13 @@ class Runner:
         folder: Path,
         listener: Listener,
         stop_requested: Callable[[], bool],
+        directions: Directions | None = None,
+        tap: Tap | None = None,
     ) -> None:
         self._rig, self._file, self._campaign, self._plan = rig, file, campaign, plan
-        self._folder, self._listener, self._stop_requested = folder, listener, stop_requested
+        self._folder, self._listener = folder, listener
+        self._directions, self._tap = directions or Directions(), tap
+        self._interrupted = stop_requested
         self._summary = Summary()
         self._closing: list[Future[Taken]] = []
 
@@ -85,10 +93,12 @@ class Runner:
             start_temperature = float(self._journal.remember("start_temperature", repr(rig.temperature)))
             self._stages = self._campaign.points(start_temperature)
             done = self._journal.done()
-            identities = [self._identity(point) for points in self._stages for point in points]
-            summary.earlier = sum(identity in done for identity in identities)
+            every = enumerate((point for points in self._stages for point in points), 1)
+            self._points = [Expected(number, id_ := self._identity(p), p, id_ in done) for number, p in every]
+            summary.earlier = sum(expected.done for expected in self._points)
+            self._listener.planned(self._campaign_id, self._plan, self._points)
             try:
-                if summary.earlier < len(identities):
+                if summary.earlier < len(self._points):
                     self._measure(done)
             finally:
                 self._collect(wait=True)
@@ -107,16 +117,53 @@ class Runner:
         for stage, points in zip(self._campaign.stages, self._stages, strict=True):
             missing = [point for point in points if self._identity(point) not in done]
             band = self._file.configuration.heating.band
-            for task in schedule(missing, stage.order, band, lambda: rig.temperature):
+            for task in schedule(missing, stage.order, band, lambda: rig.temperature, self._left_out):
                 summary.end = self._task(task)
+                self._repeat()
                 if summary.end.kind in (EndKind.TRIPPED, EndKind.INTERRUPTED):
                     return
         summary.tare_drift = self._measure_zero()
 
+    def _stop_requested(self) -> bool:
+        return self._interrupted() or self._directions.stop_requested
+
+    def _left_out(self, point: Point) -> bool:
+        """Wait while the operator pauses; then whether this point is to be skipped."""
+        self._pause()
+        return self._directions.is_skipped(self._identity(point))
+
+    def _pause(self) -> None:
+        if not self._directions.paused:
+            return
+        self._listener.paused(True)
+        while self._directions.paused and not self._stop_requested():
+            before = self._rig.elapsed_s
+            if self._rig.is_real_time:
+                self._rig.idle()
+            if self._rig.elapsed_s == before:
+                # fast emulation stands still; a bench that tripped does nothing until the next motion says so
+                time.sleep(0.05)
+        self._listener.paused(False)
+
+    def _repeat(self) -> None:
+        """Measure once more what the operator asked for."""
+        points = {expected.identity: expected.point for expected in self._points}
+        while (identity := self._directions.take_repeat()) is not None:
+            if self._summary.end.kind in (EndKind.TRIPPED, EndKind.INTERRUPTED):
+                return
+            if identity in points and not self._left_out(points[identity]):
+                self._summary.end = self._task(Task(points[identity]))
+
+    def _watched(self, sink: Sink, what: str) -> Sink:
+        if self._tap is None:
+            return sink
+        self._tap.begin(self._rig.scaling, self._rig.now, what)
+        return Tapped(sink, self._tap)
+
     def _measure_zero(self) -> float:
         sink = TareSink(self._rig.scaling)
         phases = build_sequence(TARE.sequence).phases(TARE, facts(self._file.configuration))
-        end = self._rig.run(phases, sink, self._stop_requested)
+        end = self._rig.run(phases, self._watched(sink, TARE.sequence), self._stop_requested)
         self._summary.end = end
         return sink.zero if end.kind is EndKind.FINISHED else math.nan
 
@@ -147,18 +194,22 @@ class Runner:
         setpoint = {**setpoint_dict(point), "velocity": commanded_velocity(point, phases)}
         begun = Taken(name, f"{name}.h5", sequence.kind, point.label, setpoint, identity, take, Status.PENDING)
         self._journal.begin(begun)
-        header = self._header(begun)
+        header = recording_header(begun, self._campaign_id, self._file, rig)
         recorder = Recorder(
             self._folder / begun.file, header, rig.scaling, fast=not rig.is_real_time, ratio=config.gearbox.ratio
         )
         self._listener.started(task, name)
         start = rig.elapsed_s
+        skippable = self._identity(task.prepares or point)
 
         def stop() -> bool:
             self._listener.advanced(rig.elapsed_s, rig.temperature)
-            return self._stop_requested()
+            for note in self._directions.take_notes():
+                recorder.event("note", note)
+            return self._stop_requested() or self._directions.is_skipped(skippable)
 
-        end = rig.run(phases, recorder, stop)
+        end = rig.run(phases, self._watched(recorder, sequence.kind), stop)
+        skipped = end.kind is EndKind.INTERRUPTED and not self._stop_requested()
         gate = judge(point, sequence.kind, recorder.figures, config)
         complete = end.kind in (EndKind.FINISHED, EndKind.EXPIRED)
         passed = end.kind is EndKind.FINISHED and gate.passed
@@ -168,13 +219,17 @@ class Runner:
             recorder.event("warning", f"quality gate: {gate.failures}")
         taken = replace(
             begun,
-            status=Status.DONE if passed else Status.FAILED,
-            note=end.text or gate.failures,
+            status=Status.DONE if passed else Status.SKIPPED if skipped else Status.FAILED,
+            note="skipped by the operator" if skipped else end.text or gate.failures,
             quality=gate.as_dict(),
             duration_s=rig.elapsed_s - start,
             samples=recorder.rows_taken,
         )
         self._close(recorder, taken, complete)
+        if skipped:
+            # the operator's act took the voltage off, and wants the next point
+            rig.enable()
+            return End(EndKind.FINISHED), True
         return end, passed
 
     def _close(self, recorder: Recorder, taken: Taken, complete: bool) -> None:
@@ -202,55 +257,11 @@ class Runner:
     def _name(self, task: Task, identity: str, kind: str, take: int) -> str:
         if task.is_preparation:
             return f"heating-{identity[:6]}-{take:02d}"
-        number = next(
-            number
-            for number, point in enumerate((p for points in self._stages for p in points), 1)
-            if self._identity(point) == identity
-        )
+        number = next(expected.number for expected in self._points if expected.identity == identity)
         again = f"-take{take}" if take > 1 else ""
         return f"{number:04d}-{kind}{again}"
 
-    def _header(self, begun: Taken) -> RecordingHeader:
-        config, rig = self._file.configuration, self._rig
-        gearbox = config.gearbox
-        teeth = gearbox.teeth.model_dump() if gearbox.teeth is not None else {}
-        return RecordingHeader(
-            recording_id=begun.recording_id,
-            campaign_id=self._campaign_id,
-            kind=begun.kind,
-            started_at=rig.now,
-            sample_rate=1.0 / config.bus.cycle_time,
-            source=rig.source,
-            setpoint=Setpoint(*(math.nan if value is None else value for value in begun.setpoint.values())),
-            gearbox=Gearbox(gearbox.ratio, **teeth),
-            point_id=begun.point_id,
-            take=begun.take,
-            zero_id=config.zero_id,
-            gearbox_serial=gearbox.serial,
-            config=self._file.text,
-            software={"name": "gearbench", "version": bench.__version__, "revision": revision()},
-            attributes={"tare_torque": rig.zeros.load_torque, "label": begun.label},
-        )
-
     def _write_manifest(self) -> None:
-        done = self._journal.done()
-        entries = [taken.as_dict() for taken in self._journal.takes()]
-        entries += [
-            {
-                "recording_id": None,
-                "file": None,
-                "kind": build_sequence(point.sequence, point.options).kind,
-                "label": point.label,
-                "setpoint": setpoint_dict(point),
-                "status": Status.PENDING.value,
-                "quality": {},
-                "point_id": self._identity(point),
-            }
-            for points in self._stages
-            for point in points
-            if self._identity(point) not in done
-        ]
-        drift = self._summary.tare_drift
         write_manifest(
             self._folder,
             {
@@ -259,22 +270,7 @@ class Runner:
                 "bench": self._file.configuration.name,
                 "plan": self._plan.as_dict(),
                 "campaign_text": self._campaign.text,
-                "end": {"kind": self._summary.end.kind.name.lower(), "text": self._summary.end.text},
-                "torque_sensor": {
-                    "tare_before_nm": self._rig.zeros.load_torque,
-                    "drift_nm": None if math.isnan(drift) else drift,
-                },
-                "recordings": entries,
+                **end_and_zero(self._summary, self._rig.zeros.load_torque),
+                "recordings": recordings(self._journal.takes(), self._points, self._journal.done()),
             },
         )
-
-
-@cache
-def revision() -> str:
-    """Return the revision of the program where it runs from a git work tree, else an empty text."""
-    head = Path(bench.__file__).resolve().parent.parent / ".git" / "HEAD"
-    try:
-        text = head.read_text("utf-8").strip()
-        return (head.parent / text.removeprefix("ref: ")).read_text("utf-8").strip() if "ref:" in text else text
-    except OSError:
-        return ""

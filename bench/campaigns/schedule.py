@@ -23,10 +23,24 @@ class Task:
 
     point: Point
     is_preparation: bool = False
+    prepares: Point | None = None
+    """The point a heating is for."""
 
 
-def schedule(points: Sequence[Point], order: Order, band: float, temperature: Callable[[], float]) -> Iterator[Task]:
+def _none_left_out(point: Point) -> bool:
+    return False
+
+
+def schedule(
+    points: Sequence[Point],
+    order: Order,
+    band: float,
+    temperature: Callable[[], float],
+    left_out: Callable[[Point], bool] = _none_left_out,
+) -> Iterator[Task]:
     """Yield the tasks of one stage; ``temperature`` is asked anew before each, ``band`` is in K either side.
+
+    ``left_out`` is asked right before a point's turn, and again after what was done to prepare it.
 
     With ascending temperatures, points measured as found go first; one with a temperature goes before them as soon
     as the lubricant has warmed up to it by itself: a bench that cannot cool would never see that temperature again.
@@ -36,10 +50,14 @@ def schedule(points: Sequence[Point], order: Order, band: float, temperature: Ca
         remaining.sort(key=lambda point: -float("inf") if point.temperature is None else point.temperature)
     while remaining:
         point = remaining.pop(_next(remaining, temperature()) if order is Order.TEMPERATURE else 0)
+        if left_out(point):
+            continue
         target = point.temperature
         prepares = build_sequence(point.sequence, point.options).prepares_temperature
         if prepares and target is not None and temperature() < target - band:
-            yield Task(Point(HEATING, temperature=target, stage=point.stage), is_preparation=True)
+            yield Task(Point(HEATING, temperature=target, stage=point.stage), is_preparation=True, prepares=point)
+            if left_out(point):
+                continue
         yield Task(point)
 
 

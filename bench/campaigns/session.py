@@ -11,7 +11,8 @@ from pathlib import Path
 from types import FrameType
 
 from bench.campaigns.definition import Campaign
-from bench.campaigns.listener import Listener, Silent
+from bench.campaigns.directions import Directions
+from bench.campaigns.listener import Listener, Silent, Tap
 from bench.campaigns.plan import make_plan
 from bench.campaigns.runner import Runner
 from bench.campaigns.taken import Summary
@@ -47,10 +48,13 @@ def run_campaign(
     seed: int = 0,
     real_time: bool = False,
     reset_faults: bool = False,
+    directions: Directions | None = None,
+    tap: Tap | None = None,
 ) -> Summary:
     """Open the bench, run the campaign into ``folder``, bring the bench to rest.
 
-    ``listener`` is told how it goes, None for nobody.
+    ``listener`` is told how it goes, ``directions`` tell it what to do on its way, ``tap`` sees every row; None for
+    nobody.
     ``reset_faults`` acknowledges faults the drives show from before; without it such a drive is not enabled.
 
     Raises
@@ -67,4 +71,4 @@ def run_campaign(
             # what is loaded by now stays: the collector need not look at it while cycles are due
             gc.freeze()
         plan = make_plan(campaign, file.configuration, rig.temperature)
-        return Runner(rig, file, campaign, plan, folder, listener or Silent(), stop.is_set).run()
+        return Runner(rig, file, campaign, plan, folder, listener or Silent(), stop.is_set, directions, tap).run()

@@ -80,7 +80,7 @@ class Summary:
         """Last takes of points that never passed."""
         good = {taken.point_id for taken in self.taken if taken.status is Status.DONE}
         last = {taken.point_id: taken for taken in self.taken if taken.point_id not in good}
-        return list(last.values())
+        return [taken for taken in last.values() if taken.status is not Status.SKIPPED]
 
 
 def point_id(point: Point, bench_digest: str) -> str:

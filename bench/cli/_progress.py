@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from types import TracebackType
 
 from rich.console import Console
@@ -10,6 +11,8 @@ from rich.progress import BarColumn, Progress, ProgressColumn, TaskProgressColum
 from rich.progress import Task as Row
 from rich.text import Text
 
+from bench.campaigns.listener import Expected
+from bench.campaigns.plan import Plan
 from bench.campaigns.schedule import Task
 from bench.campaigns.taken import Status, Taken
 from bench.cli._text import duration_text
@@ -56,6 +59,15 @@ class ProgressListener:
     ) -> None:
         """Stop the display."""
         self._progress.stop()
+
+    def planned(self, campaign_id: str, plan: Plan, points: Sequence[Expected]) -> None:
+        """The bench is open: its lubricant may be warmer than assumed, so the time is another."""
+        self._progress.update(self._row, total=plan.duration_s)
+
+    def paused(self, now: bool) -> None:
+        """Show that points wait."""
+        if now:
+            self._progress.update(self._row, description="paused by the operator")
 
     def started(self, task: Task, recording_id: str) -> None:
         """Show the point that begins."""
