@@ -8,14 +8,14 @@ no small change: the series is calibrated anew on the vectors divided by H, and 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 
+from bench.mismatch.laws import Law, Reference, factor, value
 from bench.mismatch.series import Series, calibrate
 from bench.mismatch.spectrum import Complex, Turn
 from bench.simulation.frame import FloatArray
@@ -27,21 +27,6 @@ LEAST_EXCESS = 0.12
 """excess of the known orders, over the noise of a row, from which a resonance is looked for"""
 PRICE = 2.5
 """log-likelihood asked of each order's strength (two numbers)"""
-
-
-@dataclass(frozen=True, slots=True)
-class Law:
-    """A law the known orders follow: its effect, form, nonlinear parameters, gain, orders it touches, strength ε an
-    order.
-    """
-
-    effect: str
-    form: str
-    point: tuple[float, ...]
-    gain: float
-    orders: tuple[float, ...]
-    strength: Complex = field(repr=False)
-    variables: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,9 +80,9 @@ def resonance(data: Orders) -> Law | None:
     frequency = np.abs(data.x[rows, 1])[:, None] * np.asarray(data.orders)[None, :]
 
     def losses(natural: float, damping: float) -> FloatArray:
-        factor = response(frequency, natural, damping)
-        sigma = np.sqrt(data.sigma[rows] ** 2 + (1e-3 * np.abs(data.vectors[rows])) ** 2) / np.abs(factor)
-        return calibrate(turn_list, data.vectors[rows] / factor, data.orders, sigma, data.series.prior).loss
+        answer = response(frequency, natural, damping)
+        sigma = np.sqrt(data.sigma[rows] ** 2 + (1e-3 * np.abs(data.vectors[rows])) ** 2) / np.abs(answer)
+        return calibrate(turn_list, data.vectors[rows] / answer, data.orders, sigma, data.series.prior).loss
 
     plain = losses(1e9, 0.5)
     low, high = max(float(np.percentile(frequency, 10)), 0.05), 1.5 * float(frequency.max())
@@ -129,43 +114,22 @@ def resonance(data: Orders) -> Law | None:
     return Law("te.resonance", "second_order", (natural, damping), total, touched, ones, ("order_frequency",))
 
 
-def _grids(
-    data: Orders,
-) -> list[tuple[str, str, tuple[str, ...], list[tuple[float, ...]], Callable[[tuple[float, ...]], FloatArray]]]:
-    speed = np.abs(data.x[:, 1])
-    torque, temperature = data.x[:, 0], data.x[:, 2]
-    time = (data.time - data.time.min()) / max(float(np.ptp(data.time)), 1.0)
-    fastest = float(speed.max())
-    span = max(float(np.ptp(temperature)), 1.0)
-    largest = max(float(np.abs(torque).max()), 1.0)
+def _grids(data: Orders) -> list[tuple[str, str, tuple[str, ...], list[tuple[float, ...]]]]:
+    """Laws tried: effect, form, the quantities it depends on, points."""
+    fastest = float(np.abs(data.x[:, 1]).max())
+    coldest, span = float(data.x[:, 2].min()), max(float(np.ptp(data.x[:, 2])), 1.0)
     speeds: list[tuple[float, ...]] = [(float(v),) for v in np.geomspace(0.08, 0.8, 7) * fastest]
+    decays: list[tuple[float, ...]] = [(float(s),) for s in np.array([0.08, 0.15, 0.3, 0.6]) * span]
+    knees: list[tuple[float, ...]] = [(float(coldest + s * span),) for s in (0.2, 0.35, 0.5, 0.65, 0.8)]
     return [
-        ("te.velocity_nonlinear", "exponential", ("speed",), speeds, lambda p: np.exp(-speed / p[0])),
-        ("te.velocity_nonlinear", "rational", ("speed",), speeds, lambda p: 1.0 / (1.0 + speed / p[0])),
-        (
-            "te.temperature_nonlinear",
-            "exponential",
-            ("temperature",),
-            [(float(s),) for s in np.array([0.08, 0.15, 0.3, 0.6]) * span],
-            lambda p: np.exp(-(temperature - temperature.min()) / p[0]),
-        ),
-        (
-            "te.temperature_nonlinear",
-            "threshold",
-            ("temperature",),
-            [(float(temperature.min() + s * span),) for s in (0.2, 0.35, 0.5, 0.65, 0.8)],
-            lambda p: np.tanh((temperature - p[0]) / 3.0),
-        ),
-        ("te.drift_time", "linear", ("time",), [()], lambda _: time),
-        ("te.drift_time", "creep", ("time",), [(0.05,), (0.15,), (0.4,)], lambda p: 1.0 - np.exp(-time / p[0])),
-        ("unknown", "amplitude over load", ("torque",), [()], lambda _: (torque / largest) ** 3),
-        (
-            "unknown",
-            "amplitude about zero load",
-            ("torque",),
-            [(0.05,), (0.15,), (0.3,)],
-            lambda p: np.tanh(torque / (p[0] * largest)),
-        ),
+        ("te.velocity_nonlinear", "exponential", ("speed",), speeds),
+        ("te.velocity_nonlinear", "rational", ("speed",), speeds),
+        ("te.temperature_nonlinear", "exponential", ("temperature",), decays),
+        ("te.temperature_nonlinear", "threshold", ("temperature",), knees),
+        ("te.drift_time", "linear", ("time",), [()]),
+        ("te.drift_time", "creep", ("time",), [(0.05,), (0.15,), (0.4,)]),
+        ("unknown", "amplitude over load", ("torque",), [()]),
+        ("unknown", "amplitude about zero load", ("torque",), [(0.05,), (0.15,), (0.3,)]),
     ]
 
 
@@ -175,10 +139,11 @@ def factors(data: Orders) -> list[Law]:
     whiteners = [_whitener(data, k) for k in range(len(data.orders))]
     flat = [solve_triangular(lower, target, lower=True) for lower, target in whiteners]
     out: list[Law] = []
-    for effect, form, variables, points, function in _grids(data):
+    reference = Reference.of(data.x, data.time)
+    for effect, form, variables, points in _grids(data):
         best: Law | None = None
         for point in points:
-            g = function(point)[rows]
+            g = value(effect, form, point, data.x, data.time, reference)[rows]
             gain = np.zeros(len(data.orders))
             strength = np.zeros(len(data.orders), dtype=np.complex128)
             for k, (lower, _) in enumerate(whiteners):
@@ -192,7 +157,8 @@ def factors(data: Orders) -> list[Law]:
                 strength[k] = found[0] + 1j * found[1]
             total = float(np.sum(np.maximum(gain - PRICE, 0.0)))
             touched = tuple(f for f, s in zip(data.orders, gain, strict=True) if s > max(8.0, 0.02 * gain.max()))
-            law = Law(effect, form, point, total, touched, np.where(gain > 8.0, strength, 0.0), variables)
+            kept = np.where(gain > 8.0, strength, 0.0)
+            law = Law(effect, form, point, total, touched, kept, variables, reference)
             if best is None or law.gain > best.gain:
                 best = law
         if best is not None:
@@ -210,10 +176,10 @@ def excess(data: Orders, residual: Complex) -> float:
 def size(law: Law, data: Orders) -> float:
     """What the law changes at the training turns beyond the polynomials, root mean square over the noise of a row."""
     rows = np.flatnonzero(data.train)
-    factor = applied(law, data)[rows]
+    changed = applied(law, data)[rows]
     total = 0.0
     for k in range(len(data.orders)):
-        change = (factor[:, k] - 1.0) * data.smooth[rows, k]
+        change = (changed[:, k] - 1.0) * data.smooth[rows, k]
         total += float(np.mean(np.abs(_beyond(data, k, change)) ** 2)) / 2.0
     return float(np.sqrt(total) / data.white)
 
@@ -232,15 +198,7 @@ def _beyond(data: Orders, k: int, change: Complex) -> Complex:
 
 def applied(law: Law, data: Orders) -> Complex:
     """The law's factor on the vectors, (turns, orders)."""
-    if law.effect == "te.resonance":
-        frequency = np.abs(data.x[:, 1])[:, None] * np.asarray(data.orders)[None, :]
-        factor = response(frequency, *law.point)
-        touched = np.isin(np.asarray(data.orders), np.asarray(law.orders))
-        return np.where(touched[None, :], factor, 1.0)
-    for effect, form, _, _, function in _grids(data):
-        if effect == law.effect and form == law.form:
-            return np.asarray(1.0 + function(law.point)[:, None] * law.strength[None, :])
-    raise KeyError(f"no law {law.effect} in the form {law.form}")
+    return factor(law, data.x, data.time, data.orders)
 
 
 def best_law(data: Orders) -> Law | None:

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from bench.mismatch.amplitudes import Law
 from bench.mismatch.channels import SENSOR_ERRORS, Analysis
 from bench.mismatch.dataset import Dataset
 from bench.mismatch.evaluate import Scores
 from bench.mismatch.findings import Finding, alternatives_json, as_good, confidence, parameters
+from bench.mismatch.laws import Law
 from bench.mismatch.linear import ChannelModel, Found, columns_of
 from bench.mismatch.locate import Location, conditions, strongest, text, time_window
 from bench.mismatch.peaks import Peak

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from bench.mismatch.amplitudes import Law
 from bench.mismatch.channels import Analysis
 from bench.mismatch.findings import Finding
+from bench.mismatch.laws import Law
 from bench.mismatch.linear import ChannelModel
 from bench.mismatch.motor_ripple import Ripple
 from bench.mismatch.peaks import Peak

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.mismatch.amplitudes import Law, Orders, applied, best_law
+from bench.mismatch.amplitudes import Orders, applied, best_law
 from bench.mismatch.dataset import LIVELY_S, SLOW_S
+from bench.mismatch.laws import Law, factor
 from bench.mismatch.linear import ChannelModel, analyse, predict
 from bench.mismatch.offset import fit_offset, wavering
 from bench.mismatch.peaks import Peak, Spectra, design, pulse_spectrum, search
@@ -19,7 +20,6 @@ from bench.mismatch.series import Series, as_vectors, calibrate, mask, noise_at
 from bench.mismatch.spectrum import Turn, states, turns
 from bench.simulation.frame import FloatArray, Frame, IntArray
 from bench.simulation.terms import TRANSMISSION_ERROR, Form, Point, Term
-from bench.simulation.terms.te.resonance import response
 
 WIDEST_SPEED = 1.1
 SLOWEST_SPEED = 0.9
@@ -53,18 +53,12 @@ class Harmonics:
         return out
 
     def _series(self, frame: Frame) -> FloatArray:
-        if self.law is None or self.orders is None:
+        if self.law is None:
             return self.series.evaluate(frame)
         out = np.zeros(frame.size)
         x = np.column_stack([frame.torque, frame.velocity, frame.temperature])
         vectors = self.series.vectors(x, frame.last_direction)
-        if self.law.effect == "te.resonance":
-            frequency = np.abs(frame.velocity)[:, None] * np.asarray(self.series.orders)[None, :]
-            touched = np.isin(np.asarray(self.series.orders), np.asarray(self.law.orders))
-            vectors = vectors * np.where(touched[None, :], response(frequency, *self.law.point), 1.0)
-        else:
-            there = replace(self.orders, x=x, time=frame.time)
-            vectors = vectors * applied(self.law, there)
+        vectors = vectors * factor(self.law, x, frame.time, self.series.orders)
         for k, order in enumerate(self.series.orders):
             angle = order * frame.theta
             out += vectors[:, k].real * np.sin(angle) + vectors[:, k].imag * np.cos(angle)
@@ -197,12 +191,12 @@ def _searched(quiet: Rows, orders: Sequence[float], train: set[int]) -> Harmonic
     law = best_law(data)
     out = Harmonics(series, series, law, [], seen, data)
     if law is not None:
-        factor = applied(law, data)
+        touched = applied(law, data)
         tidy = calibrate(
             [t for t, k in zip(seen, chosen, strict=True) if k],
-            as_vectors(seen)[chosen] / factor[chosen],
+            as_vectors(seen)[chosen] / touched[chosen],
             orders,
-            data.sigma[chosen] / np.abs(factor[chosen]),
+            data.sigma[chosen] / np.abs(touched[chosen]),
         )
         out = Harmonics(tidy, series, law, [], seen, data)
         left = turns(replace(quiet, y=quiet.y - out.evaluate(quiet.frame)), orders)
