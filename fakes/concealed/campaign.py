@@ -17,6 +17,8 @@ from fakes.concealed.plant import RATIO, Plant
 
 _COARSE_S = 0.5  # step of the heat balance; its time constants are minutes
 _REST_S = 5.0
+_MOST_ROUNDS = 8
+_AGREED_K = 0.002
 
 
 @dataclass(slots=True)
@@ -144,13 +146,18 @@ class Campaign:
         memories = [copy.deepcopy(getattr(effect, "memory", None)) for effect in self.effects]
         start = (history.lubricant, history.house)
         torques = self._torques(run)
-        for effect, memory in zip(self.effects, memories, strict=True):
-            if memory is not None:
-                effect.memory.clear()  # type: ignore[attr-defined]
-                effect.memory.update(memory)  # type: ignore[attr-defined]
-        power, probe = self._heat(run, motion, history)
-        history.lubricant, history.house = start
-        torques = self._torques(run)
+        # friction heats and heat changes friction: repeated until the temperature agrees with the torque it came from
+        for _ in range(_MOST_ROUNDS):
+            before = run.temperature
+            self._heat(run, motion, history)
+            history.lubricant, history.house = start
+            for effect, memory in zip(self.effects, memories, strict=True):
+                if memory is not None:
+                    effect.memory.clear()  # type: ignore[attr-defined]
+                    effect.memory.update(copy.deepcopy(memory))  # type: ignore[attr-defined]
+            torques = self._torques(run)
+            if np.max(np.abs(run.temperature - before)) < _AGREED_K:
+                break
         power, probe = self._heat(run, motion, history, final=True)
         signals = self._read(run, motion, torques, power, probe)
         history.clock = float(run.clock[-1]) + 1.0 / rate_hz
