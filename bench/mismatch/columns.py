@@ -49,6 +49,8 @@ class Entry:
     point: Point
     index: tuple[int, ...]
     variables: tuple[str, ...] = ()
+    deviation: tuple[float, ...] = ()
+    """standard deviations of the point's parameters, once they are refined"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -86,10 +86,9 @@ def parameters(channel: str, found: Found) -> list[dict[str, Any]]:
         {"symbol": symbol.symbol, "value": float(v), "unit": symbol.unit, "std": float(s)}
         for symbol, v, s in zip(form.linear, found.coefficients, _std(found), strict=True)
     ]
-    for symbol, value in zip(form.nonlinear, entry.point, strict=True):
-        out.append(
-            {"symbol": symbol.symbol, "value": float(value), "unit": symbol.unit, "std": 0.1 * abs(float(value))}
-        )
+    deviation = entry.deviation or tuple(0.0 for _ in entry.point)
+    for symbol, value, std in zip(form.nonlinear, entry.point, deviation, strict=True):
+        out.append({"symbol": symbol.symbol, "value": float(value), "unit": symbol.unit, "std": std})
     return out
 
 

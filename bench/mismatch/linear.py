@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bench.mismatch.bank import Bank, Fit, Noise
 from bench.mismatch.columns import Entry, Layout, layout
 from bench.mismatch.noise import estimate
-from bench.mismatch.refine import refined
+from bench.mismatch.refine import Refiner
 from bench.mismatch.rivals import rivals
 from bench.mismatch.rows import Rows
 from bench.mismatch.select import Model, Search, spread_t
@@ -23,6 +23,7 @@ UNKNOWN_SHARE = 0.08
 """a rival must beat a named term by this share of its gain before the name is doubted"""
 UNKNOWN_GAIN = 40.0
 MOST_TERMS = 6
+REFINED_ALTERNATIVES = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,12 +104,13 @@ def analyse(
     bank = Bank(own.y, starts, folds, whole.columns, whole.prior, noise, whole.precision)
     entries = [e for e in whole.named if e.effect not in banned]
     search = Search(bank, whole.base, entries, REPEATED)
+    refiner = Refiner(channel, rows.frame, used, search)
     model = Model((), search.fit(()))
     for _ in range(MOST_TERMS):
         step = search.step(model.chosen)
         if step is None:
             break
-        model = refined(channel, rows.frame, used, search, Model(tuple(step), search.fit(step)))
+        model = refiner.model(Model(tuple(step), search.fit(step)))
     base = bank.fit(whole.base, leave_out=False).coefficients
     result = ChannelModel(
         channel,
@@ -125,11 +127,11 @@ def analyse(
         tuple(known),
         base,
     )
-    _judge(result)
+    _judge(result, refiner)
     return result
 
 
-def _judge(model: ChannelModel) -> None:
+def _judge(model: ChannelModel, refiner: Refiner) -> None:
     """Alternatives of each chosen term, rivals that beat it, and rivals that find what no term explains."""
     search, chosen = model.search, model.chosen
     whole = search.fit(chosen)
@@ -138,7 +140,7 @@ def _judge(model: ChannelModel) -> None:
         others = [e for e in chosen if e != entry]
         gain = whole.total - search.fit(others).total
         found = Found(entry, gain, np.zeros(0), np.zeros((0, 0)))
-        found.alternatives = _alternatives(search, others, entry, whole)
+        found.alternatives = _alternatives(search, refiner, others, entry, whole)
         rival, beaten = search.best(others, model.layout.free)
         if rival is not None:
             margin = search.fit(others).total + beaten - whole.total
@@ -164,24 +166,25 @@ def _judge(model: ChannelModel) -> None:
     _coefficients(model)
 
 
-def _alternatives(search: Search, others: list[Entry], entry: Entry, whole: Fit) -> list[Alternative]:
-    best: dict[str, Alternative] = {}
+def _alternatives(search: Search, refiner: Refiner, others: list[Entry], entry: Entry, whole: Fit) -> list[Alternative]:
+    """The effects that come nearest in a chosen term's place, each refitted and refined there."""
+    totals: dict[str, float] = {}
     taken = {e.effect for e in others}
     for candidate in search.entries:
-        if candidate.effect == entry.effect or candidate.effect in taken:
-            continue
-        fit = search.fit([*others, candidate])
-        difference = whole.likelihood - fit.likelihood
+        if candidate.effect != entry.effect and candidate.effect not in taken:
+            total = search.fit([*others, candidate]).total
+            totals[candidate.effect] = max(total, totals.get(candidate.effect, -np.inf))
+    out: list[Alternative] = []
+    for effect in sorted(totals, key=lambda e: -totals[e])[:REFINED_ALTERNATIVES]:
+        rival = refiner.effect(others, effect)
+        difference = whole.likelihood - search.fit([*others, rival]).likelihood
         error = float(np.std(difference, ddof=1) * np.sqrt(difference.size)) if difference.size > 1 else 0.0
-        loss = float(difference.sum())
-        if candidate.effect not in best or loss < best[candidate.effect].loss:
-            best[candidate.effect] = Alternative(candidate, loss, error, False)
-    for effect, found in best.items():
-        if len(found.entry.index) > len(entry.index):
-            beyond = search.bank.explained(entry.index, [*search.base, *found.entry.index])
-            alone = search.bank.explained(entry.index, search.base)
-            best[effect] = replace(found, contains=beyond < 0.02 * alone)
-    return sorted(best.values(), key=lambda a: a.loss)[:5]
+        contains = False
+        if len(rival.index) > len(entry.index):
+            beyond = search.bank.explained(entry.index, [*search.base, *rival.index])
+            contains = beyond < 0.02 * search.bank.explained(entry.index, search.base)
+        out.append(Alternative(rival, float(difference.sum()), error, contains))
+    return sorted(out, key=lambda a: a.loss)
 
 
 def columns_of(channel: str, entry: Entry, frame: Frame) -> FloatArray:
