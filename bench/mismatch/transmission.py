@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from bench.mismatch.amplitudes import Orders, applied, best_law
 from bench.mismatch.dataset import LIVELY_S, SLOW_S
-from bench.mismatch.laws import Law, factor
+from bench.mismatch.laws import Complex, Law, factor
 from bench.mismatch.linear import ChannelModel, analyse, predict
 from bench.mismatch.offset import fit_offset, wavering
 from bench.mismatch.peaks import Peak, Spectra, design, pulse_spectrum, search
+from bench.mismatch.periodic import NOTHING, Periodic, Pulse
 from bench.mismatch.prepare import reduce
 from bench.mismatch.rows import Rows
 from bench.mismatch.series import Series, as_vectors, calibrate, mask, noise_at
@@ -41,25 +42,30 @@ class Harmonics:
     peaks: list[Peak]
     turns: list[Turn]
     orders: Orders | None
+    given: Periodic = NOTHING
+    """laws of the simulation given (its pulses are taken off the rows before)"""
 
     def evaluate(self, frame: Frame, whole: bool = True) -> FloatArray:
         """Sum of the harmonics at the rows of a frame, rad; ``whole`` includes what was found."""
+        out = self._series(frame, whole)
         if not whole:
-            return self.plain.evaluate(frame)
-        out = self._series(frame)
+            return out
         x = np.column_stack([frame.torque, frame.velocity, frame.temperature])
         for peak in self.peaks:
             out = out + _peak(peak, frame, x, self.series)
         return out
 
-    def _series(self, frame: Frame) -> FloatArray:
-        if self.law is None:
-            return self.series.evaluate(frame)
+    def _series(self, frame: Frame, whole: bool) -> FloatArray:
+        series = self.series if whole else self.plain
+        law = self.law if whole else None
+        if law is None and not self.given.laws:
+            return series.evaluate(frame)
         out = np.zeros(frame.size)
         x = np.column_stack([frame.torque, frame.velocity, frame.temperature])
-        vectors = self.series.vectors(x, frame.last_direction)
-        vectors = vectors * factor(self.law, x, frame.time, self.series.orders)
-        for k, order in enumerate(self.series.orders):
+        vectors = series.vectors(x, frame.last_direction) * self.given.factor(x, frame.time, series.orders)
+        if law is not None:
+            vectors = vectors * factor(law, x, frame.time, series.orders)
+        for k, order in enumerate(series.orders):
             angle = order * frame.theta
             out += vectors[:, k].real * np.sin(angle) + vectors[:, k].imag * np.cos(angle)
         return out
@@ -68,8 +74,7 @@ class Harmonics:
 def _peak(peak: Peak, frame: Frame, x: FloatArray, series: Series) -> FloatArray:
     if peak.kind == "pulse":
         # the same pulse as in the spectrum: its mean and the orders the simulation has are the simulation's
-        distance = np.mod(frame.theta - peak.angle + np.pi, 2.0 * np.pi) - np.pi
-        return np.asarray(peak.height * np.exp(-0.5 * (distance / peak.width) ** 2))
+        return Pulse(peak.angle, peak.width, peak.height).evaluate(frame.theta)
     carrier = None
     if peak.kind == "sideband":
         carrier = series.vectors(x, frame.last_direction)[:, series.orders.index(float(peak.carrier))]
@@ -125,9 +130,14 @@ def analyse_transmission(
     orders: Sequence[float],
     switched_off: Sequence[str] = (),
     known: Sequence[tuple[Term, Form, Point]] = (),
+    given: Periodic = NOTHING,
 ) -> TransmissionModel:
-    """Find what the transmission error's simulation lacks, on the training recordings (fold ≥ 0)."""
+    """Find what the transmission error's simulation lacks, on the training recordings (fold ≥ 0).
+
+    ``known`` terms of the offset, pulses and laws in ``given`` are the simulation's own.
+    """
     train = {int(r) for r in np.flatnonzero(fold_of >= 0)}
+    angle = replace(angle, y=angle.y - given.pulses_at(angle.frame))
     inside = _within_bounds(angle, orders)
     rows = angle.take(inside)
     first = turns(rows, orders)
@@ -135,7 +145,7 @@ def analyse_transmission(
     if sum(t.recording in train for t in first) >= 4:
         offset0 = fit_offset(rows.frame, rows.y, first, train)
         quiet = replace(rows, y=rows.y - wavering(rows.frame, offset0))
-        harmonics = _calibrated(quiet, orders, train)
+        harmonics = _calibrated(quiet, orders, train, given)
     for step in range(2):
         periodic = harmonics.evaluate(angle.frame) if harmonics is not None else np.zeros(angle.y.size)
         slow, usable = slow_rows(angle, angle.y - periodic, inside)
@@ -144,7 +154,7 @@ def analyse_transmission(
             break
         if step == 0:
             offset_only = replace(rows, y=rows.y - predict(offset, angle.frame)[inside])
-            harmonics = _searched(offset_only, orders, train)
+            harmonics = _searched(offset_only, orders, train, given)
             if harmonics.law is None and not harmonics.peaks and not offset.found:
                 break
     return TransmissionModel(angle, inside, offset, harmonics, usable)
@@ -160,24 +170,34 @@ def _within_bounds(angle: Rows, orders: Sequence[float]) -> NDArray[np.bool_]:
     return np.asarray(good & (speed > SLOWEST_SPEED * min(driven)) & (speed < WIDEST_SPEED * max(driven)))
 
 
-def _calibrated(quiet: Rows, orders: Sequence[float], train: set[int]) -> Harmonics:
+def _vectors(seen: Sequence[Turn], orders: Sequence[float], given: Periodic) -> tuple[Complex, Complex]:
+    """Vectors of the turns at the orders, what the given laws do to them divided out; and that factor."""
+    time = np.array([t.time for t in seen])
+    factor_given = given.factor(states(seen), time, orders)
+    return as_vectors(seen) / factor_given, factor_given
+
+
+def _calibrated(quiet: Rows, orders: Sequence[float], train: set[int], given: Periodic) -> Harmonics:
     seen = turns(quiet, orders)
     chosen = mask(seen, train)
-    series = calibrate([t for t, k in zip(seen, chosen, strict=True) if k], as_vectors(seen)[chosen], orders)
-    return Harmonics(series, series, None, [], seen, None)
+    vectors, touched = _vectors(seen, orders, given)
+    noise = noise_at(seen, orders)[chosen] / np.abs(touched[chosen])
+    series = calibrate([t for t, k in zip(seen, chosen, strict=True) if k], vectors[chosen], orders, noise)
+    return Harmonics(series, series, None, [], seen, None, given)
 
 
-def _searched(quiet: Rows, orders: Sequence[float], train: set[int]) -> Harmonics:
+def _searched(quiet: Rows, orders: Sequence[float], train: set[int], given: Periodic) -> Harmonics:
     """Calibrate the series on rows without their offset; then its laws, then peaks in what is left."""
-    plain = _calibrated(quiet, orders, train)
+    plain = _calibrated(quiet, orders, train, given)
     seen, series = plain.turns, plain.series
     chosen = mask(seen, train)
     x, direction = states(seen), np.array([t.direction for t in seen])
     smooth = series.vectors(x, direction)
-    left = turns(replace(quiet, y=quiet.y - series.evaluate(quiet.frame)), orders)
+    left = turns(replace(quiet, y=quiet.y - plain.evaluate(quiet.frame)), orders)
+    vectors, known = _vectors(seen, orders, given)
     data = Orders(
-        as_vectors(seen),
-        noise_at(left, orders),
+        vectors,
+        noise_at(left, orders) / np.abs(known),
         x,
         direction,
         np.array([t.time for t in seen]),
@@ -189,16 +209,16 @@ def _searched(quiet: Rows, orders: Sequence[float], train: set[int]) -> Harmonic
         tuple(left),
     )
     law = best_law(data)
-    out = Harmonics(series, series, law, [], seen, data)
+    out = Harmonics(series, series, law, [], seen, data, given)
     if law is not None:
         touched = applied(law, data)
         tidy = calibrate(
             [t for t, k in zip(seen, chosen, strict=True) if k],
-            as_vectors(seen)[chosen] / touched[chosen],
+            vectors[chosen] / touched[chosen],
             orders,
             data.sigma[chosen] / np.abs(touched[chosen]),
         )
-        out = Harmonics(tidy, series, law, [], seen, data)
+        out = Harmonics(tidy, series, law, [], seen, data, given)
         left = turns(replace(quiet, y=quiet.y - out.evaluate(quiet.frame)), orders)
     carriers = {int(f): out.series.vectors(x, direction)[:, k] for k, f in enumerate(orders)}
     spectra = Spectra.of(left, chosen, orders, carriers)
