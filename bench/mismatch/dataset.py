@@ -8,7 +8,7 @@ its harmonics; and rows of two seconds for the heat balance.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -131,6 +131,21 @@ def _rows(prepared: Prepared, edges: IntArray, channel: str) -> Rows:
     return Rows(reduce(prepared.frame, edges), mean, number, square / np.maximum(number - 1.0, 1.0))
 
 
+def _angle_rows(prepared: Prepared) -> Rows:
+    """Rows over the angle, with how the samples inside a row follow the angle: fast orders move within a row."""
+    edges = _angle_edges(prepared)
+    rows = _rows(prepared, edges, "transmission_error")
+    valid = prepared.valid["transmission_error"]
+    inner = _inside(prepared, "transmission_error", edges)
+    width = np.diff(np.append(edges, valid.size))
+    angle, _ = block_mean(prepared.frame.theta, valid, edges)
+    turned = np.where(valid, prepared.frame.theta - np.repeat(angle, width), 0.0)
+    number = np.maximum(rows.number, 1.0)
+    return replace(
+        rows, lean=np.add.reduceat(inner * turned, edges) / number, sweep=np.add.reduceat(turned**2, edges) / number
+    )
+
+
 def _inside(prepared: Prepared, channel: str, edges: IntArray) -> FloatArray:
     """The samples' deviations from their block's mean that the simulation does not explain; 0 where not valid."""
     signal, valid = prepared.measured[channel], prepared.valid[channel]
@@ -241,7 +256,7 @@ def load(path: Path, progress: Callable[[str, float], None] | None = None) -> Da
             width = max(1, round(HEAT_S * prepared.sample_rate))
             heat.append(_rows(prepared, np.arange(0, prepared.frame.size, width), "temperature"))
         if "transmission_error" in prepared.measured and recording.kind != "heating":
-            angle.append(_rows(prepared, _angle_edges(prepared), "transmission_error"))
+            angle.append(_angle_rows(prepared))
     if not data.members:
         raise RecordingError(f"{path} holds no recording that can be read; see `bench validate` for each file")
     data.slow = {channel: join(parts) for channel, parts in slow.items()}
