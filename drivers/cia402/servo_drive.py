@@ -14,12 +14,14 @@ from drivers.cia402.faults import describe
 from drivers.cia402.modes import SET_VALUE
 from drivers.cia402.objects import entries
 from drivers.cia402.parameters import Parameter, apply, cycle_parameters, limit_parameters, verify
-from drivers.cia402.sequence import Goal, Outcome, advance, begin, holds
-from drivers.cia402.states import State
+from drivers.cia402.sequence import COMMANDS, Goal, Outcome, advance, begin, holds
+from drivers.cia402.states import Command, State
 from drivers.cia402.units import DriveUnits, read_units
 from drivers.errors import DriveFaultError, DriverError, ParameterMismatchError
 from drivers.ethercat.sdo import SdoClient
 from drivers.ethercat.slave import Pdo, SlaveSpec
+
+_OFF = Command.DISABLE_VOLTAGE
 
 
 class ServoDrive:
@@ -133,6 +135,16 @@ class ServoDrive:
             self._out["6060:00"][:n] = self.config.mode
         if self.sequence.state is not State.OPERATION_ENABLED:
             self._out[SET_VALUE[self.config.mode]][:n] = 0
+
+    def command(self, goal: Goal, row: int) -> None:
+        """Write into one row what leads an enabled drive towards a goal, with set values of zero, unseen.
+
+        For whoever must stop the drive without looking at its state machine: the commands of the goals without torque
+        do no harm in any state.
+        """
+        for entry, field in self._out.items():
+            field[row] = self.config.mode if entry == "6060:00" else 0
+        self._field(self._out, "6040:00")[row] = COMMANDS[goal].get(State.OPERATION_ENABLED, _OFF).controlword
 
     def digest(self, n: int) -> int:
         """Take the n cycles just exchanged: advance the sequence; number of cycles for which its goal held.

@@ -46,9 +46,12 @@ class EtherCatBus:
     timeout_us : how long to wait for a frame, µs; None: two cycles. A late frame is still a measurement (the slots it
         was late for are skipped and show in the cycle numbers), one that was given up is none.
     nonblocking_socket : set O_NONBLOCK on the master's raw socket (:mod:`drivers.ethercat.nonblocking`).
+    memory : outputs and inputs, uint8 (block_capacity, width), to use instead of own memory.
+    whole_blocks : let a master that can run whole blocks do so.
 
     Attributes
     ----------
+    sent : what stood in the outputs in the cycles of the last exchange; here the outputs themselves.
     outputs, inputs : structured array (block_capacity,) a slave that has outputs or inputs, by its name; fields by
         entry, such as ``"6040:00"``. :meth:`exchange` sends and fills rows 0 … n − 1 of all of them.
     """
@@ -63,6 +66,8 @@ class EtherCatBus:
         pacing: Pacing | None = None,
         timeout_us: int | None = None,
         nonblocking_socket: bool = True,
+        memory: tuple[NDArray[np.uint8], NDArray[np.uint8]] | None = None,
+        whole_blocks: bool = True,
     ) -> None:
         self.interface = interface
         self.cycle_time_s = cycle_time_s
@@ -72,9 +77,12 @@ class EtherCatBus:
         self._pacing = pacing or FreeRunning(cycle_time_s)
         self._timeout_us = round(2e6 * cycle_time_s) if timeout_us is None else timeout_us
         self._nonblocking = nonblocking_socket
-        self._out = Image.build([(spec.name, spec.outputs) for spec in self.specs], block_capacity)
-        self._in = Image.build([(spec.name, spec.inputs) for spec in self.specs], block_capacity)
+        self._whole_blocks = whole_blocks
+        out_memory, in_memory = memory or (None, None)
+        self._out = Image.build([(spec.name, spec.outputs) for spec in self.specs], block_capacity, out_memory)
+        self._in = Image.build([(spec.name, spec.inputs) for spec in self.specs], block_capacity, in_memory)
         self.outputs: Mapping[str, NDArray[Any]] = self._out.views
+        self.sent: Mapping[str, NDArray[Any]] = self._out.views
         self.inputs: Mapping[str, NDArray[Any]] = self._in.views
         self._sdo: dict[str, SdoClient] = {}
         self._emergencies = EmergencyLog()
@@ -128,7 +136,14 @@ class EtherCatBus:
         if any(spec.sync0_shift_ns is not None for spec in self.specs):
             self._master.config_dc()
         self._exchanger = make_exchanger(
-            self._master, found, self._out, self._in, self.cycle_time_s, self._pacing, self._timeout_us
+            self._master,
+            found,
+            self._out,
+            self._in,
+            self.cycle_time_s,
+            self._pacing,
+            self._timeout_us,
+            self._whole_blocks,
         )
         reach_safeop(self._master, self.specs)
 
@@ -171,6 +186,19 @@ class EtherCatBus:
                 f"a block of {n} cycles was asked for; 1 to {self.block_capacity} fit the images of this bus"
             )
         return self._exchanger.run(n)
+
+    @property
+    def row_runner(self) -> Callable[[int], int]:
+        """Function that sends one row now, fills that of the inputs and returns the working counter; it paces nothing.
+
+        Raises
+        ------
+        BusError
+            If the bus is not configured, or its master runs whole blocks.
+        """
+        if not isinstance(self._exchanger, CycleExchanger):
+            raise BusError("single rows need a configured bus whose master does not run whole blocks")
+        return self._exchanger.run_row
 
     def good(self, exchange: Exchange) -> NDArray[np.bool_]:
         """Mask (n_done,) of cycles with the full working counter; the inputs of the others are stale or partial."""

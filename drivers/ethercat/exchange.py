@@ -24,12 +24,15 @@ class Exchange:
     wkc : int32 array (n_done,), working counter of each cycle; −1 where no frame came back.
     cycle : int64 array (n_done,), number of each cycle's slot; steps by more than 1 where slots were missed.
     time_ns : int64 array (n_done,), when each cycle was sent: monotonic clock, or counted cycles where no clock runs.
+    set_index : int64 array (n_done,), which of the set values handed over each cycle has sent, where they are handed
+        over ahead (:class:`drivers.ethercat.process.RemoteBus`); −1 where others were sent. None: those of its row.
     """
 
     n_done: int
     wkc: NDArray[np.int32]
     cycle: NDArray[np.int64]
     time_ns: NDArray[np.int64]
+    set_index: NDArray[np.int64] | None = None
 
 
 class Exchanger(Protocol):
@@ -94,10 +97,11 @@ class CycleExchanger:
         """Run ``n`` cycles."""
         for row in range(n):
             self._cycle[row], self._time_ns[row] = self._pacing.next_slot()
-            self._wkc[row] = self._run_row(row)
+            self._wkc[row] = self.run_row(row)
         return Exchange(n, self._wkc[:n].copy(), self._cycle[:n].copy(), self._time_ns[:n].copy())
 
-    def _run_row(self, row: int) -> int:
+    def run_row(self, row: int) -> int:
+        """Send row ``row`` of the outputs now and fill that of the inputs; return the working counter."""
         start = row * self._widths[0]
         for slave, a, b in self._writers:
             slave.output = bytes(self._out[start + a : start + b])
@@ -119,8 +123,9 @@ def make_exchanger(
     cycle_time_s: float,
     pacing: Pacing,
     timeout_us: int,
+    whole_blocks: bool = True,
 ) -> Exchanger:
-    """Return the exchanger the master allows."""
-    if isinstance(master, BlockMaster):
+    """Return the exchanger the master allows; ``whole_blocks`` False cycles one by one whatever it allows."""
+    if whole_blocks and isinstance(master, BlockMaster):
         return BlockExchanger(master, outputs, inputs, cycle_time_s)
     return CycleExchanger(master, slaves, outputs, inputs, pacing, timeout_us)

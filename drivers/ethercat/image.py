@@ -29,11 +29,17 @@ class Image:
     spans: tuple[tuple[int, int], ...]
 
     @classmethod
-    def build(cls, slaves: Sequence[tuple[str, tuple[Entry, ...]]], capacity: int) -> Image:
-        """Lay out slaves (name, entries) in the order given, for blocks of up to ``capacity`` cycles."""
+    def build(
+        cls, slaves: Sequence[tuple[str, tuple[Entry, ...]]], capacity: int, data: NDArray[np.uint8] | None = None
+    ) -> Image:
+        """Lay out slaves (name, entries) in the order given, for blocks of up to ``capacity`` cycles.
+
+        ``data`` is memory to use, uint8 (capacity, width), such as that shared with another process.
+        """
         dtypes = [entries_dtype(entries) for _, entries in slaves]
         edges = list(itertools.accumulate((dtype.itemsize for dtype in dtypes), initial=0))
-        data = np.zeros((capacity, edges[-1]), np.uint8)
+        if data is None:
+            data = np.zeros((capacity, edges[-1]), np.uint8)
         views = {
             name: data[:, start:stop].view(dtype)[:, 0]
             for (name, _), dtype, start, stop in zip(slaves, dtypes, edges, edges[1:], strict=False)

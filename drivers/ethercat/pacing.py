@@ -84,6 +84,11 @@ class AbsoluteDeadlines:
         self._start_ns = -1
         self._slot = -1
 
+    @property
+    def due_ns(self) -> int:
+        """When the last slot was due, on the clock's time."""
+        return self._start_ns + self._slot * self._period_ns
+
     def next_slot(self) -> tuple[int, int]:
         """Sleep until the next slot that has not passed yet."""
         now = self._clock()
