@@ -16,7 +16,6 @@ from bench.simulation.terms import (
     LOAD_TORQUE,
     MOTOR_TORQUE,
     TEMPERATURE,
-    TRANSMISSION_ERROR,
     Form,
     Point,
     Term,
@@ -148,7 +147,7 @@ def layout(
         base_effects.append((term.effect, form.name, add(form.columns(frame, ()), prior)))
     for term, form, point in known:
         base_effects.append((term.effect, form.name, add(form.columns(frame, point), 0.0)))
-    if channel in (LOAD_TORQUE, TRANSMISSION_ERROR):
+    if channel == LOAD_TORQUE:
         base_effects.append(("notch", "ripple", add(_ripple(frame), OFFSET_PRIOR)))
     if channel == TEMPERATURE:
         # the zero of the motor torque wanders from recording to recording and turns into heat that never was

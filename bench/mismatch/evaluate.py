@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bench.mismatch.columns import is_integral
 from bench.mismatch.linear import ChannelModel, dropped, predict, predict_without
 from bench.mismatch.noise import robust_spread
+from bench.mismatch.rows import Rows
 from bench.mismatch.transmission import TransmissionModel
 from bench.simulation.frame import FloatArray, recording_starts
 
@@ -84,25 +85,36 @@ def transmission(model: TransmissionModel, held_out: set[int]) -> Scores:
         scored = model.inside & (angle.frame.steady > 0.5)
     if not scored.any():
         scored = model.inside
-    before = angle.y - model.predict(angle.frame, whole=False)
-    after = angle.y - model.predict(angle.frame, whole=True)
-    number, within = angle.number[scored], angle.within[scored]
+    own = angle.take(scored)
+    before, after = np.zeros(angle.y.size), np.zeros(angle.y.size)
+    before[scored] = own.y - model.predict(own.frame, whole=False)
+    after[scored] = own.y - model.predict(own.frame, whole=True)
+    number = own.number
+    inner_before, inner_after = (_inner(own, model, whole) for whole in (False, True))
     white = [
         t.white for t in (model.harmonics.turns if model.harmonics else []) if t.recording in held_out or not held_out
     ]
     level = float(np.median(white)) if white else robust_spread(after[scored])
     variance = model.offset.fit.offset_variance
     offset = 0.0 if np.isinf(variance) else variance
-    inner = np.sum(within * np.maximum(number - 1.0, 0.0)) / number.sum()
-    floor = float(np.sqrt(level**2 + inner + offset))
+    floor = float(np.sqrt(level**2 + inner_after / number.sum() + offset))
     return Scores(
-        _per_sample(before[scored], number, within),
-        _per_sample(after[scored], number, within),
+        float(np.sqrt((np.sum(before[scored] ** 2 * number) + inner_before) / number.sum())),
+        float(np.sqrt((np.sum(after[scored] ** 2 * number) + inner_after) / number.sum())),
         floor,
         scored,
         before,
         after,
     )
+
+
+def _inner(rows: Rows, model: TransmissionModel, whole: bool) -> float:
+    """Sum of squares of the samples about their row's mean, less what the harmonics' slope over the angle says."""
+    squares = rows.within * np.maximum(rows.number - 1.0, 0.0)
+    if model.harmonics is None or not rows.lean.size:
+        return float(squares.sum())
+    slope = model.harmonics.slope(rows.frame, whole)
+    return float(np.sum(np.maximum(squares - rows.number * (2.0 * slope * rows.lean - slope**2 * rows.sweep), 0.0)))
 
 
 LEAST_HELD_OUT = 0.0008

@@ -15,7 +15,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.mismatch.columns import RIPPLE_ORDERS
 from bench.mismatch.spectrum import Complex, Turn, states
 from bench.simulation.frame import FloatArray
 
@@ -74,7 +73,7 @@ class Spectra:
             states(turns),
             np.array([t.direction for t in turns]),
             train,
-            tuple(int(f) for f in (*known, *RIPPLE_ORDERS)),
+            tuple(int(f) for f in known),
             carriers,
             float(np.median([t.white for t in turns])),
         )

@@ -21,7 +21,8 @@ FIRST_PRIOR = np.array([0.3, 0.3, 0.3, 0.6, 0.6, 0.6, 0.3, 0.3, 0.3])
 """spread of the polynomials' coefficients before anything is known: of the amplitude (relative), and of the phase in
 rad
 """
-_ROUNDS = 4
+LEAST_SPREAD, LARGEST_SPREAD = 5e-4, 2.0
+_ROUNDS = 8
 _STEPS = 60
 
 
@@ -65,23 +66,34 @@ class Series:
         return out
 
     def evaluate(self, frame: Frame) -> FloatArray:
-        """The series at the rows of a frame, rad."""
+        """The series at the rows of a frame, rad; 0 in a direction that was never calibrated."""
         x = np.column_stack([frame.torque, frame.velocity, frame.temperature])
         out = np.zeros(frame.size)
-        for a in range(0, frame.size, 100_000):
-            part = slice(a, a + 100_000)
-            vectors = self.vectors(x[part], frame.last_direction[part])
-            out[part] = _sum(frame.theta[part], np.asarray(self.orders), vectors.real.copy(), vectors.imag.copy())
+        for side in self.amplitude:
+            chosen = frame.last_direction * side > 0
+            out[chosen] = _sum(
+                frame.theta[chosen],
+                self.scaling[side].monomials(x[chosen]),
+                np.asarray(self.orders),
+                self.amplitude[side],
+                self.phase[side],
+            )
         return out
 
 
 @numba.njit(cache=True)
-def _sum(theta: FloatArray, orders: FloatArray, real: FloatArray, imag: FloatArray) -> FloatArray:
+def _sum(
+    theta: FloatArray, basis: FloatArray, orders: FloatArray, amplitude: FloatArray, phase: FloatArray
+) -> FloatArray:
     out = np.zeros(theta.size)
     for i in range(theta.size):
         for k in range(orders.size):
-            angle = orders[k] * theta[i]
-            out[i] += real[i, k] * np.sin(angle) + imag[i, k] * np.cos(angle)
+            a = 0.0
+            p = orders[k] * theta[i]
+            for m in range(10):
+                a += amplitude[k, m] * basis[i, m]
+                p += phase[k, m] * basis[i, m]
+            out[i] += a * np.sin(p)
     return out
 
 
@@ -115,7 +127,9 @@ def calibrate(
     amplitude: dict[int, FloatArray] = {}
     phase: dict[int, FloatArray] = {}
     misfit = np.zeros((2, len(orders)))
-    sizes = np.ones((2, len(orders)))
+    # coefficients in units of their prior's kind (relative to the order's size, rad), and how far each is determined
+    found = np.zeros((2, len(orders), 18))
+    determined = np.zeros((2, len(orders), 18))
     prior = np.concatenate([FIRST_PRIOR, 1.5 * FIRST_PRIOR]) if known_prior is None else known_prior
     loss = np.zeros(len(orders))
     for step in range(_ROUNDS if known_prior is None else 1):
@@ -132,30 +146,31 @@ def calibrate(
             phase[side] = np.zeros((len(orders), 10))
             for k in range(len(orders)):
                 start = None if before is None else np.concatenate([before[0][k], before[1][k]])
-                a, p, cost = fit_order(basis, vectors[rows, k], sigma[rows, k], prior, start)
+                a, p, cost, freedom = fit_order(basis, vectors[rows, k], sigma[rows, k], prior, start)
                 loss[k] += cost
                 amplitude[side][k], phase[side][k] = a, p
-                sizes[number, k] = np.sqrt(np.mean(np.abs(vectors[rows, k]) ** 2)) or 1e-12
+                size = np.sqrt(np.mean(np.abs(vectors[rows, k]) ** 2)) or 1e-12
+                found[number, k] = np.concatenate([a[:9] / size, p[:9]])
+                determined[number, k] = freedom
                 left = vectors[rows, k] - (basis @ a) * np.exp(1j * (basis @ p))
                 misfit[number, k] = np.sqrt(np.mean(np.abs(left) ** 2))
         if known_prior is None:
-            prior = _empirical_prior(amplitude, phase, sizes)
+            prior = _empirical_prior(found.reshape(-1, 18), determined.reshape(-1, 18))
     return Series(tuple(float(f) for f in orders), scalings, amplitude, phase, misfit.max(axis=0), prior, loss)
 
 
-def _empirical_prior(
-    amplitude: Mapping[int, FloatArray], phase: Mapping[int, FloatArray], sizes: FloatArray
-) -> FloatArray:
+def _empirical_prior(found: FloatArray, determined: FloatArray) -> FloatArray:
     """Spread of each monomial's coefficient over all orders and directions (18,): the orders tell one another what is
     usual.
+
+    ``found`` (sets, 18) coefficients; ``determined`` (sets, 18) the share of each that the data say and not the prior
+    (MacKay's effective number of parameters): what the prior alone holds at zero is no evidence for a small spread.
     """
-    relative = np.concatenate([amplitude[side][:, :9] / sizes[n][:, None] for n, side in enumerate(amplitude)])
-    turns_ = np.concatenate([phase[side][:, :9] for side in amplitude])
-    both = np.hstack([relative, turns_])
+    limit = np.maximum(3.0 * np.median(np.abs(found), axis=0) / 0.6745, 1e-9)
     # a mean of squares that a single wild order does not rule
-    limit = 3.0 * np.median(np.abs(both), axis=0) / 0.6745
-    usual = np.sqrt(np.mean(np.minimum(np.abs(both), np.maximum(limit, 1e-9)) ** 2, axis=0))
-    return np.asarray(np.clip(1.1 * usual, 5e-4, 2.0))
+    squares = np.minimum(np.abs(found), limit) ** 2
+    usual = np.sqrt(squares.sum(axis=0) / np.maximum(determined.sum(axis=0), 0.5))
+    return np.asarray(np.clip(usual, LEAST_SPREAD, LARGEST_SPREAD))
 
 
 def fit_order(
@@ -164,15 +179,15 @@ def fit_order(
     sigma: FloatArray,
     spread: FloatArray | None = None,
     start: FloatArray | None = None,
-) -> tuple[FloatArray, FloatArray, float]:
+) -> tuple[FloatArray, FloatArray, float, FloatArray]:
     """Amplitude and phase polynomials (10,), (10,) of one order from its vectors at the states of ``basis`` (n, 10);
-    the loss.
+    the loss; and how far (0 … 1) the data rather than the prior determine each coefficient but the constants (18,).
 
     Noise is what the spectrum says and a thousandth of the amplitude.
     """
     size = float(np.sqrt(np.mean(np.abs(vector) ** 2))) or 1e-12
     middle = np.angle(np.sum(vector))
-    best: tuple[float, FloatArray] | None = None
+    best: tuple[float, FloatArray, FloatArray] | None = None
     prior = np.concatenate([FIRST_PRIOR, 1.5 * FIRST_PRIOR]) if spread is None else spread
     weight = 1.0 / np.sqrt(sigma**2 + (1e-3 * size) ** 2)
     starts = [np.concatenate([np.append(np.zeros(9), size), np.append(np.zeros(9), middle)])]
@@ -180,11 +195,12 @@ def fit_order(
     if start is not None:
         starts = [start]
     for begin in starts:
-        loss, found = _gauss_newton(basis, vector, weight, begin, size, prior)
+        loss, found, determined = _gauss_newton(basis, vector, weight, begin, size, prior)
         if best is None or loss < best[0]:
-            best = (loss, found)
+            best = (loss, found, determined)
     assert best is not None
-    return best[1][:10].copy(), best[1][10:].copy(), best[0]
+    keep = [*range(9), *range(10, 19)]
+    return best[1][:10].copy(), best[1][10:].copy(), best[0], best[2][keep]
 
 
 def _value(basis: FloatArray, x: FloatArray) -> Complex:
@@ -207,7 +223,7 @@ def _linear_start(basis: FloatArray, vector: Complex, size: float) -> FloatArray
 
 def _gauss_newton(
     basis: FloatArray, vector: Complex, weight: FloatArray, start: FloatArray, size: float, spread: FloatArray
-) -> tuple[float, FloatArray]:
+) -> tuple[float, FloatArray, FloatArray]:
     prior = np.concatenate([1.0 / (spread[:9] * size), [0.0], 1.0 / spread[9:], [0.0]])
 
     def loss_of(x: FloatArray) -> float:
@@ -217,6 +233,7 @@ def _gauss_newton(
     x = start.copy()
     loss = loss_of(x)
     damping = 1e-3
+    normal = np.eye(20)
     for _ in range(_STEPS):
         phase = np.exp(1j * (basis @ x[10:]))
         value = (basis @ x[:10]) * phase
@@ -237,7 +254,10 @@ def _gauss_newton(
             damping *= 8.0
             if damping > 1e8:
                 break
-    return loss, x
+    # scaled by the prior: unit prior precision in each coefficient that has one
+    scale = np.where(prior > 0, 1.0 / np.maximum(prior, 1e-300), size)
+    variance = np.diag(np.linalg.inv(normal * scale[:, None] * scale[None, :]))
+    return loss, x, np.clip(1.0 - variance, 0.0, 1.0)
 
 
 def mask(turn_list: Sequence[Turn], recordings: set[int]) -> NDArray[np.bool_]:

@@ -12,15 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-from bench.mismatch.columns import RIPPLE_ORDERS
 from bench.mismatch.noise import robust_spread
 from bench.mismatch.rows import Rows
-from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.frame import FloatArray, Frame, IntArray
 
 Complex = NDArray[np.complex128]
 HIGHEST_ORDER = 1500
 LOW_ORDERS = 45
 """orders up to which noise is not taken to be level"""
+MIDDLE_ORDERS = 80
+"""how many orders above these tell a recording's own level"""
+FREQUENCY_BINS, FEWEST_IN_A_BIN = 16, 12
 LEAST_TURN = 0.97 * 2.0 * np.pi
 
 
@@ -44,6 +46,8 @@ class Turn:
     sigma: FloatArray
     rows: slice
     white: float
+    duration: float
+    """of the whole revolutions the spectrum is made of, s"""
 
 
 def states(turns: Sequence[Turn]) -> FloatArray:
@@ -93,10 +97,10 @@ def nufft(theta: FloatArray, values: FloatArray, highest: int) -> Complex:
 def turns(rows: Rows, orders: Sequence[float]) -> list[Turn]:
     """Amplitudes of ``orders`` and residual spectrum of every steady segment that makes a revolution.
 
-    Offset, a linear trend and the load motor's ripple are fitted beside the orders and taken out.
+    Offset and a linear trend are fitted beside the orders and taken out.
     """
     frame = rows.frame
-    known = np.asarray([*orders, *RIPPLE_ORDERS], dtype=np.float64)
+    known = np.asarray(orders, dtype=np.float64)
     out: list[Turn] = []
     for part in _segments(frame):
         theta = frame.theta[part]
@@ -129,11 +133,12 @@ def turns(rows: Rows, orders: Sequence[float]) -> list[Turn]:
                 float(np.mean(frame.temperature[part])),
                 float(np.mean(frame.time[part])),
                 float(np.sign(np.mean(frame.velocity[part]))),
-                amplitude[: len(orders)].astype(np.complex128),
+                amplitude.astype(np.complex128),
                 spectrum,
                 _level(spectrum, known),
                 part,
                 robust_spread(residual[keep]),
+                span / max(abs(float(np.mean(frame.velocity[part]))), 1e-9),
             )
         )
     return coloured(out, known)
@@ -142,19 +147,55 @@ def turns(rows: Rows, orders: Sequence[float]) -> list[Turn]:
 def coloured(turn_list: list[Turn], known: FloatArray) -> list[Turn]:
     """Raise the noise of low orders to what the recordings show there: disturbances of a rig are not white.
 
-    Pooled over the recordings (median), and over the seven nearest orders that are not known, so that one missing
-    harmonic is not taken for noise.
+    They have a spectrum over time, not over the angle: power density is pooled over all recordings by frequency f·|v|
+    (medians, so that one missing harmonic is not taken for noise), made to fall with frequency, and put beside each
+    recording's own level at middle orders.
     """
     if not turn_list:
         return turn_list
-    power = np.array([np.abs(t.spectrum) ** 2 / (2.0 * t.sigma**2) for t in turn_list])
-    shape = np.median(power, axis=0) / np.log(2.0)
-    free = np.array([f for f in range(1, LOW_ORDERS + 20) if f not in known])
-    factor = np.ones(shape.size)
-    for f in range(LOW_ORDERS + 1):
-        near = free[np.argsort(np.abs(np.log((free + 0.5) / (f + 0.5))), kind="stable")[:7]]
-        factor[f] = max(1.0, float(np.median(shape[near])))
-    return [replace(t, sigma=t.sigma * np.sqrt(factor)) for t in turn_list]
+    low, middle = np.arange(1, LOW_ORDERS + 1), np.arange(LOW_ORDERS, LOW_ORDERS + MIDDLE_ORDERS)
+    free = np.array([f for f in range(1, LOW_ORDERS + MIDDLE_ORDERS) if f not in known])
+    hertz = np.array([abs(t.velocity) / (2.0 * np.pi) for t in turn_list])
+    density = np.array([np.abs(t.spectrum[free]) ** 2 * t.duration for t in turn_list])
+    grid, level = _falling((hertz[:, None] * free[None, :]).ravel(), density.ravel())
+    out = []
+    for turn, per_order in zip(turn_list, hertz, strict=True):
+
+        def pooled(orders: IntArray, per_order: float = per_order) -> FloatArray:
+            return np.asarray(np.exp(np.interp(np.log(orders * per_order), grid, level)))
+
+        shape = pooled(low) / float(np.mean(pooled(middle)))
+        sigma = turn.sigma.copy()
+        sigma[low] *= np.sqrt(np.maximum(shape, 1.0))
+        sigma[0] = sigma[1]
+        out.append(replace(turn, sigma=sigma))
+    return out
+
+
+def _falling(frequency: FloatArray, density: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Logarithms of frequency and of power density, the latter never rising (pooled adjacent violators)."""
+    edges = np.geomspace(frequency.min(), frequency.max() * 1.0001, FREQUENCY_BINS + 1)
+    number = np.digitize(frequency, edges) - 1
+    values: list[float] = []
+    weights: list[float] = []
+    members: list[list[float]] = []
+    for b in range(FREQUENCY_BINS):
+        own = density[number == b]
+        if own.size < FEWEST_IN_A_BIN:
+            continue
+        # the median of an exponential variable is ln 2 of its mean
+        values.append(float(np.log(np.median(own) / np.log(2.0) + 1e-300)))
+        weights.append(float(own.size))
+        members.append([float(np.log(np.sqrt(edges[b] * edges[b + 1])))])
+        while len(values) > 1 and values[-1] > values[-2]:
+            total = weights[-1] + weights[-2]
+            values[-2] = (values[-1] * weights[-1] + values[-2] * weights[-2]) / total
+            weights[-2] = total
+            members[-2] += members[-1]
+            del values[-1], weights[-1], members[-1]
+    grid = [x for group in members for x in group]
+    level = [v for v, group in zip(values, members, strict=True) for _ in group]
+    return (np.asarray(grid), np.asarray(level)) if grid else (np.zeros(1), np.zeros(1))
 
 
 def _level(spectrum: Complex, known: FloatArray) -> FloatArray:
@@ -167,5 +208,5 @@ def _level(spectrum: Complex, known: FloatArray) -> FloatArray:
     filled = np.where(np.isfinite(free), free, np.nanmedian(free))
     # the median of an exponential variable is ln 2 of its mean
     level = median_filter(filled, 61, mode="nearest") / np.log(2.0)
-    level[: LOW_ORDERS + 1] = np.median(filled[LOW_ORDERS : LOW_ORDERS + 80]) / np.log(2.0)
+    level[: LOW_ORDERS + 1] = np.median(filled[LOW_ORDERS : LOW_ORDERS + MIDDLE_ORDERS]) / np.log(2.0)
     return np.asarray(np.sqrt(np.maximum(level, 1e-300) / 2.0))

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch.amplitudes import Orders, applied, best_law
+from bench.mismatch.columns import RIPPLE_ORDERS
 from bench.mismatch.dataset import LIVELY_S, SLOW_S
 from bench.mismatch.laws import Complex, Law, factor
 from bench.mismatch.linear import ChannelModel, analyse, predict
@@ -23,6 +24,7 @@ from bench.simulation.frame import FloatArray, Frame, IntArray
 from bench.simulation.terms import TRANSMISSION_ERROR, Form, Point, Term
 
 WIDEST_SPEED = 1.1
+SLOPE_STEP = 3e-4
 SLOWEST_SPEED = 0.9
 """the polynomials hold between the campaign's slowest and fastest steady revolution, and a little beyond: not while the
 bench starts, stops or turns round
@@ -54,6 +56,11 @@ class Harmonics:
         for peak in self.peaks:
             out = out + _peak(peak, frame, x, self.series)
         return out
+
+    def slope(self, frame: Frame, whole: bool = True) -> FloatArray:
+        """Change of the harmonics with the angle at the rows of a frame, rad/rad."""
+        ahead, behind = (replace(frame, theta=frame.theta + step) for step in (SLOPE_STEP, -SLOPE_STEP))
+        return (self.evaluate(ahead, whole) - self.evaluate(behind, whole)) / (2.0 * SLOPE_STEP)
 
     def _series(self, frame: Frame, whole: bool) -> FloatArray:
         series = self.series if whole else self.plain
@@ -136,6 +143,8 @@ def analyse_transmission(
 
     ``known`` terms of the offset, pulses and laws in ``given`` are the simulation's own.
     """
+    # the load motor's ripple twists the gearbox, too: orders like the series', known to any simulation
+    orders = [*orders, *RIPPLE_ORDERS]
     train = {int(r) for r in np.flatnonzero(fold_of >= 0)}
     angle = replace(angle, y=angle.y - given.pulses_at(angle.frame))
     inside = _within_bounds(angle, orders)

@@ -50,7 +50,7 @@ def test_amplitude_and_phase_polynomials_come_back(rng: np.random.Generator) -> 
     phase = np.array([0.1, 0.02, -0.05, 0.8, 0.2, 0.1, 0.05, 0.02, 0.0, 2.9])
     vector = (basis @ amplitude) * np.exp(1j * (basis @ phase))
     vector = vector + 1e-9 * (rng.normal(size=TURNS) + 1j * rng.normal(size=TURNS))
-    a, p, _ = fit_order(basis, vector, np.full(TURNS, 1e-9))
+    a, p, _, _ = fit_order(basis, vector, np.full(TURNS, 1e-9))
     assert np.abs((basis @ a) * np.exp(1j * (basis @ p)) - vector).max() < 2e-7
 
 
