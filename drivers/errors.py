@@ -31,6 +31,9 @@ class SdoAccessError(BusError):
         self.subindex = subindex
         self.abort_code = abort_code
 
+    def __reduce__(self) -> tuple[type[SdoAccessError], tuple[object, ...]]:
+        return type(self), (str(self), self.slave, self.index, self.subindex, self.abort_code)
+
 
 class ParameterMismatchError(DriverError):
     """A parameter that a device keeps differently from what was written to it."""

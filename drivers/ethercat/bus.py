@@ -158,7 +158,8 @@ class EtherCatBus:
         # Not before: with a blocking socket a configuration frame has the patience of a jiffy, which a busy host needs.
         nonblocking.set_nonblocking(self._sockets)
         if isinstance(self._exchanger, CycleExchanger) and len(self._sockets) == 1:
-            self._exchanger.wait = nonblocking.FrameWait(next(iter(self._sockets)), self._timeout_us)
+            wait = nonblocking.FrameWait(next(iter(self._sockets)), self._timeout_us)
+            self._exchanger.wait, self._exchanger.drain = wait, wait.drain
         for spec, slave in zip(self.specs, self._slaves(), strict=True):
             if spec.sync0_shift_ns is not None:
                 self.exchange(1)  # cycle data before SYNC0, or the slave's clock control sees a jump

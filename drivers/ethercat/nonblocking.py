@@ -15,6 +15,7 @@ import stat
 from pathlib import Path
 
 _FAMILY = getattr(socket, "AF_PACKET", None)
+_MOST_STALE, _FRAME_BYTES = 64, 2048
 
 
 def packet_sockets() -> frozenset[int]:
@@ -45,6 +46,14 @@ class FrameWait:
     def __call__(self) -> bool:
         """Whether there is something to read."""
         return bool(select.select(self._sockets, (), (), self._patience_s)[0])
+
+    def drain(self) -> None:
+        """Drop every frame that has come; at most a bounded number, in case they come without end."""
+        for _ in range(_MOST_STALE):
+            try:
+                os.read(self._sockets[0], _FRAME_BYTES)
+            except BlockingIOError:
+                return
 
 
 def _descriptors() -> list[int]:
