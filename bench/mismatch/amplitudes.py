@@ -111,7 +111,16 @@ def resonance(data: Orders) -> Law | None:
     total, natural, damping, gain = best
     touched = tuple(f for f, g in zip(data.orders, gain, strict=True) if g > max(3.0, 0.02 * gain.max()))
     ones = np.ones(len(data.orders), dtype=np.complex128)
-    return Law("te.resonance", "second_order", (natural, damping), total, touched, ones, ("order_frequency",))
+    return Law(
+        "te.resonance",
+        "second_order",
+        (natural, damping),
+        total,
+        touched,
+        ones,
+        ("order_frequency",),
+        series=data.orders,
+    )
 
 
 def _grids(data: Orders) -> list[tuple[str, str, tuple[str, ...], list[tuple[float, ...]]]]:
@@ -158,7 +167,7 @@ def factors(data: Orders) -> list[Law]:
             total = float(np.sum(np.maximum(gain - PRICE, 0.0)))
             touched = tuple(f for f, s in zip(data.orders, gain, strict=True) if s > max(8.0, 0.02 * gain.max()))
             kept = np.where(gain > 8.0, strength, 0.0)
-            law = Law(effect, form, point, total, touched, kept, variables, reference)
+            law = Law(effect, form, point, total, touched, kept, variables, reference, data.orders)
             if best is None or law.gain > best.gain:
                 best = law
         if best is not None:

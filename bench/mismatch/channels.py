@@ -11,16 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch.bank import Bank
+from bench.mismatch.chosen_forms import Known, chosen_forms, training
 from bench.mismatch.columns import layout
 from bench.mismatch.dataset import Dataset
-from bench.mismatch.linear import ChannelModel, analyse, columns_of, predict, starts_and_folds
-from bench.mismatch.motor_ripple import Ripple
+from bench.mismatch.given import Given
+from bench.mismatch.linear import ChannelModel, analyse, columns_of, known_coefficients, predict, starts_and_folds
+from bench.mismatch.motor_ripple import Ripple, without
 from bench.mismatch.motor_ripple import search as search_ripples
 from bench.mismatch.noise import estimate
 from bench.mismatch.rows import Rows
 from bench.mismatch.transmission import TransmissionModel, analyse_transmission
-from bench.simulation.frame import FloatArray, IntArray
-from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR, Form, Point, Term
+from bench.simulation.frame import FloatArray, Frame, IntArray
+from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 
 SENSOR_ERRORS = (
     "sensor.torque_gain",
@@ -28,7 +30,6 @@ SENSOR_ERRORS = (
     "sensor.torque_nonlinearity",
     "sensor.torque_hysteresis",
 )
-Known = tuple[Term, Form, Point]
 
 
 @dataclass(slots=True)
@@ -46,12 +47,11 @@ class Analysis:
 
 def analyse_channels(
     data: Dataset,
-    orders: Sequence[float],
-    switched_off: Sequence[str],
-    known: dict[str, tuple[Known, ...]],
+    given: Given,
     channels: Sequence[str],
 ) -> Analysis:
     """Search every channel asked for; the load torque first, because the others use it."""
+    switched_off = given.switched_off
     fold_of = np.array([m.fold for m in data.members], dtype=np.int64)
     index = np.array([m.index for m in data.members])
     lookup = np.full(int(index.max()) + 1, -1, dtype=np.int64)
@@ -67,41 +67,52 @@ def analyse_channels(
             rows.frame.direction != 0,
             lookup,
             switched_off,
-            known.get(LOAD_TORQUE, ()),
+            _known(LOAD_TORQUE, data.slow[LOAD_TORQUE], lookup, given, off),
         )
         out.models[LOAD_TORQUE] = model
-        error = _sensor_error(model)
+        error = _sensor_error(model, rows.frame)
     if MOTOR_TORQUE in channels and MOTOR_TORQUE in data.slow:
-        _motor_torque(out, data, lookup, switched_off, known.get(MOTOR_TORQUE, ()), error)
+        _motor_torque(out, data, lookup, given, error)
         train = {m.index for m in data.members if not m.held_out}
-        out.ripples = search_ripples(data.shaft, train)
+        out.ripples = search_ripples([without(s, given.ripples) for s in data.shaft], train)
     if TEMPERATURE in channels and data.heat is not None:
-        _temperature(out, data, lookup, switched_off, known.get(TEMPERATURE, ()))
+        _temperature(out, data, lookup, given)
     if TRANSMISSION_ERROR in channels and data.angle is not None:
-        out.transmission = analyse_transmission(
-            _corrected(out, data.angle), lookup, orders, switched_off, known.get(TRANSMISSION_ERROR, ())
-        )
+        angle = _corrected(out, data.angle)
+        known = _known(TRANSMISSION_ERROR, angle, lookup, given)
+        out.transmission = analyse_transmission(angle, lookup, given.orders, switched_off, known, given.periodic)
         out.models[TRANSMISSION_ERROR] = out.transmission.offset
     return out
 
 
-def _sensor_error(model: ChannelModel) -> FloatArray | None:
-    """The torque sensor's error at the model's rows, as far as named terms say it."""
-    terms = [f for f in model.found if f.entry.effect in SENSOR_ERRORS]
-    if not terms:
-        return None
-    return np.asarray(
-        sum(columns_of(LOAD_TORQUE, f.entry, model.rows.frame) @ f.coefficients for f in terms), dtype=np.float64
-    )
+def _known(
+    channel: str, rows: Rows, fold_of: IntArray, given: Given, taken_off: FloatArray | None = None
+) -> tuple[Known, ...]:
+    """Terms of the given simulation in a channel, those without numbers chosen on the recordings."""
+    terms = given.known.get(channel, ())
+    if channel == MOTOR_TORQUE:
+        terms = tuple(t for t in terms if t.term.effect not in SENSOR_ERRORS)
+    y = rows.y if taken_off is None else rows.y - taken_off
+    return chosen_forms(channel, training(replace(rows, y=y), fold_of), fold_of, given.switched_off, terms)
+
+
+def _sensor_error(model: ChannelModel, frame: Frame) -> FloatArray | None:
+    """The torque sensor's error at the rows of a frame, as far as named terms say it, found or of the simulation."""
+    parts = [
+        columns_of(LOAD_TORQUE, f.entry, frame) @ f.coefficients for f in model.found if f.entry.effect in SENSOR_ERRORS
+    ]
+    for (term, form, point), coefficients in zip(model.known, known_coefficients(model), strict=True):
+        if term.effect in SENSOR_ERRORS:
+            parts.append(form.columns(frame, point) @ coefficients)
+    return np.asarray(np.sum(parts, axis=0)) if parts else None
 
 
 def _corrected(out: Analysis, rows: Rows) -> Rows:
     """Rows whose torque is what acts at the gearbox: the sensor's reading less its error, where that has been found."""
     load = out.models.get(LOAD_TORQUE)
-    sensor = [f for f in load.found if f.entry.effect in SENSOR_ERRORS] if load is not None else []
-    if not sensor or not (out.traced or out.trace is None):
+    error = _sensor_error(load, rows.frame) if load is not None else None
+    if error is None or not (out.traced or out.trace is None):
         return rows
-    error = np.asarray(sum(columns_of(LOAD_TORQUE, f.entry, rows.frame) @ f.coefficients for f in sensor))
     power = np.abs(rows.frame.power + error * rows.frame.velocity)
     return replace(rows, frame=replace(rows.frame, torque=rows.frame.torque - error, power=power))
 
@@ -110,14 +121,15 @@ def _motor_torque(
     out: Analysis,
     data: Dataset,
     fold_of: IntArray,
-    switched_off: Sequence[str],
-    known: tuple[Known, ...],
+    given: Given,
     error: FloatArray | None,
 ) -> None:
+    switched_off = given.switched_off
     rows = data.slow[MOTOR_TORQUE]
     frame = rows.frame
     off = np.zeros(rows.y.size) if "motor.load_reaction" in switched_off else frame.torque / frame.ratio
     moving = frame.direction != 0
+    known = _known(MOTOR_TORQUE, rows.take(moving), fold_of, given, off[moving])
     banned = [e for e in SENSOR_ERRORS]
     if error is not None and error.size == frame.size:
         out.trace = _trace(replace(rows, y=rows.y - off), moving, fold_of, switched_off, known, -error / frame.ratio)
@@ -166,9 +178,7 @@ def _wandering_zero(model: ChannelModel) -> FloatArray:
     return np.asarray(np.where(total > 0, mean, 0.0))
 
 
-def _temperature(
-    out: Analysis, data: Dataset, fold_of: IntArray, switched_off: Sequence[str], known: tuple[Known, ...]
-) -> None:
+def _temperature(out: Analysis, data: Dataset, fold_of: IntArray, given: Given) -> None:
     assert data.heat is not None
     rows = data.heat
     rows = _corrected(out, rows)
@@ -177,4 +187,5 @@ def _temperature(
         power = np.abs(rows.frame.power - _wandering_zero(motor)[rows.frame.recording] * rows.frame.omega)
         rows = replace(rows, frame=replace(rows.frame, power=power))
     everywhere = np.ones(rows.y.size, dtype=bool)
-    out.models[TEMPERATURE] = analyse(TEMPERATURE, rows, everywhere, fold_of, switched_off, known)
+    known = _known(TEMPERATURE, rows, fold_of, given)
+    out.models[TEMPERATURE] = analyse(TEMPERATURE, rows, everywhere, fold_of, given.switched_off, known)

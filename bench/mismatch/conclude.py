@@ -333,6 +333,7 @@ def _merged(findings: list[Finding], analysis: Analysis) -> list[Finding]:
         if first is None:
             out[key] = finding
             continue
+        first.more.append(finding)
         if finding.channel != first.channel and finding.channel not in first.also_in:
             first.also_in.append(finding.channel)
         first.location.orders = sorted({*first.location.orders, *finding.location.orders})

@@ -38,8 +38,12 @@ def _per_sample(residual: FloatArray, number: FloatArray, within: FloatArray) ->
     return float(np.sqrt((np.sum(residual**2 * number) + inner) / max(float(number.sum()), 1.0)))
 
 
-def linear(model: ChannelModel, usable: NDArray[np.bool_], held_out: set[int], ripple: float = 0.0) -> Scores:
-    """Scores of a channel that is regressed on block rows; ``ripple`` is the variance found inside the blocks."""
+def linear(
+    model: ChannelModel, usable: NDArray[np.bool_], held_out: set[int], ripple: float = 0.0, known: float = 0.0
+) -> Scores:
+    """Scores of a channel that is regressed on block rows; ``ripple`` is the variance found inside the blocks,
+    ``known`` that which the given simulation has there.
+    """
     rows = model.rows
     scored = usable & np.isin(rows.frame.recording, list(held_out)) & (rows.number > 0)
     if not scored.any():
@@ -49,6 +53,7 @@ def linear(model: ChannelModel, usable: NDArray[np.bool_], held_out: set[int], r
     if is_integral(model.channel):
         before, after = _own_start(before, model), _own_start(after, model)
     number, within = rows.number[scored], rows.within[scored]
+    within = np.maximum(within - known, 0.1 * within)
     variance = model.fit.offset_variance
     offset = 0.0 if np.isinf(variance) else variance
     sigma = float(np.median(model.noise.sigma**2 * rows.number[model.used])) / np.maximum(number, 1.0)

@@ -40,6 +40,8 @@ class Finding:
     source: Any = None
     form: str = ""
     point: tuple[float, ...] = ()
+    more: list[Finding] = field(default_factory=list)
+    """the same effect in other channels or at other orders, told with this one"""
 
     @property
     def name(self) -> str:

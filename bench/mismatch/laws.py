@@ -47,7 +47,7 @@ class Reference:
 @dataclass(frozen=True, slots=True)
 class Law:
     """A law the known orders follow: its effect, form, nonlinear parameters, gain of log-likelihood, the orders it
-    touches, and the strength ε of each order of the series (0 where it does not touch one).
+    touches, and the strength ε of each order in ``series`` (0 where it does not touch one).
     """
 
     effect: str
@@ -58,12 +58,13 @@ class Law:
     strength: Complex = field(repr=False)
     variables: tuple[str, ...] = ()
     reference: Reference = Reference()
+    series: tuple[float, ...] = ()
 
-    def to_json(self, series: Sequence[float]) -> dict[str, Any]:
-        """The law as a simulation file has it; ``series`` are the orders its strengths belong to."""
+    def to_json(self) -> dict[str, Any]:
+        """The law as a simulation file has it."""
         strength = {
             f"{f:g}": [float(e.real), float(e.imag)]
-            for f, e in zip(series, self.strength, strict=True)
+            for f, e in zip(self.series, self.strength, strict=True)
             if self.effect != RESONANCE and e != 0
         }
         ref = self.reference
@@ -76,8 +77,8 @@ class Law:
         }
 
 
-def from_json(effect: str, row: dict[str, Any], series: Sequence[float]) -> Law:
-    """Read a law for the orders ``series``. Raises ConfigurationError where a number is missing or no such law is."""
+def from_json(effect: str, row: dict[str, Any]) -> Law:
+    """Read a law from a simulation file. Raises ConfigurationError where a number is missing or no such law is."""
     try:
         touched = tuple(float(f) for f in row["orders"])
         strength = {float(f): complex(*value) for f, value in row.get("strength", {}).items()}
@@ -87,9 +88,10 @@ def from_json(effect: str, row: dict[str, Any], series: Sequence[float]) -> Law:
             tuple(float(v) for v in row["point"]),
             0.0,
             touched,
-            np.array([strength.get(float(f), 0.0) for f in series], dtype=np.complex128),
+            np.array(list(strength.values()), dtype=np.complex128),
             (),
             Reference(**{name: float(value) for name, value in row.get("reference", {}).items()}),
+            tuple(strength),
         )
     except (KeyError, TypeError, ValueError) as error:
         raise ConfigurationError(
@@ -131,4 +133,6 @@ def factor(law: Law, x: FloatArray, time: FloatArray, orders: Sequence[float]) -
         touched = np.isin(np.asarray(orders), np.asarray(law.orders))
         return np.where(touched[None, :], response(frequency, *law.point), 1.0)
     g = value(law.effect, law.form, law.point, x, time, law.reference)
-    return np.asarray(1.0 + g[:, None] * law.strength[None, :])
+    own = dict(zip(law.series, law.strength, strict=True))
+    strength = np.array([own.get(float(f), 0.0) for f in orders], dtype=np.complex128)
+    return np.asarray(1.0 + g[:, None] * strength[None, :])

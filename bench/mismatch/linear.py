@@ -103,7 +103,7 @@ def analyse(
     noise = estimate(channel, own, whole, starts, folds)
     bank = Bank(own.y, starts, folds, whole.columns, whole.prior, noise, whole.precision)
     entries = [e for e in whole.named if e.effect not in banned]
-    search = Search(bank, whole.base, entries, REPEATED)
+    search = Search(bank, whole.base, entries, REPEATED, known_gain(bank, whole, len(known)))
     refiner = Refiner(channel, rows.frame, used, search)
     model = Model((), search.fit(()))
     for _ in range(MOST_TERMS):
@@ -151,10 +151,11 @@ def _judge(model: ChannelModel, refiner: Refiner) -> None:
     rival, gain = search.best(chosen, model.layout.free)
     if rival is not None:
         after = search.fit([*chosen, rival])
-        related = [f for f in model.found if _quantities(f.entry) & _quantities(rival)]
-        strongest = max((f.gain for f in model.found), default=0.0)
+        shaped = [f.entry.variables for f in model.found] + [term.variables for term, _, _ in model.known]
+        related = [own for own in shaped if _quantities(own) & _quantities(rival.variables)]
+        strongest = max((f.gain for f in model.found), default=search.credit)
         least = UNKNOWN_GAIN * (2.5 if model.channel == TRANSMISSION_ERROR else 1.0)
-        price = max(least, 0.02 * (whole.total - start))
+        price = max(least, 0.02 * (whole.total - start + search.credit))
         if related and gain > 10.0:
             model.correction.append(rival)  # nature's form differs a little from ours: the same effect
         elif gain > price and spread_t(after.likelihood - whole.likelihood) > 1.8 and gain > 0.05 * strongest:
@@ -185,6 +186,28 @@ def _alternatives(search: Search, refiner: Refiner, others: list[Entry], entry: 
             contains = beyond < 0.02 * search.bank.explained(entry.index, search.base)
         out.append(Alternative(rival, float(difference.sum()), error, contains))
     return sorted(out, key=lambda a: a.loss)
+
+
+def _known_columns(whole: Layout, number: int) -> list[tuple[int, ...]]:
+    """Columns of the given simulation's further terms, of which there are ``number``: they follow the nominal ones."""
+    nominal = sum(effect in LIBRARY and LIBRARY[effect].nominal for effect, _, _ in whole.base_effects)
+    return [index for _, _, index in whole.base_effects[nominal : nominal + number]]
+
+
+def known_gain(bank: Bank, whole: Layout, number: int) -> float:
+    """Log-likelihood that the given simulation's further terms gain: what is left beside them is judged against it."""
+    own = {i for index in _known_columns(whole, number) for i in index}
+    if not own:
+        return 0.0
+    rest = [i for i in whole.base if i not in own]
+    return max(bank.fit(whole.base).total - bank.fit(rest).total, 0.0)
+
+
+def known_coefficients(model: ChannelModel) -> list[FloatArray]:
+    """Coefficients of the given simulation's further terms, in their order, as calibrated beside what was found."""
+    place = {column: k for k, column in enumerate(model.index([*model.chosen, *model.correction]))}
+    columns = _known_columns(model.layout, len(model.known))
+    return [model.fit.coefficients[[place[i] for i in index]] for index in columns]
 
 
 def columns_of(channel: str, entry: Entry, frame: Frame) -> FloatArray:
@@ -237,11 +260,9 @@ def _coefficients(model: ChannelModel) -> None:
                 found.covariance = fit.covariance[np.ix_(own, own)]
 
 
-def _quantities(entry: Entry) -> set[str]:
-    """Quantities an entry depends on; the two torques of the load side count as one."""
-    return {
-        {"load_motor_torque": "torque", "torque_path": "torque", "velocity": "speed"}.get(v, v) for v in entry.variables
-    }
+def _quantities(variables: Sequence[str]) -> set[str]:
+    """Quantities a term depends on; the two torques of the load side count as one."""
+    return {{"load_motor_torque": "torque", "torque_path": "torque", "velocity": "speed"}.get(v, v) for v in variables}
 
 
 def _sum_of(model: ChannelModel, frame: Frame, columns: FloatArray, entries: Sequence[Entry], fit: Fit) -> FloatArray:
@@ -269,6 +290,7 @@ __all__ = [
     "analyse",
     "columns_of",
     "dropped",
+    "known_coefficients",
     "predict",
     "predict_without",
     "starts_and_folds",

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,6 +57,15 @@ def shaft_spectrum(prepared: Prepared, inner: FloatArray, valid: NDArray[np.bool
     amplitude[0] = np.nan
     spread = float(np.std(inner[rows]))
     return ShaftSpectrum(int(frame.recording[0]), amplitude, spread / np.sqrt(rows.sum()), spread)
+
+
+def without(spectrum: ShaftSpectrum, given: Sequence[Ripple]) -> ShaftSpectrum:
+    """A recording's spectrum less the ripple that the simulation has."""
+    amplitude = spectrum.amplitude.copy()
+    for ripple in given:
+        if 0 < ripple.order <= HIGHEST:
+            amplitude[ripple.order] -= ripple.amplitude
+    return replace(spectrum, amplitude=amplitude)
 
 
 def search(spectra: list[ShaftSpectrum], train: set[int]) -> list[Ripple]:

@@ -11,19 +11,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.errors import ConfigurationError
 from bench.mismatch import evaluate
-from bench.mismatch.channels import Analysis, Known, analyse_channels
+from bench.mismatch.channels import Analysis, analyse_channels
 from bench.mismatch.conclude import conclude
 from bench.mismatch.dataset import Dataset, load
 from bench.mismatch.evaluate import FLOOR_METHOD, Scores
 from bench.mismatch.experiment import propose
 from bench.mismatch.findings import Finding
+from bench.mismatch.given import Given
 from bench.mismatch.improved import improved
 from bench.mismatch.linear import ChannelModel
+from bench.mismatch.motor_ripple import Ripple
 from bench.simulation.model import Simulation
-from bench.simulation.terms import CHANNEL_UNITS, LIBRARY, MOTOR_TORQUE, TRANSMISSION_ERROR, Form
-from bench.simulation.terms.nominal.transmission_error import PAPER_ORDERS
+from bench.simulation.terms import CHANNEL_UNITS, MOTOR_TORQUE, TRANSMISSION_ERROR
 
 Progress = Callable[[str, float], None]
 FEWEST = 6
@@ -84,7 +84,7 @@ def run(
     """
     tell = progress or (lambda _what, _share: None)
     model = Simulation.load(simulation) if simulation is not None else Simulation.nominal()
-    switched_off, known, orders = given(model)
+    given = Given.of(model)
     data = load(Path(recordings), lambda what, share: tell(what, 0.3 * share))
     report = Report("undetermined", "", data)
     channels = _channels(data, report)
@@ -97,11 +97,9 @@ def run(
         )
     else:
         tell("searching the channels", 0.35)
-        report.analysis = analyse_channels(data, orders, switched_off, known, channels)
+        report.analysis = analyse_channels(data, given, channels)
         tell("scoring what was held out", 0.85)
-        evidence = _gated(report.analysis, data)
-        report.scores = _scores(report.analysis, data, channels)
-        report.findings = conclude(data, report.analysis, report.scores, evidence)
+        report.scores, report.findings = judged(report.analysis, data, given, channels)
         report.verdict = "mismatch" if report.findings else "match"
         for number, finding in enumerate(f for f in report.findings if f.status != "named"):
             propose(finding, out, number + 1, data)
@@ -111,40 +109,13 @@ def run(
     return report
 
 
-def given(model: Simulation) -> tuple[list[str], dict[str, tuple[Known, ...]], list[float]]:
-    """What a simulation file says: nominal terms switched off, further terms in force by channel, orders of the
-    series.
-    """
-    off = [effect for effect, term in LIBRARY.items() if term.nominal and not model.enabled(effect)]
-    known: dict[str, list[Known]] = {}
-    orders: list[float] = [] if "te.fourier" in off else [float(f) for f in PAPER_ORDERS]
-    series = model.terms.get("te.fourier")
-    if series is not None and series.orders is not None and "te.fourier" not in off:
-        orders = [float(f) for f in series.orders]
-    for effect, row in model.terms.items():
-        if effect in LIBRARY and not LIBRARY[effect].nominal and row.enabled:
-            for item in [dict(row.extra), *row.extra.get("also", [])]:
-                _add(known, orders, effect, item)
-    return off, {channel: tuple(items) for channel, items in known.items()}, sorted(set(orders))
-
-
-def _add(known: dict[str, list[Known]], orders: list[float], effect: str, item: dict[str, Any]) -> None:
-    if "orders" in item and effect in ("te.harmonic", "te.sideband", "sensor.motor_encoder"):
-        orders += [float(f) for f in item["orders"]]
-        return
-    term = LIBRARY[effect]
-    channels: Sequence[str] = item.get("channels", list(term.forms))
-    for channel in channels:
-        forms = term.forms.get(channel, ())
-        chosen: Form | None = next((f for f in forms if f.name == item.get("form", f.name)), None)
-        if chosen is None:
-            raise ConfigurationError(
-                f"the simulation's term {effect} has the form {item.get('form')!r}, which should be one of "
-                f"{', '.join(f.name for f in forms)}"
-            )
-        point = tuple(float(v) for v in item.get("point", ()))
-        if len(point) == len(chosen.nonlinear):
-            known.setdefault(channel, []).append((term, chosen, point))
+def judged(
+    analysis: Analysis, data: Dataset, given: Given, channels: Sequence[str]
+) -> tuple[dict[str, Scores], list[Finding]]:
+    """Scores of the channels on held-out recordings, and the findings that those do not refute."""
+    evidence = _gated(analysis, data)
+    scores = _scores(analysis, data, given, channels)
+    return scores, conclude(data, analysis, scores, evidence)
 
 
 def _channels(data: Dataset, report: Report) -> list[str]:
@@ -183,7 +154,7 @@ def _gated(analysis: Analysis, data: Dataset) -> dict[tuple[str, str], tuple[flo
     return out
 
 
-def _scores(analysis: Analysis, data: Dataset, channels: Sequence[str]) -> dict[str, Scores]:
+def _scores(analysis: Analysis, data: Dataset, given: Given, channels: Sequence[str]) -> dict[str, Scores]:
     held = data.held_out()
     out: dict[str, Scores] = {}
     for channel in channels:
@@ -192,9 +163,15 @@ def _scores(analysis: Analysis, data: Dataset, channels: Sequence[str]) -> dict[
                 out[channel] = evaluate.transmission(analysis.transmission, held)
         elif channel in analysis.models:
             model = analysis.models[channel]
-            ripple = sum(0.5 * abs(r.amplitude) ** 2 for r in analysis.ripples) if channel == MOTOR_TORQUE else 0.0
-            out[channel] = evaluate.linear(model, _usable(model, analysis), held, ripple)
+            known = _variance(given.ripples) if channel == MOTOR_TORQUE else 0.0
+            found = _variance(analysis.ripples) if channel == MOTOR_TORQUE else 0.0
+            out[channel] = evaluate.linear(model, _usable(model, analysis), held, found, known)
     return out
+
+
+def _variance(ripples: Sequence[Ripple]) -> float:
+    """Variance of a sum of sines, in the unit of the channel squared."""
+    return float(sum(0.5 * abs(r.amplitude) ** 2 for r in ripples))
 
 
 def write(report: Report, model: Simulation, out: Path) -> None:

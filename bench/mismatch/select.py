@@ -40,6 +40,8 @@ class Search:
     entries: Sequence[Entry]
     repeated: frozenset[str] = frozenset()
     """effects that may be chosen at several points (orders)"""
+    credit: float = 0.0
+    """gain of terms that the given simulation has beyond the nominal one"""
     _cache: dict[tuple[int, ...], Fit] = field(default_factory=dict)
 
     def fit(self, chosen: Sequence[Entry]) -> Fit:
@@ -78,7 +80,7 @@ class Search:
 
     def price(self, chosen: Sequence[Entry]) -> float:
         """Gain asked of a further term."""
-        so_far = self.fit(chosen).total - self.fit(()).total
+        so_far = self.fit(chosen).total - self.fit(()).total + self.credit
         return max(MINIMUM_GAIN, MINIMUM_SHARE * so_far)
 
     def step(self, chosen: Sequence[Entry]) -> list[Entry] | None:
@@ -113,7 +115,7 @@ class Search:
             whole = self.fit(current)
             without = [(whole.total - self.fit(current[:i] + current[i + 1 :]).total, i) for i in range(len(current))]
             loss, place = min(without)
-            if loss > max(MINIMUM_GAIN, MINIMUM_SHARE * (whole.total - self.fit(()).total)):
+            if loss > max(MINIMUM_GAIN, MINIMUM_SHARE * (whole.total - self.fit(()).total + self.credit)):
                 break
             current.pop(place)
         return current
