@@ -75,6 +75,14 @@ SIGNALS: tuple[Signal, ...] = (
     Signal("temperature_age", "s", "age of the held lubricant reading", "uint32", _O, "time"),
     Signal("motor_status", "1", "status word of the input drive (0x6041)", "uint16", _O, "word"),
     Signal("load_status", "1", "status word of the load drive (0x6041)", "uint16", _O, "word"),
+    Signal(
+        "safety_inputs",
+        "1",
+        "safety inputs as they are; as shipped bit 0 emergency stop and bit 1 safe torque off, 1 closed",
+        "uint8",
+        _O,
+        "word",
+    ),
     Signal("working_counter", "1", "working counter of the cycle", "uint16", _O, "count"),
 )
 """Every channel the bench knows, in the order in which it stands in a recording."""

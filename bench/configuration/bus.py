@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 from bench.configuration.parts import Section
 from bench.configuration.quantities import Time
 
-Role = Literal["input_drive", "load_drive", "torque_terminal", "temperature_terminal"]
+Role = Literal["input_drive", "load_drive", "torque_terminal", "temperature_terminal", "safety_terminal"]
 REQUIRED_ROLES: tuple[Role, ...] = ("input_drive", "load_drive", "torque_terminal")
 
 
@@ -48,10 +48,20 @@ class Bus(Section):
     plant: str | None = None
     """For an emulated bench, the name of the plant that plays it; never its parameters."""
     cycle_time: Annotated[Time, Field(ge=1e-4, le=0.1)]
+    watchdog: Annotated[Time, Field(gt=0, le=1.0)] = 0.1
+    """Without process data for so long a slave leaves OPERATIONAL by itself (register 0x0420); set and read back."""
     block: Annotated[int, Field(ge=1, le=100_000)]
     """Cycles between two looks of the safety step on a master that takes blocks and can go back to replay."""
     cycles_at_once: Annotated[int, Field(ge=1, le=100)] = 1
     """The same on hardware, which cannot go back: one reacts fastest, a few leave the processor time."""
+    ahead: Annotated[Time, Field(gt=0, le=1.0)] = 0.1
+    """On hardware: set values for so long are with the bus process already; a stop drops them at once."""
+    hold: Annotated[Time, Field(gt=0, le=0.5)] = 0.05
+    """On hardware: without new set values the last ones are held for so long, then the bus process stops the drives."""
+    priority: Annotated[int, Field(ge=1, le=98)] = 80
+    """Real-time priority (SCHED_FIFO) of the bus process."""
+    processor: Annotated[int, Field(ge=0)] | None = None
+    """Processor the bus process is pinned to; absent: an isolated one, if there is any."""
     slaves: tuple[Slave, ...]
     slow_sensors: tuple[SlowSensor, ...] = ()
 
@@ -67,6 +77,9 @@ class Bus(Section):
                 "the lubricant needs exactly one sensor: a slave with role temperature_terminal or a slow sensor with"
                 f" role temperature, there are {has_temperature}"
             )
+        for role in ("temperature_terminal", "safety_terminal"):
+            if roles.count(role) > 1:
+                raise ValueError(f"slaves may hold one {role}, there are {roles.count(role)}")
         positions = [slave.position for slave in self.slaves]
         if positions != list(range(1, len(positions) + 1)):
             raise ValueError(f"slaves must stand in the order of the bus, positions 1 to {len(positions)}")

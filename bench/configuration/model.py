@@ -7,7 +7,17 @@ from typing import Literal
 from pydantic import model_validator
 
 from bench.configuration.bus import Bus
-from bench.configuration.operation import Heating, Limits, Motion, Nominal, Stopping, Storage, Tuning
+from bench.configuration.operation import (
+    Commissioning,
+    Heating,
+    Limits,
+    Motion,
+    Nominal,
+    Stopping,
+    Storage,
+    Tuning,
+    Unattended,
+)
 from bench.configuration.parts import Coupling, Encoder, Gearbox, Motor, Section, TemperatureSensor, TorqueSensor
 
 
@@ -36,6 +46,8 @@ class BenchConfiguration(Section):
     tuning: Tuning
     nominal: Nominal
     storage: Storage
+    unattended: Unattended = Unattended()
+    commissioning: Commissioning = Commissioning()
 
     @model_validator(mode="after")
     def _limits_within_parts(self) -> BenchConfiguration:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
@@ -32,9 +32,15 @@ class Limits(Section):
     """What must not be exceeded; crossing any of these stops the bench. They protect equipment, not people."""
 
     motor_speed: Annotated[Speed, Field(gt=0)]
+    load_speed: Annotated[Speed, Field(gt=0)] | None = None
+    """Load side, by its own encoder's drive; absent: 1.2 · motor_speed / ratio."""
+    motor_acceleration: Annotated[Acceleration, Field(gt=0)] | None = None
+    """Greatest change of the motor's speed, both ways, while it follows set values; absent: not watched."""
     motor_torque: Annotated[Torque, Field(gt=0)]
     load_torque: Annotated[Torque, Field(gt=0)]
     load_motor_torque: Annotated[Torque, Field(gt=0)]
+    load_torque_rate: Annotated[TorqueRate, Field(gt=0)] | None = None
+    """Greatest change of the torque sensor's reading (smoothed over 50 ms); absent: not watched."""
     temperature: Temperature
     temperature_minimum: Temperature
     temperature_rate: Annotated[TemperatureDifference, Field(gt=0)]
@@ -43,13 +49,23 @@ class Limits(Section):
     """Greatest load-side angle either side of zero; absent where the load side turns freely."""
     velocity_error: Annotated[Speed, Field(gt=0)]
     """Greatest following error of the input motor's (filtered) velocity."""
+    following_error: Annotated[Angle, Field(gt=0)] | None = None
+    """Motor angle lost against the set velocity within about a second; also the drive's own window (0x6065)."""
+    torque_error: Annotated[Torque, Field(gt=0)] | None = None
+    """Greatest difference of the load motor's torque and its set value, both filtered."""
     torque_disagreement: Annotated[Torque, Field(gt=0)]
     """Greatest difference of torque sensor and load motor torque, both filtered."""
+    torque_drift: Annotated[Torque, Field(gt=0)] | None = None
+    """Greatest change of that difference's slow mean (one minute) against its first; absent: not watched."""
+    friction_torque: Annotated[Torque, Field(gt=0)] | None = None
+    """Greatest motor torque beyond what the torque sensor's reading asks of the motor (load_torque / ratio)."""
     encoder_disagreement: Annotated[Angle, Field(gt=0)]
     """Greatest change of load_angle − motor_angle/ratio against its value at the start."""
     slow_reading_age: PositiveTime
     frozen_signal: PositiveTime
     """How long a signal that must move (encoders under speed, noisy analogue values) may stay exactly the same."""
+    frozen_temperature: PositiveTime | None = None
+    """How long the temperature may read exactly the same; absent: for ever."""
     lost_cycles: Annotated[int, Field(ge=1)]
     """Cycles in a row without a right working counter."""
 
@@ -125,6 +141,29 @@ class Tuning(Section):
 
     input_drive: VelocityTuning
     load_drive: TorqueTuning
+
+
+class Unattended(Section):
+    """What may be done without a person at a terminal; by default nothing."""
+
+    may: tuple[Literal["acknowledge", "reset", "resume"], ...] = ()
+    """Acts after a stop that a script may do for the operator."""
+
+
+class Commissioning(Section):
+    """How the bench is tried out before it may run: slowly, and with little torque."""
+
+    motor_speed: Annotated[Speed, Field(gt=0)] = 20.0
+    load_torque: Annotated[Torque, Field(gt=0)] | None = None
+    """Load put on for the polarity check; absent: a tenth of limits.load_torque."""
+    torque_share: Annotated[Ratio, Field(gt=0, le=1)] = 0.25
+    """Share of the limits of torque and speed the drives are given meanwhile."""
+    zero_spread: Annotated[Angle, Field(gt=0)] = 2e-4
+    """Greatest difference of two reference approaches, load side."""
+    largest_tare: Annotated[Torque, Field(gt=0)] | None = None
+    """Greatest reading of the unloaded torque sensor; absent: 1 % of its rated torque."""
+    marker: Annotated[str, Field(pattern="^[0-9A-F]{4}:[0-9A-F]{2}$")] = "6067:00"
+    """Object of both drives that forgets at power-off and has no use in the cyclic modes (32 bit)."""
 
 
 class Storage(Section):

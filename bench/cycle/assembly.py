@@ -13,6 +13,8 @@ from bench.cycle.plugins import DRIVERS, MASTERS, plugin
 from bench.cycle.slow import SlowThermometer
 from bench.errors import ConfigurationError, DeviceError
 
+_CATCH_UP_S = 0.5
+
 Device = Any
 """A driver found by entry point; what is used of it stands in docs/drivers (its class is not ours to import)."""
 
@@ -27,10 +29,14 @@ class Assembly:
     load_drive: Device
     torque_terminal: Device
     thermometer: Device
+    safety: Device | None
+    """Digital inputs of emergency stop and safe torque off, where the bench has them."""
     block: int
     """Most cycles that are exchanged at once."""
     can_replay: bool
     """Whether the master can be put back to a snapshot."""
+    ahead: int = 0
+    """Cycles for which set values are kept ahead of the bus, where it has a process of its own; else 0."""
 
 
 @contextmanager
@@ -43,10 +49,13 @@ def device_errors() -> Iterator[None]:
         raise DeviceError(str(error)) from error
 
 
-def assemble(bench: BenchConfiguration, *, seed: int, real_time: bool) -> Assembly:
+def assemble(
+    bench: BenchConfiguration, *, seed: int, real_time: bool, own_process: bool | None = None
+) -> Assembly:
     """Create master, drivers and bus of a bench file.
 
     ``seed`` drives the noise of an emulated plant; ``real_time`` paces an emulated bench like a real one.
+    ``own_process`` runs the bus in a process of its own; None: whenever its master runs by the clock.
 
     Raises
     ------
@@ -56,21 +65,21 @@ def assemble(bench: BenchConfiguration, *, seed: int, real_time: bool) -> Assemb
     with device_errors():
         devices = {slave.role: _device(bench, slave) for slave in bench.bus.slaves}
         thermometer = devices.get("temperature_terminal") or _slow_thermometer(bench)
-    master = _master(bench, seed)
+    factory, arguments = _master(bench, seed)
+    master = _made(bench, factory, arguments)
     takes_blocks = hasattr(master, "exchange_block")
-    block = bench.bus.block if takes_blocks else bench.bus.cycles_at_once
-    if takes_blocks and real_time:
-        # a twentieth of a second: short enough for an operator, long enough for the clock of a desktop machine
-        block = min(block, max(1, round(0.05 / bench.bus.cycle_time)))
-    pacing = None if takes_blocks else plugin(DRIVERS, "absolute_deadlines")(bench.bus.cycle_time)
-    bus = plugin(DRIVERS, "ethercat")(
-        master,
-        bench.bus.interface,
-        [devices[slave.role].spec for slave in bench.bus.slaves],
-        cycle_time_s=bench.bus.cycle_time,
-        block_capacity=block,
-        pacing=pacing,
-    )
+    apart = not takes_blocks if own_process is None else own_process
+    specs = [devices[slave.role].spec for slave in bench.bus.slaves]
+    if apart:
+        block, bus = bench.bus.cycles_at_once, _bus_process(bench, factory, arguments, specs)
+    else:
+        block = bench.bus.block
+        if real_time:
+            # a twentieth of a second: short enough for an operator, long enough for the clock of a desktop machine
+            block = min(block, max(1, round(0.05 / bench.bus.cycle_time)))
+        bus = plugin(DRIVERS, "ethercat")(
+            master, bench.bus.interface, specs, cycle_time_s=bench.bus.cycle_time, block_capacity=block
+        )
     return Assembly(
         master,
         bus,
@@ -78,17 +87,37 @@ def assemble(bench: BenchConfiguration, *, seed: int, real_time: bool) -> Assemb
         devices["load_drive"],
         devices["torque_terminal"],
         thermometer,
+        devices.get("safety_terminal"),
         block,
-        takes_blocks,
+        can_replay=not apart,
+        ahead=max(block, round(bench.bus.ahead / bench.bus.cycle_time)) if apart else 0,
     )
 
 
-def _master(bench: BenchConfiguration, seed: int) -> Device:
+def _bus_process(bench: BenchConfiguration, factory: Any, arguments: dict[str, Any], specs: list[Any]) -> Device:
+    return plugin(DRIVERS, "ethercat_process")(
+        f"{factory.__module__}:{factory.__qualname__}",
+        bench.bus.interface,
+        specs,
+        cycle_time_s=bench.bus.cycle_time,
+        # a rig that was late catches up in one go
+        block_capacity=max(bench.bus.cycles_at_once, round(_CATCH_UP_S / bench.bus.cycle_time)),
+        real_time=plugin(DRIVERS, "real_time")(bench.bus.priority, bench.bus.processor),
+        arguments=arguments,
+    )
+
+
+def _master(bench: BenchConfiguration, seed: int) -> tuple[Any, dict[str, Any]]:
+    """Return the factory of the master and what it is called with."""
     factory = plugin(MASTERS, bench.bus.master)
     if bench.bus.master == "soem" or bench.bus.plant is None:
-        return factory()
+        return factory, {}
+    return factory, {"plant": bench.bus.plant, "seed": seed, "cycle_time_s": bench.bus.cycle_time}
+
+
+def _made(bench: BenchConfiguration, factory: Any, arguments: dict[str, Any]) -> Device:
     try:
-        return factory(bench.bus.plant, seed=seed, cycle_time_s=bench.bus.cycle_time)
+        return factory(**arguments)
     except (FileNotFoundError, ValueError) as error:
         raise ConfigurationError(f"bus.plant = {bench.bus.plant}: {error}") from error
 
@@ -133,10 +162,14 @@ def _drive_options(bench: BenchConfiguration, slave: Slave) -> dict[str, Any]:
         "torque_polarity": slave.torque_polarity or slave.polarity,
         "counts_per_turn": float(2**encoder.bits),
         "rated_torque_nm": motor.nominal_torque,
+        "watchdog_s": bench.bus.watchdog,
         "limits": {
             "torque_nm": limits.motor_torque if is_input else limits.load_motor_torque,
             # the drive's own limit acts a little above ours, so that ours is the one that explains itself
             "speed_rad_s": min(motor.maximum_speed, 1.1 * speed),
+            "following_error_rad": None
+            if limits.following_error is None
+            else limits.following_error / (1.0 if is_input else bench.gearbox.ratio),
             "quick_stop_deceleration_rad_s2": bench.motion.quick_stop_deceleration
             / (1.0 if is_input else bench.gearbox.ratio),
         },

@@ -103,6 +103,8 @@ def make_scaling(
         of("load_status", origin=origin("load_status")),
         of("working_counter", origin="bus/working_counter"),
     ]
+    if "safety_terminal" in slaves:
+        specs.insert(-1, of("safety_inputs", origin="safety_terminal/0x6000:01"))
     if has_ambient:
         specs.insert(9, of("ambient_temperature", dtype=temperature_dtype, scale=celsius_per_count, origin=ambient))
     return Scaling({spec.name: spec for spec in specs})

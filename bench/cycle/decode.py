@@ -26,6 +26,8 @@ class Decoded:
 
     raw: dict[str, NDArray[Any]]
     inputs: Inputs
+    set_index: NDArray[np.int64] | None = None
+    """Which of the set values handed over ahead each cycle has sent, −1 for others; None: those of its own row."""
 
     @property
     def size(self) -> int:
@@ -44,15 +46,19 @@ def warm_up(limits: SafetySettings) -> None:
         motor_angle=number,
         load_angle=number,
         motor_velocity=number,
+        load_velocity=number,
         motor_torque=number,
         load_torque=number,
         load_motor_torque=number,
         temperature=number,
         temperature_age_s=number,
         velocity_setpoint=number,
+        torque_setpoint=number,
         input_status=word,
         load_status=word,
         torque_bad=flag,
+        emergency_stop=flag,
+        safe_torque_off=flag,
         good=flag,
     )
     step(SafetyState.fresh(), inputs, False, limits)
@@ -78,13 +84,18 @@ class Decoder:
             self._unwrap[name].restore(part)
 
     def decode(
-        self, n: int, cycle: NDArray[np.int64], wkc: NDArray[np.int32], velocity: NDArray[np.float64]
+        self,
+        n: int,
+        cycle: NDArray[np.int64],
+        wkc: NDArray[np.int32],
+        velocity: NDArray[np.float64],
+        set_index: NDArray[np.int64] | None = None,
     ) -> Decoded:
         """Return the last ``n`` cycles. ``velocity`` is the set value at the motor shaft, rad/s, shape (n,)."""
         bus, thermometer = self._assembly.bus, self._assembly.thermometer
         raw: dict[str, NDArray[Any]] = {}
         for name, source in SOURCES.items():
-            image = bus.outputs if name in _SETPOINTS else bus.inputs
+            image = bus.sent if name in _SETPOINTS else bus.inputs
             # always a copy: the image is overwritten by the next block
             values = np.array(image[source.role][source.entry][:n])
             raw[name] = self._unwrap[name](values) if name in _UNWRAPPED else values
@@ -93,9 +104,11 @@ class Decoder:
         if self._has_ambient:
             raw["ambient_temperature"] = np.array(thermometer.read(n, 2).raw)
         raw["temperature_age"] = np.rint(np.minimum(lubricant.age_s * 1e3, _OLDEST_MS)).astype(np.uint32)
+        if self._assembly.safety is not None:
+            raw["safety_inputs"] = np.array(bus.inputs["safety_terminal"][self._assembly.safety.entry][:n])
         raw["cycle"], raw["time"] = cycle, cycle
         raw["working_counter"] = wkc.astype(np.uint16)
-        return Decoded(raw, self._inputs(raw, lubricant, wkc, velocity, n))
+        return Decoded(raw, self._inputs(raw, lubricant, wkc, velocity, n), set_index)
 
     def si(self, raw: dict[str, NDArray[Any]], name: str) -> NDArray[np.float64]:
         """Return a channel in SI units."""
@@ -116,14 +129,26 @@ class Decoder:
             motor_angle=self.si(raw, "motor_angle"),
             load_angle=self.si(raw, "load_angle"),
             motor_velocity=self.si(raw, "motor_velocity"),
+            load_velocity=self.si(raw, "load_velocity"),
             motor_torque=self.si(raw, "motor_torque"),
             load_torque=self.si(raw, "load_torque"),
             load_motor_torque=self.si(raw, "load_motor_torque"),
             temperature=lubricant.temperature_c,
             temperature_age_s=lubricant.age_s,
             velocity_setpoint=velocity,
+            torque_setpoint=self.si(raw, "load_motor_torque_setpoint"),
             input_status=raw["motor_status"],
             load_status=raw["load_status"],
             torque_bad=~self._assembly.torque_terminal.usable(n),
+            emergency_stop=self._demanded("emergency_stop", n),
+            safe_torque_off=self._demanded("safe_torque_off", n),
             good=wkc == self._assembly.bus.expected_wkc,
         )
+
+    def _demanded(self, name: str, n: int) -> NDArray[np.bool_]:
+        """Return where a safety input says "stop" (n,); nowhere if the bench has none of that name."""
+        safety = self._assembly.safety
+        if safety is None or name not in safety.names:
+            return np.zeros(n, np.bool_)
+        demanded: NDArray[np.bool_] = safety.read(name, n)
+        return demanded

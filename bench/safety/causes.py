@@ -48,6 +48,21 @@ class Cause(IntEnum):
     LOAD_DRIVE_FAULT = 18
     TORQUE_SENSOR_RANGE = 19
     TEMPERATURE_SENSOR = 20
+    EMERGENCY_STOP = 21
+    SAFE_TORQUE_OFF = 22
+    LOAD_SPEED = 23
+    MOTOR_ACCELERATION = 24
+    LOAD_TORQUE_RATE = 25
+    FOLLOWING_ERROR = 26
+    TORQUE_ERROR = 27
+    TORQUE_DRIFT = 28
+    FRICTION = 29
+    MOTOR_VELOCITY_FROZEN = 30
+    LOAD_VELOCITY_FROZEN = 31
+    MOTOR_TORQUE_FROZEN = 32
+    LOAD_MOTOR_TORQUE_FROZEN = 33
+    TEMPERATURE_FROZEN = 34
+    RECORDER = 99
     OPERATOR = 100
 
 
@@ -86,6 +101,29 @@ _TABLE: dict[Cause, _Entry] = {
     Cause.TEMPERATURE_SENSOR: _Entry(
         "temperature reading", "°C", "what the sensor can mean (open or short circuit)", _RAMP
     ),
+    Cause.EMERGENCY_STOP: _Entry("emergency stop circuit", "", "closed", _QUICK),
+    Cause.SAFE_TORQUE_OFF: _Entry("safe torque off circuit", "", "closed", _OFF),
+    Cause.LOAD_SPEED: _Entry("load-side speed", "rad/s", "limits.load_speed", _QUICK),
+    Cause.MOTOR_ACCELERATION: _Entry("input motor acceleration", "rad/s²", "limits.motor_acceleration", _QUICK),
+    Cause.LOAD_TORQUE_RATE: _Entry("change of the load torque", "N·m/s", "limits.load_torque_rate", _QUICK),
+    Cause.FOLLOWING_ERROR: _Entry("following error of the motor angle", "rad", "limits.following_error", _QUICK),
+    Cause.TORQUE_ERROR: _Entry("difference of load motor torque and set value", "N·m", "limits.torque_error", _QUICK),
+    Cause.TORQUE_DRIFT: _Entry(
+        "drift of the torque sensor against the load motor", "N·m", "limits.torque_drift", _RAMP
+    ),
+    Cause.FRICTION: _Entry(
+        "motor torque beyond what the torque sensor accounts for", "N·m", "limits.friction_torque", _RAMP
+    ),
+    Cause.MOTOR_VELOCITY_FROZEN: _Entry("time the motor velocity stood still", "s", "limits.frozen_signal", _QUICK),
+    Cause.LOAD_VELOCITY_FROZEN: _Entry("time the load velocity stood still", "s", "limits.frozen_signal", _RAMP),
+    Cause.MOTOR_TORQUE_FROZEN: _Entry("time the motor torque stood still", "s", "limits.frozen_signal", _RAMP),
+    Cause.LOAD_MOTOR_TORQUE_FROZEN: _Entry(
+        "time the load motor torque stood still", "s", "limits.frozen_signal", _RAMP
+    ),
+    Cause.TEMPERATURE_FROZEN: _Entry(
+        "time the temperature read exactly the same", "s", "limits.frozen_temperature", _RAMP
+    ),
+    Cause.RECORDER: _Entry("recorder", "", "", _RAMP),
     Cause.OPERATOR: _Entry("operator's request", "", "", _RAMP),
 }
 
@@ -106,6 +144,14 @@ _DEVICE_FAULTS = frozenset(
         Cause.LOAD_DRIVE_FAULT,
         Cause.TORQUE_SENSOR_RANGE,
         Cause.TEMPERATURE_SENSOR,
+        Cause.TORQUE_ERROR,
+        Cause.TORQUE_DRIFT,
+        Cause.MOTOR_VELOCITY_FROZEN,
+        Cause.LOAD_VELOCITY_FROZEN,
+        Cause.MOTOR_TORQUE_FROZEN,
+        Cause.LOAD_MOTOR_TORQUE_FROZEN,
+        Cause.TEMPERATURE_FROZEN,
+        Cause.RECORDER,
     }
 )
 
@@ -123,6 +169,8 @@ def describe(cause: Cause, value: float, limit: float) -> str:
     if entry.limit.startswith("limits."):
         unit = f" {entry.unit}" if entry.unit else ""
         return f"{entry.text} {value:.4g}{unit} is beyond {entry.limit} = {limit:.4g}{unit}"
+    if cause in (Cause.EMERGENCY_STOP, Cause.SAFE_TORQUE_OFF):
+        return f"the {entry.text} is open: it was demanded, or its wire is broken"
     if cause in (Cause.INPUT_DRIVE_FAULT, Cause.LOAD_DRIVE_FAULT):
         return f"{entry.text} is 0x{round(value):04X}, expected: {entry.limit}"
     return f"{entry.text} {value:.4g} {entry.unit}".rstrip() + f" is outside {entry.limit}"

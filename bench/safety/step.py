@@ -13,11 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.configuration.operation import Limits
-from bench.safety._scan import STATE_SIZE, scan
+from bench.safety._scan import LIVE, STATE_SIZE, scan
 from bench.safety.causes import Cause, describe
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.integer[Any]]
+_LOAD_SPEED_MARGIN = 1.2
+"""Over the motor's limit at the load side, where no limit of its own is given."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +36,7 @@ class Inputs:
     motor_angle: FloatArray
     load_angle: FloatArray
     motor_velocity: FloatArray
+    load_velocity: FloatArray
     motor_torque: FloatArray
     load_torque: FloatArray
     load_motor_torque: FloatArray
@@ -42,10 +45,16 @@ class Inputs:
     temperature_age_s: FloatArray
     velocity_setpoint: FloatArray
     """Motor shaft, rad/s."""
+    torque_setpoint: FloatArray
+    """Load motor, N·m."""
     input_status: IntArray
     load_status: IntArray
     torque_bad: NDArray[np.bool_]
     """Where the torque terminal does not vouch for its reading, or it is saturated."""
+    emergency_stop: NDArray[np.bool_]
+    """Whether the emergency stop circuit is open; False where the bench has no such input."""
+    safe_torque_off: NDArray[np.bool_]
+    """The same of the safe torque off circuit."""
     good: NDArray[np.bool_]
     """Whether the cycle's working counter was right."""
 
@@ -104,32 +113,34 @@ class SafetySettings:
 
 def settings(limits: Limits, ratio: float, cycle_time_s: float, standstill: float) -> SafetySettings:
     """Collect limits (SI) for :func:`step`; ``standstill`` is a motor speed in rad/s."""
-    position = np.inf if limits.load_position is None else limits.load_position
-    values = np.array(
-        [
-            0.0,
-            limits.motor_speed,
-            limits.motor_torque,
-            limits.load_torque,
-            limits.load_motor_torque,
-            limits.temperature,
-            limits.temperature_minimum,
-            limits.temperature_rate,
-            position,
-            limits.velocity_error,
-            limits.torque_disagreement,
-            limits.encoder_disagreement,
-            limits.frozen_signal,
-            limits.frozen_signal,
-            limits.frozen_signal,
-            limits.slow_reading_age,
-            float(limits.lost_cycles),
-            0.0,
-            0.0,
-            0.0,
-            0.0,
-        ]
-    )
+    chosen: dict[Cause, float | None] = {
+        Cause.MOTOR_SPEED: limits.motor_speed,
+        Cause.MOTOR_TORQUE: limits.motor_torque,
+        Cause.LOAD_TORQUE: limits.load_torque,
+        Cause.LOAD_MOTOR_TORQUE: limits.load_motor_torque,
+        Cause.TEMPERATURE_HIGH: limits.temperature,
+        Cause.TEMPERATURE_LOW: limits.temperature_minimum,
+        Cause.TEMPERATURE_RATE: limits.temperature_rate,
+        Cause.LOAD_POSITION: limits.load_position,
+        Cause.VELOCITY_ERROR: limits.velocity_error,
+        Cause.TORQUE_DISAGREEMENT: limits.torque_disagreement,
+        Cause.ENCODER_DISAGREEMENT: limits.encoder_disagreement,
+        Cause.TEMPERATURE_AGE: limits.slow_reading_age,
+        Cause.LOST_CYCLES: float(limits.lost_cycles),
+        Cause.LOAD_SPEED: limits.load_speed or _LOAD_SPEED_MARGIN * limits.motor_speed / ratio,
+        Cause.MOTOR_ACCELERATION: limits.motor_acceleration,
+        Cause.LOAD_TORQUE_RATE: limits.load_torque_rate,
+        Cause.FOLLOWING_ERROR: limits.following_error,
+        Cause.TORQUE_ERROR: limits.torque_error,
+        Cause.TORQUE_DRIFT: limits.torque_drift,
+        Cause.FRICTION: limits.friction_torque,
+        **dict.fromkeys(LIVE, limits.frozen_signal),
+        Cause.TEMPERATURE_FROZEN: limits.frozen_temperature,
+    }
+    # what is not given is not watched; causes without a limit do not ask for one
+    values = np.full(max(Cause) + 1, np.inf)
+    for cause, value in chosen.items():
+        values[cause] = np.inf if value is None else value
     return SafetySettings(ratio, cycle_time_s, standstill, values)
 
 
@@ -150,15 +161,19 @@ def step(state: SafetyState, inputs: Inputs, operating: bool, limits: SafetySett
         inputs.motor_angle,
         inputs.load_angle,
         inputs.motor_velocity,
+        inputs.load_velocity,
         inputs.motor_torque,
         inputs.load_torque,
         inputs.load_motor_torque,
         inputs.temperature,
         inputs.temperature_age_s,
         inputs.velocity_setpoint,
+        inputs.torque_setpoint,
         inputs.input_status,
         inputs.load_status,
         inputs.torque_bad,
+        inputs.emergency_stop,
+        inputs.safe_torque_off,
         inputs.good,
         operating,
         limits.ratio,

@@ -1,4 +1,4 @@
-"""The four slaves of the bench tied to a plant: a block of cycles in, a block of process data out.
+"""The slaves of the bench tied to a plant: a block of cycles in, a block of process data out.
 
 Who serves the slaves (the in-process master, the frame-level responder) hands over the process images of those in
 OPERATIONAL and gets their inputs written. The plant advances by one cycle a row, whatever state the slaves are in.
@@ -16,11 +16,12 @@ from fakes.ethercat.al import AlState
 from fakes.ethercat.cia402 import Mode
 from fakes.ethercat.objects_cia402 import RPM, DriveData
 from fakes.ethercat.plant_link import COMMAND_DTYPE, PlantLike, Rows
+from fakes.ethercat.safety_terminal import SafetyTerminal
 from fakes.ethercat.servo import ServoDrive
 from fakes.ethercat.slave import Image, Slave, SlaveState
 from fakes.ethercat.terminals import AnalogInput, TemperatureInput
 
-ROLES = ("input_drive", "load_drive", "torque_terminal", "temperature_terminal")
+ROLES = ("input_drive", "load_drive", "torque_terminal", "temperature_terminal", "safety_terminal")
 """Order on the bus, from the master on."""
 
 MILLI_RPM, MICRO_RPM = RPM | 0xFD << 24, RPM | 0xFA << 24
@@ -62,7 +63,12 @@ class EmulatedBench:
             ServoDrive(ROLES[0], input_drive, cycle_time_s, serial=1),
             ServoDrive(ROLES[1], load_drive, cycle_time_s, serial=2),
         )
-        terminals = (AnalogInput(ROLES[2], cycle_time_s, serial=3), TemperatureInput(ROLES[3], cycle_time_s, serial=4))
+        self.safety = SafetyTerminal(ROLES[4], self.drives, cycle_time_s, serial=5)
+        terminals = (
+            AnalogInput(ROLES[2], cycle_time_s, serial=3),
+            TemperatureInput(ROLES[3], cycle_time_s, serial=4),
+            self.safety,
+        )
         self.terminals = tuple(terminal for terminal in terminals if terminal.role not in without)
         self.slaves: tuple[Slave, ...] = (*self.drives, *self.terminals)
         self.by_role: dict[str, Slave] = {slave.role: slave for slave in self.slaves}

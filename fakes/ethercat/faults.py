@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING
 
 from fakes.ethercat import faultcodes
+from fakes.ethercat.safety_terminal import RELAY_DELAY_S
 
 if TYPE_CHECKING:
     from fakes.ethercat.bench import EmulatedBench
@@ -29,6 +30,8 @@ class Fault:
 BUS_FAULTS: tuple[Fault, ...] = (
     Fault("drive_fault", "a drive trips", "error code (0x603F)", float(faultcodes.CONTINUOUS_OVER_CURRENT)),
     Fault("sto", "safe torque off is requested of a drive", "none", 0.0),
+    Fault("emergency_stop", "the emergency stop is pressed; the relay takes the torque off", "s", RELAY_DELAY_S),
+    Fault("safety_wire", "the wire of the emergency stop to its terminal breaks", "none", 0.0),
     Fault("slave_lost", "one slave does not answer; back, it has lost its settings", "none", 0.0),
     Fault("cable_pulled", "no slave from this one on answers; back, they go on", "none", 0.0),
     Fault("wkc_short", "a slave does not take part in process data", "none", 0.0),
@@ -163,6 +166,18 @@ class FaultSwitch:
     def _sto(self, role: str, value: float, on: bool) -> None:
         self._bench.drive(role).set_safe_torque_off(on)
 
+    def _emergency_stop(self, role: str, value: float, on: bool) -> None:
+        """Show the open circuit at once; the relay's safe torque off follows after ``value`` seconds."""
+        self._bench.safety.pressed = on
+        drives = [drive.role for drive in self._bench.drives]
+        self.scheduled = [s for s in self.scheduled if s.name != "sto"]
+        at = self._bench.cycle + (round(value / self._bench.cycle_time_s) if on else 0)
+        self.scheduled += [Scheduled(at, "sto", drive, None, on) for drive in drives]
+        self.due(self._bench.cycle)
+
+    def _safety_wire(self, role: str, value: float, on: bool) -> None:
+        self._bench.safety.broken = on
+
     def _slave_lost(self, role: str, value: float, on: bool) -> None:
         if on:
             self.bus.lost.add(role)
@@ -184,11 +199,13 @@ class FaultSwitch:
         self.bus.frames_to_delay = 1 if on else 0
 
 
-_WITHOUT_ROLE = frozenset({"frame_lost", "frame_late"})
+_WITHOUT_ROLE = frozenset({"frame_lost", "frame_late", "emergency_stop", "safety_wire"})
 
 _SWITCHES: dict[str, Callable[[FaultSwitch, str, float, bool], None]] = {
     "drive_fault": FaultSwitch._drive_fault,
     "sto": FaultSwitch._sto,
+    "emergency_stop": FaultSwitch._emergency_stop,
+    "safety_wire": FaultSwitch._safety_wire,
     "slave_lost": FaultSwitch._slave_lost,
     "cable_pulled": FaultSwitch._cable_pulled,
     "wkc_short": FaultSwitch._wkc_short,

@@ -83,6 +83,7 @@ def servo_objects(drive: DriveData) -> tuple[Object, ...]:
         variable(0x6064, "Position actual value", DINT, "ro", 0, "t"),
         variable(0x6065, "Following error window", UDINT, "rw", drive.counts // 8),
         variable(0x6066, "Following error time out", UINT, "rw", 10),
+        variable(0x6067, "Position window", UDINT, "rw", 10),
         variable(0x606B, "Velocity demand value", DINT, "ro", 0, "t"),
         variable(0x606C, "Velocity actual value", DINT, "ro", 0, "t"),
         variable(0x6071, "Target torque", INT, "rw", 0, "r"),

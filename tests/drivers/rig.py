@@ -1,4 +1,4 @@
-"""The four devices of the emulated bench behind their drivers, as tests of several kinds need them."""
+"""The devices of the emulated bench behind their drivers, as tests of several kinds need them."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from drivers.cia402 import CST, CSV, DriveLimits, QuickStopOption, ServoDrive, ServoDriveConfig
 from drivers.devices import Place
+from drivers.digital_input import DigitalInput
 from drivers.ethercat import EtherCatBus, Exchange
 from drivers.pt100 import Pt100Terminal
 from drivers.torque_sensor import AnalogInput
@@ -50,6 +51,7 @@ class Rig:
     load_drive: ServoDrive
     torque: AnalogInput
     thermometer: Pt100Terminal
+    safety: DigitalInput
 
     @property
     def drives(self) -> list[ServoDrive]:
@@ -59,7 +61,7 @@ class Rig:
         """From closed to OP, drives still without voltage."""
         self.bus.open()
         self.bus.configure()
-        for device in (*self.drives, self.torque, self.thermometer):
+        for device in (*self.drives, self.torque, self.thermometer, self.safety):
             name = device.spec.name
             device.attach(self.bus.outputs.get(name), self.bus.inputs.get(name))
         self.bus.to_operational()
@@ -93,6 +95,7 @@ def make_rig(
         ServoDrive(replace(LOAD, watchdog_s=watchdog_s, sync0_shift_ns=sync0_shift_ns)),
         AnalogInput(Place("torque_terminal", 3, VENDOR, 0x0A160102)),
         Pt100Terminal(Place("temperature_terminal", 4, VENDOR, 0x52540202), channels=2),
+        DigitalInput(Place("safety_terminal", 5, VENDOR, 0x0D160802), ("emergency_stop", "safe_torque_off"), coe=True),
     )
     bus = EtherCatBus(master, interface, [device.spec for device in devices], **options)
     return Rig(bus, *devices)

@@ -66,13 +66,13 @@ def run_until(rig: Rig, velocity: float, done: str, limit_s: float = 5.0) -> Non
 
 def test_op_process_data_and_back(rig: Rig) -> None:
     bus = rig.bus
-    assert bus.expected_wkc == 8
+    assert bus.expected_wkc == 9
     lead(bus, rig.drives, Goal.ENABLED, timeout_s=5.0)
     positions, cycles, good = [], [], 0
     for _ in range(30):
         exchange = rig.run(40.0, 100.0, BLOCK)
         assert exchange.n_done == BLOCK
-        assert set(np.unique(exchange.wkc)) <= {-1, 8}
+        assert set(np.unique(exchange.wkc)) <= {-1, 9}
         good += int(bus.good(exchange).sum())
         positions.append(rig.input_drive.position(BLOCK))
         cycles.append(exchange.cycle)

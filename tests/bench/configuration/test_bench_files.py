@@ -58,7 +58,7 @@ def test_bench_file_never_holds_the_plants_truth(text: str) -> None:
         ('load_torque = "1300 N*m"', 'load_torque = "5 kN*m"', ["limits.load_torque", "gearbox.rated_torque"]),
         ('hysteresis = "1 K"', 'hysteresis = "2 K"', ["heating", "band"]),
         ('role = "torque_terminal"', 'role = "load_drive"', ["exactly one load_drive", "2"]),
-        ("position = 4", "position = 7", ["positions 1 to 4"]),
+        ("position = 4", "position = 7", ["positions 1 to 5"]),
         ('plant = "rh380n"\n', "", ["plant"]),
         ("valid_until = 2028-03-17", "valid_until = 2020-03-17", ["torque_sensor.calibration", "valid_until"]),
         ('zero_id = "2026-11-02-a"', 'zero_id = "a"\ncolour = "blue"', ["colour", "no such key"]),

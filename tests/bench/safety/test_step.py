@@ -49,15 +49,19 @@ def healthy(n: int = N, speed: float = 32.0) -> Inputs:
         motor_angle=motor,
         load_angle=motor / RATIO,
         motor_velocity=speed + rng.normal(0, 0.5, n),
+        load_velocity=(speed + rng.normal(0, 0.5, n)) / RATIO,
         motor_torque=3.0 + rng.normal(0, 0.1, n),
         load_torque=500.0 + rng.normal(0, 1.0, n),
-        load_motor_torque=495.0 * ones,
-        temperature=30.0 * ones,
+        load_motor_torque=495.0 + rng.normal(0, 1.0, n),
+        temperature=30.0 + rng.normal(0, 0.02, n),
         temperature_age_s=0.02 * ones,
         velocity_setpoint=speed * ones,
+        torque_setpoint=495.0 * ones,
         input_status=np.full(n, ENABLED),
         load_status=np.full(n, ENABLED),
         torque_bad=np.zeros(n, bool),
+        emergency_stop=np.zeros(n, bool),
+        safe_torque_off=np.zeros(n, bool),
         good=np.ones(n, bool),
     )
 
@@ -79,6 +83,8 @@ IMMEDIATE = [
     ("input_status", 0x1218, Cause.INPUT_DRIVE_FAULT),
     ("load_status", 0x1208, Cause.LOAD_DRIVE_FAULT),
     ("torque_bad", True, Cause.TORQUE_SENSOR_RANGE),
+    ("emergency_stop", True, Cause.EMERGENCY_STOP),
+    ("safe_torque_off", True, Cause.SAFE_TORQUE_OFF),
     ("temperature", np.nan, Cause.TEMPERATURE_SENSOR),
     ("temperature", 71.0, Cause.TEMPERATURE_HIGH),
     ("temperature", 4.0, Cause.TEMPERATURE_LOW),
@@ -100,12 +106,22 @@ def test_trips_in_the_very_cycle(limits: SafetySettings, name: str, value: objec
 
 FILTERED = [
     ("motor_torque", -45.0, Cause.MOTOR_TORQUE, 0.05),
-    ("load_torque", 3000.0, Cause.LOAD_TORQUE, 0.05),
-    ("load_torque", 900.0, Cause.TORQUE_DISAGREEMENT, 0.5),
+    ("load_torque", 30_000.0, Cause.LOAD_TORQUE, 0.05),
+    ("load_torque", 655.0, Cause.TORQUE_DISAGREEMENT, 0.5),
     ("motor_velocity", 45.0, Cause.VELOCITY_ERROR, 0.2),
     ("motor_counts", 7, Cause.MOTOR_ENCODER_FROZEN, 0.6),
     ("load_counts", 7, Cause.LOAD_ENCODER_FROZEN, 0.6),
     ("torque_counts", 7, Cause.TORQUE_SENSOR_FROZEN, 0.6),
+    ("motor_velocity", 32.0, Cause.MOTOR_VELOCITY_FROZEN, 0.6),
+    ("load_velocity", 0.17, Cause.LOAD_VELOCITY_FROZEN, 0.6),
+    ("motor_torque", 3.1, Cause.MOTOR_TORQUE_FROZEN, 0.6),
+    ("load_motor_torque", 494.0, Cause.LOAD_MOTOR_TORQUE_FROZEN, 0.6),
+    ("load_velocity", 2.0, Cause.LOAD_SPEED, 0.1),
+    ("motor_velocity", 200.0, Cause.VELOCITY_ERROR, 0.01),
+    ("velocity_setpoint", 36.5, Cause.FOLLOWING_ERROR, 1.3),
+    ("load_torque", 950.0, Cause.LOAD_TORQUE_RATE, 0.05),
+    ("torque_setpoint", 300.0, Cause.TORQUE_ERROR, 0.3),
+    ("motor_torque", 12.0, Cause.FRICTION, 0.3),
 ]
 
 
@@ -130,6 +146,9 @@ def test_trips_within_its_filter_time(
 def test_what_both_sides_agree_on_is_still_limited(
     limits: SafetySettings, changes: dict[str, float], cause: Cause
 ) -> None:
+    values = limits.values.copy()
+    values[[Cause.MOTOR_ACCELERATION, Cause.LOAD_TORQUE_RATE, Cause.FRICTION, Cause.TORQUE_ERROR]] = np.inf
+    limits = replace(limits, values=values)
     inputs = healthy()
     changed = {name: np.where(np.arange(N) < 500, getattr(inputs, name), value) for name, value in changes.items()}
     _, verdict = step(SafetyState.fresh(), replace(inputs, **changed), True, limits)

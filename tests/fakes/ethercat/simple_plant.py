@@ -64,5 +64,9 @@ class SimplePlant:
 
 def simple_bench(cycle_time_s: float = 0.0005) -> EmulatedBench:
     return EmulatedBench(
-        SimplePlant(cycle_time_s), input_drive_data(13, 17.5, 52.5), load_drive_data(25, 1650.0, 3400.0), cycle_time_s
+        SimplePlant(cycle_time_s),
+        input_drive_data(13, 17.5, 52.5),
+        load_drive_data(25, 1650.0, 3400.0),
+        cycle_time_s,
+        without=("safety_terminal",),
     )

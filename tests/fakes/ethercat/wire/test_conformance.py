@@ -76,7 +76,7 @@ def test_tshark_finds_no_malformed_frame(veth, emulator, tmp_path):
 def _talk(interface):
     master = pysoem.Master()
     master.open(interface)
-    assert master.config_init() == 4
+    assert master.config_init() == 5
     master.config_map()
     master.config_dc()
     with pytest.raises(pysoem.SdoError):
@@ -96,8 +96,8 @@ def _talk(interface):
 def test_slaveinfo_reads_identity_mapping_and_dictionary(veth, emulator):
     command = [SLAVEINFO, veth.near, "-sdo", "-map"]
     shown = subprocess.run(command, capture_output=True, text=True, timeout=60).stdout
-    assert "4 slaves found and configured" in shown
-    assert "Calculated workcounter 8" in shown
+    assert "5 slaves found and configured" in shown
+    assert "Calculated workcounter 9" in shown
     for text in ("SD-17.5-13", "SD-1650-25", "AI-10V-16", "RTD-2", "ID: 04020d01", "Position actual value"):
         assert text in shown
     assert "Not all slaves reached" not in shown
@@ -114,5 +114,5 @@ def test_kickcat_reaches_operational(veth, emulator):
         time.sleep(0.5)
     assert ended.returncode == 0, ended.stderr
     result = ended.stdout.splitlines()[-1]
-    assert result.count("OPERATIONAL") == 4
+    assert result.count("OPERATIONAL") == 5
     assert "Emulated servo drive" in result

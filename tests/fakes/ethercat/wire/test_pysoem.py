@@ -11,7 +11,7 @@ import pytest
 
 from tests.veth import Emulator
 
-WKC = 8
+WKC = 9
 OUTPUT = struct.Struct("<Hihb")
 INPUT = struct.Struct("<HiihbH")
 
@@ -34,7 +34,7 @@ def master(veth, emulator):
 
 @pytest.fixture
 def operational(master):
-    assert master.config_init() == 4
+    assert master.config_init() == 5
     master.config_map()
     master.config_dc()
     assert master.state_check(pysoem.SAFEOP_STATE, 1_000_000) == pysoem.SAFEOP_STATE
@@ -46,7 +46,7 @@ def operational(master):
         if master.state_check(pysoem.OP_STATE, 10_000) == pysoem.OP_STATE:
             break
     master.read_state()
-    assert [slave.state for slave in master.slaves] == [pysoem.OP_STATE] * 4
+    assert [slave.state for slave in master.slaves] == [pysoem.OP_STATE] * len(master.slaves)
     yield master
     master.state = pysoem.INIT_STATE
     master.write_state()
@@ -86,14 +86,15 @@ def enable(master):
 
 
 def test_scan_finds_identities(master):
-    assert master.config_init() == 4
+    assert master.config_init() == 5
     assert [(s.man, s.id, s.rev) for s in master.slaves] == [
         (0xE0000B3C, 0x04020D01, 0x10000),
         (0xE0000B3C, 0x04021902, 0x10000),
         (0xE0000B3C, 0x0A160102, 0x10000),
         (0xE0000B3C, 0x52540202, 0x10000),
+        (0xE0000B3C, 0x0D160802, 0x10000),
     ]
-    assert [s.name for s in master.slaves] == ["SD-17.5-13", "SD-1650-25", "AI-10V-16", "RTD-2"]
+    assert [s.name for s in master.slaves] == ["SD-17.5-13", "SD-1650-25", "AI-10V-16", "RTD-2", "DI-8"]
 
 
 def test_process_data_has_the_expected_working_counter(operational):
@@ -300,7 +301,7 @@ class TestFaults:
         emulator.order("fault cable_pulled:load_drive")
         assert cycle(operational, 2) == [3, 3]
         operational.read_state()
-        assert [s.state & 0x0F for s in operational.slaves] == [pysoem.OP_STATE, 0, 0, 0]
+        assert [s.state & 0x0F for s in operational.slaves] == [pysoem.OP_STATE, 0, 0, 0, 0]
         emulator.order("clear cable_pulled:load_drive")
         assert cycle(operational, 2) == [WKC, WKC]
 
