@@ -49,9 +49,7 @@ def device_errors() -> Iterator[None]:
         raise DeviceError(str(error)) from error
 
 
-def assemble(
-    bench: BenchConfiguration, *, seed: int, real_time: bool, own_process: bool | None = None
-) -> Assembly:
+def assemble(bench: BenchConfiguration, *, seed: int, real_time: bool, own_process: bool | None = None) -> Assembly:
     """Create master, drivers and bus of a bench file.
 
     ``seed`` drives the noise of an emulated plant; ``real_time`` paces an emulated bench like a real one.

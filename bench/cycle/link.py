@@ -20,6 +20,7 @@ from bench.errors import DeviceError
 FloatArray = NDArray[np.float64]
 _FIRST_LOOK_S = 0.3
 _LEAD_S = 3.0
+_REST_AHEAD_S = 2.0
 _PATIENCE_S = 0.01
 """How long a drive may show a speed or torque beyond its own limit before a bus process stops it."""
 _HISTORY = 1 << 15
@@ -189,6 +190,16 @@ class Link:
             if armed and bus.stopped is not None:
                 bus.resume()
             bus.arm(self.cycles(self._bench.bus.hold) if armed else 0)
+
+    def keep_ahead(self, at_rest: bool) -> None:
+        """Hand the last set values over for a while more; long at rest, where they may be needed long."""
+        if self.assembly.ahead:
+            wanted = self.cycles(_REST_AHEAD_S) if at_rest else self.assembly.ahead
+            missing = wanted - self.queued
+            while missing > 0:
+                n = min(missing, self.assembly.bus.block_capacity)
+                self.submit(np.full(n, self.velocity), np.full(n, self.torque))
+                missing -= n
 
     def cycles(self, duration_s: float) -> int:
         """Return how many cycles a time is, one at least."""

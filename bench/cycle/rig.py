@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from enum import Enum
 from types import TracebackType
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.configuration import BenchFile
 from bench.cycle.assembly import Assembly, assemble, device_errors
 from bench.cycle.channels import Scaling, Zeros
 from bench.cycle.decode import Decoded, warm_up
-from bench.cycle.link import Link
+from bench.cycle.feed import AheadFeed, BlockFeed, Fed, Feed, guarded
+from bench.cycle.link import BusLostError, Link
 from bench.cycle.sink import NoSink, Sink
 from bench.cycle.stopping import Stop
 from bench.cycle.trajectory import Trajectory
 from bench.errors import DeviceError
 from bench.protocols import Phase
-from bench.safety import Cause, SafetyState, Verdict, settings, step
+from bench.safety import Cause, Inputs, SafetyState, Verdict, settings, step
 
 _TARE_S = 1.0
 
@@ -104,6 +105,12 @@ class Rig:
         return self._started + timedelta(seconds=self.elapsed_s)
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """What the bus process was not granted, in sentences; empty where there is nothing to say."""
+        notes: tuple[str, ...] = getattr(self._assembly.bus, "notes", ())
+        return notes
+
+    @property
     def is_real_time(self) -> bool:
         """Whether bench time is the clock's."""
         return self._real_time or not self._assembly.can_replay
@@ -147,7 +154,9 @@ class Rig:
         """
         self._link.velocity = self._link.torque = 0.0
         with device_errors():
+            self._link.arm(True)
             self._link.lead("ENABLED", "reach operation enabled")
+            self._link.keep_ahead(at_rest=True)
         self._safety, self._tripped = SafetyState.fresh(), None
 
     def run(self, phases: Sequence[Phase], sink: Sink, stop_requested: Callable[[], bool]) -> End:
@@ -160,21 +169,15 @@ class Rig:
             sink.event("error", f"stopped before: {self._tripped.text}")
             return self._tripped
         trajectory = Trajectory(phases, self._cycle_time, self._link.velocity, self._link.torque)
-        with device_errors():
-            while not trajectory.finished:
-                if stop_requested():
-                    sink.event("warning", "stop requested by the operator")
-                    self._stop(Cause.OPERATOR, sink)
-                    return End(EndKind.INTERRUPTED, "stopped on the operator's request", Cause.OPERATOR)
-                block = trajectory.block(self._assembly.block)
-                if block.size:
-                    decoded, verdict = self._guarded(block.velocity, block.load_torque)
-                    self._emit(decoded, [(change.offset, change.segment) for change in block.changes], sink)
-                    if verdict.tripped:
-                        sink.event("error", f"stopped: {verdict.text}")
-                        self._stop(verdict.cause, sink)
-                        return End(EndKind.TRIPPED, verdict.text, verdict.cause)
-                trajectory.observe(self.temperature)
+        try:
+            with device_errors():
+                end = self._follow(trajectory, sink, stop_requested)
+        except BusLostError as error:
+            sink.event("error", str(error))
+            end = self._tripped = End(EndKind.TRIPPED, str(error), Cause.BUS_ENDED)
+        if end is not None:
+            return end
+        self._link.keep_ahead(self.set_values == (0.0, 0.0))
         if trajectory.expired is None:
             return End(EndKind.FINISHED)
         phase = trajectory.expired
@@ -189,20 +192,30 @@ class Rig:
 
         Limits hold here as well: after a trip the bench is at rest and the next :meth:`run` says why.
         """
-        remaining = max(1, round(duration_s / self._cycle_time))
-        with device_errors():
-            while remaining > 0 and self._tripped is None:
-                n = min(remaining, self._assembly.block)
-                velocity, torque = self.set_values
-                _, verdict = self._guarded(np.full(n, velocity), np.full(n, torque))
-                if verdict.tripped:
-                    self._tripped = End(EndKind.TRIPPED, verdict.text, verdict.cause)
-                    self._stop(verdict.cause, NoSink())
-                remaining -= n
+        remaining = self._link.cycles(duration_s)
+        try:
+            with device_errors():
+                while remaining > 0 and self._tripped is None:
+                    n = min(remaining, self._assembly.block)
+                    self._link.keep_ahead(self.set_values == (0.0, 0.0))
+                    velocity, torque = self.set_values
+                    decoded, verdict = guarded(
+                        self._link, np.full(n, velocity), np.full(n, torque), self._judge, self._assembly.can_replay
+                    )
+                    end = self._end_of(verdict)
+                    if end is not None:
+                        self._tripped = end
+                        self._stop(end.cause, NoSink())
+                    remaining -= decoded.size
+                if remaining > 0 and self.is_real_time:
+                    self._link.hold(remaining * self._cycle_time)
+        except BusLostError as error:
+            self._tripped = self._tripped or End(EndKind.TRIPPED, str(error), Cause.BUS_ENDED)
+            time.sleep(duration_s)
 
     def shutdown(self) -> None:
         """Ramp down what still moves, take the voltage off both drives."""
-        with device_errors():
+        with device_errors(), suppress(BusLostError):  # then the drives' own watchdogs have acted
             self._stop(Cause.OPERATOR, NoSink())
 
     def close(self) -> None:
@@ -236,7 +249,7 @@ class Rig:
         decoded = self._link.exchange(
             start_velocity + share * (velocity - start_velocity), start_torque + share * (torque - start_torque)
         )
-        self._emit(decoded, [], sink)
+        self._rows(decoded, 0, decoded.size, sink)
         return decoded
 
     @property
@@ -250,26 +263,49 @@ class Rig:
 
     # -- private -------------------------------------------------------------------------------------------------------
 
-    def _guarded(self, velocity: NDArray[np.float64], torque: NDArray[np.float64]) -> tuple[Decoded, Verdict]:
-        link = self._link
-        memory = link.remember() if velocity.size > 1 and self._assembly.can_replay else None
-        decoded = link.exchange(velocity, torque)
-        self._safety, verdict = step(self._safety, decoded.inputs, True, self._limits)
-        keep = verdict.cycle + 1
-        if verdict.tripped and memory is not None and keep < velocity.size:
-            link.go_back(memory)
-            decoded = link.exchange(velocity[:keep], torque[:keep])
-        return decoded, verdict
+    def _follow(self, trajectory: Trajectory, sink: Sink, stop_requested: Callable[[], bool]) -> End | None:
+        """Run a trajectory to its end and return None, or stop the bench and return why."""
+        link, block = self._link, self._assembly.block
+        feed: Feed = (
+            AheadFeed(link, trajectory, block, self._assembly.ahead)
+            if self._assembly.ahead
+            else BlockFeed(link, trajectory, block, self._assembly.can_replay)
+        )
+        while not feed.finished:
+            if stop_requested():
+                sink.event("warning", "stop requested by the operator")
+                self._stop(Cause.OPERATOR, sink)
+                return End(EndKind.INTERRUPTED, "stopped on the operator's request", Cause.OPERATOR)
+            fed = feed.next(self._judge)
+            if fed is not None:
+                self._emit(fed, sink)
+                end = self._end_of(fed.verdict)
+                if end is not None:
+                    sink.event("error", f"stopped: {end.text}")
+                    self._stop(end.cause, sink)
+                    return end
+            trajectory.observe(self.temperature)
+        return None
 
-    def _emit(self, decoded: Decoded, changes: Sequence[tuple[int, Any]], sink: Sink) -> None:
-        begin = 0
-        for offset, segment in changes:
-            if offset >= decoded.size:
-                break
-            self._rows(decoded, begin, offset, sink)
+    def _judge(self, inputs: Inputs) -> Verdict:
+        self._safety, verdict = step(self._safety, inputs, True, self._limits)
+        return verdict
+
+    def _end_of(self, verdict: Verdict) -> End | None:
+        """Return the end a limit, or the bus process by itself, makes of a run; None if there is no reason for one."""
+        reason = self._link.stopped()
+        if reason is not None:  # whatever the drives show by now follows from it
+            text = f"the bus process has stopped the drives by itself: {reason}"
+            return End(EndKind.TRIPPED, text, Cause.BUS_STOPPED)
+        return End(EndKind.TRIPPED, verdict.text, verdict.cause) if verdict.tripped else None
+
+    def _emit(self, fed: Fed, sink: Sink) -> None:
+        begin = fed.start
+        for offset, segment in fed.changes:
+            self._rows(fed.decoded, begin, offset, sink)
             sink.segment(segment)
-            begin = offset
-        self._rows(decoded, begin, decoded.size, sink)
+            begin = max(begin, offset)
+        self._rows(fed.decoded, begin, fed.stop, sink)
 
     def _rows(self, decoded: Decoded, start: int, stop: int, sink: Sink) -> None:
         if stop <= start:
@@ -280,4 +316,7 @@ class Rig:
         sink.rows(rows if good.all() else {name: values[good] for name, values in rows.items()})
 
     def _stop(self, cause: Cause, sink: Sink) -> None:
+        if self._assembly.ahead:
+            self._link.flush()
         Stop(self, self.bench, self._cycle_time, self._assembly.block).run(cause, sink)
+        self._link.arm(False)

@@ -168,6 +168,11 @@ class RemoteBus:
         words = self._memory.words
         return int(words[at.SET_HEAD] - max(words[at.SET_USED], words[at.SKIP_TO]))
 
+    @property
+    def used(self) -> int:
+        """Index after that of the set values sent last."""
+        return int(self._memory.words[at.SET_USED])
+
     def row(self, row: int) -> bytes:
         """Process image of one row of the outputs."""
         image: bytes = self._out.bytes[row].tobytes()
