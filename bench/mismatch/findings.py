@@ -16,6 +16,9 @@ from bench.simulation.frame import FloatArray
 from bench.simulation.terms import LIBRARY
 
 AMBIGUOUS_GAIN = 3.0
+AMBIGUOUS_SHARE = 0.12
+"""of the gain: an alternative that explains all but this is as good, unless it is further off than its error"""
+AMBIGUOUS_ERRORS = 2.5
 UNKNOWN_NAME = "structure that no term of the library explains"
 
 
@@ -104,7 +107,8 @@ def as_good(alternative: Alternative, gain: float) -> bool:
     """
     if alternative.contains:
         return False
-    return alternative.loss < max(AMBIGUOUS_GAIN, 1.0 * alternative.error) and alternative.loss < 0.1 * gain
+    near = max(AMBIGUOUS_GAIN, AMBIGUOUS_ERRORS * alternative.error)
+    return alternative.loss < near and alternative.loss < AMBIGUOUS_SHARE * gain
 
 
 def alternatives_json(found: Found, rmse: float) -> list[dict[str, Any]]:

@@ -24,6 +24,10 @@ UNKNOWN_SHARE = 0.08
 UNKNOWN_GAIN = 40.0
 MOST_TERMS = 6
 REFINED_ALTERNATIVES = 4
+NESTED = 2e-3
+"""share of an entry's energy that another may leave over and still contain it"""
+OCCAM = 3.0
+"""log-likelihood a chosen term must gain over a special case of it that goes by another name"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +137,8 @@ def analyse(
 
 def _judge(model: ChannelModel, refiner: Refiner) -> None:
     """Alternatives of each chosen term, rivals that beat it, and rivals that find what no term explains."""
-    search, chosen = model.search, model.chosen
+    search = model.search
+    chosen = model.chosen = _simplest(search, refiner, list(model.chosen))
     whole = search.fit(chosen)
     start = search.fit(()).total
     for entry in chosen:
@@ -167,6 +172,21 @@ def _judge(model: ChannelModel, refiner: Refiner) -> None:
     _coefficients(model)
 
 
+def _simplest(search: Search, refiner: Refiner, chosen: list[Entry]) -> list[Entry]:
+    """Terms with those replaced that another effect's says as well with fewer parameters, as a special case."""
+    for place, entry in enumerate(chosen):
+        others = chosen[:place] + chosen[place + 1 :]
+        taken = {e.effect for e in chosen}
+        plain = [e for e in search.entries if e.effect not in taken and _numbers(e) < _numbers(entry)]
+        best, _ = search.best(others, plain)
+        if best is not None and search.fit([*others, best]).total > search.fit(chosen).total - 10.0 * OCCAM:
+            best = refiner.effect(others, best.effect) or best
+            loss = search.fit(chosen).total - search.fit([*others, best]).total
+            if loss < OCCAM and _numbers(best) < _numbers(entry) and nested(search, best, entry):
+                chosen[place] = best
+    return chosen
+
+
 def _alternatives(search: Search, refiner: Refiner, others: list[Entry], entry: Entry, whole: Fit) -> list[Alternative]:
     """The effects that come nearest in a chosen term's place, each refitted and refined there."""
     totals: dict[str, float] = {}
@@ -177,14 +197,21 @@ def _alternatives(search: Search, refiner: Refiner, others: list[Entry], entry: 
             totals[candidate.effect] = max(total, totals.get(candidate.effect, -np.inf))
     out: list[Alternative] = []
     for effect in sorted(totals, key=lambda e: -totals[e])[:REFINED_ALTERNATIVES]:
-        rival = refiner.effect(others, effect)
-        difference = whole.likelihood - search.fit([*others, rival]).likelihood
-        error = float(np.std(difference, ddof=1) * np.sqrt(difference.size)) if difference.size > 1 else 0.0
-        contains = False
-        if len(rival.index) > len(entry.index):
-            beyond = search.bank.explained(entry.index, [*search.base, *rival.index])
-            contains = beyond < 0.02 * search.bank.explained(entry.index, search.base)
-        out.append(Alternative(rival, float(difference.sum()), error, contains))
+        longer: set[str] = set()
+        first: Alternative | None = None
+        while (rival := refiner.effect(others, effect, longer)) is not None:
+            difference = whole.likelihood - search.fit([*others, rival]).likelihood
+            error = float(np.std(difference, ddof=1) * np.sqrt(difference.size)) if difference.size > 1 else 0.0
+            contains = _numbers(rival) > _numbers(entry) and nested(search, entry, rival)
+            found = Alternative(rival, float(difference.sum()), error, contains)
+            if not contains:
+                first = found
+                break
+            # a longer way to say the same is no rival; a form of the effect that stands for itself may be one
+            longer.add(rival.form)
+            first = first or found
+        if first is not None:
+            out.append(first)
     return sorted(out, key=lambda a: a.loss)
 
 
@@ -210,6 +237,17 @@ def known_coefficients(model: ChannelModel) -> list[FloatArray]:
     return [model.fit.coefficients[[place[i] for i in index]] for index in columns]
 
 
+def nested(search: Search, inner: Entry, outer: Entry) -> bool:
+    """Whether an entry's regressors lie in the span of another's (and the simulation's): no rival, a special case."""
+    beyond = search.bank.explained(inner.index, [*search.base, *outer.index])
+    return beyond < NESTED * search.bank.explained(inner.index, search.base)
+
+
+def _numbers(entry: Entry) -> int:
+    """Parameters an entry has to follow the data with."""
+    return len(entry.index) + len(entry.point)
+
+
 def columns_of(channel: str, entry: Entry, frame: Frame) -> FloatArray:
     """Regressors of a named entry on any rows."""
     form = next(f for f in LIBRARY[entry.effect].forms[channel] if f.name == entry.form)
@@ -229,7 +267,8 @@ def predict(model: ChannelModel, frame: Frame, whole: bool = True) -> FloatArray
 
 def predict_without(model: ChannelModel, frame: Frame, left_out: Entry) -> FloatArray:
     """The channel as the final model says that lacks one entry, refitted on the training rows."""
-    rest = [e for e in (*model.chosen, *model.correction) if e != left_out]
+    own = [e for e in model.correction if _quantities(e.variables) & _quantities(left_out.variables)]
+    rest = [e for e in (*model.chosen, *model.correction) if e != left_out and e not in own]
     fit = model.search.bank.fit(model.index(rest), leave_out=False)
     again = layout(model.channel, frame, model.switched_off, model.known, with_free=False, with_named=False)
     return _sum_of(model, frame, again.columns, rest, fit)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -40,18 +41,23 @@ class Refiner:
         chosen = list(model.chosen)
         for place, entry in enumerate(chosen):
             if entry.effect not in self.search.repeated:
-                chosen[place] = self.effect(chosen[:place] + chosen[place + 1 :], entry.effect)
+                chosen[place] = self.effect(chosen[:place] + chosen[place + 1 :], entry.effect) or entry
         return Model(tuple(chosen), self.search.fit(chosen))
 
-    def effect(self, others: list[Entry], effect: str) -> Entry:
-        """The best entry of an effect beside ``others``: every form at its best grid point, then refined."""
+    def effect(self, others: list[Entry], effect: str, without: Collection[str] = ()) -> Entry | None:
+        """The best entry of an effect beside ``others``: every form at its best grid point, then refined.
+
+        Forms in ``without`` are passed over; None where no form is left.
+        """
         search = self.search
         best: dict[str, tuple[float, Entry]] = {}
         for entry in search.entries:
-            if entry.effect == effect:
+            if entry.effect == effect and entry.form not in without:
                 total = search.fit([*others, entry]).total
                 if entry.form not in best or total > best[entry.form][0]:
                     best[entry.form] = (total, entry)
+        if not best:
+            return None
         start = search.fit(others).total
         most = max(total for total, _ in best.values()) - start
         ahead = [e for total, e in best.values() if total - start > _HOPELESS * most or len(best) == 1]

@@ -7,14 +7,13 @@ lacks.
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
 
-from bench.simulation.frame import FloatArray, Frame, recording_starts
+from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
-from bench.simulation.terms.memory import integral
+from bench.simulation.terms.memory import integral, settled
 
 KNOTS = 8
 ANGLE_ORDERS = (1, 2, 3, 4, 5, 6)
@@ -31,10 +30,10 @@ class Rival:
 
 def _quantity(frame: Frame, name: str) -> FloatArray:
     values = {
-        "speed": _settled(np.abs(frame.velocity), frame),
-        "velocity": _settled(frame.velocity, frame),
-        "torque": _settled(frame.torque, frame),
-        "load_motor_torque": _settled(frame.load_motor_torque, frame),
+        "speed": settled(np.abs(frame.velocity), frame),
+        "velocity": settled(frame.velocity, frame),
+        "torque": settled(frame.torque, frame),
+        "load_motor_torque": settled(frame.load_motor_torque, frame),
         "temperature": frame.temperature,
         "time": frame.time,
         "since_reversal": np.log10(frame.reversal_travel + 1e-5),
@@ -42,22 +41,6 @@ def _quantity(frame: Frame, name: str) -> FloatArray:
         "elapsed": np.log10(frame.elapsed + 1.0),
     }
     return values[name]
-
-
-def _settled(x: FloatArray, frame: Frame) -> FloatArray:
-    """Values of a recording that rests at a level put to that level.
-
-    Between the few levels of a design a free function has no data; it would else follow the noise about each level.
-    """
-    starts = recording_starts(frame)
-    near = 0.02 * float(np.ptp(x))
-    out = x.copy()
-    for a, b in itertools.pairwise(starts):
-        part = x[a:b]
-        steady = frame.steady[a:b] > 0.5
-        level = float(np.median(part[steady])) if steady.any() else float(np.median(part))
-        out[a:b] = np.where(np.abs(part - level) < near, level, part)
-    return out
 
 
 def hats(values: FloatArray, reference: FloatArray | None = None, knots: int = KNOTS) -> FloatArray:

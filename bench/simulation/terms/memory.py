@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numba
 import numpy as np
 
@@ -69,6 +71,22 @@ def play(x: FloatArray, frame: Frame, half_width: float, keep: bool = False) -> 
 def lag(x: FloatArray, frame: Frame, constant: float) -> FloatArray:
     """First-order lag of x with the time constant ``constant`` in s, from the recording's first value."""
     return np.asarray(_lag(np.ascontiguousarray(x), frame.step, recording_starts(frame), constant))
+
+
+def settled(x: FloatArray, frame: Frame, share: float = 0.02) -> FloatArray:
+    """Values of a recording that rests at a level (within ``share`` of the whole range) put to that level.
+
+    Between the few levels of a design a curved function has no data: it would follow the noise about each level.
+    """
+    near = share * float(np.ptp(x)) if x.size else 0.0
+    starts = recording_starts(frame)
+    out = x.copy()
+    for a, b in itertools.pairwise(starts):
+        part = x[a:b]
+        steady = frame.steady[a:b] > 0.5
+        level = float(np.median(part[steady])) if steady.any() else float(np.median(part))
+        out[a:b] = np.where(np.abs(part - level) < near, level, part)
+    return out
 
 
 def integral(x: FloatArray, frame: Frame) -> FloatArray:

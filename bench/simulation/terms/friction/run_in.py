@@ -34,6 +34,10 @@ def _viscous(frame: Frame, point: Point) -> FloatArray:
     return columns(frame.omega * np.exp(-(frame.travel - frame.travel.min()) / point[0]))
 
 
+def _logarithmic(frame: Frame, point: Point) -> FloatArray:
+    return columns(-frame.direction * np.log1p((frame.travel - frame.travel.min()) / point[0]))
+
+
 F_R = Symbol("f_r", "N*m", "extra friction of the new gearbox")
 F_RV = Symbol("f_rv", "N*m*s/rad", "extra viscous friction of the new gearbox")
 S_R = Symbol("s_r", "rad", "distance at the output over which it decays", 0.0)
@@ -50,6 +54,7 @@ TERM = Term(
             Form("distance", _by_distance, (F_R,), (S_R,), _distances),
             Form("time", _by_time, (F_R,), (T_R,), _times),
             Form("hyperbolic", _hyperbolic, (F_R,), (S_R,), _distances),
+            Form("logarithmic", _logarithmic, (F_R,), (S_R,), _distances),
             Form("viscous", _viscous, (F_RV,), (S_R,), _distances),
         )
     },

@@ -9,7 +9,8 @@ from bench.simulation.terms.base import MOTOR_TORQUE, Form, Point, Symbol, Term,
 
 
 def _rates(_: Frame) -> tuple[Point, ...]:
-    return logarithmic(0.012, 0.2, 10)
+    # oils and greases: 0.02 to 0.08 per kelvin at room temperature; the refinement may go half as far again
+    return logarithmic(0.012, 0.09, 9)
 
 
 def _exponential(frame: Frame, point: Point) -> FloatArray:

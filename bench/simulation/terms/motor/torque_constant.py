@@ -6,19 +6,20 @@ import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms.base import MOTOR_TORQUE, Form, Point, Symbol, Term, columns
+from bench.simulation.terms.memory import settled
 
 
 def _gain(frame: Frame, _: Point) -> FloatArray:
-    return columns(frame.torque / frame.ratio)
+    return columns(settled(frame.torque, frame) / frame.ratio)
 
 
 def _saturation(frame: Frame, _: Point) -> FloatArray:
-    shaft = frame.torque / frame.ratio
+    shaft = settled(frame.torque, frame) / frame.ratio
     return columns(shaft, shaft * np.abs(shaft))
 
 
 def _cubic(frame: Frame, _: Point) -> FloatArray:
-    shaft = frame.torque / frame.ratio
+    shaft = settled(frame.torque, frame) / frame.ratio
     return columns(shaft, shaft**3)
 
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms.base import LOAD_TORQUE, MOTOR_TORQUE, Form, Point, Symbol, Term, columns
+from bench.simulation.terms.memory import settled
 
 
 def _gain(frame: Frame, _: Point) -> FloatArray:
-    return columns(frame.load_motor_torque)
+    return columns(settled(frame.load_motor_torque, frame))
 
 
 def _trace(frame: Frame, _: Point) -> FloatArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms.base import LOAD_TORQUE, Form, Point, Symbol, Term, columns, logarithmic, top
-from bench.simulation.terms.memory import play, relaxing
+from bench.simulation.terms.memory import play, relaxing, settled
 
 
 def _widths(frame: Frame) -> tuple[Point, ...]:
@@ -13,12 +13,12 @@ def _widths(frame: Frame) -> tuple[Point, ...]:
 
 
 def _play(frame: Frame, point: Point) -> FloatArray:
-    x = frame.load_motor_torque
+    x = settled(frame.load_motor_torque, frame)
     return columns((x - play(x, frame, point[0])) / point[0])
 
 
 def _play_kept(frame: Frame, point: Point) -> FloatArray:
-    x = frame.load_motor_torque
+    x = settled(frame.load_motor_torque, frame)
     return columns((x - play(x, frame, point[0], keep=True)) / point[0])
 
 
@@ -32,7 +32,7 @@ def _dahl_kept(frame: Frame, point: Point) -> FloatArray:
 
 def _quiet(frame: Frame) -> FloatArray:
     """Load torque without the noise that would turn the relaxing state to and fro."""
-    return play(frame.load_motor_torque, frame, 0.03 * top(frame.load_motor_torque))
+    return play(settled(frame.load_motor_torque, frame), frame, 0.03 * top(frame.load_motor_torque))
 
 
 H_S = Symbol("h_s", "N*m", "half width of the loop")

@@ -6,26 +6,41 @@ import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms.base import LOAD_TORQUE, Form, Point, Symbol, Term, columns, top
+from bench.simulation.terms.memory import settled
+
+
+def _load(frame: Frame) -> FloatArray:
+    # at rest at its level: the noise of the load motor's torque is no place on a curve
+    return settled(frame.load_motor_torque, frame)
 
 
 def _square(frame: Frame, _: Point) -> FloatArray:
-    x = frame.load_motor_torque / 1000.0
+    x = _load(frame) / 1000.0
     return columns(x**2)
 
 
 def _odd_square(frame: Frame, _: Point) -> FloatArray:
-    x = frame.load_motor_torque / 1000.0
+    x = _load(frame) / 1000.0
     return columns(x, x * np.abs(x))
 
 
 def _cubic(frame: Frame, _: Point) -> FloatArray:
-    x = frame.load_motor_torque / 1000.0
+    x = _load(frame) / 1000.0
     return columns(x, x**3)
 
 
 def _full(frame: Frame, _: Point) -> FloatArray:
-    x = frame.load_motor_torque / 1000.0
+    x = _load(frame) / 1000.0
     return columns(x, x**2, x**3)
+
+
+def _odd_square_alone(frame: Frame, _: Point) -> FloatArray:
+    x = _load(frame) / 1000.0
+    return columns(x * np.abs(x))
+
+
+def _cubic_alone(frame: Frame, _: Point) -> FloatArray:
+    return columns((_load(frame) / 1000.0) ** 3)
 
 
 def _knees(frame: Frame) -> tuple[Point, ...]:
@@ -34,7 +49,7 @@ def _knees(frame: Frame) -> tuple[Point, ...]:
 
 
 def _knee(frame: Frame, point: Point) -> FloatArray:
-    x = frame.load_motor_torque
+    x = _load(frame)
     return columns(np.sign(x) * np.maximum(np.abs(x) - point[0], 0.0) / 1000.0)
 
 
@@ -56,6 +71,8 @@ TERM = Term(
             Form("square", _square, (C_2,)),
             Form("odd_square", _odd_square, (C_1, C_2O)),
             Form("cubic", _cubic, (C_1, C_3)),
+            Form("odd_square_alone", _odd_square_alone, (C_2O,)),
+            Form("cubic_alone", _cubic_alone, (C_3,)),
             Form("full", _full, (C_1, C_2, C_3)),
             Form("knee", _knee, (SLOPE,), (KNEE,), _knees),
         )
