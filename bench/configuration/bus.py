@@ -87,6 +87,11 @@ class Bus(Section):
             raise ValueError("an emulated master needs the name of its plant (key plant)")
         return self
 
+    @property
+    def in_process(self) -> bool:
+        """Whether the bench is emulated in the program's own process, and so ends with it."""
+        return self.master == "emulated"
+
     def slave(self, role: Role) -> Slave | None:
         """Return the slave of a role, or None where the bench has none."""
         return next((slave for slave in self.slaves if slave.role == role), None)

@@ -262,6 +262,15 @@ class Link:
             for drive in self._drives
         )
 
+    def asked_for(self, goal: str) -> bool:
+        """Whether both drives were asked for a goal last, wherever they are by now."""
+        return all(drive.sequence.goal.name == goal for drive in self._drives)
+
+    def drive_states(self) -> dict[str, str]:
+        """Return the state of each drive's state machine as of the last cycle."""
+        names = ("input_drive", "load_drive")
+        return {name: drive.sequence.state.name for name, drive in zip(names, self._drives, strict=True)}
+
     def lead(self, goal: str, what: str) -> None:
         """Ask for a goal and run cycles until it is reached.
 

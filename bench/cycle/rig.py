@@ -5,9 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
-from enum import Enum
 from types import TracebackType
 
 import numpy as np
@@ -16,34 +14,20 @@ from bench.configuration import BenchFile
 from bench.cycle.assembly import Assembly, assemble, device_errors
 from bench.cycle.channels import Scaling, Zeros
 from bench.cycle.decode import Decoded, warm_up
+from bench.cycle.end import End, EndKind
 from bench.cycle.feed import AheadFeed, BlockFeed, Fed, Feed, guarded
 from bench.cycle.link import BusLostError, Link
-from bench.cycle.sink import NoSink, Sink
+from bench.cycle.sink import NoSink, SafeSink, Sink
 from bench.cycle.stopping import Stop
+from bench.cycle.stops import Stops
 from bench.cycle.trajectory import Trajectory
 from bench.errors import DeviceError
 from bench.protocols import Phase
-from bench.safety import Cause, Inputs, SafetyState, Verdict, settings, step
+from bench.safety import Cause, Inputs, LatchFile, SafetyState, StopRecord, Verdict, settings, step
+
+__all__ = ["End", "EndKind", "Rig"]
 
 _TARE_S = 1.0
-
-
-class EndKind(Enum):
-    """How a run of phases ended."""
-
-    FINISHED = "finished"
-    EXPIRED = "a condition was not met in time"
-    TRIPPED = "a limit stopped the bench"
-    INTERRUPTED = "the operator stopped the bench"
-
-
-@dataclass(frozen=True, slots=True)
-class End:
-    """How a run of phases ended, with the sentence for the operator."""
-
-    kind: EndKind
-    text: str = ""
-    cause: Cause = Cause.NONE
 
 
 class Rig:
@@ -55,10 +39,17 @@ class Rig:
     seed : of the noise of an emulated plant.
     real_time : pace an emulated bench by the clock.
     assembly : devices to use instead of those the file names (for tests).
+    latch : where stops are remembered; in memory if None.
     """
 
     def __init__(
-        self, file: BenchFile, *, seed: int = 0, real_time: bool = False, assembly: Assembly | None = None
+        self,
+        file: BenchFile,
+        *,
+        seed: int = 0,
+        real_time: bool = False,
+        assembly: Assembly | None = None,
+        latch: LatchFile | None = None,
     ) -> None:
         self.bench = file.configuration
         self._real_time = real_time
@@ -70,7 +61,18 @@ class Rig:
         )
         self._safety = SafetyState.fresh()
         self._tripped: End | None = None
+        self._stops = Stops(self, latch or LatchFile())
         self._started = datetime.now(UTC)
+
+    @property
+    def latch(self) -> LatchFile:
+        """What is remembered of stops: after one there is no torque until its three acts are done."""
+        return self._stops.latch
+
+    @property
+    def stops(self) -> tuple[StopRecord, ...]:
+        """Records of the stops since the bench was opened."""
+        return tuple(self._stops.records)
 
     @property
     def source(self) -> str:
@@ -152,6 +154,7 @@ class Rig:
         DeviceError
             If a drive is in fault or does not follow its state machine.
         """
+        self.latch.read().require_clear()
         self._link.velocity = self._link.torque = 0.0
         with device_errors():
             self._link.arm(True)
@@ -168,13 +171,16 @@ class Rig:
         if self._tripped is not None:
             sink.event("error", f"stopped before: {self._tripped.text}")
             return self._tripped
+        if not self._link.asked_for("ENABLED"):
+            return End(EndKind.TRIPPED, "the drives have no voltage; enable() comes first", Cause.INPUT_DRIVE_FAULT)
+        sink = SafeSink(sink)
         trajectory = Trajectory(phases, self._cycle_time, self._link.velocity, self._link.torque)
         try:
             with device_errors():
                 end = self._follow(trajectory, sink, stop_requested)
         except BusLostError as error:
             sink.event("error", str(error))
-            end = self._tripped = End(EndKind.TRIPPED, str(error), Cause.BUS_ENDED)
+            end = self._tripped = self._lost(error)
         if end is not None:
             return end
         self._link.keep_ahead(self.set_values == (0.0, 0.0))
@@ -205,18 +211,19 @@ class Rig:
                     end = self._end_of(verdict)
                     if end is not None:
                         self._tripped = end
-                        self._stop(end.cause, NoSink())
+                        self._stop(end, NoSink())
                     remaining -= decoded.size
                 if remaining > 0 and self.is_real_time:
                     self._link.hold(remaining * self._cycle_time)
         except BusLostError as error:
-            self._tripped = self._tripped or End(EndKind.TRIPPED, str(error), Cause.BUS_ENDED)
+            self._tripped = self._lost(error)
             time.sleep(duration_s)
 
     def shutdown(self) -> None:
         """Ramp down what still moves, take the voltage off both drives."""
         with device_errors(), suppress(BusLostError):  # then the drives' own watchdogs have acted
-            self._stop(Cause.OPERATOR, NoSink())
+            self._stops.switch_off(self._ladder())
+            self._link.arm(False)
 
     def close(self) -> None:
         """Bring all slaves to INIT and close the interface."""
@@ -261,9 +268,14 @@ class Rig:
         """Whether both drives say that they have no voltage."""
         return self._link.reached("DISABLED")
 
+    @property
+    def drive_states(self) -> dict[str, str]:
+        """State of each drive's state machine (CiA 402) as of the last cycle, by role."""
+        return self._link.drive_states()
+
     # -- private -------------------------------------------------------------------------------------------------------
 
-    def _follow(self, trajectory: Trajectory, sink: Sink, stop_requested: Callable[[], bool]) -> End | None:
+    def _follow(self, trajectory: Trajectory, sink: SafeSink, stop_requested: Callable[[], bool]) -> End | None:
         """Run a trajectory to its end and return None, or stop the bench and return why."""
         link, block = self._link, self._assembly.block
         feed: Feed = (
@@ -274,16 +286,17 @@ class Rig:
         while not feed.finished:
             if stop_requested():
                 sink.event("warning", "stop requested by the operator")
-                self._stop(Cause.OPERATOR, sink)
-                return End(EndKind.INTERRUPTED, "stopped on the operator's request", Cause.OPERATOR)
+                end = End(EndKind.INTERRUPTED, "stopped on the operator's request", Cause.OPERATOR)
+                self._stop(end, sink)
+                return end
             fed = feed.next(self._judge)
             if fed is not None:
                 self._emit(fed, sink)
-                end = self._end_of(fed.verdict)
-                if end is not None:
-                    sink.event("error", f"stopped: {end.text}")
-                    self._stop(end.cause, sink)
-                    return end
+                stop = self._end_of(fed.verdict) or sink.failure
+                if stop is not None:
+                    sink.event("error", f"stopped: {stop.text}")
+                    self._stop(stop, sink)
+                    return stop
             trajectory.observe(self.temperature)
         return None
 
@@ -315,8 +328,17 @@ class Rig:
         rows = {name: values[start:stop] for name, values in decoded.raw.items()}
         sink.rows(rows if good.all() else {name: values[good] for name, values in rows.items()})
 
-    def _stop(self, cause: Cause, sink: Sink) -> None:
+    def _stop(self, end: End, sink: Sink) -> None:
+        self._stops.stop(end, sink, self._ladder())
+        self._link.arm(False)
+
+    def _ladder(self) -> Stop:
         if self._assembly.ahead:
             self._link.flush()
-        Stop(self, self.bench, self._cycle_time, self._assembly.block).run(cause, sink)
-        self._link.arm(False)
+        return Stop(self, self.bench, self._cycle_time, self._assembly.block)
+
+    def _lost(self, error: BusLostError) -> End:
+        """Return the end of a run whose bus is gone."""
+        end = self._tripped or End(EndKind.TRIPPED, str(error), Cause.BUS_ENDED)
+        self._stops.lost(end)
+        return end

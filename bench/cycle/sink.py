@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, Protocol
 
 from numpy.typing import NDArray
 
+from bench.cycle.end import End, EndKind
+from bench.errors import RecordingError
 from bench.protocols import Segment
+from bench.safety import Cause
 
 
 class Sink(Protocol):
@@ -36,3 +40,36 @@ class NoSink:
 
     def event(self, level: str, text: str) -> None:
         """Ignore."""
+
+
+class SafeSink:
+    """Passes everything on until the sink fails: a recorder that cannot write must never keep the bench from stopping.
+
+    Attributes
+    ----------
+    failure : the end that a failed recorder makes of a run; None as long as it works.
+    """
+
+    def __init__(self, sink: Sink) -> None:
+        self._sink = sink
+        self.failure: End | None = None
+
+    def segment(self, segment: Segment | None) -> None:
+        """Pass on."""
+        self._do(lambda: self._sink.segment(segment))
+
+    def rows(self, raw: dict[str, NDArray[Any]]) -> None:
+        """Pass on."""
+        self._do(lambda: self._sink.rows(raw))
+
+    def event(self, level: str, text: str) -> None:
+        """Pass on."""
+        self._do(lambda: self._sink.event(level, text))
+
+    def _do(self, pass_on: Callable[[], None]) -> None:
+        if self.failure is not None:
+            return
+        try:
+            pass_on()
+        except (RecordingError, OSError) as error:
+            self.failure = End(EndKind.TRIPPED, f"the recording cannot be written: {error}", Cause.RECORDER)

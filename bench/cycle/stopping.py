@@ -85,11 +85,12 @@ class Stop:
                 announced = state.rung
                 goal = _GOALS.get(announced)
                 self._begun.append((announced, self._elapsed))
+                if announced in (Rung.FINISHED, Rung.STOP_SENDING):
+                    record = self._record(cause, text, began)
+                    sink.event("info", record.summary)
+                    sink.event("info", _TEXT[announced])
+                    return record
                 sink.event("info", _TEXT[announced])
-            if state.rung in (Rung.FINISHED, Rung.STOP_SENDING):
-                record = self._record(cause, text, began)
-                sink.event("info", record.summary)
-                return record
             velocity, torque = self._targets(state.rung, step)
             seen = self._rig.stop_cycles(self._n, velocity, torque, goal, sink)
             self._keep(seen)

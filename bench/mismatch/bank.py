@@ -122,7 +122,7 @@ class Bank:
             self.ones[r, place] = part[:, p] @ new[a:b]
         self.gram[:, :, place] = np.swapaxes(self.gram[:, place, :], 1, 2)
 
-    def _marginal(self, index: NDArray[np.int64], variance: float) -> tuple[FloatArray, FloatArray]:
+    def marginal(self, index: NDArray[np.int64], variance: float) -> tuple[FloatArray, FloatArray]:
         """Gram matrices a fold of the columns chosen (and y), the offsets marginalised; their log-determinants."""
         keep = np.append(index, self.size)
         gram = self.gram[:, keep[:, None], keep[None, :]]
@@ -160,7 +160,7 @@ class Bank:
         return best
 
     def _fit(self, chosen: NDArray[np.int64], variance: float, leave_out: bool) -> Fit:
-        gram, cost = self._marginal(chosen, variance)
+        gram, cost = self.marginal(chosen, variance)
         p = chosen.size
         squares = gram[:, p, p].copy()
         if p == 0:
@@ -194,7 +194,7 @@ class Bank:
 
     def explained(self, index: Sequence[int], base: Sequence[int]) -> float:
         """Share of the columns' energy that ``base`` cannot produce (1: orthogonal to it, 0: absorbed)."""
-        gram, _ = self._marginal(np.asarray([*base, *index], dtype=np.int64), self.noise.offset_variances[-1])
+        gram, _ = self.marginal(np.asarray([*base, *index], dtype=np.int64), self.noise.offset_variances[-1])
         total = gram.sum(axis=0)[:-1, :-1]
         b = len(base)
         inner = total[:b, :b] + np.diag(np.diag(total)[:b] * 1e-9 + 1e-300)

@@ -57,7 +57,6 @@ def analyse_channels(
     lookup = np.full(int(index.max()) + 1, -1, dtype=np.int64)
     lookup[index] = fold_of
     out = Analysis()
-    error: FloatArray | None = None
     if LOAD_TORQUE in channels and LOAD_TORQUE in data.slow:
         rows = data.slow[LOAD_TORQUE]
         off = np.zeros(rows.y.size) if "load.reaction" in switched_off else rows.frame.load_motor_torque
@@ -70,9 +69,8 @@ def analyse_channels(
             _known(LOAD_TORQUE, data.slow[LOAD_TORQUE], lookup, given, off),
         )
         out.models[LOAD_TORQUE] = model
-        error = _sensor_error(model, rows.frame)
     if MOTOR_TORQUE in channels and MOTOR_TORQUE in data.slow:
-        _motor_torque(out, data, lookup, given, error)
+        _motor_torque(out, data, lookup, given)
         train = {m.index for m in data.members if not m.held_out}
         out.ripples = search_ripples([without(s, given.ripples) for s in data.shaft], train)
     if TEMPERATURE in channels and data.heat is not None:
@@ -122,7 +120,6 @@ def _motor_torque(
     data: Dataset,
     fold_of: IntArray,
     given: Given,
-    error: FloatArray | None,
 ) -> None:
     switched_off = given.switched_off
     rows = data.slow[MOTOR_TORQUE]
@@ -131,7 +128,9 @@ def _motor_torque(
     moving = frame.direction != 0
     known = _known(MOTOR_TORQUE, rows.take(moving), fold_of, given, off[moving])
     banned = [e for e in SENSOR_ERRORS]
-    if error is not None and error.size == frame.size:
+    load = out.models.get(LOAD_TORQUE)
+    error = _sensor_error(load, frame) if load is not None else None
+    if error is not None:
         out.trace = _trace(replace(rows, y=rows.y - off), moving, fold_of, switched_off, known, -error / frame.ratio)
         coefficient, deviation = out.trace
         out.traced = abs(coefficient - 1.0) < max(0.4, 3.0 * deviation) and abs(coefficient) > 2.5 * deviation

@@ -25,7 +25,7 @@ Evidence = dict[tuple[str, str], tuple[float, float]]
 
 def conclude(data: Dataset, analysis: Analysis, scores: dict[str, Scores], evidence: Evidence) -> list[Finding]:
     """Findings of all channels, one an effect, strongest first."""
-    names = {m.index: m.recording.recording_id for m in data.members}
+    names = {m.index: m.name for m in data.members}
     out: list[Finding] = []
     for channel, model in analysis.models.items():
         for found in model.found:
@@ -170,7 +170,7 @@ def _ripples(analysis: Analysis, score: Scores, data: Dataset) -> list[Finding]:
         ]
         motor = ", ".join(str(r.order) for r in chosen)
         label = f"at order {motor} of the motor, {text(where, (), orders, [])}"
-        names = [m.recording.recording_id for m in data.members if m.recording.kind == "constant_velocity"][:3]
+        names = [m.name for m in data.members if m.recording.kind == "constant_velocity"][:3]
         out.append(
             Finding(
                 effect,

@@ -7,7 +7,7 @@ its harmonics; and rows of two seconds for the heat balance.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -15,9 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import RecordingError
+from bench.mismatch.comparable import Comparable
+from bench.mismatch.motion import Manner
 from bench.mismatch.motor_ripple import ShaftSpectrum, shaft_spectrum
+from bench.mismatch.pieces import pieces
 from bench.mismatch.prepare import MEASURED, Prepared, block_edges, block_mean, prepare, reduce
 from bench.mismatch.rows import Rows, join
+from bench.mismatch.split import point_of, split, split_blocks
 from bench.recording import Recording, RecordingFolder
 from bench.simulation.frame import FloatArray, IntArray
 
@@ -26,23 +30,20 @@ LIVELY_S = 0.02
 HEAT_S = 2.0
 ANGLE_STEP = 1.2e-3
 ANGLE_STEP_S = 0.1
-HELD_OUT_SHARE = 0.2
-FEWEST_OF_A_KIND = 6
-"""kinds with fewer recordings (heatings, reversals, ramps) all train: each of them is too telling to be spared"""
-HELD_OUT_BESIDE_VALIDATION = 0.1
 THERMAL_KINDS = ("heating", "cooling", "dwell")
 
 
 @dataclass(frozen=True, slots=True)
 class Member:
-    """One recording of the data set."""
+    """One recording of the data set, or a block of one."""
 
     index: int
     recording: Recording
     point: tuple[str, float, float, float]
     held_out: bool
     fold: int
-    zero: str | None = None
+    zero: str | None
+    name: str
 
 
 @dataclass(slots=True)
@@ -68,60 +69,6 @@ class Dataset:
     def held_out(self) -> set[int]:
         """Indices of the recordings that are scored and never fitted."""
         return {m.index for m in self.members if m.held_out}
-
-
-def _point(recording: Recording) -> tuple[str, float, float, float]:
-    setpoint = recording.setpoint
-    clean = [v if np.isfinite(v) else 0.0 for v in (setpoint.load_torque, setpoint.velocity, setpoint.temperature)]
-    return recording.kind, round(clean[0], 0), round(clean[1], 4), round(clean[2] / 4.0)
-
-
-def split(recordings: Sequence[Recording]) -> tuple[list[bool], list[int]]:
-    """Choose held-out recordings by whole operating points, and a fold for each of the others.
-
-    Validation points are always held out. Of the other kinds a fifth of the points is (a tenth of
-    the constant-velocity points where there are five validation points or more), spread evenly, never the outermost of
-    a kind with few points, and none of a kind that has fewer than six recordings.
-    """
-    points = [_point(r) for r in recordings]
-    held: list[bool] = [r.kind == "validation" for r in recordings]
-    validation = sum(held)
-    if all(held):
-        held = [i % 3 == 1 for i in range(len(held))]
-    kinds: dict[str, list[tuple[str, float, float, float]]] = {}
-    for i, point in enumerate(points):
-        if not held[i] and point not in kinds.setdefault(point[0], []):
-            kinds[point[0]].append(point)
-    chosen: set[tuple[str, float, float, float]] = set()
-    for kind, members in kinds.items():
-        count = sum(1 for i, p in enumerate(points) if p[0] == kind and not held[i])
-        if count < FEWEST_OF_A_KIND or len(members) < 3:
-            continue
-        # repeats of a point tell the noise: points with repeats stay in training
-        single = [p for p in members if sum(q == p for q in points) == 1 or len(members) < 6]
-        enough = kind == "constant_velocity" and validation >= 5
-        share = HELD_OUT_BESIDE_VALIDATION if enough else HELD_OUT_SHARE
-        number = max(1, round(share * len(members)))
-        order = _spread(single, number)
-        chosen.update(order)
-    held = [h or points[i] in chosen for i, h in enumerate(held)]
-    folds: dict[tuple[str, float, float, float], int] = {}
-    fold = [folds.setdefault(points[i], len(folds)) if not held[i] else -1 for i in range(len(points))]
-    return held, fold
-
-
-def _spread(members: Sequence[tuple[str, float, float, float]], number: int) -> list[tuple[str, float, float, float]]:
-    """A number of points, evenly along the campaign but inside the bounds of torque and speed where possible."""
-    torque = [abs(p[1]) for p in members]
-    speed = [abs(p[2]) for p in members]
-    inner = [
-        p
-        for p, t, v in zip(members, torque, speed, strict=True)
-        if not (t >= 0.99 * max(torque) and v in (max(speed), min(speed)))
-    ]
-    pool = inner if len(inner) >= number + 2 else list(members)
-    step = len(pool) / number
-    return [pool[int((i + 0.5) * step)] for i in range(number)]
 
 
 def _rows(prepared: Prepared, edges: IntArray, channel: str) -> Rows:
@@ -224,42 +171,77 @@ def load(path: Path, progress: Callable[[str, float], None] | None = None) -> Da
     if not usable:
         raise RecordingError(f"{path} holds no recording that can be compared; see `bench validate` for each file")
     usable.sort(key=lambda r: r.started_at)
-    held, fold = split(usable)
-    data = Dataset([], rejected, campaign_start=usable[0].started_at.timestamp())
-    zeros = {r.zero_id for r in usable if r.zero_id is not None}
-    if len(zeros) > 1:
-        data.notes.append(f"recordings of {len(zeros)} different encoder zeros are mixed: offsets and phases may jump")
-    slow: dict[str, list[Rows]] = {}
-    heat: list[Rows] = []
-    angle: list[Rows] = []
+    usable = _of_one_gearbox(usable, rejected)
+    parts, note = pieces(usable)
+    held, fold = split_blocks(parts) if note else split(usable)
+    data = Dataset([], rejected, campaign_start=usable[0].started_at.timestamp(), notes=[note] if note else [])
+    comparable = Comparable.of(usable, data.notes)
+    manner = Manner.of(usable)
+    rows = _Collected()
     travelled = 0.0
-    for number, recording in enumerate(usable):
+    last: tuple[Recording, Prepared] | None = None
+    for number, part in enumerate(parts):
+        recording = part.recording
         if progress is not None:
-            progress("reading", number / len(usable))
+            progress("reading", number / len(parts))
         try:
-            prepared = prepare(recording, number, data.campaign_start, travelled)
+            if last is None or last[0] is not recording:
+                last = recording, prepare(recording, number, data.campaign_start, travelled, manner)
         except (RecordingError, OSError, ValueError) as error:
             rejected.append((recording.path.name, f"{recording.path.name} cannot be read: {error}"))
             continue
+        prepared = part.cut(last[1], number)
         travelled = float(prepared.frame.travel[-1])
-        data.members.append(Member(number, recording, _point(recording), held[number], fold[number], recording.zero_id))
+        data.members.append(
+            Member(number, recording, point_of(recording), held[number], fold[number], recording.zero_id, part.name)
+        )
+        rows.add(prepared, comparable.channels(recording))
+    if not data.members:
+        raise RecordingError(f"{path} holds no recording that can be read; see `bench validate` for each file")
+    rows.into(data)
+    return data
+
+
+@dataclass(slots=True)
+class _Collected:
+    """Rows of the recordings read so far."""
+
+    slow: dict[str, list[Rows]] = field(default_factory=dict)
+    heat: list[Rows] = field(default_factory=list)
+    angle: list[Rows] = field(default_factory=list)
+    shaft: list[ShaftSpectrum] = field(default_factory=list)
+
+    def add(self, prepared: Prepared, channels: frozenset[str]) -> None:
+        """Reduce a recording to rows of the channels in which it can be compared."""
         edges = block_edges(prepared, SLOW_S, LIVELY_S)
-        for channel in MEASURED:
-            if channel in prepared.measured and channel != "temperature":
-                slow.setdefault(channel, []).append(_rows(prepared, edges, channel))
-        if "motor_torque" in prepared.measured:
+        for channel in channels & set(prepared.measured) - {"temperature"}:
+            self.slow.setdefault(channel, []).append(_rows(prepared, edges, channel))
+        if "motor_torque" in channels and "motor_torque" in prepared.measured:
             inner = _inside(prepared, "motor_torque", edges)
             spectrum = shaft_spectrum(prepared, inner, prepared.valid["motor_torque"])
             if spectrum is not None:
-                data.shaft.append(spectrum)
-        if "temperature" in prepared.measured:
+                self.shaft.append(spectrum)
+        if "temperature" in channels and "temperature" in prepared.measured:
             width = max(1, round(HEAT_S * prepared.sample_rate))
-            heat.append(_rows(prepared, np.arange(0, prepared.frame.size, width), "temperature"))
-        if "transmission_error" in prepared.measured and recording.kind != "heating":
-            angle.append(_angle_rows(prepared))
-    if not data.members:
-        raise RecordingError(f"{path} holds no recording that can be read; see `bench validate` for each file")
-    data.slow = {channel: join(parts) for channel, parts in slow.items()}
-    data.heat = join(heat) if heat else None
-    data.angle = join(angle) if angle else None
-    return data
+            self.heat.append(_rows(prepared, np.arange(0, prepared.frame.size, width), "temperature"))
+        driven = prepared.kind != "heating"
+        if "transmission_error" in channels and "transmission_error" in prepared.measured and driven:
+            self.angle.append(_angle_rows(prepared))
+
+    def into(self, data: Dataset) -> None:
+        """Join the rows of all recordings."""
+        data.slow = {channel: join(self.slow[channel]) for channel in MEASURED if channel in self.slow}
+        data.heat = join(self.heat) if self.heat else None
+        data.angle = join(self.angle) if self.angle else None
+        data.shaft = self.shaft
+
+
+def _of_one_gearbox(recordings: list[Recording], rejected: list[tuple[str, str]]) -> list[Recording]:
+    """The recordings of the ratio that most have; the others are rejected."""
+    ratios = [float(r.gearbox.ratio or 1.0) for r in recordings]
+    usual = max(set(ratios), key=ratios.count)
+    for recording, ratio in zip(recordings, ratios, strict=True):
+        if ratio != usual:
+            why = f"is of a gearbox of ratio {ratio:g}, most of the folder of {usual:g}: not one bench"
+            rejected.append((recording.path.name, f"{recording.path.name} {why}"))
+    return [r for r, ratio in zip(recordings, ratios, strict=True) if ratio == usual]

@@ -92,8 +92,8 @@ def transmission(model: TransmissionModel, held_out: set[int]) -> Scores:
         scored = model.inside
     own = angle.take(scored)
     before, after = np.zeros(angle.y.size), np.zeros(angle.y.size)
-    before[scored] = own.y - model.predict(own.frame, whole=False)
-    after[scored] = own.y - model.predict(own.frame, whole=True)
+    before[scored] = own.y - model.predict(angle.frame, whole=False, rows=scored)
+    after[scored] = own.y - model.predict(angle.frame, whole=True, rows=scored)
     number = own.number
     inner_before, inner_after = (_inner(own, model, whole) for whole in (False, True))
     white = [

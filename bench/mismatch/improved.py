@@ -124,6 +124,8 @@ def _calibrated(out: Simulation, model: ChannelModel) -> Simulation:
             continue
         form = next(f for f in term.forms[model.channel] if f.name == form_name)
         own = [place[i] for i in index]
+        if not np.any(model.layout.columns[:, list(index)]):
+            continue  # nothing in these recordings depends on it: it stays as it was
         std = np.sqrt(np.maximum(np.diag(model.fit.covariance)[own], 0.0))
         values = {
             s.symbol: Parameter(float(v), s.unit, float(d))

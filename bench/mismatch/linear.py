@@ -15,6 +15,7 @@ from bench.mismatch.refine import Refiner
 from bench.mismatch.rivals import rivals
 from bench.mismatch.rows import Rows
 from bench.mismatch.select import Model, Search, spread_t
+from bench.mismatch.spreads import settle
 from bench.simulation.frame import FloatArray, Frame, IntArray, recording_starts
 from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR, Form, Point, Term
 
@@ -106,6 +107,7 @@ def analyse(
     starts, folds = starts_and_folds(own.frame, fold_of)
     noise = estimate(channel, own, whole, starts, folds)
     bank = Bank(own.y, starts, folds, whole.columns, whole.prior, noise, whole.precision)
+    settle(bank, whole)
     entries = [e for e in whole.named if e.effect not in banned]
     search = Search(bank, whole.base, entries, REPEATED, known_gain(bank, whole, len(known)))
     refiner = Refiner(channel, rows.frame, used, search)
@@ -114,6 +116,8 @@ def analyse(
         step = search.step(model.chosen)
         if step is None:
             break
+        settle(bank, whole, [i for entry in step for i in entry.index])
+        search.forget(whole.base)
         model = refiner.model(Model(tuple(step), search.fit(step)))
     base = bank.fit(whole.base, leave_out=False).coefficients
     result = ChannelModel(

@@ -12,18 +12,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
-from scipy.signal import savgol_filter
 
 from bench.errors import RecordingError
+from bench.mismatch.motion import USUAL, Manner, corners, directions, since_change
+from bench.mismatch.smoothing import repaired, smooth, spikes
 from bench.recording import Recording
 from bench.simulation.frame import ARRAYS, FloatArray, Frame, IntArray
 
-SMOOTHING_S = 0.06
-"""Window of the local polynomial: the shortest that leaves the 13-bit encoder's speed at a few mrad/s of noise."""
-STANDSTILL_RAD_S = 0.3
-"""Motor speed below which the bench counts as standing (on the smoothed velocity)."""
-SPIKE_SIGMA = 9.0
+REFERENCE_TEMPERATURE = 25.0
+"""°C, to which f_vT and the cooling of the nominal simulation are referred"""
 NOTCH = (150.0, 300.0)
 """6 and 12 times the load motor's 25 pole pairs"""
 MEASURED = ("transmission_error", "motor_torque", "temperature", "load_torque")
@@ -48,78 +45,6 @@ class Prepared:
     setpoint: tuple[float, float, float]
     corner: NDArray[np.bool_]
     """True where the acceleration jumps: rates smoothed over a corner say nothing about the moment itself"""
-
-
-def _window(rate: float) -> int:
-    return max(5, round(SMOOTHING_S * rate) // 2 * 2 + 1)
-
-
-def _smooth(signal: FloatArray, rate: float, derivative: int = 0) -> FloatArray:
-    window = min(_window(rate), (signal.size - 1) // 2 * 2 + 1)
-    if window < 5:
-        return np.gradient(signal) * rate if derivative else signal
-    return np.asarray(
-        savgol_filter(signal, window, 2, deriv=derivative, delta=1.0 / rate, mode="interp"), dtype=np.float64
-    )
-
-
-def spikes(signal: FloatArray) -> NDArray[np.bool_]:
-    """Mark samples (at most two in a row) that stand off a running median by more than nine standard deviations."""
-    if signal.size < 16:
-        return ~np.isfinite(signal)
-    finite = np.where(np.isfinite(signal), signal, np.nanmedian(signal))
-    off = np.abs(finite - median_filter(finite, 5, mode="nearest"))
-    scale = 1.4826 * np.median(off[off > 0]) if np.any(off > 0) else 0.0
-    spread = max(scale, float(np.percentile(off, 95)) / 2.0, 1e-300)
-    return np.asarray((off > SPIKE_SIGMA * spread) | ~np.isfinite(signal))
-
-
-def _repaired(signal: FloatArray, bad: NDArray[np.bool_]) -> FloatArray:
-    if not bad.any():
-        return signal
-    if bad.all():
-        return np.zeros_like(signal)
-    index = np.arange(signal.size)
-    return np.asarray(np.interp(index, index[~bad], signal[~bad]))
-
-
-def _corners(acceleration: FloatArray, rate: float) -> NDArray[np.bool_]:
-    """Mark the surroundings of jumps of the acceleration (the corners of a speed profile)."""
-    half = max(1, _window(rate) // 2 + 1)
-    padded = np.pad(acceleration, half, mode="edge")
-    jump = np.abs(padded[2 * half :] - padded[: -2 * half])
-    noise = 1.4826 * float(np.median(jump))
-    largest = float(np.percentile(np.abs(acceleration), 99.5))
-    marked = jump > max(6.0 * noise, 0.1 * largest, 0.5)
-    if marked.mean() > 0.3:  # no trapezoids here: a speed that never rests has no corners
-        return np.zeros(acceleration.size, dtype=bool)
-    spread = np.convolve(marked.astype(np.float64), np.ones(2 * (half // 2) + 1), mode="same")
-    return np.asarray(spread > 0.5)
-
-
-def _direction(omega: FloatArray) -> tuple[FloatArray, FloatArray]:
-    direction = np.where(np.abs(omega) > STANDSTILL_RAD_S, np.sign(omega), 0.0)
-    moving = np.flatnonzero(direction)
-    if moving.size == 0:
-        return direction, direction
-    before = np.maximum.accumulate(np.where(direction != 0, np.arange(direction.size), -1))
-    return direction, direction[np.where(before >= 0, before, moving[0])]
-
-
-def _since_change(
-    theta: FloatArray, time: FloatArray, direction: FloatArray, last: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Travel and time since the motion last began, and whether it went the other way before."""
-    moving = direction != 0
-    begins = moving & ~np.concatenate(([False], moving[:-1] & (direction[:-1] == direction[1:])))
-    start = np.maximum.accumulate(np.where(begins, np.arange(theta.size), 0))
-    step = np.abs(np.diff(theta, prepend=theta[0]))
-    run = np.cumsum(step)
-    turned = np.concatenate(([False], last[1:] != last[:-1]))
-    # a start without a change of direction (after a stop) is no reversal
-    reversed_at = np.cumsum(turned)
-    reversed_before = (reversed_at > 0).astype(np.float64)
-    return run - run[start], time - time[start], reversed_before
 
 
 def ripple(
@@ -147,16 +72,24 @@ def ripple(
     return out
 
 
-def prepare(recording: Recording, index: int, campaign_start: float, travelled: float = 0.0) -> Prepared:
+def prepare(
+    recording: Recording,
+    index: int,
+    campaign_start: float,
+    travelled: float = 0.0,
+    manner: Manner = USUAL,
+) -> Prepared:
     """Read a recording and derive what the terms need.
 
     Parameters: ``index`` of the recording in the folder; ``campaign_start`` as a POSIX time; ``travelled`` the distance
-    run before it in this campaign, rad at the output. Raises RecordingError where the file cannot be read.
+    run before it in this campaign, rad at the output; ``manner`` how its motion is read. Raises
+    RecordingError where the file cannot be read.
     """
     if recording.gearbox.ratio is None:
         raise RecordingError(f"{recording.path}: gearbox.ratio is missing; a linear axis has ratio 1")
     ratio = float(recording.gearbox.ratio)
     rate = float(recording.sample_rate)
+    span = manner.smoothing
     n = recording.size
     time = recording.si("time")
     absent = np.zeros(n)
@@ -167,19 +100,20 @@ def prepare(recording: Recording, index: int, campaign_start: float, travelled: 
             return absent
         signal = recording.si(name)
         bad[name] = spikes(signal) if screen else ~np.isfinite(signal)
-        return _repaired(signal, bad[name])
+        return repaired(signal, bad[name])
 
     motor = channel("motor_angle")
     load = channel("load_angle")
     motor_torque = channel("motor_torque")
     load_torque = channel("load_torque")
     load_motor_torque = channel("load_motor_torque")
-    temperature = channel("temperature")
+    # without a thermometer nothing can depend on temperature: the value at which the nominal terms are referred to
+    temperature = channel("temperature") if "temperature" in recording else np.full(n, REFERENCE_TEMPERATURE)
     theta = motor / ratio
     q = load if "load_angle" in recording else theta
-    omega = _smooth(motor, rate, 1) if "motor_angle" in recording else channel("motor_velocity")
-    direction, last = _direction(omega)
-    reversal_travel, reversal_time, reversed_before = _since_change(theta, time, direction, last)
+    omega = smooth(motor, rate, 1, span) if "motor_angle" in recording else channel("motor_velocity")
+    direction, last = directions(omega, manner.standstill)
+    reversal_travel, reversal_time, reversed_before = since_change(theta, time, direction, last)
     label = np.full(n, -1, dtype=np.int64)
     steady = np.zeros(n)
     for number, segment in enumerate(recording.segments):
@@ -188,7 +122,7 @@ def prepare(recording: Recording, index: int, campaign_start: float, travelled: 
             steady[segment.start : segment.stop] = 1.0
     if "load_torque" in recording:
         load_torque = load_torque - ripple(q, load_torque - load_motor_torque, direction, bad["load_torque"])
-    torque = _smooth(load_torque, rate)
+    torque = smooth(load_torque, rate, 0, span)
     if "motor_torque" in recording:
         # the ripple acts on the gearbox, so the input motor sees it through the ratio
         motor_torque = motor_torque - ripple(q, motor_torque - torque / ratio, direction, bad["motor_torque"])
@@ -201,16 +135,16 @@ def prepare(recording: Recording, index: int, campaign_start: float, travelled: 
         theta=theta,
         q=q,
         velocity=omega / ratio,
-        acceleration=_smooth(motor, rate, 2) if "motor_angle" in recording else _smooth(omega, rate, 1),
-        load_acceleration=_smooth(q, rate, 2),
+        acceleration=smooth(motor, rate, 2, span) if "motor_angle" in recording else smooth(omega, rate, 1, span),
+        load_acceleration=smooth(q, rate, 2, span),
         direction=direction,
         last_direction=last,
         torque=torque,
-        torque_rate=_smooth(load_torque, rate, 1),
-        temperature=_repaired(temperature, ~np.isfinite(temperature)),
+        torque_rate=smooth(load_torque, rate, 1, span),
+        temperature=repaired(temperature, ~np.isfinite(temperature)),
         motor_torque=motor_torque,
         load_motor_torque=load_motor_torque,
-        power=np.abs(_smooth(motor_torque, rate) * omega - torque * _smooth(q, rate, 1)),
+        power=np.abs(smooth(motor_torque, rate, 0, span) * omega - torque * smooth(q, rate, 1, span)),
         travel=travelled + np.cumsum(np.abs(np.diff(theta, prepend=theta[0]))),
         reversal_travel=reversal_travel,
         reversal_time=reversal_time,
@@ -228,7 +162,7 @@ def prepare(recording: Recording, index: int, campaign_start: float, travelled: 
         if name in recording:
             measured[name] = signal
             valid[name] = ~bad[name]
-    corner = _corners(frame.acceleration, rate)
+    corner = corners(frame.acceleration, rate, span)
     for name in ("motor_torque", "load_torque"):
         if name in valid:
             valid[name] = valid[name] & ~corner

@@ -49,8 +49,8 @@ class Report:
             "format_version": "1.0",
             "verdict": self.verdict,
             "recordings": {
-                "train": [m.recording.recording_id for m in members if not m.held_out],
-                "held_out": [m.recording.recording_id for m in members if m.held_out],
+                "train": [m.name for m in members if not m.held_out],
+                "held_out": [m.name for m in members if m.held_out],
                 "rejected": [{"file": file, "why": why} for file, why in self.data.rejected],
             },
             "channels": [

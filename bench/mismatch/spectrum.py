@@ -23,6 +23,8 @@ LOW_ORDERS = 45
 MIDDLE_ORDERS = 80
 """how many orders above these tell a recording's own level"""
 FREQUENCY_BINS, FEWEST_IN_A_BIN = 16, 12
+WAVERING = 0.08
+"""standard deviation of torque (speed) inside a revolution, of the largest torque (its mean), that still is a state"""
 LEAST_TURN = 0.97 * 2.0 * np.pi
 
 
@@ -69,6 +71,11 @@ def _segments(frame: Frame) -> list[slice]:
     return out
 
 
+def _rests(values: FloatArray, scale: float) -> bool:
+    """Whether a quantity keeps its level through a segment: amplitudes over a ramp are those of no state."""
+    return float(np.std(values)) <= WAVERING * max(scale, float(np.abs(values.mean())))
+
+
 def waves(theta: FloatArray, orders: Sequence[float] | FloatArray) -> FloatArray:
     """cos and sin of the orders, (n, 2·orders): first all cosines, then all sines."""
     angle = theta[:, None] * np.asarray(orders)[None, :]
@@ -102,8 +109,11 @@ def turns(rows: Rows, orders: Sequence[float]) -> list[Turn]:
     frame = rows.frame
     known = np.asarray(orders, dtype=np.float64)
     out: list[Turn] = []
+    largest = float(np.percentile(np.abs(frame.torque), 99)) if frame.size else 0.0
     for part in _segments(frame):
         theta = frame.theta[part]
+        if not _rests(frame.torque[part], largest) or not _rests(frame.velocity[part], 0.0):
+            continue
         keep = rows.number[part] > 0
         weight = np.sqrt(rows.number[part])
         trend = (theta - theta.mean()) / max(np.ptp(theta), 1e-9)

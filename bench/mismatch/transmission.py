@@ -105,10 +105,12 @@ class TransmissionModel:
     slow_inside: NDArray[np.bool_]
     """blocks of the offset's rows within the bounds"""
 
-    def predict(self, frame: Frame, whole: bool = True) -> FloatArray:
-        """Transmission error at the rows of a frame, rad."""
+    def predict(self, frame: Frame, whole: bool = True, rows: NDArray[np.bool_] | None = None) -> FloatArray:
+        """Transmission error at the rows of a frame (those marked), rad; memories run through all of them."""
         out = predict(self.offset, frame, whole)
-        return out + self.harmonics.evaluate(frame, whole) if self.harmonics is not None else out
+        chosen = frame if rows is None else frame.take(rows)
+        out = out if rows is None else out[rows]
+        return out + self.harmonics.evaluate(chosen, whole) if self.harmonics is not None else out
 
 
 def slow_rows(rows: Rows, y: FloatArray, inside: NDArray[np.bool_]) -> tuple[Rows, NDArray[np.bool_]]:

@@ -64,6 +64,8 @@ class Cause(IntEnum):
     TEMPERATURE_FROZEN = 34
     RECORDER = 99
     OPERATOR = 100
+    BUS_ENDED = 101
+    BUS_STOPPED = 102
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,6 +127,8 @@ _TABLE: dict[Cause, _Entry] = {
     ),
     Cause.RECORDER: _Entry("recorder", "", "", _RAMP),
     Cause.OPERATOR: _Entry("operator's request", "", "", _RAMP),
+    Cause.BUS_ENDED: _Entry("end of the bus process", "", "", Rung.STOP_SENDING),
+    Cause.BUS_STOPPED: _Entry("stop by the bus process itself", "", "", _OFF),
 }
 
 
@@ -144,6 +148,8 @@ _DEVICE_FAULTS = frozenset(
         Cause.LOAD_DRIVE_FAULT,
         Cause.TORQUE_SENSOR_RANGE,
         Cause.TEMPERATURE_SENSOR,
+        Cause.BUS_ENDED,
+        Cause.BUS_STOPPED,
         Cause.TORQUE_ERROR,
         Cause.TORQUE_DRIFT,
         Cause.MOTOR_VELOCITY_FROZEN,

@@ -1,0 +1,50 @@
+"""What may be done now: a table of states and acts, the same for the page and for the API that refuses."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+RUNNING = frozenset({"measuring_zero", "measuring", "heating"})
+PHASES = frozenset({"free", "opening", "paused", "stopping", "ended"}) | RUNNING
+"""Every phase of the bench; ``ended`` is a run whose process is about to go."""
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """What decides: the phase, whether the queue is held, whether there are runs waiting and ended."""
+
+    phase: str
+    held: bool = False
+    waiting: bool = False
+    proposed: bool = False
+    ended: bool = False
+    alarms: bool = False
+
+
+_IN_PHASES: dict[str, frozenset[str]] = {
+    "pause": RUNNING | {"opening"},
+    "go_on": frozenset({"paused"}),
+    "skip": RUNNING | {"paused"},
+    "repeat": RUNNING | {"paused"},
+    "note": RUNNING | {"paused"},
+    "abort": RUNNING | {"paused", "opening"},
+}
+
+
+def allowed(now: Situation) -> frozenset[str]:
+    """Return the acts that are possible now for whoever holds the controls; ``stop`` is always, for anybody."""
+    acts = {act for act, phases in _IN_PHASES.items() if now.phase in phases}
+    acts |= {"stop", "start"}
+    acts |= {"queue"} if now.held and now.waiting else set()
+    acts |= {"approve"} if now.proposed else set()
+    acts |= {"again"} if now.ended and now.phase == "free" else set()
+    acts |= {"acknowledge"} if now.alarms else set()
+    return frozenset(acts)
+
+
+def why_not(act: str, now: Situation) -> str:
+    """Return the sentence for an act that is not possible now."""
+    phase = {"free": "nothing runs", "opening": "the bench is being opened", "ended": "the run has ended"}.get(
+        now.phase, f"the bench is {now.phase.replace('_', ' ')}"
+    )
+    return f"{act.replace('_', ' ')} is not possible now: {phase}"

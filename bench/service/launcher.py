@@ -1,0 +1,113 @@
+"""The launcher: keeps the privileges a bus needs, starts run processes when told, and does nothing else.
+
+It is started before the web process gives its own privileges away. Lines of JSON on its input:
+``{"job": path, "log": path}``; on its output: ``{"started": pid, "job": path}`` and ``{"exited": pid, "code": code}``.
+It starts one program only, :mod:`bench.service.process.main`, each in a session of its own: runs go on when it ends.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import IO, Any
+
+
+def serve(orders: IO[str], tell: Callable[[dict[str, Any]], None]) -> None:
+    """Start what is ordered until the orders end."""
+    for line in orders:
+        order = json.loads(line)
+        with Path(order["log"]).open("ab") as log:
+            child = subprocess.Popen(
+                [sys.executable, "-m", "bench.service.process.main", order["job"]],
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
+        tell({"started": child.pid, "job": order["job"]})
+        threading.Thread(
+            target=lambda child=child: tell({"exited": child.pid, "code": child.wait()}), daemon=True
+        ).start()
+
+
+def main() -> None:
+    """Serve the parent's orders."""
+    lock = threading.Lock()
+
+    def tell(message: dict[str, Any]) -> None:
+        with lock:
+            sys.stdout.write(json.dumps(message) + "\n")
+            sys.stdout.flush()
+
+    serve(sys.stdin, tell)
+
+
+class Launcher:
+    """The web process's end: starts the launcher, passes orders on, knows which runs have exited."""
+
+    def __init__(self) -> None:
+        environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "bench.service.launcher"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
+            env=environment,
+            start_new_session=True,
+        )
+        self._changed = threading.Condition()
+        self._started: dict[str, int] = {}
+        self._exited: dict[int, int] = {}
+        threading.Thread(target=self._read, name="launcher", daemon=True).start()
+
+    async def start(self, job: Path, log: Path) -> int:
+        """Start a run and return its process id.
+
+        Raises
+        ------
+        OSError
+            If the launcher is gone.
+        """
+        return await asyncio.to_thread(self._start, job, log)
+
+    def exit_code(self, pid: int) -> int | None:
+        """Exit code of a run that has ended, None if it runs (or was started by an earlier service)."""
+        return self._exited.get(pid)
+
+    def close(self) -> None:
+        """End the launcher; runs go on."""
+        if self._process.stdin is not None:
+            self._process.stdin.close()
+        self._process.wait(10)
+
+    def _start(self, job: Path, log: Path) -> int:
+        line = json.dumps({"job": str(job), "log": str(log)}) + "\n"
+        stdin = self._process.stdin
+        if stdin is None or self._process.poll() is not None:
+            raise OSError("the launcher of runs is gone; restart the service")
+        stdin.write(line)
+        stdin.flush()
+        with self._changed:
+            if not self._changed.wait_for(lambda: str(job) in self._started, 30):
+                raise OSError("the launcher of runs did not answer within 30 s; restart the service")
+            return self._started.pop(str(job))
+
+    def _read(self) -> None:
+        for line in self._process.stdout or ():
+            message = json.loads(line)
+            with self._changed:
+                if "started" in message:
+                    self._started[message["job"]] = message["started"]
+                else:
+                    self._exited[message["exited"]] = message["code"]
+                self._changed.notify_all()
+
+
+if __name__ == "__main__":
+    main()

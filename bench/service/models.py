@@ -1,0 +1,156 @@
+"""What requests hold; the OpenAPI description is made of it."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, StringConstraints
+
+Name = Annotated[str, StringConstraints(pattern=r"^[\w][\w .@'\-]{0,39}$", max_length=40)]
+"""Of a person, for the record."""
+RequestId = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_\-]{8,64}$")]
+"""Made by the client, a new one for each act: the same one twice is answered twice and done once."""
+Secret = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_\-]{1,80}$")]
+"""Proves who holds the controls; given when they are taken."""
+PlaceName = Annotated[str, StringConstraints(pattern=r"^[\w][\w .+\-]{0,99}$", max_length=100)]
+"""Of a folder or file, never a path."""
+Identity = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{16}$")]
+"""Of a point, by content."""
+
+
+class Body(BaseModel):
+    """A request; unknown keys are refused."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+
+class Act(Body):
+    """An act of whoever holds the controls."""
+
+    request_id: RequestId
+    secret: Secret
+
+
+class PointAct(Act):
+    """An act on one point."""
+
+    point: Identity
+
+
+class NoteAct(Act):
+    """A remark for the recording."""
+
+    text: Annotated[str, StringConstraints(min_length=1, max_length=500)]
+
+
+class AgainAct(Act):
+    """Go on with a run that ended."""
+
+    reset_faults: bool = False
+
+
+class Stop(Body):
+    """STOP: anybody may, at any time; the name is for the record only."""
+
+    by: Name = "somebody"
+
+
+class Take(Body):
+    """Take the controls; ``taken_from`` names who holds them, where somebody does."""
+
+    request_id: RequestId
+    name: Name
+    taken_from: Name | None = None
+
+
+class Keep(Body):
+    """A sign of life of whoever holds the controls."""
+
+    secret: Secret
+
+
+class Offer(Act):
+    """Hand the controls over to someone by name."""
+
+    to: Name
+
+
+class NewRun(Body):
+    """A campaign to be run: a name the service offers, or the text of a TOML file.
+
+    Without the secret of the controls the run is proposed: whoever holds them lets it begin.
+    """
+
+    request_id: RequestId
+    secret: Secret | None = None
+    name: Name
+    campaign: PlaceName | None = None
+    text: Annotated[str, StringConstraints(min_length=1, max_length=200_000)] | None = None
+    folder: PlaceName | None = None
+    real_time: bool = False
+    reset_faults: bool = False
+    seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
+
+
+class NewAnalysis(Body):
+    """An identification, or a search for what the simulation leaves out."""
+
+    request_id: RequestId
+    name: Name
+    kind: Literal["identify", "mismatch"]
+    folder: PlaceName
+    model: PlaceName | None = None
+    """Id of the analysis whose model.json is the simulation; None for the nominal one, calibrated."""
+
+
+class Cancel(Body):
+    """End an analysis."""
+
+    request_id: RequestId
+    name: Name
+
+
+class ChooseModel(Body):
+    """Draw the model of an analysis over the spectrum; None draws none."""
+
+    request_id: RequestId
+    analysis: PlaceName | None = None
+
+
+class Session(Body):
+    """Show the token once; a cookie stands for it afterwards."""
+
+    token: Annotated[str, StringConstraints(min_length=1, max_length=200)]
+
+
+class Problem(BaseModel):
+    """Why something was refused, in one sentence."""
+
+    problem: str
+
+
+class Done(BaseModel):
+    """What was done, in one sentence."""
+
+    done: str
+
+
+class Taken(BaseModel):
+    """The controls are yours; ``secret`` proves it."""
+
+    secret: str
+
+
+class RunAnswer(BaseModel):
+    """A run as it stands."""
+
+    id: str
+    state: str
+    folder: str
+
+
+class AnalysisAnswer(BaseModel):
+    """An analysis as it stands."""
+
+    id: str
+    state: str

@@ -1,0 +1,187 @@
+"""What a run says of itself: its plan, its points, where it stands, in messages a page can show."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime, timedelta
+from typing import Any
+
+from bench.campaigns.facts import facts
+from bench.campaigns.listener import Expected
+from bench.campaigns.outlook import costs, expected_way, planned_way
+from bench.campaigns.plan import Plan
+from bench.campaigns.registry import build_sequence
+from bench.campaigns.schedule import Task
+from bench.campaigns.taken import Taken
+from bench.configuration import BenchConfiguration
+from bench.protocols import Point
+
+Message = dict[str, Any]
+_STATUS_EVERY_S = 0.25
+
+
+class Reporter:
+    """A listener of the run that keeps its state and tells each change.
+
+    Attributes
+    ----------
+    phase : ``opening``, ``measuring_zero``, ``measuring``, ``heating``, ``paused``, ``stopping`` or ``ended``.
+    """
+
+    def __init__(self, bench: BenchConfiguration, emit: Callable[[Message], None]) -> None:
+        self._bench, self._emit = bench, emit
+        self._lock = threading.Lock()
+        self._plan: Message | None = None
+        self._cost: dict[Point, float] = {}
+        self._numbers: dict[Point, Expected] = {}
+        self._points: dict[str, Message] = {}
+        self._before_pause = "opening"
+        self._task: Task | None = None
+        self._task_began_s = self._bench_s = 0.0
+        self._started = datetime.now(UTC)
+        self._told = 0.0
+        self._status: Message = {"type": "status", "phase": "opening", "label": "the bench is being opened"}
+
+    def greeting(self) -> list[Message]:
+        """What someone who listens from now on has to know first."""
+        with self._lock:
+            plan = [] if self._plan is None else [{**self._plan, "points": list(self._points.values())}]
+            return [*plan, dict(self._status)]
+
+    def tell(self, phase: str, label: str = "", **more: Any) -> None:
+        """Say where the run stands."""
+        with self._lock:
+            self._status = {**self._status, "phase": phase, "label": label, **more}
+            message = dict(self._status)
+        self._emit(message)
+
+    # -- the listener --------------------------------------------------------------------------------------------------
+
+    def planned(self, campaign_id: str, plan: Plan, points: Sequence[Expected]) -> None:
+        """Tell the whole plan; the torque sensor's zero is measured first."""
+        with self._lock:
+            self._cost = costs(plan)
+            self._numbers = {expected.point: expected for expected in points}
+            self._points = {expected.identity: self._point(expected) for expected in points}
+            self._plan = {
+                "type": "plan",
+                "campaign_id": campaign_id,
+                "campaign": plan.campaign,
+                "duration_s": plan.duration_s,
+                "energy_j": plan.energy_j,
+                "way": planned_way(plan),
+                "began": self._started.timestamp(),
+            }
+            message = {**self._plan, "points": list(self._points.values())}
+        self._emit(message)
+        self.tell("measuring_zero", "zero of the torque sensor", remaining_s=self._remaining())
+
+    def started(self, task: Task, recording_id: str) -> None:
+        """Tell of a recording that begins, and where the lubricant is expected to go in a heating."""
+        for earlier in [key for key, point in self._points.items() if point["state"] in ("running", "heating")]:
+            self._change(earlier, state="saving")
+        self._task, self._task_began_s = task, self._bench_s
+        heating = task.is_preparation
+        target = task.point.temperature
+        label = task.point.label
+        if heating and target is not None:
+            label = f"warming the lubricant to {target:.1f} °C"
+        expected = self._numbers.get(task.prepares or task.point)
+        identity = None if expected is None else expected.identity
+        if identity is not None:
+            self._change(identity, state="heating" if heating else "running")
+        self.tell(
+            "heating" if heating else "measuring",
+            label,
+            recording_id=recording_id,
+            identity=identity,
+            target=target,
+            way=None,
+            remaining_s=self._remaining(),
+        )
+
+    def advanced(self, bench_time_s: float, temperature: float) -> None:
+        """Tell time and temperature now and then."""
+        self._bench_s = bench_time_s
+        task, now = self._task, time.monotonic()
+        if now - self._told < _STATUS_EVERY_S or task is None:
+            return
+        self._told = now
+        more: Message = {}
+        if self._status.get("way") is None and self._status["phase"] == "heating":
+            more["way"] = self._way(task, temperature)
+        moment = self._started + timedelta(seconds=bench_time_s)
+        self.tell(
+            self._status["phase"],
+            self._status["label"],
+            bench_time=moment.timestamp(),
+            elapsed_s=bench_time_s,
+            temperature=temperature,
+            remaining_s=self._remaining(),
+            **more,
+        )
+
+    def finished(self, taken: Taken) -> None:
+        """Tell what became of a recording."""
+        if taken.point_id not in self._points:
+            return
+        self._change(
+            taken.point_id,
+            state=taken.status.value,
+            take=taken.take,
+            note=taken.note,
+            file=taken.file,
+            quality=taken.quality,
+        )
+
+    def paused(self, now: bool) -> None:
+        """Tell of a pause and of its end."""
+        if now:
+            self._before_pause = self._status["phase"]
+            self.tell("paused", "waiting for the operator between two points")
+        else:
+            self.tell(self._before_pause)
+
+    # -- private -------------------------------------------------------------------------------------------------------
+
+    def _point(self, expected: Expected) -> Message:
+        point = expected.point
+        return {
+            "number": expected.number,
+            "identity": expected.identity,
+            "label": point.label,
+            "sequence": point.sequence,
+            "stage": point.stage,
+            "load_torque": point.load_torque,
+            "velocity": point.velocity,
+            "temperature": point.temperature,
+            "repeat": point.repeat,
+            "state": "done" if expected.done else "waiting",
+            "duration_s": self._cost.get(point, 0.0),
+        }
+
+    def _change(self, identity: str, **more: Any) -> None:
+        with self._lock:
+            self._points[identity] = {**self._points[identity], **more}
+            message = {"type": "point", **self._points[identity]}
+        self._emit(message)
+
+    def _remaining(self) -> float:
+        """Planned bench time of all points still to come, and of the rest of the one that runs."""
+        open_states = ("waiting", "running", "heating")
+        with self._lock:
+            total: float = sum(point["duration_s"] for point in self._points.values() if point["state"] in open_states)
+        spent = self._bench_s - self._task_began_s if self._task is not None else 0.0
+        running = self._cost.get(self._task.prepares or self._task.point, 0.0) if self._task is not None else 0.0
+        return max(0.0, total - min(spent, running))
+
+    def _way(self, task: Task, temperature: float) -> list[list[float]]:
+        """The lubricant's expected way in this heating: bench time of day (Unix, s) and °C."""
+        point = task.point
+        phases = build_sequence(point.sequence, point.options).phases(point, facts(self._bench))
+        way, _ = expected_way(phases, self._bench, temperature)
+        start = self._started.timestamp() + self._bench_s
+        step = max(1, len(way) // 200)
+        return [[start + seconds, degrees] for seconds, degrees in [*way[::step], way[-1]]]

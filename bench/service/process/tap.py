@@ -1,0 +1,166 @@
+"""Live values of a run: every row is looked at, few numbers leave. The bus side only appends a reference to a list."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable, Mapping
+from datetime import datetime, timedelta
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.cycle.channels import Scaling
+from bench.protocols import Segment
+from bench.service.process.revolution import Revolution
+
+Message = dict[str, Any]
+
+SHOWN: tuple[str, ...] = (
+    "motor_velocity_setpoint",
+    "motor_velocity",
+    "load_velocity",
+    "motor_torque",
+    "load_motor_torque_setpoint",
+    "load_torque",
+    "load_motor_torque",
+    "temperature",
+    "ambient_temperature",
+    "motor_angle",
+    "load_angle",
+)
+"""Channels whose values go to the page."""
+
+_MOST_WAITING = 20_000
+"""Blocks that may wait; at 2 kHz in blocks of one that is ten seconds. Then blocks are dropped, and counted."""
+_EVERY_S = 0.1
+_SPECTRUM_EVERY = 10
+"""Buckets between two spectra."""
+
+
+class LiveTap:
+    """Turns rows into buckets of minimum, maximum, mean and last value, one about every 0.1 s of the clock.
+
+    Parameters
+    ----------
+    emit : is called from the tap's own thread with ``live`` and ``spectrum`` messages.
+    ratio : of the gearbox.
+    """
+
+    def __init__(self, emit: Callable[[Message], None], ratio: float) -> None:
+        self._emit, self._ratio = emit, ratio
+        self._waiting: deque[tuple[Any, ...]] = deque()
+        self._ended = threading.Event()
+        self.dropped = 0
+        self._scaling: Scaling | None = None
+        self._began = datetime.min
+        self._cycle: int | None = None
+        self._what = ""
+        self._steady = False
+        self._revolution = Revolution()
+        self._buckets = 0
+        self._conditions: dict[str, float] = {}
+        self._thread = threading.Thread(target=self._work, name="live-tap", daemon=True)
+        self._thread.start()
+
+    # -- called by the runner: no work here ----------------------------------------------------------------------------
+
+    def begin(self, scaling: Scaling, bench_time: datetime, what: str) -> None:
+        """Note a new motion."""
+        self._waiting.append(("begin", scaling, bench_time, what))
+
+    def segment(self, segment: Segment | None) -> None:
+        """Note a new segment."""
+        self._waiting.append(("segment", segment))
+
+    def rows(self, raw: Mapping[str, NDArray[Any]]) -> None:
+        """Keep a reference to the rows; nothing is copied or computed on this thread."""
+        if len(self._waiting) >= _MOST_WAITING:
+            self.dropped += 1
+            return
+        self._waiting.append(("rows", raw))
+
+    def close(self) -> None:
+        """Hand over what is left and end the thread."""
+        self._ended.set()
+        self._thread.join()
+
+    # -- the tap's own thread ------------------------------------------------------------------------------------------
+
+    def _work(self) -> None:
+        while not self._ended.wait(_EVERY_S):
+            self._drain()
+        self._drain()
+
+    def _drain(self) -> None:
+        blocks: list[Mapping[str, NDArray[Any]]] = []
+        for _ in range(len(self._waiting)):
+            item = self._waiting.popleft()
+            if item[0] == "rows":
+                blocks.append(item[1])
+                continue
+            self._reduce(blocks)
+            blocks = []
+            if item[0] == "begin":
+                _, self._scaling, self._began, self._what = item
+                self._cycle, self._steady = None, False
+                self._revolution.clear()
+            else:
+                self._steady = item[1] is Segment.STEADY
+        self._reduce(blocks)
+
+    def _reduce(self, blocks: list[Mapping[str, NDArray[Any]]]) -> None:
+        scaling = self._scaling
+        blocks = [block for block in blocks if block["cycle"].size]
+        if not blocks or scaling is None:
+            return
+        cycle = np.concatenate([block["cycle"] for block in blocks])
+        if self._cycle is None:
+            self._cycle = int(cycle[0])
+        dt = scaling.scale("time")
+        values: dict[str, list[float]] = {}
+        angles: dict[str, NDArray[np.float64]] = {}
+        for name in SHOWN:
+            if name not in scaling.specs or name not in blocks[0]:
+                continue
+            raw = np.concatenate([block[name] for block in blocks])
+            scale, offset = scaling.scale(name), scaling.offset(name)
+            ends = sorted((float(raw.min()) * scale + offset, float(raw.max()) * scale + offset))
+            shown = (*ends, float(raw.mean()) * scale + offset, float(raw[-1]) * scale + offset)
+            values[name] = [float(f"{value:.9g}") for value in shown]
+            if name in ("motor_angle", "load_angle"):
+                angles[name] = raw * scale + offset
+        start = self._began + timedelta(seconds=(int(cycle[0]) - self._cycle) * dt)
+        end = self._began + timedelta(seconds=(int(cycle[-1]) - self._cycle + 1) * dt)
+        self._emit(
+            {
+                "type": "live",
+                "start": start.timestamp(),
+                "end": end.timestamp(),
+                "what": self._what,
+                "dropped": self.dropped,
+                "values": values,
+            }
+        )
+        if self._steady and len(angles) == 2:
+            self._turn(angles, values)
+
+    def _turn(self, angles: dict[str, NDArray[np.float64]], values: dict[str, list[float]]) -> None:
+        theta = angles["motor_angle"] / self._ratio
+        self._revolution.add(theta, angles["load_angle"] - theta)
+        self._buckets += 1
+        if self._buckets % _SPECTRUM_EVERY:
+            return
+        spectrum = self._revolution.spectrum()
+        message: Message = {"type": "spectrum", "share": self._revolution.share}
+        if spectrum is not None:
+            message |= {
+                "amplitude": [round(float(value) * 1e9) / 1e9 for value in spectrum.amplitude],
+                "curve": [round(float(value) * 1e8) / 1e8 for value in spectrum.curve],
+                "rms": spectrum.rms,
+                "torque": values["load_torque"][2],
+                "velocity": values["motor_velocity"][2] / self._ratio,
+                "temperature": values["temperature"][2],
+            }
+        self._emit(message)

@@ -1,0 +1,192 @@
+"""Folders of recordings and their plots for the page; reads only, and never outside the folder it is given."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.errors import RecordingError
+from bench.recording import Recording, RecordingFolder
+from bench.recording.statistics import shown_unit
+
+PLOTTED: tuple[str, ...] = (
+    "motor_velocity",
+    "load_velocity",
+    "load_torque",
+    "load_motor_torque",
+    "motor_torque",
+    "temperature",
+)
+"""Channels a page shows of a recording, where it has them."""
+_BUCKETS = 800
+_BLOCK_ROWS = 1 << 20
+
+
+class UnknownPlace(RecordingError):
+    """A folder or recording of this name is not there."""
+
+
+def inside(root: Path, name: str) -> Path:
+    """Return the folder or file ``name`` of ``root``.
+
+    Raises
+    ------
+    UnknownPlace
+        If it is not there, or if the name leads out of ``root``.
+    """
+    if name in ("", ".", "..") or "/" in name or "\\" in name or "\0" in name or name.startswith("."):
+        raise UnknownPlace(f'"{name}" is not the name of something in {root}')
+    path = root / name
+    try:
+        exists = path.exists()
+    except OSError:
+        exists = False
+    if not exists:
+        raise UnknownPlace(f'there is no "{name}" in {root}')
+    return path
+
+
+def folders(root: Path) -> list[dict[str, Any]]:
+    """Return the campaign folders, newest first, from names and sizes alone."""
+    out = []
+    for path in root.iterdir() if root.is_dir() else ():
+        if not path.is_dir() or path.name.startswith("."):
+            continue
+        files = [entry.stat() for entry in path.iterdir() if entry.suffix == ".h5"]
+        if not files and not (path / "journal.sqlite").exists():
+            continue
+        manifest = _manifest(path)
+        states = [entry.get("status") for entry in manifest.get("recordings", [])]
+        out.append(
+            {
+                "name": path.name,
+                "campaign": manifest.get("campaign_id", path.name),
+                "bench": manifest.get("bench"),
+                "recordings": len(files),
+                "bytes": sum(file.st_size for file in files),
+                "changed_at": max((file.st_mtime for file in files), default=path.stat().st_mtime),
+                "done": states.count("done"),
+                "failed": states.count("failed"),
+                "pending": states.count("pending"),
+                "end": manifest.get("end"),
+            }
+        )
+    return sorted(out, key=lambda folder: -folder["changed_at"])
+
+
+def recordings(folder: Path) -> list[dict[str, Any]]:
+    """Return what a folder holds, in the order it was made: set point, quality, and why a file is of no use."""
+    found = RecordingFolder.open(folder)
+    return [
+        *(
+            {
+                "id": recording.recording_id,
+                "file": recording.path.name,
+                "kind": recording.kind,
+                "started_at": recording.started_at.isoformat(),
+                "duration_s": recording.size / recording.sample_rate,
+                "complete": recording.complete,
+                "accepted": recording.accepted,
+                "take": recording.take,
+                "load_torque": _number(recording.setpoint.load_torque),
+                "velocity": _number(recording.setpoint.velocity),
+                "temperature": _number(recording.setpoint.temperature),
+                "why": None,
+            }
+            for recording in found.recordings
+        ),
+        *({"id": None, "file": rejected.file.name, "why": rejected.why} for rejected in found.rejected),
+    ]
+
+
+def plot(path: Path) -> dict[str, Any]:
+    """Return a recording as a page plots it: minimum and maximum in 800 stretches of time, events, segments.
+
+    Raises
+    ------
+    RecordingError
+        If the file cannot be read.
+    """
+    recording = Recording.open(path)
+    names = [name for name in PLOTTED if name in recording.channels]
+    edges = np.linspace(0, recording.size, min(_BUCKETS, max(1, recording.size)) + 1).astype(np.int64)
+    low = {name: np.full(edges.size - 1, np.nan) for name in names}
+    high = {name: np.full(edges.size - 1, np.nan) for name in names}
+    # whole stretches of at most a million rows, so that an hour of recording costs little memory
+    group = max(1, _BLOCK_ROWS * (edges.size - 1) // max(1, recording.size))
+    for first in range(0, edges.size - 1, group):
+        last = min(first + group, edges.size - 1)
+        rows = recording.read_si(names, int(edges[first]), int(edges[last]))
+        starts = edges[first:last] - edges[first]
+        for name in names if rows and recording.size else ():
+            low[name][first:last] = np.minimum.reduceat(rows[name], starts)
+            high[name][first:last] = np.maximum.reduceat(rows[name], starts)
+    rate = recording.sample_rate
+    return {
+        "id": recording.recording_id,
+        "kind": recording.kind,
+        "started_at": recording.started_at.isoformat(),
+        "time": [round(float(value), 4) for value in (edges[:-1] + edges[1:]) / 2.0 / rate],
+        "channels": {name: _channel(recording, name, low[name], high[name]) for name in names},
+        "segments": [{"name": s.name, "start": s.start / rate, "stop": s.stop / rate} for s in recording.segments],
+        "events": [{"time": e.time, "level": e.level, "text": e.text} for e in recording.events],
+        "quality": recording.quality,
+        "problems": list(recording.problems),
+    }
+
+
+def revolution(path: Path) -> dict[str, Any]:
+    """Return transmission error and order spectrum of a recording's steady motion, with its mean conditions.
+
+    Raises
+    ------
+    RecordingError
+        If it has no full revolution.
+    """
+    from bench.campaigns.picture import order_amplitudes, transmission_error
+    from bench.service.process.revolution import HIGHEST_ORDER
+
+    recording = Recording.open(path)
+    error = transmission_error(recording)
+    steady = max(recording.steady(), key=lambda part: part.stop - part.start)
+    names = [name for name in ("load_torque", "motor_velocity", "temperature") if name in recording]
+    values = recording.read_si(names, steady.start, steady.stop)
+    ratio = recording.gearbox.ratio or 1.0
+    means = {name: float(np.mean(rows)) for name, rows in values.items()}
+    error = error - error.mean()
+    return {
+        "amplitude": _short(order_amplitudes(error)[1 : HIGHEST_ORDER + 1]),
+        "curve": _short(error.reshape(512, -1).mean(axis=1)),
+        "rms": float(np.sqrt(np.mean(error**2))),
+        "torque": means.get("load_torque", 0.0),
+        "velocity": means.get("motor_velocity", 0.0) / ratio,
+        "temperature": means.get("temperature", 25.0),
+    }
+
+
+def _channel(recording: Recording, name: str, low: NDArray[np.float64], high: NDArray[np.float64]) -> dict[str, Any]:
+    unit, factor = shown_unit(recording.specs[name].unit)
+    if name == "motor_velocity" and recording.gearbox.ratio and unit == "°/s":
+        # what the page compares it with is the load side
+        name, factor = "motor_velocity / ratio", factor / recording.gearbox.ratio
+    return {"unit": unit, "low": _short(low * factor), "high": _short(high * factor)}
+
+
+def _short(values: NDArray[np.float64]) -> list[float | None]:
+    return [float(f"{value:.5g}") if np.isfinite(value) else None for value in values]
+
+
+def _number(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None
+
+
+def _manifest(folder: Path) -> dict[str, Any]:
+    try:
+        manifest = json.loads((folder / "campaign.json").read_text("utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return manifest if isinstance(manifest, dict) else {}

@@ -1,0 +1,165 @@
+"""What can be read over HTTP: state, events, history, campaigns, recordings, analyses, storage, the book."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Depends
+from fastapi import Path as InPath
+from fastapi.responses import FileResponse, StreamingResponse
+
+from bench.service import models as m
+from bench.service import recordings
+from bench.service.security import REPORT_POLICY
+from bench.service.service import Service, Unknown
+from bench.service.wiring import PROBLEMS, service_of
+
+router = APIRouter(prefix="/api", responses=PROBLEMS)
+The = Annotated[Service, Depends(service_of)]
+Place = Annotated[str, InPath(pattern=r"^[\w][\w .+\-]{0,99}$")]
+AnalysisId = Annotated[str, InPath(pattern=r"^[0-9A-Za-z\-]{1,40}$")]
+Answer = dict[str, Any]
+
+
+@router.get("/state", summary="Everything a page starts with")
+async def state(service: The) -> list[Answer]:
+    """The messages a stream of events begins with."""
+    return service.greeting()
+
+
+@router.get(
+    "/events",
+    summary="What happens, as server-sent events",
+    response_class=StreamingResponse,
+    responses={200: {"content": {"text/event-stream": {}}, "description": "events"}},
+)
+async def events(service: The) -> StreamingResponse:
+    """The state now, then every change; a beat at least every two seconds."""
+    stream = service.stream.events(service.greeting())
+    headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
+    return StreamingResponse(stream, media_type="text/event-stream", headers=headers)
+
+
+@router.get("/history/{detail}", summary="Live values so far")
+async def history(detail: Literal["fine", "coarse"], service: The) -> list[Answer]:
+    """``fine``: the last minutes as they came; ``coarse``: the last hours in stretches of ten seconds."""
+    return service.keeper.history.fine() if detail == "fine" else service.keeper.history.coarse()
+
+
+@router.get("/campaigns", summary="Campaigns that may be started")
+async def campaigns(service: The) -> list[Answer]:
+    """Shipped ones and those of the campaigns folder; ``problem`` says why one cannot be."""
+    return await asyncio.to_thread(service.campaigns)
+
+
+@router.get("/campaigns/{name}/plan", summary="The plan of a campaign")
+async def plan(name: Place, service: The) -> Answer:
+    """Every point with time, temperature and energy, from room temperature."""
+    return await asyncio.to_thread(service.plan, name)
+
+
+@router.get("/folders", summary="Folders of recordings")
+async def folders(service: The) -> list[Answer]:
+    """Newest first."""
+    return await asyncio.to_thread(recordings.folders, service.settings.folder)
+
+
+@router.get("/folders/{folder}", summary="Recordings of a folder")
+async def folder_recordings(folder: Place, service: The) -> list[Answer]:
+    """In the order they were made; ``why`` says what is wrong with a file that is of no use."""
+    return await asyncio.to_thread(recordings.recordings, recordings.inside(service.settings.folder, folder))
+
+
+@router.get("/folders/{folder}/{file}/plot", summary="A recording for plotting")
+async def plot(folder: Place, file: Place, service: The) -> Answer:
+    """Minimum and maximum of each channel in 800 stretches of time."""
+    path = recordings.inside(recordings.inside(service.settings.folder, folder), file)
+    return await asyncio.to_thread(recordings.plot, path)
+
+
+@router.get("/folders/{folder}/{file}/revolution", summary="Transmission error of a recording")
+async def revolution(folder: Place, file: Place, service: The) -> Answer:
+    """Curve and order spectrum over a revolution, with the chosen model over it."""
+    path = recordings.inside(recordings.inside(service.settings.folder, folder), file)
+    measured = await asyncio.to_thread(recordings.revolution, path)
+    return await asyncio.to_thread(service.overlay.add, measured)
+
+
+@router.get("/analyses", summary="Identifications and mismatch reports")
+async def analyses(service: The) -> Answer:
+    """Newest first, with progress."""
+    return service.analyses.message()
+
+
+@router.post("/analyses", summary="Start an identification or a mismatch report")
+async def analyse(body: m.NewAnalysis, service: The) -> m.AnalysisAnswer:
+    """It runs at low priority in a process of its own; nothing moves, so the controls are not needed."""
+
+    async def act() -> m.AnalysisAnswer:
+        analysis = service.analyse(body)
+        return m.AnalysisAnswer(id=analysis.id, state=analysis.state)
+
+    answer: m.AnalysisAnswer = await service.once(body.request_id, f"analyse {body.model_dump_json()}", act)
+    return answer
+
+
+@router.post("/analyses/{analysis_id}/cancel", summary="End an analysis")
+async def cancel(analysis_id: AnalysisId, body: m.Cancel, service: The) -> m.Done:
+    """What it has written so far stays."""
+
+    async def act() -> m.Done:
+        if not service.analyses.cancel(analysis_id):
+            raise Unknown(f'there is no analysis "{analysis_id}" that runs')
+        service.book.write("cancel", body.name, f"analysis {analysis_id}")
+        return m.Done(done="cancelled")
+
+    answer: m.Done = await service.once(body.request_id, f"cancel {analysis_id} {body.model_dump_json()}", act)
+    return answer
+
+
+@router.get(
+    "/analyses/{analysis_id}/report",
+    summary="The report of an analysis",
+    response_class=FileResponse,
+    responses={200: {"content": {"text/html": {}}, "description": "a page of its own"}},
+)
+async def report(analysis_id: AnalysisId, service: The) -> FileResponse:
+    """One self-contained page; it may show, and run nothing."""
+    path = service.analyses.folder(analysis_id) / "report.html"
+    if service.analyses.get(analysis_id) is None or not path.exists():
+        raise Unknown(f'there is no analysis "{analysis_id}" with a report')
+    return FileResponse(path, media_type="text/html", headers={"Content-Security-Policy": REPORT_POLICY})
+
+
+@router.post("/model", summary="Choose the model drawn over the spectrum")
+async def choose_model(body: m.ChooseModel, service: The) -> m.Done:
+    """The model of an analysis, or none."""
+
+    async def act() -> m.Done:
+        path = None if body.analysis is None else service.model_path(body.analysis)
+        await asyncio.to_thread(service.overlay.choose, path)
+        service.tell_state()
+        return m.Done(done="no model is drawn" if path is None else f"the model of {body.analysis} is drawn")
+
+    answer: m.Done = await service.once(body.request_id, f"model {body.model_dump_json()}", act)
+    return answer
+
+
+@router.get("/storage", summary="Where recordings lie, and the room left")
+async def storage(service: The) -> Answer:
+    """With the command that copies them elsewhere."""
+    return await asyncio.to_thread(service.storage)
+
+
+@router.get("/book", summary="The last entries of the record book")
+async def book(service: The) -> list[Answer]:
+    """Acts of operators and alarms, newest first, UTC."""
+    return service.book.last()
+
+
+@router.get("/health", summary="Whether the service and its run live")
+async def health(service: The) -> Answer:
+    """``alive`` is false when a run has not been heard of for long."""
+    return {"alive": service.keeper.is_alive(), "heard_s": time.monotonic() - service.keeper.heard}

@@ -1,0 +1,66 @@
+"""``bench serve`` itself: one service a bus; privileges given away; the web server; its end at a signal."""
+
+from __future__ import annotations
+
+import sys
+
+from bench.configuration import load_bench, on_interface
+from bench.errors import ConfigurationError
+from bench.service.launcher import Launcher
+from bench.service.privileges import drop
+from bench.service.registry import serving
+from bench.service.runs import Runs
+from bench.service.settings import Settings
+
+
+def run(settings: Settings) -> None:
+    """Serve until SIGINT or SIGTERM; a run goes on in its own process.
+
+    Raises
+    ------
+    DeviceError
+        If another service has this bus.
+    ConfigurationError
+        If the bench file or the address is wrong.
+    """
+    file = load_bench(settings.bench)
+    if settings.interface is not None:
+        file = on_interface(file, settings.interface)
+    address = {"url": settings.url, "token": settings.token, "folder": str(settings.folder.absolute())}
+    if settings.certificate is not None:
+        address["certificate"] = str(settings.certificate.absolute())
+    with serving(file, address):
+        # first the launcher, which keeps the privileges, then away with them, then everything that talks to the world
+        launcher = Launcher()
+        drop()
+        _serve(settings, launcher)
+
+
+def _serve(settings: Settings, launcher: Launcher) -> None:
+    import uvicorn
+
+    from bench.service.app import create_app
+
+    shown = settings.url + (f"/#token={settings.token}" if settings.token is not None else "/")
+    sys.stdout.write(
+        f"The page is at {shown}\nRecordings go to {settings.folder.absolute()}. Ctrl-C ends the service.\n"
+    )
+    sys.stdout.flush()
+    config = uvicorn.Config(
+        create_app(settings, launcher),
+        host=settings.host,
+        port=settings.port,
+        log_level="warning",
+        ssl_certfile=settings.certificate,
+        ssl_keyfile=settings.key,
+        server_header=False,
+        timeout_graceful_shutdown=3,
+    )
+    server = uvicorn.Server(config)
+    try:
+        server.run()
+    except SystemExit as error:
+        raise ConfigurationError(f"{settings.url} cannot be served; is the port in use?") from error
+    running = Runs(settings.state / "runs.json").running()
+    if running is not None:
+        sys.stdout.write(f"A run goes on in process {running.pid}; start bench serve again to watch it or to stop it.\n")

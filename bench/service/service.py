@@ -1,0 +1,312 @@
+"""The service: everything it is made of, put together; the routes only translate between it and HTTP."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import time
+from collections.abc import Awaitable, Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from bench.campaigns import load_campaign, make_plan, parse_campaign, shipped_campaigns
+from bench.configuration import BenchFile, load_bench, on_interface
+from bench.errors import BenchError
+from bench.service import recordings
+from bench.service.alarms import Alarm, Alarms
+from bench.service.allowed import Situation, allowed, why_not
+from bench.service.analyses import Analyses
+from bench.service.book import Book
+from bench.service.keeper import Keeper, again
+from bench.service.launcher import Launcher
+from bench.service.lease import Lease
+from bench.service.models import NewAnalysis, NewRun
+from bench.service.notify import Notifier
+from bench.service.once import Once
+from bench.service.overlay import Overlay
+from bench.service.runs import Run, Runs, new_id, now
+from bench.service.settings import Settings
+from bench.service.storage import storage
+from bench.service.stream import Stream
+
+Message = dict[str, Any]
+_STOP_MARGIN_S = 10.0
+
+
+class NotNow(BenchError):
+    """The act is not possible in the state the bench is in."""
+
+
+class Unknown(BenchError):
+    """There is no such run, alarm or analysis."""
+
+
+class Service:
+    """One bench, its runs, its operators, its pages."""
+
+    def __init__(self, settings: Settings, launcher: Launcher) -> None:
+        self.settings = settings
+        file = load_bench(settings.bench)
+        self.bench: BenchFile = file if settings.interface is None else on_interface(file, settings.interface)
+        settings.state.mkdir(parents=True, exist_ok=True)
+        self.book = Book(settings.state / "log.jsonl")
+        self.lease = Lease(self.book)
+        self.stream = Stream()
+        self.once = Once()
+        self.notifier = Notifier(settings.notify)
+        self.alarms = Alarms(self.book, self._tell_alarm)
+        self.overlay = Overlay(self.stream.publish)
+        self.analyses = Analyses(settings.state, self.stream.publish)
+        stopping = self.bench.configuration.stopping
+        deadline = stopping.controlled_ramp + stopping.quick_stop + stopping.disable_voltage + _STOP_MARGIN_S
+        runs = Runs(settings.state / "runs.json")
+        self.keeper = Keeper(settings.state, runs, launcher, self.stream, self.book, self.alarms, deadline)
+        self.keeper.on_spectrum = self.overlay.take
+        if settings.model is not None:
+            self.overlay.choose(settings.model)
+        self._launcher = launcher
+        self._plans: dict[str, Message] = {}
+
+    # -- life ----------------------------------------------------------------------------------------------------------
+
+    def open(self) -> None:
+        """Begin to work."""
+        self.book.write("service", "service", f"the service begins, process {os.getpid()}")
+        self.keeper.open()
+
+    async def close(self) -> None:
+        """End; a run goes on in its own process."""
+        self.stream.close()
+        await self.keeper.close()
+        await self.analyses.close()
+        await asyncio.to_thread(self._launcher.close)
+        self.book.write("service", "service", "the service ended")
+
+    # -- what is shown -------------------------------------------------------------------------------------------------
+
+    def situation(self) -> Situation:
+        """What decides what may be done now."""
+        runs = self.keeper.runs.all()
+        phase = "free" if self.keeper.runs.running() is None else self.keeper.status["phase"]
+        return Situation(
+            phase,
+            held=self.keeper.held,
+            waiting=any(run.state == "queued" for run in runs),
+            proposed=any(run.state == "proposed" for run in runs),
+            ended=any(run.state == "ended" for run in runs),
+            alarms=bool(self.alarms.standing()),
+        )
+
+    def state(self) -> Message:
+        """What stands beside the runs: who holds the controls, what may be done, alarms."""
+        return {
+            "type": "state",
+            "holder": self.lease.as_dict(time.monotonic()),
+            "allowed": sorted(allowed(self.situation())),
+            "alarms": self.alarms.standing(),
+            "pages": self.stream.pages,
+            "alive": self.keeper.is_alive(),
+            "model": None if self.overlay.path is None else str(self.overlay.path),
+        }
+
+    def greeting(self) -> list[Message]:
+        """What a page starts with."""
+        configuration = self.bench.configuration
+        about = {
+            "type": "about",
+            "bench": configuration.name,
+            "title": configuration.title,
+            "ratio": configuration.gearbox.ratio,
+            "emulated": configuration.bus.plant is not None,
+            "limits": {
+                "motor_speed": configuration.limits.motor_speed,
+                "load_torque": configuration.limits.load_torque,
+                "temperature": configuration.limits.temperature,
+            },
+        }
+        maybe = (self.keeper.plan_message(), self.overlay.last if self.keeper.spectrum is not None else None)
+        return [
+            about,
+            self.state(),
+            self.keeper.runs_message(),
+            *(message for message in maybe if message is not None),
+            self.keeper.status,
+            self.analyses.message(),
+        ]
+
+    def tell_state(self) -> None:
+        """Tell the pages that something beside the runs has changed."""
+        self.stream.publish(self.state())
+
+    def storage(self) -> Message:
+        """Where recordings lie and what room is left."""
+        return storage(self.settings.folder, self.bench.configuration.storage.minimum_free)
+
+    # -- acts ----------------------------------------------------------------------------------------------------------
+
+    async def act(self, secret: str | None, what: str, do: Callable[[str], Awaitable[Any]]) -> Any:
+        """Do something in the name of whoever holds the controls.
+
+        Raises
+        ------
+        NotHeld
+            If the caller does not hold them.
+        NotNow
+            If it is not possible now.
+        """
+        holder = self.lease.check(secret, time.monotonic())
+        self.check_possible(what)
+        result = await do(holder.name)
+        self.tell_state()
+        return result
+
+    def check_possible(self, what: str) -> None:
+        """Refuse what is not possible now."""
+        situation = self.situation()
+        if what not in allowed(situation):
+            raise NotNow(why_not(what, situation))
+
+    def stop(self, by: str) -> bool:
+        """Bring the bench to rest, whoever asks; False if nothing ran."""
+        ran = self.keeper.stop()
+        self.book.write("stop", by, f"{by} pressed STOP" + ("" if ran else ", nothing ran"))
+        self.keeper.changed()
+        self.tell_state()
+        return ran
+
+    def wish(self, by: str, wish: str, **more: str) -> str:
+        """Pass an operator's wish on to the run, with an entry in the book."""
+        if not self.keeper.tell_run(wish, **more):
+            raise NotNow("the run cannot be reached at the moment; STOP works all the same")
+        text = " ".join([wish.replace("_", " "), *more.values()])
+        self.book.write(wish, by, text)
+        return text
+
+    async def new_run(self, new: NewRun) -> Run:
+        """Put a campaign into the queue; proposed only, if the caller does not hold the controls.
+
+        Raises
+        ------
+        BenchError
+            If the campaign is wrong or would break a limit; nothing is queued then.
+        """
+        now_s = time.monotonic()
+        by = new.name if new.secret is None else self.lease.check(new.secret, now_s).name
+        run_id = new_id()
+        source = await asyncio.to_thread(self._campaign_source, new, run_id)
+        campaign = await asyncio.to_thread(load_campaign, source)
+        # refused here and now if it would break a limit; the run plans again from the temperature it finds
+        await asyncio.to_thread(make_plan, campaign, self.bench.configuration)
+        folder = self.settings.folder.absolute() / (new.folder or f"{campaign.name}-{run_id[:15]}")
+        run = Run(
+            id=run_id,
+            campaign=source,
+            title=campaign.title,
+            bench=self.settings.bench,
+            folder=str(folder),
+            by=by,
+            asked_at=now(),
+            state="proposed" if new.secret is None else "queued",
+            interface=self.settings.interface,
+            real_time=new.real_time,
+            reset_faults=new.reset_faults,
+            seed=new.seed,
+        )
+        if new.secret is not None and self.keeper.runs.running() is None:
+            # whoever holds the controls and starts a run lets the queue go on
+            self.keeper.held = False
+        self.book.write("ask", by, f"{campaign.title} {run.state}", run=run.id)
+        return self.keeper.add(run)
+
+    def again(self, run_id: str, by: str, reset_faults: bool) -> Run:
+        """Let a run that ended go on where it stopped."""
+        run = self.run(run_id, "ended")
+        self.keeper.held = False
+        self.book.write("again", by, f"{run.title} goes on in {Path(run.folder).name}", run=run.id)
+        return self.keeper.add(again(run, new_id(), by, reset_faults))
+
+    def run(self, run_id: str, state: str) -> Run:
+        """Return a run in the state it has to be in.
+
+        Raises
+        ------
+        Unknown
+            If there is none of this id and state.
+        """
+        run = self.keeper.runs.get(run_id)
+        if run is None or run.state != state:
+            raise Unknown(f'there is no {state} run "{run_id}"')
+        return run
+
+    def change_run(self, run: Run, **changes: Any) -> Run:
+        """Change a run that waits."""
+        changed = self.keeper.runs.put(replace(run, **changes))
+        self.keeper.changed()
+        return changed
+
+    def model_path(self, analysis_id: str) -> Path:
+        """Return the model an analysis made.
+
+        Raises
+        ------
+        Unknown
+            If it made none.
+        """
+        path = self.analyses.folder(analysis_id) / "model.json"
+        if self.analyses.get(analysis_id) is None or not path.exists():
+            raise Unknown(f'there is no analysis "{analysis_id}" with a model')
+        return path
+
+    def analyse(self, new: NewAnalysis) -> Any:
+        """Start an analysis of a folder of recordings."""
+        folder = recordings.inside(self.settings.folder, new.folder)
+        model = None if new.model is None else self.model_path(new.model)
+        self.book.write("analyse", new.name, f"{new.kind} of {new.folder}")
+        return self.analyses.start(new.kind, folder, new.name, model)
+
+    # -- campaigns -----------------------------------------------------------------------------------------------------
+
+    def campaigns(self) -> list[Message]:
+        """What may be started: shipped campaigns and those of the campaigns folder, with title or what is wrong."""
+        out = []
+        for name, source in self._offered().items():
+            try:
+                campaign = load_campaign(source)
+                out.append({"name": name, "title": campaign.title, "problem": None})
+            except BenchError as error:
+                out.append({"name": name, "title": name, "problem": str(error)})
+        return out
+
+    def plan(self, name: str) -> Message:
+        """Return the plan of a campaign, from room temperature."""
+        source = self._offered().get(name)
+        if source is None:
+            raise Unknown(f'there is no campaign "{name}"; there are {", ".join(self._offered())}')
+        return make_plan(load_campaign(source), self.bench.configuration).as_dict()
+
+    def _offered(self) -> dict[str, str]:
+        offered = {name: name for name in shipped_campaigns()}
+        folder = self.settings.campaigns
+        if folder is not None and folder.is_dir():
+            files = (path for path in sorted(folder.iterdir()) if path.suffix in (".toml", ".py"))
+            offered |= {path.name: str(path.absolute()) for path in files}
+        return offered
+
+    def _campaign_source(self, new: NewRun, run_id: str) -> str:
+        if (new.campaign is None) == (new.text is None):
+            raise NotNow("give either campaign, a name the service offers, or text, the content of a TOML file")
+        if new.text is None:
+            source = self._offered().get(str(new.campaign))
+            if source is None:
+                raise Unknown(f'there is no campaign "{new.campaign}"; there are {", ".join(self._offered())}')
+            return source
+        parse_campaign(new.text, "the campaign sent")
+        path = self.settings.state.absolute() / "runs" / run_id / "campaign.toml"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(new.text, encoding="utf-8")
+        return str(path)
+
+    def _tell_alarm(self, alarm: Alarm) -> None:
+        self.notifier.tell(alarm, self.bench.configuration.name)
+        self.tell_state()

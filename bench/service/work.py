@@ -1,0 +1,79 @@
+"""An analysis in a process of its own: ``python -m bench.service.work JOB.json`` tells its progress in JSON lines."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from bench.errors import BenchError
+
+Kind = Literal["identify", "mismatch"]
+_NICE = 10
+
+
+@dataclass(frozen=True, slots=True)
+class Work:
+    """What is to be analysed: ``model`` is the simulation a mismatch is sought against, None for the nominal one."""
+
+    kind: Kind
+    recordings: str
+    out: str
+    model: str | None = None
+
+
+def tell(what: str, share: float, **more: Any) -> None:
+    """Write one line of progress."""
+    sys.stdout.write(json.dumps({"what": what, "share": share, **more}, ensure_ascii=False) + "\n")
+    sys.stdout.flush()
+
+
+def identify(work: Work) -> str:
+    """Identify, write model.json, report.html and summary.json; return the sentence that sums it up."""
+    from bench.identification import Options, identify_folder, to_json, to_simulation
+    from bench.identification.report import write_report
+    from bench.identification.summary import verdict
+
+    out = Path(work.out)
+    out.mkdir(parents=True, exist_ok=True)
+    found = identify_folder(
+        Path(work.recordings),
+        Options(jobs=1),
+        lambda done, total: tell(f"reading recording {done} of {total}", 0.9 * done / max(1, total)),
+    )
+    tell("writing the report", 0.92)
+    to_simulation(found, "refined").save(out / "model.json")
+    write_report(found, out)
+    (out / "summary.json").write_text(json.dumps(to_json(found), indent=1, ensure_ascii=False), encoding="utf-8")
+    if found.scores:
+        return verdict(found)
+    return " ".join(found.sentences) or "Identified; there was nothing to validate it with."
+
+
+def mismatch(work: Work) -> str:
+    """Compare simulation and recordings, write the report; return its verdict in a sentence."""
+    from bench.mismatch import run
+    from bench.mismatch.page import sentence
+
+    model = None if work.model is None else Path(work.model)
+    return sentence(run(Path(work.recordings), Path(work.out), model, tell))
+
+
+def main() -> None:
+    """Do the work of the file given; the last line says how it ended."""
+    os.nice(_NICE)
+    work = Work(**json.loads(Path(sys.argv[1]).read_text("utf-8")))
+    tell("reading", 0.0)
+    try:
+        text = (identify if work.kind == "identify" else mismatch)(work)
+    except BenchError as error:
+        tell(str(error), 1.0, ended="failed")
+        sys.exit(1)
+    tell(text, 1.0, ended="done")
+
+
+if __name__ == "__main__":
+    main()
