@@ -50,6 +50,8 @@ class Entry:
     variables: tuple[str, ...] = ()
     deviation: tuple[float, ...] = ()
     """standard deviations of the point's parameters, once they are refined"""
+    common: bool = True
+    """whether a free form belongs to the flexible model that tells the noise (one of many frequencies does not)"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,7 +178,9 @@ def layout(
     free: list[Entry] = []
     if with_free:
         for rival in rivals(channel, frame, reference):
-            free.append(Entry("unknown", rival.name, (), add(rival.columns, FREE_PRIOR), rival.variables))
+            free.append(
+                Entry("unknown", rival.name, (), add(rival.columns, FREE_PRIOR), rival.variables, (), rival.common)
+            )
     own = np.zeros(width)
     for place_of, value in precision.items():
         own[place_of] = value

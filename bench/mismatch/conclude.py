@@ -10,16 +10,16 @@ from bench.mismatch.channels import SENSOR_ERRORS, Analysis
 from bench.mismatch.dataset import Dataset
 from bench.mismatch.evaluate import Scores
 from bench.mismatch.findings import Finding, alternatives_json, as_good, confidence, parameters
+from bench.mismatch.judge import Found
 from bench.mismatch.laws import Law
-from bench.mismatch.linear import ChannelModel, Found, columns_of
+from bench.mismatch.linear import ChannelModel, columns_of
 from bench.mismatch.locate import Location, conditions, strongest, text, time_window
 from bench.mismatch.peaks import Peak
 from bench.mismatch.rivals import rivals
+from bench.mismatch.unexplained import unexplained
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR
 
-TOO_MUCH = {"transmission_error": 1.45, "motor_torque": 1.12, "load_torque": 1.12, "temperature": 2.0}
-"""held-out residual over the noise floor, beyond what folders without effect have shown"""
 Evidence = dict[tuple[str, str], tuple[float, float]]
 
 
@@ -39,7 +39,7 @@ def conclude(data: Dataset, analysis: Analysis, scores: dict[str, Scores], evide
         pair = evidence.get((finding.channel, finding.source.entry.effect if isinstance(finding.source, Found) else ""))
         if pair is not None:
             finding.rmse_before, finding.rmse_after = pair
-    out += _unexplained(analysis, scores, {f.channel for f in out}, names)
+    out += unexplained(data, analysis, scores, {f.channel for f in out}, names)
     merged = _merged(out, analysis)
     return sorted(merged, key=lambda f: -f.gain)
 
@@ -185,46 +185,6 @@ def _ripples(analysis: Analysis, score: Scores, data: Dataset) -> list[Finding]:
                 score.after,
                 numbers=2 * len(chosen),
                 source=chosen,
-            )
-        )
-    return out
-
-
-def _unexplained(
-    analysis: Analysis, scores: dict[str, Scores], explained: set[str], names: dict[int, str]
-) -> list[Finding]:
-    """Channels with no finding whose held-out residual stands clearly above the noise: unknown, located."""
-    out: list[Finding] = []
-    for channel, score in scores.items():
-        if channel in explained or score.after < TOO_MUCH[channel] * score.floor:
-            continue
-        if channel == TRANSMISSION_ERROR and analysis.transmission is not None:
-            frame = analysis.transmission.angle.frame.take(score.rows)
-        else:
-            frame = analysis.models[channel].rows.frame.take(score.rows)
-        residual = score.residual_after[score.rows]
-        variables = ("speed", "torque", "temperature")
-        where = conditions(frame, residual, variables)
-        location = Location(
-            f"residual above the noise, {text(where, variables, [], [])}",
-            where,
-            [],
-            [],
-            None,
-            strongest(frame, residual, names),
-        )
-        out.append(
-            Finding(
-                "unknown",
-                "unknown",
-                0.6,
-                channel,
-                location,
-                f"{channel}: no function of one quantity follows it",
-                [],
-                float(score.after / score.floor),
-                score.before,
-                score.after,
             )
         )
     return out

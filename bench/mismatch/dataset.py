@@ -22,6 +22,7 @@ from bench.mismatch.pieces import pieces
 from bench.mismatch.prepare import MEASURED, Prepared, block_edges, block_mean, prepare, reduce
 from bench.mismatch.rows import Rows, join
 from bench.mismatch.split import point_of, split, split_blocks
+from bench.mismatch.tones import ToneSpectrum, tone_spectrum
 from bench.recording import Recording, RecordingFolder
 from bench.simulation.frame import FloatArray, IntArray
 
@@ -58,6 +59,7 @@ class Dataset:
     heat: Rows | None = None
     angle: Rows | None = None
     shaft: list[ShaftSpectrum] = field(default_factory=list)
+    tones: dict[str, list[ToneSpectrum]] = field(default_factory=dict)
     campaign_start: float = 0.0
     notes: list[str] = field(default_factory=list)
 
@@ -210,12 +212,14 @@ class _Collected:
     heat: list[Rows] = field(default_factory=list)
     angle: list[Rows] = field(default_factory=list)
     shaft: list[ShaftSpectrum] = field(default_factory=list)
+    tones: dict[str, list[ToneSpectrum]] = field(default_factory=dict)
 
     def add(self, prepared: Prepared, channels: frozenset[str]) -> None:
         """Reduce a recording to rows of the channels in which it can be compared."""
         edges = block_edges(prepared, SLOW_S, LIVELY_S)
         for channel in channels & set(prepared.measured) - {"temperature"}:
             self.slow.setdefault(channel, []).append(_rows(prepared, edges, channel))
+            self._listen(prepared, channel)
         if "motor_torque" in channels and "motor_torque" in prepared.measured:
             inner = _inside(prepared, "motor_torque", edges)
             spectrum = shaft_spectrum(prepared, inner, prepared.valid["motor_torque"])
@@ -234,6 +238,15 @@ class _Collected:
         data.heat = join(self.heat) if self.heat else None
         data.angle = join(self.angle) if self.angle else None
         data.shaft = self.shaft
+        data.tones = self.tones
+
+    def _listen(self, prepared: Prepared, channel: str) -> None:
+        frame = prepared.frame
+        index = int(frame.recording[0])
+        steady = (frame.steady > 0.5) & (frame.direction != 0)
+        heard = tone_spectrum(index, prepared.measured[channel], prepared.valid[channel], steady, prepared.sample_rate)
+        if heard is not None:
+            self.tones.setdefault(channel, []).append(heard)
 
 
 def _of_one_gearbox(recordings: list[Recording], rejected: list[tuple[str, str]]) -> list[Recording]:

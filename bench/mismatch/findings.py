@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import chi2
 
-from bench.mismatch.linear import Alternative, Found
+from bench.mismatch.judge import Alternative, Found
 from bench.mismatch.locate import Location
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms import LIBRARY

@@ -15,8 +15,9 @@ from bench.mismatch.channels import Analysis
 from bench.mismatch.columns import RIPPLE_ORDERS
 from bench.mismatch.findings import Finding
 from bench.mismatch.findings import parameters as found_parameters
+from bench.mismatch.judge import Found
 from bench.mismatch.laws import Law
-from bench.mismatch.linear import ChannelModel, Found
+from bench.mismatch.linear import ChannelModel
 from bench.mismatch.motor_ripple import Ripple
 from bench.mismatch.peaks import Peak
 from bench.mismatch.series import Scaling, Series

@@ -3,56 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch.bank import Bank, Fit, Noise
 from bench.mismatch.columns import Entry, Layout, layout
+from bench.mismatch.judge import Found, judge, quantities
 from bench.mismatch.noise import estimate
 from bench.mismatch.refine import Refiner
 from bench.mismatch.rivals import rivals
 from bench.mismatch.rows import Rows
-from bench.mismatch.select import Model, Search, spread_t
+from bench.mismatch.select import Model, Search
 from bench.mismatch.spreads import settle
 from bench.simulation.frame import FloatArray, Frame, IntArray, recording_starts
-from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR, Form, Point, Term
+from bench.simulation.terms import LIBRARY, Form, Point, Term
 
 REPEATED = frozenset({"friction.position_dependent"})
-UNKNOWN_SHARE = 0.08
-"""a rival must beat a named term by this share of its gain before the name is doubted"""
-UNKNOWN_GAIN = 40.0
 MOST_TERMS = 6
-REFINED_ALTERNATIVES = 4
-NESTED = 2e-3
-"""share of an entry's energy that another may leave over and still contain it"""
-OCCAM = 3.0
-"""log-likelihood a chosen term must gain over a special case of it that goes by another name"""
-
-
-@dataclass(frozen=True, slots=True)
-class Alternative:
-    """Another effect in a chosen one's place: what it costs in log-likelihood, and the standard error of that."""
-
-    entry: Entry
-    loss: float
-    error: float
-    contains: bool
-    """the alternative has the chosen term's regressors among its own: no rival, only a longer way to say it"""
-
-
-@dataclass(slots=True)
-class Found:
-    """A term or rival chosen in a channel. ``gain`` is what the final model loses without it."""
-
-    entry: Entry
-    gain: float
-    coefficients: FloatArray
-    covariance: FloatArray
-    alternatives: list[Alternative] = field(default_factory=list)
-    unknown: Entry | None = None
-    """the rival that explains clearly more, where there is one"""
 
 
 @dataclass(slots=True)
@@ -135,88 +104,11 @@ def analyse(
         tuple(known),
         base,
     )
-    _judge(result, refiner)
+    verdict = judge(search, refiner, list(model.chosen), whole.free, channel, [term.variables for term, _, _ in known])
+    result.chosen, result.correction, result.found = verdict.chosen, verdict.correction, verdict.found
+    result.fit = bank.fit(result.index([*result.chosen, *result.correction]), leave_out=False)
+    _coefficients(result)
     return result
-
-
-def _judge(model: ChannelModel, refiner: Refiner) -> None:
-    """Alternatives of each chosen term, rivals that beat it, and rivals that find what no term explains."""
-    search = model.search
-    chosen = model.chosen = _simplest(search, refiner, list(model.chosen))
-    whole = search.fit(chosen)
-    start = search.fit(()).total
-    for entry in chosen:
-        others = [e for e in chosen if e != entry]
-        gain = whole.total - search.fit(others).total
-        found = Found(entry, gain, np.zeros(0), np.zeros((0, 0)))
-        found.alternatives = _alternatives(search, refiner, others, entry, whole)
-        rival, beaten = search.best(others, model.layout.free)
-        if rival is not None:
-            margin = search.fit(others).total + beaten - whole.total
-            difference = search.fit([*others, rival]).likelihood - whole.likelihood
-            if margin > 10.0 + UNKNOWN_SHARE * gain and spread_t(difference) > 1.5:
-                found.unknown = rival
-        model.found.append(found)
-    rival, gain = search.best(chosen, model.layout.free)
-    if rival is not None:
-        after = search.fit([*chosen, rival])
-        shaped = [f.entry.variables for f in model.found] + [term.variables for term, _, _ in model.known]
-        related = [own for own in shaped if _quantities(own) & _quantities(rival.variables)]
-        strongest = max((f.gain for f in model.found), default=search.credit)
-        least = UNKNOWN_GAIN * (2.5 if model.channel == TRANSMISSION_ERROR else 1.0)
-        price = max(least, 0.02 * (whole.total - start + search.credit))
-        if related and gain > 10.0:
-            model.correction.append(rival)  # nature's form differs a little from ours: the same effect
-        elif gain > price and spread_t(after.likelihood - whole.likelihood) > 1.8 and gain > 0.05 * strongest:
-            model.chosen.append(rival)
-            model.found.append(Found(rival, gain, np.zeros(0), np.zeros((0, 0)), unknown=rival))
-    final = [*model.chosen, *model.correction]
-    index = model.index(final)
-    model.fit = model.search.bank.fit(index, leave_out=False)
-    _coefficients(model)
-
-
-def _simplest(search: Search, refiner: Refiner, chosen: list[Entry]) -> list[Entry]:
-    """Terms with those replaced that another effect's says as well with fewer parameters, as a special case."""
-    for place, entry in enumerate(chosen):
-        others = chosen[:place] + chosen[place + 1 :]
-        taken = {e.effect for e in chosen}
-        plain = [e for e in search.entries if e.effect not in taken and _numbers(e) < _numbers(entry)]
-        best, _ = search.best(others, plain)
-        if best is not None and search.fit([*others, best]).total > search.fit(chosen).total - 10.0 * OCCAM:
-            best = refiner.effect(others, best.effect) or best
-            loss = search.fit(chosen).total - search.fit([*others, best]).total
-            if loss < OCCAM and _numbers(best) < _numbers(entry) and nested(search, best, entry):
-                chosen[place] = best
-    return chosen
-
-
-def _alternatives(search: Search, refiner: Refiner, others: list[Entry], entry: Entry, whole: Fit) -> list[Alternative]:
-    """The effects that come nearest in a chosen term's place, each refitted and refined there."""
-    totals: dict[str, float] = {}
-    taken = {e.effect for e in others}
-    for candidate in search.entries:
-        if candidate.effect != entry.effect and candidate.effect not in taken:
-            total = search.fit([*others, candidate]).total
-            totals[candidate.effect] = max(total, totals.get(candidate.effect, -np.inf))
-    out: list[Alternative] = []
-    for effect in sorted(totals, key=lambda e: -totals[e])[:REFINED_ALTERNATIVES]:
-        longer: set[str] = set()
-        first: Alternative | None = None
-        while (rival := refiner.effect(others, effect, longer)) is not None:
-            difference = whole.likelihood - search.fit([*others, rival]).likelihood
-            error = float(np.std(difference, ddof=1) * np.sqrt(difference.size)) if difference.size > 1 else 0.0
-            contains = _numbers(rival) > _numbers(entry) and nested(search, entry, rival)
-            found = Alternative(rival, float(difference.sum()), error, contains)
-            if not contains:
-                first = found
-                break
-            # a longer way to say the same is no rival; a form of the effect that stands for itself may be one
-            longer.add(rival.form)
-            first = first or found
-        if first is not None:
-            out.append(first)
-    return sorted(out, key=lambda a: a.loss)
 
 
 def _known_columns(whole: Layout, number: int) -> list[tuple[int, ...]]:
@@ -241,17 +133,6 @@ def known_coefficients(model: ChannelModel) -> list[FloatArray]:
     return [model.fit.coefficients[[place[i] for i in index]] for index in columns]
 
 
-def nested(search: Search, inner: Entry, outer: Entry) -> bool:
-    """Whether an entry's regressors lie in the span of another's (and the simulation's): no rival, a special case."""
-    beyond = search.bank.explained(inner.index, [*search.base, *outer.index])
-    return beyond < NESTED * search.bank.explained(inner.index, search.base)
-
-
-def _numbers(entry: Entry) -> int:
-    """Parameters an entry has to follow the data with."""
-    return len(entry.index) + len(entry.point)
-
-
 def columns_of(channel: str, entry: Entry, frame: Frame) -> FloatArray:
     """Regressors of a named entry on any rows."""
     form = next(f for f in LIBRARY[entry.effect].forms[channel] if f.name == entry.form)
@@ -271,7 +152,7 @@ def predict(model: ChannelModel, frame: Frame, whole: bool = True) -> FloatArray
 
 def predict_without(model: ChannelModel, frame: Frame, left_out: Entry) -> FloatArray:
     """The channel as the final model says that lacks one entry, refitted on the training rows."""
-    own = [e for e in model.correction if _quantities(e.variables) & _quantities(left_out.variables)]
+    own = [e for e in model.correction if quantities(e.variables) & quantities(left_out.variables)]
     rest = [e for e in (*model.chosen, *model.correction) if e != left_out and e not in own]
     fit = model.search.bank.fit(model.index(rest), leave_out=False)
     again = layout(model.channel, frame, model.switched_off, model.known, with_free=False, with_named=False)
@@ -303,11 +184,6 @@ def _coefficients(model: ChannelModel) -> None:
                 found.covariance = fit.covariance[np.ix_(own, own)]
 
 
-def _quantities(variables: Sequence[str]) -> set[str]:
-    """Quantities a term depends on; the two torques of the load side count as one."""
-    return {{"load_motor_torque": "torque", "torque_path": "torque", "velocity": "speed"}.get(v, v) for v in variables}
-
-
 def _sum_of(model: ChannelModel, frame: Frame, columns: FloatArray, entries: Sequence[Entry], fit: Fit) -> FloatArray:
     coefficient = dict(zip(model.index(entries), fit.coefficients, strict=True))
     out = columns[:, list(model.layout.base)] @ np.array([coefficient[i] for i in model.layout.base])
@@ -327,7 +203,6 @@ def _any_columns(model: ChannelModel, entry: Entry, frame: Frame) -> FloatArray:
 
 
 __all__ = [
-    "Alternative",
     "ChannelModel",
     "Found",
     "analyse",

@@ -56,7 +56,7 @@ def estimate(channel: str, rows: Rows, layout: Layout, starts: IntArray, folds: 
     recordings' means scatter, of which the fits choose the likeliest.
     """
     noise = first_guess(rows)
-    index = np.array([*layout.base, *(i for entry in layout.free for i in entry.index)], dtype=np.int64)
+    index = np.array([*layout.base, *(i for entry in layout.free if entry.common for i in entry.index)], dtype=np.int64)
     variance: tuple[float, ...] = (np.inf,) if is_integral(channel) else (0.0,)
     kind = classes(rows.frame)
     joined = np.append(False, rows.frame.recording[1:] == rows.frame.recording[:-1])

@@ -7,6 +7,7 @@ lacks.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +27,8 @@ class Rival:
     name: str
     variables: tuple[str, ...]
     columns: FloatArray
+    common: bool = True
+    """whether it belongs to the flexible model that tells the noise"""
 
 
 def _quantity(frame: Frame, name: str) -> FloatArray:
@@ -89,6 +92,8 @@ _TABLE: dict[str, tuple[tuple[str, str, tuple[str, ...]], ...]] = {
         ("viscous friction over time", "time", ("w",)),
         ("offset over time", "time", ("1",)),
         ("friction since reversal", "since_reversal", ("d",)),
+        ("torque over load, each direction apart", "torque", ("p", "n")),
+        ("torque over speed, each direction apart", "speed", ("p", "n")),
     ),
     LOAD_TORQUE: (
         ("torque over load", "load_motor_torque", ("1",)),
@@ -102,6 +107,7 @@ _TABLE: dict[str, tuple[tuple[str, str, tuple[str, ...]], ...]] = {
         ("gain over time", "time", ("tau",)),
         ("friction over time", "time", ("d",)),
         ("offset since reversal", "since_reversal", ("d",)),
+        ("torque over speed, each direction apart", "speed", ("p", "n")),
     ),
     TRANSMISSION_ERROR: (
         ("offset over load", "torque", ("p", "n")),
@@ -147,6 +153,47 @@ def rivals(channel: str, frame: Frame, reference: Frame | None = None) -> list[R
         out.append(Rival(name, (quantity,), parts))
     if channel in (MOTOR_TORQUE, LOAD_TORQUE):
         waves = _waves(frame)
+        load = settled(frame.load_motor_torque, frame)[:, None] / 1000.0
+        turn = frame.last_direction[:, None]
         out.append(Rival("torque over the output angle", ("angle",), waves))
-        out.append(Rival("friction over the output angle", ("angle",), waves * frame.last_direction[:, None]))
+        out.append(Rival("friction over the output angle", ("angle",), waves * turn))
+        out.append(Rival("torque over the output angle and the load", ("angle", "torque"), waves * load))
+        for names, parts in _products(frame):
+            out.append(Rival(f"friction over {' and '.join(names)} together", names, parts * turn))
+            out.append(Rival(f"torque over {' and '.join(names)} together", names, parts))
+        out += _breathing(frame, reference or frame)
+    return out
+
+
+def _products(frame: Frame) -> list[tuple[tuple[str, ...], FloatArray]]:
+    """Products of two or three of load, speed and temperature, each to its second power, centred."""
+    values = {
+        "load": np.abs(settled(frame.torque, frame)) / 500.0 - 1.0,
+        "speed": np.minimum(settled(np.abs(frame.velocity), frame), 0.25) / 0.1 - 1.0,
+        "temperature": (frame.temperature - 35.0) / 10.0,
+    }
+    own = {"load": "torque"}
+    out: list[tuple[tuple[str, ...], FloatArray]] = []
+    for pair in itertools.combinations(values, 2):
+        a, b = (values[name] for name in pair)
+        out.append((tuple(own.get(n, n) for n in pair), np.column_stack([a * b, a**2 * b, a * b**2])))
+    a, b, c = values.values()
+    out.append((("torque", "speed", "temperature"), np.column_stack([a * b * c])))
+    return out
+
+
+def _breathing(frame: Frame, reference: Frame) -> list[Rival]:
+    """Friction that waxes and wanes with a period of its own: from some recordings to a quarter of the campaign."""
+    span = float(np.ptp(reference.time))
+    number = max(int(np.unique(reference.recording).size), 1)
+    shortest = 2.5 * span / number
+    if span <= 0.0 or shortest > 0.25 * span:
+        return []
+    count = int(min(1.5 * span * (1.0 / shortest - 4.0 / span), 60.0))
+    out = []
+    for period in 1.0 / np.linspace(4.0 / span, 1.0 / shortest, max(count, 2)):
+        phase = 2.0 * np.pi * frame.time / period
+        turn = frame.last_direction
+        columns = np.column_stack([turn * np.cos(phase), turn * np.sin(phase)])
+        out.append(Rival(f"friction with a period of {period:.0f} s", ("time",), columns, common=False))
     return out

@@ -42,10 +42,14 @@ class ToneSpectrum:
 
 @dataclass(frozen=True, slots=True)
 class Tone:
-    """A fixed frequency in a channel: Hz, amplitude in the channel's unit, power over its surroundings, recordings."""
+    """A fixed frequency in a channel: Hz, amplitude and its standard deviation in the channel's unit, width of a bin,
+    power over its surroundings, recordings that show it.
+    """
 
     frequency: float
     amplitude: float
+    deviation: float
+    bin_hz: float
     ratio: float
     recordings: tuple[int, ...]
 
@@ -95,6 +99,8 @@ def search(spectra: Sequence[ToneSpectrum]) -> list[Tone]:
         weight = relative[:, near].mean(axis=0) - usual
         weight = np.maximum(weight, 0.0)
         centre = float(np.sum(weight * np.arange(near.start, near.stop)) / max(float(weight.sum()), 1e-300)) * width
-        out.append(Tone(centre, float(np.sqrt(2.0 * np.median(energy))), float(left[k] / usual), shown))
+        amplitude = np.sqrt(2.0 * energy)
+        spread_of = float(np.std(amplitude) / np.sqrt(amplitude.size))
+        out.append(Tone(centre, float(np.median(amplitude)), spread_of, width, float(left[k] / usual), shown))
         left[max(k - 4, 0) : k + 5] = 0.0
     return out

@@ -25,9 +25,12 @@ LEAST_SHARE = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Wander:
-    """Slow structure: its standard deviation, von Neumann's ratio inverted, and the strongest recordings."""
+    """Slow structure: its standard deviation with the error of that, von Neumann's ratio inverted, and the strongest
+    recordings.
+    """
 
     deviation: float
+    error: float
     ratio: float
     recordings: tuple[int, ...]
 
@@ -56,7 +59,9 @@ def wander(residual: FloatArray, frame: Frame, used: NDArray[np.bool_], variance
     if whole < LEAST_RATIO * fast or slow < LEAST_SHARE * variance:
         return None
     strongest = sorted(total, key=lambda row: row[2] - row[1])[:5]
-    return Wander(float(np.sqrt(slow)), whole / fast, tuple(row[0] for row in strongest))
+    deviation = float(np.sqrt(slow))
+    error = deviation / float(np.sqrt(2.0 * weight.sum()))
+    return Wander(deviation, error, whole / fast, tuple(row[0] for row in strongest))
 
 
 def _steps(mean: FloatArray) -> float:

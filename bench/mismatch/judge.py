@@ -1,0 +1,174 @@
+"""Judging what a search has chosen: other names that say as much, rivals that say more, and what no name explains."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from bench.mismatch.bank import Fit
+from bench.mismatch.columns import Entry
+from bench.mismatch.refine import Refiner
+from bench.mismatch.select import Search, spread_t
+from bench.simulation.frame import FloatArray
+from bench.simulation.terms import TRANSMISSION_ERROR
+
+UNKNOWN_SHARE = 0.08
+"""a rival must beat named terms by this share of their gain before the names are doubted"""
+UNKNOWN_GAIN = 40.0
+REFINED_ALTERNATIVES = 4
+NESTED = 2e-3
+"""share of an entry's energy that another may leave over and still contain it"""
+OCCAM = 3.0
+"""log-likelihood a chosen term must gain over a special case of it that goes by another name"""
+
+
+@dataclass(frozen=True, slots=True)
+class Alternative:
+    """Another effect in a chosen one's place: what it costs in log-likelihood, and the standard error of that."""
+
+    entry: Entry
+    loss: float
+    error: float
+    contains: bool
+    """the alternative has the chosen term's regressors among its own: no rival, only a longer way to say it"""
+
+
+@dataclass(slots=True)
+class Found:
+    """A term or rival chosen in a channel. ``gain`` is what the final model loses without it."""
+
+    entry: Entry
+    gain: float
+    coefficients: FloatArray
+    covariance: FloatArray
+    alternatives: list[Alternative] = field(default_factory=list)
+    unknown: Entry | None = None
+    """the rival that explains clearly more, where there is one"""
+
+
+@dataclass(slots=True)
+class Verdict:
+    """What stands after judging: entries chosen, free-form corrections of their shape, and the findings."""
+
+    chosen: list[Entry]
+    correction: list[Entry] = field(default_factory=list)
+    found: list[Found] = field(default_factory=list)
+
+
+def judge(
+    search: Search,
+    refiner: Refiner,
+    chosen: list[Entry],
+    free: Sequence[Entry],
+    channel: str,
+    known: Sequence[Sequence[str]] = (),
+) -> Verdict:
+    """Alternatives of each chosen term, rivals that beat it, and rivals that find what no term explains.
+
+    ``known`` holds the variables of each further term that the given simulation has.
+    """
+    start = search.fit(()).total
+    out = Verdict(_simplest(search, refiner, _doubted(search, chosen, free)))
+    whole = search.fit(out.chosen)
+    for entry in out.chosen:
+        others = [e for e in out.chosen if e != entry]
+        gain = whole.total - search.fit(others).total
+        found = Found(entry, gain, np.zeros(0), np.zeros((0, 0)))
+        if entry.effect == "unknown":
+            found.unknown = entry
+        else:
+            found.alternatives = _alternatives(search, refiner, others, entry, whole)
+        out.found.append(found)
+    rival, gain = search.best(out.chosen, free)
+    if rival is not None:
+        after = search.fit([*out.chosen, rival])
+        shaped = [f.entry.variables for f in out.found] + list(known)
+        related = [own for own in shaped if quantities(own) & quantities(rival.variables)]
+        strongest = max((f.gain for f in out.found), default=search.credit)
+        least = UNKNOWN_GAIN * (2.5 if channel == TRANSMISSION_ERROR else 1.0)
+        price = max(least, 0.02 * (whole.total - start + search.credit))
+        if related and gain > 10.0:
+            out.correction.append(rival)  # nature's form differs a little from ours: the same effect
+        elif gain > price and spread_t(after.likelihood - whole.likelihood) > 1.8 and gain > 0.05 * strongest:
+            out.chosen.append(rival)
+            out.found.append(Found(rival, gain, np.zeros(0), np.zeros((0, 0)), unknown=rival))
+    return out
+
+
+def _doubted(search: Search, chosen: list[Entry], free: Sequence[Entry]) -> list[Entry]:
+    """Named terms given up together for one free function of the same quantities that explains clearly more."""
+    whole = search.fit(chosen)
+    best: tuple[float, list[Entry]] | None = None
+    for rival in free:
+        own = [e for e in chosen if quantities(e.variables) & quantities(rival.variables)]
+        rest = [e for e in chosen if e not in own]
+        if not own:
+            continue
+        fit = search.fit([*rest, rival])
+        gain = whole.total - search.fit(rest).total
+        margin = fit.total - whole.total
+        clear = margin > 10.0 + UNKNOWN_SHARE * gain and spread_t(fit.likelihood - whole.likelihood) > 1.5
+        if clear and (best is None or fit.total > best[0]):
+            best = fit.total, [*rest, rival]
+    return chosen if best is None else best[1]
+
+
+def _simplest(search: Search, refiner: Refiner, chosen: list[Entry]) -> list[Entry]:
+    """Terms with those replaced that another effect's says as well with fewer parameters, as a special case."""
+    for place, entry in enumerate(chosen):
+        others = chosen[:place] + chosen[place + 1 :]
+        taken = {e.effect for e in chosen}
+        plain = [e for e in search.entries if e.effect not in taken and _numbers(e) < _numbers(entry)]
+        best, _ = search.best(others, plain)
+        if best is not None and search.fit([*others, best]).total > search.fit(chosen).total - 10.0 * OCCAM:
+            best = refiner.effect(others, best.effect) or best
+            loss = search.fit(chosen).total - search.fit([*others, best]).total
+            if loss < OCCAM and _numbers(best) < _numbers(entry) and nested(search, best, entry):
+                chosen[place] = best
+    return chosen
+
+
+def _alternatives(search: Search, refiner: Refiner, others: list[Entry], entry: Entry, whole: Fit) -> list[Alternative]:
+    """The effects that come nearest in a chosen term's place, each refitted and refined there."""
+    totals: dict[str, float] = {}
+    taken = {e.effect for e in others}
+    for candidate in search.entries:
+        if candidate.effect != entry.effect and candidate.effect not in taken:
+            total = search.fit([*others, candidate]).total
+            totals[candidate.effect] = max(total, totals.get(candidate.effect, -np.inf))
+    out: list[Alternative] = []
+    for effect in sorted(totals, key=lambda e: -totals[e])[:REFINED_ALTERNATIVES]:
+        longer: set[str] = set()
+        first: Alternative | None = None
+        while (rival := refiner.effect(others, effect, longer)) is not None:
+            difference = whole.likelihood - search.fit([*others, rival]).likelihood
+            error = float(np.std(difference, ddof=1) * np.sqrt(difference.size)) if difference.size > 1 else 0.0
+            contains = _numbers(rival) > _numbers(entry) and nested(search, entry, rival)
+            found = Alternative(rival, float(difference.sum()), error, contains)
+            if not contains:
+                first = found
+                break
+            # a longer way to say the same is no rival; a form of the effect that stands for itself may be one
+            longer.add(rival.form)
+            first = first or found
+        if first is not None:
+            out.append(first)
+    return sorted(out, key=lambda a: a.loss)
+
+
+def nested(search: Search, inner: Entry, outer: Entry) -> bool:
+    """Whether an entry's regressors lie in the span of another's (and the simulation's): no rival, a special case."""
+    beyond = search.bank.explained(inner.index, [*search.base, *outer.index])
+    return beyond < NESTED * search.bank.explained(inner.index, search.base)
+
+
+def _numbers(entry: Entry) -> int:
+    """Parameters an entry has to follow the data with."""
+    return len(entry.index) + len(entry.point)
+
+
+def quantities(variables: Sequence[str]) -> set[str]:
+    """Quantities a term depends on; the two torques of the load side count as one."""
+    return {{"load_motor_torque": "torque", "torque_path": "torque", "velocity": "speed"}.get(v, v) for v in variables}

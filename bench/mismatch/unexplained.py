@@ -1,0 +1,115 @@
+"""What stands above the noise and follows nothing that could predict it: located, described, and called unknown."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from bench.mismatch.channels import Analysis
+from bench.mismatch.dataset import Dataset
+from bench.mismatch.evaluate import Scores
+from bench.mismatch.findings import Finding
+from bench.mismatch.locate import Location, conditions, strongest, text
+from bench.mismatch.tones import search
+from bench.mismatch.wander import wander
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.terms import TEMPERATURE, TRANSMISSION_ERROR
+
+TOO_MUCH = {"transmission_error": 1.3, "motor_torque": 1.08, "load_torque": 1.08, "temperature": 1.3}
+"""held-out residual over the noise floor, beyond what folders without effect have shown"""
+
+
+def unexplained(
+    data: Dataset, analysis: Analysis, scores: dict[str, Scores], explained: set[str], names: dict[int, str]
+) -> list[Finding]:
+    """Tones and wander of every channel; and channels without a finding whose held-out residual stands above the
+    noise.
+    """
+    out: list[Finding] = []
+    for channel, score in scores.items():
+        frame = _frame(analysis, channel)
+        own = _tones(data, channel, score, frame, names)
+        if not own and channel not in explained | {TEMPERATURE, TRANSMISSION_ERROR}:
+            own = _wandering(analysis, channel, score, names)
+        if not own and channel not in explained and score.after > TOO_MUCH[channel] * score.floor:
+            own = [_residual(channel, score, frame, names)]
+        out += own
+    return out
+
+
+def _frame(analysis: Analysis, channel: str) -> Frame:
+    if channel == TRANSMISSION_ERROR and analysis.transmission is not None:
+        return analysis.transmission.angle.frame
+    return analysis.models[channel].rows.frame
+
+
+def _tones(data: Dataset, channel: str, score: Scores, frame: Frame, names: dict[int, str]) -> list[Finding]:
+    out = []
+    for tone in search(data.tones.get(channel, [])):
+        where = conditions(frame, np.ones(frame.size), ())
+        label = f"at {tone.frequency:.2f} Hz whatever the speed, its phase new in every recording"
+        recordings = [names[i] for i in tone.recordings if i in names][:5]
+        share = tone.amplitude**2 / 2.0 / max(score.after**2, 1e-300)
+        values: list[dict[str, Any]] = [
+            {"symbol": "f", "value": tone.frequency, "unit": "Hz", "std": 0.5 * tone.bin_hz},
+            {"symbol": "a", "value": tone.amplitude, "unit": _unit(channel), "std": tone.deviation},
+        ]
+        out.append(
+            _unknown(
+                channel,
+                Location(label, where, recordings=recordings, share_of_excess=min(share, 1.0)),
+                f"{channel} += a*sin(2*pi*f*t + phi), phi unknown in each recording",
+                score,
+                min(0.6 + 0.1 * tone.ratio, 0.95),
+                values,
+            )
+        )
+    return out
+
+
+def _wandering(analysis: Analysis, channel: str, score: Scores, names: dict[int, str]) -> list[Finding]:
+    model = analysis.models[channel]
+    slow = wander(score.residual_after, model.rows.frame, model.used, score.floor**2)
+    if slow is None:
+        return []
+    frame = model.rows.frame.take(score.rows)
+    where = conditions(frame, score.residual_after[score.rows], ())
+    label = f"wanders within recordings, {slow.ratio:.1f} times as far as noise would, {text(where, (), [], [])}"
+    return [
+        _unknown(
+            channel,
+            Location(label, where, recordings=[names[i] for i in slow.recordings if i in names]),
+            f"{channel}: no function of one quantity follows it",
+            score,
+            0.8,
+            [{"symbol": "s", "value": slow.deviation, "unit": _unit(channel), "std": slow.error}],
+        )
+    ]
+
+
+def _residual(channel: str, score: Scores, frame: Frame, names: dict[int, str]) -> Finding:
+    own = frame.take(score.rows)
+    residual: FloatArray = score.residual_after[score.rows]
+    variables = ("speed", "torque", "temperature")
+    where = conditions(own, residual, variables)
+    label = f"residual above the noise, {text(where, variables, [], [])}"
+    return _unknown(
+        channel,
+        Location(label, where, recordings=strongest(own, residual, names)),
+        f"{channel}: no function of one quantity follows it",
+        score,
+        0.6,
+        [],
+    )
+
+
+def _unit(channel: str) -> str:
+    return {TRANSMISSION_ERROR: "rad", TEMPERATURE: "K"}.get(channel, "N*m")
+
+
+def _unknown(
+    channel: str, location: Location, equation: str, score: Scores, sure: float, values: list[dict[str, Any]]
+) -> Finding:
+    gain = float(score.after / score.floor)
+    return Finding("unknown", "unknown", sure, channel, location, equation, values, gain, score.before, score.after)
