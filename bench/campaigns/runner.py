@@ -23,6 +23,7 @@ from bench.campaigns.provenance import recording_header
 from bench.campaigns.recorder import Recorder
 from bench.campaigns.registry import build_sequence
 from bench.campaigns.schedule import Task, schedule
+from bench.campaigns.stop_log import StopLog
 from bench.campaigns.taken import Status, Summary, Taken, commanded_velocity, point_id, setpoint_dict
 from bench.campaigns.tare import TARE, TareSink
 from bench.configuration import BenchFile
@@ -67,6 +68,7 @@ class Runner:
         self._directions, self._tap = directions or Directions(), tap
         self._interrupted = stop_requested
         self._summary = Summary()
+        self._stops = StopLog(folder)
         self._closing: list[Future[Taken]] = []
 
     def run(self) -> Summary:
@@ -101,6 +103,7 @@ class Runner:
                 if summary.earlier < len(self._points):
                     self._measure(done)
             finally:
+                self._stops.write(rig.stops)
                 self._collect(wait=True)
                 summary.bench_time_s = rig.elapsed_s - start
                 summary.cycles = round(summary.bench_time_s / self._file.configuration.bus.cycle_time)
@@ -209,6 +212,7 @@ class Runner:
             return self._stop_requested() or self._directions.is_skipped(skippable)
 
         end = rig.run(phases, self._watched(recorder, sequence.kind), stop)
+        self._stops.write(rig.stops, name)
         skipped = end.kind is EndKind.INTERRUPTED and not self._stop_requested()
         gate = judge(point, sequence.kind, recorder.figures, config)
         complete = end.kind in (EndKind.FINISHED, EndKind.EXPIRED)

@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
 
+from bench.campaigns.acts import latch_of, require_resumable, resume
 from bench.campaigns.definition import Campaign
 from bench.campaigns.directions import Directions
 from bench.campaigns.listener import Listener, Silent, Tap
@@ -48,6 +49,7 @@ def run_campaign(
     seed: int = 0,
     real_time: bool = False,
     reset_faults: bool = False,
+    resumed_by: str | None = None,
     directions: Directions | None = None,
     tap: Tap | None = None,
 ) -> Summary:
@@ -56,19 +58,25 @@ def run_campaign(
     ``listener`` is told how it goes, ``directions`` tell it what to do on its way, ``tap`` sees every row; None for
     nobody.
     ``reset_faults`` acknowledges faults the drives show from before; without it such a drive is not enabled.
+    ``resumed_by`` is who wants torque again after a stop that was acknowledged and reset; without a name such a bench
+    is not run.
 
     Raises
     ------
     LimitError
-        If the campaign would break a limit from the temperature found; nothing has moved then.
+        If the campaign would break a limit from the temperature found, or a stop was not resumed; nothing has moved.
     DeviceError
         If the bench cannot be opened or a drive does not follow.
     """
-    with stop_on_signals() as stop, Rig(file, seed=seed, real_time=real_time) as rig:
+    latch = latch_of(file, folder)
+    require_resumable(latch, resumes=resumed_by is not None)
+    with stop_on_signals() as stop, Rig(file, seed=seed, real_time=real_time, latch=latch) as rig:
         if reset_faults:
             rig.reset_faults()
         if rig.is_real_time:
             # what is loaded by now stays: the collector need not look at it while cycles are due
             gc.freeze()
         plan = make_plan(campaign, file.configuration, rig.temperature)
+        if resumed_by is not None:
+            resume(latch, resumed_by)
         return Runner(rig, file, campaign, plan, folder, listener or Silent(), stop.is_set, directions, tap).run()

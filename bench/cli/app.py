@@ -17,6 +17,7 @@ from bench.errors import BenchError
 
 COMMANDS: tuple[str, ...] = (
     "run",
+    "acts",
     "serve",
     "plan",
     "config",

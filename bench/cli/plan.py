@@ -30,7 +30,7 @@ def plan(
 ) -> None:
     """Print every point with its time, expected temperature and energy; refuse a campaign that would break a limit.
 
-    Shipped campaigns: quick, paper, distinguish. Times of heating come from the thermal model of the bench file.
+    Shipped campaigns: quick, short, paper, distinguish. Times of heating come from the thermal model of the bench file.
     """
     from rich.console import Console
 

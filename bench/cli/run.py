@@ -33,7 +33,9 @@ def register(app: typer.Typer) -> None:
 
 
 def run(
-    campaign: Annotated[str, typer.Argument(help="quick, paper, distinguish, or the path of a TOML or Python file.")],
+    campaign: Annotated[
+        str, typer.Argument(help="quick, short, paper, distinguish, or the path of a TOML or Python file.")
+    ],
     bench: Annotated[str, typer.Option("--bench", help="Name of a shipped bench, or path of a file.")] = "rh380n",
     out: Annotated[
         Path | None, typer.Option("--out", help="Folder for the recordings; default: recordings/<campaign>-<time>.")
@@ -43,8 +45,8 @@ def run(
         typer.Option("--bus", help="Network interface: run through SOEM on real frames (a bench, or bench emulate)."),
     ] = None,
     real_time: Annotated[bool, typer.Option("--real-time", help="Run an emulated bench at the clock's pace.")] = False,
-    reset_faults: Annotated[
-        bool, typer.Option("--reset-faults", help="Acknowledge faults the drives show from before, then enable.")
+    resume: Annotated[
+        bool, typer.Option("--resume", help="Give torque again after a stop that was acknowledged and reset.")
     ] = False,
     seed: Annotated[int, typer.Option(help="Seed of the emulated plant's noise.")] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON, nothing else.")] = False,
@@ -56,6 +58,7 @@ def run(
 
     from bench.campaigns import load_campaign, make_plan
     from bench.campaigns.session import run_campaign
+    from bench.cli._operator import somebody
     from bench.cli._progress import ProgressListener
     from bench.cli.plan import print_plan
     from bench.configuration import load_bench, on_interface
@@ -69,11 +72,10 @@ def run(
     if not as_json:
         print_plan(plan, console, rows=len(plan.tasks) <= 12)
         console.print(f"Recordings go to [bold]{folder}[/]. Ctrl-C brings the bench to rest.")
+    by = somebody(file.configuration, "resume", "May the bench move again?") if resume else None
     began = time.monotonic()
     with ProgressListener(plan.duration_s, console, quiet=as_json) as listener:
-        summary = run_campaign(
-            file, loaded, folder, listener, seed=seed, real_time=real_time, reset_faults=reset_faults
-        )
+        summary = run_campaign(file, loaded, folder, listener, seed=seed, real_time=real_time, resumed_by=by)
     wall = time.monotonic() - began
     picture = _picture(folder, loaded.title)
     if as_json:
@@ -137,6 +139,13 @@ def _print(summary: Summary, folder: Path, picture: Path | None, wall: float, co
     )
     if summary.end.text:
         console.print(f"[bold yellow]{summary.end.kind.value}[/]: {summary.end.text}", soft_wrap=True)
+    if summary.end.kind.name == "TRIPPED":
+        console.print(
+            f"No torque before three acts: bench acknowledge {folder}, bench reset {folder}, bench run … --resume"
+            " (with the same --bench and --bus). What happened: stop-*.json.",
+            soft_wrap=True,
+            markup=False,
+        )
     for taken in summary.failed:
         console.print(f"[yellow]not passed[/] {taken.recording_id} ({taken.label}): {taken.note}", soft_wrap=True)
     if summary.tare_drift == summary.tare_drift:

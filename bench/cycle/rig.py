@@ -28,6 +28,7 @@ from bench.safety import Cause, Inputs, LatchFile, SafetyState, StopRecord, Verd
 __all__ = ["End", "EndKind", "Rig"]
 
 _TARE_S = 1.0
+_LOOK_S = 0.2
 
 
 class Rig:
@@ -145,6 +146,12 @@ class Rig:
         """
         with device_errors():
             self._link.lead("FAULT_RESET", "lose their faults")
+
+    def look(self) -> Verdict:
+        """Judge a moment without torque: whether anything asks for a stop as it is, safety circuits included."""
+        with device_errors():
+            seen = self._link.hold(_LOOK_S)
+        return step(SafetyState.fresh(), seen.inputs, False, self._limits)[1]
 
     def enable(self) -> None:
         """Bring both drives to operation enabled, at standstill and without load.

@@ -21,7 +21,7 @@ def state_folder(bench: BenchConfiguration) -> Path | None:
     """Return the folder of a bench behind a network interface, None for one in this process."""
     if bench.bus.in_process:
         return None
-    name = re.sub(r"[^A-Za-z0-9._-]", "_", f"{bench.name}@{bench.bus.interface}")
+    name = re.sub(r"[^A-Za-z0-9._@-]", "_", f"{bench.name}@{bench.bus.interface}")
     return _root() / name
 
 

@@ -46,7 +46,6 @@ class StopRecord:
     motor_travel_rad: float
     coast_down: tuple[Sample, ...]
     drives: dict[str, str]
-    recording: str = ""
 
     @property
     def summary(self) -> str:

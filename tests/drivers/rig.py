@@ -82,6 +82,19 @@ class Rig:
         return {name: rows[:n].copy() for name, rows in self.bus.inputs.items()}
 
 
+def make_devices(
+    watchdog_s: float = WATCHDOG_S, sync0_shift_ns: int | None = None
+) -> tuple[ServoDrive, ServoDrive, AnalogInput, Pt100Terminal, DigitalInput]:
+    """Drivers of the emulated bench, in the order of its bus."""
+    return (
+        ServoDrive(replace(INPUT, watchdog_s=watchdog_s, sync0_shift_ns=sync0_shift_ns)),
+        ServoDrive(replace(LOAD, watchdog_s=watchdog_s, sync0_shift_ns=sync0_shift_ns)),
+        AnalogInput(Place("torque_terminal", 3, VENDOR, 0x0A160102)),
+        Pt100Terminal(Place("temperature_terminal", 4, VENDOR, 0x52540202), channels=2),
+        DigitalInput(Place("safety_terminal", 5, VENDOR, 0x0D160802), ("emergency_stop", "safe_torque_off"), coe=True),
+    )
+
+
 def make_rig(
     master: Any,
     interface: str = "emulated",
@@ -90,12 +103,6 @@ def make_rig(
     **options: Any,
 ) -> Rig:
     """Drivers of the emulated bench on a master of pysoem's API."""
-    devices = (
-        ServoDrive(replace(INPUT, watchdog_s=watchdog_s, sync0_shift_ns=sync0_shift_ns)),
-        ServoDrive(replace(LOAD, watchdog_s=watchdog_s, sync0_shift_ns=sync0_shift_ns)),
-        AnalogInput(Place("torque_terminal", 3, VENDOR, 0x0A160102)),
-        Pt100Terminal(Place("temperature_terminal", 4, VENDOR, 0x52540202), channels=2),
-        DigitalInput(Place("safety_terminal", 5, VENDOR, 0x0D160802), ("emergency_stop", "safe_torque_off"), coe=True),
-    )
+    devices = make_devices(watchdog_s, sync0_shift_ns)
     bus = EtherCatBus(master, interface, [device.spec for device in devices], **options)
     return Rig(bus, *devices)

@@ -19,7 +19,7 @@ def bench() -> BenchConfiguration:
 
 
 def test_shipped_campaigns_fit_the_bench(bench: BenchConfiguration) -> None:
-    assert shipped_campaigns() == ("distinguish", "paper", "quick")
+    assert shipped_campaigns() == ("distinguish", "paper", "quick", "short")
     for name in shipped_campaigns():
         assert make_plan(load_campaign(name), bench).points > 0
 

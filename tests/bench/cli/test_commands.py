@@ -74,7 +74,7 @@ def test_a_warmer_start_needs_less_heating(app: typer.Typer) -> None:
 
 def test_config_shows_lists_and_prints(app: typer.Typer, tmp_path: Path) -> None:
     assert "gearbox.ratio" in call(app, "config").output
-    assert set(json.loads(call(app, "config", "--list", "--json").output)) == {"rh380n", "rv80n"}
+    assert set(json.loads(call(app, "config", "--list", "--json").output)) == {"rh380n", "rh380n-wire", "rv80n"}
     assert json.loads(call(app, "config", "rv80n", "--json").output)["gearbox"]["ratio"] == 81.0
     text = call(app, "config", "rh380n", "--toml").output
     assert text == load_bench("rh380n").text

@@ -24,9 +24,18 @@ def refusal(text: str) -> str:
     return message
 
 
+def test_the_bench_on_a_wire_differs_in_its_bus_only() -> None:
+    a, b = (load_bench(name).configuration for name in ("rh380n", "rh380n-wire"))
+    assert a.model_dump(exclude={"name", "bus"}) == b.model_dump(exclude={"name", "bus"})
+    assert (b.bus.master, b.bus.plant) == ("soem", a.bus.plant)
+    roles = [slave.role for slave in a.bus.slaves if slave.role != "temperature_terminal"]
+    assert [slave.role for slave in b.bus.slaves] == roles
+    assert [sensor.driver for sensor in b.bus.slow_sensors] == ["pt100_modbus_rtu"]
+
+
 def test_shipped_benches_differ_where_it_matters() -> None:
-    assert shipped_benches() == ("rh380n", "rv80n")
-    a, b = (load_bench(name).configuration for name in shipped_benches())
+    assert shipped_benches() == ("rh380n", "rh380n-wire", "rv80n")
+    a, b = (load_bench(name).configuration for name in ("rh380n", "rv80n"))
     assert a.gearbox.ratio != b.gearbox.ratio
     assert a.input_encoder.bits != b.input_encoder.bits
     assert a.bus.slave("load_drive") != b.bus.slave("load_drive")

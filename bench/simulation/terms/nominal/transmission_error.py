@@ -12,12 +12,18 @@ from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms.base import TRANSMISSION_ERROR, Form, Point, Symbol, Term, columns
 
 PAPER_ORDERS = (1, 3, 4, 6, 9, 12, 13, 14, 18, 19, 24, 27, 46, 90, 92, 135, 138, 180, 184, 276)
+CENTRE = (0.0, 0.0, 35.0)
+"""of torque in N*m, velocity in rad/s, temperature in degC, in the offset's scaled monomials"""
+SPREAD = (1000.0, 0.1, 15.0)
 REFERENCE = "Bauer et al., ICIT 2025, eq. 3 and 4"
 
 
 def monomials(frame: Frame) -> FloatArray:
     """The paper's ten monomials (n, 10) of torque, velocity and temperature, scaled to the order of one."""
-    tau, v, t = frame.torque / 1000.0, frame.velocity / 0.1, (frame.temperature - 35.0) / 15.0
+    tau, v, t = (
+        (x - centre) / spread
+        for x, centre, spread in zip((frame.torque, frame.velocity, frame.temperature), CENTRE, SPREAD, strict=True)
+    )
     return columns(tau**2, v**2, t**2, tau, v, t, tau * v, tau * t, v * t, np.ones(frame.size))
 
 

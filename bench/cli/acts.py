@@ -1,0 +1,75 @@
+"""``bench acknowledge`` and ``bench reset``: what an operator does after a stop, before ``bench run --resume``."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from bench.configuration import BenchFile
+    from bench.safety import Latch
+
+_FOLDER = Annotated[
+    Path | None, typer.Argument(help="Folder of the run that was stopped; not needed for a bench behind --bus.")
+]
+_BENCH = Annotated[str, typer.Option("--bench", help="Name of a shipped bench, or path of a file.")]
+_BUS = Annotated[str | None, typer.Option("--bus", help="Network interface of the bench, as for bench run.")]
+_JSON = Annotated[bool, typer.Option("--json", help="Print the latch as JSON, nothing else.")]
+
+
+def register(app: typer.Typer) -> None:
+    """Add both commands."""
+    app.command(name="acknowledge")(acknowledge)
+    app.command(name="reset")(reset)
+
+
+def acknowledge(folder: _FOLDER = None, bench: _BENCH = "rh380n", bus: _BUS = None, as_json: _JSON = False) -> None:
+    """Say that you have read why the bench stopped.
+
+    The first of three acts after a stop: acknowledge, reset, bench run --resume. Torque comes back with the last only.
+    """
+    from bench.campaigns import acts
+    from bench.cli._operator import somebody
+
+    file, run = _bench_and_run(folder, bench, bus)
+    standing = acts.latch_of(file, run).read()
+    by = somebody(file.configuration, "acknowledge", f"The bench was stopped: {standing.text or 'no'}. Acknowledge?")
+    _print(acts.acknowledge(file, run, by), as_json)
+
+
+def reset(folder: _FOLDER = None, bench: _BENCH = "rh380n", bus: _BUS = None, as_json: _JSON = False) -> None:
+    """Take the drives' faults away and look whether what stopped the bench is gone; no torque is given.
+
+    The second of three acts after a stop. Without a stop it takes away faults that the drives show from before.
+    """
+    from bench.campaigns import acts
+    from bench.cli._operator import somebody
+
+    file, run = _bench_and_run(folder, bench, bus)
+    by = somebody(file.configuration, "reset", "Is the cause gone, and may the drives lose their faults?")
+    _print(acts.reset(file, run, by), as_json)
+
+
+def _bench_and_run(folder: Path | None, bench: str, bus: str | None) -> tuple[BenchFile, Path]:
+    from bench.configuration import load_bench, on_interface
+    from bench.errors import ConfigurationError
+
+    file = load_bench(bench)
+    if bus is not None:
+        file = on_interface(file, bus)
+    if folder is None and file.configuration.bus.in_process:
+        raise ConfigurationError("which run was stopped? Give its folder, or --bus for a bench on an interface")
+    return file, folder or Path()
+
+
+def _print(latch: Latch, as_json: bool) -> None:
+    from bench.safety.latch import HOW, NEXT
+
+    if as_json:
+        typer.echo(json.dumps(latch.as_dict(), ensure_ascii=False))
+        return
+    due = NEXT[latch.standing]
+    typer.echo(f"{latch.standing.value}; " + ("nothing is latched" if due is None else f"next is {HOW[due]}"))
