@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bench.mismatch.bank import Bank
 from bench.mismatch.chosen_forms import Known, chosen_forms, training
-from bench.mismatch.columns import layout
+from bench.mismatch.columns import ZERO_TORQUE, layout
 from bench.mismatch.dataset import Dataset
 from bench.mismatch.given import Given
 from bench.mismatch.linear import ChannelModel, analyse, columns_of, known_coefficients, predict, starts_and_folds
@@ -174,7 +174,8 @@ def _wandering_zero(model: ChannelModel) -> FloatArray:
     size = int(rows.frame.recording.max()) + 1
     total = np.bincount(rows.frame.recording, weight, size)
     mean = np.bincount(rows.frame.recording, left * weight, size) / np.maximum(total, 1.0)
-    return np.asarray(np.where(total > 0, mean, 0.0))
+    # more than a zero can wander is torque that no term explains, and it heats
+    return np.asarray(np.where(total > 0, np.clip(mean, -3.0 * ZERO_TORQUE, 3.0 * ZERO_TORQUE), 0.0))
 
 
 def _temperature(out: Analysis, data: Dataset, fold_of: IntArray, given: Given) -> None:

@@ -16,7 +16,7 @@ from bench.mismatch.linear import ChannelModel, columns_of
 from bench.mismatch.locate import Location, conditions, strongest, text, time_window
 from bench.mismatch.peaks import Peak
 from bench.mismatch.rivals import rivals
-from bench.mismatch.unexplained import unexplained
+from bench.mismatch.unexplained import WANDERING, half_explained, slow_structure, unexplained
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR
 
@@ -39,6 +39,9 @@ def conclude(data: Dataset, analysis: Analysis, scores: dict[str, Scores], evide
         pair = evidence.get((finding.channel, finding.source.entry.effect if isinstance(finding.source, Found) else ""))
         if pair is not None:
             finding.rmse_before, finding.rmse_after = pair
+    doubted = {c for c, score in scores.items() if c != TRANSMISSION_ERROR and half_explained(score, c)}
+    doubted |= {c for c in scores if c in WANDERING and slow_structure(analysis, c, scores[c]) is not None}
+    out = [f for f in out if f.channel not in doubted]
     out += unexplained(data, analysis, scores, {f.channel for f in out}, names)
     merged = _merged(out, analysis)
     return sorted(merged, key=lambda f: -f.gain)

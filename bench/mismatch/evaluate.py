@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bench.mismatch.columns import is_integral
 from bench.mismatch.linear import ChannelModel, dropped, predict, predict_without
-from bench.mismatch.noise import robust_spread
+from bench.mismatch.noise import quick_variance, robust_spread
 from bench.mismatch.rows import Rows
 from bench.mismatch.transmission import TransmissionModel
 from bench.simulation.frame import FloatArray, recording_starts
@@ -19,6 +19,8 @@ FLOOR_METHOD = (
     "samples' scatter inside blocks and the blocks' scatter about the most flexible model, a class of motion each, "
     "with the offset between recordings; spikes left out"
 )
+FORGOTTEN_S = {False: 3.0, True: 6.0}
+"""time after which noise has forgotten itself, for rows of a quarter of a second and for those of two seconds"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +58,10 @@ def linear(
     within = np.maximum(within - known, 0.1 * within)
     variance = model.fit.offset_variance
     offset = 0.0 if np.isinf(variance) else variance
-    sigma = float(np.median(model.noise.sigma**2 * rows.number[model.used])) / np.maximum(number, 1.0)
+    offset = min(offset, float(np.mean(within)))  # recordings that differ more than samples do are no noise
+    block = float(np.median(model.noise.sigma**2 * rows.number[model.used]))
+    quick = quick_variance(after, rows, usable, FORGOTTEN_S[is_integral(model.channel)])
+    sigma = (block if np.isnan(quick) else min(block, quick)) / np.maximum(number, 1.0)
     floor = float(
         np.sqrt((np.sum((sigma + offset) * number) + np.sum(within * np.maximum(number - 1.0, 0.0))) / number.sum())
     )

@@ -19,6 +19,8 @@ AMBIGUOUS_GAIN = 3.0
 AMBIGUOUS_SHARE = 0.12
 """of the gain: an alternative that explains all but this is as good, unless it is further off than its error"""
 AMBIGUOUS_ERRORS = 2.5
+AT_MOST = 0.3
+"""of the gain: what an alternative within one standard error may lose"""
 UNKNOWN_NAME = "structure that no term of the library explains"
 
 
@@ -107,6 +109,8 @@ def as_good(alternative: Alternative, gain: float) -> bool:
     """
     if alternative.contains:
         return False
+    if alternative.loss < alternative.error and alternative.loss < AT_MOST * gain:
+        return True
     near = max(AMBIGUOUS_GAIN, AMBIGUOUS_ERRORS * alternative.error)
     return alternative.loss < near and alternative.loss < AMBIGUOUS_SHARE * gain
 

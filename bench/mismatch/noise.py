@@ -87,6 +87,27 @@ def estimate(channel: str, rows: Rows, layout: Layout, starts: IntArray, folds: 
     return Noise(noise.sigma, noise.correlation, (0.0, *(scatter * f for f in (0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 40.0))))
 
 
+def quick_variance(residual: FloatArray, rows: Rows, used: NDArray[np.bool_], lag_s: float) -> float:
+    """Variance (a sample's, times one) of what differs between rows ``lag_s`` apart in steady motion.
+
+    Noise has forgotten itself by then; whatever lasts longer than the lag, and no model follows, is not counted. Not a
+    number where there are too few pairs.
+    """
+    frame = rows.frame
+    place = np.flatnonzero(used & (frame.steady > 0.5) & (rows.number > 0))
+    if place.size < 50:
+        return float("nan")
+    step = float(np.median(np.diff(frame.elapsed[place])[np.diff(frame.recording[place]) == 0]))
+    k = max(1, round(lag_s / max(step, 1e-9)))
+    a, b = place[:-k], place[k:]
+    apart = frame.elapsed[b] - frame.elapsed[a]
+    pairs = (frame.recording[a] == frame.recording[b]) & (np.abs(apart - lag_s) < 0.25 * lag_s)
+    if pairs.sum() < 50:
+        return float("nan")
+    change = (residual[b] - residual[a])[pairs] * np.sqrt(0.5 * (rows.number[a] + rows.number[b])[pairs])
+    return robust_spread(change) ** 2 / 2.0
+
+
 def _means(residual: FloatArray, starts: IntArray) -> FloatArray:
     sums = np.add.reduceat(residual, starts[:-1])
     return np.asarray(sums / np.maximum(np.diff(starts), 1))

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 from scipy.signal import welch
 
 from bench.simulation.frame import FloatArray
@@ -20,8 +19,10 @@ from bench.simulation.frame import FloatArray
 SEGMENT_S = 4.096
 """length of the periodograms' segments: bins of a quarter of a hertz, the same at every sample rate"""
 HIGHEST_HZ = 200.0
-LOWEST_BIN = 4
-BACKGROUND_BINS = 31
+LOWEST_BIN = 10
+"""below two hertz a bin's neighbours lie on the slope of coloured noise"""
+NEAR, FAR = 4, 10
+"""the surroundings of a bin: so many bins away on either side"""
 LEAST_RECORDINGS = 8
 LEAST_RATIO = 1.6
 """of a bin's power over its neighbours', the median of all recordings"""
@@ -72,8 +73,19 @@ def tone_spectrum(
     frequency, power = welch(own, rate, window="hann", nperseg=segment, detrend="linear", scaling="density")
     keep = int(np.searchsorted(frequency, min(HIGHEST_HZ, 0.45 * rate)))
     power = power[:keep]
-    background = median_filter(power, BACKGROUND_BINS, mode="nearest")
+    background = _surroundings(power)
     return ToneSpectrum(index, power / np.maximum(background, 1e-300), power - background, float(frequency[1]))
+
+
+def _surroundings(power: FloatArray) -> FloatArray:
+    """Median power some bins to the left and to the right of each bin: the larger of the two, so that a slope is no
+    peak.
+    """
+    padded = np.pad(power, FAR, mode="edge")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, FAR - NEAR + 1)
+    middle = np.median(windows, axis=1)
+    left, right = middle[: power.size], middle[FAR + NEAR : FAR + NEAR + power.size]
+    return np.asarray(np.maximum(left, right))
 
 
 def search(spectra: Sequence[ToneSpectrum]) -> list[Tone]:

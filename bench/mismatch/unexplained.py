@@ -12,12 +12,15 @@ from bench.mismatch.evaluate import Scores
 from bench.mismatch.findings import Finding
 from bench.mismatch.locate import Location, conditions, strongest, text
 from bench.mismatch.tones import search
-from bench.mismatch.wander import wander
+from bench.mismatch.wander import Wander, wander
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.terms import TEMPERATURE, TRANSMISSION_ERROR
+from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 
 TOO_MUCH = {"transmission_error": 1.3, "motor_torque": 1.08, "load_torque": 1.08, "temperature": 1.3}
 """held-out residual over the noise floor, beyond what folders without effect have shown"""
+WANDERING = (MOTOR_TORQUE, LOAD_TORQUE)
+LEAST_EXPLAINED = 0.7
+"""part of a channel's excess (held out) that named terms have to explain to keep their names"""
 
 
 def unexplained(
@@ -30,12 +33,26 @@ def unexplained(
     for channel, score in scores.items():
         frame = _frame(analysis, channel)
         own = _tones(data, channel, score, frame, names)
-        if not own and channel not in explained | {TEMPERATURE, TRANSMISSION_ERROR}:
+        if not own and channel in WANDERING:
             own = _wandering(analysis, channel, score, names)
         if not own and channel not in explained and score.after > TOO_MUCH[channel] * score.floor:
             own = [_residual(channel, score, frame, names)]
         out += own
     return out
+
+
+def slow_structure(analysis: Analysis, channel: str, score: Scores) -> Wander | None:
+    """What moves slowly inside a channel's recordings and is no noise."""
+    model = analysis.models[channel]
+    return wander(score.residual_after, model.rows.frame, model.used, score.floor**2)
+
+
+def half_explained(score: Scores, channel: str) -> bool:
+    """Whether findings leave so much of a channel's excess that their names cannot be meant."""
+    excess = score.before**2 - score.floor**2
+    if score.after < TOO_MUCH[channel] * score.floor or excess <= 0.0:
+        return False
+    return (score.before**2 - score.after**2) / excess < LEAST_EXPLAINED
 
 
 def _frame(analysis: Analysis, channel: str) -> Frame:
@@ -70,7 +87,7 @@ def _tones(data: Dataset, channel: str, score: Scores, frame: Frame, names: dict
 
 def _wandering(analysis: Analysis, channel: str, score: Scores, names: dict[int, str]) -> list[Finding]:
     model = analysis.models[channel]
-    slow = wander(score.residual_after, model.rows.frame, model.used, score.floor**2)
+    slow = slow_structure(analysis, channel, score)
     if slow is None:
         return []
     frame = model.rows.frame.take(score.rows)

@@ -19,7 +19,7 @@ WINDOW_S = 4.0
 LEAST_WINDOWS = 5
 LEAST_RATIO = 1.6
 """variance of the windows' means over half the mean square of their steps; coloured noise of a second reaches 1.2"""
-LEAST_SHARE = 0.1
+LEAST_SHARE = 0.02
 """variance of the wander over that of the samples"""
 
 
