@@ -80,7 +80,7 @@ def _linear(
         location.time_window = time_window(frame, effect, start)
     close = [a for a in found.alternatives if as_good(a, found.gain)] if not unknown else []
     status = "unknown" if unknown else "ambiguous" if close else "named"
-    loss = found.alternatives[0].loss if found.alternatives else 100.0
+    loss = next((a.loss for a in found.alternatives if not a.contains), 100.0)
     name = "unknown" if unknown else entry.effect
     return Finding(
         name,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch.columns import is_integral
-from bench.mismatch.linear import ChannelModel, dropped, predict, predict_without
+from bench.mismatch.linear import ChannelModel, dropped, predict, predict_named
 from bench.mismatch.noise import robust_spread
 from bench.mismatch.rows import Rows
 from bench.mismatch.transmission import TransmissionModel
@@ -152,8 +152,8 @@ def gate(model: ChannelModel, usable: NDArray[np.bool_], held_out: set[int]) -> 
         return (_own_start(left, model) if is_integral(model.channel) else left)[scored] ** 2 * number
 
     for found in sorted(model.found, key=lambda f: f.gain):
-        full = squares(predict(model, rows.frame))
-        rest = squares(predict_without(model, rows.frame, found.entry))
+        full = squares(predict_named(model, rows.frame))
+        rest = squares(predict_named(model, rows.frame, found.entry))
         change = (rest.sum() - full.sum()) / number.sum()
         by_recording = np.bincount(rows.frame.recording[scored], rest - full)
         touched = by_recording[np.abs(by_recording) > 0.05 * np.abs(by_recording).max()]

@@ -105,7 +105,7 @@ def analyse(
     bank = Bank(own.y, starts, folds, whole.columns, whole.prior, noise, whole.precision)
     settle(bank, whole)
     entries = [e for e in whole.named if e.effect not in banned]
-    search = Search(bank, whole.base, entries, REPEATED, known_gain(bank, whole, len(known)))
+    search = Search(bank, whole.base, entries, REPEATED, known_gain(bank, whole, len(known)), frozenset(switched_off))
     refiner = Refiner(channel, rows.frame, used, search)
     model = Model((), search.fit(()))
     for _ in range(MOST_TERMS):
@@ -146,7 +146,7 @@ def _judge(model: ChannelModel, refiner: Refiner) -> None:
         found = Found(entry, gain, np.zeros(0), np.zeros((0, 0)))
         found.alternatives = _alternatives(search, refiner, others, entry, whole)
         rival, beaten = search.best(others, model.layout.free)
-        if rival is not None:
+        if rival is not None and entry.effect not in search.preferred:
             margin = search.fit(others).total + beaten - whole.total
             difference = search.fit([*others, rival]).likelihood - whole.likelihood
             if margin > 10.0 + UNKNOWN_SHARE * gain and spread_t(difference) > 1.5:
@@ -185,7 +185,8 @@ def _alternatives(search: Search, refiner: Refiner, others: list[Entry], entry: 
         difference = whole.likelihood - search.fit([*others, rival]).likelihood
         error = float(np.std(difference, ddof=1) * np.sqrt(difference.size)) if difference.size > 1 else 0.0
         contains = False
-        if len(rival.index) > len(entry.index):
+        longer = len(rival.index) > len(entry.index) or (entry.effect in search.preferred and rival.point)
+        if longer:
             beyond = search.bank.explained(entry.index, [*search.base, *rival.index])
             contains = beyond < 0.02 * search.bank.explained(entry.index, search.base)
         out.append(Alternative(rival, float(difference.sum()), error, contains))
@@ -231,9 +232,12 @@ def predict(model: ChannelModel, frame: Frame, whole: bool = True) -> FloatArray
     return _sum_of(model, frame, again.columns, [*model.chosen, *model.correction], model.fit)
 
 
-def predict_without(model: ChannelModel, frame: Frame, left_out: Entry) -> FloatArray:
-    """The channel as the final model says that lacks one entry, refitted on the training rows."""
-    rest = [e for e in (*model.chosen, *model.correction) if e != left_out]
+def predict_named(model: ChannelModel, frame: Frame, left_out: Entry | None = None) -> FloatArray:
+    """The channel as the model says without corrections of forms, and without one entry, refitted on the training rows.
+
+    A free-form correction could take the place of what is left out.
+    """
+    rest = [e for e in model.chosen if e != left_out]
     fit = model.search.bank.fit(model.index(rest), leave_out=False)
     again = layout(model.channel, frame, model.switched_off, model.known, with_free=False, with_named=False)
     return _sum_of(model, frame, again.columns, rest, fit)
@@ -296,6 +300,6 @@ __all__ = [
     "dropped",
     "known_coefficients",
     "predict",
-    "predict_without",
+    "predict_named",
     "starts_and_folds",
 ]
