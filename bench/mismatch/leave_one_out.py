@@ -7,14 +7,16 @@ channels; what an ablation cannot show is said with the reason.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 
 from bench.mismatch.assess import Assessment, assess
 from bench.mismatch.channels import SENSOR_ERRORS
-from bench.mismatch.dataset import Dataset
+from bench.mismatch.dataset import Dataset, load
 from bench.mismatch.findings import Finding
 from bench.mismatch.given import Given
 from bench.simulation.frame import Frame
@@ -51,31 +53,64 @@ class LeftOut:
     why: str = ""
 
 
+@dataclass(frozen=True, slots=True)
+class Question:
+    """One term to leave out, picklable: a worker reads the folder itself, once for all its questions."""
+
+    recordings: Path
+    model: Simulation
+    channels: tuple[str, ...]
+    known: frozenset[str]
+    effect: str
+
+
+Map = Callable[[Callable[[Question], LeftOut], Sequence[Question]], Iterable[LeftOut]]
+
+
 def leave_one_out(
     data: Dataset,
     model: Simulation,
     channels: Sequence[str],
     whole: Assessment,
+    recordings: Path,
     progress: Callable[[str, float], None],
+    elsewhere: Map | None = None,
 ) -> list[LeftOut]:
     """Switch off every nominal term of ``model`` that is in force, one after another.
 
-    ``whole``: the comparison with nothing switched off; what that found is no answer to a term left out.
+    ``whole``: the comparison with nothing switched off; what that found is no answer to a term left out. ``elsewhere``
+    maps the questions over other processes, which read ``recordings`` themselves; the rows are the same.
     """
-    terms = [term for term in LIBRARY.values() if term.nominal]
-    known = {f.effect for f in whole.findings if f.status == "unknown"}
+    known = frozenset(f.effect for f in whole.findings if f.status == "unknown")
+    effects = [term.effect for term in LIBRARY.values() if term.nominal]
+    questions = [Question(recordings, model, tuple(channels), known, effect) for effect in effects]
     out: list[LeftOut] = []
-    for number, term in enumerate(terms):
-        progress(term.effect, number / len(terms))
-        channel = next(iter(term.forms))
-        why = _not_asked(term, channel, data, model, channels)
-        if why:
-            out.append(LeftOut(term.effect, term.name, channel, NOT_ASKED, why=why))
-            continue
-        asked = [c for c in channels if c == channel or (c == LOAD_TORQUE and _corrects(model, channel))]
-        given = Given.of(model.with_term(Term(term.effect, False)))
-        out.append(_row(term, channel, assess(data, given, asked), known))
+    answers = (_asked(data, q) for q in questions) if elsewhere is None else iter(elsewhere(answer, questions))
+    for number, question in enumerate(questions):
+        progress(question.effect, number / len(questions))
+        out.append(next(answers))
     return out
+
+
+def answer(question: Question) -> LeftOut:
+    """Answer a question in a process of its own."""
+    return _asked(_loaded(question.recordings), question)
+
+
+@lru_cache(1)
+def _loaded(recordings: Path) -> Dataset:
+    return load(recordings)
+
+
+def _asked(data: Dataset, question: Question) -> LeftOut:
+    term, model, channels = LIBRARY[question.effect], question.model, question.channels
+    channel = next(iter(term.forms))
+    why = _not_asked(term, channel, data, model, channels)
+    if why:
+        return LeftOut(term.effect, term.name, channel, NOT_ASKED, why=why)
+    asked = [c for c in channels if c == channel or (c == LOAD_TORQUE and _corrects(model, channel))]
+    given = Given.of(model.with_term(Term(term.effect, False)))
+    return _row(term, channel, assess(data, given, asked), question.known)
 
 
 def _corrects(model: Simulation, channel: str) -> bool:
@@ -101,7 +136,7 @@ def _frame(data: Dataset, channel: str) -> Frame:
     return rows.frame
 
 
-def _row(term: LibraryTerm, channel: str, found: Assessment, known: set[str]) -> LeftOut:
+def _row(term: LibraryTerm, channel: str, found: Assessment, known: frozenset[str]) -> LeftOut:
     score = found.scores[channel]
     told = [f for f in found.findings if channel in (f.channel, *f.also_in) or f.effect == term.effect]
     own = next((f for f in told if _is(f, term.effect)), None)

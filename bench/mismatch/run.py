@@ -15,7 +15,7 @@ from bench.mismatch.experiment import propose
 from bench.mismatch.findings import Finding
 from bench.mismatch.given import Given
 from bench.mismatch.improved import improved
-from bench.mismatch.leave_one_out import LeftOut, leave_one_out
+from bench.mismatch.leave_one_out import LeftOut, Map, leave_one_out
 from bench.simulation.model import Simulation
 from bench.simulation.terms import CHANNEL_UNITS
 
@@ -71,12 +71,13 @@ def run(
     out: Path,
     simulation: Path | None = None,
     progress: Progress | None = None,
-    leaving_out: Progress | None = None,
+    leaving_out: bool = False,
+    elsewhere: Map | None = None,
 ) -> Report:
     """Compare the simulation with recordings and write the report into ``out``.
 
-    With ``leaving_out`` (called with each term's name) every nominal term is switched off in turn as well. Raises
-    RecordingError where nothing can be read, ConfigurationError where the simulation file is wrong.
+    With ``leaving_out`` every nominal term is switched off in turn as well (``elsewhere`` maps them over other
+    processes). Raises RecordingError where nothing can be read, ConfigurationError where the simulation file is wrong.
     """
     tell = progress or (lambda _what, _share: None)
     model = Simulation.load(simulation) if simulation is not None else Simulation.nominal()
@@ -95,9 +96,11 @@ def run(
         report.verdict = "mismatch" if report.findings else "match"
         for number, finding in enumerate(f for f in report.findings if f.status != "named"):
             propose(finding, out, number + 1, data)
-        if leaving_out is not None:
+        if leaving_out:
             better = improved(report.findings, report.analysis, model)
-            report.left_out = leave_one_out(data, better, channels, found, leaving_out)
+            report.left_out = leave_one_out(
+                data, better, channels, found, Path(recordings), lambda what, _: tell(f"without {what}", 0.9), elsewhere
+            )
     tell("writing the report", 0.92)
     write(report, model, out)
     tell("done", 1.0)
