@@ -29,7 +29,7 @@ def recording_header(begun: Taken, campaign_id: str, file: BenchFile, rig: Rig) 
         gearbox=Gearbox(gearbox.ratio, **teeth),
         point_id=begun.point_id,
         take=begun.take,
-        zero_id=config.zero_id,
+        zero_id=rig.zero_id,
         gearbox_serial=gearbox.serial,
         config=file.text,
         software={"name": "gearbench", "version": bench.__version__, "revision": revision()},

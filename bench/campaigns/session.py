@@ -17,6 +17,8 @@ from bench.campaigns.listener import Listener, Silent, Tap
 from bench.campaigns.plan import make_plan
 from bench.campaigns.runner import Runner
 from bench.campaigns.taken import Summary
+from bench.commissioning import require_commissioned
+from bench.commissioning.zero import require_zero
 from bench.configuration import BenchFile
 from bench.cycle.rig import Rig
 
@@ -64,18 +66,25 @@ def run_campaign(
     Raises
     ------
     LimitError
-        If the campaign would break a limit from the temperature found, or a stop was not resumed; nothing has moved.
+        If the campaign would break a limit from the temperature found, a stop was not resumed, or a bench behind a
+        network interface was not commissioned or lost its zero with its power; nothing has moved.
     DeviceError
         If the bench cannot be opened or a drive does not follow.
     """
     latch = latch_of(file, folder)
     require_resumable(latch, resumes=resumed_by is not None)
-    with stop_on_signals() as stop, Rig(file, seed=seed, real_time=real_time, latch=latch) as rig:
+    commissioned = require_commissioned(file.configuration)
+    zero = None if commissioned is None else commissioned.zero
+    with stop_on_signals() as stop, Rig(file, seed=seed, real_time=real_time, latch=latch, zero=zero) as rig:
+        if zero is not None:
+            require_zero(rig, zero)
         if reset_faults:
             rig.reset_faults()
         if rig.is_real_time:
             # what is loaded by now stays: the collector need not look at it while cycles are due
             gc.freeze()
+        for note in rig.notes:
+            (listener or Silent()).noticed(note)
         plan = make_plan(campaign, file.configuration, rig.temperature)
         if resumed_by is not None:
             resume(latch, resumed_by)

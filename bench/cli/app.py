@@ -18,6 +18,7 @@ from bench.errors import BenchError
 COMMANDS: tuple[str, ...] = (
     "run",
     "acts",
+    "commission",
     "serve",
     "plan",
     "config",

@@ -6,9 +6,14 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+
+from bench.cli.exit_codes import ExitCode
+
+if TYPE_CHECKING:
+    from bench.mismatch.many import Task, Told
 
 
 def register(app: typer.Typer) -> None:
@@ -17,45 +22,95 @@ def register(app: typer.Typer) -> None:
 
 
 def mismatch(
-    recordings: Annotated[Path, typer.Argument(help="Folder of recordings.")],
-    out: Annotated[Path, typer.Option("--out", help="Folder for report.json, report.html and model.json.")],
+    recordings: Annotated[list[Path], typer.Argument(help="Folder of recordings; several are compared one by one.")],
+    out: Annotated[
+        Path,
+        typer.Option("--out", help="For report.json, report.html and model.json; of several folders, one folder each."),
+    ],
     simulation: Annotated[
         Path | None,
         typer.Option(
             "--simulation", help="Simulation file to compare with; default: the nominal simulation, calibrated."
         ),
     ] = None,
-    as_json: Annotated[bool, typer.Option("--json", help="Print report.json, nothing else.")] = False,
+    leave_one_out: Annotated[
+        bool,
+        typer.Option("--leave-one-out", help="Switch off each nominal term in turn: would it have been found?"),
+    ] = False,
+    jobs: Annotated[int, typer.Option("--jobs", min=1, help="Folders, or terms left out, at once.")] = 1,
+    dask: Annotated[
+        str | None, typer.Option("--dask", help="Address of a Dask scheduler to use instead; it must see the folders.")
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print report.json (of several folders, a list).")] = False,
 ) -> None:
     """Compare the simulation with recordings: locate the mismatch, name the physics left out, model it, score it.
 
     The simulation is calibrated on a part of the recordings; whole operating points, the validation points always among
     them, are held out and only scored. What the recordings cannot tell apart is called ambiguous, what no term explains
-    unknown.
+    unknown. Fewer than six recordings are cut into blocks, and the report says so.
     """
+    from bench.mismatch.many import compare_all, tasks_of
+
+    tasks = tasks_of(recordings, out, simulation, leave_one_out)
+    if len(tasks) == 1:
+        _one(tasks[0], jobs, dask, as_json)
+        return
+    told: list[Told] = []
+    for outcome in compare_all(tasks, jobs, dask):
+        told.append(outcome)
+        if not as_json:
+            _say(outcome.report, f"{outcome.task.recordings}: {outcome.sentence}")
+    if as_json:
+        typer.echo(json.dumps([t.report or {"folder": str(t.task.recordings), "error": t.sentence} for t in told]))
+    if any(t.report is None for t in told):
+        raise typer.Exit(ExitCode.BAD_INPUT)
+
+
+def _one(task: Task, jobs: int, dask: str | None, as_json: bool) -> None:
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-    from bench.mismatch import run
+    from bench.mismatch.many import terms_over
     from bench.mismatch.page import sentence
+    from bench.mismatch.run import run
 
     console = Console(stderr=True, highlight=False)
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    elsewhere = terms_over(jobs, dask) if jobs > 1 or dask is not None else None
     with Progress(*columns, console=console, transient=True, disable=as_json) as bar:
-        task = bar.add_task("reading", total=1.0)
+        line = bar.add_task("reading", total=1.0)
         report = run(
-            recordings,
-            out,
-            simulation,
-            lambda what, share: bar.update(task, description=what, completed=share),
+            task.recordings,
+            task.out,
+            task.simulation,
+            lambda what, share: bar.update(line, description=what, completed=share),
+            task.leaving_out,
+            elsewhere,
         )
+    content = report.to_json()
     if as_json:
-        typer.echo(json.dumps(report.to_json(), allow_nan=False))
+        typer.echo(json.dumps(content, allow_nan=False))
         return
-    typer.echo(sentence(report))
-    for channel, score in report.scores.items():
+    _say(content, sentence(report))
+    typer.echo(f"report: {task.out / 'report.html'}")
+
+
+def _say(content: dict[str, Any] | None, sentence: str) -> None:
+    """The verdict, the channels' scores, what was left out of the comparison, and the terms left out in turn."""
+    typer.echo(sentence)
+    if content is None:
+        return
+    for row in content["channels"]:
+        floor, before, after = row["noise_floor"], row["held_out_rmse_before"], row["held_out_rmse_after"]
         typer.echo(
-            f"  {channel:20s} floor {score.floor:.3g}, before {score.before:.3g}, after {score.after:.3g} "
-            f"(after/floor {score.after / score.floor:.3f})"
+            f"  {row['channel']:20s} floor {floor:.3g}, before {before:.3g}, after {after:.3g} "
+            f"(after/floor {after / floor:.3f})"
         )
-    typer.echo(f"report: {out / 'report.html'}")
+    for row in content["recordings"]["rejected"]:
+        typer.echo(f"  not used: {row['why']}")
+    for note in content["notes"]:
+        typer.echo(f"  note: {note}")
+    if content.get("leave_one_out"):
+        from bench.mismatch.leave_one_out import LeftOut, table
+
+        typer.echo(table([LeftOut(**row) for row in content["leave_one_out"]]))

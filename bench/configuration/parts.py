@@ -74,6 +74,8 @@ class Motor(Part):
     maximum_speed: Annotated[Speed, Field(gt=0)]
     pole_pairs: Count
     inertia: Annotated[Inertia, Field(gt=0)]
+    brake_torque: Annotated[Torque, Field(gt=0)] | None = None
+    """Of the holding brake, closed while the drive has no voltage; absent: no brake."""
 
     @model_validator(mode="after")
     def _maximum_above_nominal(self) -> Motor:

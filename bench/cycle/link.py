@@ -26,6 +26,7 @@ _PATIENCE_S = 0.01
 _HISTORY = 1 << 15
 """Set values remembered until their cycle comes back: more than both rings of a bus process hold."""
 _TURN = 2.0 * math.pi
+DRIVES = ("input_drive", "load_drive")
 
 
 class BusLostError(DeviceError):
@@ -50,6 +51,7 @@ class Link:
     bench : the configuration.
     assembly : the devices.
     paced : hold an emulated bench to the clock.
+    zero : subtracted from the motor's angle beyond the bench file's zero, rad.
 
     Attributes
     ----------
@@ -59,12 +61,12 @@ class Link:
     zeros : what is subtracted from encoders and torque sensor.
     """
 
-    def __init__(self, bench: BenchConfiguration, assembly: Assembly, paced: bool) -> None:
+    def __init__(self, bench: BenchConfiguration, assembly: Assembly, paced: bool, zero: float = 0.0) -> None:
         self.assembly = assembly
         self.cycle = 0
         self.velocity = self.torque = 0.0
         self.last: Decoded | None = None
-        self.zeros = Zeros(bench.input_encoder.zero, bench.load_encoder.zero, bench.torque_sensor.zero)
+        self.zeros = Zeros(bench.input_encoder.zero + zero, bench.load_encoder.zero, bench.torque_sensor.zero)
         self._bench = bench
         self._paced = paced and assembly.can_replay
         self._drives: tuple[Any, Any] = (assembly.input_drive, assembly.load_drive)
@@ -249,17 +251,20 @@ class Link:
         self._shift += self.cycle - memory.cycle
         self.cycle = memory.cycle
 
-    def request(self, goal: str) -> None:
-        """Ask both drives for a goal of their state machine, by its name."""
-        for drive in self._drives:
+    def request(self, goal: str, only: str | None = None) -> None:
+        """Ask both drives, or the ``only`` one named, for a goal of their state machine, by its name."""
+        for drive in self._chosen(only):
             # the drives' own enumeration of goals; its class is not ours to import
             drive.request(type(drive.sequence.goal)[goal])
 
-    def reached(self, goal: str | None = None) -> bool:
+    def _chosen(self, only: str | None) -> tuple[Any, ...]:
+        return tuple(drive for name, drive in zip(DRIVES, self._drives, strict=True) if only in (None, name))
+
+    def reached(self, goal: str | None = None, only: str | None = None) -> bool:
         """Whether both drives are where they were asked to go (and that is ``goal``)."""
         return all(
             drive.sequence.outcome.name == "REACHED" and goal in (None, drive.sequence.goal.name)
-            for drive in self._drives
+            for drive in self._chosen(only)
         )
 
     def asked_for(self, goal: str) -> bool:
@@ -268,25 +273,27 @@ class Link:
 
     def drive_states(self) -> dict[str, str]:
         """Return the state of each drive's state machine as of the last cycle."""
-        names = ("input_drive", "load_drive")
-        return {name: drive.sequence.state.name for name, drive in zip(names, self._drives, strict=True)}
+        return {name: drive.sequence.state.name for name, drive in zip(DRIVES, self._drives, strict=True)}
 
-    def lead(self, goal: str, what: str) -> None:
-        """Ask for a goal and run cycles until it is reached.
+    def lead(self, goal: str, what: str, only: str | None = None) -> None:
+        """Ask for a goal, of both drives or the ``only`` one named, and run cycles until it is reached.
 
         Raises
         ------
         DeviceError
             If it is not within three seconds, or a drive is in fault.
         """
-        self.request(goal)
+        self.request(goal, only)
         deadline = self.cycle + round(_LEAD_S / self._bench.bus.cycle_time)
         n = self.assembly.block if self.assembly.ahead else 1
         if self.assembly.ahead:
             self.flush()
-        while not self.reached():
+        while not self.reached(only=only):
             seen = self.exchange(np.full(n, self.velocity), np.full(n, self.torque)).size
-            for drive in self._drives:
+            reason = self.stopped()
+            if reason is not None:
+                raise DeviceError(f"the drives did not {what}, the bus process has stopped them by itself: {reason}")
+            for drive in self._chosen(only):
                 drive.check(seen)
             if self.cycle > deadline:
                 raise DeviceError(f"the drives did not {what} within {_LEAD_S:g} s")

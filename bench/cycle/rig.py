@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime, timedelta
 from types import TracebackType
+from typing import Protocol
 
 import numpy as np
 
@@ -31,6 +32,20 @@ _TARE_S = 1.0
 _LOOK_S = 0.2
 
 
+class FoundZero(Protocol):
+    """The common zero of both encoders: its name, and what it takes off the motor's angle, rad."""
+
+    @property
+    def zero_id(self) -> str:
+        """Its name."""
+        ...
+
+    @property
+    def motor_angle(self) -> float:
+        """Subtracted from the motor's angle beyond the bench file's zero, rad."""
+        ...
+
+
 class Rig:
     """A bench in operation.
 
@@ -41,6 +56,7 @@ class Rig:
     real_time : pace an emulated bench by the clock.
     assembly : devices to use instead of those the file names (for tests).
     latch : where stops are remembered; in memory if None.
+    zero : of the encoders as commissioning found it; that of the bench file if None.
     """
 
     def __init__(
@@ -51,11 +67,13 @@ class Rig:
         real_time: bool = False,
         assembly: Assembly | None = None,
         latch: LatchFile | None = None,
+        zero: FoundZero | None = None,
     ) -> None:
         self.bench = file.configuration
         self._real_time = real_time
         self._assembly = assembly or assemble(self.bench, seed=seed, real_time=real_time)
-        self._link = Link(self.bench, self._assembly, paced=real_time)
+        self._link = Link(self.bench, self._assembly, paced=real_time, zero=zero.motor_angle if zero else 0.0)
+        self.zero_id = zero.zero_id if zero else self.bench.zero_id
         self._cycle_time = self.bench.bus.cycle_time
         self._limits = settings(
             self.bench.limits, self.bench.gearbox.ratio, self._cycle_time, self.bench.motion.standstill
@@ -64,6 +82,11 @@ class Rig:
         self._tripped: End | None = None
         self._stops = Stops(self, latch or LatchFile())
         self._started = datetime.now(UTC)
+
+    @property
+    def link(self) -> Link:
+        """The devices, without limits and ladder: for commissioning."""
+        return self._link
 
     @property
     def latch(self) -> LatchFile:

@@ -15,16 +15,17 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 
-from bench.mismatch.laws import Law, Reference, factor, value
+from bench.mismatch.laws import Law, Reference, factor, resonant, value
 from bench.mismatch.series import Series, calibrate
 from bench.mismatch.spectrum import Complex, Turn
 from bench.simulation.frame import FloatArray
-from bench.simulation.terms.te.resonance import response
 
 LEAST_GAIN = 40.0
 LEAST_SIZE = 0.05
 LEAST_EXCESS = 0.12
 """excess of the known orders, over the noise of a row, from which a resonance is looked for"""
+LEAST_TOUCHED = 3.0
+"""log-likelihood an order gains from a resonance that acts on it"""
 PRICE = 2.5
 """log-likelihood asked of each order's strength (two numbers)"""
 
@@ -79,42 +80,43 @@ def resonance(data: Orders) -> Law | None:
     turn_list = [data.turns[i] for i in rows]
     frequency = np.abs(data.x[rows, 1])[:, None] * np.asarray(data.orders)[None, :]
 
-    def losses(natural: float, damping: float) -> FloatArray:
-        answer = response(frequency, natural, damping)
+    def losses(point: tuple[float, ...]) -> FloatArray:
+        answer = resonant(frequency, point)
         sigma = np.sqrt(data.sigma[rows] ** 2 + (1e-3 * np.abs(data.vectors[rows])) ** 2) / np.abs(answer)
         return calibrate(turn_list, data.vectors[rows] / answer, data.orders, sigma, data.series.prior).loss
 
-    plain = losses(1e9, 0.5)
+    plain = losses((1e9, 0.5))
     low, high = max(float(np.percentile(frequency, 10)), 0.05), 1.5 * float(frequency.max())
-    best: tuple[float, float, float, FloatArray] | None = None
+    best: tuple[float, tuple[float, ...], FloatArray] | None = None
 
-    def consider(natural: float, damping: float) -> float:
+    def consider(*point: float) -> float:
         nonlocal best
-        gain = 0.5 * (plain - losses(natural, damping))
+        gain = 0.5 * (plain - losses(point))
         # orders far below the resonance feel nothing; those that it would spoil do not belong to its mode
         total = float(np.sum(np.maximum(gain, -2.0)))
         if best is None or total > best[0]:
-            best = (total, natural, damping, gain)
+            best = (total, point, gain)
         return -total
 
     for natural in np.geomspace(low, high, 30):
-        for damping in (0.03, 0.15):
-            consider(float(natural), damping)
+        for damping, participation in ((0.03, 1.0), (0.15, 1.0), (0.06, 0.3)):
+            consider(float(natural), damping, participation)
     assert best is not None
-    start = np.log([best[1], best[2]])
+    start = np.log(best[1])
 
     def clipped(x: FloatArray) -> float:
-        return consider(float(np.exp(x[0])), float(np.clip(np.exp(x[1]), 0.004, 0.8)))
+        damping, participation = np.clip(np.exp(x[1:]), [0.004, 0.01], [0.8, 3.0])
+        return consider(float(np.exp(x[0])), float(damping), float(participation))
 
-    simplex = start + 0.15 * np.array([[0, 0], [1, 0], [0, -3]])
-    minimize(clipped, start, method="Nelder-Mead", options={"maxfev": 40, "initial_simplex": simplex})
-    total, natural, damping, gain = best
-    touched = tuple(f for f, g in zip(data.orders, gain, strict=True) if g > max(3.0, 0.02 * gain.max()))
+    simplex = start + 0.15 * np.array([[0, 0, 0], [1, 0, 0], [0, -3, 0], [0, 0, -3]])
+    minimize(clipped, start, method="Nelder-Mead", options={"maxfev": 70, "initial_simplex": simplex})
+    total, point, gain = best
+    touched = tuple(f for f, g in zip(data.orders, gain, strict=True) if g > LEAST_TOUCHED)
     ones = np.ones(len(data.orders), dtype=np.complex128)
     return Law(
         "te.resonance",
         "second_order",
-        (natural, damping),
+        point,
         total,
         touched,
         ones,

@@ -31,6 +31,9 @@ SENSOR_ERRORS = (
     "sensor.torque_hysteresis",
 )
 
+ANGULAR = ("load.unbalance", "friction.position_dependent")
+"""terms periodic in the output angle: a linear axis has none"""
+
 
 @dataclass(slots=True)
 class Analysis:
@@ -72,7 +75,8 @@ def analyse_channels(
     if MOTOR_TORQUE in channels and MOTOR_TORQUE in data.slow:
         _motor_torque(out, data, lookup, given)
         train = {m.index for m in data.members if not m.held_out}
-        out.ripples = search_ripples([without(s, given.ripples) for s in data.shaft], train)
+        shaft = [] if data.linear else data.shaft
+        out.ripples = search_ripples([without(s, given.ripples) for s in shaft], train)
     if TEMPERATURE in channels and data.heat is not None:
         _temperature(out, data, lookup, given)
     if TRANSMISSION_ERROR in channels and data.angle is not None:
@@ -127,7 +131,7 @@ def _motor_torque(
     off = np.zeros(rows.y.size) if "motor.load_reaction" in switched_off else frame.torque / frame.ratio
     moving = frame.direction != 0
     known = _known(MOTOR_TORQUE, rows.take(moving), fold_of, given, off[moving])
-    banned = [e for e in SENSOR_ERRORS]
+    banned = [*SENSOR_ERRORS, *(ANGULAR if data.linear else ())]
     load = out.models.get(LOAD_TORQUE)
     error = _sensor_error(load, frame) if load is not None else None
     if error is not None:

@@ -68,6 +68,12 @@ class Dataset:
         """Gear ratio u of the recordings."""
         return float(self.members[0].recording.gearbox.ratio or 1.0)
 
+    @property
+    def linear(self) -> bool:
+        """Whether the recordings are of a linear axis, whose motor_angle is a length."""
+        specs = self.members[0].recording.specs
+        return "motor_angle" in specs and specs["motor_angle"].unit == "m"
+
     def held_out(self) -> set[int]:
         """Indices of the recordings that are scored and never fitted."""
         return {m.index for m in self.members if m.held_out}

@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch.columns import is_integral
-from bench.mismatch.linear import ChannelModel, dropped, predict, predict_without
+from bench.mismatch.harmonics import Harmonics
+from bench.mismatch.linear import ChannelModel, dropped, predict, predict_named
 from bench.mismatch.noise import quick_variance, robust_spread
+from bench.mismatch.pulses import clusters
 from bench.mismatch.rows import Rows
 from bench.mismatch.transmission import TransmissionModel
 from bench.simulation.frame import FloatArray, recording_starts
@@ -157,8 +159,8 @@ def gate(model: ChannelModel, usable: NDArray[np.bool_], held_out: set[int]) -> 
         return (_own_start(left, model) if is_integral(model.channel) else left)[scored] ** 2 * number
 
     for found in sorted(model.found, key=lambda f: f.gain):
-        full = squares(predict(model, rows.frame))
-        rest = squares(predict_without(model, rows.frame, found.entry))
+        full = squares(predict_named(model, rows.frame))
+        rest = squares(predict_named(model, rows.frame, found.entry))
         change = (rest.sum() - full.sum()) / number.sum()
         by_recording = np.bincount(rows.frame.recording[scored], rest - full)
         touched = by_recording[np.abs(by_recording) > 0.05 * np.abs(by_recording).max()]
@@ -180,21 +182,24 @@ def gate_harmonics(model: TransmissionModel, held_out: set[int]) -> None:
     if harmonics is None:
         return
 
-    def square() -> float:
-        return transmission(model, held_out).after ** 2
-
     scores = transmission(model, held_out)
     whole, floor = scores.after**2, scores.floor**2
-    if harmonics.law is not None:
-        law, series = harmonics.law, harmonics.series
-        harmonics.law, harmonics.series = None, harmonics.plain
-        without = square()
-        if without - whole > LEAST_UNKNOWN * floor:
-            harmonics.law, harmonics.series = law, series
-        else:
-            whole = without
-    if harmonics.peaks:
-        peaks = harmonics.peaks
-        harmonics.peaks = []
-        if square() - whole > LEAST_HELD_OUT * floor:
-            harmonics.peaks = peaks
+
+    def better(other: Harmonics, least: float) -> bool:
+        """Whether the held-out residual grows by less than ``least`` with less; the smaller model is then kept."""
+        nonlocal whole
+        model.harmonics = other
+        square = transmission(model, held_out).after ** 2
+        if square - whole > least * floor:
+            model.harmonics = harmonics
+            return False
+        whole = square
+        return True
+
+    if harmonics.law is not None and better(harmonics.without_law(), LEAST_UNKNOWN):
+        harmonics = harmonics.without_law()
+    groups = [[p] for p in harmonics.peaks if p.kind != "pulse"]
+    groups += clusters([p for p in harmonics.peaks if p.kind == "pulse"])
+    for group in sorted(groups, key=lambda peaks: sum(p.gain for p in peaks)):
+        if better(harmonics.without(group), LEAST_HELD_OUT):
+            harmonics = harmonics.without(group)

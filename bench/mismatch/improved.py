@@ -6,7 +6,6 @@ at several orders, has one row in the file; its further parts stand under ``also
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -171,47 +170,8 @@ def _side(series: Series | None, side: int, offset: FloatArray, model: Transmiss
     orders = np.asarray(series.orders)[own]
     by_order = np.argsort(orders)
     amplitude, phase = (raw.to_raw(table[side][own])[by_order] for table in (series.amplitude, series.phase))
-    out = FourierSet(orders[by_order], amplitude, phase, offset)
-    peaks = model.harmonics.peaks if model.harmonics is not None else []
-    for peak in peaks:
-        if peak.kind == "sideband":
-            out = _modulated(out, peak)
-        elif peak.kind == "order":
-            out = _joined(out, peak, side)
-    return out
+    return FourierSet(orders[by_order], amplitude, phase, offset)
 
 
 def _standardisation(scaling: Scaling) -> Standardisation:
     return Standardisation(scaling.centre, scaling.spread)
-
-
-def _with_order(out: FourierSet, order: float, amplitude: FloatArray, phase: FloatArray) -> FourierSet:
-    at = int(np.searchsorted(out.orders, order))
-    return replace(
-        out,
-        orders=np.insert(out.orders, at, order),
-        amplitude=np.insert(out.amplitude, at, amplitude, axis=0),
-        phase=np.insert(out.phase, at, phase, axis=0),
-    )
-
-
-def _modulated(out: FourierSet, peak: Peak) -> FourierSet:
-    """Sidebands follow their carrier: its polynomials, by a factor and a turn."""
-    k = int(np.flatnonzero(out.orders == float(peak.carrier))[0])
-    for order, coefficients in zip(peak.orders, peak.coefficients, strict=True):
-        turned = out.phase[k].copy()
-        turned[9] += float(np.angle(coefficients[0]))
-        out = _with_order(out, float(order), abs(coefficients[0]) * out.amplitude[k], turned)
-        k = int(np.flatnonzero(out.orders == float(peak.carrier))[0])
-    return out
-
-
-def _joined(out: FourierSet, peak: Peak, side: int) -> FourierSet:
-    """A new order with the mean vector of its direction; how it moves with the state is calibrated as it is used."""
-    coefficients = peak.coefficients[0]
-    vector = coefficients[0]
-    if peak.model != "constant" and side < 0:
-        vector = coefficients[len(coefficients) // 2]
-    amplitude, phase = np.zeros(10), np.zeros(10)
-    amplitude[9], phase[9] = abs(vector), np.angle(vector)
-    return _with_order(out, float(peak.orders[0]), amplitude, phase)

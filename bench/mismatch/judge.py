@@ -20,6 +20,7 @@ UNKNOWN_GAIN = 40.0
 REFINED_ALTERNATIVES = 4
 NESTED = 2e-3
 """share of an entry's energy that another may leave over and still contain it"""
+PREFERRED_NESTED = 0.02
 OCCAM = 3.0
 """log-likelihood a chosen term must gain over a special case of it that goes by another name"""
 
@@ -102,7 +103,11 @@ def _doubted(search: Search, chosen: list[Entry], free: Sequence[Entry]) -> list
     whole = search.fit(chosen)
     best: tuple[float, list[Entry]] | None = None
     for rival in free:
-        own = [e for e in chosen if quantities(e.variables) & quantities(rival.variables)]
+        own = [
+            e
+            for e in chosen
+            if quantities(e.variables) & quantities(rival.variables) and e.effect not in search.preferred
+        ]
         rest = [e for e in chosen if e not in own]
         if not own:
             continue
@@ -145,7 +150,9 @@ def _alternatives(search: Search, refiner: Refiner, others: list[Entry], entry: 
         while (rival := refiner.effect(others, effect, longer)) is not None:
             difference = whole.likelihood - search.fit([*others, rival]).likelihood
             error = float(np.std(difference, ddof=1) * np.sqrt(difference.size)) if difference.size > 1 else 0.0
-            contains = _numbers(rival) > _numbers(entry) and nested(search, entry, rival)
+            # a term of the nominal simulation is not doubted for a curve that comes near it
+            special = NESTED if entry.effect not in search.preferred or not rival.point else PREFERRED_NESTED
+            contains = _numbers(rival) > _numbers(entry) and nested(search, entry, rival, special)
             found = Alternative(rival, float(difference.sum()), error, contains)
             if not contains:
                 first = found
@@ -158,10 +165,10 @@ def _alternatives(search: Search, refiner: Refiner, others: list[Entry], entry: 
     return sorted(out, key=lambda a: a.loss)
 
 
-def nested(search: Search, inner: Entry, outer: Entry) -> bool:
+def nested(search: Search, inner: Entry, outer: Entry, most: float = NESTED) -> bool:
     """Whether an entry's regressors lie in the span of another's (and the simulation's): no rival, a special case."""
     beyond = search.bank.explained(inner.index, [*search.base, *outer.index])
-    return beyond < NESTED * search.bank.explained(inner.index, search.base)
+    return beyond < most * search.bank.explained(inner.index, search.base)
 
 
 def _numbers(entry: Entry) -> int:

@@ -126,12 +126,20 @@ def value(
     return FUNCTIONS[effect, form](np.abs(x[:, 1]), x[:, 0], x[:, 2], time, point, reference)
 
 
+def resonant(frequency: FloatArray, point: tuple[float, ...]) -> Complex:
+    """1 + p·(H − 1) at frequencies in rad/s: ``point`` natural frequency, damping, and the mode's participation p
+    (1 where it is not given).
+    """
+    participation = point[2] if len(point) > 2 else 1.0
+    return np.asarray(1.0 + participation * (response(frequency, point[0], point[1]) - 1.0))
+
+
 def factor(law: Law, x: FloatArray, time: FloatArray, orders: Sequence[float]) -> Complex:
     """The law's factor on the vectors of ``orders`` at states (n, 3) and times (n,), (n, orders)."""
     if law.effect == RESONANCE:
         frequency = np.abs(x[:, 1])[:, None] * np.asarray(orders)[None, :]
         touched = np.isin(np.asarray(orders), np.asarray(law.orders))
-        return np.where(touched[None, :], response(frequency, *law.point), 1.0)
+        return np.where(touched[None, :], resonant(frequency, law.point), 1.0)
     g = value(law.effect, law.form, law.point, x, time, law.reference)
     own = dict(zip(law.series, law.strength, strict=True))
     strength = np.array([own.get(float(f), 0.0) for f in orders], dtype=np.complex128)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bench.mismatch.bank import Bank, Fit, Noise
 from bench.mismatch.columns import Entry, Layout, layout
-from bench.mismatch.judge import Found, judge, quantities
+from bench.mismatch.judge import Found, judge
 from bench.mismatch.noise import estimate
 from bench.mismatch.refine import Refiner
 from bench.mismatch.rivals import rivals
@@ -78,7 +78,7 @@ def analyse(
     bank = Bank(own.y, starts, folds, whole.columns, whole.prior, noise, whole.precision)
     settle(bank, whole)
     entries = [e for e in whole.named if e.effect not in banned]
-    search = Search(bank, whole.base, entries, REPEATED, known_gain(bank, whole, len(known)))
+    search = Search(bank, whole.base, entries, REPEATED, known_gain(bank, whole, len(known)), frozenset(switched_off))
     refiner = Refiner(channel, rows.frame, used, search)
     model = Model((), search.fit(()))
     for _ in range(MOST_TERMS):
@@ -150,10 +150,12 @@ def predict(model: ChannelModel, frame: Frame, whole: bool = True) -> FloatArray
     return _sum_of(model, frame, again.columns, [*model.chosen, *model.correction], model.fit)
 
 
-def predict_without(model: ChannelModel, frame: Frame, left_out: Entry) -> FloatArray:
-    """The channel as the final model says that lacks one entry, refitted on the training rows."""
-    own = [e for e in model.correction if quantities(e.variables) & quantities(left_out.variables)]
-    rest = [e for e in (*model.chosen, *model.correction) if e != left_out and e not in own]
+def predict_named(model: ChannelModel, frame: Frame, left_out: Entry | None = None) -> FloatArray:
+    """The channel as the model says without corrections of forms, and without one entry, refitted on the training rows.
+
+    A free-form correction could take the place of what is left out.
+    """
+    rest = [e for e in model.chosen if e != left_out]
     fit = model.search.bank.fit(model.index(rest), leave_out=False)
     again = layout(model.channel, frame, model.switched_off, model.known, with_free=False, with_named=False)
     return _sum_of(model, frame, again.columns, rest, fit)
@@ -210,6 +212,6 @@ __all__ = [
     "dropped",
     "known_coefficients",
     "predict",
-    "predict_without",
+    "predict_named",
     "starts_and_folds",
 ]

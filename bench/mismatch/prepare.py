@@ -123,7 +123,7 @@ def prepare(
     if "load_torque" in recording:
         load_torque = load_torque - ripple(q, load_torque - load_motor_torque, direction, bad["load_torque"])
     torque = smooth(load_torque, rate, 0, span)
-    if "motor_torque" in recording:
+    if "motor_torque" in recording and "load_torque" in recording:  # without it there is no load motor to ripple
         # the ripple acts on the gearbox, so the input motor sees it through the ratio
         motor_torque = motor_torque - ripple(q, motor_torque - torque / ratio, direction, bad["motor_torque"])
     frame = Frame(

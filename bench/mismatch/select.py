@@ -19,6 +19,7 @@ MINIMUM_GAIN = 22.0
 """log-likelihood a term has to gain: more than the best of some hundred useless columns gained in 100 folders"""
 MINIMUM_SHARE = 0.004
 """of the strongest term's gain: below that the remainder is how far nature's form is from ours"""
+PREFERRED_SHARE = 0.97
 MINIMUM_T = 1.8
 """gain over its standard error between the folds that it touches"""
 
@@ -42,6 +43,8 @@ class Search:
     """effects that may be chosen at several points (orders)"""
     credit: float = 0.0
     """gain of terms that the given simulation has beyond the nominal one"""
+    preferred: frozenset[str] = frozenset()
+    """nominal terms that the given simulation lacks: taken where they gain all but a little of what the best gains"""
     _cache: dict[tuple[int, ...], Fit] = field(default_factory=dict)
 
     def fit(self, chosen: Sequence[Entry]) -> Fit:
@@ -54,14 +57,14 @@ class Search:
     def best(self, given: Sequence[Entry], pool: Sequence[Entry]) -> tuple[Entry | None, float]:
         """The entry of ``pool`` that gains most beside ``given``, and its gain."""
         start = self.fit(given).total
-        best, most = None, -np.inf
-        for entry in pool:
-            if entry in given:
-                continue
-            gain = self.fit([*given, entry]).total - start
-            if gain > most:
-                best, most = entry, gain
-        return best, most
+        gains = [(self.fit([*given, entry]).total - start, k) for k, entry in enumerate(pool) if entry not in given]
+        if not gains:
+            return None, -np.inf
+        most, place = max(gains)
+        nominal = [(gain, k) for gain, k in gains if pool[k].effect in self.preferred and gain > PREFERRED_SHARE * most]
+        if nominal and most > 0.0:
+            most, place = max(nominal)
+        return pool[place], most
 
     def allowed(self, given: Sequence[Entry]) -> list[Entry]:
         """Entries whose effect is not in ``given`` yet (or may be repeated)."""

@@ -7,8 +7,8 @@ starts; a weak prior keeps what the design does not determine near zero.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numba
 import numpy as np
@@ -64,6 +64,18 @@ class Series:
                 basis = self.scaling[side].monomials(x[rows])
                 out[rows] = (basis @ self.amplitude[side].T) * np.exp(1j * (basis @ self.phase[side].T))
         return out
+
+    def less(self, orders: Collection[float]) -> Series:
+        """The same series without some orders."""
+        keep = [k for k, f in enumerate(self.orders) if f not in orders]
+        return replace(
+            self,
+            orders=tuple(self.orders[k] for k in keep),
+            amplitude={side: table[keep] for side, table in self.amplitude.items()},
+            phase={side: table[keep] for side, table in self.phase.items()},
+            misfit=self.misfit[keep],
+            loss=self.loss[keep],
+        )
 
     def evaluate(self, frame: Frame) -> FloatArray:
         """The series at the rows of a frame, rad; 0 in a direction that was never calibrated."""

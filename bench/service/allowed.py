@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 RUNNING = frozenset({"measuring_zero", "measuring", "heating"})
-PHASES = frozenset({"free", "opening", "paused", "stopping", "ended"}) | RUNNING
+PHASES = frozenset({"free", "opening", "paused", "stopping", "resetting", "ended"}) | RUNNING
 """Every phase of the bench; ``ended`` is a run whose process is about to go."""
 
 
@@ -19,6 +19,8 @@ class Situation:
     proposed: bool = False
     ended: bool = False
     alarms: bool = False
+    due: str = ""
+    """Act that is due after a stop: ``acknowledge``, ``reset``, ``resume``, or nothing."""
 
 
 _IN_PHASES: dict[str, frozenset[str]] = {
@@ -34,16 +36,21 @@ _IN_PHASES: dict[str, frozenset[str]] = {
 def allowed(now: Situation) -> frozenset[str]:
     """Return the acts that are possible now for whoever holds the controls; ``stop`` is always, for anybody."""
     acts = {act for act, phases in _IN_PHASES.items() if now.phase in phases}
-    acts |= {"stop", "start"}
+    acts |= {"stop"}
+    acts |= {"start"} if now.due in ("", "resume") else set()
     acts |= {"queue"} if now.held and now.waiting else set()
     acts |= {"approve"} if now.proposed else set()
-    acts |= {"again"} if now.ended and now.phase == "free" else set()
+    free = now.ended and now.phase == "free"
+    acts |= {"again"} if free and now.due in ("", "resume") else set()
+    acts |= {"reset"} if free and now.due in ("", "reset") else set()
     acts |= {"acknowledge"} if now.alarms else set()
     return frozenset(acts)
 
 
 def why_not(act: str, now: Situation) -> str:
     """Return the sentence for an act that is not possible now."""
+    if now.phase == "free" and now.due and now.due != act:
+        return f"{act.replace('_', ' ')} is not possible now: the bench was stopped, next is to {now.due}"
     phase = {"free": "nothing runs", "opening": "the bench is being opened", "ended": "the run has ended"}.get(
         now.phase, f"the bench is {now.phase.replace('_', ' ')}"
     )

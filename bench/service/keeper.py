@@ -9,7 +9,6 @@ import os
 import signal
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +16,7 @@ from bench.service.alarms import Alarms
 from bench.service.book import Book
 from bench.service.history import History
 from bench.service.launcher import Launcher
-from bench.service.process.main import Job
+from bench.service.process.job import Job
 from bench.service.process_link import ProcessLink
 from bench.service.runs import Run, Runs, now
 from bench.service.stream import Stream
@@ -63,6 +62,8 @@ class Keeper:
         self.heard = time.monotonic()
         self.on_spectrum: Callable[[Message], None] = stream.publish
         """Where spectra go; the service draws its model over them first."""
+        self.on_phase: Callable[[], None] = lambda: None
+        """Is called when the phase has changed: other things may be done now."""
         self._link: ProcessLink | None = None
         self._wake = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
@@ -101,6 +102,7 @@ class Keeper:
         """Look again whether something can begin, and tell the pages."""
         self._wake.set()
         self._stream.publish(self.runs_message())
+        self.on_phase()
 
     def go_on_with_queue(self) -> None:
         """Let the queue go on after a stop."""
@@ -166,8 +168,9 @@ class Keeper:
             outcome=str(folder / "outcome.json"),
             interface=run.interface,
             real_time=run.real_time,
-            reset_faults=run.reset_faults,
             seed=run.seed,
+            resumed_by=run.by if run.resumes else None,
+            reset_by=run.by if run.resets else None,
         )
         path = folder / "job.json"
         path.write_text(json.dumps(job.as_dict()), encoding="utf-8")
@@ -209,9 +212,13 @@ class Keeper:
         elif kind == "point":
             self.points[message["identity"]] = {key: value for key, value in message.items() if key != "type"}
         elif kind == "status":
-            self.status = message
+            before, self.status = self.status["phase"], message
+            if before != message["phase"]:
+                self.on_phase()
         elif kind == "live":
             self.history.add(message)
+        elif kind == "notice":
+            self._book.write("notice", "bench", message["text"])
         elif kind == "spectrum":
             self.spectrum = message
             self.on_spectrum(message)
@@ -280,19 +287,3 @@ class Keeper:
     def _socket(self, run: Run) -> Path:
         # Unix socket paths are short: 107 bytes
         return self._state.absolute() / f"{run.id[-6:]}.sock"
-
-
-def again(run: Run, id_: str, by: str, reset_faults: bool) -> Run:
-    """Return the run that goes on where an ended one stopped: same campaign, same folder."""
-    return replace(
-        run,
-        id=id_,
-        by=by,
-        asked_at=now(),
-        state="queued",
-        reset_faults=reset_faults,
-        pid=None,
-        started_at=None,
-        ended_at=None,
-        end={},
-    )

@@ -43,12 +43,6 @@ class NoteAct(Act):
     text: Annotated[str, StringConstraints(min_length=1, max_length=500)]
 
 
-class AgainAct(Act):
-    """Go on with a run that ended."""
-
-    reset_faults: bool = False
-
-
 class Stop(Body):
     """STOP: anybody may, at any time; the name is for the record only."""
 
@@ -88,7 +82,6 @@ class NewRun(Body):
     text: Annotated[str, StringConstraints(min_length=1, max_length=200_000)] | None = None
     folder: PlaceName | None = None
     real_time: bool = False
-    reset_faults: bool = False
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
 
 

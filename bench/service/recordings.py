@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -60,7 +62,8 @@ def folders(root: Path) -> list[dict[str, Any]]:
         if not files and not (path / "journal.sqlite").exists():
             continue
         manifest = _manifest(path)
-        states = [entry.get("status") for entry in manifest.get("recordings", [])]
+        planned = {entry.get("point_id") for entry in manifest.get("recordings", [])} - {None}
+        states = _states(path)
         out.append(
             {
                 "name": path.name,
@@ -69,9 +72,9 @@ def folders(root: Path) -> list[dict[str, Any]]:
                 "recordings": len(files),
                 "bytes": sum(file.st_size for file in files),
                 "changed_at": max((file.st_mtime for file in files), default=path.stat().st_mtime),
-                "done": states.count("done"),
-                "failed": states.count("failed"),
-                "pending": states.count("pending"),
+                "done": states.get("done", 0),
+                "failed": states.get("failed", 0),
+                "points": len(planned) or None,
                 "end": manifest.get("end"),
             }
         )
@@ -182,6 +185,19 @@ def _short(values: NDArray[np.float64]) -> list[float | None]:
 
 def _number(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
+
+
+def _states(folder: Path) -> dict[str, int]:
+    """How many points the journal has in each state; it knows while a run still goes on."""
+    journal = folder / "journal.sqlite"
+    if not journal.exists():
+        return {}
+    try:
+        with closing(sqlite3.connect(f"{journal.absolute().as_uri()}?mode=ro", uri=True)) as database:
+            query = "SELECT status, COUNT(DISTINCT point_id) FROM takes WHERE recording_id NOT LIKE 'heating-%'"
+            return dict(database.execute(f"{query} GROUP BY status").fetchall())
+    except sqlite3.Error:
+        return {}
 
 
 def _manifest(folder: Path) -> dict[str, Any]:

@@ -11,7 +11,8 @@ from fastapi import APIRouter, Depends
 from fastapi import Path as InPath
 
 from bench.service import models as m
-from bench.service.service import NotNow, Service, Unknown
+from bench.service.refusals import NotNow, Unknown
+from bench.service.service import Service
 from bench.service.wiring import PROBLEMS, service_of
 
 router = APIRouter(prefix="/api", responses=PROBLEMS)
@@ -130,11 +131,16 @@ async def withdraw(run_id: RunId, body: m.Act, service: The) -> m.RunAnswer:
 
 
 @router.post("/runs/{run_id}/again", summary="Go on where a run stopped")
-async def again(run_id: RunId, body: m.AgainAct, service: The) -> m.RunAnswer:
-    """The same campaign in the same folder: what is done is not repeated."""
-    answer: m.RunAnswer = await _held(
-        service, "again", body, lambda name: _answer(service.again(run_id, name, body.reset_faults)), run_id
-    )
+async def again(run_id: RunId, body: m.Act, service: The) -> m.RunAnswer:
+    """The same campaign in the same folder: what is done is not repeated. After a stop this is the act "resume"."""
+    answer: m.RunAnswer = await _held(service, "again", body, lambda name: _answer(service.again(run_id, name)), run_id)
+    return answer
+
+
+@router.post("/reset", summary="Reset the bench after a stop")
+async def reset(body: m.Act, service: The) -> m.RunAnswer:
+    """The drives lose their faults, and it is looked whether the cause is gone; no torque is given."""
+    answer: m.RunAnswer = await _held(service, "reset", body, lambda name: _answer(service.reset(name)))
     return answer
 
 
@@ -209,6 +215,7 @@ async def acknowledge(number: AlarmNumber, body: m.Act, service: The) -> m.Done:
     def do(name: str) -> m.Done:
         if service.alarms.acknowledge(number, name) is None:
             raise Unknown(f"there is no alarm {number}")
+        service.acknowledge_stop(name)
         return m.Done(done=f"acknowledged by {name}")
 
     answer: m.Done = await _held(service, "acknowledge", body, do, str(number))

@@ -12,8 +12,9 @@ from fastapi.responses import FileResponse, StreamingResponse
 
 from bench.service import models as m
 from bench.service import recordings
+from bench.service.refusals import Unknown
 from bench.service.security import REPORT_POLICY
-from bench.service.service import Service, Unknown
+from bench.service.service import Service
 from bench.service.wiring import PROBLEMS, service_of
 
 router = APIRouter(prefix="/api", responses=PROBLEMS)
@@ -51,13 +52,13 @@ async def history(detail: Literal["fine", "coarse"], service: The) -> list[Answe
 @router.get("/campaigns", summary="Campaigns that may be started")
 async def campaigns(service: The) -> list[Answer]:
     """Shipped ones and those of the campaigns folder; ``problem`` says why one cannot be."""
-    return await asyncio.to_thread(service.campaigns)
+    return await asyncio.to_thread(service.catalog.list)
 
 
 @router.get("/campaigns/{name}/plan", summary="The plan of a campaign")
 async def plan(name: Place, service: The) -> Answer:
     """Every point with time, temperature and energy, from room temperature."""
-    return await asyncio.to_thread(service.plan, name)
+    return await asyncio.to_thread(service.catalog.plan, name)
 
 
 @router.get("/folders", summary="Folders of recordings")

@@ -29,8 +29,11 @@ class Run:
     state: State = "queued"
     interface: str | None = None
     real_time: bool = False
-    reset_faults: bool = False
     seed: int = 0
+    resumes: bool = False
+    """Torque may be given again after a stop that was acknowledged and reset."""
+    resets: bool = False
+    """Nothing is run: the drives' faults are taken away."""
     pid: int | None = None
     started_at: str | None = None
     ended_at: str | None = None
@@ -49,6 +52,12 @@ def now() -> str:
 def new_id() -> str:
     """Return an id that sorts by time."""
     return f"{datetime.now(UTC):%Y%m%dT%H%M%S}-{secrets.token_hex(3)}"
+
+
+def following(run: Run, by: str, **changes: Any) -> Run:
+    """Return a new run on the same bench, campaign and folder, in the name of ``by``."""
+    fresh = {"id": new_id(), "by": by, "asked_at": now(), "state": "queued", "pid": None, "started_at": None}
+    return replace(run, **{**fresh, "ended_at": None, "end": {}, "resumes": False, "resets": False, **changes})
 
 
 class Runs:

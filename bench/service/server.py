@@ -63,4 +63,4 @@ def _serve(settings: Settings, launcher: Launcher) -> None:
         raise ConfigurationError(f"{settings.url} cannot be served; is the port in use?") from error
     running = Runs(settings.state / "runs.json").running()
     if running is not None:
-        sys.stdout.write(f"A run goes on in process {running.pid}; start bench serve again to watch it or to stop it.\n")
+        sys.stdout.write(f"A run goes on in process {running.pid}; start bench serve again to watch or stop it.\n")

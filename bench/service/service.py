@@ -10,36 +10,31 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from bench.campaigns import load_campaign, make_plan, parse_campaign, shipped_campaigns
+from bench.campaigns import load_campaign, make_plan
+from bench.campaigns.acts import acknowledge, latch_of
 from bench.configuration import BenchFile, load_bench, on_interface
-from bench.errors import BenchError
+from bench.safety.latch import NEXT, Act
 from bench.service import recordings
 from bench.service.alarms import Alarm, Alarms
 from bench.service.allowed import Situation, allowed, why_not
 from bench.service.analyses import Analyses
 from bench.service.book import Book
-from bench.service.keeper import Keeper, again
+from bench.service.catalog import Catalog
+from bench.service.keeper import Keeper
 from bench.service.launcher import Launcher
 from bench.service.lease import Lease
 from bench.service.models import NewAnalysis, NewRun
 from bench.service.notify import Notifier
 from bench.service.once import Once
 from bench.service.overlay import Overlay
-from bench.service.runs import Run, Runs, new_id, now
+from bench.service.refusals import NotNow, Unknown
+from bench.service.runs import Run, Runs, following, new_id, now
 from bench.service.settings import Settings
 from bench.service.storage import storage
 from bench.service.stream import Stream
 
 Message = dict[str, Any]
 _STOP_MARGIN_S = 10.0
-
-
-class NotNow(BenchError):
-    """The act is not possible in the state the bench is in."""
-
-
-class Unknown(BenchError):
-    """There is no such run, alarm or analysis."""
 
 
 class Service:
@@ -63,10 +58,11 @@ class Service:
         runs = Runs(settings.state / "runs.json")
         self.keeper = Keeper(settings.state, runs, launcher, self.stream, self.book, self.alarms, deadline)
         self.keeper.on_spectrum = self.overlay.take
+        self.keeper.on_phase = self.tell_state
         if settings.model is not None:
             self.overlay.choose(settings.model)
         self._launcher = launcher
-        self._plans: dict[str, Message] = {}
+        self.catalog = Catalog(settings, self.bench.configuration)
 
     # -- life ----------------------------------------------------------------------------------------------------------
 
@@ -95,6 +91,7 @@ class Service:
             waiting=any(run.state == "queued" for run in runs),
             proposed=any(run.state == "proposed" for run in runs),
             ended=any(run.state == "ended" for run in runs),
+            due=self.latch()["due"],
             alarms=bool(self.alarms.standing()),
         )
 
@@ -107,6 +104,7 @@ class Service:
             "alarms": self.alarms.standing(),
             "pages": self.stream.pages,
             "alive": self.keeper.is_alive(),
+            "latch": self.latch(),
             "model": None if self.overlay.path is None else str(self.overlay.path),
         }
 
@@ -194,7 +192,7 @@ class Service:
         now_s = time.monotonic()
         by = new.name if new.secret is None else self.lease.check(new.secret, now_s).name
         run_id = new_id()
-        source = await asyncio.to_thread(self._campaign_source, new, run_id)
+        source = await asyncio.to_thread(self.catalog.source, new.campaign, new.text, run_id)
         campaign = await asyncio.to_thread(load_campaign, source)
         # refused here and now if it would break a limit; the run plans again from the temperature it finds
         await asyncio.to_thread(make_plan, campaign, self.bench.configuration)
@@ -210,8 +208,8 @@ class Service:
             state="proposed" if new.secret is None else "queued",
             interface=self.settings.interface,
             real_time=new.real_time,
-            reset_faults=new.reset_faults,
             seed=new.seed,
+            resumes=new.secret is not None,
         )
         if new.secret is not None and self.keeper.runs.running() is None:
             # whoever holds the controls and starts a run lets the queue go on
@@ -219,12 +217,45 @@ class Service:
         self.book.write("ask", by, f"{campaign.title} {run.state}", run=run.id)
         return self.keeper.add(run)
 
-    def again(self, run_id: str, by: str, reset_faults: bool) -> Run:
+    def again(self, run_id: str, by: str) -> Run:
         """Let a run that ended go on where it stopped."""
         run = self.run(run_id, "ended")
         self.keeper.held = False
         self.book.write("again", by, f"{run.title} goes on in {Path(run.folder).name}", run=run.id)
-        return self.keeper.add(again(run, new_id(), by, reset_faults))
+        return self.keeper.add(following(run, by, resumes=True))
+
+    def reset(self, by: str) -> Run:
+        """Take the drives' faults away after a stop; a process of its own opens the bus for it.
+
+        Raises
+        ------
+        NotNow
+            If nothing was run yet: there is nothing to be reset.
+        """
+        run = self._last_ended()
+        if run is None:
+            raise NotNow("nothing was run yet, there is nothing to reset")
+        self.keeper.held = False
+        self.book.write("reset", by, f"reset after: {self.latch()['text'] or 'no stop on record'}")
+        return self.keeper.add(following(run, by, resets=True, title="Reset of the bench"))
+
+    def acknowledge_stop(self, by: str) -> None:
+        """Say for the bench's record that somebody has read why it stopped, if that is what is due."""
+        run = self._last_ended()
+        if run is not None and self.latch()["due"] == Act.ACKNOWLEDGE.value:
+            acknowledge(self.bench, Path(run.folder), by)
+
+    def latch(self) -> Message:
+        """What stopped the bench, and which act is due before it may give torque again; empty texts for nothing."""
+        run = self._last_ended()
+        folder = self.settings.folder if run is None else Path(run.folder)
+        latch = latch_of(self.bench, folder).read()
+        due = NEXT[latch.standing]
+        return {"standing": latch.standing.value, "text": latch.text, "due": "" if due is None else due.value}
+
+    def _last_ended(self) -> Run | None:
+        ended = [run for run in self.keeper.runs.all() if run.state == "ended" and run.end.get("kind") != "withdrawn"]
+        return ended[-1] if ended else None
 
     def run(self, run_id: str, state: str) -> Run:
         """Return a run in the state it has to be in.
@@ -264,48 +295,6 @@ class Service:
         model = None if new.model is None else self.model_path(new.model)
         self.book.write("analyse", new.name, f"{new.kind} of {new.folder}")
         return self.analyses.start(new.kind, folder, new.name, model)
-
-    # -- campaigns -----------------------------------------------------------------------------------------------------
-
-    def campaigns(self) -> list[Message]:
-        """What may be started: shipped campaigns and those of the campaigns folder, with title or what is wrong."""
-        out = []
-        for name, source in self._offered().items():
-            try:
-                campaign = load_campaign(source)
-                out.append({"name": name, "title": campaign.title, "problem": None})
-            except BenchError as error:
-                out.append({"name": name, "title": name, "problem": str(error)})
-        return out
-
-    def plan(self, name: str) -> Message:
-        """Return the plan of a campaign, from room temperature."""
-        source = self._offered().get(name)
-        if source is None:
-            raise Unknown(f'there is no campaign "{name}"; there are {", ".join(self._offered())}')
-        return make_plan(load_campaign(source), self.bench.configuration).as_dict()
-
-    def _offered(self) -> dict[str, str]:
-        offered = {name: name for name in shipped_campaigns()}
-        folder = self.settings.campaigns
-        if folder is not None and folder.is_dir():
-            files = (path for path in sorted(folder.iterdir()) if path.suffix in (".toml", ".py"))
-            offered |= {path.name: str(path.absolute()) for path in files}
-        return offered
-
-    def _campaign_source(self, new: NewRun, run_id: str) -> str:
-        if (new.campaign is None) == (new.text is None):
-            raise NotNow("give either campaign, a name the service offers, or text, the content of a TOML file")
-        if new.text is None:
-            source = self._offered().get(str(new.campaign))
-            if source is None:
-                raise Unknown(f'there is no campaign "{new.campaign}"; there are {", ".join(self._offered())}')
-            return source
-        parse_campaign(new.text, "the campaign sent")
-        path = self.settings.state.absolute() / "runs" / run_id / "campaign.toml"
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(new.text, encoding="utf-8")
-        return str(path)
 
     def _tell_alarm(self, alarm: Alarm) -> None:
         self.notifier.tell(alarm, self.bench.configuration.name)

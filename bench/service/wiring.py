@@ -12,7 +12,8 @@ from bench.service.lease import NotHeld
 from bench.service.models import Problem
 from bench.service.once import IdUsedAgain
 from bench.service.recordings import UnknownPlace
-from bench.service.service import NotNow, Service, Unknown
+from bench.service.refusals import NotNow, Unknown
+from bench.service.service import Service
 
 STATUS: tuple[tuple[type[Exception], int], ...] = (
     (NotHeld, 403),

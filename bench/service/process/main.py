@@ -8,134 +8,124 @@ from __future__ import annotations
 
 import json
 import os
-import signal
 import sys
 import traceback
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
+from bench.campaigns import load_campaign
+from bench.campaigns.acts import reset
+from bench.campaigns.directions import Directions
+from bench.campaigns.session import run_campaign
+from bench.campaigns.taken import Summary
+from bench.configuration import BenchFile, load_bench, on_interface
+from bench.cycle.rig import EndKind
 from bench.errors import BenchError, DeviceError
+from bench.service.process.job import Job
 from bench.service.process.lines import LineServer, Message
+from bench.service.process.reporter import Reporter
+from bench.service.process.tap import LiveTap
+from bench.service.registry import bus_in_use
 
 
-@dataclass(frozen=True, slots=True)
-class Job:
-    """What a run is: all a process needs to know, written as JSON."""
+class Process:
+    """One job, its socket, and what it tells."""
 
-    run: str
-    campaign: str
-    """Path of a TOML or Python file, or the name of a shipped one."""
-    bench: str
-    folder: str
-    socket: str
-    outcome: str
-    """File for the end of the run, so that it is known even if nobody listened."""
-    interface: str | None = None
-    real_time: bool = False
-    reset_faults: bool = False
-    seed: int = 0
+    def __init__(self, job: Job) -> None:
+        self._job = job
+        file = load_bench(job.bench)
+        self._file: BenchFile = file if job.interface is None else on_interface(file, job.interface)
+        self._directions = Directions()
+        self._reporter = Reporter(self._file.configuration, self._emit)
+        self._server = LineServer(Path(job.socket), self._reporter.greeting, self._obey)
 
-    @classmethod
-    def load(cls, path: Path) -> Job:
-        """Read a job file."""
-        return cls(**json.loads(path.read_text("utf-8")))
+    def run(self) -> Message:
+        """Do the job and return its end as a message; the file of the outcome is written before anybody is told."""
+        end = {"type": "end", **self._end()}
+        path = Path(self._job.outcome)
+        part = path.with_suffix(".part")
+        part.write_text(json.dumps(end), encoding="utf-8")
+        os.replace(part, path)
+        self._reporter.tell("ended", str(end["text"]), remaining_s=0.0, way=None)
+        self._emit(end)
+        self._server.close()
+        return end
 
-    def as_dict(self) -> dict[str, Any]:
-        """For the job file."""
-        return {name: getattr(self, name) for name in self.__slots__}
+    def _emit(self, message: Message) -> None:
+        self._server.send(message)
 
+    def _end(self) -> Message:
+        try:
+            with bus_in_use(self._file):
+                return self._reset() if self._job.reset_by is not None else self._campaign()
+        except BenchError as error:
+            kind = "device" if isinstance(error, DeviceError) else "refused"
+            return {"kind": kind, "cause": type(error).__name__, "text": str(error)}
+        except Exception as error:  # noqa: BLE001 - the last floor: what it was goes to the page and to the log
+            traceback.print_exc()
+            return {"kind": "internal", "cause": type(error).__name__, "text": f"{type(error).__name__}: {error}"}
 
-def run(job: Job) -> Message:
-    """Run the campaign and return its end as a message."""
-    from bench.campaigns import load_campaign
-    from bench.campaigns.directions import Directions
-    from bench.campaigns.session import run_campaign
-    from bench.configuration import load_bench, on_interface
-    from bench.cycle.rig import EndKind
-    from bench.service.process.reporter import Reporter
-    from bench.service.process.tap import LiveTap
+    def _reset(self) -> Message:
+        job = self._job
+        self._reporter.tell("resetting", "the drives lose their faults, no torque is given")
+        reset(self._file, Path(job.folder), str(job.reset_by), seed=job.seed)
+        return {"kind": "finished", "cause": "NONE", "text": ""}
 
-    file = load_bench(job.bench)
-    if job.interface is not None:
-        file = on_interface(file, job.interface)
-    directions = Directions()
-    server: LineServer | None = None
+    def _campaign(self) -> Message:
+        job = self._job
+        tap = LiveTap(self._emit, self._file.configuration.gearbox.ratio)
+        try:
+            return _as_end(
+                run_campaign(
+                    self._file,
+                    load_campaign(job.campaign),
+                    Path(job.folder),
+                    self._reporter,
+                    seed=job.seed,
+                    real_time=job.real_time,
+                    resumed_by=job.resumed_by,
+                    directions=self._directions,
+                    tap=tap,
+                )
+            )
+        finally:
+            tap.close()
 
-    def emit(message: Message) -> None:
-        if server is not None:
-            server.send(message)
-
-    reporter = Reporter(file.configuration, emit)
-
-    def receive(message: Message) -> None:
-        _obey(directions, reporter, message)
-
-    server = LineServer(Path(job.socket), reporter.greeting, receive)
-    tap = LiveTap(emit, file.configuration.gearbox.ratio)
-    try:
-        summary = run_campaign(
-            file,
-            load_campaign(job.campaign),
-            Path(job.folder),
-            reporter,
-            seed=job.seed,
-            real_time=job.real_time,
-            reset_faults=job.reset_faults,
-            directions=directions,
-            tap=tap,
-        )
-        kind = "failed_points" if summary.end.kind is EndKind.FINISHED and summary.failed else summary.end.kind.name
-        end = {
-            "kind": kind.lower(),
-            "cause": summary.end.cause.name,
-            "text": summary.end.text,
-            "recordings": len(summary.taken),
-            "earlier": summary.earlier,
-            "failed": [f"{taken.recording_id}: {taken.note}" for taken in summary.failed],
-            "bench_time_s": summary.bench_time_s,
-        }
-    except BenchError as error:
-        kind = "device" if isinstance(error, DeviceError) else "refused"
-        end = {"kind": kind, "cause": type(error).__name__, "text": str(error)}
-    except Exception as error:  # noqa: BLE001 - the last floor: what it was goes to the page and to the journal of the system
-        traceback.print_exc()
-        end = {"kind": "internal", "cause": type(error).__name__, "text": f"{type(error).__name__}: {error}"}
-    tap.close()
-    message = {"type": "end", **end}
-    _write(Path(job.outcome), message)
-    reporter.tell("ended", str(end["text"]), remaining_s=0.0, way=None)
-    emit(message)
-    server.close()
-    return message
+    def _obey(self, message: Message) -> None:
+        """Do what the operator asks for; what is not understood is no order."""
+        directions = self._directions
+        point, text = str(message.get("identity", "")), str(message.get("text", ""))
+        match message.get("do"):
+            case "stop":
+                directions.stop()
+                self._reporter.tell("stopping", "the bench is brought to rest")
+            case "pause":
+                directions.pause()
+            case "go_on":
+                directions.go_on()
+            case "skip":
+                directions.skip(point)
+            case "repeat":
+                directions.repeat(point)
+            case "note":
+                directions.note(text)
 
 
-def _obey(directions: Any, reporter: Any, message: Message) -> None:
-    wish, point = message.get("do"), str(message.get("identity", ""))
-    if wish == "stop":
-        directions.stop()
-        reporter.tell("stopping", "the bench is brought to rest")
-    elif wish in ("pause", "go_on"):
-        getattr(directions, wish)()
-    elif wish in ("skip", "repeat"):
-        getattr(directions, wish)(point)
-    elif wish == "note":
-        directions.note(str(message.get("text", "")))
-
-
-def _write(path: Path, message: Message) -> None:
-    """Write the outcome whole or not at all."""
-    part = path.with_suffix(".part")
-    part.write_text(json.dumps(message), encoding="utf-8")
-    os.replace(part, path)
+def _as_end(summary: Summary) -> Message:
+    finished = summary.end.kind is EndKind.FINISHED
+    return {
+        "kind": "failed_points" if finished and summary.failed else summary.end.kind.name.lower(),
+        "cause": summary.end.cause.name,
+        "text": summary.end.text,
+        "recordings": len(summary.taken),
+        "earlier": summary.earlier,
+        "failed": [f"{taken.recording_id}: {taken.note}" for taken in summary.failed],
+        "bench_time_s": summary.bench_time_s,
+    }
 
 
 def main() -> None:
-    """Run the job of the file given."""
-    if os.environ.get("BENCH_PARENT_IGNORES_SIGINT"):
-        # Ctrl-C in the terminal of the service is for the service, which then stops the run in order
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
-    end = run(Job.load(Path(sys.argv[1])))
+    """Do the job of the file given."""
+    end = Process(Job.load(Path(sys.argv[1]))).run()
     sys.exit(0 if end["kind"] in ("finished", "failed_points") else 1)
 
 

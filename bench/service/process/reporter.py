@@ -144,6 +144,10 @@ class Reporter:
         else:
             self.tell(self._before_pause)
 
+    def noticed(self, text: str) -> None:
+        """Tell what of the bench is not as it should be."""
+        self._emit({"type": "notice", "text": text})
+
     # -- private -------------------------------------------------------------------------------------------------------
 
     def _point(self, expected: Expected) -> Message:

@@ -64,7 +64,7 @@ class Revolution:
 
     def spectrum(self) -> Spectrum | None:
         """Return the spectrum once a whole revolution has been seen; bins a fast motion jumps over are interpolated."""
-        if not self._whole():
+        if not self.is_whole:
             return None
         seen = self._count > 0
         mean = self._sum / np.maximum(self._count, 1)
@@ -74,7 +74,9 @@ class Revolution:
         amplitude = np.abs(np.fft.rfft(mean))[1 : HIGHEST_ORDER + 1] * (2.0 / BINS)
         return Spectrum(amplitude, mean.reshape(_CURVE, -1).mean(axis=1), float(np.sqrt(np.mean(mean**2))))
 
-    def _whole(self) -> bool:
+    @property
+    def is_whole(self) -> bool:
+        """Whether a whole revolution has been seen, but for bins a fast motion jumps over."""
         seen = np.flatnonzero(self._count > 0)
         if seen.size < BINS // 4:
             return False

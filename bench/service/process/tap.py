@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from datetime import datetime, timedelta
@@ -35,8 +36,7 @@ SHOWN: tuple[str, ...] = (
 _MOST_WAITING = 20_000
 """Blocks that may wait; at 2 kHz in blocks of one that is ten seconds. Then blocks are dropped, and counted."""
 _EVERY_S = 0.1
-_SPECTRUM_EVERY = 10
-"""Buckets between two spectra."""
+_SPECTRUM_EVERY_S = 0.5
 
 
 class LiveTap:
@@ -59,7 +59,8 @@ class LiveTap:
         self._what = ""
         self._steady = False
         self._revolution = Revolution()
-        self._buckets = 0
+        self._spectrum_told = 0.0
+        self._whole = False
         self._conditions: dict[str, float] = {}
         self._thread = threading.Thread(target=self._work, name="live-tap", daemon=True)
         self._thread.start()
@@ -102,6 +103,10 @@ class LiveTap:
                 continue
             self._reduce(blocks)
             blocks = []
+            if self._whole:
+                # the last word of a motion that ends here
+                self._tell_spectrum()
+            self._whole = False
             if item[0] == "begin":
                 _, self._scaling, self._began, self._what = item
                 self._cycle, self._steady = None, False
@@ -149,9 +154,18 @@ class LiveTap:
     def _turn(self, angles: dict[str, NDArray[np.float64]], values: dict[str, list[float]]) -> None:
         theta = angles["motor_angle"] / self._ratio
         self._revolution.add(theta, angles["load_angle"] - theta)
-        self._buckets += 1
-        if self._buckets % _SPECTRUM_EVERY:
-            return
+        self._conditions = {
+            "torque": values["load_torque"][2],
+            "velocity": values["motor_velocity"][2] / self._ratio,
+            "temperature": values["temperature"][2],
+        }
+        whole, self._whole = self._whole, self._revolution.is_whole
+        first = self._whole and not whole
+        if first or time.monotonic() - self._spectrum_told > _SPECTRUM_EVERY_S:
+            self._tell_spectrum()
+
+    def _tell_spectrum(self) -> None:
+        self._spectrum_told = time.monotonic()
         spectrum = self._revolution.spectrum()
         message: Message = {"type": "spectrum", "share": self._revolution.share}
         if spectrum is not None:
@@ -159,8 +173,6 @@ class LiveTap:
                 "amplitude": [round(float(value) * 1e9) / 1e9 for value in spectrum.amplitude],
                 "curve": [round(float(value) * 1e8) / 1e8 for value in spectrum.curve],
                 "rms": spectrum.rms,
-                "torque": values["load_torque"][2],
-                "velocity": values["motor_velocity"][2] / self._ratio,
-                "temperature": values["temperature"][2],
+                **self._conditions,
             }
         self._emit(message)

@@ -1,0 +1,113 @@
+"""Steps without motion: who is on the bus, what the drives keep of their limits, the safety circuits, the tare."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+
+from bench.commissioning.trial import Trial
+from bench.cycle.assembly import device_errors
+from bench.cycle.plugins import DRIVERS, plugin
+from bench.errors import DeviceError
+
+DRIVES = ("input_drive", "load_drive")
+_OBJECTS = {"6072:00": "u2", "6080:00": "u4", "6065:00": "u4", "605A:00": "i2", "605E:00": "i2", "6085:00": "u4"}
+"""What is read back of a drive for the record: torque, speed, following error, quick stop, fault reaction, ramp."""
+_TARE_S = 1.0
+_SHARE_OF_RATED, _SPREAD_OF_RATED = 0.01, 0.001
+_PATIENCE_S = 60.0
+
+
+def identities(trial: Trial) -> str:
+    """Say who is where; the bus has refused anybody else, and any other order, when it was opened."""
+    for slave in trial.bench.bus.slaves:
+        trial.values[slave.role] = f"{slave.position}: {slave.vendor:08X} {slave.product:08X}"
+    return f"{len(trial.bench.bus.slaves)} slaves are those of the bench file, in its order"
+
+
+def limits(trial: Trial) -> str:
+    """Read the drives' own limits again, long after they were written, and compare.
+
+    Raises
+    ------
+    DeviceError
+        If a drive does not keep one.
+    """
+    assembly = trial.rig.link.assembly
+    with device_errors():
+        for role, drive in zip(DRIVES, (assembly.input_drive, assembly.load_drive), strict=True):
+            sdo = assembly.bus.sdo(role)
+            lost = drive.verify(sdo)
+            if lost:
+                raise DeviceError("; ".join(lost))
+            trial.values[role] = {name: _read(sdo, name, kind) for name, kind in _OBJECTS.items()}
+    trial.values["watchdog_s"] = trial.bench.bus.watchdog
+    return "torque, speed, following error, quick stop, fault reaction and watchdog of both drives read back as written"
+
+
+def safety_circuits(trial: Trial) -> str:
+    """Look at the emergency stop and safe torque off inputs; with a person, press the one and see it open.
+
+    Raises
+    ------
+    DeviceError
+        If a circuit is open, or does not open when the emergency stop is pressed.
+    """
+    names = getattr(trial.rig.link.assembly.safety, "names", ())
+    if "emergency_stop" not in names:
+        return "the bench has no emergency stop input: software does not see it, hardware must act all the same"
+    verdict = trial.rig.look()
+    if verdict.tripped:
+        raise DeviceError(f"before commissioning everything must be well: {verdict.text}")
+    if not trial.guide.has_hands:
+        return "both circuits are closed (nobody pressed the emergency stop: an emulated plant)"
+    for pressed, wish in ((True, "Press the emergency stop now."), (False, "Release it and reset the safety relay.")):
+        trial.guide.tell(wish)
+        _wait(trial, pressed)
+    trial.rig.reset_faults()
+    return "the emergency stop opens its circuit and closes it again"
+
+
+def tare(trial: Trial) -> str:
+    """Take the torque sensor's zero at rest without load; refuses a dead, saturated, moving or loaded sensor."""
+    sensor, terminal = trial.bench.torque_sensor, trial.rig.link.assembly.torque_terminal
+    tape = trial.watch(_TARE_S)
+    counts = tape.raw("load_torque", steady=False)
+    with device_errors():
+        scale = plugin(DRIVERS, "torque_scale")(
+            terminal.volt_per_count, sensor.rated_torque / sensor.rated_voltage, sensor.polarity
+        )
+        taken = plugin(DRIVERS, "torque_tare")(
+            counts,
+            np.abs(counts.astype(np.int32)) < np.iinfo(np.int16).max,
+            scale,
+            datetime.now(UTC),
+            trial.bench.commissioning.largest_tare or _SHARE_OF_RATED * sensor.rated_torque,
+            _SPREAD_OF_RATED * sensor.rated_torque,
+        )
+    zero = taken.zero_count * scale.newton_metre_per_count
+    trial.values.update(zero_nm=zero, deviation_nm=abs(taken.deviation_count * scale.newton_metre_per_count))
+    return f"the unloaded torque sensor reads {zero:.3g} N·m"
+
+
+def _wait(trial: Trial, pressed: bool) -> None:
+    safety: Any = trial.rig.link.assembly.safety
+    bit, low = safety.names.index("emergency_stop"), "emergency_stop" in safety.active_low
+    waited = 0.0
+    while waited < _PATIENCE_S:
+        high = bool(int(trial.watch(0.2).raw("safety_inputs", steady=False)[-1]) >> bit & 1)
+        if high == (pressed != low):
+            return
+        waited += 0.2
+    raise DeviceError(
+        f"the emergency stop input does not say {'pressed' if pressed else 'released'} within {_PATIENCE_S:g} s;"
+        " check its wire, and names and active_low of the safety terminal in the bench file"
+    )
+
+
+def _read(sdo: Any, name: str, kind: str) -> int:
+    index, subindex = (int(part, 16) for part in name.split(":"))
+    value: int = sdo.read(index, subindex, kind)
+    return value

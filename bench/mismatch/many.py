@@ -1,0 +1,108 @@
+"""Several folders, or several terms left out, at once: on this machine's processes or on a Dask cluster.
+
+Every task is a process's own and gives the same result wherever it runs. Workers read the recordings themselves, so
+those of a cluster must see the same folders under the same paths.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any, TypeVar
+
+from bench.errors import BenchError, ConfigurationError
+from bench.mismatch.leave_one_out import LeftOut, Question
+from bench.mismatch.run import run
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """One folder to compare."""
+
+    recordings: Path
+    out: Path
+    simulation: Path | None = None
+    leaving_out: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """What came of a task: its report, or the sentence that says why there is none."""
+
+    task: Task
+    report: dict[str, Any] | None
+    sentence: str
+
+
+def tasks_of(
+    folders: Sequence[Path], out: Path, simulation: Path | None = None, leaving_out: bool = False
+) -> list[Task]:
+    """One task a folder: ``out`` itself for one folder, for several a folder in it of each one's name.
+
+    Raises ConfigurationError where two folders have the same name.
+    """
+    if len(folders) == 1:
+        return [Task(folders[0], out, simulation, leaving_out)]
+    names = [folder.resolve().name for folder in folders]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ConfigurationError(
+            f"two folders are called {twice[0]}, their reports would stand in the same place; compare them one by one"
+        )
+    return [Task(f, out / name, simulation, leaving_out) for f, name in zip(folders, names, strict=True)]
+
+
+def compare(task: Task) -> Told:
+    """Compare one folder; an error of the folder is told, not raised, so that the others go on."""
+    from bench.mismatch.page import sentence
+
+    try:
+        report = run(task.recordings, task.out, task.simulation, leaving_out=task.leaving_out)
+    except BenchError as error:
+        return Told(task, None, str(error))
+    content: dict[str, Any] = json.loads((task.out / "report.json").read_text(encoding="utf-8"))
+    return Told(task, content, sentence(report))
+
+
+def compare_all(tasks: Sequence[Task], jobs: int = 1, dask: str | None = None) -> Iterator[Told]:
+    """Compare many folders, in their order."""
+    yield from over(compare, tasks, jobs, dask)
+
+
+def over(function: Callable[[T], R], items: Sequence[T], jobs: int = 1, dask: str | None = None) -> Iterator[R]:
+    """Map a function over items on processes of this machine, or on the cluster at ``dask``; results in order."""
+    if dask is not None:
+        yield from _on_dask(function, items, dask)
+    elif jobs <= 1:
+        yield from map(function, items)
+    else:
+        with ProcessPoolExecutor(min(jobs, len(items)), mp_context=get_context("spawn")) as pool:
+            yield from pool.map(function, items)
+
+
+def terms_over(jobs: int, dask: str | None) -> Callable[[Callable[[Question], LeftOut], Sequence[Question]], Any]:
+    """The map that :func:`bench.mismatch.leave_one_out.leave_one_out` takes."""
+    return lambda function, questions: over(function, questions, jobs, dask)
+
+
+def _on_dask(function: Callable[[T], R], items: Sequence[T], address: str) -> Iterator[R]:
+    try:
+        import distributed
+    except ImportError as error:
+        raise ConfigurationError(
+            "--dask needs the package distributed: install the optional dependencies 'dask'."
+        ) from error
+    client: Any
+    try:
+        client = distributed.Client(address)
+    except (OSError, ValueError) as error:
+        raise ConfigurationError(f"there is no Dask scheduler at {address}: {error}") from error
+    with client:
+        yield from client.gather([client.submit(function, item, pure=False) for item in items])

@@ -1,0 +1,74 @@
+"""Campaigns that may be started: shipped ones, those of the campaigns folder, and the text of a TOML file."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bench.campaigns import load_campaign, make_plan, parse_campaign, shipped_campaigns
+from bench.configuration import BenchConfiguration
+from bench.errors import BenchError
+from bench.service.refusals import NotNow, Unknown
+from bench.service.settings import Settings
+
+
+class Catalog:
+    """The campaigns of one service. A Python file is a program: it is taken from the campaigns folder only."""
+
+    def __init__(self, settings: Settings, bench: BenchConfiguration) -> None:
+        self._settings, self._bench = settings, bench
+
+    def list(self) -> list[dict[str, Any]]:
+        """Return name and title of each, or what is wrong with it."""
+        out = []
+        for name, source in self._offered().items():
+            try:
+                out.append({"name": name, "title": load_campaign(source).title, "problem": None})
+            except BenchError as error:
+                out.append({"name": name, "title": name, "problem": str(error)})
+        return out
+
+    def plan(self, name: str) -> dict[str, Any]:
+        """Return the plan of a campaign from room temperature.
+
+        Raises
+        ------
+        Unknown
+            If there is none of this name.
+        BenchError
+            If it is wrong or would break a limit.
+        """
+        return make_plan(load_campaign(self.source(name, None, "")), self._bench).as_dict()
+
+    def source(self, name: str | None, text: str | None, run_id: str) -> str:
+        """Return what a run process loads: a shipped name or a path; the text sent is kept beside the run.
+
+        Raises
+        ------
+        Unknown
+            If there is no campaign of this name.
+        NotNow
+            If neither or both of name and text are given.
+        ConfigurationError
+            If the text is no campaign.
+        """
+        if (name is None) == (text is None):
+            raise NotNow("give either campaign, a name the service offers, or text, the content of a TOML file")
+        if text is None:
+            offered = self._offered()
+            if name not in offered:
+                raise Unknown(f'there is no campaign "{name}"; there are {", ".join(offered)}')
+            return offered[str(name)]
+        parse_campaign(text, "the campaign sent")
+        path = self._settings.state.absolute() / "runs" / run_id / "campaign.toml"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, encoding="utf-8")
+        return str(path)
+
+    def _offered(self) -> dict[str, str]:
+        # the short one first: what a newcomer wants to try
+        offered = {name: name for name in sorted(shipped_campaigns(), key=lambda name: (name != "quick", name))}
+        folder = self._settings.campaigns
+        if folder is not None and folder.is_dir():
+            files = (path for path in sorted(folder.iterdir()) if path.suffix in (".toml", ".py"))
+            offered |= {path.name: str(path.absolute()) for path in files}
+        return offered

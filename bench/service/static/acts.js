@@ -1,0 +1,178 @@
+// Acts of the operator: sheets that ask, the controls, STOP. Sheets are never modal: STOP stays in reach.
+
+import { get, newId, post, Refused } from "./api.js";
+import { may, me, running, state } from "./state.js";
+import { $, duration, make, number, toast } from "./text.js";
+
+let ask;
+
+// Opens a sheet; `act` gets the form's values and may refuse with an error, whose sentence is shown.
+export function sheet(title, body, buttons) {
+  $("sheet-title").textContent = title;
+  $("sheet-body").replaceChildren(...body);
+  $("sheet-problem").textContent = "";
+  const close = () => $("sheet").close();
+  $("sheet-acts").replaceChildren(
+    ...buttons.map(([label, act, kind = "main"]) => make("button", { type: "button", class: kind, on: { click: async event => {
+      event.target.disabled = true;
+      try { if (await act() !== false) close(); } catch (error) { $("sheet-problem").textContent = sentence(error); }
+      event.target.disabled = false;
+    } } }, label)),
+    make("button", { type: "button", on: { click: close } }, "Close"),
+  );
+  if (!$("sheet").open) $("sheet").show();
+  $("sheet-body").querySelector("input")?.focus();
+}
+
+export const sentence = error => error instanceof Refused ? error.message : "The service cannot be reached; nothing was changed.";
+
+export async function doIt(act, said) {
+  try { const answer = await act(); toast(said ?? answer.done ?? "done"); return answer; } catch (error) { toast(sentence(error)); return null; }
+}
+
+// -- STOP ---------------------------------------------------------------------------------------------------------------
+
+export async function stop() {
+  const button = $("stop");
+  button.classList.add("sent");
+  button.textContent = "STOP …";
+  try {
+    const answer = await post("stop", { by: me.name || "somebody" }, { id: false, tries: 10 });
+    toast(`STOP: ${answer.done}`);
+  } catch (error) {
+    alert("STOP could not be sent. Use the emergency stop at the bench.");
+  }
+  button.classList.remove("sent");
+  button.textContent = "STOP";
+}
+
+// -- the controls -------------------------------------------------------------------------------------------------------
+
+const nameField = () => make("label", { class: "field" }, "Your name, for the record",
+  make("input", { type: "text", id: "name", maxlength: 40, autocomplete: "name", value: me.name }));
+
+async function take(from = null) {
+  const name = $("name").value.trim();
+  const answer = await post("controls/take", from ? { name, taken_from: from } : { name });
+  me.name = name;
+  me.secret = answer.secret;
+  // Before the stream says so, so that an act that waits for the controls finds them.
+  state.holder = { name, since: new Date().toISOString(), away: false, offered_to: null };
+  toast(`${name} holds the controls`);
+}
+
+export function controls(then = null) {
+  ask = then;
+  const holder = state.holder;
+  const after = async () => { const next = ask; ask = null; if (next) { setTimeout(next, 0); } };
+  if (me.holds) {
+    const to = make("input", { type: "text", maxlength: 40 });
+    return sheet("You hold the controls", [
+      make("p", {}, "What you start goes on if you let go of them. Everybody can press STOP."),
+      make("label", { class: "field" }, "Hand over to (name)", to),
+    ], [
+      ["Hand over", () => post("controls/offer", { secret: me.secret, to: to.value.trim() })],
+      ["Let go", async () => { await post("controls/release", { secret: me.secret }); me.secret = null; }, ""],
+    ]);
+  }
+  if (!holder) return sheet("Take the controls", [make("p", {}, "One person at a time holds them; the others watch. Everybody can press STOP."), nameField()],
+    [["Take the controls", async () => { await take(); await after(); }]]);
+  const offered = holder.offered_to;
+  return sheet(`${holder.name} holds the controls`, [
+    make("p", {}, offered ? `${holder.name} offers them to ${offered}.` : `Since ${new Date(holder.since).toLocaleTimeString()}${holder.away ? ", but the page has not been heard of for a minute" : ""}. Ask first; taking them is written into the record book.`),
+    nameField(),
+  ], [[offered ? "Accept" : `Take them from ${holder.name}`, async () => { await take(offered && offered === $("name").value.trim() ? null : holder.name); await after(); }, offered ? "main" : "hard"]]);
+}
+
+export const withControls = act => me.holds ? act() : controls(act);
+const held = more => ({ secret: me.secret, ...more });
+
+setInterval(() => {
+  if (me.holds) post("controls/keep", { secret: me.secret }, { id: false }).catch(error => { if (error instanceof Refused) me.secret = null; });
+}, 20000);
+
+// -- a campaign ---------------------------------------------------------------------------------------------------------
+
+export async function start() {
+  const offered = await doIt(() => get("campaigns"), "");
+  if (!offered) return;
+  $("toast").hidden = true;
+  const radios = (name, options) => options.map(([value, label, note, disabled], i) => make("label", { class: "option" },
+    make("input", { type: "radio", name, value, checked: i === 0, disabled }), make("span", {}, label, make("small", {}, note))));
+  const plan = make("p", { class: "quiet" }, " ");
+  const pace = state.about.emulated ? radios("pace", [["clock", "At the clock's pace", "as on a real bench"], ["fast", "As fast as the computer can", "hours of bench time in minutes"]]) : [];
+  const choices = radios("campaign", offered.map(c => [c.name, c.title, c.problem ?? c.name, Boolean(c.problem)]));
+  const body = [...choices, plan, ...(pace.length ? [make("h2", {}, "Pace"), ...pace] : [])];
+  const chosen = name => document.querySelector(`#sheet-body input[name=${name}]:checked`)?.value;
+  const look = async () => {
+    plan.textContent = "…";
+    try {
+      const p = await get(`campaigns/${encodeURIComponent(chosen("campaign"))}/plan`);
+      plan.textContent = `${p.points} points, ${duration(p.duration_s)} of bench time, of it ${duration(p.heating_s)} warming; ${number(p.energy_j / 3.6e6, 1)} kWh.`;
+    } catch (error) { plan.textContent = sentence(error); }
+  };
+  sheet("Start a campaign", body, [[state.runs.some(r => r.state === "running") ? "Put it into the queue" : "Start", async () => {
+    const answer = await post("runs", held({ name: me.name, campaign: chosen("campaign"), real_time: chosen("pace") === "clock" }));
+    toast(answer.state === "queued" ? "It begins as soon as the bench is free" : "It waits for whoever holds the controls");
+  }]]);
+  for (const input of document.querySelectorAll("#sheet-body input[name=campaign]")) input.addEventListener("change", look);
+  look();
+}
+
+const QUICK = ["All well at the bench.", "Unusual noise.", "Oil looked at.", "Somebody was at the bench.", "Door or window opened."];
+
+export function note() {
+  const field = make("input", { type: "text", maxlength: 500 });
+  const say = text => post("run/note", held({ text }));
+  sheet("A remark for the recording", [
+    ...QUICK.map(text => make("button", { type: "button", on: { click: () => { field.value = text; } }, style: "margin:.25rem" }, text)),
+    make("label", { class: "field" }, "Remark", field),
+  ], [["Write it down", () => say(field.value.trim())]]);
+}
+
+export function point(act, one) {
+  withControls(() => sheet(`${act === "skip" ? "Skip" : "Repeat"} point ${one.number}?`, [make("p", { class: "big" }, one.label),
+    make("p", {}, act === "skip" ? "If it runs, the bench is brought to rest and goes on with the next point. The campaign can measure it later." : "It is measured once more after the one that runs. Every take is kept.")],
+  [[act === "skip" ? "Skip it" : "Repeat it", () => post(`run/${act}`, held({ point: one.identity }))]]));
+}
+
+export function abort() {
+  sheet("End this run?", [make("p", {}, "The bench is brought to rest and the recording is finished. What is missing can be measured later: the campaign goes on where it stopped.")],
+    [["End the run", () => post("run/abort", held({})), "hard"]]);
+}
+
+export function again(run) {
+  withControls(() => sheet("Go on where it stopped?", [make("p", { class: "big" }, run.title), make("p", {}, "Points that are done are not repeated. The drives get torque again.")],
+  [["Go on", () => post(`runs/${run.id}/again`, held({}))]]));
+}
+
+export function reset() {
+  sheet("Reset the bench?", [make("p", {}, state.latch?.text ? `It was stopped: ${state.latch.text}.` : "No stop is on record."),
+    make("p", {}, "Do it when the reason is gone. The drives lose their faults and the bench looks whether all is well; no torque is given.")],
+  [["Reset", () => post("reset", held({}))]]);
+}
+
+export const simple = path => withControls(() => doIt(() => post(path, held({}))));
+export const acknowledge = alarm => simple(`alarms/${alarm.number}/acknowledge`);
+
+export function buttons() {
+  const now = [...state.points.values()].find(one => ["running", "heating"].includes(one.state));
+  const done = [...state.points.values()].filter(one => ["done", "failed"].includes(one.state)).pop();
+  const ended = state.runs.filter(run => run.state === "ended" && !["finished", "withdrawn"].includes(run.end.kind)).pop();
+  const list = [
+    ["start", running() ? "Queue a campaign" : "Start a campaign", () => withControls(start), may("start"), "main"],
+    ["pause", "Pause after this point", () => simple("run/pause"), may("pause")],
+    ["go_on", "Go on", () => simple("run/go-on"), may("go_on"), "main"],
+    ["skip", "Skip this point", () => point("skip", now), may("skip") && Boolean(now)],
+    ["repeat", "Repeat the last point", () => point("repeat", done), may("repeat") && Boolean(done)],
+    ["note", "Remark", () => withControls(note), may("note")],
+    ["abort", "End the run", () => withControls(abort), may("abort"), "hard"],
+    ["reset", "Reset the bench", () => withControls(reset), may("reset"), state.latch?.due === "reset" ? "main" : ""],
+    ["again", "Go on where it stopped", () => again(ended), may("again") && Boolean(ended), "main"],
+  ];
+  // What cannot be done is left out where it would never make sense now, and greyed where it soon may.
+  const shown = running() ? list.filter(([act]) => !["again", "reset"].includes(act) && (act !== "go_on" || may("go_on")) && (act !== "pause" || !may("go_on"))) : list.filter(([act]) => act === "start" || (act === "reset" && (may("reset") || state.latch?.due)) || (act === "again" && ended));
+  return shown.map(([act, label, click, possible, kind = ""]) => make("button", { type: "button", "data-act": act, class: kind, disabled: !possible, on: { click } }, label));
+}
+
+export { newId };

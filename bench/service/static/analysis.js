@@ -1,0 +1,40 @@
+// The view "Analysis": progress of identifications and mismatch reports, their reports and models.
+
+import { post } from "./api.js";
+import { doIt } from "./acts.js";
+import { me, state } from "./state.js";
+import { $, make, moment, pill } from "./text.js";
+
+const TITLES = { identify: "Identification", mismatch: "What the simulation leaves out" };
+
+export function open() {
+  $("report-close").addEventListener("click", () => { $("report-card").hidden = true; $("report").removeAttribute("src"); });
+}
+
+export function analyses() {
+  $("analyses").replaceChildren(...(state.analyses.length ? state.analyses.map(card) : [make("p", { class: "quiet" }, "There are none yet.")]));
+}
+
+function card(one) {
+  const button = (label, click, kind = "") => make("button", { type: "button", class: kind, on: { click } }, label);
+  const live = ["waiting", "running"].includes(one.state);
+  const drawn = state.model && state.model.includes(one.id);
+  const bar = make("i");
+  bar.style.width = `${Math.round(100 * one.share)}%`;
+  return make("div", { class: "card", "data-analysis": one.id },
+    make("div", { class: "line" }, make("h2", {}, `${TITLES[one.kind]}: ${one.folder}`), pill(one.state)),
+    make("p", {}, one.what), live ? make("div", { class: "bar" }, bar) : null,
+    make("p", { class: "quiet" }, `${one.by}, ${moment(one.asked_at)}`),
+    make("div", { class: "acts" },
+      one.has_report ? button("Read the report", () => report(one), "main") : null,
+      one.has_model && one.kind === "identify" && !drawn ? button("Draw over the spectrum", () => doIt(() => post("model", { analysis: one.id }))) : null,
+      drawn ? button("Draw no model", () => doIt(() => post("model", { analysis: null }))) : null,
+      live ? button("Cancel", () => doIt(() => post(`analyses/${one.id}/cancel`, { name: me.name || "somebody" }))) : null));
+}
+
+function report(one) {
+  $("report-card").hidden = false;
+  $("report-title").textContent = `${TITLES[one.kind]}: ${one.folder}`;
+  $("report").src = `/api/analyses/${one.id}/report`;
+  $("report-card").scrollIntoView({ behavior: "smooth", block: "start" });
+}

@@ -1,0 +1,77 @@
+// The page: puts the views together and follows the service.
+
+import * as acts from "./acts.js";
+import * as analysis from "./analysis.js";
+import { listen, showToken } from "./api.js";
+import * as campaign from "./campaign.js";
+import * as now from "./now.js";
+import * as place from "./place.js";
+import * as recordings from "./recordings.js";
+import { me, state } from "./state.js";
+import { $, make, moment, toast } from "./text.js";
+
+const VIEWS = { now: now.spectrum, campaign: () => { campaign.queue(); campaign.points(); }, recordings: recordings.folders, analysis: analysis.analyses, place: place.show };
+
+function view(name) {
+  for (const tab of $("tabs").children) tab.setAttribute("aria-selected", tab.dataset.view === name);
+  for (const id of Object.keys(VIEWS)) $(id).hidden = id !== name;
+  sessionStorage.setItem("view", name);
+  VIEWS[name]();
+}
+
+function header() {
+  $("bench").textContent = state.about.bench;
+  $("bench").title = state.about.title;
+  document.title = `${state.alarms.length ? "⚠ " : ""}${state.about.bench || "Gearbox bench"}`;
+  const { holder } = state;
+  $("holder").replaceChildren(...(me.holds ? ["You hold the controls", make("small", {}, holder.name)]
+    : holder ? [holder.name, make("small", {}, holder.offered_to ? `offers the controls to ${holder.offered_to}` : holder.away ? "holds the controls, is away" : "holds the controls")]
+      : ["Take the controls", make("small", {}, "nobody holds them")]));
+}
+
+let alarmsShown = "";
+function alarms() {
+  const key = JSON.stringify(state.alarms);
+  if (key === alarmsShown) return;
+  alarmsShown = key;
+  $("alarms").replaceChildren(...state.alarms.map(alarm => make("div", { class: "alarm-card" },
+    make("div", {}, make("b", {}, alarm.text), make("p", {}, alarm.what_to_do), make("small", { class: "quiet" }, moment(alarm.at))),
+    make("button", { type: "button", class: "hard", on: { click: () => acts.acknowledge(alarm) } }, "Acknowledge"))));
+}
+
+const ON = {
+  about(message) { state.about = message; header(); },
+  state(message) { Object.assign(state, message); if (me.secret && (!state.holder || state.holder.name !== me.name)) me.secret = null; header(); alarms(); now.status(); campaign.queue(); analysis.analyses(); },
+  runs(message) { state.runs = message.runs; state.held = message.held; now.status(); campaign.queue(); },
+  plan(message) { state.plan = message; state.points = new Map(message.points.map(one => [one.identity, one])); campaign.points(); now.status(); },
+  point(message) { state.points.set(message.identity, message); campaign.point(message); now.status(); },
+  status(message) { state.status = message; now.status(); },
+  live(message) { now.live(message); },
+  spectrum(message) { state.spectrum = message; if (!$("now").hidden) now.spectrum(); },
+  analyses(message) { state.analyses = message.analyses; analysis.analyses(); },
+  clear() { state.plan = null; state.points = new Map(); state.spectrum = null; now.clear(); now.spectrum(); campaign.points(); },
+  back() { toast("The service answers again."); now.load(); },
+};
+
+function gone(since) {
+  $("gone").hidden = since === null;
+  if (since !== null) $("gone").textContent = `The service has not answered since ${moment(since)}. What you see is old. A run that was going on goes on without it. If anything is wrong at the bench, use the emergency stop.`;
+  document.body.classList.toggle("old", since !== null);
+}
+
+async function main() {
+  place.theme();
+  for (const part of [now, campaign, recordings, analysis, place]) part.open();
+  for (const tab of $("tabs").children) tab.addEventListener("click", () => view(tab.dataset.view));
+  // pointerdown: a gloved finger that slides off the button has pressed it all the same
+  $("stop").addEventListener("pointerdown", acts.stop);
+  $("stop").addEventListener("keydown", event => { if (event.key === "Enter" || event.key === " ") acts.stop(); });
+  $("holder").addEventListener("click", () => acts.controls());
+  setInterval(() => { $("clock").textContent = new Date().toLocaleTimeString([], { hour12: false }); }, 500);
+  view(sessionStorage.getItem("view") || "now");
+  try { await showToken(); } catch (error) { toast(acts.sentence(error)); }
+  listen((type, message) => ON[type]?.(message), gone);
+  await now.load().catch(error => toast(acts.sentence(error)));
+}
+
+main();

@@ -1,0 +1,147 @@
+// Plots with uPlot: bands of minimum and maximum, set values, order spectra. Colours come from the style sheet.
+
+const uPlot = () => window.uPlot;
+const colour = name => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+const all = new Set();
+
+export function redraw() { for (const plot of all) plot.rebuild(); }
+
+class Plot {
+  constructor(place, height, options) {
+    this.place = place; this.height = height; this.options = options; this.data = null; this.plot = null; this.range = null;
+    all.add(this);
+    this.watch = new ResizeObserver(() => this.fit());
+    this.watch.observe(place);
+  }
+
+  fit() {
+    const width = this.place.clientWidth;
+    if (!width) return;
+    if (!this.plot) { if (this.data) this.rebuild(); }
+    else if (Math.abs(this.plot.width - width) > 1) this.plot.setSize({ width, height: this.height });
+  }
+
+  rebuild() {
+    this.plot?.destroy();
+    this.plot = null;
+    const width = this.place.clientWidth;
+    if (!width || !this.data) return;
+    this.plot = new (uPlot())({ width, height: this.height, ...this.options(this) }, this.data, this.place);
+  }
+
+  show(data, range = null) {
+    this.data = data; this.range = range;
+    if (!this.place.clientWidth) return;
+    if (!this.plot || this.plot.data.length !== data.length) this.rebuild();
+    else this.plot.setData(data);
+  }
+
+  drop() { this.plot?.destroy(); this.plot = null; all.delete(this); this.watch.disconnect(); }
+}
+
+const axis = (more = {}) => ({
+  stroke: colour("quiet"), font: "15px system-ui, sans-serif", labelFont: "15px system-ui, sans-serif",
+  grid: { stroke: colour("grid"), width: 1 }, ticks: { stroke: colour("grid"), width: 1 }, ...more,
+});
+const short = value => value === null || value === undefined ? "–" : Number(value.toPrecision(4)).toString().replace("-", "−");
+const padded = least => (self, low, high) => {
+  if (low === null || high === null) return [0, 1];
+  const middle = (low + high) / 2, half = Math.max((high - low) * 0.55, least);
+  return [middle - half, middle + half];
+};
+
+// Columns: time, set or expected, low, high, mean.
+export function bandPlot(place, { title, set = "set", actual = "actual", least = 0.1, height = 170, clockTime = true }) {
+  key(place, title, [["actual", actual, "line"], ...(set ? [["set", set, "dash"]] : []), ["band", "least to greatest", "area"]]);
+  const hidden = { points: { show: false } };
+  const plot = new Plot(place, height, self => ({
+    cursor: { drag: { x: false, y: false } },
+    legend: { show: false },
+    scales: {
+      x: { time: clockTime, range: (u, low, high) => self.range ?? [low, high === low ? low + 1 : high] },
+      y: { range: padded(least) },
+    },
+    axes: [axis({ values: clockTime ? [[3600, "{HH}:{mm}"], [60, "{HH}:{mm}"], [1, "{HH}:{mm}:{ss}"], [0.001, "{HH}:{mm}:{ss}"]] : undefined }), axis({ size: 70 })],
+    series: [{}, { stroke: colour("band"), width: 1, ...hidden }, { stroke: colour("band"), width: 1, ...hidden }, { stroke: colour("actual"), width: 2.5, ...hidden },
+      { stroke: colour("set"), width: 2.5, dash: [9, 7], spanGaps: true, ...hidden }],
+    bands: [{ series: [2, 1], fill: colour("band") }],
+  }));
+  const show = plot.show.bind(plot);
+  // drawn last, the set value stays in sight over what follows it well
+  plot.show = ([time, wanted, low, high, mean], range) => show([time, low, high, mean, wanted], range);
+  return plot;
+}
+
+function key(place, title, entries) {
+  const line = document.createElement("div");
+  line.className = "key";
+  const strong = document.createElement("b");
+  strong.textContent = title;
+  line.append(strong, ...entries.map(([name, label, kind]) => {
+    const item = document.createElement("span");
+    item.className = `${kind} of-${name}`;
+    item.textContent = label;
+    return item;
+  }));
+  place.before(line);
+}
+
+// Columns: order, measured amplitude, model amplitude (may be all null); µrad.
+export function spectrumPlot(place, height = 330) {
+  key(place, "Order spectrum", [["actual", "measured", "area"], ["model", "model", "ring"]]);
+  const label = u => {
+    const [orders, measured] = u.data, { ctx } = u;
+    const [from, to] = [u.scales.x.min, u.scales.x.max];
+    const seen = orders.map((_, i) => i).filter(i => orders[i] >= from && orders[i] <= to && measured[i] !== null);
+    ctx.save();
+    ctx.fillStyle = colour("ink");
+    ctx.font = `600 ${15 * devicePixelRatio}px system-ui, sans-serif`;
+    ctx.textAlign = "center";
+    const placed = [];
+    for (const i of seen.sort((a, b) => measured[b] - measured[a])) {
+      const x = u.valToPos(orders[i], "x", true), y = u.valToPos(measured[i], "y", true) - 6 * devicePixelRatio;
+      if (placed.some(other => Math.abs(other - x) < 34 * devicePixelRatio)) continue;
+      ctx.fillText(String(orders[i]), x, y);
+      placed.push(x);
+      if (placed.length >= 7) break;
+    }
+    ctx.restore();
+  };
+  return new Plot(place, height, self => ({
+    cursor: { drag: { x: false, y: false } },
+    legend: { show: false },
+    scales: { x: { time: false, range: () => self.range ?? [0, 320] }, y: { range: (u, low, high) => [0, (high || 1) * 1.2] } },
+    axes: [axis({ label: "order (times a load-side revolution)", labelSize: 22 }), axis({ label: "amplitude in µrad", size: 60, labelSize: 22 })],
+    series: [
+      { label: "order" },
+      { label: "measured µrad", stroke: colour("actual"), fill: colour("actual"), paths: uPlot().paths.bars({ size: [0.7, 14] }), points: { show: false }, value: (u, v) => short(v) },
+      { label: "model µrad", stroke: colour("model"), width: 0, paths: () => null, points: { show: true, size: 9, width: 2, stroke: colour("model"), fill: "transparent", filter: (u, s, show) => null }, value: (u, v) => short(v) },
+    ],
+    hooks: { draw: [label] },
+  }));
+}
+
+// Columns: input angle in degrees, measured, model; mrad.
+export function curvePlot(place, height = 210) {
+  key(place, "Over the revolution", [["actual", "measured", "line"], ["model", "model", "dash"]]);
+  return new Plot(place, height, () => ({
+    cursor: { drag: { x: false, y: false } },
+    legend: { show: false },
+    scales: { x: { time: false, range: () => [0, 360] }, y: { range: padded(0.01) } },
+    axes: [axis({ label: "input angle θ in degrees", labelSize: 22, incrs: [15, 30, 45, 60, 90] }), axis({ label: "error in mrad", size: 60, labelSize: 22 })],
+    series: [
+      { label: "θ °", value: (u, v) => short(v) },
+      { label: "measured mrad", stroke: colour("actual"), width: 1.5, points: { show: false }, value: (u, v) => short(v) },
+      { label: "model mrad", stroke: colour("model"), width: 1.5, dash: [6, 4], points: { show: false }, value: (u, v) => short(v) },
+    ],
+  }));
+}
+
+export function showSpectrum(spectrum, curve, message) {
+  const none = message.amplitude.map(() => null);
+  const micro = values => values.map(value => value === null ? null : value * 1e6);
+  spectrum.show([message.amplitude.map((_, i) => i + 1), micro(message.amplitude), message.model ? micro(message.model) : none], spectrum.range);
+  const milli = values => values.map(value => value === null ? null : value * 1e3);
+  const angles = message.curve.map((_, i) => (i + 0.5) * 360 / message.curve.length);
+  curve.show([angles, milli(message.curve), message.model_curve ? milli(message.model_curve) : message.curve.map(() => null)]);
+}

@@ -1,0 +1,123 @@
+// The view "Now": state, values one reads from two metres, live plots, the order spectrum of the current revolution.
+
+import { get } from "./api.js";
+import { buttons } from "./acts.js";
+import { Buffers } from "./buffers.js";
+import { bandPlot, curvePlot, showSpectrum, spectrumPlot } from "./charts.js";
+import { running, state } from "./state.js";
+import { $, choice, clock, DEGREES, duration, make, number } from "./text.js";
+
+export const buffers = new Buffers();
+const NAMES = ["motor_velocity_setpoint", "motor_velocity", "load_motor_torque_setpoint", "load_torque", "temperature"];
+const WINDOWS = [[60, "1 min"], [600, "10 min"], [3600, "1 h"], [36000, "10 h"]];
+const plots = {};
+let seconds = 600, dirty = true, lastAct = "";
+
+export function open() {
+  plots.speed = bandPlot($("plot-speed"), { title: "Speed, load side, °/s", least: 0.5 });
+  plots.torque = bandPlot($("plot-torque"), { title: "Load torque, N·m", least: 5 });
+  plots.temperature = bandPlot($("plot-temperature"), { title: "Lubricant, °C", set: "expected", least: 0.3 });
+  plots.spectrum = spectrumPlot($("plot-spectrum"));
+  plots.curve = curvePlot($("plot-curve"));
+  choice($("windows"), WINDOWS, seconds, value => { seconds = Number(value); dirty = true; });
+  choice($("orders"), [[320, "all"], [160, "to 160"], [50, "to 50"]], 320, value => { plots.spectrum.range = [0, Number(value)]; spectrum(); });
+  setInterval(draw, 250);
+}
+
+export async function load() {
+  const [fine, coarse] = await Promise.all([get("history/fine"), get("history/coarse")]);
+  buffers.load(fine, coarse);
+  dirty = true;
+}
+
+export function live(bucket) { buffers.add(bucket); dirty = true; tiles(bucket.values); }
+export function clear() { buffers.clear(); dirty = true; }
+
+const SIGN = { speed: 1, torque: 1 };
+
+function tiles(values) {
+  const { ratio } = state.about;
+  const set = (id, value, digits, unit) => $(id).replaceChildren(number(value, digits), make("i", {}, unit));
+  const mean = name => values[name]?.[2];
+  const velocity = mean("motor_velocity");
+  set("v-speed", velocity === undefined ? undefined : velocity / ratio * DEGREES, 2, "°/s");
+  const wanted = values.motor_velocity_setpoint?.[3];
+  $("s-speed").textContent = wanted === undefined ? "" : `set ${number(wanted / ratio * DEGREES, 2)} °/s · motor ${number(velocity * 60 / (2 * Math.PI), 0)} rpm`;
+  set("v-torque", mean("load_torque"), 1, "N·m");
+  const torque = values.load_motor_torque_setpoint?.[3];
+  $("s-torque").textContent = torque === undefined ? "" : `set ${number(torque * SIGN.torque, 0)} N·m`;
+  set("v-temperature", mean("temperature"), 1, "°C");
+  const target = state.status.target;
+  $("s-temperature").textContent = Number.isFinite(target) && target !== null ? `wanted ${number(target, 1)} °C` : values.ambient_temperature ? `room ${number(mean("ambient_temperature"), 1)} °C` : "";
+  const angle = values.load_angle?.[3];
+  set("v-angle", angle === undefined ? undefined : ((angle * DEGREES) % 360 + 360) % 360, 1, "°");
+  $("s-angle").textContent = values.motor_angle ? `motor ${number(values.motor_angle[3] * DEGREES / 360, 1)} turns` : "";
+  set("v-motor", mean("motor_torque"), 2, "N·m");
+  $("s-motor").textContent = values.motor_torque ? `${number(values.motor_torque[0], 2)} … ${number(values.motor_torque[1], 2)}` : "";
+}
+
+function draw() {
+  if (!dirty || $("now").hidden || document.hidden) return;
+  dirty = false;
+  const seen = buffers.window(seconds, NAMES);
+  if (!seen) return;
+  const scale = DEGREES / state.about.ratio;
+  const columns = (name, wanted, factor = 1) => [seen.time, wanted, ...seen[name].map(column => column.map(v => v === null ? null : v * factor))];
+  // As long as less has been seen than is asked for, what there is fills the plot.
+  const range = [Math.max(seen.end - seconds, Math.min(seen.time[0], seen.end - 30)), seen.end];
+  plots.speed.show(columns("motor_velocity", seen.motor_velocity_setpoint[2].map(v => v * scale), scale), range);
+  plots.torque.show(columns("load_torque", seen.load_motor_torque_setpoint[2]), range);
+  const way = state.status.phase === "heating" ? state.status.way : null;
+  plots.temperature.show(withWay(columns("temperature", seen.time.map(() => null)), way), way ? [range[0], Math.max(range[1], way[way.length - 1][0])] : range);
+}
+
+// The expected way reaches into the future: its times are added where nothing has been measured yet.
+function withWay([time, , low, high, mean], way) {
+  if (!way || way.length < 2) return [time, time.map(() => null), low, high, mean];
+  const at = t => {
+    if (t < way[0][0] || t > way[way.length - 1][0]) return null;
+    const i = Math.max(1, way.findIndex(([when]) => when >= t));
+    const [[t0, v0], [t1, v1]] = [way[i - 1], way[i]];
+    return v0 + (v1 - v0) * (t - t0) / Math.max(1e-9, t1 - t0);
+  };
+  const later = way.filter(([when]) => when > time[time.length - 1]);
+  const none = later.map(() => null);
+  return [[...time, ...later.map(([when]) => when)], [...time.map(at), ...later.map(([, v]) => v)], [...low, ...none], [...high, ...none], [...mean, ...none]];
+}
+
+export function spectrum() {
+  const message = state.spectrum;
+  if (!message) { $("te-text").textContent = "It appears as soon as a whole revolution of steady motion has been seen."; return; }
+  if (!message.amplitude) { $("te-text").textContent = `${Math.floor(100 * message.share)} % of a revolution seen; the spectrum appears with the whole.`; return; }
+  $("te-text").textContent = `${number(message.rms * 1e6, 1)} µrad RMS at ${number(message.torque, 0)} N·m, ${number(message.velocity * DEGREES, 1)} °/s, ${number(message.temperature, 1)} °C.`;
+  $("model-text").textContent = message.model ? "Circles and dashes: the model at the same torque, speed and temperature." : "No model is drawn. Identify a campaign, then choose “Draw over the spectrum” under Analysis, or start the service with ‑‑model.";
+  showSpectrum(plots.spectrum, plots.curve, message);
+}
+
+const PHASES = { free: "Ready", opening: "Opening the bench", measuring_zero: "Measuring the zero", measuring: "Measuring", heating: "Warming up", paused: "Paused", stopping: "Stopping", resetting: "Resetting", ended: "Finishing" };
+
+export function status() {
+  const { status: now } = state, run = running(), box = $("phase");
+  const phase = run ? now.phase : "free";
+  const alarm = state.alarms.length && !run;
+  box.className = `phase ${alarm ? "alarm" : phase}`;
+  $("phase-name").textContent = alarm ? "Stopped" : PHASES[phase] ?? phase;
+  $("phase-label").textContent = run ? now.label || run.title : alarm ? "see the alarm" : state.held && state.runs.some(r => r.state === "queued") ? "the queue is held" : "nothing moves";
+  progress(run, now);
+  const signature = JSON.stringify([state.allowed, Boolean(run), run?.id, [...state.points.values()].map(p => p.state).join(), state.runs.length]);
+  if (signature !== lastAct) { lastAct = signature; $("acts").replaceChildren(...buttons()); }
+}
+
+function progress(run, now) {
+  const points = [...state.points.values()], over = points.filter(p => ["done", "failed", "skipped", "saving"].includes(p.state)).length;
+  if (!run) {
+    $("progress-text").textContent = "No campaign runs";
+    $("progress-rest").textContent = "";
+    $("progress-bar").style.width = "0";
+    return;
+  }
+  const total = state.plan?.duration_s, rest = now.remaining_s;
+  $("progress-text").textContent = points.length ? `Point ${Math.min(over + 1, points.length)} of ${points.length} · ${run.title}` : run.title;
+  $("progress-rest").textContent = Number.isFinite(rest) ? `${duration(rest)} left${run.real_time || !state.about.emulated ? `, until ${clock(Date.now() / 1000 + rest)}` : " (bench time)"}` : "";
+  $("progress-bar").style.width = `${total ? Math.max(0, Math.min(100, 100 * (1 - rest / total))) : 0}%`;
+}

@@ -1,0 +1,17 @@
+// What the page knows; changed by messages of the service only.
+export const state = {
+  about: { bench: "", title: "", ratio: 1, emulated: true, limits: {} },
+  holder: null, allowed: [], alarms: [], alive: true, model: null,
+  runs: [], held: false, plan: null, points: new Map(), status: { phase: "free" }, spectrum: null, analyses: [],
+};
+
+export const me = {
+  get name() { return localStorage.getItem("name") || ""; },
+  set name(value) { localStorage.setItem("name", value); },
+  get secret() { return sessionStorage.getItem("secret"); },
+  set secret(value) { if (value) sessionStorage.setItem("secret", value); else sessionStorage.removeItem("secret"); },
+  get holds() { return Boolean(this.secret && state.holder && state.holder.name === this.name); },
+};
+
+export const may = act => state.allowed.includes(act);
+export const running = () => state.runs.find(run => run.state === "running");
