@@ -18,7 +18,7 @@ from bench.simulation.terms import LIBRARY
 AMBIGUOUS_GAIN = 3.0
 AMBIGUOUS_SHARE = 0.12
 """of the gain: an alternative that explains all but this is as good, unless it is further off than its error"""
-AMBIGUOUS_ERRORS = 2.5
+AMBIGUOUS_ERRORS = 2.0
 AT_MOST = 0.3
 """of the gain: what an alternative within one standard error may lose"""
 UNKNOWN_NAME = "structure that no term of the library explains"

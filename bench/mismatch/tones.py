@@ -70,7 +70,7 @@ def tone_spectrum(
     own = np.where(valid[a:b], signal[a:b], np.median(signal[a:b]))
     limit = 6.0 * 1.4826 * float(np.median(np.abs(own - np.median(own)))) or 1.0
     own = np.clip(own - np.median(own), -limit, limit)
-    frequency, power = welch(own, rate, window="hann", nperseg=segment, detrend="linear", scaling="density")
+    frequency, power = welch(own, rate, window="hann", nperseg=segment, detrend="constant", scaling="density")
     keep = int(np.searchsorted(frequency, min(HIGHEST_HZ, 0.45 * rate)))
     power = power[:keep]
     background = _surroundings(power)

@@ -45,7 +45,7 @@ def _cubic_alone(frame: Frame, _: Point) -> FloatArray:
 
 def _knees(frame: Frame) -> tuple[Point, ...]:
     largest = top(frame.load_motor_torque)
-    return tuple((share * largest,) for share in (0.3, 0.45, 0.6, 0.75, 0.9))
+    return tuple((share * largest,) for share in (0.45, 0.6, 0.75, 0.9))
 
 
 def _knee(frame: Frame, point: Point) -> FloatArray:
