@@ -20,11 +20,19 @@ def _odd_square(frame: Frame, _: Point) -> FloatArray:
 
 def _knees(frame: Frame) -> tuple[Point, ...]:
     largest = top(frame.torque)
-    return tuple((share * largest,) for share in (0.3, 0.4, 0.5, 0.6, 0.7, 0.8))
+    return tuple((share * largest,) for share in (0.45, 0.55, 0.65, 0.75, 0.85))
 
 
 def _piecewise(frame: Frame, point: Point) -> FloatArray:
     return columns(np.sign(frame.torque) * np.maximum(np.abs(frame.torque) - point[0], 0.0) / 1000.0)
+
+
+def _exponents(_: Frame) -> tuple[Point, ...]:
+    return ((2.0,), (2.5,), (3.0,), (3.6,), (4.5,))
+
+
+def _power(frame: Frame, point: Point) -> FloatArray:
+    return columns(np.sign(frame.torque) * np.abs(frame.torque / 1000.0) ** point[0])
 
 
 def _soft_scales(frame: Frame) -> tuple[Point, ...]:
@@ -38,6 +46,8 @@ def _softening(frame: Frame, point: Point) -> FloatArray:
 
 B_3 = Symbol("b_3", "rad", "cubic part at 1 kN*m")
 B_2 = Symbol("b_2", "rad", "odd quadratic part at 1 kN*m")
+B_P = Symbol("b_p", "rad", "hardening part at 1 kN*m")
+EXPONENT = Symbol("n", "1", "exponent of the torque", 1.0)
 B_K = Symbol("b_k", "rad", "change of the compliance beyond the knee, per kN*m")
 B_A = Symbol("b_a", "rad", "amplitude of the arctangent")
 KNEE = Symbol("tau_k", "N*m", "torque of the knee", 0.0)
@@ -50,6 +60,7 @@ TERM = Term(
     where="transmission_error's offset at high torque",
     forms={
         TRANSMISSION_ERROR: (
+            Form("power", _power, (B_P,), (EXPONENT,), _exponents),
             Form("cubic", _cubic, (B_3,)),
             Form("odd_square", _odd_square, (B_2,)),
             Form("piecewise", _piecewise, (B_K,), (KNEE,), _knees),
