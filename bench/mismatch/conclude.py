@@ -10,12 +10,12 @@ from bench.mismatch.channels import SENSOR_ERRORS, Analysis
 from bench.mismatch.dataset import Dataset
 from bench.mismatch.evaluate import Scores
 from bench.mismatch.findings import Finding, alternatives_json, as_good, confidence, parameters
-from bench.mismatch.laws import Law
 from bench.mismatch.linear import ChannelModel, Found, columns_of
 from bench.mismatch.locate import Location, conditions, strongest, text, time_window
 from bench.mismatch.peaks import Peak
 from bench.mismatch.rivals import rivals
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.laws import Law
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR
 
 TOO_MUCH = {"transmission_error": 1.45, "motor_torque": 1.12, "load_torque": 1.12, "temperature": 2.0}

@@ -14,7 +14,6 @@ from bench.mismatch.channels import Analysis
 from bench.mismatch.columns import RIPPLE_ORDERS
 from bench.mismatch.findings import Finding
 from bench.mismatch.findings import parameters as found_parameters
-from bench.mismatch.laws import Law
 from bench.mismatch.linear import ChannelModel, Found
 from bench.mismatch.motor_ripple import Ripple
 from bench.mismatch.peaks import Peak
@@ -22,6 +21,7 @@ from bench.mismatch.series import Scaling, Series
 from bench.mismatch.transmission import TransmissionModel
 from bench.simulation.fourier import FourierSet, TransmissionErrorModel
 from bench.simulation.frame import FloatArray
+from bench.simulation.laws import Law
 from bench.simulation.model import Parameter, Simulation, Term
 from bench.simulation.polynomial import Standardisation
 from bench.simulation.terms import LIBRARY, MOTOR_TORQUE, TRANSMISSION_ERROR

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from bench.mismatch.columns import RIPPLE_ORDERS
 from bench.mismatch.findings import Finding
 from bench.mismatch.harmonics import Harmonics
-from bench.mismatch.laws import Law
 from bench.mismatch.linear import ChannelModel, Found, predict, predict_named
 from bench.mismatch.motor_ripple import Ripple
 from bench.mismatch.peaks import Peak
@@ -21,6 +20,7 @@ from bench.mismatch.rows import Rows
 from bench.mismatch.spectrum import states, turns
 from bench.mismatch.transmission import TransmissionModel
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.laws import Law
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
