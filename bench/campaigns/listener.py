@@ -50,6 +50,10 @@ class Listener(Protocol):
         """Points wait for the operator, or no longer."""
         ...
 
+    def noticed(self, text: str) -> None:
+        """The bench is open, and this of it is not as it should be."""
+        ...
+
 
 class Silent:
     """A listener for whoever does not want to know."""
@@ -67,6 +71,9 @@ class Silent:
         """Do nothing."""
 
     def paused(self, now: bool) -> None:
+        """Do nothing."""
+
+    def noticed(self, text: str) -> None:
         """Do nothing."""
 
 

@@ -69,6 +69,10 @@ class ProgressListener:
         if now:
             self._progress.update(self._row, description="paused by the operator")
 
+    def noticed(self, text: str) -> None:
+        """Print what is not as it should be."""
+        self._progress.console.print(f"[yellow]note:[/] {text}", soft_wrap=True)
+
     def started(self, task: Task, recording_id: str) -> None:
         """Show the point that begins."""
         what = f"heating to {task.point.temperature:.1f} °C" if task.is_preparation else task.point.label

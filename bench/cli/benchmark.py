@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from bench.cli._benchmark_identify import identify
+from bench.cli._benchmark_mismatch import mismatch
 from bench.cli._benchmark_wire import wire
 from bench.cli.exit_codes import ExitCode
 
@@ -22,6 +23,7 @@ def register(app: typer.Typer) -> None:
     group.command(name="campaign")(campaign)
     group.command(name="survival")(survival)
     group.command(name="identify")(identify)
+    group.command(name="mismatch")(mismatch)
     group.command(name="wire")(wire)
     app.add_typer(group, name="benchmark")
 

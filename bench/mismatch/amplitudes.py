@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 
-from bench.mismatch.laws import Law, Reference, factor, resonant, value
 from bench.mismatch.series import Series, calibrate
 from bench.mismatch.spectrum import Complex, Turn
 from bench.simulation.frame import FloatArray
+from bench.simulation.laws import Law, Reference, factor, resonant, value
 
 LEAST_GAIN = 40.0
 LEAST_SIZE = 0.05

@@ -11,13 +11,13 @@ from bench.mismatch.dataset import Dataset
 from bench.mismatch.evaluate import Scores
 from bench.mismatch.findings import Finding, alternatives_json, as_good, confidence, parameters
 from bench.mismatch.judge import Found
-from bench.mismatch.laws import Law
 from bench.mismatch.linear import ChannelModel, columns_of
 from bench.mismatch.locate import Location, conditions, strongest, text, time_window
 from bench.mismatch.peaks import Peak
 from bench.mismatch.rivals import rivals
 from bench.mismatch.unexplained import WANDERING, half_explained, slow_structure, unexplained
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.laws import Law
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR
 
 Evidence = dict[tuple[str, str], tuple[float, float]]

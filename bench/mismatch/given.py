@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from bench.errors import ConfigurationError
-from bench.mismatch.laws import from_json as law_from_json
 from bench.mismatch.motor_ripple import Ripple
 from bench.mismatch.periodic import NOTHING, Periodic, Pulse
+from bench.simulation.laws import from_json as law_from_json
 from bench.simulation.model import Simulation, Term
 from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR, Form, Point
 from bench.simulation.terms import Term as LibraryTerm

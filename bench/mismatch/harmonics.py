@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch.amplitudes import Orders, best_law
-from bench.mismatch.laws import Complex, Law, factor
 from bench.mismatch.peaks import Peak, Spectra, search
 from bench.mismatch.periodic import NOTHING, Periodic
 from bench.mismatch.pulses import at as pulses_at
@@ -24,6 +23,7 @@ from bench.mismatch.rows import Rows
 from bench.mismatch.series import Series, as_vectors, calibrate, mask, noise_at
 from bench.mismatch.spectrum import Turn, states, turns
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.laws import Complex, Law, factor
 
 SLOPE_STEP = 3e-4
 ROUNDS = 4

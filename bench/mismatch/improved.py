@@ -15,7 +15,6 @@ from bench.mismatch.columns import RIPPLE_ORDERS
 from bench.mismatch.findings import Finding
 from bench.mismatch.findings import parameters as found_parameters
 from bench.mismatch.judge import Found
-from bench.mismatch.laws import Law
 from bench.mismatch.linear import ChannelModel
 from bench.mismatch.motor_ripple import Ripple
 from bench.mismatch.peaks import Peak
@@ -23,6 +22,7 @@ from bench.mismatch.series import Scaling, Series
 from bench.mismatch.transmission import TransmissionModel
 from bench.simulation.fourier import FourierSet, TransmissionErrorModel
 from bench.simulation.frame import FloatArray
+from bench.simulation.laws import Law
 from bench.simulation.model import Parameter, Simulation, Term
 from bench.simulation.polynomial import Standardisation
 from bench.simulation.terms import LIBRARY, MOTOR_TORQUE, TRANSMISSION_ERROR

@@ -2,25 +2,44 @@
 
 from __future__ import annotations
 
-import base64
 import html
-import io
-from typing import TYPE_CHECKING
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from bench.mismatch.findings import Finding
-from bench.simulation.terms import CHANNEL_UNITS
+from bench.mismatch.plots import UNITS, plot
+from bench.simulation.terms import LIBRARY
 
 if TYPE_CHECKING:
     from bench.mismatch.run import Report
 
 _STYLE = """
-body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#222;background:#fff}
-h1{font-size:1.6rem}h2{font-size:1.2rem;margin-top:2.2rem}table{border-collapse:collapse;margin:.6rem 0}
-td,th{border:1px solid #ccc;padding:.25rem .6rem;text-align:left}code{background:#f3f3f3;padding:.1rem .3rem}
-img{max-width:100%}.verdict{font-size:1.25rem;padding:.8rem 1rem;border-left:.4rem solid #00519e;background:#eef4fa}
-@media(prefers-color-scheme:dark){body{color:#ddd;background:#181818}code{background:#2a2a2a}.verdict{background:#1e2a36}}"""
+:root{color-scheme:light dark;--ink:#1d2126;--dim:#5c6670;--paper:#fff;--line:#d8dde2;--box:#f4f6f8;--good:#1a7f45;
+--bad:#b3420f;--open:#7a5a00}
+@media(prefers-color-scheme:dark){:root{--ink:#e3e7eb;--dim:#9aa5af;--paper:#14171a;--line:#343b42;--box:#1e2327;
+--good:#5fc98b;--bad:#f08a57;--open:#e0bb4e}}
+*{box-sizing:border-box}body{font:16px/1.5 system-ui,sans-serif;max-width:58rem;margin:0 auto;padding:1.5rem 1rem 3rem;
+color:var(--ink);background:var(--paper)}
+h1{font-size:1.1rem;font-weight:600;color:var(--dim);margin:0 0 .6rem}h2{font-size:1.15rem;margin:0}
+h3{font-size:.8rem;text-transform:uppercase;letter-spacing:.05em;color:var(--dim);margin:1.1rem 0 .3rem}
+.verdict{font-size:1.3rem;line-height:1.4;border-left:.35rem solid var(--tone);padding:.2rem 0 .2rem 1rem;
+margin:0 0 1.6rem}
+.verdict b{color:var(--tone)}.match{--tone:var(--good)}.mismatch{--tone:var(--bad)}.undetermined{--tone:var(--open)}
+article{border:1px solid var(--line);border-radius:.5rem;padding:1.1rem 1.3rem;margin:1.4rem 0}
+.head{display:flex;flex-wrap:wrap;gap:.6rem;align-items:baseline}.tag{font-size:.8rem;border:1px solid currentColor;
+border-radius:1rem;padding:0 .6rem;white-space:nowrap}.named{color:var(--good)}.ambiguous{color:var(--open)}
+.unknown{color:var(--bad)}.dim{color:var(--dim)}p{margin:.4rem 0}table{border-collapse:collapse;font-size:.92rem}
+td,th{border-bottom:1px solid var(--line);padding:.25rem .9rem .25rem 0;text-align:left;vertical-align:top}
+th{font-weight:600;color:var(--dim)}td.n{font-variant-numeric:tabular-nums;text-align:right}
+code{font:.95em ui-monospace,monospace;background:var(--box);padding:.15rem .45rem;border-radius:.25rem;
+overflow-wrap:anywhere}svg{max-width:100%;height:auto;color:var(--ink);margin:.5rem 0}
+ul{margin:.3rem 0;padding-left:1.2rem}
+.wide{overflow-x:auto}
+"""
+_STATUS = {
+    "named": "named",
+    "ambiguous": "ambiguous: not told from an alternative",
+    "unknown": "unknown: no term of the library explains it",
+}
 
 
 def sentence(report: Report) -> str:
@@ -33,7 +52,7 @@ def sentence(report: Report) -> str:
     others = [f for f in report.findings if f.status != "named"]
     parts = [f"{f.name} ({f.channel.replace('_', ' ')}: {f.location.text})" for f in named]
     parts += [
-        f"{f.name}, not told from {f.alternatives[0]['effect']}"
+        f"{f.name}, not told from {_in_words(f.alternatives[0]['effect'])}"
         if f.status == "ambiguous" and f.alternatives
         else f"{f.name} in {f.channel.replace('_', ' ')} ({f.location.text})"
         for f in others
@@ -41,94 +60,130 @@ def sentence(report: Report) -> str:
     return "Mismatch: the simulation leaves out " + "; ".join(parts) + "."
 
 
+def _in_words(effect: str) -> str:
+    return LIBRARY[effect].name if effect in LIBRARY else effect
+
+
 def page(report: Report) -> str:
     """The page as HTML, plots inside."""
-    rows = "".join(
-        f"<tr><td>{c.replace('_', ' ')}</td><td>{CHANNEL_UNITS[c]}</td><td>{s.floor:.3g}</td><td>{s.before:.3g}</td>"
-        f"<td>{s.after:.3g}</td><td>{s.after / s.floor:.3f}</td></tr>"
-        for c, s in report.scores.items()
-    )
+    whole = sentence(report)
+    verdict, _, rest = whole.partition(":")
+    members = report.data.members
+    held = sum(m.held_out for m in members)
     body = [
-        f"<h1>Simulation and recordings: {html.escape(report.verdict)}</h1>",
-        f"<p class=verdict>{html.escape(sentence(report))}</p>",
-        "<h2>Channels, root mean square per sample on held-out recordings</h2>"
-        f"<table><tr><th>channel<th>unit<th>noise floor<th>before<th>after<th>after / floor</tr>{rows}</table>",
+        "<h1>Simulation against recordings</h1>",
+        f'<p class="verdict {report.verdict}"><b>{_e(verdict)}:</b>{_e(rest)}</p>',
+        _channels(report),
+        *(_finding(finding, report) for finding in report.findings),
+        _left_out(report),
+        _list("Not used", [f"{file}: {why}" for file, why in report.data.rejected]),
+        _list("Notes", [*report.data.notes, *report.skipped]),
+        f'<p class="dim">{len(members)} recordings or blocks, {held} of them held out: whole operating points, '
+        "validation points always. Nothing that is scored here was fitted. Values of the improved simulation stand in "
+        "<code>model.json</code>, everything on this page in <code>report.json</code>.</p>",
     ]
-    for finding in report.findings:
-        body.append(_finding(finding, report))
-    if report.data.rejected:
-        items = "".join(f"<li>{html.escape(file)}: {html.escape(why)}" for file, why in report.data.rejected)
-        body.append(f"<h2>Not used</h2><ul>{items}</ul>")
-    notes = [*report.data.notes, *report.skipped]
-    if notes:
-        body.append("<h2>Notes</h2><ul>" + "".join(f"<li>{html.escape(n)}" for n in notes) + "</ul>")
-    held = sum(m.held_out for m in report.data.members)
-    body.append(
-        f"<p>{len(report.data.members)} recordings, {held} held out (all validation points and whole operating points);"
-        " nothing that is scored was fitted.</p>"
+    head = (
+        '<meta charset="utf-8"><meta name="viewport" content="width=device-width,initial-scale=1">'
+        f"<title>{_e(verdict)}: simulation against recordings</title><style>{_STYLE}</style>"
     )
-    head = f"<meta charset=utf-8><title>Mismatch report</title><style>{_STYLE}</style>"
-    return f"<!doctype html><html lang=en>{head}{''.join(body)}</html>\n"
+    return f'<!doctype html><html lang="en"><head>{head}</head><body>{"".join(body)}</body></html>\n'
+
+
+def _e(text: object) -> str:
+    return html.escape(str(text))
+
+
+def _channels(report: Report) -> str:
+    if not report.scores:
+        return ""
+    rows = []
+    for channel, s in report.scores.items():
+        unit, scale = UNITS[channel]
+        values = "".join(f'<td class="n">{scale * v:.4g}</td>' for v in (s.floor, s.before, s.after))
+        ratio = s.after / s.floor
+        rows.append(
+            f'<tr><td>{_e(channel.replace("_", " "))}</td>{values}<td>{unit}</td><td class="n">{ratio:.2f}</td></tr>'
+        )
+    return (
+        '<h3>What is left on held-out recordings, root mean square per sample</h3><div class="wide"><table><tr>'
+        "<th>channel<th>noise<th>given simulation<th>improved<th>unit<th>improved / noise</tr>"
+        + "".join(rows)
+        + "</table></div>"
+    )
 
 
 def _finding(finding: Finding, report: Report) -> str:
-    values = "".join(
-        f"<tr><td>{html.escape(str(p['symbol']))}</td><td>{p['value']:.4g} ± {p['std']:.2g}</td>"
-        f"<td>{html.escape(str(p['unit']))}</td></tr>"
-        for p in finding.parameters[:12]
-    )
-    others = "".join(f"<li>{html.escape(a['effect'])}: {html.escape(a['why_not'])}" for a in finding.alternatives)
-    more = ""
-    if finding.next_experiment:
-        why, file = finding.next_experiment["why"], finding.next_experiment["file"]
-        more = f"<p>Next experiment: {html.escape(why)} (<code>{file}</code>)</p>"
-    also = f", also in {', '.join(finding.also_in)}" if finding.also_in else ""
-    return (
-        f"<h2>{html.escape(finding.name)} <small>({finding.status}, confidence {finding.confidence:.2f})</small></h2>"
-        f"<p>In {finding.channel.replace('_', ' ')}{also}; {html.escape(finding.location.text)}. Explains "
-        f"{100 * finding.location.share_of_excess:.0f} % of the energy above the noise on held-out recordings, "
-        f"p = {finding.p_value:.1e}.</p>"
-        f"<p><code>{html.escape(finding.equation)}</code></p><table>{values}</table>{_plot(finding, report)}"
-        f"{'<p>Alternatives:</p><ul>' + others + '</ul>' if others else ''}{more}"
-    )
+    also = f", also in {_e(', '.join(c.replace('_', ' ') for c in finding.also_in))}" if finding.also_in else ""
+    unit, scale = UNITS[finding.channel]
+    p = "below 1e-99" if finding.p_value < 1e-99 else f"{finding.p_value:.1e}"
+    drawing = plot(finding, report.analysis, report.data) if report.analysis is not None else ""
+    parts = [
+        f'<div class="head"><h2>{_e(_capital(finding.name))}</h2>'
+        f'<span class="tag {finding.status}">{_STATUS[finding.status]}</span>'
+        f'<span class="dim">confidence {finding.confidence:.2f}</span></div>',
+        f"<p>In the <b>{_e(finding.channel.replace('_', ' '))}</b>{also}: {_e(finding.location.text)}.</p>",
+        drawing,
+        f"<h3>Equation</h3><p><code>{_e(finding.equation)}</code></p>",
+        _parameters(finding.parameters),
+        f"<h3>Evidence</h3><p>Held-out residual {scale * finding.rmse_before:.4g} {unit} without it, "
+        f"{scale * finding.rmse_after:.4g} {unit} with it: {100.0 * finding.location.share_of_excess:.0f} % of the "
+        f"energy above the noise; p {p} after all looks.{_where(finding)}</p>",
+        _alternatives(finding.alternatives),
+        _next(finding.next_experiment),
+    ]
+    return f"<article>{''.join(parts)}</article>"
 
 
-def _plot(finding: Finding, report: Report) -> str:
-    """Residual before and after over the quantity the finding depends on."""
-    from matplotlib.figure import Figure
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
 
-    score = report.scores.get(finding.channel)
-    if score is None or report.analysis is None:
+
+def _where(finding: Finding) -> str:
+    names = finding.location.recordings[:3]
+    return f" Strongest in {_e(', '.join(names))}." if names else ""
+
+
+def _parameters(parameters: list[dict[str, Any]]) -> str:
+    if not parameters:
         return ""
-    if finding.channel == "transmission_error" and report.analysis.transmission is not None:
-        frame = report.analysis.transmission.angle.frame
-    else:
-        frame = report.analysis.models[finding.channel].rows.frame
-    rows = score.rows
-    source = finding.source
-    variables = getattr(getattr(source, "entry", None), "variables", ()) or getattr(source, "variables", ())
-    x, label = np.mod(frame.theta, 2 * np.pi) * 180 / np.pi, "θ / deg"
-    if "speed" in variables:
-        x, label = np.degrees(np.abs(frame.velocity)), "speed / (deg/s)"
-    elif "temperature" in variables:
-        x, label = frame.temperature, "temperature / °C"
-    elif {"torque", "torque_path"} & set(variables):
-        x, label = frame.torque, "load torque / N·m"
-    elif {"time", "transient"} & set(variables):
-        x, label = frame.time / 3600.0, "time / h"
-    elif "since_reversal" in variables:
-        x, label = np.degrees(frame.reversal_travel), "distance since start or reversal / deg"
-    figure = Figure(figsize=(8, 2.8), layout="constrained")
-    axes = figure.subplots(1, 2, sharey=True)
-    step = max(1, int(rows.sum() // 4000))
-    chosen = np.flatnonzero(rows)[::step]
-    for axis, residual, title in ((axes[0], score.residual_before, "before"), (axes[1], score.residual_after, "after")):
-        axis.plot(x[chosen], residual[chosen], ".", ms=2, color="#00519e", alpha=0.5)
-        axis.set_title(f"{title}, held-out recordings")
-        axis.set_xlabel(label)
-        axis.axhline(0.0, color="#888", lw=0.6)
-    axes[0].set_ylabel(f"measured - simulated / {CHANNEL_UNITS[finding.channel]}")
-    data = io.BytesIO()
-    figure.savefig(data, format="png", dpi=90)
-    coded = base64.b64encode(data.getvalue()).decode()
-    return f'<img alt="residual before and after" src="data:image/png;base64,{coded}">'
+    rows = "".join(
+        f"<tr><td>{_e(p['symbol'])}</td><td>{p['value']:.4g} ± {p['std']:.2g}</td><td>{_e(p['unit'])}</td></tr>"
+        for p in parameters[:12]
+    )
+    more = f'<p class="dim">and {len(parameters) - 12} more in report.json</p>' if len(parameters) > 12 else ""
+    return f'<div class="wide"><table><tr><th>symbol<th>value<th>unit</tr>{rows}</table></div>{more}'
+
+
+def _alternatives(alternatives: list[dict[str, Any]]) -> str:
+    if not alternatives:
+        return ""
+    items = "".join(f"<li>{_e(_capital(_in_words(a['effect'])))}: {_e(a['why_not'])}.</li>" for a in alternatives)
+    return f"<h3>Why not another</h3><ul>{items}</ul>"
+
+
+def _next(proposed: dict[str, Any] | None) -> str:
+    if not proposed:
+        return ""
+    return (
+        f"<h3>Next experiment</h3><p>{_e(_capital(proposed['why']))}. <code>bench run {_e(proposed['file'])}</code></p>"
+    )
+
+
+def _left_out(report: Report) -> str:
+    if not report.left_out:
+        return ""
+    rows = []
+    for row in report.left_out:
+        said = row.parameters or row.why or ", ".join(row.said) or "–"
+        sure = "" if row.confidence is None else f" ({row.confidence:.2f})"
+        rows.append(f"<tr><td>{_e(_capital(row.name))}</td><td>{_e(row.outcome)}{sure}</td><td>{_e(said)}</td></tr>")
+    return (
+        '<article><h2>Would it have been found?</h2><p class="dim">Each nominal term switched off in turn.</p>'
+        '<div class="wide"><table><tr><th>term left out<th>answer (confidence)<th>said</tr>'
+        + "".join(rows)
+        + "</table></div></article>"
+    )
+
+
+def _list(title: str, items: list[str]) -> str:
+    return f"<h3>{title}</h3><ul>{''.join(f'<li>{_e(i)}</li>' for i in items)}</ul>" if items else ""

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.mismatch.laws import Complex, Law, factor
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.laws import Complex, Law, factor
 
 
 @dataclass(frozen=True, slots=True)

@@ -95,7 +95,7 @@ def run(
         report.analysis, report.scores, report.findings = found.analysis, found.scores, found.findings
         report.verdict = "mismatch" if report.findings else "match"
         for number, finding in enumerate(f for f in report.findings if f.status != "named"):
-            propose(finding, out, number + 1, data)
+            propose(finding, found.analysis, out, number + 1, data)
         if leaving_out:
             better = improved(report.findings, report.analysis, model)
             report.left_out = leave_one_out(

@@ -83,7 +83,7 @@ class _Listener:
         """Queue a message; False if this listener is gone."""
         waiting = self._waiting.qsize()
         if self._dead or waiting > _MOST_WAITING:
-            self._connection.close()
+            self._hang_up()
             return False
         if message["type"] not in _LIVE or waiting <= _LIVE_UNTIL:
             self._waiting.put(json.dumps(message, allow_nan=False).encode() + b"\n")
@@ -93,6 +93,12 @@ class _Listener:
         """Let the sender empty its queue for a moment."""
         self._waiting.put(None)
         self._sender.join(wait_s)
+        self._hang_up()
+
+    def _hang_up(self) -> None:
+        # closing alone neither wakes the threads that wait in it nor tells the other end while one of them does
+        with contextlib.suppress(OSError):
+            self._connection.shutdown(socket.SHUT_RDWR)
         self._connection.close()
 
     def _send(self) -> None:

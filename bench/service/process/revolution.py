@@ -41,7 +41,7 @@ class Revolution:
     @property
     def share(self) -> float:
         """Share of the revolution that has been seen, 0 … 1."""
-        return float(np.count_nonzero(self._count)) / BINS
+        return 1.0 if self.is_whole else float(np.count_nonzero(self._count)) / BINS
 
     def add(self, theta: FloatArray, error: FloatArray) -> None:
         """Take input angles θ = motor angle / u and errors q − θ, both rad, shape (n,), in their order."""

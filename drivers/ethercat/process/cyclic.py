@@ -118,9 +118,9 @@ class Cyclic:
             words[at.SET_USED] = self._next
             self._held = 0
             return self._next - 1
-        self._held += 1
         limit = words[at.HOLD_LIMIT]
-        if limit and self._held > limit:
+        self._held = self._held + 1 if limit else 0
+        if self._held > limit:
             self.stop(Reason.STARVED)
         return self._next - 1
 

@@ -1,0 +1,102 @@
+"""The queue: one run at a time, in order, proposed without the controls, once per request id, kept over a restart."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from starlette.testclient import TestClient
+
+from bench.service.app import create_app
+from bench.service.settings import Settings
+from tests.bench.service.conftest import BASE, Client, NoLauncher
+
+SHORT = """
+format = "bench-campaign"
+format_version = "1.0"
+name = "sent"
+title = "Sent as text"
+[[stages]]
+name = "one"
+[[stages.points]]
+sequence = "constant_velocity"
+velocities = ["60 deg/s"]
+"""
+
+
+def test_runs_wait_their_turn(client: Client) -> None:
+    client.take()
+    first = client.ask("runs", name="Ann", secret=client.secret, campaign="quick", real_time=True)
+    second = client.ask("runs", name="Ann", secret=client.secret, text=SHORT, folder="second")
+    client.until(lambda: client.launcher.jobs)
+    runs = {run["id"]: run for run in client.state("runs")["runs"]}
+    assert (runs[first["id"]]["state"], runs[second["id"]]["state"]) == ("running", "queued")
+    assert client.launcher.jobs[0]["real_time"]
+    assert second["folder"].endswith("second")
+    client.ask(f"runs/{second['id']}/withdraw", secret=client.secret)
+    assert {run["state"] for run in client.state("runs")["runs"]} == {"running", "ended"}
+    assert len(client.launcher.jobs) == 1
+
+
+def test_the_same_request_twice_is_one_run(client: Client) -> None:
+    client.take()
+    body = {"request_id": "the-very-same", "name": "Ann", "secret": client.secret, "campaign": "quick"}
+    answers = [client.http.post("/api/runs", json=body).json() for _ in range(3)]
+    assert answers[0] == answers[1] == answers[2]
+    assert len(client.state("runs")["runs"]) == 1
+    other = client.http.post("/api/runs", json={**body, "campaign": "paper"})
+    assert other.status_code == 409
+    assert "was used for another request" in other.json()["problem"]
+
+
+def test_without_the_controls_a_run_is_proposed_and_waits_for_the_operator(client: Client) -> None:
+    proposed = client.ask("runs", name="Bob", campaign="quick")
+    assert proposed["state"] == "proposed"
+    assert not client.launcher.jobs
+    client.take("Ann")
+    assert "approve" in client.state("state")["allowed"]
+    client.ask(f"runs/{proposed['id']}/approve", secret=client.secret)
+    client.until(lambda: client.launcher.jobs)
+    assert any(entry["act"] == "approve" and "Bob" in entry["text"] for entry in client.get("book"))
+
+
+def test_a_campaign_that_would_break_a_limit_is_never_queued(client: Client) -> None:
+    client.take()
+    wrong = SHORT.replace("60 deg/s", "600 deg/s")
+    problem = client.ask("runs", 422, name="Ann", secret=client.secret, text=wrong)["problem"]
+    assert "limits.motor_speed" in problem
+    assert (
+        "sequence" in client.ask("runs", 422, name="Ann", text=SHORT.replace("constant_velocity", "dance"))["problem"]
+    )
+    assert "there are quick" in client.ask("runs", 404, name="Ann", campaign="dance")["problem"]
+    client.ask("runs", 409, name="Ann")
+    assert client.state("runs")["runs"] == []
+
+
+def test_a_run_goes_on_when_the_service_is_started_anew(tmp_path: Path) -> None:
+    settings, launcher = Settings(folder=tmp_path / "recordings"), NoLauncher()
+    with TestClient(create_app(settings, launcher), base_url=BASE) as http:
+        first = Client(http, launcher)
+        first.take()
+        first.ask("runs", name="Ann", secret=first.secret, campaign="quick")
+        first.ask("runs", name="Ann", secret=first.secret, campaign="paper")
+        first.until(lambda: launcher.jobs)
+    assert launcher.processes[0].poll() is None
+    again = NoLauncher()
+    again.processes = launcher.processes
+    with TestClient(create_app(settings, again), base_url=BASE) as http:
+        second = Client(http, again)
+        states = [run["state"] for run in second.state("runs")["runs"]]
+        assert states == ["running", "queued"]
+        launcher.processes[0].kill()
+        # how it ended is not known to the new service; the queue waits for the operator
+        second.until(lambda: second.state("state")["alarms"])
+        assert second.state("runs")["held"]
+    launcher.end_all()
+
+
+def test_what_may_be_done_is_refused_and_shown_alike(client: Client) -> None:
+    client.take()
+    shown = client.state("state")["allowed"]
+    assert "pause" not in shown
+    assert "nothing runs" in client.ask("run/pause", 409, secret=client.secret)["problem"]
+    client.ask("run/skip", 409, secret=client.secret, point="0123456789abcdef")
