@@ -39,7 +39,7 @@ def conclude(data: Dataset, analysis: Analysis, scores: dict[str, Scores], evide
         pair = evidence.get((finding.channel, finding.source.entry.effect if isinstance(finding.source, Found) else ""))
         if pair is not None:
             finding.rmse_before, finding.rmse_after = pair
-    doubted = {c for c, score in scores.items() if c != TRANSMISSION_ERROR and half_explained(score, c)}
+    doubted = {c for c, score in scores.items() if c != TRANSMISSION_ERROR and half_explained(analysis, c, score)}
     doubted |= {c for c in scores if c in WANDERING and slow_structure(analysis, c, scores[c]) is not None}
     out = [f for f in out if f.channel not in doubted]
     out += unexplained(data, analysis, scores, {f.channel for f in out}, names)

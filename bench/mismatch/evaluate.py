@@ -15,7 +15,7 @@ from bench.mismatch.noise import quick_variance, robust_spread
 from bench.mismatch.pulses import clusters
 from bench.mismatch.rows import Rows
 from bench.mismatch.transmission import TransmissionModel
-from bench.simulation.frame import FloatArray, recording_starts
+from bench.simulation.frame import FloatArray, IntArray, recording_starts
 
 FLOOR_METHOD = (
     "samples' scatter inside blocks and the blocks' scatter about the most flexible model, a class of motion each, "
@@ -35,6 +35,16 @@ class Scores:
     rows: NDArray[np.bool_]
     residual_before: FloatArray
     residual_after: FloatArray
+    offset: float = 0.0
+    """variance of the offsets between recordings, part of the floor's square"""
+
+    def stands_out(self, factor: float, recordings: IntArray) -> bool:
+        """Whether the residual after is more than ``factor`` times the floor, and more than the offsets of so few
+        recordings can make it by chance; ``recordings`` (n,) says which one each row is of.
+        """
+        share = np.bincount(recordings[self.rows]) / max(int(self.rows.sum()), 1)
+        chance = 4.0 * np.sqrt(2.0 * np.sum(share**2)) * self.offset
+        return bool(self.after**2 > factor**2 * self.floor**2 + chance)
 
 
 def _per_sample(residual: FloatArray, number: FloatArray, within: FloatArray) -> float:
@@ -76,6 +86,7 @@ def linear(
         scored,
         before,
         after,
+        offset,
     )
 
 
@@ -117,6 +128,7 @@ def transmission(model: TransmissionModel, held_out: set[int]) -> Scores:
         scored,
         before,
         after,
+        offset,
     )
 
 

@@ -11,6 +11,8 @@ from bench.mismatch.rows import Rows
 from bench.simulation.frame import FloatArray, Frame, IntArray
 
 CLASSES = 4
+LADDER = (0.03, 0.1, 0.25, 0.5, 0.8, 1.2, 1.8, 2.7, 4.0, 6.0, 10.0, 20.0, 40.0)
+"""variances of the recordings' offsets that are tried, times the scatter of the recordings' means"""
 
 
 def classes(frame: Frame) -> IntArray:
@@ -84,7 +86,7 @@ def estimate(channel: str, rows: Rows, layout: Layout, starts: IntArray, folds: 
     if is_integral(channel):
         return noise
     scatter = float(np.var(_means(residual, starts)))
-    return Noise(noise.sigma, noise.correlation, (0.0, *(scatter * f for f in (0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 40.0))))
+    return Noise(noise.sigma, noise.correlation, (0.0, *(scatter * f for f in LADDER)))
 
 
 def quick_variance(residual: FloatArray, rows: Rows, used: NDArray[np.bool_], lag_s: float) -> float:

@@ -35,7 +35,7 @@ def unexplained(
         own = _tones(data, channel, score, frame, names)
         if not own and channel in WANDERING:
             own = _wandering(analysis, channel, score, names)
-        if not own and channel not in explained and score.after > TOO_MUCH[channel] * score.floor:
+        if not own and channel not in explained and score.stands_out(TOO_MUCH[channel], frame.recording):
             own = [_residual(channel, score, frame, names)]
         out += own
     return out
@@ -47,10 +47,11 @@ def slow_structure(analysis: Analysis, channel: str, score: Scores) -> Wander | 
     return wander(score.residual_after, model.rows.frame, model.used, score.floor**2)
 
 
-def half_explained(score: Scores, channel: str) -> bool:
+def half_explained(analysis: Analysis, channel: str, score: Scores) -> bool:
     """Whether findings leave so much of a channel's excess that their names cannot be meant."""
+    recordings = _frame(analysis, channel).recording
     excess = score.before**2 - score.floor**2
-    if score.after < TOO_MUCH[channel] * score.floor or excess <= 0.0:
+    if excess <= 0.0 or not score.stands_out(TOO_MUCH[channel], recordings):
         return False
     return (score.before**2 - score.after**2) / excess < LEAST_EXPLAINED
 
