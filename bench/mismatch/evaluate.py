@@ -43,7 +43,7 @@ class Scores:
         recordings can make it by chance; ``recordings`` (n,) says which one each row is of.
         """
         share = np.bincount(recordings[self.rows]) / max(int(self.rows.sum()), 1)
-        chance = 4.0 * np.sqrt(2.0 * np.sum(share**2)) * self.offset
+        chance = 6.0 * np.sqrt(2.0 * np.sum(share**2)) * self.offset
         return bool(self.after**2 > factor**2 * self.floor**2 + chance)
 
 
