@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from bench.cli.mismatch import one_thread
+
 
 def mismatch(
     folder: Annotated[Path, typer.Argument(help="Folder of recordings.")],
@@ -16,8 +18,9 @@ def mismatch(
 ) -> None:
     """Compare a folder with the simulation; print time by phase, memory, and ratios to reading and to identification.
 
-    One process; whether the thread pools of the linear algebra take more cores is up to OMP_NUM_THREADS.
+    One process, one thread of linear algebra (OPENBLAS_NUM_THREADS says otherwise), as `bench mismatch` runs.
     """
+    one_thread()
     from bench.mismatch.benchmark import measure_mismatch
 
     figures = measure_mismatch(folder, simulation)

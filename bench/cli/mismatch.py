@@ -5,6 +5,7 @@ fits.
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -49,6 +50,7 @@ def mismatch(
     them, are held out and only scored. What the recordings cannot tell apart is called ambiguous, what no term explains
     unknown. Fewer than six recordings are cut into blocks, and the report says so.
     """
+    one_thread()
     from bench.mismatch.many import compare_all, tasks_of
 
     tasks = tasks_of(recordings, out, simulation, leave_one_out)
@@ -64,6 +66,14 @@ def mismatch(
         typer.echo(json.dumps([t.report or {"folder": str(t.task.recordings), "error": t.sentence} for t in told]))
     if any(t.report is None for t in told):
         raise typer.Exit(ExitCode.BAD_INPUT)
+
+
+def one_thread() -> None:
+    """Keep the linear algebra to one thread unless told otherwise: on matrices this small more cost more than they do.
+
+    Takes effect where numpy has not been imported yet, and in the processes started from here.
+    """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def _one(task: Task, jobs: int, dask: str | None, as_json: bool) -> None:

@@ -20,13 +20,13 @@ from typing import Any
 
 import numpy as np
 
+from bench.cycle.host import steal_s
 from bench.cycle.plugins import DRIVERS, MASTERS, plugin
 from bench.errors import DeviceError
 
 _OPERATIONAL = 0x08
 _SETTLING_S = 10.0
 _TIMEOUT_US = 20_000
-_TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +137,7 @@ def _cycle(master: Any, cycles: int, cycle_time_s: float, priority: int | None) 
     slots = np.zeros(cycles, np.int64)
     expected = master.expected_wkc
     clock = time.perf_counter_ns
-    steal = _steal_s()
+    steal = steal_s()
     with _undisturbed(priority):
         for i in range(cycles):
             slots[i], _ = pacing.next_slot()
@@ -145,7 +145,7 @@ def _cycle(master: Any, cycles: int, cycle_time_s: float, priority: int | None) 
             master.send_processdata()
             counters[i] = master.receive_processdata(_TIMEOUT_US)
             times[i] = clock() - begin
-    steal = _steal_s() - steal
+    steal = steal_s() - steal
     good = times[counters >= 0] / 1000.0
     if not good.size:
         raise DeviceError("not one frame came back")
@@ -177,15 +177,6 @@ def _undisturbed(priority: int | None) -> Iterator[None]:
     finally:
         gc.enable()
         os.sched_setscheduler(0, *before)
-
-
-def _steal_s() -> float:
-    """Return the time the host took from all processors of this machine, s (8th figure of the first line)."""
-    try:
-        fields = Path("/proc/stat").read_text().splitlines()[0].split()
-    except OSError:  # not a Linux: nothing is known of it
-        return 0.0
-    return int(fields[8]) / _TICKS_PER_S
 
 
 def _ip(*arguments: str) -> None:

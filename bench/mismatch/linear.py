@@ -64,17 +64,19 @@ def analyse(
     switched_off: Sequence[str] = (),
     known: Sequence[tuple[Term, Form, Point]] = (),
     banned: Sequence[str] = (),
+    beside: Sequence[Entry] = (),
 ) -> ChannelModel:
     """Find the terms a channel needs on the usable rows of the training recordings (fold ≥ 0).
 
-    ``fold_of[recording]`` is the fold of each recording of the data set; ``banned`` effects are not tried.
+    ``fold_of[recording]`` is the fold of each recording of the data set; ``banned`` effects are not tried. Terms found
+    before stand ``beside`` the simulation while the noise is estimated, which they would else be taken for.
     """
     used = usable & (fold_of[rows.frame.recording] >= 0) & (rows.number > 0)
     own = rows.take(used)
     whole = layout(channel, rows.frame, switched_off, known, reference=own.frame)
     whole = replace(whole, columns=whole.columns[used])
     starts, folds = starts_and_folds(own.frame, fold_of)
-    noise = estimate(channel, own, whole, starts, folds)
+    noise = estimate(channel, own, _extended(whole, channel, rows.frame, used, beside), starts, folds)
     bank = Bank(own.y, starts, folds, whole.columns, whole.prior, noise, whole.precision)
     settle(bank, whole)
     entries = [e for e in whole.named if e.effect not in banned]
@@ -131,6 +133,21 @@ def known_coefficients(model: ChannelModel) -> list[FloatArray]:
     place = {column: k for k, column in enumerate(model.index([*model.chosen, *model.correction]))}
     columns = _known_columns(model.layout, len(model.known))
     return [model.fit.coefficients[[place[i] for i in index]] for index in columns]
+
+
+def _extended(whole: Layout, channel: str, frame: Frame, used: NDArray[np.bool_], beside: Sequence[Entry]) -> Layout:
+    """The layout with named entries among the simulation's columns."""
+    for entry in (e for e in beside if e.effect in LIBRARY):
+        block = columns_of(channel, entry, frame)[used]
+        size = whole.columns.shape[1]
+        whole = replace(
+            whole,
+            columns=np.hstack([whole.columns, block]),
+            prior=np.append(whole.prior, np.zeros(block.shape[1])),
+            precision=np.append(whole.precision, np.zeros(block.shape[1])),
+            base=(*whole.base, *range(size, size + block.shape[1])),
+        )
+    return whole
 
 
 def columns_of(channel: str, entry: Entry, frame: Frame) -> FloatArray:

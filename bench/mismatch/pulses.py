@@ -120,8 +120,12 @@ def _least_squares(
     lower = np.append(np.tile([-5.0 * scale, -half, narrow], number), -scale)
     upper = np.append(np.tile([5.0 * scale, half, np.log(half / 2.0)], number), scale)
     units = np.append(np.tile([scale, half / 10.0, 0.3], number), scale)
+
+    def misfit(parameters: FloatArray) -> FloatArray:
+        return (_shape(parameters, x) - y) / error
+
     found = least_squares(
-        lambda p: (_shape(p, x) - y) / error,
+        misfit,
         np.clip(begin, lower + 1e-9 * units, upper - 1e-9 * units),
         bounds=(lower, upper),
         x_scale=units,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.mismatch.columns import RIPPLE_ORDERS
+from bench.mismatch.columns import RIPPLE_ORDERS, Entry
 from bench.mismatch.dataset import LIVELY_S, SLOW_S
 from bench.mismatch.harmonics import Harmonics, calibrated, searched
 from bench.mismatch.linear import ChannelModel, analyse, predict
@@ -95,6 +95,8 @@ def analyse_transmission(
         periodic = harmonics.evaluate(angle.frame) if harmonics is not None else np.zeros(angle.y.size)
         slow, usable = slow_rows(angle, angle.y - periodic, inside)
         offset = analyse(TRANSMISSION_ERROR, slow, usable, fold_of, switched_off, known)
+        if offset.chosen and (step == 1 or harmonics is None):
+            offset = analyse(TRANSMISSION_ERROR, slow, usable, fold_of, switched_off, known, beside=_families(offset))
         if harmonics is None:
             break
         if step == 0:
@@ -103,6 +105,20 @@ def analyse_transmission(
             if harmonics.law is None and not harmonics.peaks and not offset.found:
                 break
     return TransmissionModel(angle, inside, offset, harmonics, usable)
+
+
+def _families(model: ChannelModel) -> list[Entry]:
+    """The best point of every form of each effect chosen: what nature's form differs from ours in is no noise."""
+    best: dict[tuple[str, str], tuple[float, Entry]] = {}
+    for entry in model.chosen:
+        others = [e for e in model.chosen if e != entry]
+        for candidate in model.search.entries:
+            if candidate.effect == entry.effect:
+                gain = model.search.fit([*others, candidate]).total
+                key = (candidate.effect, candidate.form)
+                if key not in best or gain > best[key][0]:
+                    best[key] = (gain, candidate)
+    return [entry for _, entry in best.values()]
 
 
 def _within_bounds(angle: Rows, orders: Sequence[float]) -> NDArray[np.bool_]:

@@ -15,10 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.simulation.frame import Frame
+from bench.simulation.laws import factor as law_factor
 from bench.simulation.terms.base import LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR
 from bench.simulation.terms.table import LIBRARY
 from fakes.plant.drag import speeds, temperatures
 from fakes.plant.parts import Effect
+from fakes.plant.transmission import NEGATIVE, POSITIVE
 from fakes.plant.truth import PlantTruth
 
 DRAGS = ("friction.stribeck", "friction.viscous_temperature", "friction.viscous_quadratic")
@@ -52,16 +54,20 @@ class Overlay:
         self._added = [e for e in truth.effects if e.effect not in DRAGS]
         self.drag = self._table(drags) if drags else np.zeros((0, 0))
         """friction in N·m over speed and temperature (W, C), empty without any"""
+        self.memory = np.full(1, np.nan)
+        """torque in the last cycle, N·m; part of a snapshot"""
 
     def add(self, trace: NDArray[Any], cycle: int, measurements: NDArray[Any]) -> None:
         """Add the effects without table to a block's measurements (n,); ``trace`` (n,) begins at ``cycle``."""
-        if not self._added:
+        if not self._added and not self._truth.laws:
             return
         truth = self._truth
         frame = self._frame(trace, cycle, measurements)
         sums = {channel: np.zeros(trace.size) for channel in (TRANSMISSION_ERROR, MOTOR_TORQUE, LOAD_TORQUE)}
         for effect in self._added:
             sums[effect.channel] += value(effect, frame)[1:]
+        if truth.laws:
+            sums[TRANSMISSION_ERROR] += self._beyond_series(frame)[1:]
         counts = truth.load_drive.polarity * 2.0**truth.load_encoder.bits / (2 * math.pi)
         measurements["load_position"] += np.rint(counts * sums[TRANSMISSION_ERROR]).astype(np.int64)
         measurements["input_torque"] += truth.input_drive.polarity * sums[MOTOR_TORQUE]
@@ -71,12 +77,35 @@ class Overlay:
         ).astype(np.int32)
         measurements["torque_adc"] = np.clip(adc, -sensor.full_scale_counts, sensor.full_scale_counts - 1)
 
+    def _beyond_series(self, frame: Frame) -> NDArray[np.float64]:
+        """What the laws add to the series that the mechanics play: each order's vector times its factor less one."""
+        series = self._truth.transmission_error
+        box = series.box.array()
+        x = np.clip(np.column_stack([frame.torque, frame.velocity, frame.temperature]), box[:, 0], box[:, 1])
+        t, v, c = x.T
+        basis = np.column_stack([t * t, v * v, c * c, t, v, c, t * v, t * c, v * c, np.ones_like(t)])
+        factor = np.ones((frame.size, series.orders.size), dtype=np.complex128)
+        for law in self._truth.laws:
+            factor *= law_factor(law, x, frame.time, series.orders.tolist())
+        out = np.zeros(frame.size)
+        for direction, rows in ((POSITIVE, frame.last_direction > 0), (NEGATIVE, frame.last_direction <= 0)):
+            phase = basis[rows] @ series.phase[direction].T + series.orders * frame.theta[rows, None]
+            wave = (basis[rows] @ series.amplitude[direction].T) * np.exp(1j * phase)
+            out[rows] = np.sum((wave * (factor[rows] - 1.0)).imag, axis=1)
+        return out
+
     def _frame(self, trace: NDArray[Any], cycle: int, measurements: NDArray[Any]) -> Frame:
         """Return the block as a frame; its first row is the plant's start, from which terms count time and travel."""
         truth = self._truth
         ratio = truth.gearbox.ratio
         rows = np.concatenate([trace[:1], trace])
         rows["travel"][0] = 0.0
+        # the torque before the block is remembered, so that the rate does not depend on how cycles are cut into blocks
+        rate = np.diff(np.concatenate([self.memory, trace["torque"]]), prepend=0.0) / self._cycle_time_s
+        rate[0] = 0.0
+        if np.isnan(self.memory[0]):
+            rate[1] = 0.0
+        self.memory[0] = trace["torque"][-1]
         last = np.where(rows["weight"] >= 0, 1.0, -1.0)
         time = np.concatenate([[0.0], (cycle + 1 + np.arange(trace.size)) * self._cycle_time_s])
         reported = np.concatenate([measurements["input_torque"][:1], measurements["input_torque"]])
@@ -94,6 +123,7 @@ class Overlay:
                 "direction": np.where(np.abs(rows["te_velocity"]) * ratio > _STANDSTILL, last, 0.0),
                 "last_direction": last,
                 "torque": rows["torque"],
+                "torque_rate": rate,
                 "temperature": rows["temperature"],
                 "motor_torque": truth.input_drive.polarity * reported,
                 "load_motor_torque": -truth.load_drive.polarity * load,

@@ -65,7 +65,7 @@ class Plant:
         self._conditions = np.zeros(1, CONDITIONS)
         self._drag = np.zeros((0, 0))
         self._overlay: Overlay | None = None
-        if truth.effects:
+        if truth.effects or truth.laws:
             # brings the analyser's library with it: only plants that play one pay
             from fakes.plant.overlay import Overlay
 
@@ -161,7 +161,8 @@ class Plant:
     @property
     def _changing(self) -> tuple[NDArray[Any], ...]:
         """Every array that a step or a fault changes."""
-        return self._state, self._drive_states, self._words, self._te, self._turn, self.faults.rows
+        own = (self._state, self._drive_states, self._words, self._te, self._turn, self.faults.rows)
+        return own if self._overlay is None else (*own, self._overlay.memory)
 
     def _begin(self) -> None:
         """Put the bench at rest, without load, at its first temperature."""

@@ -6,13 +6,15 @@ load side are the simulation's. Parameters the file does not give stay the base'
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from bench.simulation.fourier import FourierSet
+from bench.simulation.laws import from_json as law_from_json
 from bench.simulation.model import NOMINAL_TERMS, Simulation, Term
 from bench.simulation.terms.table import LIBRARY
 from fakes.plant.errors import PlantError
@@ -24,7 +26,6 @@ _WITH_MEMORY = (
     "te.hysteresis",
     "friction.presliding",
     "sensor.torque_hysteresis",
-    "sensor.timing_skew",
 )
 _THERMAL = ("thermal.sensor_lag", "thermal.second_mass", "thermal.convection_speed", "thermal.ambient_drift")
 """further terms that the plant's own heat balance has"""
@@ -68,6 +69,9 @@ def of_simulation(simulation: Simulation, base: PlantTruth, where: str = "simula
         inertia=given("motor.inertia", "J", base.input_motor.inertia),
         torque_offset=given("motor.torque_offset", "tau_0", base.input_motor.torque_offset),
     )
+    further = [t for name, t in simulation.terms.items() if t.enabled and name not in (*NOMINAL_TERMS, *_THERMAL)]
+    series = _series(simulation, base, where)
+    played = frozenset(float(f) for f in series.orders)
     bearing = given("load.bearing_friction", "f_b", base.load_side.bearing_friction)
     return replace(
         _with_heat(simulation, base, given),
@@ -76,12 +80,9 @@ def of_simulation(simulation: Simulation, base: PlantTruth, where: str = "simula
         load_motor=replace(base.load_motor, inertia=given("load.inertia", "J_L", base.load_motor.inertia)),
         load_side=replace(base.load_side, bearing_friction=bearing),
         torque_sensor=replace(base.torque_sensor, zero=given("load.torque_offset", "z_0", base.torque_sensor.zero)),
-        transmission_error=_series(simulation, base, where),
-        effects=tuple(
-            _effect(term, where)
-            for name, term in simulation.terms.items()
-            if term.enabled and name not in (*NOMINAL_TERMS, *_THERMAL)
-        ),
+        transmission_error=series,
+        effects=tuple(effect for term in further for effect in _effects(term, played, where)),
+        laws=tuple(law_from_json(term.effect, row["law"]) for term in further for row in _rows(term) if "law" in row),
     )
 
 
@@ -160,21 +161,38 @@ def _series(simulation: Simulation, base: PlantTruth, where: str) -> Transmissio
 TransmissionArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 
-def _effect(term: Term, where: str) -> Effect:
-    """Find the library's form that has the term's parameters (and its ``form``, where the file names one)."""
-    if term.effect not in LIBRARY or term.effect in _WITH_MEMORY:
-        why = "it depends on the path before" if term.effect in LIBRARY else "the library has no such term"
-        raise PlantError(f"{where}: {term.effect} cannot be played by a plant: {why}")
-    for channel, forms in LIBRARY[term.effect].forms.items():
-        for form in forms:
+def _rows(term: Term) -> Iterator[dict[str, Any]]:
+    """The rows of a term: itself, and what stands under ``also``; each with ``parameters`` by symbol (numbers)."""
+    own = {key: value for key, value in term.extra.items() if key != "also"}
+    own |= {"orders": list(term.orders)} if term.orders is not None else {}
+    yield own | {"parameters": {symbol: p.value for symbol, p in term.parameters.items()}}
+    for row in term.extra.get("also", []):
+        values = {s: p["value"] if isinstance(p, dict) else p for s, p in row.get("parameters", {}).items()}
+        yield row | {"parameters": values}
+
+
+def _effects(term: Term, played: frozenset[float], where: str) -> Iterator[Effect]:
+    """What is played on top of a term's rows; orders that stand in the series are played by it, laws by themselves."""
+    for row in _rows(term):
+        if "law" in row:
+            continue
+        orders = [float(f) for f in row.get("orders", [])]
+        if orders and played.issuperset(orders) and not row["parameters"].keys() & {"c", "s", "f"}:
+            continue
+        yield _effect(term.effect, row, where)
+
+
+def _effect(effect: str, row: dict[str, Any], where: str) -> Effect:
+    """Find the library's form that has the row's parameters (and its ``form``, where the file names one)."""
+    if effect not in LIBRARY or effect in _WITH_MEMORY:
+        why = "it depends on the path before" if effect in LIBRARY else "the library has no such term"
+        raise PlantError(f"{where}: {effect} cannot be played by a plant: {why}")
+    values = row["parameters"]
+    for channel in row.get("channels", list(LIBRARY[effect].forms)):
+        for form in LIBRARY[effect].forms.get(channel, ()):
             symbols = {s.symbol for s in (*form.linear, *form.nonlinear)}
-            if symbols == set(term.parameters) and term.extra.get("form", form.name) == form.name:
-                return Effect(
-                    term.effect,
-                    channel,
-                    form.name,
-                    tuple(term.parameters[s.symbol].value for s in form.linear),
-                    tuple(term.parameters[s.symbol].value for s in form.nonlinear),
-                )
-    given = ", ".join(term.parameters) or "none"
-    raise PlantError(f"{where}: the parameters of {term.effect} ({given}) are not those of any of its forms")
+            if symbols == set(values) and row.get("form", form.name) == form.name:
+                linear = tuple(values[s.symbol] for s in form.linear)
+                return Effect(effect, channel, form.name, linear, tuple(values[s.symbol] for s in form.nonlinear))
+    given = ", ".join(values) or "none"
+    raise PlantError(f"{where}: the parameters of {effect} ({given}) are not those of any of its forms")

@@ -35,6 +35,10 @@ FORMAT = "emulated-plant"
 _T = TypeVar("_T")
 
 
+_NOT_TABLES = ("name", "ripple", "transmission_error", "effects", "laws")
+"""fields that are no table of a plant file"""
+
+
 @dataclass(frozen=True, slots=True)
 class PlantTruth:
     """True values of a bench."""
@@ -58,6 +62,8 @@ class PlantTruth:
     numerics: Numerics = field(default_factory=Numerics)
     effects: tuple[Effect, ...] = ()
     """terms of the physics library played on top; only a plant that runs a simulation file has any"""
+    laws: tuple[Any, ...] = ()
+    """laws (bench.simulation.laws) that the amplitudes of the orders follow, where a simulation file brings them"""
 
     @classmethod
     def from_file(cls, name: str | Path) -> PlantTruth:
@@ -91,7 +97,7 @@ class PlantTruth:
         hints = get_type_hints(cls)
         values: dict[str, Any] = {"name": rest.pop("name", Path(where).stem)}
         for name in (f.name for f in fields(cls)):
-            if name in ("name", "ripple", "transmission_error", "effects") or (name == "numerics" and name not in rest):
+            if name in _NOT_TABLES or (name == "numerics" and name not in rest):
                 continue
             values[name] = _part(hints[name], rest.pop(name, None), f"{where}: {name}")
         values["ripple"] = tuple(

@@ -3,40 +3,58 @@
 from __future__ import annotations
 
 import itertools
+from typing import Literal
 
 import numba
 import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame, recording_starts
 
+Between = Literal["fresh", "kept", "released"]
+"""what a state does between recordings: begins at 0 in each; stays; or follows the input to 0 and on from there"""
+_CODES: dict[Between, int] = {"fresh": 0, "kept": 1, "released": 2}
+
 
 @numba.njit(cache=True)
-def _relaxing(x: FloatArray, starts: np.ndarray, scale: float, keep: bool) -> FloatArray:
+def _relax(z: float, step: float, scale: float) -> float:
+    target = 1.0 if step > 0 else -1.0
+    return float(target + (z - target) * np.exp(-abs(step) / scale))
+
+
+@numba.njit(cache=True)
+def _relaxing(x: FloatArray, starts: np.ndarray, scale: float, between: int) -> FloatArray:
     out = np.empty(x.size)
     z = 0.0
+    previous = 0.0
     for r in range(starts.size - 1):
         a, b = starts[r], starts[r + 1]
-        if not keep:
+        if between == 0:
             z = 0.0
-        previous = x[a]
+        if between == 2:
+            if previous != 0.0:
+                z = _relax(z, -previous, scale)
+            previous = 0.0
+        else:
+            previous = x[a]
         for i in range(a, b):
             step = x[i] - previous
             previous = x[i]
             if step != 0.0:
-                target = 1.0 if step > 0 else -1.0
-                z = target + (z - target) * np.exp(-abs(step) / scale)
+                z = _relax(z, step, scale)
             out[i] = z
     return out
 
 
 @numba.njit(cache=True)
-def _play(x: FloatArray, starts: np.ndarray, half_width: float, keep: bool) -> FloatArray:
+def _play(x: FloatArray, starts: np.ndarray, half_width: float, between: int) -> FloatArray:
     out = np.empty(x.size)
     p = 0.0
     for r in range(starts.size - 1):
         a, b = starts[r], starts[r + 1]
-        if not keep:
+        if between == 0:
             p = 0.0
+        elif between == 2:
+            p = min(max(p, -half_width), half_width)
         for i in range(a, b):
             p = min(max(p, x[i] - half_width), x[i] + half_width)
             out[i] = p
@@ -55,17 +73,14 @@ def _lag(x: FloatArray, dt: FloatArray, starts: np.ndarray, constant: float) -> 
     return out
 
 
-def relaxing(x: FloatArray, frame: Frame, scale: float, keep: bool = False) -> FloatArray:
-    """State z that relaxes to the sign of dx over the distance ``scale``: dz = (1 − z·sgn dx)·dx/scale (Dahl, i = 1).
-
-    ``keep`` carries the state from one recording to the next; else each begins at 0.
-    """
-    return np.asarray(_relaxing(np.ascontiguousarray(x), recording_starts(frame), scale, keep))
+def relaxing(x: FloatArray, frame: Frame, scale: float, between: Between = "fresh") -> FloatArray:
+    """State z that relaxes to the sign of dx over a distance ``scale``: dz = (1 − z·sgn dx)·dx/scale (Dahl, i = 1)."""
+    return np.asarray(_relaxing(np.ascontiguousarray(x), recording_starts(frame), scale, _CODES[between]))
 
 
-def play(x: FloatArray, frame: Frame, half_width: float, keep: bool = False) -> FloatArray:
+def play(x: FloatArray, frame: Frame, half_width: float, between: Between = "fresh") -> FloatArray:
     """Play (backlash) operator of half width ``half_width`` in the unit of x."""
-    return np.asarray(_play(np.ascontiguousarray(x), recording_starts(frame), half_width, keep))
+    return np.asarray(_play(np.ascontiguousarray(x), recording_starts(frame), half_width, _CODES[between]))
 
 
 def lag(x: FloatArray, frame: Frame, constant: float) -> FloatArray:

@@ -1,5 +1,7 @@
 """A pulse's shape over the angle, fitted to noisy rows of all revolutions."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -12,7 +14,7 @@ NOISE = 2e-6
 
 
 def _rows(shape: np.ndarray, theta: np.ndarray, rng: np.random.Generator) -> Rows:
-    fields = {name: np.zeros(theta.size) for name in ARRAYS}
+    fields: dict[str, Any] = {name: np.zeros(theta.size) for name in ARRAYS}
     fields["theta"] = theta
     fields["recording"] = np.zeros(theta.size, dtype=np.int64)
     return Rows(

@@ -107,6 +107,56 @@ def test_harmonic_and_sensor_gain_show_where_they_belong(tmp_path: Path) -> None
     assert gain.mean() == pytest.approx(0.02 * 508.0, abs=0.5)
 
 
+def test_a_law_multiplies_the_series(tmp_path: Path, truth: PlantTruth) -> None:
+    plain_truth = truth.without_weak_orders()
+    series = {"effect": "te.fourier", "parameters": plain_truth.te_coefficients(), "orders": [46]}
+    law = {"form": "second_order", "point": [12.0, 0.1], "orders": [46]}
+    term = {"effect": "te.resonance", "law": law}
+    plants = [Plant.from_simulation(written(tmp_path, terms), seed=1) for terms in ([series], [series, term])]
+    for plant in plants:
+        bring_up(plant, 30.0, 0.0)
+    plain, resonant = (plant.step(commands(0.5, 30.0, 0.0)) for plant in plants)
+    change = -(resonant["load_position"] - plain["load_position"]) / 2**25 * 2 * np.pi
+    frequency = 46 * 30.0 / 185.0
+    r = frequency / 12.0
+    factor = 1.0 / (1.0 - r**2 + 2j * 0.1 * r)
+    size = np.abs(plants[0].truth.transmission_error.amplitude[0, 0, 9])
+    assert np.ptp(change) / 2 == pytest.approx(np.abs(factor - 1.0) * size, rel=0.35)
+
+
+def test_a_delay_of_the_torque_shows_where_it_changes_however_cycles_are_cut(tmp_path: Path) -> None:
+    skew = {"effect": "sensor.timing_skew", "channels": ["load_torque"], "parameters": parameters(delta=0.02)}
+    other = tmp_path / "plain"
+    other.mkdir()
+    path = written(tmp_path, [skew])
+    plain, whole, parts = (Plant.from_simulation(p, seed=1) for p in (written(other, []), path, path))
+    rows = commands(0.5, 10.0, 0.0)
+    rows["load_torque"] = np.linspace(0.0, 200.0, rows.size)
+    for plant in (plain, whole, parts):
+        bring_up(plant, 10.0, 0.0)
+    before = parts.snapshot()
+    once = np.concatenate([parts.step(rows[:1]), parts.step(rows[1:7]), parts.step(rows[7:])])
+    parts.restore(before)
+    again = np.concatenate([parts.step(rows[:300]), parts.step(rows[300:])])
+    reference, delayed = plain.step(rows), whole.step(rows)
+    assert once.tobytes() == again.tobytes() == delayed.tobytes()
+    change = (delayed["torque_adc"] - reference["torque_adc"])[200:] * 10e3 / 32768
+    assert abs(change.mean()) == pytest.approx(0.02 * 400.0, rel=0.3)
+
+
+def test_further_rows_of_a_term_are_played_and_orders_of_the_series_once(tmp_path: Path, truth: PlantTruth) -> None:
+    table = truth.without_weak_orders().te_coefficients()
+    series = {"effect": "te.fourier", "parameters": table}
+    ripple = {"effect": "motor.torque_ripple", "form": "ripple", "parameters": parameters(a_rc=0.1, a_rs=0.0, n=24.0)}
+    more = {**ripple, "also": [{"form": "ripple", "parameters": parameters(a_rc=0.05, a_rs=0.0, n=48.0)}]}
+    known = {"effect": "te.harmonic", "orders": [46]}
+    effects = Plant.from_simulation(written(tmp_path, [series, more, known])).truth.effects
+    assert [(e.effect, e.linear[0], e.nonlinear[0]) for e in effects] == [
+        ("motor.torque_ripple", 0.1, 24.0),
+        ("motor.torque_ripple", 0.05, 48.0),
+    ]
+
+
 @pytest.mark.parametrize(
     ("term", "message"),
     [

@@ -19,7 +19,7 @@ def _play(frame: Frame, point: Point) -> FloatArray:
 
 def _play_kept(frame: Frame, point: Point) -> FloatArray:
     x = settled(frame.load_motor_torque, frame)
-    return columns((x - play(x, frame, point[0], keep=True)) / point[0])
+    return columns((x - play(x, frame, point[0], "kept")) / point[0])
 
 
 def _dahl(frame: Frame, point: Point) -> FloatArray:
@@ -27,7 +27,7 @@ def _dahl(frame: Frame, point: Point) -> FloatArray:
 
 
 def _dahl_kept(frame: Frame, point: Point) -> FloatArray:
-    return columns(relaxing(_quiet(frame), frame, point[0], keep=True))
+    return columns(relaxing(_quiet(frame), frame, point[0], "kept"))
 
 
 def _quiet(frame: Frame) -> FloatArray:

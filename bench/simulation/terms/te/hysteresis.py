@@ -5,8 +5,23 @@ from __future__ import annotations
 import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.terms.base import TRANSMISSION_ERROR, Form, Grid, Point, Symbol, Term, columns, logarithmic, top
-from bench.simulation.terms.memory import play, relaxing
+from bench.simulation.terms.base import (
+    TRANSMISSION_ERROR,
+    Columns,
+    Form,
+    Point,
+    Symbol,
+    Term,
+    columns,
+    logarithmic,
+    top,
+)
+from bench.simulation.terms.memory import Between, play, relaxing
+
+BETWEEN: tuple[Between, ...] = ("fresh", "kept", "released")
+SUFFIX = {"fresh": "", "kept": "_kept", "released": "_released"}
+STACK = (0.4, 1.0, 2.2)
+"""widths of a stack of plays, in units of its parameter"""
 
 
 def _torques(frame: Frame) -> tuple[Point, ...]:
@@ -14,24 +29,36 @@ def _torques(frame: Frame) -> tuple[Point, ...]:
     return logarithmic(0.06 * largest, 0.8 * largest, 9)
 
 
-def _play(frame: Frame, point: Point) -> FloatArray:
-    return columns((frame.torque - play(frame.torque, frame, point[0])) / point[0])
+def _wide_torques(frame: Frame) -> tuple[Point, ...]:
+    largest = top(frame.torque)
+    return logarithmic(0.08 * largest, 0.6 * largest, 5)
 
 
-def _play_kept(frame: Frame, point: Point) -> FloatArray:
-    return columns((frame.torque - play(frame.torque, frame, point[0], keep=True)) / point[0])
+def _play(between: Between) -> Columns:
+    def regressors(frame: Frame, point: Point) -> FloatArray:
+        return columns((frame.torque - play(frame.torque, frame, point[0], between)) / point[0])
+
+    return regressors
+
+
+def _stack(between: Between) -> Columns:
+    def regressors(frame: Frame, point: Point) -> FloatArray:
+        widths = [share * point[0] for share in STACK]
+        return columns(*((frame.torque - play(frame.torque, frame, w, between)) / w for w in widths))
+
+    return regressors
 
 
 def _quiet(frame: Frame) -> FloatArray:
+    """The torque without the sensor's noise, which would turn the loop by itself."""
     return play(frame.torque, frame, 0.03 * top(frame.torque))
 
 
-def _bouc_wen(frame: Frame, point: Point) -> FloatArray:
-    return columns(relaxing(_quiet(frame), frame, point[0]))
+def _bouc_wen(between: Between) -> Columns:
+    def regressors(frame: Frame, point: Point) -> FloatArray:
+        return columns(relaxing(_quiet(frame), frame, point[0], between))
 
-
-def _bouc_wen_kept(frame: Frame, point: Point) -> FloatArray:
-    return columns(relaxing(_quiet(frame), frame, point[0], keep=True))
+    return regressors
 
 
 def _travels(_: Frame) -> tuple[Point, ...]:
@@ -50,12 +77,11 @@ def _angle_play(frame: Frame, point: Point) -> FloatArray:
 
 
 H = Symbol("h", "rad", "half width of the loop")
+H_STACK = tuple(
+    Symbol(f"h_{k + 1}", "rad", f"half width of the loop of the play of {w:g}*w") for k, w in enumerate(STACK)
+)
 W = Symbol("w", "N*m", "torque over which the loop turns", 0.0)
 S = Symbol("s", "rad", "distance at the output over which the loop turns", 0.0)
-
-
-def _form(name: str, function: object, symbol: Symbol, grid: Grid) -> Form:
-    return Form(name, function, (H,), (symbol,), grid)  # type: ignore[arg-type]
 
 
 TERM = Term(
@@ -66,12 +92,11 @@ TERM = Term(
     where="transmission_error's offset, by whether the torque rises or falls, or after reversal",
     forms={
         TRANSMISSION_ERROR: (
-            _form("play", _play, W, _torques),
-            _form("play_kept", _play_kept, W, _torques),
-            _form("bouc_wen", _bouc_wen, W, _torques),
-            _form("bouc_wen_kept", _bouc_wen_kept, W, _torques),
-            _form("reversal", _after_reversal, S, _travels),
-            _form("angle_play", _angle_play, S, _travels),
+            *(Form(f"play{SUFFIX[b]}", _play(b), (H,), (W,), _torques) for b in BETWEEN),
+            *(Form(f"bouc_wen{SUFFIX[b]}", _bouc_wen(b), (H,), (W,), _torques) for b in BETWEEN),
+            *(Form(f"stack{SUFFIX[b]}", _stack(b), H_STACK, (W,), _wide_torques) for b in BETWEEN),
+            Form("reversal", _after_reversal, (H,), (S,), _travels),
+            Form("angle_play", _angle_play, (H,), (S,), _travels),
         )
     },
     variables=("torque_path", "since_reversal"),

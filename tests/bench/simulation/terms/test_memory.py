@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.simulation.terms.memory import campaign_lag, integral, lag, play, relaxing
+from bench.simulation.terms.te.hysteresis import BETWEEN
 from tests.bench.simulation.terms.frames import ROWS, STEP_S, frame
 
 FRAME = frame()
@@ -25,7 +28,7 @@ def test_play_never_leaves_its_band_and_moves_only_when_pushed(half_width: float
 
 def test_play_narrower_than_its_motion_follows_the_flank() -> None:
     x = np.linspace(0.0, 5.0, FRAME.size)
-    p = play(x, FRAME, 1.0, keep=True)
+    p = play(x, FRAME, 1.0, "kept")
     assert p[-1] == pytest.approx(4.0)
 
 
@@ -58,3 +61,11 @@ def test_a_relaxing_state_approaches_the_sign_of_motion_with_its_distance(scale:
     x = np.concatenate([np.linspace(0.0, 3.0, ROWS)] * 3)
     z = relaxing(x, FRAME, scale)[:ROWS]
     assert z == pytest.approx(1.0 - np.exp(-x[:ROWS] / scale), abs=1e-9)
+
+
+def test_a_released_state_follows_its_input_to_zero_between_recordings() -> None:
+    x = np.concatenate([np.linspace(0.0, 10.0, 50), np.linspace(3.0, 4.0, 50)])
+    frame = replace(FRAME.take(np.zeros(100, dtype=np.int64)), recording=np.repeat([0, 1], 50))
+    fresh, kept, released = (play(x, frame, 2.0, between)[50] for between in BETWEEN)
+    # 10 leaves the play at 8, released at 2; then 3 is within two of 2 and of neither other
+    assert (fresh, kept, released) == (1.0, 5.0, 2.0)
