@@ -33,6 +33,7 @@ COMMANDS: tuple[str, ...] = (
     "mismatch",
     "prove",
     "emulate",
+    "doctor",
     "benchmark",
 )
 """Modules of :mod:`bench.cli`, in the order in which ``bench --help`` lists their commands."""
