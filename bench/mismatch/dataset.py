@@ -250,7 +250,9 @@ class _Collected:
         frame = prepared.frame
         index = int(frame.recording[0])
         steady = (frame.steady > 0.5) & (frame.direction != 0)
-        heard = tone_spectrum(index, prepared.measured[channel], prepared.valid[channel], steady, prepared.sample_rate)
+        heard = tone_spectrum(
+            index, prepared.measured[channel], prepared.valid[channel], steady, prepared.sample_rate, frame.velocity
+        )
         if heard is not None:
             self.tones.setdefault(channel, []).append(heard)
 

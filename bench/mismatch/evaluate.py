@@ -151,6 +151,14 @@ BEYOND_DOUBT = 50.0
 """log-likelihood on training recordings left out from which a finding stands that no held-out recording shows"""
 
 
+ACTS = 0.25
+"""of its mean square in the training rows: where a finding changes held-out ones as much, it must not harm them"""
+
+
+def _mean_square(values: FloatArray, rows: NDArray[np.bool_], number: FloatArray) -> float:
+    return float(np.sum(values[rows] ** 2 * number[rows]) / max(float(number[rows].sum()), 1.0))
+
+
 def gate(model: ChannelModel, usable: NDArray[np.bool_], held_out: set[int]) -> dict[str, tuple[float, float]]:
     """Drop findings that do not improve recordings which selected nothing; RMS without and with each that stays.
 
@@ -171,14 +179,17 @@ def gate(model: ChannelModel, usable: NDArray[np.bool_], held_out: set[int]) -> 
         return (_own_start(left, model) if is_integral(model.channel) else left)[scored] ** 2 * number
 
     for found in sorted(model.found, key=lambda f: f.gain):
-        full = squares(predict_named(model, rows.frame))
-        rest = squares(predict_named(model, rows.frame, found.entry))
+        whole, without = predict_named(model, rows.frame), predict_named(model, rows.frame, found.entry)
+        full, rest = squares(whole), squares(without)
+        acts = _mean_square(whole - without, scored, rows.number) > ACTS * _mean_square(
+            whole - without, model.used, rows.number
+        )
         change = (rest.sum() - full.sum()) / number.sum()
         by_recording = np.bincount(rows.frame.recording[scored], rest - full)
         touched = by_recording[np.abs(by_recording) > 0.05 * np.abs(by_recording).max()]
         better = bool(np.mean(touched > 0) >= 0.5) if touched.size else False
         named = found.entry.effect != "unknown"
-        silent = named and change > -HARM * noise and found.gain > BEYOND_DOUBT
+        silent = named and change > (0.0 if acts else -HARM * noise) and found.gain > BEYOND_DOUBT
         least = LEAST_HELD_OUT if named else LEAST_UNKNOWN
         if silent or (change > least * noise and better):
             level = (inner + float(full.sum())) / number.sum()

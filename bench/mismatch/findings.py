@@ -19,6 +19,8 @@ AMBIGUOUS_GAIN = 3.0
 AMBIGUOUS_SHARE = 0.12
 """of the gain: an alternative that explains all but this is as good, unless it is further off than its error"""
 AMBIGUOUS_ERRORS = 2.0
+ALIKE = 0.055
+"""of the gain: an alternative that loses less shares more than nine tenths of what the design can show"""
 AT_MOST = 0.3
 """of the gain: what an alternative within one standard error may lose"""
 UNKNOWN_NAME = "structure that no term of the library explains"
@@ -109,6 +111,8 @@ def as_good(alternative: Alternative, gain: float) -> bool:
     """
     if alternative.contains:
         return False
+    if alternative.loss < ALIKE * gain:
+        return True
     if alternative.loss < alternative.error and alternative.loss < AT_MOST * gain:
         return True
     near = max(AMBIGUOUS_GAIN, AMBIGUOUS_ERRORS * alternative.error)

@@ -10,7 +10,7 @@ import numpy as np
 from bench.mismatch.bank import Fit
 from bench.mismatch.columns import Entry
 from bench.mismatch.refine import Refiner
-from bench.mismatch.select import Search, spread_t
+from bench.mismatch.select import ECHO_SHARE, Search, spread_t
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms import TRANSMISSION_ERROR
 
@@ -18,6 +18,8 @@ UNKNOWN_SHARE = 0.08
 """a rival must beat named terms by this share of their gain before the names are doubted"""
 UNKNOWN_GAIN = 40.0
 REFINED_ALTERNATIVES = 4
+ECHO_LOSS = 0.2
+"""of a term's gain: what another effect may lose in its place and still be taken for its echo"""
 NESTED = 2e-3
 """share of an entry's energy that another may leave over and still contain it"""
 PREFERRED_NESTED = 0.02
@@ -71,7 +73,8 @@ def judge(
     ``known`` holds the variables of each further term that the given simulation has.
     """
     start = search.fit(()).total
-    out = Verdict(_simplest(search, refiner, _doubted(search, chosen, free)))
+    named = _without_echoes(search, refiner, _doubted(search, chosen, free))
+    out = Verdict(search.pruned(_simplest(search, refiner, named)))
     whole = search.fit(out.chosen)
     for entry in out.chosen:
         others = [e for e in out.chosen if e != entry]
@@ -118,6 +121,29 @@ def _doubted(search: Search, chosen: list[Entry], free: Sequence[Entry]) -> list
         if clear and (best is None or fit.total > best[0]):
             best = fit.total, [*rest, rival]
     return chosen if best is None else best[1]
+
+
+def _without_echoes(search: Search, refiner: Refiner, chosen: list[Entry]) -> list[Entry]:
+    """Terms without those that gain little beside another which their own effect could have stood for.
+
+    Where two effects can hardly be told apart, the second one only mends the form of the first.
+    """
+    current = list(chosen)
+    for weak in chosen:
+        for strong in chosen:
+            if weak not in current or strong not in current or weak.effect == strong.effect:
+                continue
+            others = [e for e in current if e not in (weak, strong)]
+            alone = search.fit([*others, strong]).total
+            gain = alone - search.fit(others).total
+            if "unknown" in (weak.effect, strong.effect) or search.fit(current).total - alone > ECHO_SHARE * gain:
+                continue
+            rival = refiner.effect(others, weak.effect)
+            if rival is not None and alone - search.fit([*others, rival]).total < ECHO_LOSS * gain:
+                current.remove(weak)
+                again = refiner.effect(others, strong.effect) or strong
+                current[current.index(strong)] = again
+    return current
 
 
 def _simplest(search: Search, refiner: Refiner, chosen: list[Entry]) -> list[Entry]:

@@ -20,6 +20,10 @@ MINIMUM_GAIN = 22.0
 MINIMUM_SHARE = 0.004
 """of the strongest term's gain: below that the remainder is how far nature's form is from ours"""
 PREFERRED_SHARE = 0.97
+ECHO = 0.5
+"""part of a term's energy beside the simulation that a chosen one leaves over, below which the two are alike"""
+ECHO_SHARE = 0.1
+"""of the chosen one's gain: what a term like it has to gain to be an effect of its own"""
 MINIMUM_T = 1.8
 """gain over its standard error between the folds that it touches"""
 
@@ -88,11 +92,26 @@ class Search:
 
     def step(self, chosen: Sequence[Entry]) -> list[Entry] | None:
         """Add the best term, let each chosen one change for a better, drop what is idle; None where none helps."""
-        entry, _ = self.best(chosen, self.allowed(chosen))
-        if entry is None or not self.accepted(self.fit(chosen), self.fit([*chosen, entry]), self.price(chosen)):
-            return None
+        pool = list(self.allowed(chosen))
+        while True:
+            entry, gain = self.best(chosen, pool)
+            if entry is None or not self.accepted(self.fit(chosen), self.fit([*chosen, entry]), self.price(chosen)):
+                return None
+            if not self.echoes(chosen, entry, gain):
+                break
+            pool = [e for e in pool if e.effect != entry.effect]
         after = self.pruned(self.swapped([*chosen, entry]))
         return after if self.fit(after).total > self.fit(chosen).total else None
+
+    def echoes(self, chosen: Sequence[Entry], entry: Entry, gain: float) -> bool:
+        """Whether an entry looks like a chosen one and gains little beside it: nature's form, said with two names."""
+        alone = self.bank.explained(entry.index, self.base)
+        for other in chosen:
+            beside = self.bank.explained(entry.index, [*self.base, *other.index])
+            rest = [e for e in chosen if e != other]
+            if beside < ECHO * alone and gain < ECHO_SHARE * (self.fit(chosen).total - self.fit(rest).total):
+                return True
+        return False
 
     def swapped(self, chosen: Sequence[Entry], rounds: int = 3) -> list[Entry]:
         """Replace each term in turn by the entry (any effect, form, point) that serves best beside the others."""

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from bench.mismatch.channels import Analysis
+from bench.mismatch.columns import RIPPLE_ORDERS
 from bench.mismatch.dataset import Dataset
 from bench.mismatch.evaluate import Scores
 from bench.mismatch.findings import Finding
@@ -15,6 +16,7 @@ from bench.mismatch.tones import search
 from bench.mismatch.wander import Wander, wander
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
+from bench.simulation.terms.nominal.transmission_error import PAPER_ORDERS
 
 TOO_MUCH = {"transmission_error": 1.3, "motor_torque": 1.08, "load_torque": 1.08, "temperature": 1.3}
 """held-out residual over the noise floor, beyond what folders without effect have shown"""
@@ -32,7 +34,7 @@ def unexplained(
     out: list[Finding] = []
     for channel, score in scores.items():
         frame = _frame(analysis, channel)
-        own = _tones(data, channel, score, frame, names)
+        own = _tones(data, analysis, channel, score, frame, names)
         if not own and channel in WANDERING:
             own = _wandering(analysis, channel, score, names)
         if not own and channel not in explained and score.stands_out(TOO_MUCH[channel], frame.recording):
@@ -62,9 +64,19 @@ def _frame(analysis: Analysis, channel: str) -> Frame:
     return analysis.models[channel].rows.frame
 
 
-def _tones(data: Dataset, channel: str, score: Scores, frame: Frame, names: dict[int, str]) -> list[Finding]:
+def _orders(analysis: Analysis, ratio: float) -> list[float]:
+    """Orders that stand in the channels by themselves: the series', the motors' ripple, the motor encoder's."""
+    harmonics = analysis.transmission.harmonics if analysis.transmission is not None else None
+    series = list(harmonics.series.orders) if harmonics is not None else list(PAPER_ORDERS)
+    motor = [k * ratio for k in (1, 2, 3, 4, 6, 8, *(r.order for r in analysis.ripples))]
+    return [*map(float, series), *RIPPLE_ORDERS, *motor]
+
+
+def _tones(
+    data: Dataset, analysis: Analysis, channel: str, score: Scores, frame: Frame, names: dict[int, str]
+) -> list[Finding]:
     out = []
-    for tone in search(data.tones.get(channel, [])):
+    for tone in search(data.tones.get(channel, []), _orders(analysis, data.ratio)):
         where = conditions(frame, np.ones(frame.size), ())
         label = f"at {tone.frequency:.2f} Hz whatever the speed, its phase new in every recording"
         recordings = [names[i] for i in tone.recordings if i in names][:5]

@@ -29,12 +29,12 @@ def _heard(rng: np.random.Generator, tone: float, order: float) -> list:
     yes = np.ones(time.size, dtype=bool)
     out = []
     for index in range(RECORDINGS):
-        turning = 0.3 + 0.05 * index  # Hz, another one in every recording
+        turning = (0.3, 0.45, 0.7)[index % 3]  # Hz, one of three speeds
         signal = _noise(rng, time.size, 0.2)
         signal += tone * np.sin(2 * np.pi * 7.3 * time + rng.uniform(0, 6)) + order * np.sin(
             2 * np.pi * 12 * turning * time
         )
-        out.append(tone_spectrum(index, signal, yes, yes, RATE))
+        out.append(tone_spectrum(index, signal, yes, yes, RATE, np.full(time.size, 2 * np.pi * turning)))
     return [s for s in out if s is not None]
 
 
@@ -52,7 +52,7 @@ def test_orders_of_the_shaft_and_coloured_noise_are_no_tones() -> None:
 
 def test_a_short_recording_has_no_spectrum() -> None:
     yes = np.ones(1000, dtype=bool)
-    assert tone_spectrum(0, np.zeros(1000), yes, yes, RATE) is None
+    assert tone_spectrum(0, np.zeros(1000), yes, yes, RATE, np.ones(1000)) is None
 
 
 def _frame() -> Frame:

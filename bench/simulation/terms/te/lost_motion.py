@@ -10,7 +10,7 @@ from bench.simulation.terms.base import TRANSMISSION_ERROR, Form, Point, Symbol,
 
 def _scales(frame: Frame) -> tuple[Point, ...]:
     largest = top(frame.torque)
-    return logarithmic(0.01 * largest, 0.2 * largest, 8)
+    return logarithmic(0.025 * largest, 0.2 * largest, 7)
 
 
 def _tanh(frame: Frame, point: Point) -> FloatArray:
