@@ -25,7 +25,8 @@ from bench.safety import Cause, LatchFile, Standing
 SPEED, LOAD_SHARE = 0.5, 0.25
 """Load-side speed in rad/s and share of limits.load_torque at which faults strike."""
 _RAMP_S, _STRIKES_S = 2.5, 1.0
-_SILENCE_S = 1.0
+_WATCHDOGS_S, _AFTERWARDS_S = 0.8, 0.5
+"""Looked at after a stop: where the drives' own watchdogs have to act, and where the bench was seen at rest."""
 _LOAD_STANDSTILL = 0.02
 
 
@@ -91,7 +92,8 @@ def run_plant_row(row: Row, file: BenchFile, folder: Path, seed: int = 0) -> Out
         master.faults.apply(strike.name, strike.role, strike.value, at_cycle=at)
         end, shafts = record(rig, file, folder, "struck", motion(bench, row.last_s))
         if end.kind is not EndKind.FINISHED:
-            shafts.silence(_SILENCE_S)
+            blind = any(rung.rung == "stop sending" for stop in rig.stops for rung in stop.rungs)
+            shafts.silence(_WATCHDOGS_S if blind else _AFTERWARDS_S)
         judge_end(row, outcome, rig, end, shafts)
         judge_stop(row, outcome, rig, shafts, at, offset)
         judge_shafts(outcome, Envelope.of(bench), shafts)

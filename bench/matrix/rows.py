@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 PLANT, SETUP, HOST, WIRE = "plant and bus", "setup", "host", "processes on real frames"
-SLOW = "thermometer beside the bus"
+SLOW, SERVICE = "thermometer beside the bus", "service and locks"
 """Kinds of rows: struck while turning; met before anything moves; on a line of its own; of the computer; on a wire."""
 
 
@@ -278,6 +278,12 @@ _SLOW_ROWS: tuple[Row, ...] = tuple(
     )
 )
 
+_SERVICE_ROWS: tuple[Row, ...] = (
+    Row("service_killed", "the service is killed while its run goes on", (), told="finished", kind=SERVICE),
+    Row("two_services", "a second service for the same bench", (), told="runs already", kind=SERVICE),
+    Row("two_runs_on_a_bus", "a second program wants the bus", (), told="in use", kind=SERVICE),
+)
+
 _WIRE_ROWS: tuple[Row, ...] = (
     Row("writer_killed", "the process of rig and recorder is killed (SIGKILL)", ("BUS_STOPPED",), 4.0, kind=WIRE),
     Row("bus_process_killed", "the process that has the bus is killed", ("BUS_ENDED",), 4.0, "bus process", kind=WIRE),
@@ -285,4 +291,4 @@ _WIRE_ROWS: tuple[Row, ...] = (
     Row("frame_late", "a frame comes back 50 ms late", (), kind=WIRE),
 )
 
-ROWS: tuple[Row, ...] = (*_PLANT_ROWS, *_SETUP_ROWS, *_SLOW_ROWS, *_HOST_ROWS, *_WIRE_ROWS)
+ROWS: tuple[Row, ...] = (*_PLANT_ROWS, *_SETUP_ROWS, *_SLOW_ROWS, *_HOST_ROWS, *_SERVICE_ROWS, *_WIRE_ROWS)

@@ -10,7 +10,8 @@ from bench.configuration import BenchFile
 from bench.matrix.host import run_host_row
 from bench.matrix.outcome import Outcome
 from bench.matrix.plant import run_plant_row
-from bench.matrix.rows import HOST, PLANT, SETUP, SLOW, WIRE, Row
+from bench.matrix.rows import HOST, PLANT, SERVICE, SETUP, SLOW, WIRE, Row
+from bench.matrix.services import run_service_row
 from bench.matrix.setup import run_setup_row
 from bench.matrix.slow import run_slow_rows
 from bench.matrix.wire import run_wire_row
@@ -19,6 +20,7 @@ _RUN: dict[str, Callable[[Row, BenchFile, Path, int], Outcome]] = {
     PLANT: run_plant_row,
     SETUP: run_setup_row,
     HOST: run_host_row,
+    SERVICE: run_service_row,
     WIRE: run_wire_row,
 }
 

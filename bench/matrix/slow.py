@@ -80,7 +80,9 @@ def _beside(file: BenchFile, driver: str, port: str) -> BenchFile:
     config = file.configuration
     kept = [slave for slave in config.bus.slaves if slave.role != "temperature_terminal"]
     slaves = tuple(slave.model_copy(update={"position": i}) for i, slave in enumerate(kept, 1))
-    sensor = SlowSensor(role="temperature", driver=driver, period=f"{_PERIOD_S} s", options={"port": port})
+    sensor = SlowSensor.model_validate(
+        {"role": "temperature", "driver": driver, "period": f"{_PERIOD_S} s", "options": {"port": port}}
+    )
     bus = config.bus.model_copy(update={"slaves": slaves, "slow_sensors": (sensor,), "block": 100})
     limits = config.limits.model_copy(update={"slow_reading_age": _AGE_S, "frozen_temperature": None})
     changed: BenchConfiguration = config.model_copy(update={"bus": bus, "limits": limits})

@@ -24,7 +24,7 @@ from bench.recording.repairing import repair
 from bench.recording.validation import validate
 
 _LOOK_S = 0.02
-_LEAD_S = 4.0
+_LEAD_S = 5.0
 """From the beginning of the motion until it is struck: it turns under load by then."""
 _LOAD_STANDSTILL, _GRACE_S, _START_S = 0.02, 3.0, 60.0
 
