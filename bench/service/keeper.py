@@ -199,6 +199,9 @@ class Keeper:
                     self._take(message)
             while self._runs(run):
                 await asyncio.sleep(_POLL_S)
+            if end is None:
+                # the launcher hears of the exit a moment later than the process is gone
+                await asyncio.sleep(_POLL_S)
         finally:
             watch.cancel()
             self._link = None

@@ -67,6 +67,7 @@ async function main() {
   $("stop").addEventListener("pointerdown", acts.stop);
   $("stop").addEventListener("keydown", event => { if (event.key === "Enter" || event.key === " ") acts.stop(); });
   $("holder").addEventListener("click", () => acts.controls());
+  document.addEventListener("controls", header);
   setInterval(() => { $("clock").textContent = new Date().toLocaleTimeString([], { hour12: false }); }, 500);
   view(sessionStorage.getItem("view") || "now");
   try { await showToken(); } catch (error) { toast(acts.sentence(error)); }

@@ -52,7 +52,7 @@ const padded = least => (self, low, high) => {
 
 // Columns: time, set or expected, low, high, mean.
 export function bandPlot(place, { title, set = "set", actual = "actual", least = 0.1, height = 170, clockTime = true }) {
-  key(place, title, [["actual", actual, "line"], ...(set ? [["set", set, "dash"]] : []), ["band", "least to greatest", "area"]]);
+  key(place, title, [["actual", actual, "line"], ...(set ? [["set", set, "dash"]] : []), ["band", "min … max", "area"]]);
   const hidden = { points: { show: false } };
   const plot = new Plot(place, height, self => ({
     cursor: { drag: { x: false, y: false } },
