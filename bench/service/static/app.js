@@ -56,7 +56,8 @@ const ON = {
 function gone(since) {
   $("gone").hidden = since === null;
   if (since !== null) $("gone").textContent = `The service has not answered since ${moment(since)}. What you see is old. A run that was going on goes on without it. If anything is wrong at the bench, use the emergency stop.`;
-  document.body.classList.toggle("old", since !== null);
+  state.gone = since !== null;
+  now.status();
 }
 
 async function main() {

@@ -37,11 +37,11 @@ export function clear() { buffers.clear(); dirty = true; }
 
 // An old value in large figures would be taken for the state of the bench: it goes as soon as it is old.
 function stale() {
-  const old = Date.now() - heard > STALE_MS || !running();
+  const old = Date.now() - heard > STALE_MS || !running() || state.gone;
   document.querySelector(".tiles").classList.toggle("stale", old);
   if (!old) return;
   for (const id of ["speed", "torque", "temperature", "angle", "motor"]) { $(`v-${id}`).textContent = "–"; $(`s-${id}`).textContent = ""; }
-  $("s-speed").textContent = running() ? "no value comes" : "drives off";
+  $("s-speed").textContent = state.gone ? "not known" : running() ? "no value comes" : "nothing runs";
 }
 
 function tiles(values) {
@@ -107,6 +107,12 @@ const PHASES = { free: "Ready", opening: "Opening the bench", measuring_zero: "M
 
 export function status() {
   const { status: now } = state, run = running(), box = $("phase");
+  if (state.gone) {
+    box.className = "phase alarm";
+    $("phase-name").textContent = "Not known";
+    $("phase-label").textContent = "the service does not answer";
+    return;
+  }
   const phase = run ? now.phase : "free";
   const alarm = state.alarms.length && !run;
   box.className = `phase ${alarm ? "alarm" : phase}`;
