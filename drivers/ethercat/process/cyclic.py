@@ -65,7 +65,7 @@ class Cyclic:
             self._last = bytes(self._layout.out_width)
             self._mode = STOPPED
         else:
-            self.guard.start()
+            self.guard.start(reason)
             self._mode = STOPPING
         self._words[at.STATE] = self._mode
 
