@@ -81,7 +81,7 @@ def _linear(
     location = Location(label, where, orders, [], None, strongest(frame, effect, names), share)
     if "time" in variables:
         location.time_window = time_window(frame, effect, start)
-    close = [a for a in found.alternatives if as_good(a, found.gain)] if not unknown else []
+    close = [a for a in found.alternatives if as_good(a, found)] if not unknown else []
     status = "unknown" if unknown else "ambiguous" if close else "named"
     loss = min((a.loss for a in found.alternatives if not a.contains), default=100.0)
     name = "unknown" if unknown else entry.effect

@@ -20,7 +20,7 @@ UNKNOWN_GAIN = 40.0
 REFINED_ALTERNATIVES = 4
 NESTED = 2e-3
 """share of an entry's energy that another may leave over and still contain it"""
-PREFERRED_NESTED = 0.02
+PREFERRED_NESTED = 0.05
 OCCAM = 3.0
 """log-likelihood a chosen term must gain over a special case of it that goes by another name"""
 
@@ -72,15 +72,19 @@ def judge(
     """
     start = search.fit(()).total
     out = Verdict(_simplest(search, refiner, _doubted(search, chosen, free)))
+    named = [e for e in out.chosen if e.effect != "unknown"]
     whole = search.fit(out.chosen)
     for entry in out.chosen:
-        others = [e for e in out.chosen if e != entry]
-        gain = whole.total - search.fit(others).total
+        # a free function beside a term of the nominal simulation may hold that term in itself: it is judged without
+        beside = named if entry.effect in search.preferred else out.chosen
+        own = search.fit(beside)
+        others = [e for e in beside if e != entry]
+        gain = own.total - search.fit(others).total
         found = Found(entry, gain, np.zeros(0), np.zeros((0, 0)))
         if entry.effect == "unknown":
             found.unknown = entry
         else:
-            found.alternatives = _alternatives(search, refiner, others, entry, whole)
+            found.alternatives = _alternatives(search, refiner, others, entry, own)
         out.found.append(found)
     rival, gain = search.best(out.chosen, free)
     if rival is not None:
