@@ -28,6 +28,8 @@ _SECONDS_OF_SET_VALUES, _SECONDS_OF_IMAGES = 4.0, 8.0
 _SILENCE_S = 2.0
 """A process that hands over no image for so long does not cycle."""
 _SHORTEST_WAIT_S = 0.0002
+_CYCLES_TO_SEE = 1000
+"""Cycles within which a process that lives has seen what was written, even on a machine that does much else."""
 
 
 class RemoteBus(Services):
@@ -185,7 +187,7 @@ class RemoteBus(Services):
         shared, rows = self._memory, self.layout.set_rows
         head = int(shared.words[at.SET_HEAD])
         # one row of distance, so that the one being taken is never the one being written
-        if head - int(shared.words[at.SET_USED]) + n >= rows:
+        if not self._has_room(shared, n):
             raise BusError(f"set values of {n} more cycles do not fit; {rows - 1} may be ahead")
         places = np.arange(head, head + n) % rows
         shared.set_values[places] = self._out.bytes[:n]
@@ -269,6 +271,16 @@ class RemoteBus(Services):
         if self._shared is None:
             raise BusError("the bus process does not run; open() comes first")
         return self._shared
+
+    def _has_room(self, shared: Shared, n: int) -> bool:
+        """Whether n more rows fit; rows that were dropped count until the process has seen that."""
+        for _ in range(_CYCLES_TO_SEE):
+            if shared.words[at.SET_HEAD] - shared.words[at.SET_NEXT] + n < self.layout.set_rows:
+                return True
+            if self.queued + n >= self.layout.set_rows:
+                return False
+            time.sleep(self.cycle_time_s)
+        return False
 
     def _lag(self, shared: Shared) -> int:
         return int(shared.words[at.IMAGE_HEAD]) - self._tail
