@@ -98,6 +98,10 @@ class Runner:
             every = enumerate((point for points in self._stages for point in points), 1)
             self._points = [Expected(number, id_ := self._identity(p), p, id_ in done) for number, p in every]
             summary.earlier = sum(expected.done for expected in self._points)
+            zero = rig.zero_id or "unnamed"
+            first = self._journal.remember("zero", zero)
+            if first != zero:
+                self._listener.noticed(f"encoder zero {zero}, begun with zero {first}: analyses keep recordings apart")
             self._listener.planned(self._campaign_id, self._plan, self._points)
             try:
                 if summary.earlier < len(self._points):

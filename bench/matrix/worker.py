@@ -26,7 +26,14 @@ def patient(file: BenchFile) -> BenchFile:
     config = file.configuration
     bus = config.bus.model_copy(update={"cycle_time": CYCLE_S, "ahead": 0.3, "hold": 0.2, "watchdog": 0.3})
     limits = config.limits.model_copy(
-        update={"lost_cycles": 400, "velocity_error": 60.0, "following_error": None, "motor_acceleration": None}
+        update={
+            "lost_cycles": 400,
+            "velocity_error": 60.0,
+            "following_error": None,
+            "motor_acceleration": None,
+            "load_torque_rate": None,
+            "torque_error": None,
+        }
     )
     return BenchFile(config.model_copy(update={"bus": bus, "limits": limits}), file.text, file.origin)
 

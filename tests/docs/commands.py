@@ -30,7 +30,9 @@ LONG = {
     "bench mismatch paper": "needs the campaign above",
     "bench benchmark identify paper": "needs the campaign above",
     "bench prove": "minutes; bench prove --quick runs in its own tests",
+    "bench serve": "runs until it is stopped; tests/browser and tests/bench/service do it",
     "bench emulate": "runs until it is stopped; tests/fakes/ethercat/wire does it",
+    "bench commission --b": "needs a wire or hardware; tests/bench/commissioning does it in process",
     "bench run quick --bus": "needs rights and real time; tests/drivers/test_wire.py does it",
     "bench run quick --bench lab.toml": "the same run once more, or hardware",
 }
