@@ -64,5 +64,6 @@ def _seconds(value: float | None) -> str:
 
 def _plain(text: str) -> str:
     """Leave out what is different every time: folders, process numbers and cycles."""
-    text = re.sub(r"/\S*/", "", text).replace("|", "/")
+    text = re.sub(r"http:\S+", "http://…,", text)
+    text = re.sub(r"(?<!:)/\S*/|\bmatrix-\w+", "", text).replace("|", "/").strip()
     return re.sub(r"process \d+", "process …", re.sub(r"cycle \d+ and \d+", "cycle … and …", text))
