@@ -187,7 +187,9 @@ def _bands(data: Orders) -> list[tuple[str, str, tuple[str, ...], list[tuple[flo
         ("amplitude in a band of temperature", "temperature", data.x[data.train, 2]),
     ):
         low, span = float(values.min()), float(np.ptp(values))
-        points = [(float(low + c * span), w * span) for c in np.linspace(0.0, 1.0, 17) for w in (0.05, 0.09, 0.15)]
+        points: list[tuple[float, ...]] = [
+            (float(low + c * span), w * span) for c in np.linspace(0.0, 1.0, 17) for w in (0.05, 0.09, 0.15)
+        ]
         if span > 0.0:
             out.append(("unknown", form, (name,), points))
     return out

@@ -17,7 +17,7 @@ from bench.mismatch.peaks import Peak
 from bench.mismatch.rivals import rivals
 from bench.mismatch.unexplained import WANDERING, half_explained, slow_structure, unexplained
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.laws import Law
+from bench.simulation.laws import Law, factor
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR
 
 Evidence = dict[tuple[str, str], tuple[float, float]]
@@ -237,9 +237,11 @@ def _peak_parameters(peaks: list[Peak]) -> list[dict[str, Any]]:
 
 def _law(law: Law, frame: Frame, score: Scores, names: dict[int, str]) -> Finding:
     name = law.effect
-    where = conditions(frame, np.ones(frame.size), ())
+    x = np.column_stack([frame.torque, frame.velocity, frame.temperature])
+    change = np.abs(factor(law, x, frame.time, law.orders) - 1.0).max(axis=1)
+    where = conditions(frame, change, law.variables)
     unknown = name == "unknown"
-    symbols = {"te.resonance": (("w_0", "rad/s"), ("zeta", "1"))}.get(name, (("scale", "1"),))
+    symbols = {"te.resonance": (("w_0", "rad/s"), ("zeta", "1"), ("p", "1"))}.get(name, (("scale", "1"),))
     label = text(where, law.variables, law.orders, [])
     return Finding(
         name,

@@ -90,7 +90,8 @@ def judge(
     if rival is not None:
         after = search.fit([*out.chosen, rival])
         shaped = [f.entry.variables for f in out.found] + list(known)
-        related = [own for own in shaped if quantities(own) & quantities(rival.variables)]
+        # a function of several quantities is no other form of an effect of one
+        related = [own for own in shaped if quantities(rival.variables) <= quantities(own)]
         strongest = max((f.gain for f in out.found), default=search.credit)
         least = UNKNOWN_GAIN * (2.5 if channel == TRANSMISSION_ERROR else 1.0)
         price = max(least, 0.02 * (whole.total - start + search.credit))
