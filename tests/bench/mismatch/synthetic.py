@@ -182,7 +182,8 @@ def temperatures(lag: float = 0.0, sigma: float = 0.01) -> Dataset:
     for number in range(14):
         heated = number % 2 == 0
         speed = 1.0 if heated else 0.05
-        power = np.where(np.arange(n) < 100, (320.0 if heated else 5.0) + 20.0 * (number % 3), 0.0)
+        driven = (np.arange(n) >= 20) & (np.arange(n) < 100)
+        power = np.where(driven, (320.0 if heated else 40.0) + 20.0 * (number % 3), 0.0)
         one = frame_of(Candidate("constant_velocity", 0.0, speed), COVERED, RATIO).take(np.zeros(n, dtype=np.int64))
         true = np.empty(n)
         level = start

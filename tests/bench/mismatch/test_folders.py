@@ -36,7 +36,7 @@ HEADER = RecordingHeader(
 
 
 def write(folder: Path, number: int, seconds: float = 8.0, without: tuple[str, ...] = (), **changes: object) -> Path:
-    """A recording of steady motion and a little noise; ``changes`` of its header; ``bad`` a channel without a number."""
+    """A recording of steady motion with noise; ``changes`` of its header; ``bad`` a channel without a number."""
     rng = np.random.default_rng(number)
     rate = float(changes.pop("rate", RATE))
     n = int(seconds * rate)

@@ -53,14 +53,7 @@ def test_the_page_stands_alone(report: Report) -> None:
 def test_it_says_verdict_equation_values_evidence_and_why_not_another(report: Report) -> None:
     text = page(report)
     assert sentence(report).startswith("Mismatch: the simulation leaves out Stribeck friction (motor torque:")
-    for told in (
-        "<b>Mismatch:</b>",
-        "f_s",
-        "N*m",
-        "before: without it",
-        "Why not another",
-        "Would it have been found?",
-    ):
+    for told in ("<b>Mismatch:</b>", "f_s", "N*m", "before: without it", "Why not another", "have been found?"):
         assert told in text
     assert re.search(r"0\.30\d* ± ", text)
 
@@ -70,7 +63,7 @@ def test_orders_are_drawn_as_a_spectrum_and_pulses_over_the_angle() -> None:
         pulse = effect("te.local_defect", "transmission_error", "gaussian", f, (2.5e-5,), (2.0, 0.025))  # type: ignore[arg-type]
         return pulse + effect("te.harmonic", "transmission_error", "constant", f, (3e-6, 0.0), (31.0,))  # type: ignore[arg-type]
 
-    data = transmission(extra=extra, turns=16)
+    data = transmission(extra=extra, turns=12)
     found = assess(data, Given.of(SERIES), ("transmission_error",))
     text = page(Report("mismatch", "", data, found.scores, found.findings, found.analysis))
     assert "order per output revolution" in text
