@@ -5,7 +5,7 @@
     bench = connect("rh380n")
     recordings = bench.run(campaign("mine", steady(load_torques=(0.0, 400.0), speeds_deg_s=(10.0, -10.0))), "mine")
     for data in recordings:
-        print(data.attrs["load_torque"], float(data.transmission_error.std()))
+        print(data.set_load_torque, float(data.transmission_error.std()))
     model = recordings.identify()
     report = recordings.find_mismatch("report", model)
 
@@ -207,9 +207,9 @@ def to_xarray(recording: Recording) -> xarray.Dataset:
             "kind": recording.kind,
             "started_at": recording.started_at.isoformat(),
             "ratio": ratio,
-            "load_torque": point.load_torque,
-            "velocity": point.velocity,
-            "temperature": point.temperature,
+            "set_load_torque": point.load_torque,
+            "set_velocity": point.velocity,
+            "set_temperature": point.temperature,
             "accepted": recording.accepted,
             "complete": recording.complete,
         },

@@ -70,7 +70,7 @@ def test_what_a_service_cannot_take_is_refused_before_it_is_asked() -> None:
 def test_bench_run_joins_the_queue_follows_and_reports(tmp_path: Path) -> None:
     campaign = tmp_path / "joined.toml"
     campaign.write_text(CAMPAIGN)
-    with served(tmp_path / "recordings"):
+    with served(tmp_path / "recordings") as address:
         done = subprocess.run(
             [*BENCH_RUN, str(campaign), "--out", "first", "--json"], capture_output=True, text=True, cwd=tmp_path
         )
@@ -98,3 +98,15 @@ def test_bench_run_joins_the_queue_follows_and_reports(tmp_path: Path) -> None:
         assert json.loads(runs.read_text("utf-8"))[-1]["end"]["kind"] == "interrupted"
         if follower.stdout is not None:
             follower.stdout.close()
+        # what the guide shows of the API does what it says
+        guide = (Path(__file__).parents[3] / "docs" / "operator.md").read_text("utf-8")
+        (script,) = [part.split("```")[0] for part in guide.split("```python\n")[1:]]
+        exec(compile(script.replace("http://127.0.0.1:8080", address), "docs/operator.md", "exec"), {})
+        last = json.loads(runs.read_text("utf-8"))[-1]
+        assert last["by"] == "Ann"
+        # STOP came at once: the run has not begun, or is brought to rest
+        while last["state"] not in ("queued", "ended"):
+            assert time.monotonic() < deadline + DEADLINE_S
+            time.sleep(0.05)
+            last = json.loads(runs.read_text("utf-8"))[-1]
+        assert last["end"].get("kind", "interrupted") == "interrupted"
