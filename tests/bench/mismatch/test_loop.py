@@ -16,6 +16,8 @@ from bench.mismatch.dataset import Dataset
 from bench.mismatch.given import Given
 from bench.mismatch.improved import improved
 from bench.mismatch.motor_ripple import HIGHEST, ShaftSpectrum
+from bench.mismatch.page import page
+from bench.mismatch.run import Report
 from bench.simulation.laws import response
 from bench.simulation.model import Simulation, Term
 from tests.bench.mismatch.synthetic import effect, temperatures, torques, transmission
@@ -96,11 +98,15 @@ def test_order_sidebands_and_pulse(tmp_path: Path) -> None:
         pulse = effect("te.local_defect", "transmission_error", "gaussian", f, (2.5e-5,), (2.0, 0.025))
         return sidebands + 3e-6 * np.cos(31.0 * f.theta) + pulse
 
-    first, second = twice(transmission(extra=extra), ("transmission_error",), SERIES, tmp_path / "model.json")
+    data = transmission(extra=extra)
+    first, second = twice(data, ("transmission_error",), SERIES, tmp_path / "model.json")
     assert {"te.sideband", "te.harmonic", "te.local_defect"} >= {f.effect for f in first.findings}
     assert {"te.harmonic", "te.local_defect"} <= {f.effect for f in first.findings}
     assert second.findings == []
     assert second.scores["transmission_error"].before < 1.1 * second.scores["transmission_error"].floor
+    text = page(Report("mismatch", "", data, first.scores, first.findings, first.analysis))
+    assert "order per output revolution" in text  # the plots: a spectrum, and a course over the angle
+    assert "output angle / deg" in text
 
 
 def test_resonance_is_in_force_as_a_law(tmp_path: Path) -> None:
@@ -110,5 +116,6 @@ def test_resonance_is_in_force_as_a_law(tmp_path: Path) -> None:
     row = next(t for t in json.loads((tmp_path / "model.json").read_text())["terms"] if t["effect"] == "te.resonance")
     assert row["law"]["point"][0] == pytest.approx(9.0, rel=0.1)
     assert second.findings == []
+    assert "frequency of the order" in page(Report("", "", data, first.scores, first.findings, first.analysis))
     score = second.scores["transmission_error"]
     assert score.before == pytest.approx(first.scores["transmission_error"].after, rel=0.05)

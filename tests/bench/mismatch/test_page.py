@@ -12,10 +12,8 @@ from bench.mismatch.given import Given
 from bench.mismatch.leave_one_out import LeftOut
 from bench.mismatch.page import page, sentence
 from bench.mismatch.run import Report
-from bench.simulation.model import Simulation, Term
-from tests.bench.mismatch.synthetic import effect, torques, transmission
-
-SERIES = Simulation.nominal().with_term(Term("te.fourier", True, {}, (1.0, 46.0, 92.0)))
+from bench.simulation.model import Simulation
+from tests.bench.mismatch.synthetic import effect, torques
 
 
 class _Reader(HTMLParser):
@@ -56,18 +54,6 @@ def test_it_says_verdict_equation_values_evidence_and_why_not_another(report: Re
     for told in ("<b>Mismatch:</b>", "f_s", "N*m", "before: without it", "Why not another", "have been found?"):
         assert told in text
     assert re.search(r"0\.30\d* ± ", text)
-
-
-def test_orders_are_drawn_as_a_spectrum_and_pulses_over_the_angle() -> None:
-    def extra(f: object) -> object:
-        pulse = effect("te.local_defect", "transmission_error", "gaussian", f, (2.5e-5,), (2.0, 0.025))  # type: ignore[arg-type]
-        return pulse + effect("te.harmonic", "transmission_error", "constant", f, (3e-6, 0.0), (31.0,))  # type: ignore[arg-type]
-
-    data = transmission(extra=extra, turns=12)
-    found = assess(data, Given.of(SERIES), ("transmission_error",))
-    text = page(Report("mismatch", "", data, found.scores, found.findings, found.analysis))
-    assert "order per output revolution" in text
-    assert "output angle / deg" in text
 
 
 def test_a_match_and_an_undetermined_folder_have_their_page(report: Report) -> None:
