@@ -156,3 +156,8 @@ def slow_devices(options: SlowDeviceOptions) -> Iterator[SlowDeviceProcess]:
     finally:
         here.close()
         process.join(START_TIMEOUT_S)
+
+
+def transmitters(**options: Any) -> Any:
+    """Return the context of :func:`slow_devices` for these options (entry point of ``bench.emulators``)."""
+    return slow_devices(SlowDeviceOptions(**options))

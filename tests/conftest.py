@@ -20,6 +20,14 @@ settings.register_profile("bench", deadline=None)
 settings.load_profile("bench")
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _own_locks(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Tests neither join a service that somebody runs on this computer nor lock its bus."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("BENCH_RUNTIME", str(tmp_path_factory.mktemp("locks")))
+        yield
+
+
 @pytest.fixture(scope="session")
 def veth() -> Iterator[VethPair]:
     """A veth pair that lives as long as the test session; skips where none can be made."""

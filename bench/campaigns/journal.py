@@ -7,7 +7,9 @@ short.
 
 from __future__ import annotations
 
+import fcntl
 import json
+import os
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -19,12 +21,12 @@ from types import TracebackType
 from bench.campaigns.definition import Campaign
 from bench.campaigns.taken import Status, Taken
 from bench.configuration import BenchFile
-from bench.errors import ConfigurationError, RecordingError
+from bench.errors import ConfigurationError, DeviceError, RecordingError
 from bench.recording import Recording
 from bench.recording.header import PART_SUFFIX
 from bench.recording.repairing import repair
 
-NAME = "journal.sqlite"
+NAME, LOCK = "journal.sqlite", "journal.lock"
 _BEGUN = "begun"
 _SCHEMA = """
 CREATE TABLE IF NOT EXISTS campaign (key TEXT PRIMARY KEY, value TEXT NOT NULL);
@@ -40,6 +42,20 @@ def campaign_digest(campaign: Campaign) -> str:
     return sha256(repr((campaign.name, campaign.stages)).encode()).hexdigest()
 
 
+def _lock(path: Path) -> int:
+    """Lock the folder of a run for this process; the lock ends with it, however it ends."""
+    descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError as error:
+        other = os.pread(descriptor, 32, 0).decode("ascii", "replace").strip() or "unknown"
+        os.close(descriptor)
+        raise DeviceError(f"{path.parent} is in use by a run in process {other}; wait for its end") from error
+    os.ftruncate(descriptor, 0)
+    os.pwrite(descriptor, str(os.getpid()).encode(), 0)
+    return descriptor
+
+
 class Journal:
     """The journal of one folder.
 
@@ -52,11 +68,14 @@ class Journal:
     ------
     ConfigurationError
         If the folder holds another campaign or one of another bench configuration: points would be mixed.
+    DeviceError
+        If another run works in the folder.
     """
 
     def __init__(self, folder: Path, campaign: Campaign, file: BenchFile) -> None:
         self._folder = folder
         folder.mkdir(parents=True, exist_ok=True)
+        self._lock = _lock(folder / LOCK)
         self._database = sqlite3.connect(folder / NAME, check_same_thread=False, isolation_level=None)
         self._database.execute("PRAGMA journal_mode=WAL")
         # FULL: a commit is on the disk when it returns, so that a power cut takes back nothing
@@ -106,8 +125,9 @@ class Journal:
         self._put(taken, taken.status.value)
 
     def close(self) -> None:
-        """Close the database."""
+        """Close the database and let go of the folder."""
         self._database.close()
+        os.close(self._lock)
 
     def __enter__(self) -> Journal:
         """Nothing to do: it is open."""
@@ -129,13 +149,18 @@ class Journal:
 
     @contextmanager
     def _transaction(self) -> Iterator[None]:
-        self._database.execute("BEGIN IMMEDIATE")
         try:
+            self._database.execute("BEGIN IMMEDIATE")
             yield
-        except BaseException:
-            self._database.execute("ROLLBACK")
+            self._database.execute("COMMIT")
+        except BaseException as error:
+            if self._database.in_transaction:
+                self._database.execute("ROLLBACK")
+            if isinstance(error, sqlite3.OperationalError):
+                raise DeviceError(
+                    f"{self._folder / NAME} cannot be written: {error}; make room and run again"
+                ) from error
             raise
-        self._database.execute("COMMIT")
 
     def _settle(self) -> None:
         rows = self._database.execute("SELECT content FROM takes WHERE status = ?", (_BEGUN,)).fetchall()

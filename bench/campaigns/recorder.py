@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.cycle.channels import Scaling
+from bench.errors import RecordingError
 from bench.protocols import Segment
 from bench.recording import FAST_CHUNK_ROWS, RecordingHeader, RecordingWriter
 
@@ -89,8 +91,19 @@ class Recorder:
         self._writer.event(self._writer.rows * self._cycle_time, level, text)
 
     def close(self, *, complete: bool, accepted: bool | None, quality: dict[str, Any] | None) -> Path:
-        """Finish the file; slow (compression, disk): call it where nobody waits."""
-        return self._writer.close(complete=complete, accepted=accepted, quality=quality)
+        """Finish the file; slow (compression, disk): call it where nobody waits.
+
+        Raises
+        ------
+        RecordingError
+            If the disk refuses; the ``.part`` file is let go with what it has.
+        """
+        try:
+            return self._writer.close(complete=complete, accepted=accepted, quality=quality)
+        except RecordingError:
+            with suppress(RecordingError):
+                self._writer.abandon()
+            raise
 
     def _si(self, raw: dict[str, NDArray[Any]], name: str, index: int) -> float:
         return float(raw[name][index]) * self._scaling.scale(name) + self._scaling.offset(name)

@@ -29,7 +29,7 @@ from bench.campaigns.tare import TARE, TareSink
 from bench.configuration import BenchFile
 from bench.cycle.rig import End, EndKind, Rig
 from bench.cycle.sink import Sink
-from bench.errors import LimitError
+from bench.errors import DeviceError, LimitError, RecordingError
 from bench.protocols import Point
 from bench.recording.manifest import write_manifest
 
@@ -98,6 +98,10 @@ class Runner:
             every = enumerate((point for points in self._stages for point in points), 1)
             self._points = [Expected(number, id_ := self._identity(p), p, id_ in done) for number, p in every]
             summary.earlier = sum(expected.done for expected in self._points)
+            zero = rig.zero_id or "unnamed"
+            first = self._journal.remember("zero", zero)
+            if first != zero:
+                self._listener.noticed(f"encoder zero {zero}, begun with zero {first}: analyses keep recordings apart")
             self._listener.planned(self._campaign_id, self._plan, self._points)
             try:
                 if summary.earlier < len(self._points):
@@ -238,7 +242,13 @@ class Runner:
 
     def _close(self, recorder: Recorder, taken: Taken, complete: bool) -> None:
         def close() -> Taken:
-            recorder.close(complete=complete, accepted=taken.status is Status.DONE, quality=taken.quality)
+            try:
+                recorder.close(complete=complete, accepted=taken.status is Status.DONE, quality=taken.quality)
+            except RecordingError as error:
+                if taken.status is Status.DONE:
+                    raise
+                # it had failed before, and that has stopped the bench: the next run makes of it what can be made
+                return replace(taken, note=str(error))
             return taken
 
         self._closing.append(self._pool.submit(close))
@@ -266,6 +276,14 @@ class Runner:
         return f"{number:04d}-{kind}{again}"
 
     def _write_manifest(self) -> None:
+        try:
+            self._put_manifest()
+        except OSError as error:
+            raise DeviceError(
+                f"{self._folder}/campaign.json cannot be written: {error}; make room and run again"
+            ) from error
+
+    def _put_manifest(self) -> None:
         write_manifest(
             self._folder,
             {

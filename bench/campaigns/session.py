@@ -20,6 +20,7 @@ from bench.campaigns.taken import Summary
 from bench.commissioning import require_commissioned
 from bench.commissioning.zero import require_zero
 from bench.configuration import BenchFile
+from bench.cycle.precedence import precedence
 from bench.cycle.rig import Rig
 
 
@@ -75,7 +76,11 @@ def run_campaign(
     require_resumable(latch, resumes=resumed_by is not None)
     commissioned = require_commissioned(file.configuration)
     zero = None if commissioned is None else commissioned.zero
-    with stop_on_signals() as stop, Rig(file, seed=seed, real_time=real_time, latch=latch, zero=zero) as rig:
+    with (
+        stop_on_signals() as stop,
+        precedence(file.configuration.bus.master != "emulated") as refused,
+        Rig(file, seed=seed, real_time=real_time, latch=latch, zero=zero) as rig,
+    ):
         if zero is not None:
             require_zero(rig, zero)
         if reset_faults:
@@ -83,7 +88,7 @@ def run_campaign(
         if rig.is_real_time:
             # what is loaded by now stays: the collector need not look at it while cycles are due
             gc.freeze()
-        for note in rig.notes:
+        for note in filter(None, (*rig.notes, refused)):
             (listener or Silent()).noticed(note)
         plan = make_plan(campaign, file.configuration, rig.temperature)
         if resumed_by is not None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from bench.cli._benchmark_cycle import cycle
+from bench.cli._benchmark_faults import faults
 from bench.cli._benchmark_identify import identify
 from bench.cli._benchmark_mismatch import mismatch
 from bench.cli._benchmark_wire import wire
@@ -26,6 +27,7 @@ def register(app: typer.Typer) -> None:
     group.command(name="identify")(identify)
     group.command(name="mismatch")(mismatch)
     group.command(name="wire")(wire)
+    group.command(name="faults")(faults)
     group.command(name="cycle")(cycle)
     app.add_typer(group, name="benchmark")
 

@@ -62,11 +62,18 @@ def run(
     from bench.cli._progress import ProgressListener
     from bench.cli.plan import print_plan
     from bench.configuration import load_bench, on_interface
+    from bench.service.client import Client
+    from bench.service.registry import bus_in_use, service_for
 
     console = Console(stderr=as_json)
     file, loaded = load_bench(bench), load_campaign(campaign)
     if bus is not None:
         file = on_interface(file, bus)
+    address = service_for(file)
+    if address is not None:
+        from bench.cli._joined import run_joined
+
+        raise typer.Exit(run_joined(Client.at(address), campaign, out, real_time, seed, as_json))
     plan = make_plan(loaded, file.configuration)
     folder = out or Path("recordings") / f"{loaded.name}-{time.strftime('%Y%m%d-%H%M%S')}"
     if not as_json:
@@ -74,7 +81,7 @@ def run(
         console.print(f"Recordings go to [bold]{folder}[/]. Ctrl-C brings the bench to rest.")
     by = somebody(file.configuration, "resume", "May the bench move again?") if resume else None
     began = time.monotonic()
-    with ProgressListener(plan.duration_s, console, quiet=as_json) as listener:
+    with bus_in_use(file), ProgressListener(plan.duration_s, console, quiet=as_json) as listener:
         summary = run_campaign(file, loaded, folder, listener, seed=seed, real_time=real_time, resumed_by=by)
     wall = time.monotonic() - began
     picture = _picture(folder, loaded.title)

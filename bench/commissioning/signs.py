@@ -42,7 +42,8 @@ def encoders(trial: Trial) -> str:
     for sign in (1, -1):
         tape = trial.move(trial.turn(sign * trial.speed, _HOLD_S))
         motor, load = trial.si(tape, "motor_angle"), trial.si(tape, "load_angle")
-        elapsed = (motor.size - 1) * trial.bench.bus.cycle_time
+        cycle = tape.raw("cycle")  # a lost cycle has no row, and took its time all the same
+        elapsed = float(cycle[-1] - cycle[0]) * trial.bench.bus.cycle_time
         turned, expected = float(motor[-1] - motor[0]), sign * trial.speed * ratio * elapsed
         Ratio(
             "motor angle over set velocity",

@@ -115,12 +115,14 @@ class Trial:
         ramp = np.linspace(0.0, load_torque, link.cycles(load_torque / self.bench.motion.torque_rate))
         course = np.concatenate((ramp, np.full(link.cycles(duration_s), load_torque), ramp[::-1]))
         with device_errors():
+            link.arm(True)
             link.lead("ENABLED", "reach operation enabled", only="load_drive")
             for start in range(0, course.size, max(1, round(0.02 / cycle))):
                 part = course[start : start + max(1, round(0.02 / cycle))]
                 seen = link.exchange(np.zeros(part.size), part)
                 tape.rows({name: values[seen.inputs.good] for name, values in seen.raw.items()})
             link.lead("DISABLED", "lose their voltage")
+            link.arm(False)
         return tape
 
     def turn(self, speed: float, duration_s: float, load: float = 0.0) -> tuple[Phase, ...]:

@@ -11,6 +11,7 @@ from bench.configuration.quantities import Time
 
 Role = Literal["input_drive", "load_drive", "torque_terminal", "temperature_terminal", "safety_terminal"]
 REQUIRED_ROLES: tuple[Role, ...] = ("input_drive", "load_drive", "torque_terminal")
+OPTIONAL_ROLES: tuple[Role, ...] = ("temperature_terminal", "safety_terminal")
 
 
 class Slave(Section):
@@ -77,7 +78,7 @@ class Bus(Section):
                 "the lubricant needs exactly one sensor: a slave with role temperature_terminal or a slow sensor with"
                 f" role temperature, there are {has_temperature}"
             )
-        for role in ("temperature_terminal", "safety_terminal"):
+        for role in OPTIONAL_ROLES:
             if roles.count(role) > 1:
                 raise ValueError(f"slaves may hold one {role}, there are {roles.count(role)}")
         positions = [slave.position for slave in self.slaves]

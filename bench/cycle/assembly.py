@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from bench.configuration import BenchConfiguration
-from bench.configuration.bus import Slave
+from bench.configuration.bus import OPTIONAL_ROLES, Slave
 from bench.cycle.plugins import DRIVERS, MASTERS, plugin
 from bench.cycle.slow import SlowThermometer
 from bench.errors import ConfigurationError, DeviceError
@@ -110,7 +110,13 @@ def _master(bench: BenchConfiguration, seed: int) -> tuple[Any, dict[str, Any]]:
     factory = plugin(MASTERS, bench.bus.master)
     if bench.bus.master == "soem" or bench.bus.plant is None:
         return factory, {}
-    return factory, {"plant": bench.bus.plant, "seed": seed, "cycle_time_s": bench.bus.cycle_time}
+    without = [role for role in OPTIONAL_ROLES if bench.bus.slave(role) is None]
+    return factory, {
+        "plant": bench.bus.plant,
+        "seed": seed,
+        "cycle_time_s": bench.bus.cycle_time,
+        **({"without": without} if without else {}),
+    }
 
 
 def _made(bench: BenchConfiguration, factory: Any, arguments: dict[str, Any]) -> Device:
@@ -168,6 +174,8 @@ def _drive_options(bench: BenchConfiguration, slave: Slave) -> dict[str, Any]:
             "following_error_rad": None
             if limits.following_error is None
             else limits.following_error / (1.0 if is_input else bench.gearbox.ratio),
+            # a fault may be the encoder's, and then a drive that ramps down runs away: friction brakes instead
+            "fault_reaction": "disable",
             "quick_stop_deceleration_rad_s2": bench.motion.quick_stop_deceleration
             / (1.0 if is_input else bench.gearbox.ratio),
         },

@@ -10,6 +10,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.cycle.ahead import AheadLink
 from bench.cycle.decode import Decoded
 from bench.cycle.link import Link
 from bench.cycle.trajectory import Trajectory
@@ -55,8 +56,8 @@ class Feed(Protocol):
 class BlockFeed:
     """Exchanges block by block; goes back to the very cycle of a trip where the master can."""
 
-    def __init__(self, link: Link, trajectory: Trajectory, block: int, can_replay: bool) -> None:
-        self._link, self._trajectory, self._block, self._can_replay = link, trajectory, block, can_replay
+    def __init__(self, link: Link, trajectory: Trajectory) -> None:
+        self._link, self._trajectory = link, trajectory
 
     @property
     def finished(self) -> bool:
@@ -65,19 +66,17 @@ class BlockFeed:
 
     def next(self, judge: Judge) -> Fed | None:
         """Exchange a block."""
-        block = self._trajectory.block(self._block)
+        block = self._trajectory.block(self._link.assembly.block)
         if not block.size:
             return None
-        decoded, verdict = guarded(self._link, block.velocity, block.load_torque, judge, self._can_replay)
+        decoded, verdict = guarded(self._link, block.velocity, block.load_torque, judge)
         changes = tuple((change.offset, change.segment) for change in block.changes if change.offset < decoded.size)
         return Fed(decoded, verdict, changes, 0, decoded.size)
 
 
-def guarded(
-    link: Link, velocity: FloatArray, torque: FloatArray, judge: Judge, can_replay: bool
-) -> tuple[Decoded, Verdict]:
+def guarded(link: Link, velocity: FloatArray, torque: FloatArray, judge: Judge) -> tuple[Decoded, Verdict]:
     """Exchange set values (n,) and judge; where the master can go back, a trip ends the block at its very cycle."""
-    memory = link.remember() if velocity.size > 1 and can_replay else None
+    memory = link.remember() if velocity.size > 1 and link.assembly.can_replay else None
     decoded = link.exchange(velocity, torque)
     verdict = judge(decoded.inputs)
     keep = verdict.cycle + 1
@@ -93,8 +92,9 @@ class AheadFeed:
     What was ahead from before is dropped first: the run starts with the next cycle.
     """
 
-    def __init__(self, link: Link, trajectory: Trajectory, block: int, ahead: int) -> None:
-        self._link, self._trajectory, self._block, self._ahead = link, trajectory, block, ahead
+    def __init__(self, link: AheadLink, trajectory: Trajectory) -> None:
+        self._link, self._trajectory = link, trajectory
+        self._block, self._ahead = link.assembly.block, link.assembly.ahead
         self._first = self._last = link.flush()
         self._seen = -1
         self._changes: deque[tuple[int, Segment | None]] = deque()
@@ -135,3 +135,8 @@ class AheadFeed:
                 link.submit(np.full(self._block, link.velocity), np.full(self._block, link.torque))
             else:
                 return
+
+
+def make_feed(link: Link, trajectory: Trajectory) -> Feed:
+    """Return the feed that suits the link."""
+    return AheadFeed(link, trajectory) if isinstance(link, AheadLink) else BlockFeed(link, trajectory)

@@ -14,17 +14,11 @@ from bench.configuration import BenchConfiguration
 from bench.cycle.assembly import Assembly
 from bench.cycle.channels import DriveScales, Scaling, Zeros, make_scaling
 from bench.cycle.decode import Decoded, Decoder
-from bench.cycle.plugins import DRIVERS, plugin
 from bench.errors import DeviceError
 
 FloatArray = NDArray[np.float64]
 _FIRST_LOOK_S = 0.3
 _LEAD_S = 3.0
-_REST_AHEAD_S = 2.0
-_PATIENCE_S = 0.01
-"""How long a drive may show a speed or torque beyond its own limit before a bus process stops it."""
-_HISTORY = 1 << 15
-"""Set values remembered until their cycle comes back: more than both rings of a bus process hold."""
 _TURN = 2.0 * math.pi
 DRIVES = ("input_drive", "load_drive")
 
@@ -61,6 +55,9 @@ class Link:
     zeros : what is subtracted from encoders and torque sensor.
     """
 
+    _lead_cycles = 1
+    """Cycles between two looks at the drives' state machines while they are led."""
+
     def __init__(self, bench: BenchConfiguration, assembly: Assembly, paced: bool, zero: float = 0.0) -> None:
         self.assembly = assembly
         self.cycle = 0
@@ -71,7 +68,6 @@ class Link:
         self._paced = paced and assembly.can_replay
         self._drives: tuple[Any, Any] = (assembly.input_drive, assembly.load_drive)
         self._decoder: Decoder | None = None
-        self._set_values = np.zeros((_HISTORY, 2)) if assembly.ahead else np.zeros((0, 2))
         self._shift = 0
         self._due = time.monotonic()
 
@@ -140,9 +136,6 @@ class Link:
             If no cycle was exchanged at all.
         """
         n = velocity.size
-        if self.assembly.ahead:
-            self.submit(velocity, torque)
-            return self.collect(n)
         motor_velocity = self._prepare(velocity, torque)
         done = self.assembly.bus.exchange(n)
         decoded = self._take(done, motor_velocity[: done.n_done])
@@ -151,66 +144,29 @@ class Link:
         self._pace(n)
         return decoded
 
-    # -- set values ahead (a bus process) -----------------------------------------------------------------------------
-
-    @property
-    def queued(self) -> int:
-        """Cycles whose set values are handed over and not yet sent."""
-        return int(self.assembly.bus.queued)
-
-    def submit(self, velocity: FloatArray, torque: FloatArray) -> int:
-        """Hand over set values (n,), load side, one a cycle; return the index of the first."""
-        n = velocity.size
-        self._prepare(velocity, torque)
-        index = int(self.assembly.bus.submit(n))
-        self._set_values[np.arange(index, index + n) % _HISTORY] = np.column_stack((velocity, torque))
-        self.velocity, self.torque = float(velocity[-1]), float(torque[-1])
-        return index
-
-    def collect(self, least: int) -> Decoded:
-        """Wait for cycles and return all there are, with the index of the set values each has sent.
-
-        Raises
-        ------
-        BusLostError
-            If the bus process has ended or hands over nothing any more.
-        """
-        done = self.assembly.bus.collect(least)
-        velocity = np.where(done.set_index < 0, 0.0, self._set_values[done.set_index % _HISTORY, 0])
-        return self._take(done, velocity * self._bench.gearbox.ratio)
-
-    def flush(self) -> int:
-        """Drop the set values not yet sent, go on from those sent last; return the index of the next."""
-        index = int(self.assembly.bus.flush())
-        self.velocity, self.torque = self._set_values[(self.assembly.bus.used - 1) % _HISTORY].tolist()
-        return index
+    # -- what a bus in a process of its own does (bench.cycle.ahead) --------------------------------------------------
 
     def arm(self, armed: bool) -> None:
-        """Let a bus process stop the drives by itself from now on (set values missing, limits, working counter)."""
-        bus = self.assembly.bus
-        if self.assembly.ahead:
-            if armed and bus.stopped is not None:
-                bus.resume()
-            bus.arm(self.cycles(self._bench.bus.hold) if armed else 0)
+        """Let the bus stop the drives by itself from now on; nothing to do where it has no process of its own."""
 
     def keep_ahead(self, at_rest: bool) -> None:
-        """Hand the last set values over for a while more; long at rest, where they may be needed long."""
-        if self.assembly.ahead:
-            wanted = self.cycles(_REST_AHEAD_S) if at_rest else self.assembly.ahead
-            missing = wanted - self.queued
-            while missing > 0:
-                n = min(missing, self.assembly.bus.block_capacity)
-                self.submit(np.full(n, self.velocity), np.full(n, self.torque))
-                missing -= n
+        """Give the bus enough to live on for a while; nothing to do where it waits for every block."""
+
+    def drop_ahead(self) -> None:
+        """Take back what has not been sent; nothing to do where all of it is sent at once."""
+
+    def stopped(self) -> str | None:
+        """Why the bus has stopped the drives by itself, or None."""
+        return None
 
     def cycles(self, duration_s: float) -> int:
         """Return how many cycles a time is, one at least."""
         return max(1, round(duration_s / self._bench.bus.cycle_time))
 
-    def stopped(self) -> str | None:
-        """Why the bus process has stopped the drives by itself, or None."""
-        reason: str | None = self.assembly.bus.stopped if self.assembly.ahead else None
-        return reason
+    # -- private ------------------------------------------------------------------------------------------------------
+
+    def _protect(self) -> None:
+        """Get ready for OP: the devices are configured and attached."""
 
     def _prepare(self, velocity: FloatArray, torque: FloatArray) -> FloatArray:
         """Write set values and control words into the outputs; return the velocity at the motor shaft."""
@@ -285,9 +241,9 @@ class Link:
         """
         self.request(goal, only)
         deadline = self.cycle + round(_LEAD_S / self._bench.bus.cycle_time)
-        n = self.assembly.block if self.assembly.ahead else 1
-        if self.assembly.ahead:
-            self.flush()
+        n, asked = self._lead_cycles, (self.velocity, self.torque)
+        self.drop_ahead()
+        self.velocity, self.torque = asked
         while not self.reached(only=only):
             seen = self.exchange(np.full(n, self.velocity), np.full(n, self.torque)).size
             reason = self.stopped()
@@ -297,23 +253,6 @@ class Link:
                 drive.check(seen)
             if self.cycle > deadline:
                 raise DeviceError(f"the drives did not {what} within {_LEAD_S:g} s")
-
-    def _protect(self) -> None:
-        """Tell a bus process how it stops these drives, and when it does without being asked."""
-        assembly, bench = self.assembly, self._bench
-        if assembly.ahead:
-            stopping = bench.stopping
-            make = plugin(DRIVERS, "cia402_protection")
-            assembly.bus.protect(
-                make(
-                    assembly.bus,
-                    self._drives,
-                    quick_stop_s=stopping.quick_stop,
-                    disable_s=stopping.disable_voltage,
-                    patience_s=_PATIENCE_S,
-                    bad_cycles=2 * bench.limits.lost_cycles,
-                )
-            )
 
     def _resolve_turns(self, seen: Decoded) -> None:
         """Choose the motor's turn count so that both encoders agree: a single-turn encoder cannot know it."""

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from importlib.metadata import entry_points
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from bench.errors import ConfigurationError
@@ -19,7 +20,7 @@ def plugin(group: str, name: str) -> Callable[..., Any]:
     ConfigurationError
         If nothing is; lists what there is.
     """
-    found = entry_points(group=group)
+    found = _installed(group)
     for entry in found:
         if entry.name == name:
             loaded: Callable[..., Any] = entry.load()
@@ -27,3 +28,9 @@ def plugin(group: str, name: str) -> Callable[..., Any]:
     known = ", ".join(sorted(entry.name for entry in found)) or "none"
     kind = "master" if group == MASTERS else "driver"
     raise ConfigurationError(f'there is no {kind} "{name}"; installed are {known}')
+
+
+@cache
+def _installed(group: str) -> tuple[EntryPoint, ...]:
+    """Return the entry points of a group; looking through all packages takes longer than opening a bench."""
+    return tuple(entry_points(group=group))

@@ -12,11 +12,12 @@ from typing import Protocol
 import numpy as np
 
 from bench.configuration import BenchFile
+from bench.cycle.ahead import make_link
 from bench.cycle.assembly import Assembly, assemble, device_errors
 from bench.cycle.channels import Scaling, Zeros
 from bench.cycle.decode import Decoded, warm_up
 from bench.cycle.end import End, EndKind
-from bench.cycle.feed import AheadFeed, BlockFeed, Fed, Feed, guarded
+from bench.cycle.feed import Fed, guarded, make_feed
 from bench.cycle.link import BusLostError, Link
 from bench.cycle.sink import NoSink, SafeSink, Sink
 from bench.cycle.stopping import Stop
@@ -72,7 +73,7 @@ class Rig:
         self.bench = file.configuration
         self._real_time = real_time
         self._assembly = assembly or assemble(self.bench, seed=seed, real_time=real_time)
-        self._link = Link(self.bench, self._assembly, paced=real_time, zero=zero.motor_angle if zero else 0.0)
+        self._link = make_link(self.bench, self._assembly, paced=real_time, zero=zero.motor_angle if zero else 0.0)
         self.zero_id = zero.zero_id if zero else self.bench.zero_id
         self._cycle_time = self.bench.bus.cycle_time
         self._limits = settings(
@@ -235,9 +236,7 @@ class Rig:
                     n = min(remaining, self._assembly.block)
                     self._link.keep_ahead(self.set_values == (0.0, 0.0))
                     velocity, torque = self.set_values
-                    decoded, verdict = guarded(
-                        self._link, np.full(n, velocity), np.full(n, torque), self._judge, self._assembly.can_replay
-                    )
+                    decoded, verdict = guarded(self._link, np.full(n, velocity), np.full(n, torque), self._judge)
                     end = self._end_of(verdict)
                     if end is not None:
                         self._tripped = end
@@ -307,12 +306,7 @@ class Rig:
 
     def _follow(self, trajectory: Trajectory, sink: SafeSink, stop_requested: Callable[[], bool]) -> End | None:
         """Run a trajectory to its end and return None, or stop the bench and return why."""
-        link, block = self._link, self._assembly.block
-        feed: Feed = (
-            AheadFeed(link, trajectory, block, self._assembly.ahead)
-            if self._assembly.ahead
-            else BlockFeed(link, trajectory, block, self._assembly.can_replay)
-        )
+        feed = make_feed(self._link, trajectory)
         while not feed.finished:
             if stop_requested():
                 sink.event("warning", "stop requested by the operator")
@@ -363,8 +357,7 @@ class Rig:
         self._link.arm(False)
 
     def _ladder(self) -> Stop:
-        if self._assembly.ahead:
-            self._link.flush()
+        self._link.drop_ahead()
         return Stop(self, self.bench, self._cycle_time, self._assembly.block)
 
     def _lost(self, error: BusLostError) -> End:

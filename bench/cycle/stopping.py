@@ -67,7 +67,7 @@ class Stop:
         self._deadlines = Deadlines(stopping.controlled_ramp, stopping.quick_stop, stopping.disable_voltage)
         self._elapsed, self._travel = 0.0, 0.0
         self._rest: float | None = None
-        self._cycle = 0
+        self._cycle = -1
         self._begun: list[tuple[Rung, float]] = []
         self._samples: list[Sample] = []
 
@@ -99,7 +99,7 @@ class Stop:
     def _keep(self, seen: Decoded) -> None:
         """Take a step of the coast-down."""
         inputs, good = seen.inputs, seen.inputs.good
-        if not self._samples and seen.size:
+        if self._cycle < 0 and seen.size:
             self._cycle = int(seen.raw["cycle"][0])
         self._elapsed += seen.size * self._cycle_time
         if not good.any():

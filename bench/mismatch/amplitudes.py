@@ -19,6 +19,7 @@ from bench.mismatch.series import Series, calibrate
 from bench.mismatch.spectrum import Complex, Turn
 from bench.simulation.frame import FloatArray
 from bench.simulation.laws import Law, Reference, factor, resonant, value
+from bench.simulation.terms.te.resonance import response
 
 LEAST_GAIN = 40.0
 LEAST_SIZE = 0.05
@@ -26,6 +27,8 @@ LEAST_EXCESS = 0.12
 """excess of the known orders, over the noise of a row, from which a resonance is looked for"""
 LEAST_TOUCHED = 3.0
 """log-likelihood an order gains from a resonance that acts on it"""
+USUAL_DAMPING, DAMPING_SPREAD = 0.06, 0.7
+"""of structures that resonate: median, and standard deviation of the logarithm"""
 PRICE = 2.5
 """log-likelihood asked of each order's strength (two numbers)"""
 
@@ -93,23 +96,26 @@ def resonance(data: Orders) -> Law | None:
         nonlocal best
         gain = 0.5 * (plain - losses(point))
         # orders far below the resonance feel nothing; those that it would spoil do not belong to its mode
-        total = float(np.sum(np.maximum(gain, -2.0)))
+        total = float(np.sum(np.maximum(gain, -2.0))) - _unusual(point)
         if best is None or total > best[0]:
             best = (total, point, gain)
         return -total
 
-    for natural in np.geomspace(low, high, 30):
-        for damping, participation in ((0.03, 1.0), (0.15, 1.0), (0.06, 0.3)):
-            consider(float(natural), damping, participation)
+    naturals = np.geomspace(low, high, 40)
+    for natural in naturals[::2]:
+        for damping in (0.03, 0.15):
+            consider(float(natural), damping, 1.0)
     assert best is not None
-    start = np.log(best[1])
+    begins = [best[1], *_small_resonances(data, naturals)]
 
     def clipped(x: FloatArray) -> float:
-        damping, participation = np.clip(np.exp(x[1:]), [0.004, 0.01], [0.8, 3.0])
+        damping, participation = np.clip(np.exp(x[1:]), [0.004, 0.005], [0.8, 1.5])
         return consider(float(np.exp(x[0])), float(damping), float(participation))
 
-    simplex = start + 0.15 * np.array([[0, 0, 0], [1, 0, 0], [0, -3, 0], [0, 0, -3]])
-    minimize(clipped, start, method="Nelder-Mead", options={"maxfev": 70, "initial_simplex": simplex})
+    for begin in begins:
+        start = np.log(begin)
+        simplex = start + np.array([[0, 0, 0], [0.05, 0, 0], [0, -0.4, 0], [0, 0, -0.4]])
+        minimize(clipped, start, method="Nelder-Mead", options={"maxfev": 60, "initial_simplex": simplex})
     total, point, gain = best
     touched = tuple(f for f, g in zip(data.orders, gain, strict=True) if g > LEAST_TOUCHED)
     ones = np.ones(len(data.orders), dtype=np.complex128)
@@ -123,6 +129,33 @@ def resonance(data: Orders) -> Law | None:
         ("order_frequency",),
         series=data.orders,
     )
+
+
+def _unusual(point: tuple[float, ...]) -> float:
+    """How unusual a resonance's damping is (log-likelihood): where no speed meets the mode, nothing else tells it."""
+    return float(0.5 * (np.log(point[1] / USUAL_DAMPING) / DAMPING_SPREAD) ** 2)
+
+
+def _small_resonances(data: Orders, naturals: FloatArray) -> list[tuple[float, float, float]]:
+    """The likeliest resonances that change the vectors little: natural frequency, damping, participation."""
+    rows = np.flatnonzero(data.train)
+    whiteners = [_whitener(data, k) for k in range(len(data.orders))]
+    flat = [solve_triangular(lower, target, lower=True) for lower, target in whiteners]
+    frequency = np.abs(data.x[rows, 1])[:, None] * np.asarray(data.orders)[None, :]
+    found: list[tuple[float, tuple[float, float, float]]] = []
+    for natural in naturals:
+        for damping in (0.03, 0.06, 0.12, 0.25):
+            change = (response(frequency, natural, damping) - 1.0) * data.smooth[rows]
+            energy = product = 0.0
+            for k, (lower, _) in enumerate(whiteners):
+                z = solve_triangular(lower, _stack(change[:, k]), lower=True)
+                energy += float(z @ z)
+                product += float(z @ flat[k])
+            participation = product / max(energy, 1e-300)
+            if participation > 0.0:
+                point = (float(natural), damping, min(max(participation, 0.005), 1.0))
+                found.append((0.5 * product * participation - _unusual(point), point))
+    return [point for _, point in sorted(found, key=lambda f: -f[0])[:2]]
 
 
 def _grids(data: Orders) -> list[tuple[str, str, tuple[str, ...], list[tuple[float, ...]]]]:
@@ -139,9 +172,27 @@ def _grids(data: Orders) -> list[tuple[str, str, tuple[str, ...], list[tuple[flo
         ("te.temperature_nonlinear", "threshold", ("temperature",), knees),
         ("te.drift_time", "linear", ("time",), [()]),
         ("te.drift_time", "creep", ("time",), [(0.05,), (0.15,), (0.4,)]),
+        *_bands(data),
         ("unknown", "amplitude over load", ("torque",), [()]),
         ("unknown", "amplitude about zero load", ("torque",), [(0.05,), (0.15,), (0.3,)]),
     ]
+
+
+def _bands(data: Orders) -> list[tuple[str, str, tuple[str, ...], list[tuple[float, ...]]]]:
+    """Bands of load, speed and temperature in which an amplitude may swell: centre and width."""
+    out: list[tuple[str, str, tuple[str, ...], list[tuple[float, ...]]]] = []
+    for form, name, values in (
+        ("amplitude in a band of load", "torque", data.x[data.train, 0]),
+        ("amplitude in a band of speed", "speed", np.abs(data.x[data.train, 1])),
+        ("amplitude in a band of temperature", "temperature", data.x[data.train, 2]),
+    ):
+        low, span = float(values.min()), float(np.ptp(values))
+        points: list[tuple[float, ...]] = [
+            (float(low + c * span), w * span) for c in np.linspace(0.0, 1.0, 17) for w in (0.05, 0.09, 0.15)
+        ]
+        if span > 0.0:
+            out.append(("unknown", form, (name,), points))
+    return out
 
 
 def factors(data: Orders) -> list[Law]:
@@ -212,6 +263,11 @@ def applied(law: Law, data: Orders) -> Complex:
     return factor(law, data.x, data.time, data.orders)
 
 
+def _shared(law: Law) -> float:
+    """Advantage of a law with the same strength in all its orders."""
+    return 1.0 + 0.5 * min(max(len(law.orders) - 1, 0), 3)
+
+
 def best_law(data: Orders) -> Law | None:
     """The law that gains most, if it gains enough and changes more than the noise lets pass."""
     candidates = factors(data)
@@ -220,7 +276,7 @@ def best_law(data: Orders) -> Law | None:
         candidates = candidates if mode is None else [mode, *candidates]
     if not candidates:
         return None
-    # two numbers for all orders against two for each: a resonance need not gain as much as a law with free strengths
-    law = max(candidates, key=lambda found: found.gain * (2.5 if found.effect == "te.resonance" else 1.0))
+    # three numbers for all orders against two for each: a resonance of many orders need not gain as much as other laws
+    law = max(candidates, key=lambda found: found.gain * (_shared(found) if found.effect == "te.resonance" else 1.0))
     price, least = (1.0, 1.0) if law.effect == "te.resonance" else (2.5, 2.0)
     return law if law.gain > price * LEAST_GAIN and size(law, data) > least * LEAST_SIZE else None

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from bench.errors import ConfigurationError
 from bench.mismatch.bank import Bank
 from bench.mismatch.columns import layout
 from bench.mismatch.given import KnownTerm
 from bench.mismatch.linear import starts_and_folds
 from bench.mismatch.noise import estimate
+from bench.mismatch.refine import Refiner
 from bench.mismatch.rows import Rows
+from bench.mismatch.select import Search
 from bench.simulation.frame import IntArray
 from bench.simulation.terms import LIBRARY, Form, Point, Term
 
@@ -36,7 +40,9 @@ def chosen_forms(
             raise ConfigurationError(
                 f"the simulation's term {open_term.term.effect} has no parameters and cannot be calibrated in {channel}"
             )
-        best = max(entries, key=lambda e: bank.fit([*whole.base, *e.index]).total)
+        everywhere = np.ones(rows.frame.size, dtype=bool)
+        refiner = Refiner(channel, rows.frame, everywhere, Search(bank, whole.base, entries))
+        best = refiner.effect([], open_term.term.effect) or entries[0]
         form = next(f for f in LIBRARY[best.effect].forms[channel] if f.name == best.form)
         known.append((open_term.term, form, best.point))
     return tuple(known)

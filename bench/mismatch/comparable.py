@@ -55,10 +55,12 @@ class Comparable:
             return False
         return not all(name in recording for name in inputs if name in self.present)
 
-    def channels(self, recording: Recording) -> frozenset[str]:
-        """Channels a recording is compared in."""
+    def channels(self, recording: Recording, dead: frozenset[str] = frozenset()) -> frozenset[str]:
+        """Channels a recording is compared in, if those in ``dead`` hold no number."""
         out = set()
-        for channel, (made_of, _) in INPUTS.items():
+        for channel, (made_of, inputs) in INPUTS.items():
+            if dead & {*made_of, *inputs}:
+                continue
             turned = channel == "transmission_error" and recording.zero_id != self.zero
             if all(name in recording for name in made_of) and not self._lacks(recording, channel) and not turned:
                 out.add(channel)

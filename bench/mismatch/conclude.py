@@ -17,7 +17,7 @@ from bench.mismatch.peaks import Peak
 from bench.mismatch.rivals import rivals
 from bench.mismatch.unexplained import WANDERING, half_explained, slow_structure, unexplained
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.laws import Law
+from bench.simulation.laws import Law, factor
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR
 
 Evidence = dict[tuple[str, str], tuple[float, float]]
@@ -81,7 +81,7 @@ def _linear(
     location = Location(label, where, orders, [], None, strongest(frame, effect, names), share)
     if "time" in variables:
         location.time_window = time_window(frame, effect, start)
-    close = [a for a in found.alternatives if as_good(a, found.gain)] if not unknown else []
+    close = [a for a in found.alternatives if as_good(a, found)] if not unknown else []
     status = "unknown" if unknown else "ambiguous" if close else "named"
     loss = min((a.loss for a in found.alternatives if not a.contains), default=100.0)
     name = "unknown" if unknown else entry.effect
@@ -237,9 +237,11 @@ def _peak_parameters(peaks: list[Peak]) -> list[dict[str, Any]]:
 
 def _law(law: Law, frame: Frame, score: Scores, names: dict[int, str]) -> Finding:
     name = law.effect
-    where = conditions(frame, np.ones(frame.size), ())
+    x = np.column_stack([frame.torque, frame.velocity, frame.temperature])
+    change = np.abs(factor(law, x, frame.time, law.orders) - 1.0).max(axis=1)
+    where = conditions(frame, change, law.variables)
     unknown = name == "unknown"
-    symbols = {"te.resonance": (("w_0", "rad/s"), ("zeta", "1"))}.get(name, (("scale", "1"),))
+    symbols = {"te.resonance": (("w_0", "rad/s"), ("zeta", "1"), ("p", "1"))}.get(name, (("scale", "1"),))
     label = text(where, law.variables, law.orders, [])
     return Finding(
         name,

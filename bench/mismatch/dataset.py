@@ -184,6 +184,8 @@ def load(path: Path, progress: Callable[[str, float], None] | None = None) -> Da
     held, fold = split_blocks(parts) if note else split(usable)
     data = Dataset([], rejected, campaign_start=usable[0].started_at.timestamp(), notes=[note] if note else [])
     comparable = Comparable.of(usable, data.notes)
+    if all("motor_angle" in r.specs and r.specs["motor_angle"].unit == "m" for r in usable):
+        data.notes.append("a linear axis: read rad as m and N*m as N; 1 deg/s in a location is 17.5 mm/s")
     manner = Manner.of(usable)
     rows = _Collected()
     travelled = 0.0
@@ -203,7 +205,10 @@ def load(path: Path, progress: Callable[[str, float], None] | None = None) -> Da
         data.members.append(
             Member(number, recording, point_of(recording), held[number], fold[number], recording.zero_id, part.name)
         )
-        rows.add(prepared, comparable.channels(recording))
+        rows.add(prepared, comparable.channels(recording, prepared.dead))
+        if prepared.dead:
+            told = f"{part.name} holds no number in {', '.join(sorted(prepared.dead))}: not compared where it is needed"
+            data.notes.append(told)
     if not data.members:
         raise RecordingError(f"{path} holds no recording that can be read; see `bench validate` for each file")
     rows.into(data)

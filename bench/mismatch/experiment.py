@@ -27,6 +27,7 @@ from bench.simulation.terms import LIBRARY
 
 POINTS = 4
 MOST_RIVALS = 3
+WARM = 0.5
 ENOUGH = 40.0
 """expected gain of log-likelihood at which no further point is asked for"""
 
@@ -57,7 +58,7 @@ def propose(finding: Finding, analysis: Analysis, out: Path, number: int, data: 
 
 def separating(model: ChannelModel, found: Found, covered: Range, ratio: float) -> Proposal | None:
     """The points at which a finding and its equals differ most, each refitted; None where none tells them apart."""
-    rivals = [a.entry for a in found.alternatives if as_good(a, found.gain)][:MOST_RIVALS]
+    rivals = [a.entry for a in found.alternatives if as_good(a, found)][:MOST_RIVALS]
     if not rivals or model.channel == "temperature":
         return None
     listed = list(candidates(covered))
@@ -67,11 +68,12 @@ def separating(model: ChannelModel, found: Found, covered: Range, ratio: float) 
     chosen: list[int] = []
     least = 0.0
     while len(chosen) < POINTS and least < ENOUGH:
-        gains = [(min(look.gain([*chosen, k]) for look in looks), k) for k in range(len(listed)) if k not in chosen]
-        best, place = max(gains)
-        if best <= 1.01 * least:
+        gains = {k: min(look.gain([*chosen, k]) for look in looks) for k in range(len(listed)) if k not in chosen}
+        # heating takes an hour: a point as found is worth as much at half the gain
+        place = max(gains, key=lambda k: min(gains[k], 2.0 * ENOUGH) * (1.0 if listed[k].temperature is None else WARM))
+        if gains[place] <= 1.01 * least:
             break
-        least = best
+        least = gains[place]
         chosen.append(place)
     if not chosen:
         return None

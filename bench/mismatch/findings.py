@@ -105,12 +105,15 @@ def _std(found: Found) -> FloatArray:
     return np.asarray(np.sqrt(np.maximum(np.diag(found.covariance), 0.0)))
 
 
-def as_good(alternative: Alternative, gain: float) -> bool:
+def as_good(alternative: Alternative, found: Found) -> bool:
     """Whether an alternative cannot be told from the chosen term: within a standard error, or within little of the
-    gain.
+    gain. A term of the nominal simulation is not doubted for a curve that only comes near it.
     """
+    gain = found.gain
     if alternative.contains:
         return False
+    if found.entry.effect in LIBRARY and LIBRARY[found.entry.effect].nominal:
+        return alternative.loss < AMBIGUOUS_GAIN
     if alternative.loss < ALIKE * gain:
         return True
     if alternative.loss < alternative.error and alternative.loss < AT_MOST * gain:
@@ -123,7 +126,7 @@ def alternatives_json(found: Found, rmse: float) -> list[dict[str, Any]]:
     """The alternatives as the report has them, with what speaks against each."""
     out = []
     for alternative in found.alternatives[:4]:
-        told = as_good(alternative, found.gain)
+        told = as_good(alternative, found)
         why = (
             "contains the finding as a special case and gains nothing beyond it"
             if alternative.contains

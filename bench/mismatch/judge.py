@@ -22,7 +22,7 @@ ECHO_LOSS = 0.2
 """of a term's gain: what another effect may lose in its place and still be taken for its echo"""
 NESTED = 2e-3
 """share of an entry's energy that another may leave over and still contain it"""
-PREFERRED_NESTED = 0.02
+PREFERRED_NESTED = 0.05
 OCCAM = 3.0
 """log-likelihood a chosen term must gain over a special case of it that goes by another name"""
 
@@ -73,23 +73,28 @@ def judge(
     ``known`` holds the variables of each further term that the given simulation has.
     """
     start = search.fit(()).total
-    named = _without_echoes(search, refiner, _doubted(search, chosen, free))
-    out = Verdict(search.pruned(_simplest(search, refiner, named)))
+    plain = _without_echoes(search, refiner, _doubted(search, chosen, free))
+    out = Verdict(search.pruned(_simplest(search, refiner, plain)))
+    named = [e for e in out.chosen if e.effect != "unknown"]
     whole = search.fit(out.chosen)
     for entry in out.chosen:
-        others = [e for e in out.chosen if e != entry]
-        gain = whole.total - search.fit(others).total
+        # a free function beside a term of the nominal simulation may hold that term in itself: it is judged without
+        beside = named if entry.effect in search.preferred else out.chosen
+        own = search.fit(beside)
+        others = [e for e in beside if e != entry]
+        gain = own.total - search.fit(others).total
         found = Found(entry, gain, np.zeros(0), np.zeros((0, 0)))
         if entry.effect == "unknown":
             found.unknown = entry
         else:
-            found.alternatives = _alternatives(search, refiner, others, entry, whole)
+            found.alternatives = _alternatives(search, refiner, others, entry, own)
         out.found.append(found)
     rival, gain = search.best(out.chosen, free)
     if rival is not None:
         after = search.fit([*out.chosen, rival])
         shaped = [f.entry.variables for f in out.found] + list(known)
-        related = [own for own in shaped if quantities(own) & quantities(rival.variables)]
+        # a function of several quantities is no other form of an effect of one
+        related = [own for own in shaped if quantities(rival.variables) <= quantities(own)]
         strongest = max((f.gain for f in out.found), default=search.credit)
         least = UNKNOWN_GAIN * (2.5 if channel == TRANSMISSION_ERROR else 1.0)
         price = max(least, 0.02 * (whole.total - start + search.credit))

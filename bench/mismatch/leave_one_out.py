@@ -20,7 +20,7 @@ from bench.mismatch.dataset import Dataset, load
 from bench.mismatch.findings import Finding
 from bench.mismatch.given import Given
 from bench.simulation.frame import Frame
-from bench.simulation.model import Simulation, Term
+from bench.simulation.model import NOMINAL_TERMS, Simulation, Term
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 from bench.simulation.terms import Term as LibraryTerm
 
@@ -75,14 +75,14 @@ def leave_one_out(
     recordings: Path,
     progress: Callable[[str, float], None],
     elsewhere: Map | None = None,
+    effects: Sequence[str] = NOMINAL_TERMS,
 ) -> list[LeftOut]:
-    """Switch off every nominal term of ``model`` that is in force, one after another.
+    """Switch off each of the nominal terms ``effects`` that is in force in ``model``, one after another.
 
     ``whole``: the comparison with nothing switched off; what that found is no answer to a term left out. ``elsewhere``
     maps the questions over other processes, which read ``recordings`` themselves; the rows are the same.
     """
     known = frozenset(f.effect for f in whole.findings if f.status == "unknown")
-    effects = [term.effect for term in LIBRARY.values() if term.nominal]
     questions = [Question(recordings, model, tuple(channels), known, effect) for effect in effects]
     out: list[LeftOut] = []
     answers = (_asked(data, q) for q in questions) if elsewhere is None else iter(elsewhere(answer, questions))

@@ -10,6 +10,7 @@ from bench.mismatch.plots import UNITS, plot
 from bench.simulation.terms import LIBRARY
 
 if TYPE_CHECKING:
+    from bench.mismatch.evaluate import Scores
     from bench.mismatch.run import Report
 
 _STYLE = """
@@ -114,9 +115,8 @@ def _channels(report: Report) -> str:
 
 def _finding(finding: Finding, report: Report) -> str:
     also = f", also in {_e(', '.join(c.replace('_', ' ') for c in finding.also_in))}" if finding.also_in else ""
-    unit, scale = UNITS[finding.channel]
-    p = "below 1e-99" if finding.p_value < 1e-99 else f"{finding.p_value:.1e}"
-    drawing = plot(finding, report.analysis, report.data) if report.analysis is not None else ""
+    score = report.scores.get(finding.channel)
+    drawing = plot(finding, report.analysis, report.data, score) if report.analysis is not None else ""
     parts = [
         f'<div class="head"><h2>{_e(_capital(finding.name))}</h2>'
         f'<span class="tag {finding.status}">{_STATUS[finding.status]}</span>'
@@ -125,13 +125,25 @@ def _finding(finding: Finding, report: Report) -> str:
         drawing,
         f"<h3>Equation</h3><p><code>{_e(finding.equation)}</code></p>",
         _parameters(finding.parameters),
-        f"<h3>Evidence</h3><p>Held-out residual {scale * finding.rmse_before:.4g} {unit} without it, "
-        f"{scale * finding.rmse_after:.4g} {unit} with it: {100.0 * finding.location.share_of_excess:.0f} % of the "
-        f"energy above the noise; p {p} after all looks.{_where(finding)}</p>",
+        f"<h3>Evidence</h3><p>{_evidence(finding, score)}{_where(finding)}</p>",
         _alternatives(finding.alternatives),
         _next(finding.next_experiment),
     ]
     return f"<article>{''.join(parts)}</article>"
+
+
+def _evidence(finding: Finding, score: Scores | None) -> str:
+    unit, scale = UNITS[finding.channel]
+    if finding.source is None and score is not None:
+        left, noise = scale * score.after, scale * score.floor
+        return f"Held-out residual {left:.4g} {unit}, noise {noise:.4g} {unit}; nothing takes it off."
+    p = "below 1e-99" if finding.p_value < 1e-99 else f"{finding.p_value:.1e}"
+    before, after = scale * finding.rmse_before, scale * finding.rmse_after
+    share = 100.0 * finding.location.share_of_excess
+    return (
+        f"Held-out residual {before:.4g} {unit} without it, {after:.4g} {unit} with it: {share:.0f} % of the energy "
+        f"above the noise; p {p} after all looks."
+    )
 
 
 def _capital(text: str) -> str:

@@ -71,9 +71,9 @@ def pieces(recordings: Sequence[Recording]) -> tuple[list[Piece], str]:
             out.append(Piece(recording, f"{recording.recording_id} [{k + 1}/{number}]", (start, stop)))
     if len(out) == len(whole):
         return whole, ""
-    kept = "; validation recordings are held out whole" if len(fitted) < len(recordings) else ""
+    held = "the validation recordings, whole" if len(fitted) < len(recordings) else "every fourth block"
     blocks = sum(piece.rows is not None for piece in out)
     return out, (
         f"{len(fitted)} recordings to fit are too few to hold any out: cut into {blocks} contiguous blocks of"
-        f" {longest:.1f} s at most, {GAP_S:g} s apart; what is held out are blocks{kept}"
+        f" {longest:.1f} s at most, {GAP_S:g} s apart; held out: {held}"
     )

@@ -1,16 +1,15 @@
-"""Plots of a finding, before and after, at the place where it shows: SVG whose text takes the page's colour."""
+"""What is drawn of a finding, before and after, at the place where it shows."""
 
 from __future__ import annotations
 
-import io
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.mismatch.columns import RIPPLE_ORDERS
+from bench.mismatch.drawing import Pair, drawn
 from bench.mismatch.findings import Finding
 from bench.mismatch.harmonics import Harmonics
 from bench.mismatch.linear import ChannelModel, Found, predict, predict_named
@@ -23,16 +22,10 @@ from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.laws import Law
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
     from bench.mismatch.channels import Analysis
     from bench.mismatch.dataset import Dataset
+    from bench.mismatch.evaluate import Scores
 
-FORWARD, BACKWARD = "#2f7ed8", "#e0702d"
-_INK = "#010203"
-"""stands for the page's own text colour, which an SVG takes up as ``currentColor``"""
-_MOST_POINTS = 2500
-_BINS = 28
 PULSE_BIN_DEG = 0.1
 _BEYOND = 2.5
 """how far beyond its place a finding over speed is drawn"""
@@ -42,20 +35,6 @@ UNITS: dict[str, tuple[str, float]] = {
     "load_torque": ("N·m", 1.0),
     "temperature": ("K", 1.0),
 }
-
-
-@dataclass(frozen=True, slots=True)
-class Pair:
-    """What a plot shows: abscissa, ordinate before and after, direction of each point; axis labels."""
-
-    x: FloatArray
-    before: FloatArray
-    after: FloatArray
-    direction: FloatArray
-    label: str
-    unit: str
-    spectrum: bool = False
-    logarithmic: bool = False
 
 
 # variable of a finding -> axis label, values, logarithmic
@@ -81,10 +60,12 @@ _AXES: dict[str, tuple[str, Callable[[Frame], FloatArray], bool]] = {
 }
 
 
-def plot(finding: Finding, analysis: Analysis, data: Dataset) -> str:
-    """An SVG of the finding, empty where there is nothing to draw."""
+def plot(finding: Finding, analysis: Analysis, data: Dataset, score: Scores | None = None) -> str:
+    """An SVG of the finding, empty where there is nothing to draw; ``score`` is that of its channel."""
     pair = _pair(finding, analysis, data)
-    return "" if pair is None or pair.x.size == 0 else _drawn(pair)
+    if pair is None and finding.source is None and score is not None and finding.channel in analysis.models:
+        pair = _left(finding, analysis, score)
+    return "" if pair is None or pair.x.size == 0 else drawn(pair)
 
 
 def _pair(finding: Finding, analysis: Analysis, data: Dataset) -> Pair | None:
@@ -101,6 +82,22 @@ def _pair(finding: Finding, analysis: Analysis, data: Dataset) -> Pair | None:
     if peaks and model is not None and harmonics is not None:
         return (_pulse if source[0].kind == "pulse" else _orders)(source, model, harmonics)
     return None
+
+
+def _left(finding: Finding, analysis: Analysis, score: Scores) -> Pair | None:
+    """What is left of a channel on held-out recordings, over the speed: structure that nothing follows."""
+    transmission = analysis.transmission if finding.channel == "transmission_error" else None
+    frame = analysis.models[finding.channel].rows.frame if transmission is None else transmission.angle.frame
+    unit, scale = UNITS[finding.channel]
+    before, after = score.residual_before, score.residual_after
+    if after.size == frame.size:
+        before, after = before[score.rows], after[score.rows]
+    shown = frame.take(score.rows)
+    if after.size != shown.size:
+        return None
+    label, values, _ = _AXES["speed"]
+    titles = ("given simulation, held-out recordings", "improved")
+    return Pair(values(shown), scale * before, scale * after, shown.last_direction, label, unit, titles=titles)
 
 
 def _regressed(model: ChannelModel, found: Found, finding: Finding, data: Dataset) -> Pair:
@@ -221,77 +218,3 @@ def _ripple(ripples: list[Ripple], data: Dataset) -> Pair:
     first, second = (np.asarray(np.abs(v), dtype=np.float64) for v in (before, after))
     ones = np.ones(shown.size)
     return Pair(shown.astype(np.float64), first, second, ones, "order per revolution of the motor", "N·m", True)
-
-
-def _drawn(pair: Pair) -> str:
-    import matplotlib as mpl
-    from matplotlib.figure import Figure
-
-    style: Any = {
-        "svg.fonttype": "none",
-        "svg.hashsalt": "bench",
-        "font.family": "sans-serif",
-        "font.size": 10.0,
-        **{key: _INK for key in ("text.color", "axes.labelcolor", "xtick.color", "ytick.color", "axes.edgecolor")},
-        "axes.facecolor": "none",
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-    }
-    with mpl.rc_context(style):
-        figure = Figure(figsize=(8.6, 3.0), layout="constrained", facecolor="none")
-        axes = figure.subplots(1, 2, sharex=True, sharey=True)
-        shown = np.random.default_rng(0).permutation(pair.x.size)[:_MOST_POINTS]
-        for axis, values, title in ((axes[0], pair.before, "before: without it"), (axes[1], pair.after, "after")):
-            if pair.spectrum:
-                axis.vlines(pair.x, 0.0, values, color=FORWARD, lw=1.3)
-                axis.set_ylim(bottom=0.0)
-            else:
-                _cloud(axis, pair, values, shown)
-                axis.axhline(0.0, color="#888888", lw=0.7)
-            if pair.logarithmic:
-                axis.set_xscale("log")
-            axis.set_title(title, fontsize=10.0, loc="left")
-            axis.set_xlabel(pair.label)
-        _limit(axes[0], pair)
-        axes[0].set_ylabel(f"measured − simulated / {pair.unit}" if not pair.spectrum else f"amplitude / {pair.unit}")
-        out = io.StringIO()
-        figure.savefig(out, format="svg", metadata={"Date": None})
-    text = out.getvalue()
-    return text[text.index("<svg") :].replace(_INK, "currentColor")
-
-
-def _limit(axis: Axes, pair: Pair) -> None:
-    """Keep single wild points from hiding the finding."""
-    if not pair.spectrum and pair.before.size > 50:
-        both = np.concatenate([pair.before, pair.after])
-        low, high = np.percentile(both, [0.3, 99.7])
-        margin = 0.12 * max(high - low, 1e-12)
-        axis.set_ylim(float(low - margin), float(high + margin))
-
-
-def _cloud(axis: Axes, pair: Pair, values: FloatArray, shown: NDArray[np.int64]) -> None:
-    """Points of both directions, with the mean over the abscissa as a line each."""
-    for side, colour, name in ((1, FORWARD, "positive direction"), (-1, BACKWARD, "negative direction")):
-        own = pair.direction * side > 0
-        if not own.any():
-            continue
-        chosen = shown[own[shown]]
-        axis.plot(pair.x[chosen], values[chosen], ".", ms=2.5, color=colour, alpha=0.35, rasterized=True)
-        x, mean = _means(pair.x[own], values[own], pair.logarithmic)
-        axis.plot(x, mean, color=colour, lw=1.8, label=name)
-    if (pair.direction > 0).any() and (pair.direction < 0).any():
-        axis.legend(fontsize=8.0, frameon=False, loc="best")
-
-
-def _means(x: FloatArray, values: FloatArray, logarithmic: bool) -> tuple[FloatArray, FloatArray]:
-    """Means over bins of the abscissa that hold at least three points."""
-    scaled = np.log(x) if logarithmic else x
-    low, high = float(scaled.min()), float(scaled.max())
-    if high <= low:
-        return x[:1], np.array([values.mean()])
-    number = np.minimum(((scaled - low) / (high - low) * _BINS).astype(int), _BINS - 1)
-    count = np.bincount(number, minlength=_BINS)
-    good = count >= 3
-    mean = np.bincount(number, values, _BINS)[good] / count[good]
-    place = np.bincount(number, scaled, _BINS)[good] / count[good]
-    return (np.exp(place) if logarithmic else place), mean

@@ -45,6 +45,8 @@ class Prepared:
     setpoint: tuple[float, float, float]
     corner: NDArray[np.bool_]
     """True where the acceleration jumps: rates smoothed over a corner say nothing about the moment itself"""
+    dead: frozenset[str]
+    """channels that hold no number at all: as good as missing"""
 
 
 def ripple(
@@ -177,6 +179,7 @@ def prepare(
         label,
         (setpoint.load_torque, setpoint.velocity, setpoint.temperature),
         corner,
+        frozenset(name for name, marked in bad.items() if marked.all()),
     )
 
 

@@ -162,13 +162,22 @@ def rivals(channel: str, frame: Frame, reference: Frame | None = None) -> list[R
             out.append(Rival(f"friction over {' and '.join(names)} together", names, parts * turn))
             out.append(Rival(f"torque over {' and '.join(names)} together", names, parts))
         out += _breathing(frame, reference or frame)
+    if channel == TRANSMISSION_ERROR:
+        turn = frame.last_direction[:, None]
+        for names, parts in _products(frame, signed=True):
+            # products of two first powers are the simulation's own
+            beyond = parts[:, 1:] if len(names) == 2 else parts
+            out.append(Rival(f"offset over {' and '.join(names)} together", names, np.hstack([beyond, beyond * turn])))
     return out
 
 
-def _products(frame: Frame) -> list[tuple[tuple[str, ...], FloatArray]]:
-    """Products of two or three of load, speed and temperature, each to its second power, centred."""
+def _products(frame: Frame, signed: bool = False) -> list[tuple[tuple[str, ...], FloatArray]]:
+    """Products of two or three of load (its size, or with its sign), speed and temperature, each to its second power,
+    centred.
+    """
+    load = settled(frame.torque, frame) / 500.0
     values = {
-        "load": np.abs(settled(frame.torque, frame)) / 500.0 - 1.0,
+        "load": load if signed else np.abs(load) - 1.0,
         "speed": np.minimum(settled(np.abs(frame.velocity), frame), 0.25) / 0.1 - 1.0,
         "temperature": (frame.temperature - 35.0) / 10.0,
     }

@@ -22,6 +22,7 @@ FIRST_PRIOR = np.array([0.3, 0.3, 0.3, 0.6, 0.6, 0.6, 0.3, 0.3, 0.3])
 rad
 """
 LEAST_SPREAD, LARGEST_SPREAD = 5e-4, 2.0
+WILD = 4.0
 _ROUNDS = 8
 _STEPS = 60
 
@@ -144,6 +145,8 @@ def calibrate(
     determined = np.zeros((2, len(orders), 18))
     prior = np.concatenate([FIRST_PRIOR, 1.5 * FIRST_PRIOR]) if known_prior is None else known_prior
     loss = np.zeros(len(orders))
+    # variance by which an order misses its polynomials, over its noise: they say nothing then, and must not go wild
+    doubt = np.ones((2, len(orders)))
     for step in range(_ROUNDS if known_prior is None else 1):
         loss[:] = 0.0
         for number, side in enumerate(sides):
@@ -157,8 +160,10 @@ def calibrate(
             amplitude[side] = np.zeros((len(orders), 10))
             phase[side] = np.zeros((len(orders), 10))
             for k in range(len(orders)):
-                start = None if before is None else np.concatenate([before[0][k], before[1][k]])
-                a, p, cost, freedom = fit_order(basis, vectors[rows, k], sigma[rows, k], prior, start)
+                tame = before is not None and doubt[number, k] < WILD
+                start = np.concatenate([before[0][k], before[1][k]]) if before is not None and tame else None
+                own = sigma[rows, k] * np.sqrt(doubt[number, k])
+                a, p, cost, freedom = fit_order(basis, vectors[rows, k], own, prior, start)
                 loss[k] += cost
                 amplitude[side][k], phase[side][k] = a, p
                 size = np.sqrt(np.mean(np.abs(vectors[rows, k]) ** 2)) or 1e-12
@@ -166,6 +171,10 @@ def calibrate(
                 determined[number, k] = freedom
                 left = vectors[rows, k] - (basis @ a) * np.exp(1j * (basis @ p))
                 misfit[number, k] = np.sqrt(np.mean(np.abs(left) ** 2))
+                if known_prior is None:
+                    free = max(2.0 * rows.sum() - 2.0 - freedom.sum(), 2.0)
+                    square = np.sum(np.abs(left) ** 2 / (sigma[rows, k] ** 2 + (1e-3 * size) ** 2))
+                    doubt[number, k] = max(1.0, float(square / free))
         if known_prior is None:
             prior = _empirical_prior(found.reshape(-1, 18), determined.reshape(-1, 18))
     return Series(tuple(float(f) for f in orders), scalings, amplitude, phase, misfit.max(axis=0), prior, loss)

@@ -49,7 +49,7 @@ def smooth(signal: FloatArray, rate: float, derivative: int = 0, span: float = S
 
 def spikes(signal: FloatArray) -> NDArray[np.bool_]:
     """Mark samples (at most two in a row) that stand off a running median by more than nine standard deviations."""
-    if signal.size < 16:
+    if signal.size < 16 or not np.isfinite(signal).any():
         return ~np.isfinite(signal)
     finite = np.where(np.isfinite(signal), signal, np.nanmedian(signal))
     off = np.abs(finite - median_filter(finite, 5, mode="nearest"))

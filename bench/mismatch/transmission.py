@@ -21,9 +21,9 @@ from bench.simulation.frame import FloatArray, Frame, IntArray
 from bench.simulation.terms import TRANSMISSION_ERROR, Form, Point, Term
 
 WIDEST_SPEED = 1.1
-SLOWEST_SPEED = 0.9
-"""the polynomials hold between the campaign's slowest and fastest steady revolution, and a little beyond: not while the
-bench starts, stops or turns round
+SLOWEST_SPEED = 0.2
+"""of the campaign's slowest and fastest steady revolution. The polynomials hold within, and slow passages show a film
+or a play best; not so the moments about standstill, nor the speed at which the bench warms up.
 """
 
 

@@ -79,20 +79,20 @@ class _Entry:
 _RAMP, _QUICK, _OFF = Rung.CONTROLLED_RAMP, Rung.QUICK_STOP, Rung.DISABLE_VOLTAGE
 
 _TABLE: dict[Cause, _Entry] = {
-    Cause.MOTOR_SPEED: _Entry("input motor speed", "rad/s", "limits.motor_speed", _QUICK),
-    Cause.MOTOR_TORQUE: _Entry("input motor torque", "N·m", "limits.motor_torque", _QUICK),
-    Cause.LOAD_TORQUE: _Entry("load torque", "N·m", "limits.load_torque", _QUICK),
-    Cause.LOAD_MOTOR_TORQUE: _Entry("load motor torque", "N·m", "limits.load_motor_torque", _QUICK),
+    Cause.MOTOR_SPEED: _Entry("input motor speed", "rad/s", "limits.motor_speed", _OFF),
+    Cause.MOTOR_TORQUE: _Entry("input motor torque", "N·m", "limits.motor_torque", _OFF),
+    Cause.LOAD_TORQUE: _Entry("load torque", "N·m", "limits.load_torque", _OFF),
+    Cause.LOAD_MOTOR_TORQUE: _Entry("load motor torque", "N·m", "limits.load_motor_torque", _OFF),
     Cause.TEMPERATURE_HIGH: _Entry("lubricant temperature", "°C", "limits.temperature", _RAMP),
     Cause.TEMPERATURE_LOW: _Entry("lubricant temperature", "°C", "limits.temperature_minimum", _RAMP),
     Cause.TEMPERATURE_RATE: _Entry("change of the temperature reading", "K", "limits.temperature_rate", _RAMP),
     Cause.LOAD_POSITION: _Entry("load-side angle", "rad", "limits.load_position", _RAMP),
-    Cause.VELOCITY_ERROR: _Entry("velocity following error", "rad/s", "limits.velocity_error", _QUICK),
+    Cause.VELOCITY_ERROR: _Entry("velocity following error", "rad/s", "limits.velocity_error", _OFF),
     Cause.TORQUE_DISAGREEMENT: _Entry(
         "difference of torque sensor and load motor", "N·m", "limits.torque_disagreement", _RAMP
     ),
-    Cause.ENCODER_DISAGREEMENT: _Entry("difference of the two encoders", "rad", "limits.encoder_disagreement", _QUICK),
-    Cause.MOTOR_ENCODER_FROZEN: _Entry("time the motor encoder stood still", "s", "limits.frozen_signal", _QUICK),
+    Cause.ENCODER_DISAGREEMENT: _Entry("difference of the two encoders", "rad", "limits.encoder_disagreement", _OFF),
+    Cause.MOTOR_ENCODER_FROZEN: _Entry("time the motor encoder stood still", "s", "limits.frozen_signal", _OFF),
     Cause.LOAD_ENCODER_FROZEN: _Entry("time the load encoder stood still", "s", "limits.frozen_signal", _RAMP),
     Cause.TORQUE_SENSOR_FROZEN: _Entry("time the torque sensor stood still", "s", "limits.frozen_signal", _RAMP),
     Cause.TEMPERATURE_AGE: _Entry("age of the temperature reading", "s", "limits.slow_reading_age", _RAMP),
@@ -105,18 +105,18 @@ _TABLE: dict[Cause, _Entry] = {
     ),
     Cause.EMERGENCY_STOP: _Entry("emergency stop circuit", "", "closed", _QUICK),
     Cause.SAFE_TORQUE_OFF: _Entry("safe torque off circuit", "", "closed", _OFF),
-    Cause.LOAD_SPEED: _Entry("load-side speed", "rad/s", "limits.load_speed", _QUICK),
-    Cause.MOTOR_ACCELERATION: _Entry("input motor acceleration", "rad/s²", "limits.motor_acceleration", _QUICK),
-    Cause.LOAD_TORQUE_RATE: _Entry("change of the load torque", "N·m/s", "limits.load_torque_rate", _QUICK),
-    Cause.FOLLOWING_ERROR: _Entry("following error of the motor angle", "rad", "limits.following_error", _QUICK),
-    Cause.TORQUE_ERROR: _Entry("difference of load motor torque and set value", "N·m", "limits.torque_error", _QUICK),
+    Cause.LOAD_SPEED: _Entry("load-side speed", "rad/s", "limits.load_speed", _OFF),
+    Cause.MOTOR_ACCELERATION: _Entry("input motor acceleration", "rad/s²", "limits.motor_acceleration", _OFF),
+    Cause.LOAD_TORQUE_RATE: _Entry("change of the load torque", "N·m/s", "limits.load_torque_rate", _OFF),
+    Cause.FOLLOWING_ERROR: _Entry("following error of the motor angle", "rad", "limits.following_error", _OFF),
+    Cause.TORQUE_ERROR: _Entry("difference of load motor torque and set value", "N·m", "limits.torque_error", _OFF),
     Cause.TORQUE_DRIFT: _Entry(
         "drift of the torque sensor against the load motor", "N·m", "limits.torque_drift", _RAMP
     ),
     Cause.FRICTION: _Entry(
         "motor torque beyond what the torque sensor accounts for", "N·m", "limits.friction_torque", _RAMP
     ),
-    Cause.MOTOR_VELOCITY_FROZEN: _Entry("time the motor velocity stood still", "s", "limits.frozen_signal", _QUICK),
+    Cause.MOTOR_VELOCITY_FROZEN: _Entry("time the motor velocity stood still", "s", "limits.frozen_signal", _OFF),
     Cause.LOAD_VELOCITY_FROZEN: _Entry("time the load velocity stood still", "s", "limits.frozen_signal", _RAMP),
     Cause.MOTOR_TORQUE_FROZEN: _Entry("time the motor torque stood still", "s", "limits.frozen_signal", _RAMP),
     Cause.LOAD_MOTOR_TORQUE_FROZEN: _Entry(
@@ -133,7 +133,12 @@ _TABLE: dict[Cause, _Entry] = {
 
 
 def first_rung(cause: Cause) -> Rung:
-    """Return where on the ladder a stop for this cause begins: ramps need an input drive that works."""
+    """Return where on the ladder a stop for this cause begins.
+
+    Ramps and the drives' quick stop need a drive and an encoder that can be trusted: a velocity loop that believes a
+    wrong encoder does not brake, it runs away. Where a drive does not do what it was told, or an encoder is in doubt,
+    voltage goes off at once and friction brakes.
+    """
     return _TABLE[cause].first_rung
 
 
@@ -175,6 +180,8 @@ def describe(cause: Cause, value: float, limit: float) -> str:
     if entry.limit.startswith("limits."):
         unit = f" {entry.unit}" if entry.unit else ""
         return f"{entry.text} {value:.4g}{unit} is beyond {entry.limit} = {limit:.4g}{unit}"
+    if cause is Cause.TEMPERATURE_SENSOR:
+        return "the thermometer gives no valid reading: open or short circuit, or its line is silent"
     if cause in (Cause.EMERGENCY_STOP, Cause.SAFE_TORQUE_OFF):
         return f"the {entry.text} is open: it was demanded, or its wire is broken"
     if cause in (Cause.INPUT_DRIVE_FAULT, Cause.LOAD_DRIVE_FAULT):

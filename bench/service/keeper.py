@@ -183,6 +183,9 @@ class Keeper:
         run = self.runs.change(run.id, state="running", pid=pid, started_at=now())
         self._book.write("run", run.by, f"{run.title} begins", run=run.id, folder=run.folder)
         self.changed()
+        if self.held:
+            # STOP was pressed while the process was being started
+            self.stop()
         return run
 
     async def _follow(self, run: Run) -> None:
@@ -198,6 +201,9 @@ class Keeper:
                 else:
                     self._take(message)
             while self._runs(run):
+                await asyncio.sleep(_POLL_S)
+            if end is None:
+                # the launcher hears of the exit a moment later than the process is gone
                 await asyncio.sleep(_POLL_S)
         finally:
             watch.cancel()
@@ -258,6 +264,9 @@ class Keeper:
             outcome: Message = json.loads(path.read_text("utf-8"))
             return outcome
         code = None if run.pid is None else self._launcher.exit_code(run.pid)
+        if code == -signal.SIGTERM:
+            # ended by STOP before it could take the signal in order: the bench was not open yet
+            return {"kind": "interrupted", "cause": "OPERATOR", "text": "stopped before it began"}
         return {
             "kind": "died",
             "cause": "DIED",

@@ -174,8 +174,8 @@ def revolution(path: Path) -> dict[str, Any]:
 def _channel(recording: Recording, name: str, low: NDArray[np.float64], high: NDArray[np.float64]) -> dict[str, Any]:
     unit, factor = shown_unit(recording.specs[name].unit)
     if name == "motor_velocity" and recording.gearbox.ratio and unit == "°/s":
-        # what the page compares it with is the load side
-        name, factor = "motor_velocity / ratio", factor / recording.gearbox.ratio
+        # at the load side, where set points are
+        factor /= recording.gearbox.ratio
     return {"unit": unit, "low": _short(low * factor), "high": _short(high * factor)}
 
 

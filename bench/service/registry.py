@@ -68,7 +68,7 @@ def bus_in_use(file: BenchFile) -> Iterator[None]:
     DeviceError
         If another process has it.
     """
-    if file.configuration.bus.master == "emulated":
+    if file.configuration.bus.in_process:
         yield
         return
     with _locked(_path(file, "bus"), {"pid": os.getpid()}) as holder:

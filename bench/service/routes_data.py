@@ -13,7 +13,7 @@ from fastapi.responses import FileResponse, StreamingResponse
 from bench.service import models as m
 from bench.service import recordings
 from bench.service.refusals import Unknown
-from bench.service.security import REPORT_POLICY
+from bench.service.security import REPORT_HEADERS
 from bench.service.service import Service
 from bench.service.wiring import PROBLEMS, service_of
 
@@ -131,7 +131,7 @@ async def report(analysis_id: AnalysisId, service: The) -> FileResponse:
     path = service.analyses.folder(analysis_id) / "report.html"
     if service.analyses.get(analysis_id) is None or not path.exists():
         raise Unknown(f'there is no analysis "{analysis_id}" with a report')
-    return FileResponse(path, media_type="text/html", headers={"Content-Security-Policy": REPORT_POLICY})
+    return FileResponse(path, media_type="text/html", headers=REPORT_HEADERS)
 
 
 @router.post("/model", summary="Choose the model drawn over the spectrum")

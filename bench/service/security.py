@@ -28,8 +28,13 @@ HEADERS: dict[str, str] = {
     "X-Frame-Options": "DENY",
 }
 """On every answer; plots set styles, nothing else comes from elsewhere."""
-REPORT_POLICY = "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:"
-"""Reports are pages made of data: they may show, and do nothing."""
+REPORT_HEADERS: dict[str, str] = {
+    "Content-Security-Policy": (
+        "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'self'"
+    ),
+    "X-Frame-Options": "SAMEORIGIN",
+}
+"""Reports are pages made of data: they may show, inside the operator's page as well, and do nothing."""
 _OPEN = ("/api/session", "/static/")
 """Paths that need no token: where one is shown, and the page's own files, which say nothing of the bench."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from types import FrameType
 
 from bench.configuration import load_bench, on_interface
 from bench.errors import ConfigurationError
@@ -46,8 +47,16 @@ def _serve(settings: Settings, launcher: Launcher) -> None:
         f"The page is at {shown}\nRecordings go to {settings.folder.absolute()}. Ctrl-C ends the service.\n"
     )
     sys.stdout.flush()
+    app = create_app(settings, launcher)
+
+    class Server(uvicorn.Server):
+        def handle_exit(self, sig: int, frame: FrameType | None) -> None:
+            # pages hold their stream of events open; without this the server would wait for them
+            app.state.service.stream.close()
+            super().handle_exit(sig, frame)
+
     config = uvicorn.Config(
-        create_app(settings, launcher),
+        app,
         host=settings.host,
         port=settings.port,
         log_level="warning",
@@ -56,7 +65,7 @@ def _serve(settings: Settings, launcher: Launcher) -> None:
         server_header=False,
         timeout_graceful_shutdown=3,
     )
-    server = uvicorn.Server(config)
+    server = Server(config)
     try:
         server.run()
     except SystemExit as error:

@@ -114,6 +114,9 @@ FUNCTIONS: dict[tuple[str, str], Function] = {
     ("te.temperature_nonlinear", "threshold"): lambda v, m, c, t, p, r: np.tanh((c - p[0]) / 3.0),
     ("te.drift_time", "linear"): lambda v, m, c, t, p, r: (t - r.start) / r.span,
     ("te.drift_time", "creep"): lambda v, m, c, t, p, r: 1.0 - np.exp(-np.maximum(t - r.start, 0.0) / r.span / p[0]),
+    ("unknown", "amplitude in a band of load"): lambda v, m, c, t, p, r: np.exp(-(((m - p[0]) / p[1]) ** 2)),
+    ("unknown", "amplitude in a band of speed"): lambda v, m, c, t, p, r: np.exp(-(((v - p[0]) / p[1]) ** 2)),
+    ("unknown", "amplitude in a band of temperature"): lambda v, m, c, t, p, r: np.exp(-(((c - p[0]) / p[1]) ** 2)),
     ("unknown", "amplitude over load"): lambda v, m, c, t, p, r: (m / r.largest) ** 3,
     ("unknown", "amplitude about zero load"): lambda v, m, c, t, p, r: np.tanh(m / (p[0] * r.largest)),
 }

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Mapping, Sequence
 from types import TracebackType
 from typing import Any
 
 import numpy as np
-import pysoem
 from numpy.typing import NDArray
 
-from drivers.errors import BusError, DriverError, IdentityError
+from drivers.errors import BusError, DriverError
 from drivers.ethercat import nonblocking
 from drivers.ethercat.assignment import assign_pdos
 from drivers.ethercat.emergency import EmergencyLog, EmergencyMessage
 from drivers.ethercat.exchange import CycleExchanger, Exchange, Exchanger, make_exchanger
-from drivers.ethercat.identity import check_identity, check_specs
+from drivers.ethercat.identity import check_specs
 from drivers.ethercat.image import Image
+from drivers.ethercat.mapping import check_sizes, map_process_data, scan
 from drivers.ethercat.pacing import FreeRunning, Pacing
 from drivers.ethercat.protocols import Master, Slave
 from drivers.ethercat.recovery import Condition, Recovery, recover_step
@@ -27,8 +26,6 @@ from drivers.ethercat.slave import SlaveSpec
 from drivers.ethercat.states import reach_init, reach_op, reach_safeop
 from drivers.ethercat.watchdog import set_watchdog
 
-_SCANS = 5
-_SCAN_PAUSE_S = 0.1
 _OP_TIMEOUT_S = 5.0
 
 
@@ -123,7 +120,7 @@ class EtherCatBus:
         BusError
             If the mapped sizes differ from the configured ones, or SAFEOP is not reached.
         """
-        found = self._scan()
+        found = scan(self._master, self.specs, self.interface)
         for spec, slave in zip(self.specs, found, strict=True):
             self._sdo[spec.name] = SdoClient(slave, spec.name)
             self._emergencies.listen(spec.name, slave)
@@ -131,8 +128,8 @@ class EtherCatBus:
                 set_watchdog(slave, spec.name, spec.watchdog_s)
             # config_init wipes the callback and config_map calls it, so this is the one place to set it.
             slave.config_func = self._callback(spec) if spec.coe else None
-        self._map()
-        self._check_sizes(found)
+        map_process_data(self._master)
+        check_sizes(self.specs, found, self._out, self._in)
         if any(spec.sync0_shift_ns is not None for spec in self.specs):
             self._master.config_dc()
         self._exchanger = make_exchanger(
@@ -263,24 +260,6 @@ class EtherCatBus:
     ) -> None:
         self.close()
 
-    def _scan(self) -> Sequence[Slave]:
-        """Find the slaves and check who they are.
-
-        More than once: a link that has just come up loses the first frames, and SOEM takes the data of the EEPROM
-        access before for that of one whose frames were lost.
-        """
-        error = BusError(f"no slave answers on '{self.interface}'; check the cable and that the slaves are powered")
-        for _ in range(_SCANS):
-            if self._master.config_init() > 0:
-                try:
-                    check_identity(self.specs, self._slaves(), self.interface)
-                except IdentityError as mismatch:
-                    error = mismatch
-                else:
-                    return self._slaves()
-            time.sleep(_SCAN_PAUSE_S)
-        raise error
-
     def _slaves(self) -> Sequence[Slave]:
         return self._master.slaves or ()
 
@@ -297,22 +276,3 @@ class EtherCatBus:
                 raise
 
         return configure
-
-    def _map(self) -> None:
-        try:
-            self._master.config_map()
-        except pysoem.ConfigMapError as error:
-            # Left-over packet errors appear here though the mapping succeeded; the sizes, checked next, tell.
-            serious = [item for item in error.error_list if not isinstance(item, pysoem.PacketError)]
-            if serious:
-                raise BusError(f"process data could not be mapped: {serious[0]!r}") from error
-
-    def _check_sizes(self, found: Sequence[Slave]) -> None:
-        for place, (spec, slave) in enumerate(zip(self.specs, found, strict=True)):
-            for kind, image, actual in (("outputs", self._out, slave.output), ("inputs", self._in, slave.input)):
-                start, stop = image.spans[place]
-                if len(actual) != stop - start:
-                    raise BusError(
-                        f"{spec.name} maps {len(actual)} bytes of {kind} but the configuration has {stop - start}; "
-                        "its PDOs in the configuration should be those of the device"
-                    )

@@ -275,11 +275,13 @@ class EmulatedMaster:
             slave.output_bytes[:], slave.input_bytes[:] = out, in_
 
 
-def emulated_master(plant: str = "rh380n", seed: int = 0, cycle_time_s: float = 0.0005) -> EmulatedMaster:
+def emulated_master(
+    plant: str = "rh380n", seed: int = 0, cycle_time_s: float = 0.0005, without: Sequence[str] = ()
+) -> EmulatedMaster:
     """Return a master over the emulated bench of a plant file (entry point ``emulated`` of ``bench.masters``).
 
-    ``plant`` is the name of a plant that ships or a path, ``seed`` that of its noise.
+    ``plant`` is the name of a plant that ships or a path, ``seed`` that of its noise, ``without`` terminals it lacks.
     """
     from fakes.ethercat.benches import bench_of
 
-    return EmulatedMaster(bench_of(plant, seed, cycle_time_s))
+    return EmulatedMaster(bench_of(plant, seed, cycle_time_s, without))

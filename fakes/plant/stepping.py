@@ -83,7 +83,7 @@ def _run_drives(
     run_drive(p, d, counts, c.input_enable != 0, c.input_mode, stop, c.input_velocity, c.input_torque, tick)
     if active[_INPUT_OFF]:
         d.torque = 0.0
-    if active[_INPUT_RUNAWAY]:
+    if active[_INPUT_RUNAWAY] and c.input_enable != 0:
         d.torque = faults[_INPUT_RUNAWAY].value
     now.motor_torque = p.polarity * p.torque_gain * d.torque - p.torque_offset
 
@@ -93,7 +93,7 @@ def _run_drives(
     run_drive(p, d, counts, c.load_enable != 0, c.load_mode, stop, c.load_velocity, c.load_torque, tick)
     if active[_LOAD_OFF]:
         d.torque = 0.0
-    if active[_LOAD_RUNAWAY]:
+    if active[_LOAD_RUNAWAY] and c.load_enable != 0:
         d.torque = faults[_LOAD_RUNAWAY].value
     now.load_torque = p.polarity * p.torque_gain * d.torque - p.torque_offset - now.ripple
 

@@ -30,8 +30,15 @@ LONG = {
     "bench mismatch paper": "needs the campaign above",
     "bench benchmark identify paper": "needs the campaign above",
     "bench prove": "minutes; bench prove --quick runs in its own tests",
+    "bench serve": "runs until it is stopped; tests/browser and tests/bench/service do it",
     "bench emulate": "runs until it is stopped; tests/fakes/ethercat/wire does it",
+    "bench commission --b": "needs a wire or hardware; tests/bench/commissioning does it in process",
     "bench run quick --bus": "needs rights and real time; tests/drivers/test_wire.py does it",
+    "bench run short --bench rh380n-wire": "the same; tests/system/test_wire_modbus.py opens that bench",
+    "bench validate wired": "needs the run above",
+    "bench identify wired": "needs the run above",
+    "bench benchmark cycle": "minutes, and rights; tests/system/test_benchmark_cycle.py does it",
+    "bench doctor --bus": "needs an interface; tests/bench/cli/test_doctor.py does it without",
     "bench run quick --bench lab.toml": "the same run once more, or hardware",
 }
 """Beginnings of lines of which only name, options and arguments are checked."""

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import runpy
 import tomllib
+from pathlib import Path
 
 import pytest
 
 from bench.campaigns.facts import facts
 from bench.configuration import load_bench
 from bench.protocols import Request, Segment, Sequence
+from drivers.errors import DriverError, SensorError
 from tests.docs.commands import ROOT
 
 EXAMPLES = ROOT / "docs" / "examples"
@@ -35,3 +37,19 @@ def test_the_entry_point_on_the_page_names_the_class() -> None:
     table = tomllib.loads(page.split("```toml\n")[1].split("```")[0])
     (target,) = table["project"]["entry-points"]["bench.sequences"].values()
     assert target.split(":")[1] in runpy.run_path(str(EXAMPLES / "lost_motion.py"))
+
+
+def test_the_example_driver_measures_or_says_why_not(tmp_path: Path) -> None:
+    make = runpy.run_path(str(EXAMPLES / "file_thermometer.py"))["file_thermometer"]
+    file = tmp_path / "temperature.txt"
+    thermometer = make("temperature", {"path": str(file)})
+    with pytest.raises(SensorError, match="is its writer running"):
+        thermometer.measure()
+    file.write_text("31.5\n")
+    assert thermometer.measure().temperature_c == 31.5
+    file.write_text("warm\n")
+    with pytest.raises(SensorError, match="holds no temperature"):
+        thermometer.measure()
+    thermometer.close()
+    with pytest.raises(DriverError, match="exactly path"):
+        make("temperature", {"file": str(file)})

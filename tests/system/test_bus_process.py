@@ -20,10 +20,11 @@ from bench.campaigns.recorder import Recorder
 from bench.configuration import BenchFile, load_bench, on_interface, parse_bench
 from bench.cycle.assembly import assemble
 from bench.cycle.rig import EndKind, Rig
+from bench.errors import LimitError
 from bench.protocols import Segment
 from bench.recording import Gearbox, Recording, RecordingHeader
 from bench.recording.validation import validate
-from bench.safety import Cause, is_device_fault
+from bench.safety import Act, Cause, is_device_fault
 from tests.system.test_rig import Tape, never, short
 from tests.veth import Emulator, VethPair, real_time_allowed
 
@@ -88,6 +89,34 @@ def test_a_motion_is_whole_though_set_values_go_ahead(on_stand_in: tuple[BenchFi
     ramp = np.median(steps[steps > 0])
     assert steps.max() <= 1.5 * ramp * max(1, np.diff(cycle).max())
     assert (np.diff(cycle) >= 1).all()
+
+
+def test_a_stop_of_the_bus_process_ends_the_run_and_is_not_taken_up_again(on_stand_in: tuple[BenchFile, Any]) -> None:
+    file, make = on_stand_in
+    assembly = make()
+    tape = Tape()
+    with Rig(file, assembly=assembly) as rig:
+        rig.enable()
+
+        def stop() -> bool:
+            if tape.count > 500:
+                assembly.bus.order_stop()
+            return False
+
+        end = rig.run(short(file, speed=5.0, hold_s=30.0), tape, stop)
+        assert (end.kind, end.cause) == (EndKind.TRIPPED, Cause.BUS_STOPPED)
+        assert end.text == "the bus process has stopped the drives by itself: the rig ordered it"
+        assert rig.drives_off()
+        with pytest.raises(LimitError, match="was stopped"):
+            rig.enable()
+        for act in Act:
+            rig.latch.act(act, "test")
+        rig.enable()
+        # the speed at which it was stopped is forgotten
+        assert rig.set_values == (0.0, 0.0)
+        rig.idle(0.2)
+        assert not assembly.bus.sent["input_drive"]["60FF:00"][: len(assembly.bus.meta)].any()
+        assert rig.run(short(file, speed=2.0, hold_s=0.1), Tape(), never).kind is EndKind.FINISHED
 
 
 def test_a_killed_rig_leaves_drives_at_rest(veth: VethPair, emulator: Emulator, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.configuration import BenchConfiguration, load_bench, on_interface
+from bench.cycle.ahead import AheadLink
 from bench.cycle.assembly import assemble, device_errors
 from bench.cycle.jitter.figures import Notes
 from bench.cycle.link import Link
@@ -30,7 +31,7 @@ def run(
     """
     bench = _configuration(interface, rate, priority, cpu)
     assembly = assemble(bench, seed=0, real_time=True)
-    link = Link(bench, assembly, paced=False)
+    link = AheadLink(bench, assembly)
     noted: list[NDArray[np.int64]] = []
     with device_errors():
         link.open()

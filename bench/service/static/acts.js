@@ -56,8 +56,9 @@ async function take(from = null) {
   const answer = await post("controls/take", from ? { name, taken_from: from } : { name });
   me.name = name;
   me.secret = answer.secret;
-  // Before the stream says so, so that an act that waits for the controls finds them.
+  // The stream may say so before this answer or after it.
   state.holder = { name, since: new Date().toISOString(), away: false, offered_to: null };
+  document.dispatchEvent(new Event("controls"));
   toast(`${name} holds the controls`);
 }
 
@@ -72,7 +73,7 @@ export function controls(then = null) {
       make("label", { class: "field" }, "Hand over to (name)", to),
     ], [
       ["Hand over", () => post("controls/offer", { secret: me.secret, to: to.value.trim() })],
-      ["Let go", async () => { await post("controls/release", { secret: me.secret }); me.secret = null; }, ""],
+      ["Let go", async () => { await post("controls/release", { secret: me.secret }); me.secret = null; document.dispatchEvent(new Event("controls")); }, ""],
     ]);
   }
   if (!holder) return sheet("Take the controls", [make("p", {}, "One person at a time holds them; the others watch. Everybody can press STOP."), nameField()],

@@ -56,7 +56,8 @@ const ON = {
 function gone(since) {
   $("gone").hidden = since === null;
   if (since !== null) $("gone").textContent = `The service has not answered since ${moment(since)}. What you see is old. A run that was going on goes on without it. If anything is wrong at the bench, use the emergency stop.`;
-  document.body.classList.toggle("old", since !== null);
+  state.gone = since !== null;
+  now.status();
 }
 
 async function main() {
@@ -67,6 +68,7 @@ async function main() {
   $("stop").addEventListener("pointerdown", acts.stop);
   $("stop").addEventListener("keydown", event => { if (event.key === "Enter" || event.key === " ") acts.stop(); });
   $("holder").addEventListener("click", () => acts.controls());
+  document.addEventListener("controls", header);
   setInterval(() => { $("clock").textContent = new Date().toLocaleTimeString([], { hour12: false }); }, 500);
   view(sessionStorage.getItem("view") || "now");
   try { await showToken(); } catch (error) { toast(acts.sentence(error)); }

@@ -11,7 +11,8 @@ export const buffers = new Buffers();
 const NAMES = ["motor_velocity_setpoint", "motor_velocity", "load_motor_torque_setpoint", "load_torque", "temperature"];
 const WINDOWS = [[60, "1 min"], [600, "10 min"], [3600, "1 h"], [36000, "10 h"]];
 const plots = {};
-let seconds = 600, dirty = true, lastAct = "";
+const STALE_MS = 3000;
+let seconds = 600, dirty = true, lastAct = "", heard = 0;
 
 export function open() {
   plots.speed = bandPlot($("plot-speed"), { title: "Speed, load side, °/s", least: 0.5 });
@@ -22,6 +23,7 @@ export function open() {
   choice($("windows"), WINDOWS, seconds, value => { seconds = Number(value); dirty = true; });
   choice($("orders"), [[320, "all"], [160, "to 160"], [50, "to 50"]], 320, value => { plots.spectrum.range = [0, Number(value)]; spectrum(); });
   setInterval(draw, 250);
+  setInterval(stale, 500);
 }
 
 export async function load() {
@@ -30,10 +32,17 @@ export async function load() {
   dirty = true;
 }
 
-export function live(bucket) { buffers.add(bucket); dirty = true; tiles(bucket.values); }
+export function live(bucket) { buffers.add(bucket); dirty = true; heard = Date.now(); tiles(bucket.values); }
 export function clear() { buffers.clear(); dirty = true; }
 
-const SIGN = { speed: 1, torque: 1 };
+// An old value in large figures would be taken for the state of the bench: it goes as soon as it is old.
+function stale() {
+  const old = Date.now() - heard > STALE_MS || !running() || state.gone;
+  document.querySelector(".tiles").classList.toggle("stale", old);
+  if (!old) return;
+  for (const id of ["speed", "torque", "temperature", "angle", "motor"]) { $(`v-${id}`).textContent = "–"; $(`s-${id}`).textContent = ""; }
+  $("s-speed").textContent = state.gone ? "not known" : running() ? "no value comes" : "nothing runs";
+}
 
 function tiles(values) {
   const { ratio } = state.about;
@@ -45,7 +54,7 @@ function tiles(values) {
   $("s-speed").textContent = wanted === undefined ? "" : `set ${number(wanted / ratio * DEGREES, 2)} °/s · motor ${number(velocity * 60 / (2 * Math.PI), 0)} rpm`;
   set("v-torque", mean("load_torque"), 1, "N·m");
   const torque = values.load_motor_torque_setpoint?.[3];
-  $("s-torque").textContent = torque === undefined ? "" : `set ${number(torque * SIGN.torque, 0)} N·m`;
+  $("s-torque").textContent = torque === undefined ? "" : `set ${number(torque, 0)} N·m`;
   set("v-temperature", mean("temperature"), 1, "°C");
   const target = state.status.target;
   $("s-temperature").textContent = Number.isFinite(target) && target !== null ? `wanted ${number(target, 1)} °C` : values.ambient_temperature ? `room ${number(mean("ambient_temperature"), 1)} °C` : "";
@@ -98,6 +107,12 @@ const PHASES = { free: "Ready", opening: "Opening the bench", measuring_zero: "M
 
 export function status() {
   const { status: now } = state, run = running(), box = $("phase");
+  if (state.gone) {
+    box.className = "phase alarm";
+    $("phase-name").textContent = "Not known";
+    $("phase-label").textContent = "the service does not answer";
+    return;
+  }
   const phase = run ? now.phase : "free";
   const alarm = state.alarms.length && !run;
   box.className = `phase ${alarm ? "alarm" : phase}`;

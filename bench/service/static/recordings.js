@@ -7,7 +7,7 @@ import { me, state } from "./state.js";
 import { $, bytes, duration, make, moment, number, pill, setpoint } from "./text.js";
 
 let shown = [];
-const LABELS = { "motor_velocity / ratio": "Speed from the motor, load side", load_velocity: "Speed, load side", load_torque: "Load torque (sensor)", load_motor_torque: "Load motor torque", motor_torque: "Motor torque", temperature: "Lubricant" };
+const LABELS = { motor_velocity: "Speed from the motor, load side", load_velocity: "Speed, load side", load_torque: "Load torque (sensor)", load_motor_torque: "Load motor torque", motor_torque: "Motor torque", temperature: "Lubricant" };
 
 export function open() { $("folders-reload").addEventListener("click", folders); }
 
@@ -41,7 +41,7 @@ export async function folder(name) {
     make("button", { type: "button", class: "main", on: { click: () => analyse("identify", name) } }, "Identify"),
     make("button", { type: "button", class: "main", on: { click: () => analyse("mismatch", name) } }, "What does the simulation leave out?"));
   $("folder-list").replaceChildren(make("table", {}, head("Recording", "Set point", "Kept", "Length", "Begun"), make("tbody", {}, ...list.map(one => one.why
-    ? make("tr", {}, make("td", {}, one.file), make("td", { colspan: 4 }, pill("failed", "no use"), ` ${one.why}`))
+    ? make("tr", {}, make("td", {}, one.file), make("td", { colspan: 4 }, pill("failed", "no use"), ` ${one.why.replace(/^.*?: /, "")}`))
     : opened(make("tr", {}, make("td", {}, make("b", {}, one.id)), make("td", {}, setpoint(one)),
       make("td", {}, one.accepted ? pill("done", "passed") : one.complete ? pill("failed", "not passed") : pill("skipped", "cut short")),
       make("td", {}, duration(one.duration_s)), make("td", {}, moment(one.started_at))), () => recording(name, one))))));

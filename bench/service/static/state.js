@@ -1,7 +1,7 @@
 // What the page knows; changed by messages of the service only.
 export const state = {
   about: { bench: "", title: "", ratio: 1, emulated: true, limits: {} },
-  holder: null, allowed: [], alarms: [], alive: true, model: null,
+  gone: false, holder: null, allowed: [], alarms: [], alive: true, model: null,
   runs: [], held: false, plan: null, points: new Map(), status: { phase: "free" }, spectrum: null, analyses: [],
 };
 

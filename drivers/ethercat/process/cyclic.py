@@ -65,7 +65,7 @@ class Cyclic:
             self._last = bytes(self._layout.out_width)
             self._mode = STOPPED
         else:
-            self.guard.start()
+            self.guard.start(reason)
             self._mode = STOPPING
         self._words[at.STATE] = self._mode
 
@@ -105,17 +105,19 @@ class Cyclic:
         """Put the outputs of this cycle into ``_last``; return which set values they are."""
         words = self._words
         if self._mode != CYCLING:
+            # what the rig hands over meanwhile is not wanted any more
+            self._next = words[at.SET_NEXT] = words[at.SET_HEAD]
             if self.guard is not None and self.guard.steps:
                 self._last = self.guard.outputs
             return -1
         skip = words[at.SKIP_TO]
         if skip > self._next:
-            self._next = skip
+            self._next = words[at.SET_NEXT] = skip
         if self._next < words[at.SET_HEAD]:
             place = self._layout.set_values + self._next % self._layout.set_rows * self._layout.out_width
             self._last = bytes(self._memory[place : place + self._layout.out_width])
             self._next += 1
-            words[at.SET_USED] = self._next
+            words[at.SET_USED] = words[at.SET_NEXT] = self._next
             self._held = 0
             return self._next - 1
         limit = words[at.HOLD_LIMIT]

@@ -105,9 +105,13 @@ class Guard:
                 return Reason.LIMIT
         return Reason.NONE
 
-    def start(self) -> None:
-        """Begin the stop."""
-        self._step = self._elapsed = 0
+    def start(self, reason: Reason) -> None:
+        """Begin the stop: at the first step, or at the last one where a drive cannot be trusted.
+
+        A drive that is beyond its limit may have a wrong encoder, and would ramp down from a speed that never was.
+        """
+        self._step = len(self.steps) - 1 if reason is Reason.LIMIT else 0
+        self._elapsed = 0
 
     def clear(self) -> None:
         """Forget what was counted, after the operator's acknowledgement."""

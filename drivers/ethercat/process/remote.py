@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.errors import BusError
-from drivers.ethercat.emergency import EmergencyMessage
 from drivers.ethercat.exchange import Exchange
 from drivers.ethercat.identity import check_specs
 from drivers.ethercat.image import Image
@@ -21,19 +20,19 @@ from drivers.ethercat.process import layout as at
 from drivers.ethercat.process.client import Client, reserve_memory
 from drivers.ethercat.process.guard import Reason
 from drivers.ethercat.process.layout import Layout, Shared
-from drivers.ethercat.process.remote_sdo import RemoteSdo
+from drivers.ethercat.process.services import Services
 from drivers.ethercat.process.settings import Protection, RealTime, Setup
-from drivers.ethercat.recovery import Recovery
-from drivers.ethercat.sdo import SdoClient
 from drivers.ethercat.slave import SlaveSpec
 
 _SECONDS_OF_SET_VALUES, _SECONDS_OF_IMAGES = 4.0, 8.0
 _SILENCE_S = 2.0
 """A process that hands over no image for so long does not cycle."""
 _SHORTEST_WAIT_S = 0.0002
+_CYCLES_TO_SEE = 1000
+"""Cycles within which a process that lives has seen what was written, even on a machine that does much else."""
 
 
-class RemoteBus:
+class RemoteBus(Services):
     """A bus in a process of its own.
 
     Set values are handed over ahead with :meth:`submit`, images come back with :meth:`collect`; the process takes one
@@ -64,8 +63,8 @@ class RemoteBus:
         real_time: RealTime | None = None,
         arguments: Mapping[str, Any] | None = None,
     ) -> None:
+        super().__init__(check_specs(slaves))
         self.interface, self.cycle_time_s, self.block_capacity = interface, cycle_time_s, block_capacity
-        self.specs = check_specs(slaves)
         outputs = [(spec.name, spec.outputs) for spec in self.specs]
         inputs = [(spec.name, spec.inputs) for spec in self.specs]
         self._out = Image.build(outputs, block_capacity)
@@ -96,7 +95,6 @@ class RemoteBus:
         self._protection = Protection()
         self._tail = 0
         self._descriptor = -1
-        self._client: Client | None = None
         self._shared: Shared | None = None
 
     # -- life -----------------------------------------------------------------------------------------------------
@@ -189,7 +187,7 @@ class RemoteBus:
         shared, rows = self._memory, self.layout.set_rows
         head = int(shared.words[at.SET_HEAD])
         # one row of distance, so that the one being taken is never the one being written
-        if head - int(shared.words[at.SET_USED]) + n >= rows:
+        if not self._has_room(shared, n):
             raise BusError(f"set values of {n} more cycles do not fit; {rows - 1} may be ahead")
         places = np.arange(head, head + n) % rows
         shared.set_values[places] = self._out.bytes[:n]
@@ -233,11 +231,23 @@ class RemoteBus:
         words[at.STOP_ORDER] = words[at.RESUMED] + 1
 
     def resume(self) -> None:
-        """Follow set values again after the process has stopped the drives by itself: an operator's act."""
+        """Follow set values again after the process has stopped the drives by itself: an operator's act.
+
+        Raises
+        ------
+        BusError
+            If the process is not done with its stop, or has ended.
+        """
         words = self._memory.words
         words[at.SKIP_TO] = words[at.SET_HEAD]
         words[at.STOP_ORDER] = 0
-        words[at.RESUME] = words[at.RESUMED] + 1
+        wanted = words[at.RESUMED] + 1
+        words[at.RESUME] = wanted
+        end = time.monotonic() + _SILENCE_S
+        while words[at.RESUMED] != wanted:
+            if not self._opened.look() or time.monotonic() > end:
+                raise BusError(self.ended or "the bus process still stops the drives; wait until they are at rest")
+            time.sleep(self.cycle_time_s)
 
     @property
     def stopped(self) -> str | None:
@@ -256,44 +266,21 @@ class RemoteBus:
         """File and layout by which another process of the same user can map the rings, to look at them only."""
         return f"/proc/{os.getpid()}/fd/{self._descriptor}", self.layout
 
-    # -- the rest -------------------------------------------------------------------------------------------------
-
-    def sdo(self, name: str) -> SdoClient:
-        """Object dictionary of a slave. While the bus cycles, an access costs the cycles it takes."""
-        if name not in {spec.name for spec in self.specs}:
-            known = ", ".join(spec.name for spec in self.specs)
-            raise BusError(f"'{name}' is no configured slave of this bus; it has {known}")
-        return RemoteSdo(self._opened.ask, name)
-
-    def sdo_read(self, name: str, index: int, subindex: int, type_: str) -> int:
-        """Read an integer object of a slave (:meth:`SdoClient.read`)."""
-        return self.sdo(name).read(index, subindex, type_)
-
-    def sdo_write(self, name: str, index: int, subindex: int, type_: str, value: int) -> None:
-        """Write an integer object of a slave (:meth:`SdoClient.write`)."""
-        self.sdo(name).write(index, subindex, type_, value)
-
-    def emergencies(self) -> tuple[EmergencyMessage, ...]:
-        """As :meth:`EtherCatBus.emergencies`."""
-        messages: tuple[EmergencyMessage, ...] = self._opened.ask("emergencies")
-        return messages
-
-    def recover(self) -> tuple[Recovery, ...]:
-        """As :meth:`EtherCatBus.recover`; no cycle runs meanwhile."""
-        steps: tuple[Recovery, ...] = self._opened.ask("recover")
-        return steps
-
-    @property
-    def _opened(self) -> Client:
-        if self._client is None:
-            raise BusError("the bus process does not run; open() comes first")
-        return self._client
-
     @property
     def _memory(self) -> Shared:
         if self._shared is None:
             raise BusError("the bus process does not run; open() comes first")
         return self._shared
+
+    def _has_room(self, shared: Shared, n: int) -> bool:
+        """Whether n more rows fit; rows that were dropped count until the process has seen that."""
+        for _ in range(_CYCLES_TO_SEE):
+            if shared.words[at.SET_HEAD] - shared.words[at.SET_NEXT] + n < self.layout.set_rows:
+                return True
+            if self.queued + n >= self.layout.set_rows:
+                return False
+            time.sleep(self.cycle_time_s)
+        return False
 
     def _lag(self, shared: Shared) -> int:
         return int(shared.words[at.IMAGE_HEAD]) - self._tail

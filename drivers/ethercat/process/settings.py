@@ -70,7 +70,7 @@ class Protection:
 
     Attributes
     ----------
-    steps : sent one after the other; the last one's outputs stay.
+    steps : sent one after the other; the last one's outputs stay. After a broken limit only the last one is sent.
     watches : limits on inputs.
     bad_cycles : cycles in a row with a wrong working counter.
     """

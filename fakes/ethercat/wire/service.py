@@ -24,8 +24,9 @@ from fakes.ethercat.fault_text import FaultRequest, parse_fault
 from fakes.ethercat.wire.control import TIMEOUT_S, ControlServer
 from fakes.ethercat.wire.port import Port
 from fakes.ethercat.wire.responder import Responder
-from fakes.plant import PlantError
+from fakes.plant import Plant, PlantError
 
+_SHAFTS = ("motor_velocity", "load_velocity", "torque")
 _LOCK_ALL = 1 | 2
 """mlockall: present and future pages."""
 
@@ -117,7 +118,10 @@ class Service:
         bench = self._responder.bench
         states = {slave.role: slave.al.status for slave in bench.slaves}
         drives = {drive.role: drive.state.name for drive in bench.drives}
+        truth = bench.plant.state if isinstance(bench.plant, Plant) else {}
         return {
+            "shafts": {name: truth[name] for name in _SHAFTS if name in truth},
+            "powered": [drive.role for drive in bench.drives if drive.power.powered],
             "counters": asdict(self._responder.counters),
             "al_status": states,
             "drives": drives,

@@ -9,11 +9,13 @@ import pytest
 from typer.testing import CliRunner
 
 from bench.campaigns import acts, parse_campaign
+from bench.campaigns.journal import Journal
+from bench.campaigns.listener import Silent
 from bench.campaigns.session import run_campaign
 from bench.cli.app import make_app
 from bench.configuration import BenchFile, load_bench, parse_bench
 from bench.cycle.rig import EndKind
-from bench.errors import LimitError
+from bench.errors import DeviceError, LimitError
 from bench.recording import Recording
 from bench.recording.validation import validate
 from bench.safety import Standing
@@ -72,7 +74,7 @@ def test_a_stop_leaves_a_record(stopped: Path) -> None:
     record: dict[str, Any] = json.loads(path.read_text())
     assert record["cause"] == "LOAD_TORQUE_RATE"
     assert "load_torque_rate" in record["text"]
-    assert [rung["rung"] for rung in record["rungs"]] == ["quick stop", "disable voltage"]
+    assert [rung["rung"] for rung in record["rungs"]] == ["disable voltage"]
     assert record["to_rest_s"] <= sum(rung["lasted_s"] for rung in record["rungs"]) == pytest.approx(record["lasted_s"])
     assert record["drives"] == {"input_drive": "SWITCH_ON_DISABLED", "load_drive": "SWITCH_ON_DISABLED"}
     times = [sample["time_s"] for sample in record["coast_down"]]
@@ -118,3 +120,26 @@ def test_a_clear_bench_has_nothing_to_acknowledge(file: BenchFile, tmp_path: Pat
         acts.acknowledge(file, tmp_path, "me")
     assert acts.reset(file, tmp_path, "me").standing is Standing.CLEAR
     assert replace(acts.latch_of(file, tmp_path).read(), acts=()).standing is Standing.CLEAR
+
+
+def test_a_folder_that_goes_on_with_another_zero_says_so(file: BenchFile, tmp_path: Path) -> None:
+    class Ears(Silent):
+        def __init__(self) -> None:
+            self.heard: list[str] = []
+
+        def noticed(self, text: str) -> None:
+            self.heard.append(text)
+
+    with Journal(tmp_path, CAMPAIGN, file) as journal:
+        journal.remember("zero", "another")
+    ears = Ears()
+    run_campaign(file, CAMPAIGN, tmp_path, ears)
+    assert any("zero another" in text and str(file.configuration.zero_id) in text for text in ears.heard)
+    (recording,) = tmp_path.glob("*.h5")
+    assert Recording.open(recording).zero_id == file.configuration.zero_id
+
+
+def test_two_runs_do_not_share_a_folder(file: BenchFile, tmp_path: Path) -> None:
+    with Journal(tmp_path, CAMPAIGN, file), pytest.raises(DeviceError, match="in use by a run in process"):
+        run_campaign(file, CAMPAIGN, tmp_path)
+    assert run_campaign(file, CAMPAIGN, tmp_path).end.kind is EndKind.FINISHED

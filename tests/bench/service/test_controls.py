@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from pathlib import Path
 
 import pytest
@@ -96,3 +97,21 @@ def test_a_run_that_dies_is_an_alarm_that_is_acknowledged(client: Client) -> Non
     client.ask(f"alarms/{alarm['number']}/acknowledge", secret=client.secret)
     assert client.state("state")["alarms"] == []
     client.ask(f"alarms/{alarm['number']}/acknowledge", 409, secret=client.secret)
+
+
+def test_stop_while_a_run_is_being_started_stops_it(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    started = client.launcher.start
+
+    async def slow(job: Path, log: Path) -> int:
+        client_answer = await asyncio.to_thread(lambda: client.http.post("/api/stop", json={}))
+        assert client_answer.json()["done"].startswith("nothing runs")
+        return await started(job, log)
+
+    monkeypatch.setattr(client.launcher, "start", slow)
+    client.take()
+    client.ask("runs", name="Ann", secret=client.secret, campaign="quick")
+    client.until(lambda: client.launcher.processes)
+    client.until(lambda: client.launcher.processes[0].poll() is not None)
+    client.until(lambda: client.state("runs")["runs"][0]["state"] == "ended")
+    assert client.state("runs")["runs"][0]["end"]["kind"] == "interrupted"
+    assert client.state("runs")["held"]

@@ -174,7 +174,7 @@ def test_a_listener_that_does_not_read_holds_up_nobody(tmp_path: Path) -> None:
             # give the good one the processor now and then
             time.sleep(0.001)
     assert time.monotonic() - start < 30.0
-    server.close(wait_s=5.0)
+    server.close(wait_s=2.0)
     reader.join(20.0)
     assert not reader.is_alive()
     numbers = [json.loads(line)["number"] for line in received if '"point"' in line]

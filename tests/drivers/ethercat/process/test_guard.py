@@ -57,7 +57,7 @@ def test_stale_inputs_are_not_judged() -> None:
 
 def test_a_stop_goes_on_when_the_drives_have_no_power_any_more() -> None:
     stopping = guard()
-    stopping.start()
+    stopping.start(Reason.STARVED)
     assert stopping.outputs == b"\x02"
     assert not stopping.advance(image(0x07), WKC)
     assert not stopping.advance(image(0x40), WKC)
@@ -68,9 +68,17 @@ def test_a_stop_goes_on_when_the_drives_have_no_power_any_more() -> None:
 
 def test_a_step_has_an_end_whatever_the_drives_say() -> None:
     stopping = guard()
-    stopping.start()
+    stopping.start(Reason.STARVED)
     ended = [stopping.advance(image(0x27), -1) for _ in range(8)]
     assert ended == [False] * 7 + [True]
+
+
+def test_a_drive_beyond_its_limit_is_not_asked_for_a_ramp() -> None:
+    stopping = guard()
+    stopping.start(Reason.LIMIT)
+    assert stopping.outputs == b"\x00"
+    assert not stopping.advance(image(0x27), WKC)
+    assert stopping.advance(image(0x40), WKC)
 
 
 def test_an_acknowledged_guard_begins_anew() -> None:

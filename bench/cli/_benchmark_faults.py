@@ -1,0 +1,57 @@
+"""``bench benchmark faults``: everything that can break, broken, and what then happens."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bench.cli.exit_codes import ExitCode
+
+
+def faults(
+    only: Annotated[
+        list[str] | None, typer.Option("--only", help="Rows whose name holds this; may be given again. Default: all.")
+    ] = None,
+    wire: Annotated[
+        bool, typer.Option("--wire/--no-wire", help="Rows that need real frames and processes (rights, real time).")
+    ] = True,
+    table: Annotated[Path | None, typer.Option("--table", help="Write the table as a page of Markdown.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print what became of every row as JSON.")] = False,
+) -> None:
+    """Strike the emulated bench with every fault there is and check what follows; exit code 6 if a row is not right.
+
+    For each: cause found, time to rest, state of the drives, true shafts within their envelope, what the operator is
+    told, no torque by itself afterwards, everything recorded before reads back.
+    """
+    from bench.configuration import load_bench
+    from bench.matrix import ROWS, WIRE
+    from bench.matrix.outcome import Envelope
+    from bench.matrix.plant import LOAD_SHARE, SPEED
+    from bench.matrix.run import run_rows
+    from bench.matrix.table import page
+
+    file = load_bench("rh380n")
+    rows = [row for row in ROWS if not only or any(word in row.fault for word in only)]
+    rows = [row for row in rows if wire or row.kind != WIRE]
+    outcomes = []
+    for outcome in run_rows(rows, file):
+        outcomes.append(outcome)
+        if not as_json:
+            stopped = "runs on" if outcome.stopped_s is None else f"at rest after {outcome.stopped_s:.2f} s"
+            verdict = "right" if outcome.passed else "NOT RIGHT: " + "; ".join(outcome.problems)
+            typer.echo(f"{outcome.name:32} {outcome.cause.lower() or '-':24} {stopped:22} {verdict}")
+    if table is not None:
+        envelope = Envelope.of(file.configuration)
+        text = (
+            f"motor {envelope.motor_speed:.0f} rad/s, load {envelope.load_speed:.0f} rad/s, {envelope.torque:.0f} N·m"
+        )
+        load = LOAD_SHARE * file.configuration.limits.load_torque
+        table.write_text(page(outcomes, math.degrees(SPEED), load, text), "utf-8")
+    if as_json:
+        typer.echo(json.dumps([outcome.as_dict() for outcome in outcomes], ensure_ascii=False))
+    if not all(outcome.passed for outcome in outcomes):
+        raise typer.Exit(ExitCode.NOT_VALID)

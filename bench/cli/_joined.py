@@ -1,0 +1,76 @@
+"""``bench run`` where a service has the bus: join its queue, follow the run, stop it with Ctrl-C."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn
+
+from bench.cli._text import duration_text
+from bench.cli.exit_codes import ExitCode
+from bench.service.client import Client
+
+_CODES: dict[str, ExitCode] = {
+    "finished": ExitCode.OK,
+    "failed_points": ExitCode.NOT_VALID,
+    "interrupted": ExitCode.INTERRUPTED,
+    "withdrawn": ExitCode.INTERRUPTED,
+    "tripped": ExitCode.LIMIT,
+    "refused": ExitCode.LIMIT,
+    "device": ExitCode.DEVICE,
+    "died": ExitCode.DEVICE,
+}
+
+
+def run_joined(client: Client, campaign: str, out: Path | None, real_time: bool, seed: int, as_json: bool) -> ExitCode:
+    """Ask the service for the run and follow it to its end."""
+    console = Console(stderr=as_json, highlight=False)
+    asked = client.ask(campaign, out, real_time, seed)
+    console.print(f"A service has this bench ([bold]{client.url}[/]); the run joins its queue and is shown there.")
+    if asked["state"] == "proposed":
+        console.print("Somebody else holds the controls: the run begins when they say so on the page.")
+    running = False
+    try:
+        with Progress(BarColumn(30), TextColumn("{task.description}"), console=console, transient=True) as bar:
+            row = bar.add_task("waits for its turn", total=1.0)
+            for message in client.events():
+                if message["type"] == "runs":
+                    ours = next((run for run in message["runs"] if run["id"] == asked["id"]), None)
+                    running = ours is not None and ours["state"] == "running"
+                    if ours is not None and ours["state"] == "ended":
+                        return _ended(ours, console, as_json)
+                elif running:
+                    _show(bar, row, message)
+    except KeyboardInterrupt:
+        if running:
+            client.post("stop", {"by": client.person})
+            console.print("STOP: the bench is brought to rest.")
+        else:
+            console.print("The run stays in the queue; it can be taken out on the page.")
+        return ExitCode.INTERRUPTED
+    console.print("The service ended; the run goes on without it.")
+    return ExitCode.DEVICE
+
+
+def _show(bar: Progress, row: Any, message: dict[str, Any]) -> None:
+    if message["type"] == "plan":
+        bar.update(row, total=message["duration_s"])
+    elif message["type"] == "status" and message.get("remaining_s") is not None:
+        total = bar.tasks[0].total or 1.0
+        left = message["remaining_s"]
+        bar.update(row, completed=total - left, description=f"{duration_text(left)} left  {message['label']}")
+
+
+def _ended(run: dict[str, Any], console: Console, as_json: bool) -> ExitCode:
+    end = run["end"]
+    if as_json:
+        typer.echo(json.dumps({"folder": run["folder"], "run": run["id"], **end}, ensure_ascii=False))
+    else:
+        console.print(f"[bold]{end.get('recordings', 0)} recordings[/] in [bold]{run['folder']}[/]", soft_wrap=True)
+        for line in filter(None, [end.get("text"), *end.get("failed", [])]):
+            console.print(f"[yellow]{line}[/]", soft_wrap=True)
+    return _CODES.get(end["kind"], ExitCode.INTERNAL_ERROR)

@@ -1,0 +1,194 @@
+"""Rows of the computer the bench runs on: its disk, its clock, and a second run where one is already."""
+
+from __future__ import annotations
+
+import resource
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from datetime import datetime, timedelta, tzinfo
+from pathlib import Path
+from typing import Any
+
+from bench.configuration import BenchFile
+from bench.cycle.assembly import assemble
+from bench.cycle.rig import Rig
+from bench.errors import BenchError, RecordingError
+from bench.matrix.outcome import Envelope, Outcome
+from bench.matrix.plant import judge_end, judge_shafts, motion, read_back, record, with_block
+from bench.matrix.rows import Row
+from bench.matrix.shafts import Shafts
+from bench.protocols import Phase, Segment
+from bench.recording import Recording
+from bench.recording.repairing import repair
+from bench.safety import LatchFile
+
+_REST = (Phase(Segment.DWELL, 0.5, 0.0, 0.0),)
+_ROOM = 2_000_000
+"""Bytes a file may have on the full disk: a recording begins and does not end."""
+_JUMP = timedelta(hours=1)
+
+
+def run_host_row(row: Row, file: BenchFile, folder: Path, seed: int = 0) -> Outcome:
+    """Record once undisturbed, then again on a computer that is not well."""
+    outcome = Outcome(row.name, row.text, row.kind)
+    _RUNS[row.name](row, outcome, with_block(file, row.block), folder, seed)
+    return outcome
+
+
+def _disk_full(row: Row, outcome: Outcome, file: BenchFile, folder: Path, seed: int) -> None:
+    bench = file.configuration
+    assembly = assemble(bench, seed=seed, real_time=False)
+    with Rig(file, assembly=assembly, latch=LatchFile(folder / "latch.json")) as rig:
+        rig.enable()
+        _, earlier = record(rig, file, folder, "earlier", _REST)
+        with _files_end_at(_ROOM):
+            end, shafts = _recorded_or_not(rig, file, folder, motion(bench, 600.0))
+        judge_end(row, outcome, rig, end, shafts)
+        # the sink sees nothing any more once the recorder has failed: the record of the stop has its times
+        shafts.look()
+        stop, last = rig.stops[-1], shafts.looks[-1]
+        outcome.found_s, outcome.rest_s, outcome.off_s = 0.0, stop.to_rest_s, stop.lasted_s
+        outcome.rungs = tuple(rung.rung for rung in stop.rungs)
+        outcome.drives = {drive.role: drive.state.name for drive in assembly.master.bench.drives}
+        outcome.require(last.motor_speed < bench.motion.standstill and not last.powered, "the bench is not at rest")
+        outcome.require((outcome.stopped_s or 1e9) <= row.within_s, "the stop took too long")
+        judge_shafts(outcome, Envelope.of(bench), shafts)
+    read_back(outcome, folder, {"earlier": earlier})
+    try:
+        rows = Recording.open(repair(folder / "struck.h5.part").path).size
+    except RecordingError as error:
+        outcome.require(False, f"what was written before cannot be read: {error}")
+    else:
+        outcome.require(rows > 0, "nothing of the recording was kept")
+        outcome.read_back += 1
+
+
+def _slow_disk(row: Row, outcome: Outcome, file: BenchFile, folder: Path, seed: int) -> None:
+    with _patched("bench.recording._ordered_file", "OrderedFile", _slow):
+        _undisturbed(row, outcome, file, folder, seed)
+
+
+def _clock_step(row: Row, outcome: Outcome, file: BenchFile, folder: Path, seed: int) -> None:
+    with _jumping_clock() as calls:
+        _undisturbed(row, outcome, file, folder, seed)
+    outcome.require(calls[0] > 0, "nobody looked at the clock, so nothing was tried")
+    recording = Recording.open(folder / "struck.h5")
+    times = recording.si("time")
+    outcome.require(
+        bool(abs(times[-1] - (times.size - 1) * file.configuration.bus.cycle_time) < 1e-6),
+        "the recording's times are not those of the bus",
+    )
+
+
+def _two_runs_in_a_folder(row: Row, outcome: Outcome, file: BenchFile, folder: Path, seed: int) -> None:
+    from bench.campaigns import load_campaign
+    from bench.campaigns.journal import Journal
+    from bench.campaigns.session import run_campaign
+
+    campaign = load_campaign("quick")
+    with Journal(folder, campaign, file):
+        try:
+            run_campaign(file, campaign, folder, seed=seed)
+        except BenchError as error:
+            outcome.told = str(error)
+    outcome.require(row.told in outcome.told, f"the second run was not refused with '{row.told}': {outcome.told}")
+    outcome.require(not list(folder.glob("*.h5*")), "the second run recorded something")
+
+
+_RUNS: dict[str, Callable[[Row, Outcome, BenchFile, Path, int], None]] = {
+    "disk_full": _disk_full,
+    "slow_disk": _slow_disk,
+    "clock_step": _clock_step,
+    "two_runs_in_a_folder": _two_runs_in_a_folder,
+}
+
+
+def _undisturbed(row: Row, outcome: Outcome, file: BenchFile, folder: Path, seed: int) -> None:
+    """A run that has to end as if nothing were wrong."""
+    assembly = assemble(file.configuration, seed=seed, real_time=False)
+    with Rig(file, assembly=assembly) as rig:
+        rig.enable()
+        _, earlier = record(rig, file, folder, "earlier", _REST)
+        end, shafts = record(rig, file, folder, "struck", motion(file.configuration, row.last_s))
+        judge_end(row, outcome, rig, end, shafts)
+        judge_shafts(outcome, Envelope.of(file.configuration), shafts)
+        outcome.drives = {drive.role: drive.state.name for drive in assembly.master.bench.drives}
+    read_back(outcome, folder, {"earlier": earlier, "struck": shafts})
+
+
+def _recorded_or_not(rig: Rig, file: BenchFile, folder: Path, phases: tuple[Phase, ...]) -> tuple[Any, Shafts]:
+    """Record as ever; closing a file that could not be written fails once more, which nobody waits for."""
+    from bench.campaigns.recorder import Recorder
+    from bench.matrix.plant import header
+
+    ratio = file.configuration.gearbox.ratio
+    recorder = Recorder(folder / "struck.h5", header(file, rig, "struck"), rig.scaling, fast=True, ratio=ratio)
+    shafts = Shafts(recorder, rig.link.assembly.master)
+    end = rig.run(phases, shafts, lambda: False)
+    try:
+        recorder.close(complete=False, accepted=None, quality=None)
+    except RecordingError as error:
+        shafts.events.append(str(error))
+    return end, shafts
+
+
+@contextmanager
+def _files_end_at(size: int) -> Iterator[None]:
+    """Refuse every byte of a file beyond a size, as a full disk does (the error is EFBIG instead of ENOSPC)."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def _slow(kind: Any) -> Any:
+    """Return a file of which every commit takes half a second."""
+
+    class Slow(kind):  # type: ignore[misc]
+        def commit(self) -> None:
+            time.sleep(0.5)
+            super().commit()
+
+    return Slow
+
+
+@contextmanager
+def _jumping_clock() -> Iterator[list[int]]:
+    """Let every second look at the time of day be an hour ahead; yields how often it was looked at."""
+    calls = [0]
+
+    class Jumping(datetime):
+        @classmethod
+        def now(cls, tz: tzinfo | None = None) -> Any:
+            calls[0] += 1
+            return super().now(tz) + _JUMP * (calls[0] % 2)
+
+    modules = [
+        m for name, m in sys.modules.items() if name.startswith("bench.") and getattr(m, "datetime", 0) is datetime
+    ]
+    for module in modules:
+        module.datetime = Jumping  # type: ignore[attr-defined]
+    try:
+        yield calls
+    finally:
+        for module in modules:
+            module.datetime = datetime  # type: ignore[attr-defined]
+
+
+@contextmanager
+def _patched(module: str, name: str, change: Callable[[Any], Any]) -> Iterator[None]:
+    """Replace a class wherever the program has imported it."""
+    kind = getattr(sys.modules[module], name)
+    changed = change(kind)
+    users = [m for key, m in sys.modules.items() if key.startswith("bench.") and getattr(m, name, None) is kind]
+    for user in users:
+        setattr(user, name, changed)
+    try:
+        yield
+    finally:
+        for user in users:
+            setattr(user, name, kind)

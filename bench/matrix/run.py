@@ -1,0 +1,38 @@
+"""Run rows of the matrix, each in a folder of its own that is removed afterwards."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from bench.configuration import BenchFile
+from bench.matrix.host import run_host_row
+from bench.matrix.outcome import Outcome
+from bench.matrix.plant import run_plant_row
+from bench.matrix.rows import HOST, PLANT, SERVICE, SETUP, SLOW, WIRE, Row
+from bench.matrix.services import run_service_row
+from bench.matrix.setup import run_setup_row
+from bench.matrix.slow import run_slow_rows
+from bench.matrix.wire import run_wire_row
+
+_RUN: dict[str, Callable[[Row, BenchFile, Path, int], Outcome]] = {
+    PLANT: run_plant_row,
+    SETUP: run_setup_row,
+    HOST: run_host_row,
+    SERVICE: run_service_row,
+    WIRE: run_wire_row,
+}
+
+
+def run_rows(rows: Sequence[Row], file: BenchFile, seed: int = 0) -> Iterator[Outcome]:
+    """Yield what became of each row, one after the other."""
+    beside = [row for row in rows if row.kind == SLOW]
+    for row in rows:
+        if row.kind == SLOW:
+            if row is beside[0]:
+                with TemporaryDirectory(prefix="matrix-") as folder:
+                    yield from run_slow_rows(beside, file, Path(folder), seed)
+            continue
+        with TemporaryDirectory(prefix="matrix-") as folder:
+            yield _RUN[row.kind](row, file, Path(folder), seed)

@@ -1,0 +1,98 @@
+"""Rows of a thermometer beside the bus: its line and its wires, struck while the bench is enabled, in real time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from importlib.metadata import entry_points
+from pathlib import Path
+from typing import Any
+
+from bench.configuration import BenchConfiguration, BenchFile
+from bench.configuration.bus import SlowSensor
+from bench.cycle.assembly import assemble
+from bench.cycle.rig import EndKind, Rig
+from bench.errors import ConfigurationError, LimitError
+from bench.matrix.outcome import Outcome
+from bench.matrix.plant import read_back, record
+from bench.matrix.rows import Row
+from bench.protocols import Phase, Segment
+from bench.safety import Act, LatchFile
+
+_AGE_S, _PERIOD_S = 1.0, 0.2
+_REST = (Phase(Segment.DWELL, 0.3, 0.0, 0.0),)
+_LONG = (Phase(Segment.DWELL, 15.0, 0.0, 0.0),)
+
+
+def run_slow_rows(rows: Sequence[Row], file: BenchFile, folder: Path, seed: int = 0) -> Iterator[Outcome]:
+    """Yield what became of each row; those on one line share a bench, which after each is reset and resumed."""
+    for line, driver in (("modbus_rtu", "pt100_modbus_rtu"), ("serial", "pt100_serial")):
+        chosen = [row for row in rows if (row.name.startswith("serial")) == (line == "serial")]
+        if chosen:
+            (folder / line).mkdir()
+            with _transmitter(**{line: "pty"}) as device:
+                bench = _beside(file, driver, str(device.places[line]))
+                yield from _rows_on(chosen, bench, device, folder / line, seed)
+
+
+def _rows_on(rows: Sequence[Row], file: BenchFile, device: Any, folder: Path, seed: int) -> Iterator[Outcome]:
+    assembly = assemble(file.configuration, seed=seed, real_time=True)
+    latch = LatchFile(folder / "latch.json")
+    with Rig(file, assembly=assembly, latch=latch, real_time=True) as rig:
+        for number, row in enumerate(rows):
+            outcome = Outcome(row.name, row.text, row.kind)
+            _until_well(rig)
+            rig.enable()
+            _, earlier = record(rig, file, folder, f"earlier-{number}", _REST)
+            struck = time.monotonic()
+            device.switch(row.name, True)
+            end, shafts = record(rig, file, folder, f"struck-{number}", _LONG)
+            shafts.look()
+            outcome.stopped(end, rig.stops[-1] if rig.stops else None, time.monotonic() - struck)
+            outcome.require(end.kind is EndKind.TRIPPED, f"the bench did not stop ({end.kind.name})")
+            outcome.require(end.cause.name in row.causes, f"the cause found is {end.cause.name}")
+            outcome.require(row.told in end.text, f"the sentence does not say '{row.told}': {end.text}")
+            outcome.require(not shafts.looks[-1].powered, "a drive kept its torque")
+            outcome.require((outcome.stopped_s or 0.0) <= row.within_s, f"the stop took {outcome.stopped_s:.2f} s")
+            outcome.drives = {drive.role: drive.state.name for drive in assembly.master.bench.drives}
+            outcome.peaks = shafts.peaks()
+            try:
+                rig.enable()
+                outcome.require(False, "torque came back without the operator")
+            except LimitError:
+                for act in Act:
+                    latch.act(act, "matrix")
+            device.switch(row.name, False)
+            read_back(outcome, folder, {f"earlier-{number}": earlier, f"struck-{number}": shafts})
+            yield outcome
+
+
+def _until_well(rig: Rig) -> None:
+    """Wait until the thermometer is read again."""
+    deadline = time.monotonic() + 10.0
+    while rig.look().tripped and time.monotonic() < deadline:
+        time.sleep(0.05)
+
+
+def _beside(file: BenchFile, driver: str, port: str) -> BenchFile:
+    """Return the bench with its thermometer on a line beside the bus, and an age limit that does not take long."""
+    config = file.configuration
+    kept = [slave for slave in config.bus.slaves if slave.role != "temperature_terminal"]
+    slaves = tuple(slave.model_copy(update={"position": i}) for i, slave in enumerate(kept, 1))
+    sensor = SlowSensor.model_validate(
+        {"role": "temperature", "driver": driver, "period": f"{_PERIOD_S} s", "options": {"port": port}}
+    )
+    bus = config.bus.model_copy(update={"slaves": slaves, "slow_sensors": (sensor,), "block": 100})
+    limits = config.limits.model_copy(update={"slow_reading_age": _AGE_S, "frozen_temperature": None})
+    changed: BenchConfiguration = config.model_copy(update={"bus": bus, "limits": limits})
+    return BenchFile(changed, file.text, file.origin)
+
+
+@contextmanager
+def _transmitter(**options: str) -> Iterator[Any]:
+    found = entry_points(group="bench.emulators", name="transmitters")
+    if not found:
+        raise ConfigurationError("no transmitters are installed: entry point 'transmitters' of 'bench.emulators'")
+    with next(iter(found)).load()(**options) as device:
+        yield device

@@ -1,0 +1,191 @@
+"""Folders as they come: too few recordings, mixed zeros and gearboxes, missing channels, values that are no numbers."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from bench.cli.app import make_app
+from bench.errors import RecordingError
+from bench.mismatch.assess import channels_of
+from bench.mismatch.dataset import load
+from bench.mismatch.motion import Manner
+from bench.mismatch.run import run
+from bench.recording import Recording, write_recording
+from bench.recording.header import ChannelSpec, Gearbox, RecordingHeader, Segment, Setpoint
+
+RATE = 200.0
+BEGIN = datetime(2026, 1, 1, tzinfo=UTC)
+HEADER = RecordingHeader(
+    recording_id="r",
+    campaign_id="c",
+    kind="constant_velocity",
+    started_at=BEGIN,
+    sample_rate=RATE,
+    source="emulator",
+    setpoint=Setpoint(100.0, 0.1, 25.0),
+    gearbox=Gearbox(185.0, 24, 96, 45, 46),
+    zero_id="zero-1",
+)
+
+
+def write(folder: Path, number: int, seconds: float = 8.0, without: tuple[str, ...] = (), **changes: object) -> Path:
+    """A recording of steady motion with noise; ``changes`` of its header; ``bad`` a channel without a number."""
+    rng = np.random.default_rng(number)
+    rate = float(changes.pop("rate", RATE))
+    n = int(seconds * rate)
+    time = np.arange(n) / rate
+    speed = 0.1 * (-1.0) ** number * (1 + number % 3)
+    theta = speed * time
+    values = {
+        "time": time,
+        "motor_angle": 185.0 * theta,
+        "load_angle": theta - 100.0 / 4e6 + 2e-5 * np.sin(46 * theta) + rng.normal(0, 2e-6, n),
+        "motor_torque": 0.54 + 0.5 * np.sign(speed) + 0.006 * 185.0 * speed + rng.normal(0, 0.02, n),
+        "load_torque": 100.0 + 8.0 * np.sign(speed) + rng.normal(0, 1.0, n),
+        "load_motor_torque": np.full(n, 100.0),
+        "temperature": 25.0 + rng.normal(0, 0.01, n),
+    }
+    bad = changes.pop("bad", None)
+    if bad is not None:
+        values[str(bad)][:] = np.nan
+    identity = f"r{number:03d}"
+    header = replace(HEADER, recording_id=identity, started_at=BEGIN + timedelta(minutes=number), sample_rate=rate)
+    header = replace(header, setpoint=Setpoint(100.0, speed, 25.0), **changes)  # type: ignore[arg-type]
+    channels = {name: (v, ChannelSpec.of(name, dtype="float64")) for name, v in values.items() if name not in without}
+    path = folder / f"{identity}.h5"
+    write_recording(path, header, channels, [Segment("steady", 0, n)], [])
+    return path
+
+
+def test_one_recording_is_cut_into_blocks_and_it_is_said(tmp_path: Path) -> None:
+    write(tmp_path, 0, seconds=24.0)
+    data = load(tmp_path)
+    assert len(data.members) == 14
+    assert data.members[0].name == "r000 [1/14]"
+    assert "contiguous blocks" in data.notes[0]
+    assert "0.25 s apart" in data.notes[0]
+    held = [m.held_out for m in data.members]
+    assert 0 < sum(held) < 6
+    frame = data.slow["motor_torque"].frame
+    gaps = np.diff(frame.elapsed)[np.diff(frame.recording) > 0]
+    assert np.all(gaps > 0.25)
+
+
+def test_a_short_recording_alone_is_undetermined_with_the_reason(tmp_path: Path) -> None:
+    folder = tmp_path / "r"
+    folder.mkdir()
+    write(folder, 0, seconds=2.0)
+    report = run(folder, tmp_path / "out")
+    assert report.verdict == "undetermined"
+    assert "1 recordings can be fitted, at least 6" in report.why
+    assert "Undetermined" in (tmp_path / "out" / "report.html").read_text()
+
+
+def test_nothing_to_read_is_one_sentence(tmp_path: Path) -> None:
+    (tmp_path / "broken.h5").write_bytes(b"no file at all")
+    with pytest.raises(RecordingError, match="no recording that can be compared"):
+        load(tmp_path)
+
+
+def test_truncated_and_odd_files_are_rejected_with_their_reason(tmp_path: Path) -> None:
+    for number in range(7):
+        write(tmp_path, number)
+    whole = write(tmp_path, 7).read_bytes()
+    (tmp_path / "r007.h5").write_bytes(whole[: len(whole) // 2])
+    write(tmp_path, 8, seconds=0.1)
+    write(tmp_path, 9, gearbox=Gearbox(81.0))
+    write(tmp_path, 10, gearbox=Gearbox(None))
+    data = load(tmp_path)
+    assert len(data.members) == 7
+    told = " ".join(why for _, why in data.rejected)
+    assert len(data.rejected) == 4
+    assert "at least 50 are needed" in told
+    assert "ratio 81, most of the folder of 185" in told
+    assert "names no gear ratio" in told
+
+
+def test_zeros_are_never_mixed_unsaid(tmp_path: Path) -> None:
+    for number in range(8):
+        write(tmp_path, number, zero_id="zero-1" if number < 6 else "zero-2")
+    data = load(tmp_path)
+    assert data.angle is not None
+    assert set(data.angle.frame.recording) == set(range(6))
+    assert set(data.slow["motor_torque"].frame.recording) == set(range(8))
+    assert any("2 encoder zeros are mixed" in note and "2 of 8 recordings" in note for note in data.notes)
+
+
+def test_a_recording_without_torque_sensor_is_not_read_as_unloaded(tmp_path: Path) -> None:
+    for number in range(8):
+        write(tmp_path, number, without=("load_torque",) if number == 3 else ())
+    data = load(tmp_path)
+    assert 3 not in set(data.slow["motor_torque"].frame.recording)
+    assert any("r003" in note and "not compared in motor_torque" in note for note in data.notes)
+
+
+def test_a_channel_that_no_recording_has_is_said(tmp_path: Path) -> None:
+    for number in range(7):
+        write(tmp_path, number, without=("load_angle", "load_motor_torque"))
+    channels, skipped = channels_of(load(tmp_path))
+    assert "transmission_error" not in channels
+    assert "load_torque" not in channels
+    assert any("no load_angle" in text for text in skipped)
+
+
+def test_a_channel_of_nothing_but_nan_is_not_compared(tmp_path: Path) -> None:
+    for number in range(7):
+        write(tmp_path, number, bad="motor_torque")
+    channels, skipped = channels_of(load(tmp_path))
+    assert "motor_torque" not in channels
+    assert any("motor_torque is not compared: no recording has a usable sample" in text for text in skipped)
+
+
+def test_a_torque_sensor_without_a_number_is_no_unloaded_bench(tmp_path: Path) -> None:
+    for number in range(8):
+        write(tmp_path, number, **({"bad": "load_torque"} if number == 2 else {}))
+    data = load(tmp_path)
+    assert 2 not in set(data.slow["motor_torque"].frame.recording)
+    assert any("r002 holds no number in load_torque" in note for note in data.notes)
+
+
+def test_files_of_different_rates_are_compared_each_at_its_own(tmp_path: Path) -> None:
+    for number in range(8):
+        write(tmp_path, number, rate=RATE if number % 2 else 100.0)
+    rows = load(tmp_path).slow["motor_torque"]
+    steady = rows.frame.reversal_time > 2.0
+    number = [np.median(rows.number[steady & (rows.frame.recording == r)]) for r in (0, 1)]
+    assert number[1] == pytest.approx(2.0 * number[0], rel=0.1)
+
+
+def test_the_manner_of_motion_follows_the_bench(tmp_path: Path) -> None:
+    write(tmp_path, 0)
+    geared = load(tmp_path).members[0].recording
+    assert Manner.of([geared]).standstill == 0.3
+    slow = write(tmp_path, 1, gearbox=Gearbox(1.0))
+    axis = Manner.of([Recording.open(slow)])
+    assert axis.standstill == pytest.approx(0.02 * 0.2)
+    assert axis.smoothing < 0.06
+
+
+def test_several_folders_each_get_a_report(tmp_path: Path) -> None:
+    for name in ("a", "b", "empty"):
+        (tmp_path / name).mkdir()
+    for number in range(2):
+        write(tmp_path / "a", number, seconds=1.0)
+        write(tmp_path / "b", number, seconds=1.0)
+    folders = [str(tmp_path / name) for name in ("a", "b", "empty")]
+    result = CliRunner().invoke(make_app(), ["mismatch", *folders, "--out", str(tmp_path / "out"), "--json"])
+    assert result.exit_code == 3
+    first, second, third = json.loads(result.output)
+    assert first["verdict"] == second["verdict"] == "undetermined"
+    assert "no recording" in third["error"]
+    assert (tmp_path / "out" / "a" / "report.html").exists()
+    again = CliRunner().invoke(make_app(), ["mismatch", folders[0], folders[0], "--out", str(tmp_path / "o")])
+    assert again.exit_code != 0
+    assert "two folders are called a" in str(again.exception)

@@ -1,0 +1,83 @@
+"""What a simulation file says of the comparison, and what is wrong with one is said."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from bench.errors import ConfigurationError
+from bench.mismatch.assess import assess
+from bench.mismatch.given import Given
+from bench.simulation.model import Simulation
+from bench.simulation.terms.nominal.transmission_error import PAPER_ORDERS
+from tests.bench.mismatch.synthetic import effect, torques
+
+
+def given(*terms: dict[str, Any]) -> Given:
+    return Given.of(Simulation.from_json({"format": "bench-simulation", "format_version": "1.0", "terms": list(terms)}))
+
+
+def test_the_nominal_simulation_says_nothing_beyond_the_paper() -> None:
+    nominal = Given.of(Simulation.nominal())
+    assert nominal.orders == tuple(float(f) for f in PAPER_ORDERS)
+    assert (nominal.switched_off, nominal.known, nominal.ripples) == ((), {}, ())
+    assert nominal.periodic.pulses == nominal.periodic.laws == ()
+
+
+def test_terms_switched_off_orders_chosen_and_added() -> None:
+    told = given(
+        {"effect": "friction.coulomb", "enabled": False},
+        {"effect": "te.fourier", "orders": [1, 46]},
+        {"effect": "te.harmonic", "parameters": {"c": 1e-6, "s": 0.0, "f": 37.0}},
+        {"effect": "te.sideband", "orders": [43, 49]},
+    )
+    assert told.switched_off == ("friction.coulomb",)
+    assert told.orders == (1.0, 37.0, 43.0, 46.0, 49.0)
+
+
+def test_pulses_ripples_and_laws_keep_their_numbers() -> None:
+    law = {"form": "linear", "point": [], "orders": [46], "strength": {"46": [0.1, 0.0]}, "reference": {"span": 3600.0}}
+    ripple = {"parameters": {"a_rc": 0.1, "a_rs": -0.2, "n": 24.0}}
+    told = given(
+        {
+            "effect": "te.local_defect",
+            "parameters": {"p": 2e-5, "theta_p": 1.0, "w_p": 0.02},
+            "also": [{"parameters": {"p": {"value": 1e-5, "unit": "rad"}, "theta_p": 2.0, "w_p": 0.03}}],
+        },
+        {"effect": "motor.torque_ripple", **ripple},
+        {"effect": "te.drift_time", "law": law},
+    )
+    assert [p.height for p in told.periodic.pulses] == [2e-5, 1e-5]
+    assert (told.ripples[0].order, told.ripples[0].amplitude) == (24, 0.1 - 0.2j)
+    assert told.periodic.laws[0].reference.span == 3600.0
+    assert told.known == {}
+
+
+@pytest.mark.parametrize(
+    ("term", "message"),
+    [
+        ({"effect": "friction.stribeck", "form": "cubic"}, "one of exponential, gaussian"),
+        (
+            {"effect": "friction.stribeck", "form": "gaussian", "channels": ["motor_torque"], "point": []},
+            "one for each",
+        ),
+        ({"effect": "te.local_defect", "parameters": {"p": 1.0}}, "no theta_p, w_p"),
+        ({"effect": "te.resonance"}, "neither orders nor a law"),
+        ({"effect": "te.drift_time", "law": {"form": "cubic", "point": [], "orders": []}}, "should be one of"),
+        ({"effect": "te.drift_time", "law": {"form": "linear"}}, "should have form, point"),
+    ],
+)
+def test_what_is_wrong_is_said(term: dict[str, Any], message: str) -> None:
+    with pytest.raises(ConfigurationError, match=message):
+        given(term)
+
+
+def test_a_term_without_numbers_is_calibrated_on_the_recordings() -> None:
+    data = torques(lambda f: effect("friction.stribeck", "motor_torque", "gaussian", f, (0.3,), (8.0,)))
+    named = given({"effect": "friction.stribeck"})
+    assert named.known["motor_torque"][0].point is None
+    found = assess(data, named, ("motor_torque",))
+    assert "friction.stribeck" not in {f.effect for f in found.findings}
+    score = found.scores["motor_torque"]
+    assert score.before < 1.1 * score.floor

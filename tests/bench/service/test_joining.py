@@ -1,0 +1,112 @@
+"""``bench run`` and a service for the same bench: it joins the queue and follows the run."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from bench.configuration import load_bench
+from bench.errors import DeviceError
+from bench.service.client import Client, Refused
+from bench.service.registry import bus_in_use, service_for, serving
+from tests.bench.service.conftest import DEADLINE_S, served
+
+CAMPAIGN = """
+format = "bench-campaign"
+format_version = "1.0"
+name = "joined"
+title = "Two fast points"
+[[stages]]
+name = "one"
+[[stages.points]]
+sequence = "constant_velocity"
+velocities = ["60 deg/s", "-60 deg/s"]
+"""
+BENCH_RUN = [sys.executable, "-c", "from bench.cli import main; main()", "run"]
+
+
+def test_one_service_a_bus_and_its_address_is_found() -> None:
+    file = load_bench("rh380n")
+    assert service_for(file) is None
+    with serving(file, {"url": "http://127.0.0.1:1"}):
+        found = service_for(file)
+        assert found is not None
+        assert (found["url"], found["pid"]) == ("http://127.0.0.1:1", os.getpid())
+        assert service_for(load_bench("rv80n")) is None
+        with pytest.raises(DeviceError, match="a service for emulated-rh380n runs already"), serving(file, {}):
+            pass
+    # what is left of a service that was killed is no service
+    assert service_for(file) is None
+
+
+def test_a_bus_has_one_user() -> None:
+    from bench.configuration import on_interface
+
+    file = on_interface(load_bench("rh380n"), "eth9")
+    with bus_in_use(file):
+        with pytest.raises(DeviceError, match=f"eth9 is in use by process {os.getpid()}"), bus_in_use(file):
+            pass
+        with bus_in_use(load_bench("rh380n")), bus_in_use(load_bench("rh380n")):
+            pass
+
+
+def test_what_a_service_cannot_take_is_refused_before_it_is_asked() -> None:
+    client = Client("http://127.0.0.1:1", folder="/recordings")
+    with pytest.raises(Refused, match="give a name without folder"):
+        client.ask("quick", Path("else/where"), False, 0)
+    with pytest.raises(Refused, match="is a program"):
+        client.ask("mine.py", None, False, 0)
+    with pytest.raises(DeviceError, match="does not answer"):
+        client.ask("quick", Path("/recordings/first"), False, 0)
+
+
+def test_bench_run_joins_the_queue_follows_and_reports(tmp_path: Path) -> None:
+    campaign = tmp_path / "joined.toml"
+    campaign.write_text(CAMPAIGN)
+    with served(tmp_path / "recordings") as address:
+        done = subprocess.run(
+            [*BENCH_RUN, str(campaign), "--out", "first", "--json"], capture_output=True, text=True, cwd=tmp_path
+        )
+        assert done.returncode == 0, done.stderr
+        answer = json.loads(done.stdout)
+        assert (answer["kind"], answer["recordings"]) == ("finished", 2)
+        assert Path(answer["folder"]) == tmp_path / "recordings" / "first"
+        assert len(list(Path(answer["folder"]).glob("*.h5"))) == 2
+        assert "joins its queue" in done.stderr
+        # Ctrl-C in the shell brings the bench to rest, as it does without a service
+        follower = subprocess.Popen(
+            [*BENCH_RUN, "paper", "--real-time", "--json"], cwd=tmp_path, stdout=subprocess.PIPE
+        )
+        deadline = time.monotonic() + DEADLINE_S
+        folder = tmp_path / "recordings"
+        while not list(folder.glob("paper-*/journal.sqlite")):
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+        follower.send_signal(signal.SIGINT)
+        assert follower.wait(DEADLINE_S) == 130
+        runs = folder / ".service" / "runs.json"
+        while json.loads(runs.read_text("utf-8"))[-1]["state"] != "ended":
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+        assert json.loads(runs.read_text("utf-8"))[-1]["end"]["kind"] == "interrupted"
+        if follower.stdout is not None:
+            follower.stdout.close()
+        # what the guide shows of the API does what it says
+        guide = (Path(__file__).parents[3] / "docs" / "operator.md").read_text("utf-8")
+        (script,) = [part.split("```")[0] for part in guide.split("```python\n")[1:]]
+        exec(compile(script.replace("http://127.0.0.1:8080", address), "docs/operator.md", "exec"), {})
+        last = json.loads(runs.read_text("utf-8"))[-1]
+        assert last["by"] == "Ann"
+        # STOP came at once: the run has not begun, or is brought to rest
+        while last["state"] not in ("queued", "ended"):
+            assert time.monotonic() < deadline + DEADLINE_S
+            time.sleep(0.05)
+            last = json.loads(runs.read_text("utf-8"))[-1]
+        assert last["end"].get("kind", "interrupted") == "interrupted"

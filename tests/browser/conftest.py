@@ -1,0 +1,121 @@
+"""A real browser: Debian's Chromium with its driver; skips with the reason where there is none."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import shutil
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from selenium import webdriver
+from selenium.common.exceptions import StaleElementReferenceException, WebDriverException
+from selenium.webdriver.common.by import By
+
+REQUIRE = "BENCH_REQUIRE_BROWSER"
+"""Environment variable: ``1`` turns a test that skips for want of a browser into a failure."""
+SCREENSHOTS = "BENCH_SCREENSHOTS"
+"""Environment variable: ``1`` lets the tests make the screenshots of docs/operator.md anew."""
+IMAGES = Path(__file__).parents[2] / "docs" / "images"
+CENTRE = "arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})"
+DEADLINE_S = float(os.environ.get("BENCH_BROWSER_DEADLINE", "60"))
+
+
+def _missing(why: str) -> None:
+    if os.environ.get(REQUIRE) == "1":
+        pytest.fail(f"{why} ({REQUIRE}=1)")
+    pytest.skip(why)
+
+
+class Browser:
+    """One window."""
+
+    def __init__(self, driver: webdriver.Chrome, address: str, images: Path) -> None:
+        self.driver, self._address, self._images = driver, address, images
+
+    def open(self) -> None:
+        self.driver.get(self._address)
+        self.until(lambda: self.text("#phase-name") not in ("", "…"))
+
+    def find(self, selector: str) -> Any:
+        return self.driver.find_element(By.CSS_SELECTOR, selector)
+
+    def all(self, selector: str) -> list[Any]:
+        return self.driver.find_elements(By.CSS_SELECTOR, selector)
+
+    def text(self, selector: str) -> str:
+        return str(self.driver.execute_script("return document.querySelector(arguments[0])?.innerText ?? ''", selector))
+
+    def click(self, selector: str, containing: str = "") -> None:
+        """Click the first that is there, in sight and enabled."""
+
+        def clicked() -> bool:
+            for element in self.all(selector):
+                try:
+                    if element.is_displayed() and element.is_enabled() and containing in element.text:
+                        # the middle of the window: at its edge the header, which stays, may lie over it
+                        self.driver.execute_script(CENTRE, element)
+                        element.click()
+                        return True
+                except (StaleElementReferenceException, WebDriverException):
+                    # drawn anew between looking and clicking
+                    continue
+            return False
+
+        self.until(clicked, f"{selector} {containing}")
+
+    def view(self, name: str) -> None:
+        self.click(f"#tabs [data-view={name}]")
+
+    def until(self, what: Callable[[], Any], text: str = "") -> None:
+        deadline = time.monotonic() + DEADLINE_S
+        while not what():
+            if time.monotonic() > deadline:
+                self.driver.save_screenshot(str(Path(tempfile.gettempdir()) / "bench-browser-failed.png"))
+                pytest.fail(f"it did not happen in time: {text or inspect.getsource(what).strip()}; {self.problems()}")
+            time.sleep(0.05)
+
+    def size(self, width: int, height: int) -> None:
+        self.driver.set_window_size(width, height)
+
+    def shot(self, name: str) -> None:
+        self.driver.execute_script("document.activeElement?.blur()")
+        self.driver.save_screenshot(str(self._images / f"{name}.png"))
+
+    def problems(self) -> list[str]:
+        """What the console says beyond the loss of the service, which one test makes itself."""
+        lines: list[dict[str, str]] = self.driver.get_log("browser")  # type: ignore[no-untyped-call]
+        return [line["message"] for line in lines if "net::ERR_" not in line["message"]]
+
+
+@pytest.fixture(scope="session")
+def new_browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str], Browser]]:
+    """Opens windows on an address."""
+    chromium = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+    driver_path = shutil.which("chromedriver")
+    if chromium is None or driver_path is None:
+        _missing("there is no browser here: Chromium and chromedriver (Debian: chromium, chromium-driver)")
+    images = IMAGES if os.environ.get(SCREENSHOTS) == "1" else tmp_path_factory.mktemp("screenshots")
+    options = webdriver.ChromeOptions()
+    options.binary_location = str(chromium)
+    for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--lang=en-GB"):
+        options.add_argument(argument)
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    drivers: list[webdriver.Chrome] = []
+
+    def new(address: str) -> Browser:
+        try:
+            driver = webdriver.Chrome(options=options, service=webdriver.ChromeService(str(driver_path)))
+        except WebDriverException as error:
+            _missing(f"there is no browser here that starts: {error.msg}")
+        drivers.append(driver)
+        driver.set_window_size(1280, 1100)
+        return Browser(driver, address, images)
+
+    yield new
+    for driver in drivers:
+        driver.quit()
