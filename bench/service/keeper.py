@@ -27,6 +27,7 @@ _SILENT_S = 10.0
 """A run that says nothing for so long, other than while it opens the bench, is an alarm."""
 _OPENING_S = 180.0
 _POLL_S = 0.2
+_SHOWN = 30
 _GOOD_ENDS = frozenset({"finished", "failed_points"})
 
 
@@ -50,8 +51,7 @@ class Keeper:
         stop_deadline_s: float,
     ) -> None:
         self._state, self._launcher, self._stream, self._book = state, launcher, stream, book
-        self._alarms, self._stop_deadline_s = alarms, stop_deadline_s
-        self.runs = runs
+        self._alarms, self._stop_deadline_s, self.runs = alarms, stop_deadline_s, runs
         self.held = False
         """After a stop or an alarm nothing begins by itself until the operator says so."""
         self.history = History()
@@ -132,10 +132,12 @@ class Keeper:
     # -- what pages are told -------------------------------------------------------------------------------------------
 
     def runs_message(self) -> Message:
-        """All runs that are not ended, and the last that are."""
-        runs = [run.as_dict() for run in self.runs.all()]
-        ended = [run for run in runs if run["state"] == "ended"][-20:]
-        return {"type": "runs", "runs": [run for run in runs if run["state"] != "ended"] + ended, "held": self.held}
+        """All runs that are not ended and the last that are, oldest first."""
+        runs = self.runs.all()
+        shown = [
+            run.as_dict() for left, run in enumerate(runs, _SHOWN - len(runs)) if left >= 0 or run.state != "ended"
+        ]
+        return {"type": "runs", "runs": shown, "held": self.held}
 
     def plan_message(self) -> Message | None:
         """The plan of the run with its points as they stand."""
@@ -284,6 +286,9 @@ class Keeper:
         """Whether the process of a run still lives (and is the very one: process ids are used again)."""
         if run.pid is None or self._launcher.exit_code(run.pid) is not None:
             return False
+        if self._launcher.has_started(run.pid):
+            # its end will be heard of; right after its start the command line may still be empty
+            return True
         try:
             command = Path(f"/proc/{run.pid}/cmdline").read_bytes()
         except OSError:

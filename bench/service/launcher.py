@@ -64,6 +64,7 @@ class Launcher:
         self._changed = threading.Condition()
         self._started: dict[str, int] = {}
         self._exited: dict[int, int] = {}
+        self._own: set[int] = set()
         threading.Thread(target=self._read, name="launcher", daemon=True).start()
 
     async def start(self, job: Path, log: Path) -> int:
@@ -75,6 +76,10 @@ class Launcher:
             If the launcher is gone.
         """
         return await asyncio.to_thread(self._start, job, log)
+
+    def has_started(self, pid: int) -> bool:
+        """Whether a run is this launcher's own, so that its exit will be heard of."""
+        return pid in self._own
 
     def exit_code(self, pid: int) -> int | None:
         """Exit code of a run that has ended, None if it runs (or was started by an earlier service)."""
@@ -104,6 +109,7 @@ class Launcher:
             with self._changed:
                 if "started" in message:
                     self._started[message["job"]] = message["started"]
+                    self._own.add(message["started"])
                 else:
                     self._exited[message["exited"]] = message["code"]
                 self._changed.notify_all()

@@ -116,7 +116,7 @@ class Service:
             "bench": configuration.name,
             "title": configuration.title,
             "ratio": configuration.gearbox.ratio,
-            "emulated": configuration.bus.plant is not None,
+            "emulated": configuration.bus.in_process,
             "limits": {
                 "motor_speed": configuration.limits.motor_speed,
                 "load_torque": configuration.limits.load_torque,

@@ -203,6 +203,30 @@ def test_nothing_is_cut_off_and_every_button_takes_a_glove(ann: Browser, width: 
     ann.size(1280, 1100)
 
 
+TEN_HOURS = """const done = arguments[0];
+import('/static/buffers.js').then(({ Buffers, MOST_POINTS }) => {
+  const buffers = new Buffers(), count = 180000;
+  for (let i = 0; i < count; i++) {
+    const spike = i === 1000 ? 1000 : 1;
+    buffers.add({ start: i / 5, end: (i + 1) / 5, values: { load_torque: [-1, spike, 0, 0] } });
+  }
+  const begin = performance.now();
+  const shown = [60, 600, 3600, 36000].map(seconds => buffers.window(seconds, ['load_torque']));
+  done({ kept: buffers.fine.length + buffers.coarse.length, most: MOST_POINTS, ms: performance.now() - begin,
+    points: shown.map(one => one.time.length), spike: Math.max(...shown[3].load_torque[1]), from: shown[3].time[0] });
+});"""
+
+
+def test_ten_hours_of_live_values_stay_small_and_keep_every_spike(ann: Browser) -> None:
+    seen = ann.driver.execute_async_script(TEN_HOURS)
+    assert seen["kept"] < 10_000
+    assert all(100 < points <= seen["most"] for points in seen["points"]), seen
+    assert seen["spike"] == 1000
+    assert seen["from"] < 120.0
+    # drawn four times a second; a generous bound for a busy machine
+    assert seen["ms"] < 1000.0
+
+
 def test_the_page_says_when_the_service_is_gone(
     new_browser: Callable[[str], Browser], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -35,12 +35,12 @@ SHOWN: tuple[str, ...] = (
 
 _MOST_WAITING = 20_000
 """Blocks that may wait; at 2 kHz in blocks of one that is ten seconds. Then blocks are dropped, and counted."""
-_EVERY_S = 0.1
+_EVERY_S = 0.2
 _SPECTRUM_EVERY_S = 0.5
 
 
 class LiveTap:
-    """Turns rows into buckets of minimum, maximum, mean and last value, one about every 0.1 s of the clock.
+    """Turns rows into buckets of minimum, maximum, mean and last value, one about every 0.2 s of the clock.
 
     Parameters
     ----------

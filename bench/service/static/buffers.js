@@ -1,6 +1,6 @@
 // Live values in bounded memory: a fine ring and a coarse one, and at most so many points as a screen can show.
 
-const FINE = 3000, COARSE = 4320, COARSE_S = 10;
+const FINE = 3300, COARSE = 4320, COARSE_S = 10;
 export const MOST_POINTS = 500;
 
 export function merge(parts) {

@@ -40,6 +40,9 @@ class NoLauncher(Launcher):
         self.processes.append(process)
         return process.pid
 
+    def has_started(self, pid: int) -> bool:
+        return any(process.pid == pid for process in self.processes)
+
     def exit_code(self, pid: int) -> int | None:
         return next((process.poll() for process in self.processes if process.pid == pid), None)
 

@@ -39,10 +39,10 @@ def bucket(start: float, low: float, high: float, seconds: float = 0.1) -> dict[
 
 def test_the_history_of_twelve_hours_is_bounded_and_keeps_every_extreme() -> None:
     history = History()
-    count = 12 * 36000
+    count = 12 * 18000
     for number in range(count):
-        spike = 1000.0 if number == 5 * 36000 else 1.0
-        history.add(bucket(0.1 * number, -spike, spike))
+        spike = 1000.0 if number == 5 * 18000 else 1.0
+        history.add(bucket(0.2 * number, -spike, spike, 0.2))
     fine, coarse = history.fine(), history.coarse()
     assert len(fine) == FINE
     assert len(coarse) <= COARSE + 1
