@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from bench.campaigns import Campaign, parse_campaign
+from bench.campaigns.listener import Silent
 from bench.campaigns.picture import order_amplitudes, transmission_error
-from bench.campaigns.schedule import Task
 from bench.campaigns.session import run_campaign
-from bench.campaigns.taken import Status, Summary, Taken
+from bench.campaigns.taken import Status, Summary
 from bench.configuration import load_bench, parse_bench
 from bench.cycle.rig import EndKind
 from bench.errors import ConfigurationError, LimitError
@@ -35,20 +35,6 @@ velocities = ["30 deg/s"]
 load_torques = ["300 N*m"]
 temperatures = ["as found", "25 degC"]
 """
-
-
-class Silent:
-    def __init__(self) -> None:
-        self.taken: list[Taken] = []
-
-    def started(self, task: Task, recording_id: str) -> None:
-        pass
-
-    def advanced(self, bench_time_s: float, temperature: float) -> None:
-        pass
-
-    def finished(self, taken: Taken) -> None:
-        self.taken.append(taken)
 
 
 @pytest.fixture(scope="module")
