@@ -3,6 +3,7 @@
 import json
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 from typer.testing import CliRunner
@@ -15,7 +16,7 @@ from bench.commissioning.session import STEPS
 from bench.commissioning.trial import slow
 from bench.commissioning.zero import mark, require_zero
 from bench.configuration import BenchFile, load_bench, on_interface, parse_bench
-from bench.cycle.assembly import assemble
+from bench.cycle.assembly import Assembly, assemble
 from bench.cycle.rig import Rig
 from bench.errors import BenchError, ConfigurationError, LimitError
 from bench.safety.places import VARIABLE
@@ -171,3 +172,39 @@ def test_nobody_may_say_yes_for_a_real_bench(tmp_path: Path) -> None:
     assert "emulated plants only" in str(refused.exception)
     refused = runner.invoke(app, ["commission"])
     assert "terminal" in str(refused.exception)
+
+
+class Pressing(Nobody):
+    """A person who does what they are told with the emergency stop, or does not."""
+
+    has_hands = True
+
+    def __init__(self, obedient: bool = True) -> None:
+        super().__init__()
+        self.master: Any = None
+        self.obedient = obedient
+
+    def tell(self, text: str) -> None:
+        super().tell(text)
+        if self.obedient and text.startswith("Press"):
+            self.master.faults.apply("emergency_stop", value=0.1)
+        elif text.startswith("Release"):
+            self.master.faults.clear("emergency_stop")
+
+
+@pytest.mark.parametrize("obedient", [True, False])
+def test_with_a_person_the_emergency_stop_is_pressed(obedient: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    guide = Pressing(obedient)
+
+    def keep(*arguments: Any, **more: Any) -> Assembly:
+        made = assemble(*arguments, **more)
+        guide.master = made.master
+        return made
+
+    monkeypatch.setattr("bench.cycle.rig.assemble", keep)
+    if obedient:
+        record = commission(load_bench("rh380n"), guide, "me")
+        assert "opens its circuit" in next(step.text for step in record.steps if step.name == "safety")
+    else:
+        with pytest.raises(BenchError, match="does not say pressed"):
+            commission(load_bench("rh380n"), guide, "me")
