@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from bench.cycle.ahead import AheadLink
 from bench.cycle.decode import Decoded
 from bench.cycle.link import Link
+from bench.cycle.sink import Sink
 from bench.cycle.trajectory import Trajectory
 from bench.protocols import Segment
 from bench.safety import Inputs, Verdict
@@ -140,3 +141,22 @@ class AheadFeed:
 def make_feed(link: Link, trajectory: Trajectory) -> Feed:
     """Return the feed that suits the link."""
     return AheadFeed(link, trajectory) if isinstance(link, AheadLink) else BlockFeed(link, trajectory)
+
+
+def emit(fed: Fed, sink: Sink) -> None:
+    """Hand cycles of a run on to a sink, with the segments that begin among them."""
+    begin = fed.start
+    for offset, segment in fed.changes:
+        hand_on(fed.decoded, begin, offset, sink)
+        sink.segment(segment)
+        begin = max(begin, offset)
+    hand_on(fed.decoded, begin, fed.stop, sink)
+
+
+def hand_on(decoded: Decoded, start: int, stop: int, sink: Sink) -> None:
+    """Hand cycles ``start`` to ``stop`` on; a lost cycle leaves no row."""
+    if stop <= start:
+        return
+    good = decoded.inputs.good[start:stop]
+    rows = {name: values[start:stop] for name, values in decoded.raw.items()}
+    sink.rows(rows if good.all() else {name: values[good] for name, values in rows.items()})

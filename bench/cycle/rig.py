@@ -5,27 +5,23 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from datetime import UTC, datetime, timedelta
 from types import TracebackType
-from typing import Protocol
 
 import numpy as np
 
 from bench.configuration import BenchFile
 from bench.cycle.ahead import make_link
 from bench.cycle.assembly import Assembly, assemble, device_errors
-from bench.cycle.channels import Scaling, Zeros
 from bench.cycle.decode import Decoded, warm_up
 from bench.cycle.end import End, EndKind
-from bench.cycle.feed import Fed, guarded, make_feed
-from bench.cycle.link import BusLostError, Link
+from bench.cycle.feed import emit, guarded, hand_on, make_feed
+from bench.cycle.link import BusLostError
 from bench.cycle.sink import NoSink, SafeSink, Sink
 from bench.cycle.stopping import Stop
-from bench.cycle.stops import Stops
 from bench.cycle.trajectory import Trajectory
-from bench.errors import DeviceError
+from bench.cycle.view import FoundZero, View
 from bench.protocols import Phase
-from bench.safety import Cause, Inputs, LatchFile, SafetyState, StopRecord, Verdict, settings, step
+from bench.safety import Cause, Inputs, LatchFile, SafetyState, Verdict, settings, step
 
 __all__ = ["End", "EndKind", "Rig"]
 
@@ -33,21 +29,7 @@ _TARE_S = 1.0
 _LOOK_S = 0.2
 
 
-class FoundZero(Protocol):
-    """The common zero of both encoders: its name, and what it takes off the motor's angle, rad."""
-
-    @property
-    def zero_id(self) -> str:
-        """Its name."""
-        ...
-
-    @property
-    def motor_angle(self) -> float:
-        """Subtracted from the motor's angle beyond the bench file's zero, rad."""
-        ...
-
-
-class Rig:
+class Rig(View):
     """A bench in operation.
 
     Parameters
@@ -70,77 +52,20 @@ class Rig:
         latch: LatchFile | None = None,
         zero: FoundZero | None = None,
     ) -> None:
-        self.bench = file.configuration
-        self._real_time = real_time
-        self._assembly = assembly or assemble(self.bench, seed=seed, real_time=real_time)
-        self._link = make_link(self.bench, self._assembly, paced=real_time, zero=zero.motor_angle if zero else 0.0)
-        self.zero_id = zero.zero_id if zero else self.bench.zero_id
-        self._cycle_time = self.bench.bus.cycle_time
+        bench = file.configuration
+        link = make_link(
+            bench,
+            assembly or assemble(bench, seed=seed, real_time=real_time),
+            paced=real_time,
+            zero=zero.motor_angle if zero else 0.0,
+        )
+        super().__init__(bench, link, real_time, zero.zero_id if zero else bench.zero_id, latch or LatchFile())
+        self._assembly, self._cycle_time = link.assembly, bench.bus.cycle_time
         self._limits = settings(
             self.bench.limits, self.bench.gearbox.ratio, self._cycle_time, self.bench.motion.standstill
         )
         self._safety = SafetyState.fresh()
         self._tripped: End | None = None
-        self._stops = Stops(self, latch or LatchFile())
-        self._started = datetime.now(UTC)
-
-    @property
-    def link(self) -> Link:
-        """The devices, without limits and ladder: for commissioning."""
-        return self._link
-
-    @property
-    def latch(self) -> LatchFile:
-        """What is remembered of stops: after one there is no torque until its three acts are done."""
-        return self._stops.latch
-
-    @property
-    def stops(self) -> tuple[StopRecord, ...]:
-        """Records of the stops since the bench was opened."""
-        return tuple(self._stops.records)
-
-    @property
-    def source(self) -> str:
-        """``emulator`` or ``hardware``, for the recordings."""
-        return "emulator" if self.bench.bus.plant is not None else "hardware"
-
-    @property
-    def scaling(self) -> Scaling:
-        """Scale and offset of every channel; known once the bench is open."""
-        return self._link.scaling
-
-    @property
-    def zeros(self) -> Zeros:
-        """What is subtracted from encoders and torque sensor."""
-        return self._link.zeros
-
-    @property
-    def temperature(self) -> float:
-        """Last lubricant temperature, °C."""
-        if self._link.last is None:
-            raise DeviceError("the bench has not been read yet; open it first")
-        return float(self._link.last.inputs.temperature[-1])
-
-    @property
-    def elapsed_s(self) -> float:
-        """Bench time since it was opened."""
-        return self._link.cycle * self._cycle_time
-
-    @property
-    def now(self) -> datetime:
-        """Time of day on the bench, UTC: bench time, which in fast emulation runs ahead of the clock."""
-        return self._started + timedelta(seconds=self.elapsed_s)
-
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What the bus process was not granted, in sentences; empty where there is nothing to say."""
-        notes: tuple[str, ...] = getattr(self._assembly.bus, "notes", ())
-        return notes
-
-    @property
-    def is_real_time(self) -> bool:
-        """Whether bench time is the clock's."""
-        return self._real_time or not self._assembly.can_replay
 
     def open(self) -> None:
         """Bring the bus to operation, find the encoders' common zero, tare the torque sensor; nothing moves.
@@ -285,22 +210,8 @@ class Rig:
         decoded = self._link.exchange(
             start_velocity + share * (velocity - start_velocity), start_torque + share * (torque - start_torque)
         )
-        self._rows(decoded, 0, decoded.size, sink)
+        hand_on(decoded, 0, decoded.size, sink)
         return decoded
-
-    @property
-    def set_values(self) -> tuple[float, float]:
-        """Load-side velocity in rad/s and load torque in N·m as last commanded."""
-        return self._link.velocity, self._link.torque
-
-    def drives_off(self) -> bool:
-        """Whether both drives say that they have no voltage."""
-        return self._link.reached("DISABLED")
-
-    @property
-    def drive_states(self) -> dict[str, str]:
-        """State of each drive's state machine (CiA 402) as of the last cycle, by role."""
-        return self._link.drive_states()
 
     # -- private -------------------------------------------------------------------------------------------------------
 
@@ -315,7 +226,7 @@ class Rig:
                 return end
             fed = feed.next(self._judge)
             if fed is not None:
-                self._emit(fed, sink)
+                emit(fed, sink)
                 stop = self._end_of(fed.verdict) or sink.failure
                 if stop is not None:
                     sink.event("error", f"stopped: {stop.text}")
@@ -335,22 +246,6 @@ class Rig:
             text = f"the bus process has stopped the drives by itself: {reason}"
             return End(EndKind.TRIPPED, text, Cause.BUS_STOPPED)
         return End(EndKind.TRIPPED, verdict.text, verdict.cause) if verdict.tripped else None
-
-    def _emit(self, fed: Fed, sink: Sink) -> None:
-        begin = fed.start
-        for offset, segment in fed.changes:
-            self._rows(fed.decoded, begin, offset, sink)
-            sink.segment(segment)
-            begin = max(begin, offset)
-        self._rows(fed.decoded, begin, fed.stop, sink)
-
-    def _rows(self, decoded: Decoded, start: int, stop: int, sink: Sink) -> None:
-        if stop <= start:
-            return
-        # a lost cycle leaves no row
-        good = decoded.inputs.good[start:stop]
-        rows = {name: values[start:stop] for name, values in decoded.raw.items()}
-        sink.rows(rows if good.all() else {name: values[good] for name, values in rows.items()})
 
     def _stop(self, end: End, sink: Sink) -> None:
         self._stops.stop(end, sink, self._ladder())

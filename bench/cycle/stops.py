@@ -2,10 +2,27 @@
 
 from __future__ import annotations
 
+from datetime import datetime
+from typing import Protocol
+
 from bench.cycle.end import End
 from bench.cycle.sink import NoSink, Sink
-from bench.cycle.stopping import Stop, StoppableRig
+from bench.cycle.stopping import Stop
 from bench.safety import Cause, LatchFile, StopRecord
+
+
+class Told(Protocol):
+    """What is asked of a rig about a stop."""
+
+    @property
+    def now(self) -> datetime:
+        """Time of day on the bench."""
+        ...
+
+    @property
+    def drive_states(self) -> dict[str, str]:
+        """State of each drive's state machine, by role."""
+        ...
 
 
 class Stops:
@@ -17,7 +34,7 @@ class Stops:
     records : the stops since the bench was opened, those that only switched the drives off left out.
     """
 
-    def __init__(self, rig: StoppableRig, latch: LatchFile) -> None:
+    def __init__(self, rig: Told, latch: LatchFile) -> None:
         self._rig = rig
         self.latch = latch
         self.records: list[StopRecord] = []
