@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import json
 import os
 import signal
 import time
@@ -15,8 +14,8 @@ from typing import Any
 from bench.service.alarms import Alarms
 from bench.service.book import Book
 from bench.service.history import History
+from bench.service.jobs import outcome, write_job
 from bench.service.launcher import Launcher
-from bench.service.process.job import Job
 from bench.service.process_link import ProcessLink
 from bench.service.runs import Run, Runs, now
 from bench.service.stream import Stream
@@ -160,22 +159,7 @@ class Keeper:
 
     async def _start(self, run: Run) -> Run | None:
         folder = self._folder(run)
-        folder.mkdir(parents=True, exist_ok=True)
-        job = Job(
-            run=run.id,
-            campaign=run.campaign,
-            bench=run.bench,
-            folder=run.folder,
-            socket=str(self._socket(run)),
-            outcome=str(folder / "outcome.json"),
-            interface=run.interface,
-            real_time=run.real_time,
-            seed=run.seed,
-            resumed_by=run.by if run.resumes else None,
-            reset_by=run.by if run.resets else None,
-        )
-        path = folder / "job.json"
-        path.write_text(json.dumps(job.as_dict()), encoding="utf-8")
+        path = write_job(run, folder, self._socket(run))
         try:
             pid = await self._launcher.start(path, folder / "log.txt")
         except OSError as error:
@@ -210,7 +194,8 @@ class Keeper:
         finally:
             watch.cancel()
             self._link = None
-        self._end(run, end or self._outcome(run))
+        code = None if run.pid is None else self._launcher.exit_code(run.pid)
+        self._end(run, end or outcome(self._folder(run), code))
 
     def _take(self, message: Message) -> None:
         kind = message["type"]
@@ -259,21 +244,6 @@ class Keeper:
         self.status = {**FREE, "label": end.get("text", "")}
         self._stream.publish(self.status)
         self.changed()
-
-    def _outcome(self, run: Run) -> Message:
-        path = self._folder(run) / "outcome.json"
-        if path.exists():
-            outcome: Message = json.loads(path.read_text("utf-8"))
-            return outcome
-        code = None if run.pid is None else self._launcher.exit_code(run.pid)
-        if code == -signal.SIGTERM:
-            # ended by STOP before it could take the signal in order: the bench was not open yet
-            return {"kind": "interrupted", "cause": "OPERATOR", "text": "stopped before it began"}
-        return {
-            "kind": "died",
-            "cause": "DIED",
-            "text": f"the process of the run ended without a word (exit code {'unknown' if code is None else code})",
-        }
 
     def _clear(self, status: Message) -> None:
         self.plan, self.points, self.spectrum = None, {}, None

@@ -16,6 +16,8 @@ from bench.service.service import Service
 from bench.service.wiring import PROBLEMS, service_of
 
 router = APIRouter(prefix="/api", responses=PROBLEMS)
+_SKIPPABLE = frozenset({"waiting", "running", "heating"})
+_REPEATABLE = frozenset({"done", "failed", "skipped", "running", "saving"})
 The = Annotated[Service, Depends(service_of)]
 RunId = Annotated[str, InPath(pattern=r"^[0-9A-Za-z\-]{1,40}$")]
 AlarmNumber = Annotated[int, InPath(ge=1, le=10**9)]
@@ -180,13 +182,13 @@ async def go_on(body: m.Act, service: The) -> m.Done:
 @router.post("/run/skip", summary="Skip a point")
 async def skip(body: m.PointAct, service: The) -> m.Done:
     """A point that runs is brought to rest and cut short; one still to come is left out of this run."""
-    return await _wish(service, "skip", body, identity=_known_point(service, body.point))
+    return await _wish(service, "skip", body, identity=_known_point(service, body.point, _SKIPPABLE))
 
 
 @router.post("/run/repeat", summary="Repeat a point")
 async def repeat(body: m.PointAct, service: The) -> m.Done:
     """The point is measured once more, after the one that runs; every take is kept."""
-    return await _wish(service, "repeat", body, identity=_known_point(service, body.point))
+    return await _wish(service, "repeat", body, identity=_known_point(service, body.point, _REPEATABLE))
 
 
 @router.post("/run/note", summary="Write a remark into the recording")
@@ -222,9 +224,12 @@ async def acknowledge(number: AlarmNumber, body: m.Act, service: The) -> m.Done:
     return answer
 
 
-def _known_point(service: Service, identity: str) -> str:
-    if identity not in service.keeper.points:
+def _known_point(service: Service, identity: str, states: frozenset[str]) -> str:
+    point = service.keeper.points.get(identity)
+    if point is None:
         raise NotNow(f"the run has no point {identity}")
+    if point["state"] not in states:
+        raise NotNow(f"point {point['number']} is {point['state']} already")
     return identity
 
 

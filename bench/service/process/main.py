@@ -104,8 +104,10 @@ class Process:
                 directions.go_on()
             case "skip":
                 directions.skip(point)
+                self._reporter.asked("skip", point)
             case "repeat":
                 directions.repeat(point)
+                self._reporter.asked("repeat", point)
             case "note":
                 directions.note(text)
 

@@ -57,6 +57,14 @@ class Reporter:
             message = dict(self._status)
         self._emit(message)
 
+    def asked(self, wish: str, identity: str) -> None:
+        """Tell at once what the operator asked for a point that does not run: it is left out, or measured once more."""
+        now = self._points.get(identity, {}).get("state")
+        if wish == "skip" and now == "waiting":
+            self._change(identity, state="skipped", note="left out by the operator")
+        elif wish == "repeat" and now in ("done", "failed", "skipped"):
+            self._change(identity, state="waiting", note="once more")
+
     # -- the listener --------------------------------------------------------------------------------------------------
 
     def planned(self, campaign_id: str, plan: Plan, points: Sequence[Expected]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import signal
 import socket
 import subprocess
 import sys
@@ -126,7 +127,16 @@ def served(folder: Path, *options: str) -> Iterator[str]:
             time.sleep(0.1)
         yield address
     finally:
+        _end_runs(folder / ".service" / "runs.json")
         process.terminate()
         process.wait(30)
         if process.stdout is not None:
             process.stdout.close()
+
+
+def _end_runs(path: Path) -> None:
+    """Runs go on when their service ends; those of a test end with it."""
+    for run in json.loads(path.read_text("utf-8")) if path.exists() else ():
+        if run["pid"] is not None:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(run["pid"], signal.SIGTERM)
