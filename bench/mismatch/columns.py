@@ -184,7 +184,8 @@ def layout(
     own = np.zeros(width)
     for place_of, value in precision.items():
         own[place_of] = value
-    return Layout(np.hstack(parts), np.asarray(priors), own, base, tuple(base_effects), tuple(named), tuple(free))
+    columns = np.hstack(parts) if parts else np.zeros((frame.size, 0))
+    return Layout(columns, np.asarray(priors), own, base, tuple(base_effects), tuple(named), tuple(free))
 
 
 def _candidates(channel: str, switched_off: Sequence[str]) -> list[Term]:

@@ -154,6 +154,8 @@ def _without_echoes(search: Search, refiner: Refiner, chosen: list[Entry]) -> li
 def _simplest(search: Search, refiner: Refiner, chosen: list[Entry]) -> list[Entry]:
     """Terms with those replaced that another effect's says as well with fewer parameters, as a special case."""
     for place, entry in enumerate(chosen):
+        if entry.effect in search.preferred:
+            continue  # a term of the nominal simulation is the likelier name, many as its parameters may be
         others = chosen[:place] + chosen[place + 1 :]
         taken = {e.effect for e in chosen}
         plain = [e for e in search.entries if e.effect not in taken and _numbers(e) < _numbers(entry)]
