@@ -115,6 +115,8 @@ class Bench:
         folder: str | Path,
         *,
         real_time: bool = False,
+        seed: int = 0,
+        resumed_by: str | None = None,
         listener: Listener | None = None,
         directions: Directions | None = None,
         tap: Tap | None = None,
@@ -122,7 +124,7 @@ class Bench:
         """Run a campaign (an object, a shipped name or a path) into a folder; one that was cut short goes on.
 
         ``listener`` is told how it goes, ``directions`` can pause, skip and stop it from another thread, ``tap`` sees
-        every row.
+        every row. ``resumed_by`` is who wants torque again after a stop that was acknowledged and reset.
 
         Raises
         ------
@@ -137,7 +139,15 @@ class Bench:
             raise DeviceError(f"the service at {service.get('url')} has this bus; bench run joins its queue")
         with bus_in_use(self.file):
             summary = run_campaign(
-                self.file, _campaign(what), folder, listener, real_time=real_time, directions=directions, tap=tap
+                self.file,
+                _campaign(what),
+                folder,
+                listener,
+                seed=seed,
+                real_time=real_time,
+                resumed_by=resumed_by,
+                directions=directions,
+                tap=tap,
             )
         return Recordings(folder, summary)
 

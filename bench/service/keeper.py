@@ -165,7 +165,13 @@ class Keeper:
         except OSError as error:
             self._end(run, {"kind": "internal", "cause": "LAUNCHER", "text": str(error)})
             return None
-        self._clear({"type": "status", "phase": "opening", "label": "the bench is being opened"})
+        opening = {"type": "status", "phase": "opening", "label": "the bench is being opened"}
+        if run.resets:
+            # what was measured until the stop stays in sight
+            self.status = opening
+            self._stream.publish(opening)
+        else:
+            self._clear(opening)
         run = self.runs.change(run.id, state="running", pid=pid, started_at=now())
         self._book.write("run", run.by, f"{run.title} begins", run=run.id, folder=run.folder)
         self.changed()

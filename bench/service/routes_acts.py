@@ -142,7 +142,7 @@ async def again(run_id: RunId, body: m.Act, service: The) -> m.RunAnswer:
 @router.post("/reset", summary="Reset the bench after a stop")
 async def reset(body: m.Act, service: The) -> m.RunAnswer:
     """The drives lose their faults, and it is looked whether the cause is gone; no torque is given."""
-    answer: m.RunAnswer = await _held(service, "reset", body, lambda name: _answer(service.reset(name)))
+    answer: m.RunAnswer = await _held(service, "reset", body, lambda name: _answer(service.after_stop.reset(name)))
     return answer
 
 
@@ -217,7 +217,7 @@ async def acknowledge(number: AlarmNumber, body: m.Act, service: The) -> m.Done:
     def do(name: str) -> m.Done:
         if service.alarms.acknowledge(number, name) is None:
             raise Unknown(f"there is no alarm {number}")
-        service.acknowledge_stop(name)
+        service.after_stop.acknowledge(name)
         return m.Done(done=f"acknowledged by {name}")
 
     answer: m.Done = await _held(service, "acknowledge", body, do, str(number))

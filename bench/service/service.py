@@ -11,10 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from bench.campaigns import load_campaign, make_plan
-from bench.campaigns.acts import acknowledge, latch_of
 from bench.configuration import BenchFile, load_bench, on_interface
-from bench.safety.latch import NEXT, Act
 from bench.service import recordings
+from bench.service.after_stop import AfterStop
 from bench.service.alarms import Alarm, Alarms
 from bench.service.allowed import Situation, allowed, why_not
 from bench.service.analyses import Analyses
@@ -35,6 +34,7 @@ from bench.service.stream import Stream
 
 Message = dict[str, Any]
 _STOP_MARGIN_S = 10.0
+_DISK_EVERY_S = 60.0
 
 
 class Service:
@@ -57,6 +57,7 @@ class Service:
         deadline = stopping.controlled_ramp + stopping.quick_stop + stopping.disable_voltage + _STOP_MARGIN_S
         runs = Runs(settings.state / "runs.json")
         self.keeper = Keeper(settings.state, runs, launcher, self.stream, self.book, self.alarms, deadline)
+        self.after_stop = AfterStop(self.bench, settings.folder, self.keeper, self.book)
         self.keeper.on_spectrum = self.overlay.take
         self.keeper.on_phase = self.tell_state
         if settings.model is not None:
@@ -70,10 +71,12 @@ class Service:
         """Begin to work."""
         self.book.write("service", "service", f"the service begins, process {os.getpid()}")
         self.keeper.open()
+        self._disk = asyncio.get_running_loop().create_task(self._watch_disk())
 
     async def close(self) -> None:
         """End; a run goes on in its own process."""
         self.stream.close()
+        self._disk.cancel()
         await self.keeper.close()
         await self.analyses.close()
         await asyncio.to_thread(self._launcher.close)
@@ -91,7 +94,7 @@ class Service:
             waiting=any(run.state == "queued" for run in runs),
             proposed=any(run.state == "proposed" for run in runs),
             ended=any(run.state == "ended" for run in runs),
-            due=self.latch()["due"],
+            due=self.after_stop.latch()["due"],
             alarms=bool(self.alarms.standing()),
         )
 
@@ -104,7 +107,7 @@ class Service:
             "alarms": self.alarms.standing(),
             "pages": self.stream.pages,
             "alive": self.keeper.is_alive(),
-            "latch": self.latch(),
+            "latch": self.after_stop.latch(),
             "model": None if self.overlay.path is None else str(self.overlay.path),
         }
 
@@ -191,6 +194,8 @@ class Service:
         """
         now_s = time.monotonic()
         by = new.name if new.secret is None else self.lease.check(new.secret, now_s).name
+        if new.secret is not None:
+            self.check_possible("start")
         run_id = new_id()
         source = await asyncio.to_thread(self.catalog.source, new.campaign, new.text, run_id)
         campaign = await asyncio.to_thread(load_campaign, source)
@@ -223,39 +228,6 @@ class Service:
         self.keeper.held = False
         self.book.write("again", by, f"{run.title} goes on in {Path(run.folder).name}", run=run.id)
         return self.keeper.add(following(run, by, resumes=True))
-
-    def reset(self, by: str) -> Run:
-        """Take the drives' faults away after a stop; a process of its own opens the bus for it.
-
-        Raises
-        ------
-        NotNow
-            If nothing was run yet: there is nothing to be reset.
-        """
-        run = self._last_ended()
-        if run is None:
-            raise NotNow("nothing was run yet, there is nothing to reset")
-        self.keeper.held = False
-        self.book.write("reset", by, f"reset after: {self.latch()['text'] or 'no stop on record'}")
-        return self.keeper.add(following(run, by, resets=True, title="Reset of the bench"))
-
-    def acknowledge_stop(self, by: str) -> None:
-        """Say for the bench's record that somebody has read why it stopped, if that is what is due."""
-        run = self._last_ended()
-        if run is not None and self.latch()["due"] == Act.ACKNOWLEDGE.value:
-            acknowledge(self.bench, Path(run.folder), by)
-
-    def latch(self) -> Message:
-        """What stopped the bench, and which act is due before it may give torque again; empty texts for nothing."""
-        run = self._last_ended()
-        folder = self.settings.folder if run is None else Path(run.folder)
-        latch = latch_of(self.bench, folder).read()
-        due = NEXT[latch.standing]
-        return {"standing": latch.standing.value, "text": latch.text, "due": "" if due is None else due.value}
-
-    def _last_ended(self) -> Run | None:
-        ended = [run for run in self.keeper.runs.all() if run.state == "ended" and run.end.get("kind") != "withdrawn"]
-        return ended[-1] if ended else None
 
     def run(self, run_id: str, state: str) -> Run:
         """Return a run in the state it has to be in.
@@ -295,6 +267,15 @@ class Service:
         model = None if new.model is None else self.model_path(new.model)
         self.book.write("analyse", new.name, f"{new.kind} of {new.folder}")
         return self.analyses.start(new.kind, folder, new.name, model)
+
+    async def _watch_disk(self) -> None:
+        """Say that room becomes scarce before a run has to stop for it."""
+        while True:
+            said = await asyncio.to_thread(self.storage)
+            if not said["enough"]:
+                # without the figure: the same alarm is raised once
+                self.alarms.raise_("DISK", f"the disk of {said['folder']} is nearly full")
+            await asyncio.sleep(_DISK_EVERY_S)
 
     def _tell_alarm(self, alarm: Alarm) -> None:
         self.notifier.tell(alarm, self.bench.configuration.name)

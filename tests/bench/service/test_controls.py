@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import asyncio
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from bench.service.book import Book
 from bench.service.lease import LOST_S, SILENT_S, Lease, NotHeld
+from bench.service.service import Service
 from tests.bench.service.conftest import Client
 
 
@@ -115,3 +119,47 @@ def test_stop_while_a_run_is_being_started_stops_it(client: Client, monkeypatch:
     client.until(lambda: client.state("runs")["runs"][0]["state"] == "ended")
     assert client.state("runs")["runs"][0]["end"]["kind"] == "interrupted"
     assert client.state("runs")["held"]
+
+
+def test_a_run_that_does_not_come_to_rest_is_ended_hard_with_an_alarm(
+    client: Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    deaf = (
+        "import signal, time; signal.signal(signal.SIGTERM, signal.SIG_IGN); print('deaf', flush=True); time.sleep(60)"
+    )
+
+    async def start(job: Path, log: Path) -> int:
+        process = subprocess.Popen([sys.executable, "-c", deaf, str(job)], stdout=subprocess.PIPE)
+        assert process.stdout is not None
+        with process.stdout as said:
+            said.readline()
+        client.launcher.processes.append(process)
+        return process.pid
+
+    monkeypatch.setattr(client.launcher, "start", start)
+    service: Service = client.http.app.state.service  # type: ignore[attr-defined]
+    monkeypatch.setattr(service.keeper, "_stop_deadline_s", 0.3)
+    client.take()
+    client.ask("runs", name="Ann", secret=client.secret, campaign="quick")
+    client.until(lambda: client.state("runs")["runs"][0]["state"] == "running")
+    client.http.post("/api/stop", json={})
+    client.until(lambda: client.state("runs")["runs"][0]["state"] == "ended")
+    assert client.launcher.processes[0].poll() == -signal.SIGKILL
+    causes = {alarm["cause"] for alarm in client.state("state")["alarms"]}
+    assert causes == {"KILLED", "DIED"}
+
+
+def test_a_disk_that_fills_up_is_an_alarm_before_a_run_stops_for_it(client: Client) -> None:
+    service: Service = client.http.app.state.service  # type: ignore[attr-defined]
+    said = {**service.storage(), "enough": False}
+
+    async def look() -> None:
+        service.storage = lambda: said  # type: ignore[method-assign]
+        task = asyncio.get_running_loop().create_task(service._watch_disk())
+        await asyncio.sleep(0.1)
+        task.cancel()
+
+    client.http.portal.call(look)  # type: ignore[union-attr]
+    (alarm,) = client.state("state")["alarms"]
+    assert alarm["cause"] == "DISK"
+    assert "backup" in alarm["what_to_do"]
