@@ -126,7 +126,7 @@ def compensate(
     model = simulation.transmission_error()
     if model is None:
         raise ConfigurationError("the model holds no transmission error; identify it first with 'bench identify'")
-    if file.configuration.bus.plant is None:
+    if not file.configuration.bus.in_process:
         raise ConfigurationError(f"bench {file.configuration.name} is no emulated one; it is tried there only")
     friction = simulation.value("load.bearing_friction", "f_b") or 0.0
     outcomes = []

@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from pathlib import Path
 
 from bench.commissioning import signs, slaves
 from bench.commissioning.guide import Guide, Nobody
 from bench.commissioning.record import Commissioned, StepRecord, Zero, digest, record_path, require_commissioned
 from bench.commissioning.trial import Trial, slow
 from bench.commissioning.zero import find_zero, require_zero
-from bench.configuration import BenchFile
+from bench.configuration import BenchConfiguration, BenchFile
 from bench.cycle.rig import Rig
 from bench.errors import LimitError
+from bench.safety import Act, LatchFile, Standing
+from bench.safety.places import latch_path
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +50,7 @@ def commission(file: BenchFile, guide: Guide, by: str, *, only_zero: bool = Fals
     Raises
     ------
     LimitError
-        If the operator does not want to go on, or a limit of the trial was broken.
+        If the operator does not want to go on, a limit of the trial was broken, or an earlier stop was not resumed.
     DeviceError
         With what is wrong and what would be right, if a step does not pass.
     """
@@ -56,7 +59,9 @@ def commission(file: BenchFile, guide: Guide, by: str, *, only_zero: bool = Fals
     before = require_commissioned(bench) if only_zero else None
     steps = () if only_zero else STEPS
     tried = slow(file)
-    with Rig(tried, seed=seed) as rig:
+    latch = latch_of(bench)
+    _resume(latch, guide, by)
+    with Rig(tried, seed=seed, latch=latch) as rig:
         rig.reset_faults()
         trial = Trial(file, rig, guide, by)
         enabled = False
@@ -85,6 +90,19 @@ def commission(file: BenchFile, guide: Guide, by: str, *, only_zero: bool = Fals
         _look_again(file, zero)
         record.save(path)
     return record
+
+
+def latch_of(bench: BenchConfiguration) -> LatchFile:
+    """Return the latch of a bench: a stop while it is tried out is a stop like any other."""
+    return LatchFile(None if bench.bus.in_process else latch_path(bench, Path()))
+
+
+def _resume(latch: LatchFile, guide: Guide, by: str) -> None:
+    """Go on after a stop that was acknowledged and reset, if the operator says so; after any other refuse."""
+    standing = latch.read()
+    if standing.standing is Standing.RESET and guide.ask(f"The bench was stopped ({standing.text}). Try it out again?"):
+        latch.act(Act.RESUME, by)
+    latch.read().require_clear()
 
 
 def _enable(rig: Rig, guide: Guide) -> bool:

@@ -19,6 +19,7 @@ from bench.configuration import BenchFile, load_bench, on_interface, parse_bench
 from bench.cycle.assembly import Assembly, assemble
 from bench.cycle.rig import Rig
 from bench.errors import BenchError, ConfigurationError, LimitError
+from bench.safety import Act, LatchFile, Standing
 from bench.safety.places import VARIABLE
 
 
@@ -208,3 +209,26 @@ def test_with_a_person_the_emergency_stop_is_pressed(obedient: bool, monkeypatch
     else:
         with pytest.raises(BenchError, match="does not say pressed"):
             commission(load_bench("rh380n"), guide, "me")
+
+
+def test_a_bench_that_was_stopped_is_not_tried_out_before_its_three_acts(monkeypatch: pytest.MonkeyPatch) -> None:
+    latch = LatchFile()
+    latch.write(latch.read().stopped("MOTOR_SPEED", "too fast", ""))
+    monkeypatch.setattr("bench.commissioning.session.latch_of", lambda bench: latch)
+    with pytest.raises(LimitError, match="too fast"):
+        commission(load_bench("rh380n"), Nobody(), "me")
+    for act in (Act.ACKNOWLEDGE, Act.RESET):
+        latch.act(act, "me")
+    with pytest.raises(LimitError, match="too fast"):
+        commission(load_bench("rh380n"), Refusing("again"), "me")
+    commission(load_bench("rh380n"), Nobody(), "me", seed=1)
+    assert latch.read().standing is Standing.CLEAR
+
+
+def test_a_stop_while_a_bench_is_tried_out_is_latched(monkeypatch: pytest.MonkeyPatch) -> None:
+    latch = LatchFile()
+    monkeypatch.setattr("bench.commissioning.session.latch_of", lambda bench: latch)
+    fast = changed('velocity_error = "6 rad/s"', 'velocity_error = "0.01 rad/s"')
+    with pytest.raises(LimitError, match="while it was tried out"):
+        commission(fast, Nobody(), "me")
+    assert latch.read().cause == "VELOCITY_ERROR"
