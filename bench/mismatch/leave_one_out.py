@@ -159,7 +159,11 @@ def _row(term: LibraryTerm, channel: str, found: Assessment, known: frozenset[st
     elif any(f.effect not in known for f in told):
         out.outcome = OTHERWISE
     else:
-        out.why = "the rest of the simulation, calibrated without it, leaves too little to be told from noise"
+        out.why = (
+            "what it leaves is told within structure without a name, which these recordings hold with it, too"
+            if told
+            else "the rest of the simulation, calibrated without it, leaves too little to be told from noise"
+        )
     return out
 
 
