@@ -15,7 +15,7 @@ from bench.mismatch.chosen_forms import Known, chosen_forms, training
 from bench.mismatch.columns import ZERO_TORQUE, layout
 from bench.mismatch.dataset import Dataset
 from bench.mismatch.given import Given
-from bench.mismatch.linear import ChannelModel, analyse, columns_of, known_coefficients, predict, starts_and_folds
+from bench.mismatch.linear import ChannelModel, analyse, columns_at, known_coefficients, predict, starts_and_folds
 from bench.mismatch.motor_ripple import Ripple, without
 from bench.mismatch.motor_ripple import search as search_ripples
 from bench.mismatch.noise import estimate
@@ -99,9 +99,13 @@ def _known(
 
 
 def _sensor_error(model: ChannelModel, frame: Frame) -> FloatArray | None:
-    """The torque sensor's error at the rows of a frame, as far as named terms say it, found or of the simulation."""
+    """The torque sensor's error at the rows of a frame, as far as the model of the load torque says it, found or of the
+    simulation.
+    """
     parts = [
-        columns_of(LOAD_TORQUE, f.entry, frame) @ f.coefficients for f in model.found if f.entry.effect in SENSOR_ERRORS
+        columns_at(model, f.entry, frame) @ f.coefficients
+        for f in model.found
+        if f.entry.effect in (*SENSOR_ERRORS, "unknown")
     ]
     for (term, form, point), coefficients in zip(model.known, known_coefficients(model), strict=True):
         if term.effect in SENSOR_ERRORS:

@@ -14,7 +14,7 @@ from bench.mismatch.judge import Found
 from bench.mismatch.linear import ChannelModel, columns_of
 from bench.mismatch.locate import Location, conditions, strongest, text, time_window
 from bench.mismatch.peaks import Peak
-from bench.mismatch.rivals import rivals
+from bench.mismatch.rivals import rivals, strongest_orders
 from bench.mismatch.unexplained import WANDERING, half_explained, slow_structure, unexplained
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.laws import Law, factor
@@ -73,6 +73,8 @@ def _linear(
     orders = [entry.point[0]] if entry.effect == "friction.position_dependent" else []
     if entry.effect == "load.unbalance":
         orders = [1.0]
+    if unknown and "angle" in variables:
+        orders = strongest_orders(found.coefficients)
     rival = found.unknown or entry
     label = text(where, variables, orders, [])
     if unknown:

@@ -152,11 +152,21 @@ BEYOND_DOUBT = 50.0
 
 
 ACTS = 0.25
-"""of its mean square in the training rows: where a finding changes held-out ones as much, it must not harm them"""
+"""of its mean square in the training rows: where a finding changes held-out ones as much, it has to show there"""
+REFUTED = 2.5
+"""standard errors between recordings by which a finding may miss the squares it should take off"""
 
 
 def _mean_square(values: FloatArray, rows: NDArray[np.bool_], number: FloatArray) -> float:
     return float(np.sum(values[rows] ** 2 * number[rows]) / max(float(number[rows].sum()), 1.0))
+
+
+def _standard_errors(values: FloatArray, recording: IntArray) -> float:
+    """Mean of a quantity over its standard error, the recordings being the units."""
+    total = np.bincount(recording, values)[np.unique(recording)]
+    if total.size < 3:
+        return 0.0
+    return float(np.mean(total) / max(np.std(total, ddof=1) / np.sqrt(total.size), 1e-300))
 
 
 def gate(model: ChannelModel, usable: NDArray[np.bool_], held_out: set[int]) -> dict[str, tuple[float, float]]:
@@ -181,15 +191,16 @@ def gate(model: ChannelModel, usable: NDArray[np.bool_], held_out: set[int]) -> 
     for found in sorted(model.found, key=lambda f: f.gain):
         whole, without = predict_named(model, rows.frame), predict_named(model, rows.frame, found.entry)
         full, rest = squares(whole), squares(without)
-        acts = _mean_square(whole - without, scored, rows.number) > ACTS * _mean_square(
-            whole - without, model.used, rows.number
-        )
+        added = whole - without
+        acts = _mean_square(added, scored, rows.number) > ACTS * _mean_square(added, model.used, rows.number)
+        promised = added[scored] ** 2 * number - (rest - full)
+        refuted = acts and _standard_errors(promised, rows.frame.recording[scored]) > REFUTED
         change = (rest.sum() - full.sum()) / number.sum()
         by_recording = np.bincount(rows.frame.recording[scored], rest - full)
         touched = by_recording[np.abs(by_recording) > 0.05 * np.abs(by_recording).max()]
         better = bool(np.mean(touched > 0) >= 0.5) if touched.size else False
         named = found.entry.effect != "unknown"
-        silent = named and change > (0.0 if acts else -HARM * noise) and found.gain > BEYOND_DOUBT
+        silent = named and change > -HARM * noise and not refuted and found.gain > BEYOND_DOUBT
         least = LEAST_HELD_OUT if named else LEAST_UNKNOWN
         if silent or (change > least * noise and better):
             level = (inner + float(full.sum())) / number.sum()

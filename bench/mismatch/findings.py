@@ -18,7 +18,7 @@ from bench.simulation.terms import LIBRARY
 AMBIGUOUS_GAIN = 3.0
 AMBIGUOUS_SHARE = 0.12
 """of the gain: an alternative that explains all but this is as good, unless it is further off than its error"""
-AMBIGUOUS_ERRORS = 2.0
+AMBIGUOUS_ERRORS = 1.5
 ALIKE = 0.055
 """of the gain: an alternative that loses less shares more than nine tenths of what the design can show"""
 AT_MOST = 0.3

@@ -15,13 +15,17 @@ from bench.mismatch.noise import estimate
 from bench.mismatch.refine import Refiner
 from bench.mismatch.rivals import rivals
 from bench.mismatch.rows import Rows
-from bench.mismatch.select import Model, Search
+from bench.mismatch.select import MINIMUM_GAIN, Model, Search
 from bench.mismatch.spreads import settle
 from bench.simulation.frame import FloatArray, Frame, IntArray, recording_starts
-from bench.simulation.terms import LIBRARY, Form, Point, Term
+from bench.simulation.terms import LIBRARY, TEMPERATURE, TRANSMISSION_ERROR, Form, Point, Term
 
 REPEATED = frozenset({"friction.position_dependent"})
 MOST_TERMS = 6
+LEAST_GAIN = {TRANSMISSION_ERROR: 45.0, TEMPERATURE: 50.0}
+"""log-likelihood asked of a term where the simulation itself fits no better than that: its polynomials are clipped by
+nature, a heat balance has one mass for a whole gearbox
+"""
 
 
 @dataclass(slots=True)
@@ -80,7 +84,15 @@ def analyse(
     bank = Bank(own.y, starts, folds, whole.columns, whole.prior, noise, whole.precision)
     settle(bank, whole)
     entries = [e for e in whole.named if e.effect not in banned]
-    search = Search(bank, whole.base, entries, REPEATED, known_gain(bank, whole, len(known)), frozenset(switched_off))
+    search = Search(
+        bank,
+        whole.base,
+        entries,
+        REPEATED,
+        known_gain(bank, whole, len(known)),
+        frozenset(switched_off),
+        LEAST_GAIN.get(channel, MINIMUM_GAIN),
+    )
     refiner = Refiner(channel, rows.frame, used, search)
     model = Model((), search.fit(()))
     for _ in range(MOST_TERMS):
@@ -208,11 +220,12 @@ def _sum_of(model: ChannelModel, frame: Frame, columns: FloatArray, entries: Seq
     out = columns[:, list(model.layout.base)] @ np.array([coefficient[i] for i in model.layout.base])
     for entry in entries:
         own = np.array([coefficient[i] for i in entry.index])
-        out = out + _any_columns(model, entry, frame) @ own
+        out = out + columns_at(model, entry, frame) @ own
     return np.asarray(out)
 
 
-def _any_columns(model: ChannelModel, entry: Entry, frame: Frame) -> FloatArray:
+def columns_at(model: ChannelModel, entry: Entry, frame: Frame) -> FloatArray:
+    """Regressors of an entry, named or free, on any rows."""
     if entry.effect != "unknown":
         return columns_of(model.channel, entry, frame)
     for rival in rivals(model.channel, frame, model.rows.frame.take(model.used)):

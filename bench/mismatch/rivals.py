@@ -74,6 +74,14 @@ def _apart(knots: FloatArray) -> FloatArray:
     return np.asarray(kept)
 
 
+def strongest_orders(coefficients: FloatArray) -> list[float]:
+    """Orders that carry a free function of the output angle, by its coefficients (cosine and sine of each order)."""
+    if coefficients.size != 2 * len(ANGLE_ORDERS):
+        return []
+    size = np.hypot(coefficients[0::2], coefficients[1::2])
+    return [float(f) for f, a in zip(ANGLE_ORDERS, size, strict=True) if a > 0.4 * size.max()]
+
+
 def _waves(frame: Frame) -> FloatArray:
     return np.column_stack([f(order * frame.q) for order in ANGLE_ORDERS for f in (np.cos, np.sin)])
 

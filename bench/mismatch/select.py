@@ -49,6 +49,8 @@ class Search:
     """gain of terms that the given simulation has beyond the nominal one"""
     preferred: frozenset[str] = frozenset()
     """nominal terms that the given simulation lacks: taken where they gain all but a little of what the best gains"""
+    least: float = MINIMUM_GAIN
+    """log-likelihood a term has to gain in this channel"""
     _cache: dict[tuple[int, ...], Fit] = field(default_factory=dict)
 
     def fit(self, chosen: Sequence[Entry]) -> Fit:
@@ -88,7 +90,7 @@ class Search:
     def price(self, chosen: Sequence[Entry]) -> float:
         """Gain asked of a further term."""
         so_far = self.fit(chosen).total - self.fit(()).total + self.credit
-        return max(MINIMUM_GAIN, MINIMUM_SHARE * so_far)
+        return max(self.least, MINIMUM_SHARE * so_far)
 
     def step(self, chosen: Sequence[Entry]) -> list[Entry] | None:
         """Add the best term, let each chosen one change for a better, drop what is idle; None where none helps."""
@@ -137,7 +139,7 @@ class Search:
             whole = self.fit(current)
             without = [(whole.total - self.fit(current[:i] + current[i + 1 :]).total, i) for i in range(len(current))]
             loss, place = min(without)
-            if loss > max(MINIMUM_GAIN, MINIMUM_SHARE * (whole.total - self.fit(()).total + self.credit)):
+            if loss > max(self.least, MINIMUM_SHARE * (whole.total - self.fit(()).total + self.credit)):
                 break
             current.pop(place)
         return current

@@ -62,7 +62,8 @@ def _bouc_wen(between: Between) -> Columns:
 
 
 def _travels(_: Frame) -> tuple[Point, ...]:
-    return logarithmic(2e-4, 0.3, 12)
+    # shorter than a tenth of a degree is over within the smoothing of the speed
+    return logarithmic(2.5e-3, 0.3, 10)
 
 
 def _after_reversal(frame: Frame, point: Point) -> FloatArray:

@@ -28,7 +28,7 @@ def _piecewise(frame: Frame, point: Point) -> FloatArray:
 
 
 def _exponents(_: Frame) -> tuple[Point, ...]:
-    return ((2.0,), (2.5,), (3.0,), (3.6,), (4.5,))
+    return ((2.4,), (3.0,), (3.6,), (4.5,))
 
 
 def _power(frame: Frame, point: Point) -> FloatArray:
@@ -37,7 +37,7 @@ def _power(frame: Frame, point: Point) -> FloatArray:
 
 def _soft_scales(frame: Frame) -> tuple[Point, ...]:
     largest = top(frame.torque)
-    return tuple((share * largest,) for share in (0.4, 0.55, 0.75, 1.0))
+    return tuple((share * largest,) for share in (0.6, 0.8, 1.1))
 
 
 def _softening(frame: Frame, point: Point) -> FloatArray:
