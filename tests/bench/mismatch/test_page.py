@@ -50,7 +50,7 @@ def test_the_page_stands_alone(report: Report) -> None:
 
 def test_it_says_verdict_equation_values_evidence_and_why_not_another(report: Report) -> None:
     text = page(report)
-    assert sentence(report).startswith("Mismatch: the simulation leaves out Stribeck friction (motor torque:")
+    assert sentence(report).startswith("Mismatch: the simulation leaves out Stribeck friction")
     for told in ("<b>Mismatch:</b>", "f_s", "N*m", "before: without it", "Why not another", "have been found?"):
         assert told in text
     assert re.search(r"0\.30\d* ± ", text)
