@@ -73,8 +73,8 @@ class CycleExchanger:
     ----------
     timeout_us : how long to wait for a frame. A blocking socket rounds up to a jiffy (see :mod:`nonblocking`).
     wait : set by the bus on a non-blocking socket: sleeps until a frame has come; False where none came in time.
-    drain : set with it: drops what has come. A late answer that is still waiting would be taken for that of the next
-        cycle, whose own would then be late: one lost frame would cost many.
+    drain : set with it: drops what has come before a frame is sent. SOEM numbers its frames modulo 16: an answer that
+        is 16 cycles late would be taken for the new one, and the one after it likewise, for ever.
     """
 
     def __init__(
@@ -84,7 +84,6 @@ class CycleExchanger:
         self._pacing = pacing
         self._timeout_us = timeout_us
         self._came_us = max(1, timeout_us // 10)
-        self._is_lost = False
         self.wait: Callable[[], bool] | None = None
         self.drain: Callable[[], None] | None = None
         self._rows = len(outputs.bytes)
@@ -110,7 +109,7 @@ class CycleExchanger:
         start = row * self._widths[0]
         for slave, a, b in self._writers:
             slave.output = bytes(self._out[start + a : start + b])
-        if self._is_lost and self.drain is not None:
+        if self.drain is not None:
             self.drain()
         self._master.send_processdata()
         if self.wait is None:
@@ -119,7 +118,6 @@ class CycleExchanger:
             # Asked even where nothing came: SOEM has to let go of the frame it waits for. Where something came that is
             # not the answer, SOEM polls for it and keeps the processor from the one who answers: not for long.
             wkc = self._master.receive_processdata(self._came_us if self.wait() else 1)
-        self._is_lost = wkc < 0
         start = row * self._widths[1]
         for slave, a, b in self._readers:
             self._in[start + a : start + b] = slave.input

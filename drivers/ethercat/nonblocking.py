@@ -42,6 +42,8 @@ class FrameWait:
     def __init__(self, descriptor: int, patience_us: int) -> None:
         self._sockets = [descriptor]
         self._patience_s = patience_us * 1e-6
+        self._poll = select.poll()
+        self._poll.register(descriptor, select.POLLIN)
 
     def __call__(self) -> bool:
         """Whether there is something to read."""
@@ -50,10 +52,9 @@ class FrameWait:
     def drain(self) -> None:
         """Drop every frame that has come; at most a bounded number, in case they come without end."""
         for _ in range(_MOST_STALE):
-            try:
-                os.read(self._sockets[0], _FRAME_BYTES)
-            except BlockingIOError:
+            if not self._poll.poll(0):
                 return
+            os.read(self._sockets[0], _FRAME_BYTES)
 
 
 def _descriptors() -> list[int]:

@@ -137,17 +137,15 @@ int main(int argc, char **argv)
 
     const int64_t start = now_ns();
     int64_t slot = -1;
-    int lost = 0;
     for (int64_t i = -SETTLING_CYCLES; i < cycles; i++) {
         const int64_t passed = (now_ns() - start) / period;
         slot = slot + 1 > passed ? slot + 1 : passed;
         sleep_until(start + slot * period);
         const int64_t woke = now_ns();
-        while (lost && read(frame.fd, stale, sizeof stale) > 0) {
+        while (read(frame.fd, stale, sizeof stale) > 0) {
         }
         ecx_send_processdata(&network);
         const int wkc = ecx_receive_processdata(&network, ppoll(&frame, 1, &patience, NULL) > 0 ? came_us : 1);
-        lost = wkc < 0;
         const int64_t back = now_ns();
         memcpy(ring + (size_t)((i + SETTLING_CYCLES) % RING_ROWS) * width, slaves[0].inputs, width);
         if (i >= 0) {

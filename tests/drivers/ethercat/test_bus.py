@@ -87,6 +87,17 @@ def test_soem_is_asked_even_where_no_frame_came_but_not_kept_waiting() -> None:
     assert master.timeouts == [100, 1, 100]  # what has come is there at once; the patience is spent asleep
 
 
+def test_what_came_too_late_is_dropped_before_every_frame() -> None:
+    # SOEM counts frames modulo 16: left in the socket, an answer 16 cycles old passes for the new one
+    bus, master = running(block_capacity=3)
+    assert isinstance(bus._exchanger, CycleExchanger)
+    order: list[str] = []
+    bus._exchanger.drain = lambda: order.append("drop")
+    master.answer = lambda _: order.append("answer") or 3
+    bus.exchange(3)
+    assert order == ["drop", "answer"] * 3
+
+
 def test_skipped_slots_show_in_the_cycle_number() -> None:
     class Late:
         slots = iter(range(0, 10_000, 3))

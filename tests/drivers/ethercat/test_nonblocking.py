@@ -46,3 +46,18 @@ def test_wait_ends_with_a_frame_or_with_patience() -> None:
         left.sendall(b"frame")
         assert wait()
         assert wait()  # it looks, it does not read
+
+
+def test_frames_that_came_too_late_are_dropped() -> None:
+    near, far = socket.socketpair(socket.AF_UNIX, socket.SOCK_DGRAM)
+    with near, far:
+        near.setblocking(False)
+        wait = FrameWait(near.fileno(), 1000)
+        wait.drain()
+        for number in range(8):
+            far.send(bytes([number]))
+        wait.drain()
+        assert not wait()
+        far.send(b"new")
+        assert wait()
+        assert near.recv(16) == b"new"
