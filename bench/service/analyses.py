@@ -127,7 +127,7 @@ class Analyses:
                 str(job),
                 stdout=asyncio.subprocess.PIPE,
                 stderr=log,
-                env={**os.environ, "OMP_NUM_THREADS": "1"},
+                env={**os.environ, "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
             )
         assert process.stdout is not None
         try:

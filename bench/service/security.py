@@ -26,6 +26,7 @@ HEADERS: dict[str, str] = {
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
     "X-Frame-Options": "DENY",
+    "Cache-Control": "no-cache",
 }
 """On every answer; plots set styles, nothing else comes from elsewhere."""
 REPORT_HEADERS: dict[str, str] = {

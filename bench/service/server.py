@@ -42,7 +42,9 @@ def _serve(settings: Settings, launcher: Launcher) -> None:
 
     from bench.service.app import create_app
 
-    shown = settings.url + (f"/#token={settings.token}" if settings.token is not None else "/")
+    # into a terminal only: what a service manager keeps may be read by others
+    secret = settings.token is not None and sys.stdout.isatty()
+    shown = settings.url + (f"/#token={settings.token}" if secret else "/")
     sys.stdout.write(
         f"The page is at {shown}\nRecordings go to {settings.folder.absolute()}. Ctrl-C ends the service.\n"
     )

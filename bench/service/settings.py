@@ -50,7 +50,11 @@ class Settings:
             return
         missing = [
             name
-            for name, value in (("--tls-certificate and --tls-key", self.certificate), ("--token-file", self.token))
+            for name, value in (
+                ("--tls-certificate and --tls-key", self.certificate),
+                ("--token-file", self.token),
+                ("--name", self.names or not _is_wildcard(self.host) or None),
+            )
             if value is None
         ]
         if missing:
@@ -78,9 +82,10 @@ class Settings:
 
     @property
     def url(self) -> str:
-        """Address of the page."""
-        host = f"[{self.host}]" if ":" in self.host else self.host
-        return f"{self.scheme}://{host}:{self.port}"
+        """Address of the page: by the first further name, where there is one."""
+        if self.names:
+            return f"{self.scheme}://{self._with_port(self.names[0])}"
+        return f"{self.scheme}://{self._with_port(self.host)}"
 
     @property
     def state(self) -> Path:
@@ -90,13 +95,22 @@ class Settings:
     @property
     def hosts(self) -> frozenset[str]:
         """Values of the Host header that are answered."""
-        own = {self.host, "localhost", "127.0.0.1", "[::1]"} if self.is_loopback else {self.host}
-        named = {
-            name if ":" in name.strip("[]") and not name.endswith("]") else f"{name}:{self.port}" for name in self.names
-        }
-        default = {443: "https", 80: "http"}.get(self.port) == self.scheme
-        return frozenset(
-            {f"[{name}]:{self.port}" if ":" in name and name[0] != "[" else f"{name}:{self.port}" for name in own}
-            | named
-            | (own if default else set())
-        )
+        own = {self.host, "localhost", "127.0.0.1", "::1"} if self.is_loopback else {self.host}
+        answered = {self._with_port(name) for name in own | set(self.names)}
+        if {443: "https", 80: "http"}.get(self.port) == self.scheme:
+            # a browser leaves the usual port out
+            answered |= {name.removesuffix(f":{self.port}") for name in answered}
+        return frozenset(name.lower() for name in answered)
+
+    def _with_port(self, name: str) -> str:
+        if name.count(":") > 1 and not name.startswith("["):
+            return f"[{name}]:{self.port}"
+        has_port = ":" in name.rpartition("]")[2]
+        return name if has_port else f"{name}:{self.port}"
+
+
+def _is_wildcard(host: str) -> bool:
+    try:
+        return ipaddress.ip_address(host).is_unspecified
+    except ValueError:
+        return False

@@ -7,11 +7,12 @@ import os
 import signal
 import urllib.request
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
 
+from bench.configuration import load_bench
+from bench.service.registry import service_for
 from tests.bench.service.conftest import served
 from tests.browser.conftest import Browser
 
@@ -234,13 +235,15 @@ def test_ten_hours_of_live_values_stay_small_and_keep_every_spike(ann: Browser) 
     assert seen["ms"] < 1000.0
 
 
-def test_the_page_says_when_the_service_is_gone(
-    new_browser: Callable[[str], Browser], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("BENCH_RUNTIME", str(tmp_path / "locks"))
-    with served(tmp_path / "recordings") as url:
-        browser = new_browser(url)
-        browser.open()
-    browser.until(lambda: "has not answered since" in browser.text("#gone"))
-    assert "emergency stop" in browser.text("#gone")
-    browser.shot("operator-gone")
+def test_the_page_says_when_the_service_is_gone(ann: Browser, address: str) -> None:
+    ann.view("now")
+    service = service_for(load_bench("rh380n"))
+    assert service is not None
+    assert service["url"] == address
+    os.kill(service["pid"], signal.SIGTERM)
+    ann.until(lambda: "has not answered since" in ann.text("#gone"))
+    assert "emergency stop" in ann.text("#gone")
+    # nothing old is shown as if it were so now
+    assert ann.text("#phase-name") == "Not known"
+    ann.until(lambda: ann.text("#v-speed") == "–")
+    ann.shot("operator-gone")

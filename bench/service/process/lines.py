@@ -73,7 +73,7 @@ class LineServer:
 class _Listener:
     def __init__(self, connection: socket.socket, receive: Callable[[Message], None]) -> None:
         self._connection, self._receive = connection, receive
-        self._waiting: queue.Queue[bytes | None] = queue.Queue()
+        self._waiting: queue.Queue[Message | None] = queue.Queue()
         self._dead = False
         self._sender = threading.Thread(target=self._send, name="to-listener", daemon=True)
         self._sender.start()
@@ -86,7 +86,8 @@ class _Listener:
             self._hang_up()
             return False
         if message["type"] not in _LIVE or waiting <= _LIVE_UNTIL:
-            self._waiting.put(json.dumps(message, allow_nan=False).encode() + b"\n")
+            # written as text on the listener's own thread: whoever tells does not wait for that either
+            self._waiting.put(message)
         return True
 
     def finish(self, wait_s: float) -> None:
@@ -103,8 +104,8 @@ class _Listener:
 
     def _send(self) -> None:
         try:
-            while (line := self._waiting.get()) is not None:
-                self._connection.sendall(line)
+            while (message := self._waiting.get()) is not None:
+                self._connection.sendall(json.dumps(message, allow_nan=False).encode() + b"\n")
         except OSError:
             self._dead = True
 

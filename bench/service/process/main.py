@@ -72,7 +72,7 @@ class Process:
 
     def _campaign(self) -> Message:
         job = self._job
-        tap = LiveTap(self._emit, self._file.configuration.gearbox.ratio)
+        tap = LiveTap(self._emit, self._file.configuration.gearbox.ratio, self._reporter.motion)
         try:
             return _as_end(
                 run_campaign(

@@ -41,6 +41,8 @@ class Reporter:
         self._task: Task | None = None
         self._task_began_s = self._bench_s = 0.0
         self._started = datetime.now(UTC)
+        """When bench time was zero; known from the first motion on."""
+        self._motion: datetime | None = None
         self._told = 0.0
         self._status: Message = {"type": "status", "phase": "opening", "label": "the bench is being opened"}
 
@@ -65,6 +67,16 @@ class Reporter:
         elif wish == "repeat" and now in ("done", "failed", "skipped"):
             self._change(identity, state="waiting", note="once more")
 
+    def motion(self, bench_time: datetime) -> None:
+        """A motion begins at this time of day on the bench; the first one is the beginning of the plan."""
+        self._motion = bench_time
+        with self._lock:
+            if self._plan is None or "began" in self._plan:
+                return
+            self._plan["began"] = bench_time.timestamp()
+            message = {**self._plan, "points": list(self._points.values())}
+        self._emit(message)
+
     # -- the listener --------------------------------------------------------------------------------------------------
 
     def planned(self, campaign_id: str, plan: Plan, points: Sequence[Expected]) -> None:
@@ -80,7 +92,6 @@ class Reporter:
                 "duration_s": plan.duration_s,
                 "energy_j": plan.energy_j,
                 "way": planned_way(plan),
-                "began": self._started.timestamp(),
             }
             message = {**self._plan, "points": list(self._points.values())}
         self._emit(message)
@@ -113,6 +124,9 @@ class Reporter:
     def advanced(self, bench_time_s: float, temperature: float) -> None:
         """Tell time and temperature now and then."""
         self._bench_s = bench_time_s
+        if self._motion is not None:
+            # asked after the first block of a motion: right to that block
+            self._started, self._motion = self._motion - timedelta(seconds=bench_time_s), None
         task, now = self._task, time.monotonic()
         if now - self._told < _STATUS_EVERY_S or task is None:
             return

@@ -46,10 +46,13 @@ class LiveTap:
     ----------
     emit : is called from the tap's own thread with ``live`` and ``spectrum`` messages.
     ratio : of the gearbox.
+    on_begin : is told the bench's time of day when a motion begins.
     """
 
-    def __init__(self, emit: Callable[[Message], None], ratio: float) -> None:
-        self._emit, self._ratio = emit, ratio
+    def __init__(
+        self, emit: Callable[[Message], None], ratio: float, on_begin: Callable[[datetime], None] = lambda _: None
+    ) -> None:
+        self._emit, self._ratio, self._on_begin = emit, ratio, on_begin
         self._waiting: deque[tuple[Any, ...]] = deque()
         self._ended = threading.Event()
         self.dropped = 0
@@ -69,6 +72,7 @@ class LiveTap:
 
     def begin(self, scaling: Scaling, bench_time: datetime, what: str) -> None:
         """Note a new motion."""
+        self._on_begin(bench_time)
         self._waiting.append(("begin", scaling, bench_time, what))
 
     def segment(self, segment: Segment | None) -> None:

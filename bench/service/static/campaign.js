@@ -85,7 +85,7 @@ function quality(one) {
 
 // Planned way from the beginning to the end, measured temperature so far.
 function way() {
-  if ($("campaign").hidden || document.hidden || !state.plan) return;
+  if ($("campaign").hidden || document.hidden || !state.plan?.began) return;
   const seen = buffers.window(14 * 3600, ["temperature"]);
   const planned = state.plan.way.map(([t, v]) => [state.plan.began + t, v]);
   const measured = seen ? seen.time.map((t, i) => [t, seen.temperature[0][i], seen.temperature[1][i], seen.temperature[2][i]]) : [];

@@ -10,7 +10,6 @@ import socket
 import subprocess
 import sys
 import time
-import urllib.request
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -122,7 +121,7 @@ def served(folder: Path, *options: str) -> Iterator[str]:
         while True:
             assert process.poll() is None, "bench serve ended"
             assert time.monotonic() < deadline, "bench serve does not answer"
-            with contextlib.suppress(OSError), urllib.request.urlopen(f"{address}/api/health", timeout=2):
+            with contextlib.suppress(OSError), socket.create_connection(("127.0.0.1", port), timeout=2):
                 break
             time.sleep(0.1)
         yield address

@@ -47,7 +47,7 @@ OPERATIONS = [(path, method) for path, methods in PATHS.items() if path != ENDLE
 def test_every_request_is_answered_as_described(description: Any, path: str, method: str) -> None:
     @given(case=description[path][method].as_strategy())
     @settings(
-        max_examples=12,
+        max_examples=8,
         deadline=None,
         database=None,
         phases=[Phase.explicit, Phase.generate],

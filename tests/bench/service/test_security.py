@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -12,11 +13,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 from starlette.testclient import TestClient
 
-from bench.errors import ConfigurationError
+from bench.configuration import load_bench
+from bench.errors import ConfigurationError, DeviceError
 from bench.service.app import create_app
+from bench.service.client import Client as ServiceClient
+from bench.service.client import Refused
+from bench.service.registry import service_for
 from bench.service.security import LONGEST_BODY, check
 from bench.service.settings import Settings
-from tests.bench.service.conftest import BASE, Client, NoLauncher
+from tests.bench.service.conftest import BASE, Client, NoLauncher, served
 
 TOKEN = "a-token-nobody-guesses"
 HOST = {"host": "127.0.0.1:8080"}
@@ -30,7 +35,8 @@ TLS: dict[str, Any] = {"certificate": Path("c.pem"), "key": Path("k.pem")}
         ({"host": "0.0.0.0"}, "needs --tls-certificate and --tls-key and --token-file"),
         ({"host": "192.168.1.5", "token": TOKEN}, "needs --tls-certificate"),
         ({"host": "bench.lab", **TLS}, "needs --token-file"),
-        ({"host": "::", "token": "short", **TLS}, "shorter than 16"),
+        ({"host": "::1:2", "token": "short", **TLS}, "shorter than 16"),
+        ({"host": "::", "token": TOKEN, **TLS}, "needs --name"),
         ({"certificate": Path("c.pem")}, "only one of them"),
     ],
 )
@@ -52,8 +58,12 @@ def test_only_its_own_names_are_answered() -> None:
         refused = check(settings, "GET", "/", {"host": host}, {})
         assert refused is not None
         assert refused.status == 421
+    usual = Settings(host="bench.lab", port=443, token=TOKEN, **TLS)
+    assert {"bench.lab", "bench.lab:443"} <= usual.hosts
+    assert Settings(host="::1").url == "http://[::1]:8080"
     named = Settings(host="0.0.0.0", port=8443, names=("bench.lab",), token=TOKEN, **TLS)
     assert check(named, "GET", "/", {"host": "bench.lab:8443"}, {}) is None
+    assert named.url == "https://bench.lab:8443"
 
 
 @pytest.mark.parametrize(
@@ -135,3 +145,37 @@ def test_no_capability_is_left_and_none_comes_back() -> None:
     for kind in ("CapEff", "CapPrm", "CapAmb"):
         masks = [line.split()[1] for line in done.stdout.splitlines() if line.startswith(kind)]
         assert masks == ["0" * 16] * 2, kind
+
+
+def test_tls_and_token_from_end_to_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    if shutil.which("openssl") is None:
+        pytest.skip("there is no openssl here to make a certificate with")
+    names = ["-subj", "/CN=localhost", "-addext", "subjectAltName=DNS:localhost"]
+    made = [
+        "openssl",
+        "req",
+        "-x509",
+        "-newkey",
+        "rsa:2048",
+        "-nodes",
+        "-days",
+        "2",
+        "-keyout",
+        "k.pem",
+        "-out",
+        "c.pem",
+    ]
+    subprocess.run([*made, *names], cwd=tmp_path, check=True, capture_output=True)
+    certificate, key, token = tmp_path / "c.pem", tmp_path / "k.pem", tmp_path / "token"
+    options = ["--tls-certificate", str(certificate), "--tls-key", str(key), "--token-file", str(token)]
+    with served(tmp_path / "recordings", *options, "--name", "localhost") as address:
+        assert token.stat().st_mode & 0o077 == 0
+        found = service_for(load_bench("rh380n"))
+        assert found is not None
+        assert found["url"] == address.replace("http://127.0.0.1", "https://localhost")
+        client = ServiceClient.at(found)
+        assert client.get("health")["alive"]
+        with pytest.raises(Refused, match="the token is missing or wrong"):
+            ServiceClient(found["url"], "guessed", found["certificate"]).get("health")
+        with pytest.raises(DeviceError, match="certificate"):
+            ServiceClient(found["url"], found["token"]).get("health")

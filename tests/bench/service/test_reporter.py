@@ -1,0 +1,109 @@
+"""What a run says of itself: its plan, points as they change, the time left, the way of a heating."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime, timedelta
+from typing import Any
+
+import pytest
+
+from bench.campaigns import Plan, load_campaign, make_plan
+from bench.campaigns.listener import Expected
+from bench.campaigns.schedule import Task
+from bench.campaigns.taken import Status, Taken
+from bench.configuration import load_bench
+from bench.protocols import Point
+from bench.service.process.reporter import Reporter
+
+BENCH = load_bench("rh380n").configuration
+BEGAN = datetime(2026, 11, 21, 6, 0, tzinfo=UTC)
+
+
+class Told:
+    def __init__(self) -> None:
+        self.messages: list[dict[str, Any]] = []
+        self.reporter = Reporter(BENCH, self.messages.append)
+
+    def last(self, kind: str) -> dict[str, Any]:
+        return next(message for message in reversed(self.messages) if message["type"] == kind)
+
+
+@pytest.fixture
+def plan() -> Plan:
+    return make_plan(load_campaign("quick"), BENCH)
+
+
+@pytest.fixture
+def told(plan: Plan) -> Told:
+    said = Told()
+    points = [task.point for task in plan.tasks if not task.is_preparation]
+    expected = [Expected(number, f"{number:016x}", point, number == 1) for number, point in enumerate(points, 1)]
+    said.reporter.planned("quick-1", plan, expected)
+    return said
+
+
+def first(plan: Plan, number: int) -> Point:
+    return [task.point for task in plan.tasks if not task.is_preparation][number - 1]
+
+
+def taken(identity: str, status: Status) -> Taken:
+    return Taken("0002-x", "0002-x.h5", "constant_velocity", "", {}, identity, 1, status)
+
+
+def test_the_plan_begins_with_the_first_motion_whenever_the_bench_was_opened(told: Told) -> None:
+    assert "began" not in told.last("plan")
+    told.reporter.motion(BEGAN)
+    told.reporter.motion(BEGAN + timedelta(hours=1))
+    assert told.last("plan")["began"] == BEGAN.timestamp()
+    greeting = told.reporter.greeting()
+    assert [message["type"] for message in greeting] == ["plan", "status"]
+    assert [point["state"] for point in greeting[0]["points"]] == ["done", *["waiting"] * 4]
+
+
+def test_what_is_left_is_what_the_points_still_to_come_are_planned_to_take(told: Told, plan: Plan) -> None:
+    points = told.last("plan")["points"]
+    assert told.last("status")["remaining_s"] == pytest.approx(sum(point["duration_s"] for point in points[1:]))
+    told.reporter.started(Task(first(plan, 2)), "0002-x")
+    assert told.last("status")["phase"] == "measuring"
+    assert told.last("point")["state"] == "running"
+    told.reporter.started(Task(first(plan, 3)), "0003-x")
+    states = [point["state"] for point in told.reporter.greeting()[0]["points"]]
+    assert states == ["done", "saving", "running", "waiting", "waiting"]
+    told.reporter.finished(taken(f"{2:016x}", Status.DONE))
+    assert told.last("point")["state"] == "done"
+    assert told.last("status")["remaining_s"] == pytest.approx(sum(point["duration_s"] for point in points[2:]))
+
+
+def test_what_the_operator_asks_of_a_point_is_shown_at_once(told: Told, plan: Plan) -> None:
+    last = f"{5:016x}"
+    told.reporter.asked("skip", last)
+    assert told.last("point")["state"] == "skipped"
+    told.reporter.asked("repeat", last)
+    assert told.last("point")["state"] == "waiting"
+    told.reporter.started(Task(first(plan, 2)), "0002-x")
+    before = len(told.messages)
+    # the one that runs says itself what becomes of it
+    told.reporter.asked("skip", f"{2:016x}")
+    assert len(told.messages) == before
+
+
+def test_a_heating_shows_the_way_the_lubricant_is_expected_to_go(told: Told, plan: Plan) -> None:
+    told.reporter.motion(BEGAN)
+    heating = Task(Point("heating", temperature=30.0), is_preparation=True, prepares=first(plan, 2))
+    told.reporter.started(heating, "heating-x")
+    assert told.last("status")["phase"] == "heating"
+    assert told.last("point")["state"] == "heating"
+    told.reporter.advanced(0.5, 25.0)
+    status = told.last("status")
+    assert status["target"] == 30.0
+    assert status["way"][0] == [pytest.approx(BEGAN.timestamp()), 25.0]
+    assert max(degrees for _, degrees in status["way"]) == pytest.approx(30.0 + BENCH.heating.hysteresis, abs=0.05)
+    assert status["bench_time"] == pytest.approx(BEGAN.timestamp())
+
+
+def test_a_pause_ends_where_it_began(told: Told, plan: Plan) -> None:
+    told.reporter.started(Task(first(plan, 2)), "0002-x")
+    told.reporter.paused(True)
+    assert told.last("status")["phase"] == "paused"
+    told.reporter.paused(False)
+    assert told.last("status")["phase"] == "measuring"
