@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 
+from bench.mismatch.columns import RIPPLE_ORDERS
 from bench.mismatch.series import Series, calibrate
 from bench.mismatch.spectrum import Complex, Turn
 from bench.simulation.frame import FloatArray
@@ -94,7 +95,7 @@ def resonance(data: Orders) -> Law | None:
 
     def consider(*point: float) -> float:
         nonlocal best
-        gain = 0.5 * (plain - losses(point))
+        gain = np.where(np.isin(np.asarray(data.orders), RIPPLE_ORDERS), 0.0, 0.5 * (plain - losses(point)))
         # orders far below the resonance feel nothing; those that it would spoil do not belong to its mode
         total = float(np.sum(np.maximum(gain, -2.0))) - _unusual(point)
         if best is None or total > best[0]:
@@ -202,6 +203,7 @@ def factors(data: Orders) -> list[Law]:
     flat = [solve_triangular(lower, target, lower=True) for lower, target in whiteners]
     out: list[Law] = []
     reference = Reference.of(data.x, data.time)
+    ripple = np.isin(np.asarray(data.orders), RIPPLE_ORDERS)
     for effect, form, variables, points in _grids(data):
         best: Law | None = None
         for point in points:
@@ -217,6 +219,7 @@ def factors(data: Orders) -> list[Law]:
                 found = np.linalg.solve(normal, right)
                 gain[k] = 0.5 * float(right @ found)
                 strength[k] = found[0] + 1j * found[1]
+            gain[ripple] = 0.0  # how the ripple's torque twists the gearbox is no finding of the gearbox's orders
             total = float(np.sum(np.maximum(gain - PRICE, 0.0)))
             touched = tuple(f for f, s in zip(data.orders, gain, strict=True) if s > max(8.0, 0.02 * gain.max()))
             kept = np.where(gain > 8.0, strength, 0.0)

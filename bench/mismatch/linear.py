@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bench.mismatch.bank import Bank, Fit, Noise
 from bench.mismatch.columns import Entry, Layout, layout
 from bench.mismatch.judge import Found, judge
+from bench.mismatch.memories import exercised
 from bench.mismatch.noise import estimate
 from bench.mismatch.refine import Refiner
 from bench.mismatch.rivals import rivals
@@ -83,7 +84,7 @@ def analyse(
     noise = estimate(channel, own, _extended(whole, channel, rows.frame, used, beside), starts, folds)
     bank = Bank(own.y, starts, folds, whole.columns, whole.prior, noise, whole.precision)
     settle(bank, whole)
-    entries = [e for e in whole.named if e.effect not in banned]
+    entries = exercised(bank, whole, [e for e in whole.named if e.effect not in banned])
     search = Search(
         bank,
         whole.base,

@@ -15,10 +15,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.mismatch.columns import RIPPLE_ORDERS
 from bench.mismatch.spectrum import Complex, Turn, states
 from bench.simulation.frame import FloatArray
 
-LEAST_GAIN = 30.0
+LEAST_GAIN = 90.0
+MIXED = 6.0
+"""times that for orders at which the load motor's ripple and a known order mix"""
 LEAST_SIZE = 0.06
 """root mean square of an order's amplitude over the noise of a row: below that it adds less than 0.2 % to the
 residual
@@ -125,6 +128,7 @@ def _orders(spectra: Spectra) -> tuple[Peak | None, FloatArray]:
     allowed = np.ones(vectors.shape[1], dtype=bool)
     allowed[[0, *(f for f in spectra.known if f < allowed.size)]] = False
     allowed &= excess > LEAST_SIZE * spectra.white
+    least = np.where(np.isin(np.arange(allowed.size), _mixed(spectra.known)), MIXED * LEAST_GAIN, LEAST_GAIN)
     for model in MODELS:
         columns = design(model, spectra.x[rows], spectra.direction[rows])
         if columns.shape[0] < columns.shape[1] + 4:
@@ -133,11 +137,16 @@ def _orders(spectra: Spectra) -> tuple[Peak | None, FloatArray]:
         if model == "constant":
             constant = gain
         price = 0.0 if model == "constant" else 3.0 * columns.shape[1]
-        gain = np.where(allowed, gain - price, -np.inf)
+        gain = np.where(allowed & (gain > least), gain - price, -np.inf)
         order = int(np.argmax(gain))
         if np.isfinite(gain[order]) and (best is None or gain[order] > best.gain):
             best = Peak("order", (order,), model, float(gain[order]), (coefficients[:, order],))
     return best, constant
+
+
+def _mixed(known: Sequence[int]) -> list[int]:
+    """Orders at which the ripple's torque and a known order may meet in a gearbox that is not linear."""
+    return [abs(f + sign * int(r)) for f in known for r in RIPPLE_ORDERS for sign in (1, -1)]
 
 
 def _sidebands(spectra: Spectra) -> Peak | None:
@@ -147,6 +156,8 @@ def _sidebands(spectra: Spectra) -> Peak | None:
         columns = vector[rows][:, None]
         for m in range(1, HIGHEST_MODULATION + 1):
             pair = (carrier - m, carrier + m)
+            if carrier in RIPPLE_ORDERS:
+                continue
             if pair[0] < 1 or any(f in spectra.known or f >= spectra.vectors.shape[1] for f in pair):
                 continue
             gain, coefficients = _leave_out(columns, spectra.vectors[rows][:, pair], spectra.sigma[rows][:, pair])
