@@ -102,11 +102,10 @@ def _sensor_error(model: ChannelModel, frame: Frame) -> FloatArray | None:
     """The torque sensor's error at the rows of a frame, as far as the model of the load torque says it, found or of the
     simulation.
     """
-    parts = [
-        columns_at(model, f.entry, frame) @ f.coefficients
-        for f in model.found
-        if f.entry.effect in (*SENSOR_ERRORS, "unknown")
-    ]
+    named = [f for f in model.found if f.entry.effect in SENSOR_ERRORS]
+    # a named term's coefficients are fitted without the free function that may stand beside it
+    chosen = named or [f for f in model.found if f.entry.effect == "unknown"]
+    parts = [columns_at(model, f.entry, frame) @ f.coefficients for f in chosen]
     for (term, form, point), coefficients in zip(model.known, known_coefficients(model), strict=True):
         if term.effect in SENSOR_ERRORS:
             parts.append(form.columns(frame, point) @ coefficients)
