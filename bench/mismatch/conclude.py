@@ -59,6 +59,15 @@ def _contribution(model: ChannelModel, found: Found, frame: Frame) -> FloatArray
     return np.asarray(columns @ found.coefficients)
 
 
+def _beyond_base(model: ChannelModel, effect: FloatArray) -> FloatArray:
+    """What of a free function's contribution the simulation's own terms could not have said: where it really acts."""
+    base = model.layout.columns[:, list(model.layout.base)]
+    if base.shape[1] == 0:
+        return effect
+    scale = np.maximum(np.sqrt(np.mean(base**2, axis=0)), 1e-300)
+    return np.asarray(effect - base / scale @ np.linalg.lstsq(base / scale, effect, rcond=1e-9)[0])
+
+
 def _linear(
     channel: str, model: ChannelModel, found: Found, score: Scores, names: dict[int, str], start: float
 ) -> Finding:
@@ -69,7 +78,7 @@ def _linear(
     variables = found.unknown.variables if found.unknown is not None else entry.variables
     if entry.effect == "unknown":
         variables = entry.variables
-    where = conditions(frame, effect, variables)
+    where = conditions(frame, _beyond_base(model, effect) if unknown else effect, variables)
     orders = [entry.point[0]] if entry.effect == "friction.position_dependent" else []
     if entry.effect == "load.unbalance":
         orders = [1.0]

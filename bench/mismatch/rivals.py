@@ -170,6 +170,7 @@ def rivals(channel: str, frame: Frame, reference: Frame | None = None) -> list[R
             out.append(Rival(f"friction over {' and '.join(names)} together", names, parts * turn))
             out.append(Rival(f"torque over {' and '.join(names)} together", names, parts))
         out += _breathing(frame, reference or frame)
+        out += _spells(frame, reference or frame)
     if channel == TRANSMISSION_ERROR:
         turn = frame.last_direction[:, None]
         for names, parts in _products(frame, signed=True):
@@ -196,6 +197,21 @@ def _products(frame: Frame, signed: bool = False) -> list[tuple[tuple[str, ...],
         out.append((tuple(own.get(n, n) for n in pair), np.column_stack([a * b, a**2 * b, a * b**2])))
     a, b, c = values.values()
     out.append((("torque", "speed", "temperature"), np.column_stack([a * b * c])))
+    return out
+
+
+def _spells(frame: Frame, reference: Frame) -> list[Rival]:
+    """An offset that stands for a while and is gone again: windows of a sixteenth to a quarter of the campaign."""
+    first, span = float(reference.time.min()), float(np.ptp(reference.time))
+    if span <= 0.0:
+        return []
+    out = []
+    for parts in (16, 8, 4):
+        for k in range(2 * parts - 1):
+            begin, end = first + span * k / (2 * parts), first + span * (k + 2) / (2 * parts)
+            inside = ((frame.time >= begin) & (frame.time < end)).astype(np.float64)
+            name = f"offset from {begin / 60.0:.0f} to {end / 60.0:.0f} min"
+            out.append(Rival(name, ("time",), inside[:, None], common=False))
     return out
 
 
