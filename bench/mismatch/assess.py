@@ -98,12 +98,16 @@ def _scores(analysis: Analysis, data: Dataset, given: Given, channels: Sequence[
                 out[channel] = evaluate.transmission(analysis.transmission, held)
         elif channel in analysis.models:
             model = analysis.models[channel]
-            known = _variance(given.ripples) if channel == MOTOR_TORQUE else 0.0
-            found = _variance(analysis.ripples) if channel == MOTOR_TORQUE else 0.0
+            known = _variance(given.ripples, data) if channel == MOTOR_TORQUE else 0.0
+            found = _variance(analysis.ripples, data) if channel == MOTOR_TORQUE else 0.0
             out[channel] = evaluate.linear(model, _usable(model, analysis), held, found, known)
     return out
 
 
-def _variance(ripples: Sequence[Ripple]) -> float:
-    """Variance of a sum of sines, in the unit of the channel squared."""
-    return float(sum(0.5 * abs(r.amplitude) ** 2 for r in ripples))
+def _variance(ripples: Sequence[Ripple], data: Dataset) -> float:
+    """Variance of a sum of sines in the recordings scored, weighted by their samples."""
+    held = data.held_out()
+    scored = [s for s in data.shaft if s.recording in held] or data.shaft
+    size = [(s.spread / max(s.sigma, 1e-300)) ** 2 for s in scored]
+    power = [sum(0.5 * abs(r.of(s.torque)) ** 2 for r in ripples) for s in scored]
+    return float(np.average(power, weights=size)) if scored else 0.0

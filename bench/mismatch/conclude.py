@@ -183,7 +183,8 @@ def _ripples(analysis: Analysis, score: Scores, data: Dataset) -> list[Finding]:
             for r in chosen
         ]
         motor = ", ".join(str(r.order) for r in chosen)
-        label = f"at order {motor} of the motor, {text(where, (), orders, [])}"
+        growing = ", in proportion to the motor's torque" if any(r.at for r in chosen) else ""
+        label = f"at order {motor} of the motor{growing}, {text(where, (), orders, [])}"
         names = [m.name for m in data.members if m.recording.kind == "constant_velocity"][:3]
         out.append(
             Finding(

@@ -59,7 +59,8 @@ class Given:
                     pulses.append(Pulse(p[0], p[1], p[2]))
                 elif row.effect == "motor.torque_ripple":
                     n, cosine, sine = numbers(row.effect, item, ("n", "a_rc", "a_rs"))
-                    ripples.append(Ripple(round(n), complex(cosine, sine), 0.0))
+                    at = float(item["parameters"].get("tau_r", 0.0))
+                    ripples.append(Ripple(round(n), complex(cosine, sine), 0.0, at))
                 elif not _own_orders(row.effect, item):
                     for channel, term in _linear(row.effect, item):
                         known.setdefault(channel, []).append(term)

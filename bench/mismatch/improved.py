@@ -100,6 +100,8 @@ def _ripple(ripple: Ripple) -> list[Row]:
         "a_rs": (ripple.amplitude.imag, "N*m", std),
         "n": (float(ripple.order), "1", 0.0),
     }
+    if ripple.at:
+        values["tau_r"] = (ripple.at, "N*m", 0.0)
     return [_row(MOTOR_TORQUE, "ripple", values)]
 
 

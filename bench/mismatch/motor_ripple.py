@@ -14,6 +14,8 @@ from bench.simulation.frame import FloatArray
 
 HIGHEST = 120
 LEAST_GAIN = 30.0
+BETTER = 10.0
+"""log-likelihood by which ripple in proportion to the torque must beat a constant one"""
 LEAST_SIZE = 0.05
 NYQUIST_SHARE = 0.42
 MOST = 8
@@ -30,15 +32,26 @@ class ShaftSpectrum:
     amplitude: Complex
     sigma: float
     spread: float
+    torque: float = 0.0
+    """mean torque of the motor, N·m: ripple can be in proportion to the current"""
 
 
 @dataclass(frozen=True, slots=True)
 class Ripple:
-    """An order of the motor shaft: per motor revolution, amplitude (a + j·b, N·m) and gain of log-likelihood."""
+    """An order of the motor shaft: per motor revolution, amplitude (a + j·b, N·m) and gain of log-likelihood.
+
+    ``at`` is the motor torque (N·m) at which it has this amplitude, where it is in proportion to it; 0 where it is
+    constant.
+    """
 
     order: int
     amplitude: complex
     gain: float
+    at: float = 0.0
+
+    def of(self, torque: float) -> complex:
+        """Amplitude at a motor torque."""
+        return self.amplitude * (torque / self.at) if self.at else self.amplitude
 
 
 def shaft_spectrum(prepared: Prepared, inner: FloatArray, valid: NDArray[np.bool_]) -> ShaftSpectrum | None:
@@ -56,7 +69,8 @@ def shaft_spectrum(prepared: Prepared, inner: FloatArray, valid: NDArray[np.bool
     amplitude = np.where(fastest < NYQUIST_SHARE * prepared.sample_rate, amplitude, np.nan)
     amplitude[0] = np.nan
     spread = float(np.std(inner[rows]))
-    return ShaftSpectrum(int(frame.recording[0]), amplitude, spread / np.sqrt(rows.sum()), spread)
+    torque = float(np.mean(frame.motor_torque[rows]))
+    return ShaftSpectrum(int(frame.recording[0]), amplitude, spread / np.sqrt(rows.sum()), spread, torque)
 
 
 def without(spectrum: ShaftSpectrum, given: Sequence[Ripple]) -> ShaftSpectrum:
@@ -64,12 +78,14 @@ def without(spectrum: ShaftSpectrum, given: Sequence[Ripple]) -> ShaftSpectrum:
     amplitude = spectrum.amplitude.copy()
     for ripple in given:
         if 0 < ripple.order <= HIGHEST:
-            amplitude[ripple.order] -= ripple.amplitude
+            amplitude[ripple.order] -= ripple.of(spectrum.torque)
     return replace(spectrum, amplitude=amplitude)
 
 
 def search(spectra: list[ShaftSpectrum], train: set[int]) -> list[Ripple]:
-    """Orders that stand in the training recordings with one amplitude and phase, strongest first."""
+    """Orders that stand in the training recordings with one amplitude and phase, or with one in proportion to the
+    motor's torque, strongest first.
+    """
     chosen = [s for s in spectra if s.recording in train]
     if len(chosen) < 5:
         return []
@@ -81,11 +97,25 @@ def search(spectra: list[ShaftSpectrum], train: set[int]) -> list[Ripple]:
     noise = np.maximum(sigma, np.where(np.isfinite(level), level, sigma))
     weight = np.where(seen, 1.0 / noise**2, 0.0)
     values = np.where(seen, amplitude, 0.0)
-    total, energy = (weight * values).sum(axis=0), weight.sum(axis=0)
-    others = (total - weight * values) / np.maximum(energy - weight, 1e-300)
-    gain = 0.5 * np.sum(weight * (np.abs(values) ** 2 - np.abs(values - others) ** 2), axis=0)
-    mean = total / np.maximum(energy, 1e-300)
+    torque = np.array([s.torque for s in chosen])
+    at = float(np.sqrt(np.mean(torque**2)))
     spread = float(np.median([s.spread for s in chosen]))
-    good = (seen.sum(axis=0) >= 5) & (gain > LEAST_GAIN) & (np.abs(mean) > LEAST_SIZE * np.sqrt(2.0) * spread)
-    found = [Ripple(int(n), complex(mean[n]), float(gain[n])) for n in np.flatnonzero(good)]
-    return sorted(found, key=lambda r: -r.gain)[:MOST]
+    found: dict[int, Ripple] = {}
+    for reference in (0.0, at):
+        shape = torque[:, None] / reference if reference else np.ones((torque.size, 1))
+        mean, gain = _predicted(values, weight, shape)
+        good = (seen.sum(axis=0) >= 5) & (gain > LEAST_GAIN) & (np.abs(mean) > LEAST_SIZE * np.sqrt(2.0) * spread)
+        for n in map(int, np.flatnonzero(good)):
+            if n not in found or gain[n] > found[n].gain + BETTER:
+                found[n] = Ripple(n, complex(mean[n]), float(gain[n]), reference)
+    return sorted(found.values(), key=lambda r: -r.gain)[:MOST]
+
+
+def _predicted(values: Complex, weight: FloatArray, shape: FloatArray) -> tuple[Complex, FloatArray]:
+    """Amplitude of each order over ``shape`` (recordings, 1), and its gain where each recording is predicted by the
+    others.
+    """
+    total, energy = (weight * shape * values).sum(axis=0), (weight * shape**2).sum(axis=0)
+    others = (total - weight * shape * values) / np.maximum(energy - weight * shape**2, 1e-300)
+    gain = 0.5 * np.sum(weight * (np.abs(values) ** 2 - np.abs(values - shape * others) ** 2), axis=0)
+    return np.asarray(total / np.maximum(energy, 1e-300)), np.asarray(gain)
