@@ -47,7 +47,12 @@ FAULTS: tuple[Fault, ...] = (
     Fault("ambient_pt100_short", "short circuit at the PT100 of the surroundings: reads −10000 °C"),
     Fault("input_current_off", "the input drive gives no current though it reports itself enabled"),
     Fault("load_current_off", "the load drive gives no current though it reports itself enabled"),
-    Fault("input_runaway", "the input drive gives this torque whatever its set value is, as long as it has voltage", 20.0, "N·m"),
+    Fault(
+        "input_runaway",
+        "the input drive gives this torque whatever its set value is, as long as it has voltage",
+        20.0,
+        "N·m",
+    ),
     Fault("load_runaway", "the load drive gives this torque (own frame) likewise", 1000.0, "N·m"),
     Fault("load_uncoupled", "the coupling is open: no torque between gearbox and load motor"),
     Fault("output_stalled", "the load side is blocked by this friction", 20000.0, "N·m"),
