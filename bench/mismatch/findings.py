@@ -148,7 +148,7 @@ def confidence(status: str, gain: float, loss: float) -> float:
     strength = 1.0 - np.exp(-max(gain, 0.0) / 25.0)
     apart = 1.0 - np.exp(-max(loss, 0.0) / 10.0)
     if status == "ambiguous":
-        return float(0.55 + 0.3 * strength * (1.0 - apart))
+        return float(0.75 + 0.1 * strength * (1.0 - apart))
     if status == "unknown":
         return float(0.5 + 0.45 * strength)
     return float(np.clip(0.35 + 0.63 * strength * apart, 0.05, 0.98))
