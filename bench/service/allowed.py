@@ -24,7 +24,7 @@ class Situation:
 
 
 _IN_PHASES: dict[str, frozenset[str]] = {
-    "pause": RUNNING | {"opening"},
+    "pause": RUNNING,
     "go_on": frozenset({"paused"}),
     "skip": RUNNING | {"paused"},
     "repeat": RUNNING | {"paused"},

@@ -101,6 +101,7 @@ def test_the_page_is_readable_in_the_dark(ann: Browser) -> None:
 
 
 def test_pause_and_go_on_and_a_remark(ann: Browser, address: str) -> None:
+    ann.until(lambda: ann.text("#phase-name") == "Measuring")
     ann.click("#acts [data-act=pause]")
     ann.until(lambda: ann.text("#phase-name") == "Paused")
     ann.click("#acts [data-act=note]")
@@ -110,6 +111,7 @@ def test_pause_and_go_on_and_a_remark(ann: Browser, address: str) -> None:
     ann.until(lambda: ann.text("#phase-name") == "Measuring")
     # one far ahead: in fast emulation those at hand are over before a finger is down
     ann.view("campaign")
+    ann.driver.execute_script("document.getElementById('points').dispatchEvent(new Event('wheel'))")
     ann.click("#points tr:last-child button", "Skip")
     ann.click("#sheet-acts button", "Skip it")
     ann.until(lambda: any(one["state"] == "skipped" for one in state(address, "plan")["points"]))

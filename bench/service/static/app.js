@@ -41,7 +41,7 @@ function alarms() {
 
 const ON = {
   about(message) { state.about = message; header(); },
-  state(message) { Object.assign(state, message); if (me.secret && (!state.holder || state.holder.name !== me.name)) me.secret = null; header(); alarms(); now.status(); campaign.queue(); analysis.analyses(); },
+  state(message) { Object.assign(state, message); if (me.secret && (!state.holder || state.holder.name !== me.name)) me.secret = null; header(); alarms(); now.status(); campaign.queue(); campaign.enable(); analysis.analyses(); },
   runs(message) { state.runs = message.runs; state.held = message.held; now.status(); campaign.queue(); },
   plan(message) { state.plan = message; state.points = new Map(message.points.map(one => [one.identity, one])); campaign.points(); now.status(); },
   point(message) { state.points.set(message.identity, message); campaign.point(message); now.status(); },

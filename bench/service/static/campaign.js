@@ -6,12 +6,15 @@ import { buffers } from "./now.js";
 import { may, state } from "./state.js";
 import { $, DEGREES, duration, make, moment, number, pill } from "./text.js";
 
-let plot, drawn = "";
+const UNTOUCHED_MS = 30000;
+let plot, drawn = "", touched = 0;
 const rows = new Map();
 
 export function open() {
   plot = bandPlot($("plot-way"), { title: "°C over bench time", set: "planned", least: 0.5, height: 230 });
   setInterval(way, 1000);
+  // Whoever looks for a point is not to be scrolled away from it.
+  for (const event of ["wheel", "touchstart", "pointerdown", "keydown"]) $("points").addEventListener(event, () => { touched = Date.now(); }, { passive: true });
 }
 
 export function queue() {
@@ -52,13 +55,18 @@ export function points() {
   }
 }
 
+// What may be done has changed: the rows stay, their buttons follow.
+export function enable() {
+  for (const button of $("points").querySelectorAll("button[data-act]")) button.disabled = !may(button.dataset.act);
+}
+
 export function point(one) { points(); row(one); }
 
 function row(one) {
   const tr = rows.get(one.identity);
   if (!tr) return;
   const now = ["running", "heating"].includes(one.state);
-  if (now && tr.className !== "current" && !$("campaign").hidden) $("points").scrollTo({ top: tr.offsetTop - $("points").clientHeight / 2 });
+  if (now && tr.className !== "current" && !$("campaign").hidden && Date.now() - touched > UNTOUCHED_MS) $("points").scrollTo({ top: tr.offsetTop - $("points").clientHeight / 2 });
   tr.className = now ? "current" : "";
   const again = ["done", "failed", "skipped"].includes(one.state);
   const cell = (value, digits) => make("td", { class: "number" }, value === null ? "as found" : number(value, digits));
@@ -67,7 +75,7 @@ function row(one) {
     make("td", {}, one.sequence.replaceAll("_", " "), one.stage ? make("small", { class: "quiet" }, ` ${one.stage}`) : null),
     cell(one.load_torque, 0), cell(one.velocity * DEGREES, 1), cell(one.temperature, 1),
     make("td", { class: "number" }, duration(one.duration_s)), make("td", {}, quality(one)),
-    make("td", {}, make("div", { class: "acts" }, make("button", { type: "button", disabled: !may(again ? "repeat" : "skip"), on: { click: () => acts.point(again ? "repeat" : "skip", state.points.get(one.identity)) } }, again ? "Repeat" : "Skip"))),
+    make("td", {}, make("div", { class: "acts" }, make("button", { type: "button", "data-act": again ? "repeat" : "skip", disabled: !may(again ? "repeat" : "skip"), on: { click: () => acts.point(again ? "repeat" : "skip", state.points.get(one.identity)) } }, again ? "Repeat" : "Skip"))),
   );
 }
 
