@@ -107,7 +107,9 @@ def judge(
 
 
 def _doubted(search: Search, chosen: list[Entry], free: Sequence[Entry]) -> list[Entry]:
-    """Named terms given up together for one free function of the same quantities that explains clearly more."""
+    """Named terms given up together for one free function of the same quantities that explains clearly more, or two and
+    more of them for one of another quantity that says it alone.
+    """
     whole = search.fit(chosen)
     best: tuple[float, list[Entry]] | None = None
     for rival in free:
@@ -116,13 +118,17 @@ def _doubted(search: Search, chosen: list[Entry], free: Sequence[Entry]) -> list
             for e in chosen
             if quantities(e.variables) & quantities(rival.variables) and e.effect not in search.preferred
         ]
+        strange = not own
+        if strange:
+            own = [e for e in chosen if e.effect not in search.preferred]
         rest = [e for e in chosen if e not in own]
-        if not own:
+        if not own or (strange and len(own) < 2):
             continue
         fit = search.fit([*rest, rival])
         gain = whole.total - search.fit(rest).total
         margin = fit.total - whole.total
         clear = margin > 10.0 + UNKNOWN_SHARE * gain and spread_t(fit.likelihood - whole.likelihood) > 1.5
+        clear = clear or (strange and margin > 10.0)
         if clear and (best is None or fit.total > best[0]):
             best = fit.total, [*rest, rival]
     return chosen if best is None else best[1]
