@@ -160,6 +160,7 @@ def _slow(kind: Any) -> Any:
 def _jumping_clock() -> Iterator[list[int]]:
     """Let every second look at the time of day be an hour ahead; yields how often it was looked at."""
     calls = [0]
+    real = datetime  # this module's own name is replaced as well
 
     class Jumping(datetime):
         @classmethod
@@ -167,16 +168,14 @@ def _jumping_clock() -> Iterator[list[int]]:
             calls[0] += 1
             return super().now(tz) + _JUMP * (calls[0] % 2)
 
-    modules = [
-        m for name, m in sys.modules.items() if name.startswith("bench.") and getattr(m, "datetime", 0) is datetime
-    ]
+    modules = [m for name, m in sys.modules.items() if name.startswith("bench.") and getattr(m, "datetime", 0) is real]
     for module in modules:
         module.datetime = Jumping  # type: ignore[attr-defined]
     try:
         yield calls
     finally:
         for module in modules:
-            module.datetime = datetime  # type: ignore[attr-defined]
+            module.datetime = real  # type: ignore[attr-defined]
 
 
 @contextmanager

@@ -25,6 +25,8 @@ ELSEWHERE = {
 """Beginnings of lines that are not ours to run."""
 
 LONG = {
+    "bench import docs/examples/emps.toml --data FOLDER": "needs the measured files, which a test of leave-one-out has",
+    "bench mismatch emps": "needs the import above",
     "bench run paper": "minutes; bench benchmark campaign measures it",
     "bench identify paper": "needs the campaign above",
     "bench mismatch paper": "needs the campaign above",
