@@ -53,6 +53,11 @@ class Entry:
     common: bool = True
     """whether a free form belongs to the flexible model that tells the noise (one of many frequencies does not)"""
 
+    @property
+    def numbers(self) -> int:
+        """Parameters it has to follow the data with."""
+        return len(self.index) + len(self.point)
+
 
 @dataclass(frozen=True, slots=True)
 class Layout:

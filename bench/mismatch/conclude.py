@@ -11,11 +11,11 @@ from bench.mismatch.dataset import Dataset
 from bench.mismatch.evaluate import Scores
 from bench.mismatch.findings import Finding, alternatives_json, as_good, confidence, parameters
 from bench.mismatch.judge import Found
-from bench.mismatch.linear import ChannelModel, columns_of
+from bench.mismatch.linear import ChannelModel, columns_at, columns_of
 from bench.mismatch.locate import Location, conditions, strongest, text, time_window
 from bench.mismatch.peaks import Peak
-from bench.mismatch.rivals import rivals, strongest_orders
-from bench.mismatch.unexplained import WANDERING, half_explained, slow_structure, unexplained
+from bench.mismatch.rivals import strongest_orders
+from bench.mismatch.unexplained import half_explained, slow_structures, unexplained
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.laws import Law, factor
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR
@@ -40,9 +40,9 @@ def conclude(data: Dataset, analysis: Analysis, scores: dict[str, Scores], evide
         if pair is not None:
             finding.rmse_before, finding.rmse_after = pair
     doubted = {c for c, score in scores.items() if c != TRANSMISSION_ERROR and half_explained(analysis, c, score)}
-    doubted |= {c for c in scores if c in WANDERING and slow_structure(analysis, c, scores[c]) is not None}
-    out = [f for f in out if f.channel not in doubted]
-    out += unexplained(data, analysis, scores, {f.channel for f in out}, names)
+    slow = slow_structures(analysis, scores)
+    out = [f for f in out if f.channel not in doubted | set(slow)]
+    out += unexplained(data, analysis, scores, slow, {f.channel for f in out}, names)
     merged = _merged(out, analysis)
     return sorted(merged, key=lambda f: -f.gain)
 
@@ -50,10 +50,7 @@ def conclude(data: Dataset, analysis: Analysis, scores: dict[str, Scores], evide
 def _contribution(model: ChannelModel, found: Found, frame: Frame) -> FloatArray:
     """What a finding adds at rows."""
     if found.entry.effect == "unknown":
-        own = [r for r in rivals(model.channel, frame, frame) if r.name == found.entry.form]
-        columns = own[0].columns if own and own[0].columns.shape[1] == found.coefficients.size else None
-        if columns is None:
-            return np.zeros(frame.size)
+        columns = columns_at(model, found.entry, frame)
     else:
         columns = columns_of(model.channel, found.entry, model.rows.frame)[model.used]
     return np.asarray(columns @ found.coefficients)
@@ -74,20 +71,17 @@ def _linear(
     frame = model.rows.frame.take(model.used)
     effect = _contribution(model, found, frame)
     entry = found.entry
-    unknown = entry.effect == "unknown" or found.unknown is not None
-    variables = found.unknown.variables if found.unknown is not None else entry.variables
-    if entry.effect == "unknown":
-        variables = entry.variables
+    unknown = entry.effect == "unknown"
+    variables = entry.variables
     where = conditions(frame, _beyond_base(model, effect) if unknown else effect, variables)
     orders = [entry.point[0]] if entry.effect == "friction.position_dependent" else []
     if entry.effect == "load.unbalance":
         orders = [1.0]
     if unknown and "angle" in variables:
         orders = strongest_orders(found.coefficients)
-    rival = found.unknown or entry
     label = text(where, variables, orders, [])
     if unknown:
-        label = f"{rival.form}: {label}"
+        label = f"{entry.form}: {label}"
     share = _share(score)
     location = Location(label, where, orders, [], None, strongest(frame, effect, names), share)
     if "time" in variables:
@@ -108,7 +102,7 @@ def _linear(
         score.before,
         score.after,
         alternatives_json(found, score.after),
-        numbers=len(entry.index) + len(entry.point),
+        numbers=entry.numbers,
         source=found,
         form=entry.form,
         point=entry.point,

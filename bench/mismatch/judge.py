@@ -47,8 +47,6 @@ class Found:
     coefficients: FloatArray
     covariance: FloatArray
     alternatives: list[Alternative] = field(default_factory=list)
-    unknown: Entry | None = None
-    """the rival that explains clearly more, where there is one"""
 
 
 @dataclass(slots=True)
@@ -84,9 +82,7 @@ def judge(
         others = [e for e in beside if e != entry]
         gain = own.total - search.fit(others).total
         found = Found(entry, gain, np.zeros(0), np.zeros((0, 0)))
-        if entry.effect == "unknown":
-            found.unknown = entry
-        else:
+        if entry.effect != "unknown":
             found.alternatives = _alternatives(search, refiner, others, entry, own)
         out.found.append(found)
     rival, gain = search.best(out.chosen, free)
@@ -102,7 +98,7 @@ def judge(
             out.correction.append(rival)  # nature's form differs a little from ours: the same effect
         elif gain > price and spread_t(after.likelihood - whole.likelihood) > 1.8 and gain > 0.05 * strongest:
             out.chosen.append(rival)
-            out.found.append(Found(rival, gain, np.zeros(0), np.zeros((0, 0)), unknown=rival))
+            out.found.append(Found(rival, gain, np.zeros(0), np.zeros((0, 0))))
     return out
 
 
@@ -164,12 +160,12 @@ def _simplest(search: Search, refiner: Refiner, chosen: list[Entry]) -> list[Ent
             continue  # a term of the nominal simulation is the likelier name, many as its parameters may be
         others = chosen[:place] + chosen[place + 1 :]
         taken = {e.effect for e in chosen}
-        plain = [e for e in search.entries if e.effect not in taken and _numbers(e) < _numbers(entry)]
+        plain = [e for e in search.entries if e.effect not in taken and e.numbers < entry.numbers]
         best, _ = search.best(others, plain)
         if best is not None and search.fit([*others, best]).total > search.fit(chosen).total - 10.0 * OCCAM:
             best = refiner.effect(others, best.effect) or best
             loss = search.fit(chosen).total - search.fit([*others, best]).total
-            if loss < OCCAM and _numbers(best) < _numbers(entry) and nested(search, best, entry):
+            if loss < OCCAM and best.numbers < entry.numbers and nested(search, best, entry):
                 chosen[place] = best
     return chosen
 
@@ -191,7 +187,7 @@ def _alternatives(search: Search, refiner: Refiner, others: list[Entry], entry: 
             error = float(np.std(difference, ddof=1) * np.sqrt(difference.size)) if difference.size > 1 else 0.0
             # a term of the nominal simulation is not doubted for a curve that comes near it
             special = NESTED if entry.effect not in search.preferred or not rival.point else PREFERRED_NESTED
-            contains = _numbers(rival) > _numbers(entry) and nested(search, entry, rival, special)
+            contains = rival.numbers > entry.numbers and nested(search, entry, rival, special)
             found = Alternative(rival, float(difference.sum()), error, contains)
             if not contains:
                 first = found
@@ -208,11 +204,6 @@ def nested(search: Search, inner: Entry, outer: Entry, most: float = NESTED) -> 
     """Whether an entry's regressors lie in the span of another's (and the simulation's): no rival, a special case."""
     beyond = search.bank.explained(inner.index, [*search.base, *outer.index])
     return beyond < most * search.bank.explained(inner.index, search.base)
-
-
-def _numbers(entry: Entry) -> int:
-    """Parameters an entry has to follow the data with."""
-    return len(entry.index) + len(entry.point)
 
 
 def quantities(variables: Sequence[str]) -> set[str]:

@@ -106,8 +106,7 @@ def _regressed(model: ChannelModel, found: Found, finding: Finding, data: Datase
     unit, scale = UNITS[model.channel]
     before = model.rows.y - predict_named(model, frame, found.entry)
     after = model.rows.y - predict_named(model, frame)
-    variables = found.unknown.variables if found.unknown is not None else found.entry.variables
-    name = next((v for v in variables if v in _AXES), "speed")
+    name = next((v for v in found.entry.variables if v in _AXES), "speed")
     label, values, logarithmic = _AXES[name]
     rows = (frame.direction != 0) & (model.rows.number > 0)
     if model.channel == "temperature":

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from bench.mismatch.bank import Bank
 from bench.mismatch.columns import Entry
 from bench.mismatch.select import Model, Search
 from bench.simulation.frame import FloatArray, Frame
@@ -92,7 +91,7 @@ class Refiner:
             method="Nelder-Mead",
             options={"maxfev": _STEPS * start.size, "xatol": 2e-3, "fatol": 0.05, "initial_simplex": _simplex(start)},
         )
-        spread = _spread(bank, loss, found.x, float(found.fun))
+        spread = _spread(loss, found.x, float(found.fun))
         point = tuple(float(v) for v in (np.exp(found.x) if positive else found.x))
         deviation = tuple(float(s * (v if positive else 1.0)) for s, v in zip(spread, point, strict=True))
         self.search.bank.replace(entry.index, form.columns(self.frame, point)[self.used])
@@ -102,9 +101,8 @@ class Refiner:
         return better
 
 
-def _spread(bank: Bank, loss: object, at: FloatArray, least: float) -> FloatArray:
+def _spread(loss: Callable[[FloatArray], float], at: FloatArray, least: float) -> FloatArray:
     """Standard deviations from the curvature of the score about its optimum, a parameter at a time."""
-    assert callable(loss)
     out = np.full(at.size, np.inf)
     for i in range(at.size):
         for step in (0.02, 0.1, 0.4):

@@ -8,6 +8,7 @@ lacks.
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,19 +32,17 @@ class Rival:
     """whether it belongs to the flexible model that tells the noise"""
 
 
-def _quantity(frame: Frame, name: str) -> FloatArray:
-    values = {
-        "speed": settled(np.abs(frame.velocity), frame),
-        "velocity": settled(frame.velocity, frame),
-        "torque": settled(frame.torque, frame),
-        "load_motor_torque": settled(frame.load_motor_torque, frame),
-        "temperature": frame.temperature,
-        "time": frame.time,
-        "since_reversal": np.log10(frame.reversal_travel + 1e-5),
-        "torque_rate": frame.torque_rate,
-        "elapsed": np.log10(frame.elapsed + 1.0),
-    }
-    return values[name]
+_QUANTITIES: dict[str, Callable[[Frame], FloatArray]] = {
+    "speed": lambda frame: settled(np.abs(frame.velocity), frame),
+    "velocity": lambda frame: settled(frame.velocity, frame),
+    "torque": lambda frame: settled(frame.torque, frame),
+    "load_motor_torque": lambda frame: settled(frame.load_motor_torque, frame),
+    "temperature": lambda frame: frame.temperature,
+    "time": lambda frame: frame.time,
+    "since_reversal": lambda frame: np.log10(frame.reversal_travel + 1e-5),
+    "torque_rate": lambda frame: frame.torque_rate,
+    "elapsed": lambda frame: np.log10(frame.elapsed + 1.0),
+}
 
 
 def hats(values: FloatArray, reference: FloatArray | None = None, knots: int = KNOTS) -> FloatArray:
@@ -148,36 +147,37 @@ def _modulator(frame: Frame, name: str) -> FloatArray:
     return values[name]
 
 
-def rivals(channel: str, frame: Frame, reference: Frame | None = None) -> list[Rival]:
-    """Free-form rivals of a channel whose quantity varies in the data; knots from ``reference`` where given."""
-    out: list[Rival] = []
+def rivals(channel: str, frame: Frame, reference: Frame | None = None) -> Iterator[Rival]:
+    """Free-form rivals of a channel whose quantity varies in the data, made one by one; knots from ``reference`` where
+    given.
+    """
     for name, quantity, modulators in _TABLE[channel]:
-        basis = hats(_quantity(frame, quantity), None if reference is None else _quantity(reference, quantity))
+        value = _QUANTITIES[quantity]
+        basis = hats(value(frame), None if reference is None else value(reference))
         if basis.shape[1] == 0:
             continue
         parts = np.hstack([basis * _modulator(frame, m)[:, None] for m in modulators])
         if channel == TEMPERATURE:
             parts = np.column_stack([integral(parts[:, i], frame) for i in range(parts.shape[1])])
-        out.append(Rival(name, (quantity,), parts))
+        yield Rival(name, (quantity,), parts)
     if channel in (MOTOR_TORQUE, LOAD_TORQUE):
         waves = _waves(frame)
         load = settled(frame.load_motor_torque, frame)[:, None] / 1000.0
         turn = frame.last_direction[:, None]
-        out.append(Rival("torque over the output angle", ("angle",), waves))
-        out.append(Rival("friction over the output angle", ("angle",), waves * turn))
-        out.append(Rival("torque over the output angle and the load", ("angle", "torque"), waves * load))
+        yield Rival("torque over the output angle", ("angle",), waves)
+        yield Rival("friction over the output angle", ("angle",), waves * turn)
+        yield Rival("torque over the output angle and the load", ("angle", "torque"), waves * load)
         for names, parts in _products(frame):
-            out.append(Rival(f"friction over {' and '.join(names)} together", names, parts * turn))
-            out.append(Rival(f"torque over {' and '.join(names)} together", names, parts))
-        out += _breathing(frame, reference or frame)
-        out += _spells(frame, reference or frame)
+            yield Rival(f"friction over {' and '.join(names)} together", names, parts * turn)
+            yield Rival(f"torque over {' and '.join(names)} together", names, parts)
+        yield from _breathing(frame, reference or frame)
+        yield from _spells(frame, reference or frame)
     if channel == TRANSMISSION_ERROR:
         turn = frame.last_direction[:, None]
         for names, parts in _products(frame, signed=True):
             # products of two first powers are the simulation's own
             beyond = parts[:, 1:] if len(names) == 2 else parts
-            out.append(Rival(f"offset over {' and '.join(names)} together", names, np.hstack([beyond, beyond * turn])))
-    return out
+            yield Rival(f"offset over {' and '.join(names)} together", names, np.hstack([beyond, beyond * turn]))
 
 
 def _products(frame: Frame, signed: bool = False) -> list[tuple[tuple[str, ...], FloatArray]]:

@@ -107,16 +107,15 @@ def _at_every_speed(relative: FloatArray, turning: FloatArray) -> FloatArray:
     speed = np.round(turning / max(float(np.median(turning)), 1e-12), 1)
     medians: list[FloatArray] = []
     enough = np.sum(np.isfinite(relative), axis=0) >= LEAST_RECORDINGS
-    filled = np.where(np.isfinite(relative), relative, np.nan)
     for value in np.unique(speed):
-        rows = filled[speed == value]
+        rows = relative[speed == value]
         if rows.shape[0] >= LEAST_OF_A_SPEED:
             heard = np.sum(np.isfinite(rows), axis=0) >= LEAST_OF_A_SPEED
             median = np.full(rows.shape[1], np.nan)
             median[heard] = np.nanmedian(rows[:, heard], axis=0)
             medians.append(median)
     overall = np.zeros(relative.shape[1])
-    overall[enough] = np.nanmedian(filled[:, enough], axis=0)
+    overall[enough] = np.nanmedian(relative[:, enough], axis=0)
     heard_at = np.sum([np.isfinite(median) for median in medians], axis=0) if medians else np.zeros(1)
     overall = np.where(heard_at >= LEAST_SPEEDS, overall, 0.0)
     if medians:

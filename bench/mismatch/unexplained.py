@@ -26,7 +26,12 @@ LEAST_EXPLAINED = 0.7
 
 
 def unexplained(
-    data: Dataset, analysis: Analysis, scores: dict[str, Scores], explained: set[str], names: dict[int, str]
+    data: Dataset,
+    analysis: Analysis,
+    scores: dict[str, Scores],
+    slow: dict[str, Wander],
+    explained: set[str],
+    names: dict[int, str],
 ) -> list[Finding]:
     """Tones and wander of every channel; and channels without a finding whose held-out residual stands above the
     noise.
@@ -35,18 +40,24 @@ def unexplained(
     for channel, score in scores.items():
         frame = _frame(analysis, channel)
         own = _tones(data, analysis, channel, score, frame, names)
-        if not own and channel in WANDERING:
-            own = _wandering(analysis, channel, score, names)
+        if not own and channel in slow:
+            own = [_wandering(slow[channel], channel, frame, score, names)]
         if not own and channel not in explained and score.stands_out(TOO_MUCH[channel], frame.recording):
             own = [_residual(channel, score, frame, names)]
         out += own
     return out
 
 
-def slow_structure(analysis: Analysis, channel: str, score: Scores) -> Wander | None:
-    """What moves slowly inside a channel's recordings and is no noise."""
-    model = analysis.models[channel]
-    return wander(score.residual_after, model.rows.frame, model.used, score.floor**2)
+def slow_structures(analysis: Analysis, scores: dict[str, Scores]) -> dict[str, Wander]:
+    """What moves slowly inside the recordings and is no noise, by channel."""
+    out: dict[str, Wander] = {}
+    for channel in WANDERING:
+        if channel in scores:
+            model, score = analysis.models[channel], scores[channel]
+            found = wander(score.residual_after, model.rows.frame, model.used, score.floor**2)
+            if found is not None:
+                out[channel] = found
+    return out
 
 
 def half_explained(analysis: Analysis, channel: str, score: Scores) -> bool:
@@ -98,24 +109,17 @@ def _tones(
     return out
 
 
-def _wandering(analysis: Analysis, channel: str, score: Scores, names: dict[int, str]) -> list[Finding]:
-    model = analysis.models[channel]
-    slow = slow_structure(analysis, channel, score)
-    if slow is None:
-        return []
-    frame = model.rows.frame.take(score.rows)
-    where = conditions(frame, score.residual_after[score.rows], ())
+def _wandering(slow: Wander, channel: str, frame: Frame, score: Scores, names: dict[int, str]) -> Finding:
+    where = conditions(frame.take(score.rows), score.residual_after[score.rows], ())
     label = f"wanders within recordings, {slow.ratio:.1f} times as far as noise would, {text(where, (), [], [])}"
-    return [
-        _unknown(
-            channel,
-            Location(label, where, recordings=[names[i] for i in slow.recordings if i in names]),
-            f"{channel}: no function of one quantity follows it",
-            score,
-            0.8,
-            [{"symbol": "s", "value": slow.deviation, "unit": _unit(channel), "std": slow.error}],
-        )
-    ]
+    return _unknown(
+        channel,
+        Location(label, where, recordings=[names[i] for i in slow.recordings if i in names]),
+        f"{channel}: no function of one quantity follows it",
+        score,
+        0.8,
+        [{"symbol": "s", "value": slow.deviation, "unit": _unit(channel), "std": slow.error}],
+    )
 
 
 def _residual(channel: str, score: Scores, frame: Frame, names: dict[int, str]) -> Finding:
