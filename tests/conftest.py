@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Generator, Iterator
 
 import pytest
@@ -14,6 +15,10 @@ REQUIRE_WIRE = "BENCH_REQUIRE_WIRE"
 """Environment variable: ``1`` turns a test that skips for want of raw sockets or veth pairs into a failure."""
 
 WIRE_REASONS = ("raw sockets", "veth pair")
+
+# Started in the background of a shell, this process ignores Ctrl-C, and so would every program that tests send one to.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # The first example of a test may compile a numeric loop; how long that takes says nothing about the code.
 settings.register_profile("bench", deadline=None)
