@@ -36,6 +36,9 @@ def emulate(
     plant: Annotated[str, typer.Option(help="Name of a shipped plant, or path of a plant file.")] = "rh380n",
     seed: Annotated[int, typer.Option(help="Seed of the plant's noise.")] = 0,
     cycle_time_ms: Annotated[float, typer.Option(help="Bus cycle the plant is stepped with, ms.")] = 0.5,
+    make_up_ms: Annotated[
+        float, typer.Option(help="How long the plant waits for a master that makes up for late cycles, ms.", min=0.0)
+    ] = 0.0,
     without: Annotated[
         list[str] | None, typer.Option(help="Leave a terminal out, such as temperature_terminal; may be given again.")
     ] = None,
@@ -67,6 +70,7 @@ def emulate(
         "plant": plant,
         "seed": seed,
         "cycle_time_s": cycle_time_ms / 1000.0,
+        "make_up_s": make_up_ms / 1000.0,
         "without": tuple(without or ()),
         "modbus_rtu": modbus_rtu,
         "modbus_tcp": modbus_tcp,

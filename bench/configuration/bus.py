@@ -59,6 +59,8 @@ class Bus(Section):
     """On hardware: set values for so long are with the bus process already; a stop drops them at once."""
     hold: Annotated[Time, Field(gt=0, le=0.5)] = 0.05
     """On hardware: without new set values the last ones are held for so long, then the bus process stops the drives."""
+    make_up: Annotated[Time, Field(ge=0, le=0.05)] = 0.0
+    """Cycles that could not begin in their slot are begun up to so much later; 0: left out. For slaves that wait."""
     priority: Annotated[int, Field(ge=1, le=98)] = 80
     """Real-time priority (SCHED_FIFO) of the bus process."""
     processor: Annotated[int, Field(ge=0)] | None = None

@@ -102,6 +102,7 @@ def _bus_process(bench: BenchConfiguration, factory: Any, arguments: dict[str, A
         block_capacity=max(bench.bus.cycles_at_once, round(_CATCH_UP_S / bench.bus.cycle_time)),
         real_time=plugin(DRIVERS, "real_time")(bench.bus.priority, bench.bus.processor),
         arguments=arguments,
+        make_up_s=bench.bus.make_up,
     )
 
 

@@ -28,6 +28,8 @@ class Decoded:
     inputs: Inputs
     set_index: NDArray[np.int64] | None = None
     """Which of the set values handed over ahead each cycle has sent, −1 for others; None: those of its own row."""
+    late_s: NDArray[np.float64] | None = None
+    """How long after it was due each cycle began that was made up for, 0 for others; None where nobody knows."""
 
     @property
     def size(self) -> int:

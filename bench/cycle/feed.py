@@ -154,9 +154,13 @@ def emit(fed: Fed, sink: Sink) -> None:
 
 
 def hand_on(decoded: Decoded, start: int, stop: int, sink: Sink) -> None:
-    """Hand cycles ``start`` to ``stop`` on; a lost cycle leaves no row."""
+    """Hand cycles ``start`` to ``stop`` on; a lost cycle leaves no row, one that was made up for an event."""
     if stop <= start:
         return
+    late_s = None if decoded.late_s is None else decoded.late_s[start:stop]
+    if late_s is not None and late_s.any():
+        made_up = np.count_nonzero(late_s)
+        sink.event("info", f"{made_up} cycles began up to {1e3 * late_s.max():.1f} ms late and were made up for")
     good = decoded.inputs.good[start:stop]
     rows = {name: values[start:stop] for name, values in decoded.raw.items()}
     sink.rows(rows if good.all() else {name: values[good] for name, values in rows.items()})

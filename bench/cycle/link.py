@@ -188,6 +188,9 @@ class Link:
             drive.digest(n)
         cycle = done.cycle - self._shift
         decoded = self._opened().decode(n, cycle, done.wkc, motor_velocity, done.set_index)
+        if done.late_ns is not None:
+            late_s = done.late_ns * 1e-9
+            decoded = replace(decoded, late_s=np.where(late_s >= self._bench.bus.cycle_time, late_s, 0.0))
         self.cycle = int(cycle[-1]) + 1
         self.last = decoded
         return decoded

@@ -26,6 +26,7 @@ class Exchange:
     time_ns : int64 array (n_done,), when each cycle was sent: monotonic clock, or counted cycles where no clock runs.
     set_index : int64 array (n_done,), which of the set values handed over each cycle has sent, where they are handed
         over ahead (:class:`drivers.ethercat.process.RemoteBus`); −1 where others were sent. None: those of its row.
+    late_ns : int64 array (n_done,), how long after it was due each cycle began, where that is known.
     """
 
     n_done: int
@@ -33,6 +34,7 @@ class Exchange:
     cycle: NDArray[np.int64]
     time_ns: NDArray[np.int64]
     set_index: NDArray[np.int64] | None = None
+    late_ns: NDArray[np.int64] | None = None
 
 
 class Exchanger(Protocol):

@@ -63,12 +63,14 @@ def _relative_sleep_until(deadline_ns: int) -> None:
 class AbsoluteDeadlines:
     """Slots on a fixed grid of the monotonic clock, from the first call on.
 
-    A slot whose whole period has passed before it could start is skipped, never made up for: two frames close together
-    would hand the drives a wrong interpolation time.
+    A slot whose whole period has passed before it could start is skipped: two frames close together would hand drives
+    a wrong interpolation time. Slaves that wait for their master, as an emulated bench may, do not mind: with
+    ``make_up_s`` slots are begun up to that much later, one right after the other.
 
     Parameters
     ----------
     cycle_time_s : period, s.
+    make_up_s : how much later than its period's end a slot may begin, s.
     clock, sleep_until : monotonic time in ns and sleep to such a time; other ones serve tests.
     """
 
@@ -77,8 +79,10 @@ class AbsoluteDeadlines:
         cycle_time_s: float,
         clock: Callable[[], int] = time.monotonic_ns,
         sleep_until: Callable[[int], None] | None = None,
+        make_up_s: float = 0.0,
     ) -> None:
         self._period_ns = round(cycle_time_s * 1e9)
+        self._make_up_ns = round(make_up_s * 1e9)
         self._clock = clock
         self._sleep_until = sleep_until or _libc_sleeper() or _relative_sleep_until
         self._start_ns = -1
@@ -90,10 +94,10 @@ class AbsoluteDeadlines:
         return self._start_ns + self._slot * self._period_ns
 
     def next_slot(self) -> tuple[int, int]:
-        """Sleep until the next slot that has not passed yet."""
+        """Sleep until the next slot that has not passed yet, or may still be made up for."""
         now = self._clock()
         if self._start_ns < 0:
             self._start_ns = now
-        self._slot = max(self._slot + 1, (now - self._start_ns) // self._period_ns)
+        self._slot = max(self._slot + 1, (now - self._start_ns - self._make_up_ns) // self._period_ns)
         self._sleep_until(self._start_ns + self._slot * self._period_ns)
         return self._slot, self._clock()

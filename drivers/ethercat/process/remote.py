@@ -44,6 +44,7 @@ class RemoteBus(Services):
     interface, slaves, cycle_time_s : as of :class:`EtherCatBus`.
     block_capacity : most cycles handed over or collected at once.
     real_time : how the process asks to be scheduled.
+    make_up_s : how much later slots may begin, see :class:`drivers.ethercat.AbsoluteDeadlines`.
 
     Attributes
     ----------
@@ -62,6 +63,7 @@ class RemoteBus(Services):
         block_capacity: int = 100,
         real_time: RealTime | None = None,
         arguments: Mapping[str, Any] | None = None,
+        make_up_s: float = 0.0,
     ) -> None:
         super().__init__(check_specs(slaves))
         self.interface, self.cycle_time_s, self.block_capacity = interface, cycle_time_s, block_capacity
@@ -91,6 +93,7 @@ class RemoteBus(Services):
             self.layout.set_rows,
             self.layout.image_rows,
             real_time or RealTime(),
+            make_up_s,
         )
         self._protection = Protection()
         self._tail = 0
@@ -215,8 +218,8 @@ class RemoteBus(Services):
         self._sent.bytes[:n] = shared.sent[places]
         self._in.bytes[:n] = shared.inputs[places]
         meta = self.meta = shared.meta[places]
-        wkc, cycle, woke, index = meta.T[[at.WKC, at.CYCLE, at.WOKE, at.SET_INDEX]]
-        return Exchange(n, wkc.astype(np.int32), cycle, woke, index)
+        wkc, cycle, woke, index, due = meta.T[[at.WKC, at.CYCLE, at.WOKE, at.SET_INDEX, at.DUE]]
+        return Exchange(n, wkc.astype(np.int32), cycle, woke, index, woke - due)
 
     def arm(self, hold_cycles: int) -> None:
         """Let the last set values be held for so many cycles; then, or when a limit is broken, the drives are stopped.

@@ -25,6 +25,9 @@ from drivers.ethercat.process.realtime import become_real_time
 from drivers.ethercat.process.settings import Protection, Setup
 from drivers.ethercat.sdo import SdoClient
 
+_CYCLES_TO_ANSWER, _WAITING = 2, 0.25
+"""How long a frame is waited for: so many cycles, or that part of the time slots are made up for."""
+
 
 class RigGoneError(Exception):
     """The rig's end of the pipe is closed."""
@@ -42,7 +45,7 @@ class Server:
         self._pipe, self._shared, self._setup = pipe, shared, setup
         module, _, function = setup.master.partition(":")
         master = getattr(import_module(module), function)(**setup.arguments)
-        self._pacing = AbsoluteDeadlines(setup.cycle_time_s)
+        self._pacing = AbsoluteDeadlines(setup.cycle_time_s, make_up_s=setup.make_up_s)
         slaves = [
             replace(spec, configure=self._configurer(spec.name) if has else None)
             for spec, has in zip(setup.slaves, setup.has_configure, strict=True)
@@ -54,6 +57,8 @@ class Server:
             setup.cycle_time_s,
             block_capacity=setup.image_rows,
             pacing=self._pacing,
+            # slots that pass meanwhile are made up for, so waiting for an answer costs nothing
+            timeout_us=round(1e6 * max(_CYCLES_TO_ANSWER * setup.cycle_time_s, _WAITING * setup.make_up_s)),
             memory=(shared.sent, shared.inputs),
             whole_blocks=False,
         )

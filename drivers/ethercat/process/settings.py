@@ -84,7 +84,8 @@ class Protection:
 class Setup:
     """Everything a bus process starts with; ``slaves`` come without their ``configure``, which runs in the rig.
 
-    ``master`` is ``module:function`` of a factory that is called with ``arguments``.
+    ``master`` is ``module:function`` of a factory that is called with ``arguments``; ``make_up_s`` as of
+    :class:`drivers.ethercat.AbsoluteDeadlines`.
     """
 
     master: str
@@ -96,3 +97,4 @@ class Setup:
     set_rows: int
     image_rows: int
     real_time: RealTime
+    make_up_s: float = 0.0

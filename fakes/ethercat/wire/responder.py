@@ -2,7 +2,8 @@
 
 A frame is answered first, with the inputs of the cycle before, as slaves do that copy their inputs when the frame
 arrives; then the plant goes on by one cycle. The plant keeps to the wall clock: it follows the master's cycle as long
-as that is the bus cycle, and runs on by itself where no frame comes.
+as that is the bus cycle, and runs on by itself where no frame comes. It may be told to wait a while before it does: a
+computer that stalls both master and emulator then costs no cycle, where the master makes up for those it is late with.
 """
 
 from __future__ import annotations
@@ -70,9 +71,12 @@ class Responder:
     bench : slaves and plant.
     port : where frames come from.
     readings : two numbers that are kept at the PT100 readings in °C, for transmitters elsewhere.
+    make_up_s : how long the plant waits behind the wall clock for a master that makes up for cycles it is late with.
     """
 
-    def __init__(self, bench: EmulatedBench, port: Port, readings: Readings | None = None) -> None:
+    def __init__(
+        self, bench: EmulatedBench, port: Port, readings: Readings | None = None, make_up_s: float = 0.0
+    ) -> None:
         self._readings = readings
         self.bench = bench
         self.faults = FaultSwitch(bench)
@@ -85,6 +89,9 @@ class Responder:
         self._frame = bytearray(2048)
         self._view = memoryview(self._frame)
         self._cycle_ns = bench.cycle_time_s * 1e9
+        waits = make_up_s / bench.cycle_time_s
+        self._slack, self._alone = max(SLACK_CYCLES, waits), max(ALONE_CYCLES, waits)
+        self._make_up_ns, self._behind_since = make_up_s * 1e9, 0
         self._start_ns = float(time.monotonic_ns())
         self._done = 0
         self._following = False
@@ -155,9 +162,12 @@ class Responder:
                 self._heard_ns[self._index(controller, i)] = now
         behind = (now - self._start_ns) / self._cycle_ns - self._done - 0.5
         cycles = 1
-        if not self._following and abs(behind) <= ALONE_CYCLES + SLACK_CYCLES:
+        if behind <= SLACK_CYCLES:
+            self._behind_since = now
+        if not self._following and abs(behind) <= self._alone + SLACK_CYCLES:
             self._start_ns += behind * self._cycle_ns  # a master starts: its phase is the one to keep
-        elif behind > SLACK_CYCLES:
+        elif behind > self._slack or (behind > SLACK_CYCLES and now - self._behind_since > 2.0 * self._make_up_ns):
+            # nobody makes up for them
             cycles += int(behind)
             self.counters.added_cycles += cycles - 1
         elif behind < -SLACK_CYCLES:
@@ -171,7 +181,7 @@ class Responder:
 
     def _run_alone(self, now: int) -> None:
         """Run the cycles due by the wall clock that no frame asked for, some behind so that a frame finds its own."""
-        due = int((now - self._start_ns) / self._cycle_ns - ALONE_CYCLES) - self._done
+        due = int((now - self._start_ns) / self._cycle_ns - self._alone) - self._done
         if due > 0:
             self._following = False
             self._advance(due, now)

@@ -38,6 +38,7 @@ class EmulatorOptions:
     ``without`` names terminals the bus has not, ``faults`` are texts as
     :func:`~fakes.ethercat.fault_text.parse_fault` has them, ``control`` is the path of a Unix socket for orders.
     ``cpu`` pins the frame loop to a processor, ``priority`` (1-99) gives it SCHED_FIFO; both need the right to.
+    ``make_up_s`` as of :class:`~fakes.ethercat.wire.responder.Responder`.
     """
 
     interface: str
@@ -52,6 +53,7 @@ class EmulatorOptions:
     control: Path | None = None
     cpu: int | None = None
     priority: int | None = None
+    make_up_s: float = 0.0
 
 
 class Service:
@@ -153,7 +155,7 @@ def serve(options: Mapping[str, Any], report: Callable[[dict[str, Any]], None]) 
         wanted = slow_devices.SlowDeviceOptions(chosen.modbus_rtu, chosen.modbus_tcp, chosen.serial)
         slow = closing.enter_context(slow_devices.slow_devices(wanted)) if wanted.any else None
         bench = _bench(chosen)
-        responder = Responder(bench, port, None if slow is None else slow.readings.get_obj())
+        responder = Responder(bench, port, None if slow is None else slow.readings.get_obj(), chosen.make_up_s)
         responder.warm_up()
         service = Service(responder, slow)
         for text in chosen.faults:

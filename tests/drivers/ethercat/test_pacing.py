@@ -55,6 +55,32 @@ def test_an_overrun_of_two_and_a_half_periods_skips_two_slots() -> None:
     assert pacing.next_slot()[0] == 3
 
 
+@given(st.lists(st.integers(0, 4 * PERIOD_NS), min_size=1, max_size=60))
+def test_late_slots_are_made_up_for_as_long_as_it_was_allowed(work: list[int]) -> None:
+    clock = Clock()
+    pacing = AbsoluteDeadlines(PERIOD_NS * 1e-9, clock.read, clock.sleep_until, make_up_s=3 * PERIOD_NS * 1e-9)
+    start, last = clock.now, -1
+    for busy in work:
+        slot, now = pacing.next_slot()
+        late = now - (start + slot * PERIOD_NS)
+        assert 0 <= late < 4 * PERIOD_NS
+        # a slot is left out only where it would have begun later than allowed
+        assert slot == last + 1 or late >= 3 * PERIOD_NS
+        last = slot
+        clock.now += busy
+
+
+def test_a_stall_is_made_up_for_one_right_after_the_other() -> None:
+    clock = Clock()
+    pacing = AbsoluteDeadlines(PERIOD_NS * 1e-9, clock.read, clock.sleep_until, make_up_s=0.01)
+    start = clock.now
+    pacing.next_slot()
+    clock.now += 5 * PERIOD_NS
+    begun = [pacing.next_slot() for _ in range(7)]
+    assert [slot for slot, _ in begun] == [1, 2, 3, 4, 5, 6, 7]
+    assert [(now - start) / PERIOD_NS for _, now in begun] == [5, 5, 5, 5, 5, 6, 7]
+
+
 def test_free_running_counts_cycles() -> None:
     pacing = FreeRunning(0.0005)
     assert [pacing.next_slot() for _ in range(3)] == [(0, 0), (1, PERIOD_NS), (2, 2 * PERIOD_NS)]

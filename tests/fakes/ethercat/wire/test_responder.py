@@ -47,10 +47,14 @@ class FakePort:
 @pytest.fixture
 def made(monkeypatch):
     """A responder whose drives are in OP with process data mapped, and its clock."""
+    return make(monkeypatch)
+
+
+def make(monkeypatch, make_up_s=0.0):
     clock = Clock()
     monkeypatch.setattr(module, "time", clock)
     port = FakePort()
-    responder = Responder(simple_bench(), port)
+    responder = Responder(simple_bench(), port, make_up_s=make_up_s)
     for controller in responder.segment.all:
         slave = controller.slave
         slave.watchdog_s = 0.1
@@ -159,3 +163,35 @@ def test_malformed_frames_are_counted_and_not_answered(made):
     serve(responder, clock, CYCLE_NS, 3)
     assert responder.counters.malformed == 3
     assert port.sent == []
+
+
+def test_a_plant_that_waits_lets_a_stalled_master_make_up(monkeypatch):
+    responder, clock, _port = make(monkeypatch, make_up_s=0.01)
+    serve(responder, clock, CYCLE_NS, 100)
+    before = responder.counters.cycles
+    clock.now += 12 * CYCLE_NS
+    serve(responder, clock, CYCLE_NS // 5, 15)
+    serve(responder, clock, CYCLE_NS, 100)
+    assert responder.counters.added_cycles == responder.counters.left_out_cycles == 0
+    assert responder.counters.cycles == before + 115
+
+
+def test_a_plant_that_waits_adds_what_nobody_makes_up_for(monkeypatch):
+    responder, clock, _port = make(monkeypatch, make_up_s=0.01)
+    serve(responder, clock, CYCLE_NS, 100)
+    before = responder.counters.cycles
+    clock.now += 12 * CYCLE_NS
+    serve(responder, clock, CYCLE_NS, 20)
+    assert responder.counters.cycles == before + 20
+    serve(responder, clock, CYCLE_NS, 40)
+    assert responder.counters.added_cycles == 12
+    assert responder.counters.cycles == before + 72
+
+
+def test_a_plant_that_waits_runs_on_alone_that_much_later(monkeypatch):
+    responder, clock, port = make(monkeypatch, make_up_s=0.01)
+    serve(responder, clock, CYCLE_NS, 100)
+    before = responder.counters.cycles
+    port.next = b""
+    serve(responder, clock, CYCLE_NS, 100)
+    assert before + 79 <= responder.counters.cycles <= before + 81
