@@ -37,6 +37,9 @@ def cycle(
     load: Annotated[
         bool, typer.Option("--load", help="HDF5 is written, and an identification runs beside the emulator.")
     ] = False,
+    make_up_ms: Annotated[
+        float, typer.Option(min=0.0, max=50.0, help="Late cycles of the bus process are begun up to so much later, ms.")
+    ] = 0.0,
     without_c: Annotated[bool, typer.Option("--without-c", help="Leave the C loop out.")] = False,
     soem: Annotated[
         Path | None,
@@ -65,6 +68,7 @@ def cycle(
         master_cpu if cpu is None else cpu,
         other_cpu if emulator_cpu is None else emulator_cpu,
         load,
+        make_up_ms / 1e3,
         not without_c,
         soem,
     )
@@ -105,6 +109,6 @@ def _print(found: Comparison, seconds: float) -> None:
 
 def _lost(loop: LoopFigures) -> str:
     return (
-        f"{loop.cycles:,} cycles, {loop.missed} slots missed, {loop.lost} frames lost, {loop.wrong} wrong counters"
+        f"{loop.cycles:,} cycles, {loop.made_up} late and made up for, {loop.missed} slots missed, {loop.lost} frames lost, {loop.wrong} wrong counters"
         f" ({loop.beside_stolen} of them within 50 ms of stolen time); the host took {loop.steal_s:.2f} s"
     )

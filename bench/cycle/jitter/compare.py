@@ -26,6 +26,7 @@ class Conditions:
     seconds : of each loop at each rate.
     priority : SCHED_FIFO of the masters; the emulator has nine less; None: ordinary scheduling.
     cpu, emulator_cpu : processors they are pinned to; None: anywhere.
+    make_up_s : how much later a cycle of the bus process may begin, and how long the emulator waits; 0: left out.
     loaded : HDF5 is written by the rig, and an identification runs on the emulator's processor.
     source : pysoem's source distribution; None: it is downloaded.
     """
@@ -36,6 +37,7 @@ class Conditions:
     cpu: int | None = None
     emulator_cpu: int | None = None
     loaded: bool = False
+    make_up_s: float = 0.0
     with_c: bool = True
     source: Path | None = None
 
@@ -87,7 +89,7 @@ def _at_rate(
 
     def python() -> Notes:
         file = folder / f"at-{rate:g}.h5" if conditions.loaded else None
-        noted, missing = python_loop.run(near, rate, seconds, priority, cpu, file)
+        noted, missing = python_loop.run(near, rate, seconds, priority, cpu, file, conditions.make_up_s)
         notes.extend(missing)
         return noted
 
@@ -99,7 +101,7 @@ def _at_rate(
         tell(f"{name} at {rate:g} Hz")
         with emulator(far, 1.0 / rate, *_emulator_options(conditions)), StealLog() as log:
             noted = loop()
-        found.append(figures(noted, log))
+        found.append(figures(noted, log, round(1e9 / rate)))
     return RateFigures(rate, found[0], found[1] if len(found) > 1 else None)
 
 
@@ -107,6 +109,8 @@ def _emulator_options(conditions: Conditions) -> list[str]:
     options = []
     if conditions.priority is not None:
         options += ["--priority", str(max(1, conditions.priority - 9))]
+    if conditions.make_up_s:
+        options += ["--make-up-ms", str(1e3 * conditions.make_up_s)]
     if conditions.emulator_cpu is not None:
         options += ["--cpu", str(conditions.emulator_cpu)]
     return options

@@ -51,6 +51,7 @@ class LoopFigures:
 
     Attributes
     ----------
+    made_up : cycles that began a period late or more, right after the one before.
     missed : slots that had passed before their cycle could begin.
     lost : cycles without an answer in time; wrong : with another working counter than the others.
     beside_stolen : of the slots missed and the cycles lost or wrong, those within 50 ms of time the host took away.
@@ -59,6 +60,7 @@ class LoopFigures:
     """
 
     cycles: int
+    made_up: int
     missed: int
     lost: int
     wrong: int
@@ -69,8 +71,8 @@ class LoopFigures:
     cycle: Distribution
 
 
-def figures(notes: Notes, log: StealLog) -> LoopFigures:
-    """Return the figures of a run."""
+def figures(notes: Notes, log: StealLog, period_ns: int) -> LoopFigures:
+    """Return the figures of a run whose slots are ``period_ns`` apart."""
     expected = int(np.bincount(notes.wkc[notes.wkc >= 0]).argmax()) if (notes.wkc >= 0).any() else 0
     gaps = np.diff(notes.slot) - 1
     lost, wrong = notes.wkc < 0, (notes.wkc >= 0) & (notes.wkc != expected)
@@ -78,6 +80,7 @@ def figures(notes: Notes, log: StealLog) -> LoopFigures:
     answered = ~lost
     return LoopFigures(
         cycles=notes.slot.size,
+        made_up=int(np.count_nonzero(notes.woke - notes.due >= period_ns)),
         missed=int(gaps.sum()),
         lost=int(np.count_nonzero(lost)),
         wrong=int(np.count_nonzero(wrong)),

@@ -23,13 +23,19 @@ _TIMES, _WKC = slice(0, 5), 6
 
 
 def run(
-    interface: str, rate: float, seconds: float, priority: int | None, cpu: int | None, recording: Path | None = None
+    interface: str,
+    rate: float,
+    seconds: float,
+    priority: int | None,
+    cpu: int | None,
+    recording: Path | None = None,
+    make_up_s: float = 0.0,
 ) -> tuple[Notes, tuple[str, ...]]:
     """Cycle with the drives off, images decoded by the rig as in a campaign; return notes, and what was not granted.
 
-    ``recording`` has every row written into that HDF5 file meanwhile.
+    ``make_up_s`` is the bench's ``bus.make_up``, s. ``recording`` has every row written into that HDF5 file meanwhile.
     """
-    bench = _configuration(interface, rate, priority, cpu)
+    bench = _configuration(interface, rate, priority, cpu, make_up_s)
     assembly = assemble(bench, seed=0, real_time=True)
     link = AheadLink(bench, assembly)
     noted: list[NDArray[np.int64]] = []
@@ -54,9 +60,11 @@ def run(
     return Notes(slot, due, woke, back, done, meta[:, _WKC]), assembly.bus.notes
 
 
-def _configuration(interface: str, rate: float, priority: int | None, cpu: int | None) -> BenchConfiguration:
+def _configuration(
+    interface: str, rate: float, priority: int | None, cpu: int | None, make_up_s: float
+) -> BenchConfiguration:
     bench = on_interface(load_bench("rh380n"), interface).configuration
-    changes: dict[str, Any] = {"cycle_time": 1.0 / rate, "processor": cpu}
+    changes: dict[str, Any] = {"cycle_time": 1.0 / rate, "processor": cpu, "make_up": make_up_s}
     if priority is not None:
         changes["priority"] = priority
     return bench.model_copy(update={"bus": bench.bus.model_copy(update=changes)})

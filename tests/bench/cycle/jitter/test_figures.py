@@ -26,7 +26,7 @@ def notes(n: int = 1000, scale: int = 1) -> Notes:
 
 
 def test_times_are_told_apart() -> None:
-    found = figures(notes(), StealLog())
+    found = figures(notes(), StealLog(), PERIOD_NS)
     assert (found.wake.median, found.trip.median, found.cycle.median) == (10.0, 50.0, 65.0)
     assert (found.missed, found.lost, found.wrong, found.beside_stolen) == (0, 0, 0, 0)
     assert sum(found.cycle.histogram) == found.cycles == 1000
@@ -37,7 +37,7 @@ def test_missed_lost_and_wrong_cycles_are_counted_apart() -> None:
     made = notes()
     made.slot[500:] += 3
     made.wkc[100], made.wkc[200:202] = -1, 3
-    found = figures(made, StealLog())
+    found = figures(made, StealLog(), PERIOD_NS)
     assert (found.missed, found.lost, found.wrong) == (3, 1, 2)
     assert sum(found.trip.histogram) == 999  # a frame that did not come back has no round trip
 
@@ -48,12 +48,12 @@ def test_losses_beside_stolen_time_are_known() -> None:
     made = notes()
     made.wkc[101] = made.wkc[900] = -1
     made.slot[150:] += 2
-    assert figures(made, log).beside_stolen == 3
+    assert figures(made, log, PERIOD_NS).beside_stolen == 3
     assert not StealLog().near(made.due).any()
 
 
 def test_the_ratio_is_that_of_the_whole_cycle() -> None:
-    slow, fast = figures(notes(scale=3), StealLog()), figures(notes(scale=2), StealLog())
+    slow, fast = figures(notes(scale=3), StealLog(), PERIOD_NS), figures(notes(scale=2), StealLog(), PERIOD_NS)
     assert RateFigures(2000.0, slow, fast).ratio == pytest.approx((1.5, 1.5))
     assert RateFigures(2000.0, slow, None).ratio is None
     assert RateFigures(2000.0, slow, fast).as_dict()["python"]["cycle"]["median"] == 195.0
@@ -83,3 +83,10 @@ def test_a_source_that_is_none_is_a_sentence(tmp_path: Path, monkeypatch: pytest
         found = c_loop.build(tmp_path, source)
         assert isinstance(found, c_loop.Unavailable)
         assert text in found.reason
+
+
+def test_cycles_that_began_a_period_late_are_counted() -> None:
+    made = notes()
+    made.woke[300:304] += 4 * PERIOD_NS - 10_000
+    made.woke[600] += PERIOD_NS // 2
+    assert figures(made, StealLog(), PERIOD_NS).made_up == 4
