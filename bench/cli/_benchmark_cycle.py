@@ -109,7 +109,7 @@ def _print(found: Comparison, seconds: float) -> None:
 
 def _lost(loop: LoopFigures) -> str:
     return (
-        f"{loop.cycles:,} cycles, {loop.made_up} late and made up for, {loop.missed} slots missed,"
+        f"{loop.cycles:,} cycles, {loop.late} began a period late, {loop.missed} slots missed,"
         f" {loop.lost} frames lost, {loop.wrong} wrong counters"
         f" ({loop.beside_stolen} of them within 50 ms of stolen time); the host took {loop.steal_s:.2f} s"
     )

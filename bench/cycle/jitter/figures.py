@@ -51,7 +51,7 @@ class LoopFigures:
 
     Attributes
     ----------
-    made_up : cycles that began a period late or more, right after the one before.
+    late : cycles that began a period late or more.
     missed : slots that had passed before their cycle could begin.
     lost : cycles without an answer in time; wrong : with another working counter than the others.
     beside_stolen : of the slots missed and the cycles lost or wrong, those within 50 ms of time the host took away.
@@ -60,7 +60,7 @@ class LoopFigures:
     """
 
     cycles: int
-    made_up: int
+    late: int
     missed: int
     lost: int
     wrong: int
@@ -80,7 +80,7 @@ def figures(notes: Notes, log: StealLog, period_ns: int) -> LoopFigures:
     answered = ~lost
     return LoopFigures(
         cycles=notes.slot.size,
-        made_up=int(np.count_nonzero(notes.woke - notes.due >= period_ns)),
+        late=int(np.count_nonzero(notes.woke - notes.due >= period_ns)),
         missed=int(gaps.sum()),
         lost=int(np.count_nonzero(lost)),
         wrong=int(np.count_nonzero(wrong)),

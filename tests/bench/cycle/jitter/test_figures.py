@@ -89,4 +89,4 @@ def test_cycles_that_began_a_period_late_are_counted() -> None:
     made = notes()
     made.woke[300:304] += 4 * PERIOD_NS - 10_000
     made.woke[600] += PERIOD_NS // 2
-    assert figures(made, StealLog(), PERIOD_NS).made_up == 4
+    assert figures(made, StealLog(), PERIOD_NS).late == 4
