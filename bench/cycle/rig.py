@@ -152,12 +152,13 @@ class Rig(View):
     def idle(self, duration_s: float = 0.05) -> None:
         """Keep the bus alive at the last set values while somebody else (a writer that closes) needs the time.
 
-        Limits hold here as well: after a trip the bench is at rest and the next :meth:`run` says why.
+        Limits hold here as well: after a trip the bench is at rest and the next :meth:`run` says why. Drives that are
+        off, after a stop, are kept as they are: that they are off is no further reason to stop.
         """
         remaining = self._link.cycles(duration_s)
         try:
             with device_errors():
-                while remaining > 0 and self._tripped is None:
+                while remaining > 0 and self._tripped is None and self._link.asked_for("ENABLED"):
                     n = min(remaining, self._assembly.block)
                     self._link.keep_ahead(self.set_values == (0.0, 0.0))
                     velocity, torque = self.set_values

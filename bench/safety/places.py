@@ -22,7 +22,7 @@ def state_folder(bench: BenchConfiguration) -> Path | None:
     if bench.bus.in_process:
         return None
     name = re.sub(r"[^A-Za-z0-9._@-]", "_", f"{bench.name}@{bench.bus.interface}")
-    return _root() / name
+    return state_root() / name
 
 
 def latch_path(bench: BenchConfiguration, run: Path) -> Path:
@@ -30,7 +30,8 @@ def latch_path(bench: BenchConfiguration, run: Path) -> Path:
     return (state_folder(bench) or run) / LATCH
 
 
-def _root() -> Path:
+def state_root() -> Path:
+    """Return the folder that holds the state folders of all benches; it need not be there yet."""
     given = os.environ.get(VARIABLE)
     if given:
         return Path(given)

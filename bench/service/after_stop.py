@@ -11,32 +11,35 @@ from bench.safety.latch import NEXT, Act
 from bench.service.book import Book
 from bench.service.keeper import Keeper
 from bench.service.refusals import NotNow
-from bench.service.runs import Run, following
+from bench.service.runs import Run, following, new_id, now
+from bench.service.settings import Settings
 
 
 class AfterStop:
     """What is due on the bench whose last run ended; opens no bus itself.
 
-    Parameters
-    ----------
-    folder : of all recordings; a bench behind a network interface keeps its latch elsewhere anyway.
+    Without any run yet there may be a stop all the same: a bench behind a network interface keeps its latch, whoever
+    ran it.
     """
 
-    def __init__(self, bench: BenchFile, folder: Path, keeper: Keeper, book: Book) -> None:
-        self._bench, self._folder, self._keeper, self._book = bench, folder, keeper, book
+    def __init__(self, bench: BenchFile, settings: Settings, keeper: Keeper, book: Book) -> None:
+        self._bench, self._settings, self._keeper, self._book = bench, settings, keeper, book
 
     def latch(self) -> dict[str, Any]:
         """What stopped the bench, and which act is due before it may give torque again; empty texts for nothing."""
-        run = self._last_ended()
-        latch = latch_of(self._bench, self._folder if run is None else Path(run.folder)).read()
+        latch = latch_of(self._bench, self._place()).read()
         due = NEXT[latch.standing]
-        return {"standing": latch.standing.value, "text": latch.text, "due": "" if due is None else due.value}
+        return {
+            "standing": latch.standing.value,
+            "cause": latch.cause,
+            "text": latch.text,
+            "due": "" if due is None else due.value,
+        }
 
     def acknowledge(self, by: str) -> None:
         """Say for the bench's record that somebody has read why it stopped, if that is what is due."""
-        run = self._last_ended()
-        if run is not None and self.latch()["due"] == Act.ACKNOWLEDGE.value:
-            acknowledge(self._bench, Path(run.folder), by)
+        if self.latch()["due"] == Act.ACKNOWLEDGE.value:
+            acknowledge(self._bench, self._place(), by)
 
     def reset(self, by: str) -> Run:
         """Take the drives' faults away; a process of its own opens the bus for it.
@@ -44,14 +47,24 @@ class AfterStop:
         Raises
         ------
         NotNow
-            If nothing was run yet: there is nothing to be reset.
+            If nothing was run yet and no stop is on record: there is nothing to be reset.
         """
-        run = self._last_ended()
-        if run is None:
+        run, stopped = self._last_ended(), self.latch()
+        if run is None and not stopped["due"]:
             raise NotNow("nothing was run yet, there is nothing to reset")
         self._keeper.held = False
-        self._book.write("reset", by, f"reset after: {self.latch()['text'] or 'no stop on record'}")
-        return self._keeper.add(following(run, by, resets=True, title="Reset of the bench"))
+        self._book.write("reset", by, f"reset after: {stopped['text'] or 'no stop on record'}")
+        return self._keeper.add(following(run or self._none(), by, resets=True, title="Reset of the bench"))
+
+    def _place(self) -> Path:
+        run = self._last_ended()
+        return self._settings.folder if run is None else Path(run.folder)
+
+    def _none(self) -> Run:
+        """What a reset follows where this service has run nothing."""
+        settings = self._settings
+        folder = str(settings.folder.absolute())
+        return Run(new_id(), "", "", settings.bench, folder, "", now(), interface=settings.interface)
 
     def _last_ended(self) -> Run | None:
         runs = self._keeper.runs.all()

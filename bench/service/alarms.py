@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import os
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Any
 
 from bench.service.book import Book
@@ -60,12 +63,18 @@ class Alarm:
 
 
 class Alarms:
-    """All alarms that are not acknowledged; each is written to the book and told to whoever is to know."""
+    """All alarms that are not acknowledged; each is written to the book and told to whoever is to know.
 
-    def __init__(self, book: Book, tell: Callable[[Alarm], None]) -> None:
-        self._book, self._tell = book, tell
-        self._alarms: dict[int, Alarm] = {}
-        self._number = 0
+    Parameters
+    ----------
+    path : file the alarms are kept in, so that a service that was killed comes back with them.
+    """
+
+    def __init__(self, book: Book, tell: Callable[[Alarm], None], path: Path) -> None:
+        self._book, self._tell, self._path = book, tell, path
+        entries = json.loads(path.read_text("utf-8")) if path.exists() else []
+        self._alarms: dict[int, Alarm] = {entry["number"]: Alarm(**entry) for entry in entries}
+        self._number = max(self._alarms, default=0)
 
     def raise_(self, cause: str, text: str) -> Alarm:
         """Raise an alarm, unless the same one already stands."""
@@ -76,6 +85,7 @@ class Alarms:
         at = datetime.now(UTC).isoformat(timespec="seconds")
         alarm = Alarm(self._number, at, cause, text, WHAT_TO_DO.get(cause, OTHERWISE))
         self._alarms[alarm.number] = alarm
+        self._save()
         self._book.write("alarm", "service", text, cause=cause)
         self._tell(alarm)
         return alarm
@@ -84,6 +94,7 @@ class Alarms:
         """Take an alarm away; None if there is none of this number (any more)."""
         alarm = self._alarms.pop(number, None)
         if alarm is not None:
+            self._save()
             self._book.write("acknowledge", by, alarm.text, cause=alarm.cause)
             alarm = replace(alarm, acknowledged_by=by)
         return alarm
@@ -91,3 +102,8 @@ class Alarms:
     def standing(self) -> list[dict[str, Any]]:
         """For the page, newest first."""
         return [asdict(alarm) for alarm in reversed(self._alarms.values())]
+
+    def _save(self) -> None:
+        part = self._path.with_suffix(".part")
+        part.write_text(json.dumps([asdict(alarm) for alarm in self._alarms.values()], indent=1), encoding="utf-8")
+        os.replace(part, self._path)

@@ -40,9 +40,9 @@ def allowed(now: Situation) -> frozenset[str]:
     acts |= {"start"} if now.due in ("", "resume") else set()
     acts |= {"queue"} if now.held and now.waiting else set()
     acts |= {"approve"} if now.proposed else set()
-    free = now.ended and now.phase == "free"
-    acts |= {"again"} if free and now.due in ("", "resume") else set()
-    acts |= {"reset"} if free and now.due in ("", "reset") else set()
+    free = now.phase == "free"
+    acts |= {"again"} if free and now.ended and now.due in ("", "resume") else set()
+    acts |= {"reset"} if free and (now.due == "reset" or (now.ended and not now.due)) else set()
     acts |= {"acknowledge"} if now.alarms else set()
     return frozenset(acts)
 

@@ -51,8 +51,6 @@ class Keeper:
     ) -> None:
         self._state, self._launcher, self._stream, self._book = state, launcher, stream, book
         self._alarms, self._stop_deadline_s, self.runs = alarms, stop_deadline_s, runs
-        self.held = False
-        """After a stop or an alarm nothing begins by itself until the operator says so."""
         self.history = History()
         self.plan: Message | None = None
         self.points: dict[str, Message] = {}
@@ -88,6 +86,18 @@ class Keeper:
             return True
         limit = _OPENING_S if self.status["phase"] == "opening" else _SILENT_S
         return time.monotonic() - self.heard < limit
+
+    @property
+    def held(self) -> bool:
+        """After a stop or an alarm nothing begins by itself until the operator says so; a new service knows it too."""
+        return (self._state / "held").exists()
+
+    @held.setter
+    def held(self, value: bool) -> None:
+        if value:
+            (self._state / "held").touch()
+        else:
+            (self._state / "held").unlink(missing_ok=True)
 
     # -- wishes --------------------------------------------------------------------------------------------------------
 

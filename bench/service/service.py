@@ -50,14 +50,14 @@ class Service:
         self.stream = Stream()
         self.once = Once()
         self.notifier = Notifier(settings.notify)
-        self.alarms = Alarms(self.book, self._tell_alarm)
+        self.alarms = Alarms(self.book, self._tell_alarm, settings.state / "alarms.json")
         self.overlay = Overlay(self.stream.publish)
         self.analyses = Analyses(settings.state, self.stream.publish)
         stopping = self.bench.configuration.stopping
         deadline = stopping.controlled_ramp + stopping.quick_stop + stopping.disable_voltage + _STOP_MARGIN_S
         runs = Runs(settings.state / "runs.json")
         self.keeper = Keeper(settings.state, runs, launcher, self.stream, self.book, self.alarms, deadline)
-        self.after_stop = AfterStop(self.bench, settings.folder, self.keeper, self.book)
+        self.after_stop = AfterStop(self.bench, settings, self.keeper, self.book)
         self.keeper.on_spectrum = self.overlay.take
         self.keeper.on_phase = self.tell_state
         if settings.model is not None:
@@ -70,6 +70,10 @@ class Service:
     def open(self) -> None:
         """Begin to work."""
         self.book.write("service", "service", f"the service begins, process {os.getpid()}")
+        stopped = self.after_stop.latch()
+        if stopped["due"] == "acknowledge" and not self.alarms.standing():
+            # stopped by a run this service knows nothing of; the alarm is what it is acknowledged with
+            self.alarms.raise_(stopped["cause"], stopped["text"])
         self.keeper.open()
         self._disk = asyncio.get_running_loop().create_task(self._watch_disk())
 

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import shlex
 import sys
+import tempfile
 from pathlib import Path
+
+from bench.safety.places import state_root
 
 _UNIT = """\
 # Made by: bench serve --systemd-unit
@@ -34,10 +37,13 @@ LimitRTPRIO=90
 NoNewPrivileges=yes
 ProtectSystem=strict
 ProtectHome=read-only
-ReadWritePaths={folder}
+# Recordings; what is on record of a bench (a stop, its commissioning); locks, in the very folder in which a shell of
+# this user looks for them, so that bench run joins this service's queue.
+ReadWritePaths={folder} {state} {temporary}
 PrivateTmp=no
-RuntimeDirectory=gearbench
-Environment=BENCH_RUNTIME=/run/gearbench
+# Compiled loops.
+CacheDirectory=gearbench
+Environment=NUMBA_CACHE_DIR=/var/cache/gearbench
 
 [Install]
 WantedBy=multi-user.target
@@ -45,6 +51,13 @@ WantedBy=multi-user.target
 
 
 def unit(arguments: list[str], folder: Path, user: str) -> str:
-    """Return the unit; ``arguments`` are those of ``bench serve`` that are to stand in it."""
+    """Return the unit; ``arguments`` are those of ``bench serve`` that are to stand in it.
+
+    The folder of the benches' state is made, for systemd starts nothing that may write where nothing is.
+    """
     command = shlex.join([str(Path(sys.executable).with_name("bench")), "serve", *arguments])
-    return _UNIT.format(command=command, folder=folder.absolute(), user=user)
+    state = state_root().absolute()
+    state.mkdir(parents=True, exist_ok=True)
+    return _UNIT.format(
+        command=command, folder=folder.absolute(), user=user, state=state, temporary=tempfile.gettempdir()
+    )

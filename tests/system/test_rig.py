@@ -15,7 +15,7 @@ from bench.cycle.assembly import Assembly, assemble
 from bench.cycle.rig import EndKind, Rig
 from bench.errors import DeviceError
 from bench.protocols import Phase, Point, Segment
-from bench.safety import Cause
+from bench.safety import Cause, Standing
 
 
 class Tape:
@@ -196,6 +196,23 @@ def test_limits_hold_while_the_bench_waits() -> None:
         assert rig.drives_off()
         end = rig.run(short(file), Tape(), never)
         assert (end.kind, end.cause) == (EndKind.TRIPPED, Cause.LOAD_DRIVE_FAULT)
+
+
+def test_waiting_after_a_stop_is_no_further_stop() -> None:
+    """A recording is finished while the bench waits with its drives off."""
+    file, assembly = emulated(block=100)
+    with Rig(file, assembly=assembly) as rig:
+        rig.enable()
+        assert rig.run(short(file), Tape(), lambda: True).kind is EndKind.INTERRUPTED
+        rig.idle(0.2)
+        assert [stop.cause for stop in rig.stops] == [Cause.OPERATOR]
+        assert rig.latch.read().standing is Standing.CLEAR
+        rig.enable()
+        assembly.master.faults.apply("input_encoder_frozen")
+        end = rig.run(short(file), Tape(), never)
+        assert end.kind is EndKind.TRIPPED
+        rig.idle(0.2)
+        assert rig.latch.read().cause == end.cause.name
 
 
 def test_a_slave_of_another_identity_is_refused_before_anything_moves() -> None:

@@ -1,7 +1,7 @@
 // Acts of the operator: sheets that ask, the controls, STOP. Sheets are never modal: STOP stays in reach.
 
 import { get, newId, post, Refused } from "./api.js";
-import { may, me, running, state } from "./state.js";
+import { may, me, running, state, unfinished } from "./state.js";
 import { $, duration, make, number, toast } from "./text.js";
 
 let ask;
@@ -159,7 +159,7 @@ export const acknowledge = alarm => simple(`alarms/${alarm.number}/acknowledge`)
 export function buttons() {
   const now = [...state.points.values()].find(one => ["running", "heating"].includes(one.state));
   const done = [...state.points.values()].filter(one => ["done", "failed"].includes(one.state)).pop();
-  const ended = state.runs.filter(run => run.state === "ended" && !["finished", "withdrawn"].includes(run.end.kind)).pop();
+  const ended = unfinished().pop();
   const list = [
     ["start", running() ? "Queue a campaign" : "Start a campaign", () => withControls(start), may("start"), "main"],
     ["pause", "Pause after this point", () => simple("run/pause"), may("pause")],

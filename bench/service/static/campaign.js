@@ -3,7 +3,7 @@
 import * as acts from "./acts.js";
 import { bandPlot } from "./charts.js";
 import { buffers } from "./now.js";
-import { may, state } from "./state.js";
+import { may, state, unfinished } from "./state.js";
 import { $, DEGREES, duration, make, moment, number, pill } from "./text.js";
 
 const UNTOUCHED_MS = 30000;
@@ -33,7 +33,7 @@ function offers(run) {
   const button = (label, click, kind = "") => make("button", { type: "button", class: kind, on: { click } }, label);
   if (run.state === "proposed") return [button("Let it begin", () => acts.simple(`runs/${run.id}/approve`), "main"), button("Refuse", () => acts.simple(`runs/${run.id}/withdraw`))];
   if (run.state === "queued") return [button("Take out", () => acts.simple(`runs/${run.id}/withdraw`))];
-  if (run.state === "ended" && may("again") && !["finished", "withdrawn"].includes(run.end.kind)) return [button("Go on", () => acts.again(run))];
+  if (may("again") && unfinished().includes(run)) return [button("Go on", () => acts.again(run))];
   return [];
 }
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from datetime import UTC, datetime
 from pathlib import Path
 
 from starlette.testclient import TestClient
 
+from bench.campaigns.acts import latch_of
+from bench.configuration import load_bench, on_interface
 from bench.service.app import create_app
 from bench.service.settings import Settings
 from tests.bench.service.conftest import BASE, Client, NoLauncher
@@ -91,6 +94,52 @@ def test_a_run_goes_on_when_the_service_is_started_anew(tmp_path: Path) -> None:
         # how it ended is not known to the new service; the queue waits for the operator
         second.until(lambda: second.state("state")["alarms"])
         assert second.state("runs")["held"]
+    launcher.end_all()
+
+
+def test_a_stop_and_its_alarm_outlive_the_service(tmp_path: Path) -> None:
+    settings, launcher = Settings(folder=tmp_path / "recordings"), NoLauncher()
+    with TestClient(create_app(settings, launcher), base_url=BASE) as http:
+        first = Client(http, launcher)
+        first.take()
+        first.ask("runs", name="Ann", secret=first.secret, campaign="quick")
+        first.ask("runs", name="Ann", secret=first.secret, campaign="paper")
+        first.until(lambda: launcher.jobs)
+        launcher.end_all()
+        first.until(lambda: first.state("state")["alarms"])
+        alarms = first.state("state")["alarms"]
+    again = NoLauncher()
+    with TestClient(create_app(settings, again), base_url=BASE) as http:
+        second = Client(http, again)
+        assert second.state("state")["alarms"] == alarms
+        assert second.state("runs")["held"]
+        assert [run["state"] for run in second.state("runs")["runs"]] == ["ended", "queued"]
+        assert not again.jobs
+        second.take()
+        second.ask(f"alarms/{alarms[0]['number']}/acknowledge", secret=second.secret)
+        assert second.state("state")["alarms"] == []
+        second.ask("queue/go-on", secret=second.secret)
+        second.until(lambda: again.jobs)
+    again.end_all()
+
+
+def test_a_stop_by_a_run_from_elsewhere_is_acknowledged_and_reset_on_the_page(tmp_path: Path) -> None:
+    settings, launcher = Settings(interface="eth9", folder=tmp_path / "recordings"), NoLauncher()
+    latch = latch_of(on_interface(load_bench("rh380n"), "eth9"), tmp_path)
+    latch.stopped("MOTOR_SPEED", "too fast", datetime.now(UTC))
+    with TestClient(create_app(settings, launcher), base_url=BASE) as http:
+        client = Client(http, launcher)
+        client.take()
+        (alarm,) = client.state("state")["alarms"]
+        assert (alarm["cause"], alarm["text"]) == ("MOTOR_SPEED", "too fast")
+        assert "start" not in client.state("state")["allowed"]
+        client.ask("reset", 409, secret=client.secret)
+        client.ask(f"alarms/{alarm['number']}/acknowledge", secret=client.secret)
+        assert "reset" in client.state("state")["allowed"]
+        client.ask("reset", secret=client.secret)
+        client.until(lambda: launcher.jobs)
+        job = launcher.jobs[0]
+        assert (job["reset_by"], job["interface"], job["bench"]) == ("Ann", "eth9", "rh380n")
     launcher.end_all()
 
 

@@ -93,7 +93,7 @@ def test_every_cause_of_a_stop_says_what_to_do(cause: str) -> None:
 
 def test_the_same_alarm_is_raised_once(tmp_path: Path) -> None:
     told: list[Alarm] = []
-    alarms = Alarms(Book(tmp_path / "log.jsonl"), told.append)
+    alarms = Alarms(Book(tmp_path / "log.jsonl"), told.append, tmp_path / "alarms.json")
     first = alarms.raise_("SILENT", "no word")
     assert alarms.raise_("SILENT", "no word") is first
     second = alarms.raise_("DISK", "full")
