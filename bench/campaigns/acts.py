@@ -52,7 +52,7 @@ def reset(file: BenchFile, folder: Path, by: str, *, seed: int = 0) -> Latch:
     return latch.read() if due is None else latch.act(Act.RESET, by)
 
 
-def require_resumable(latch: LatchFile, resumes: bool) -> None:
+def require_resumable(latch: LatchFile, resumes: bool, run: Path | None = None) -> None:
     """Refuse a run on a bench that was stopped, unless it was reset and this run is to resume.
 
     Raises
@@ -62,7 +62,8 @@ def require_resumable(latch: LatchFile, resumes: bool) -> None:
     """
     standing = latch.read()
     if not (resumes and standing.standing is Standing.RESET):
-        standing.require_clear()
+        # a latch in memory has no place, one in the folder of a run is asked for by it
+        standing.require_clear("" if run is None else f" {run}")
 
 
 def resume(latch: LatchFile, by: str) -> None:

@@ -81,7 +81,8 @@ def load_campaign(name_or_path: str | Path) -> Campaign:
     try:
         text = path.read_text("utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f"campaign file {path} cannot be read: {error}") from error
+        why = error.strerror if isinstance(error, OSError) else error
+        raise ConfigurationError(f"campaign file {path} cannot be read: {why}") from error
     return parse_campaign(text, str(path))
 
 

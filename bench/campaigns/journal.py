@@ -12,7 +12,7 @@ import json
 import os
 import sqlite3
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
@@ -40,6 +40,37 @@ CREATE TABLE IF NOT EXISTS takes (
 def campaign_digest(campaign: Campaign) -> str:
     """Hash of what is to be measured; titles and comments do not count."""
     return sha256(repr((campaign.name, campaign.stages)).encode()).hexdigest()
+
+
+def require_same(folder: Path, campaign: Campaign, file: BenchFile) -> None:
+    """Refuse a folder that holds another campaign; nothing is written, so it may be asked before anything is queued.
+
+    Raises
+    ------
+    ConfigurationError
+        As :class:`Journal` does.
+    """
+    path = folder / NAME
+    if not path.exists():
+        return
+    with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as database:
+        kept = dict(database.execute("SELECT key, value FROM campaign").fetchall())
+    for key, digest, what in _claims(campaign, file):
+        if kept.get(key, digest) != digest:
+            raise _other(folder, what)
+
+
+def _claims(campaign: Campaign, file: BenchFile) -> tuple[tuple[str, str, str], ...]:
+    return (
+        ("campaign", campaign_digest(campaign), f'campaign "{campaign.name}" as it is now'),
+        ("bench", file.digest, f'the configuration of bench "{file.configuration.name}" as it is now'),
+    )
+
+
+def _other(folder: Path, what: str) -> ConfigurationError:
+    return ConfigurationError(
+        f"{folder} holds recordings that were not made with {what}; give another folder with --out"
+    )
 
 
 def _lock(path: Path) -> int:
@@ -82,18 +113,13 @@ class Journal:
         self._database.execute("PRAGMA synchronous=FULL")
         self._database.executescript(_SCHEMA)
         try:
-            self._claim("campaign", campaign_digest(campaign), f'campaign "{campaign.name}" as it is now')
-            self._claim("bench", file.digest, f'the configuration of bench "{file.configuration.name}" as it is now')
+            for key, digest, what in _claims(campaign, file):
+                if self.remember(key, digest) != digest:
+                    raise _other(folder, what)
         except ConfigurationError:
             self.close()
             raise
         self._settle()
-
-    def _claim(self, key: str, digest: str, what: str) -> None:
-        if self.remember(key, digest) != digest:
-            raise ConfigurationError(
-                f"{self._folder} holds recordings that were not made with {what}; give another folder with --out"
-            )
 
     def remember(self, key: str, value: str) -> str:
         """Keep a value if there is none under this key yet; return the one that is kept."""

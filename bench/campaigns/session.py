@@ -73,7 +73,7 @@ def run_campaign(
         If the bench cannot be opened or a drive does not follow.
     """
     latch = latch_of(file, folder)
-    require_resumable(latch, resumes=resumed_by is not None)
+    require_resumable(latch, resumed_by is not None, folder if file.configuration.bus.in_process else None)
     commissioned = require_commissioned(file.configuration)
     zero = None if commissioned is None else commissioned.zero
     with (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
-from bench.cli._text import duration_text
+from bench.cli._text import count_text, duration_text
 from bench.cli.exit_codes import ExitCode
 from bench.service.client import Client
 
@@ -20,7 +21,7 @@ _CODES: dict[str, ExitCode] = {
     "interrupted": ExitCode.INTERRUPTED,
     "withdrawn": ExitCode.INTERRUPTED,
     "tripped": ExitCode.LIMIT,
-    "refused": ExitCode.LIMIT,
+    "refused": ExitCode.BAD_INPUT,
     "device": ExitCode.DEVICE,
     "died": ExitCode.DEVICE,
 }
@@ -30,10 +31,16 @@ def run_joined(client: Client, campaign: str, out: Path | None, real_time: bool,
     """Ask the service for the run and follow it to its end."""
     console = Console(stderr=as_json, highlight=False)
     asked = client.ask(campaign, out, real_time, seed)
-    console.print(f"A service has this bench ([bold]{client.url}[/]); the run joins its queue and is shown there.")
+    console.print(f"A service has this bench ([bold]{client.url}[/]); the run joins its queue.", soft_wrap=True)
+    console.print(f"Recordings go to [bold]{asked['folder']}[/]. Ctrl-C brings the bench to rest.", soft_wrap=True)
     if asked["state"] == "proposed":
-        console.print("Somebody else holds the controls: the run begins when they say so on the page.")
+        console.print(
+            "Somebody else holds the controls: the run begins when they say so on the page, under Campaign.",
+            soft_wrap=True,
+        )
     running = False
+    # a stop is a stop, whoever asks for it: as Ctrl-C does
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         with Progress(BarColumn(30), TextColumn("{task.description}"), console=console, transient=True) as bar:
             row = bar.add_task("waits for its turn", total=1.0)
@@ -52,7 +59,9 @@ def run_joined(client: Client, campaign: str, out: Path | None, real_time: bool,
         else:
             console.print("The run stays in the queue; it can be taken out on the page.")
         return ExitCode.INTERRUPTED
-    console.print("The service ended; the run goes on without it.")
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    console.print("The service ended; the run goes on without it. Start bench serve again to watch or stop it.")
     return ExitCode.DEVICE
 
 
@@ -70,7 +79,10 @@ def _ended(run: dict[str, Any], console: Console, as_json: bool) -> ExitCode:
     if as_json:
         typer.echo(json.dumps({"folder": run["folder"], "run": run["id"], **end}, ensure_ascii=False))
     else:
-        console.print(f"[bold]{end.get('recordings', 0)} recordings[/] in [bold]{run['folder']}[/]", soft_wrap=True)
+        made = count_text(end.get("recordings", 0), "recording")
+        console.print(f"[bold]{made}[/] in [bold]{run['folder']}[/]", soft_wrap=True)
         for line in filter(None, [end.get("text"), *end.get("failed", [])]):
             console.print(f"[yellow]{line}[/]", soft_wrap=True)
+    if end.get("cause") == "LimitError":
+        return ExitCode.LIMIT
     return _CODES.get(end["kind"], ExitCode.INTERNAL_ERROR)

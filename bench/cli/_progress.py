@@ -90,4 +90,6 @@ class ProgressListener:
     def finished(self, taken: Taken) -> None:
         """Tell of a recording that did not pass."""
         if taken.status is not Status.DONE:
-            self._progress.console.print(f"[yellow]{taken.recording_id}[/] ({taken.label}): {taken.note}")
+            self._progress.console.print(
+                f"[yellow]{taken.recording_id}[/] ({taken.label}): {taken.note}", soft_wrap=True
+            )

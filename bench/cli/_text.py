@@ -1,4 +1,4 @@
-"""Durations and energies as people read them."""
+"""Durations, energies and counts as people read them."""
 
 from __future__ import annotations
 
@@ -22,3 +22,8 @@ def clock_text(seconds: float) -> str:
 def energy_text(joule: float) -> str:
     """Return an energy in kJ or kWh."""
     return f"{joule / 1e3:.0f} kJ" if joule < 3.6e6 else f"{joule / 3.6e6:.2f} kWh"
+
+
+def count_text(count: int, what: str) -> str:
+    """Return ``1 recording``, ``4 recordings``."""
+    return f"{count:,} {what}" if count == 1 else f"{count:,} {what}s"

@@ -37,7 +37,7 @@ def acknowledge(folder: _FOLDER = None, bench: _BENCH = "rh380n", bus: _BUS = No
     file, run = _bench_and_run(folder, bench, bus)
     standing = acts.latch_of(file, run).read()
     by = somebody(file.configuration, "acknowledge", f"The bench was stopped: {standing.text or 'no'}. Acknowledge?")
-    _print(acts.acknowledge(file, run, by), as_json)
+    _print(acts.acknowledge(file, run, by), folder, as_json)
 
 
 def reset(folder: _FOLDER = None, bench: _BENCH = "rh380n", bus: _BUS = None, as_json: _JSON = False) -> None:
@@ -53,7 +53,7 @@ def reset(folder: _FOLDER = None, bench: _BENCH = "rh380n", bus: _BUS = None, as
     by = somebody(file.configuration, "reset", "Is the cause gone, and may the drives lose their faults?")
     with bus_in_use(file):
         latch = acts.reset(file, run, by)
-    _print(latch, as_json)
+    _print(latch, folder, as_json)
 
 
 def _bench_and_run(folder: Path | None, bench: str, bus: str | None) -> tuple[BenchFile, Path]:
@@ -65,14 +65,20 @@ def _bench_and_run(folder: Path | None, bench: str, bus: str | None) -> tuple[Be
         file = on_interface(file, bus)
     if folder is None and file.configuration.bus.in_process:
         raise ConfigurationError("which run was stopped? Give its folder, or --bus for a bench on an interface")
+    if folder is not None and not folder.is_dir():
+        raise ConfigurationError(f"{folder}: there is no such folder; give that of the run that was stopped")
     return file, folder or Path()
 
 
-def _print(latch: Latch, as_json: bool) -> None:
-    from bench.safety.latch import HOW, NEXT
+def _print(latch: Latch, folder: Path | None, as_json: bool) -> None:
+    from bench.safety.latch import HOW, NEXT, Act
 
     if as_json:
         typer.echo(json.dumps(latch.as_dict(), ensure_ascii=False))
         return
     due = NEXT[latch.standing]
-    typer.echo(f"{latch.standing.value}; " + ("nothing is latched" if due is None else f"next is {HOW[due]}"))
+    if due is None:
+        typer.echo(f"{latch.standing.value}; nothing is latched")
+        return
+    place = "" if folder is None else f" --out {folder}" if due is Act.RESUME else f" {folder}"
+    typer.echo(f"{latch.standing.value}; next is {HOW[due]}{place}")

@@ -77,6 +77,27 @@ def main() -> None:
         console.print("[bold red]error:[/]", end=" ")
         console.print(str(error), markup=False)
         sys.exit(exit_code_of(error))
+    except OSError as error:
+        # a path of the command line that cannot be used; anything without a path is a fault of this program
+        if error.filename is None or os.environ.get(_DEBUG):
+            raise
+        console.print("[bold red]error:[/]", end=" ")
+        console.print(_of_path(error), markup=False)
+        sys.exit(ExitCode.BAD_INPUT)
     except KeyboardInterrupt:
         console.print("interrupted", markup=False)
         sys.exit(ExitCode.INTERRUPTED)
+
+
+_OF_PATHS: dict[type[OSError], str] = {
+    FileNotFoundError: "there is no such file or folder",
+    FileExistsError: "it is a file, and a folder is wanted",
+    NotADirectoryError: "a part of it is a file, and a folder is wanted",
+    IsADirectoryError: "it is a folder, and a file is wanted",
+    PermissionError: "you may not read or write it",
+}
+
+
+def _of_path(error: OSError) -> str:
+    why = next((text for kind, text in _OF_PATHS.items() if isinstance(error, kind)), error.strerror or str(error))
+    return f"{error.filename} cannot be used: {why}"

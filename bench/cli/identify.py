@@ -61,6 +61,7 @@ def identify(
     found = _with_progress(folder, options, console)
     if orders == "proposed":
         found = identify_folder(folder, with_proposed_orders(found, options))
+    out.parent.mkdir(parents=True, exist_ok=True)
     to_simulation(found, method).save(out)
     summary = to_json(found) | {"model": str(out), "method": method}
     if report is not None:

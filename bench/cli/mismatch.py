@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from bench.mismatch.many import Task, Told
 
 
+_VALUES = 6
+"""So many values of a finding are printed."""
+
+
 def register(app: typer.Typer) -> None:
     """Add the command."""
     app.command(name="mismatch")(mismatch)
@@ -61,7 +65,7 @@ def mismatch(
     for outcome in compare_all(tasks, jobs, dask):
         told.append(outcome)
         if not as_json:
-            _say(outcome.report, f"{outcome.task.recordings}: {outcome.sentence}")
+            _say(outcome.report, f"{outcome.task.recordings}: {outcome.sentence}", outcome.task.out)
     if as_json:
         typer.echo(json.dumps([t.report or {"folder": str(t.task.recordings), "error": t.sentence} for t in told]))
     if any(t.report is None for t in told):
@@ -101,15 +105,18 @@ def _one(task: Task, jobs: int, dask: str | None, as_json: bool) -> None:
     if as_json:
         typer.echo(json.dumps(content, allow_nan=False))
         return
-    _say(content, sentence(report))
-    typer.echo(f"report: {task.out / 'report.html'}")
+    _say(content, sentence(report), task.out)
+    typer.echo(f"report: {task.out / 'report.html'}, better simulation: {task.out / 'model.json'}")
 
 
-def _say(content: dict[str, Any] | None, sentence: str) -> None:
-    """The verdict, the channels' scores, what was left out of the comparison, and the terms left out in turn."""
+def _say(content: dict[str, Any] | None, sentence: str, out: Path) -> None:
+    """The verdict, each finding, the channels' scores, what was left out, and the terms left out in turn."""
     typer.echo(sentence)
     if content is None:
         return
+    for finding in content["findings"]:
+        for line in _finding(finding, out):
+            typer.echo(f"  {line}")
     for row in content["channels"]:
         floor, before, after = row["noise_floor"], row["held_out_rmse_before"], row["held_out_rmse_after"]
         typer.echo(
@@ -124,3 +131,21 @@ def _say(content: dict[str, Any] | None, sentence: str) -> None:
         from bench.mismatch.leave_one_out import LeftOut, table
 
         typer.echo(table([LeftOut(**row) for row in content["leave_one_out"]]))
+
+
+def _finding(finding: dict[str, Any], out: Path) -> list[str]:
+    """A finding as lines: how sure, equation and values, from what it cannot be told, what to run next."""
+    lines = [f"{finding['name']} ({finding['effect']}): {finding['status']}, confidence {finding['confidence']:.2f}"]
+    if finding["equation"]:
+        lines.append(f"  {finding['equation']}")
+    values = [
+        f"{p['symbol']} = {p['value']:.4g}" + ("" if p["std"] is None else f" ± {p['std']:.2g}") + f" {p['unit']}"
+        for p in finding["parameters"][:_VALUES]
+    ]
+    more = len(finding["parameters"]) - len(values)
+    if values:
+        lines.append("  " + ", ".join(values) + (f", and {more} more in report.json" if more else ""))
+    following = finding.get("next_experiment")
+    if following:
+        lines.append(f"  next experiment: bench run {out / following['file']} ({following['why']})")
+    return lines

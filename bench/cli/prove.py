@@ -63,6 +63,7 @@ def prove(
     Nothing is proved twice: a case whose seal and analyser are unchanged is taken from the folder. The same command
     goes on where it was stopped.
     """
+    from bench.proof.make import RECORDINGS, TRUTHS
     from bench.proof.run import Plan, jobs_of, sweep_jobs
     from bench.proof.run import make_only as make_folders
 
@@ -77,7 +78,8 @@ def prove(
         listed = sweep_jobs(_with_effects(single, effects), values)
     if make_only:
         for path in make_folders(listed, jobs):
-            typer.echo(str(path))
+            typer.echo(str(options.out / RECORDINGS / path.stem))
+        typer.echo(f"what is in each: {options.out / TRUTHS}")
         return
     _report(_prove(listed, options, quiet=as_json), options, severity, peers, table, as_json, listed)
 

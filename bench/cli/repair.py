@@ -37,6 +37,9 @@ def repair(
         raise typer.BadParameter("--out goes with a single file", param_hint="--out")
     rows: list[dict[str, Any]] = []
     for path in given:
+        if not path.exists():
+            rows.append({"file": str(path), "error": f"{path}: there is no such file or folder."})
+            continue
         for source in sorted(path.glob("*.part")) if path.is_dir() else [path]:
             try:
                 done = restore(source, out, keep=keep)

@@ -78,7 +78,7 @@ def run(
     folder = out or Path("recordings") / f"{loaded.name}-{time.strftime('%Y%m%d-%H%M%S')}"
     if not as_json:
         print_plan(plan, console, rows=len(plan.tasks) <= 12)
-        console.print(f"Recordings go to [bold]{folder}[/]. Ctrl-C brings the bench to rest.")
+        console.print(f"Recordings go to [bold]{folder}[/]. Ctrl-C brings the bench to rest.", soft_wrap=True)
     by = somebody(file.configuration, "resume", "May the bench move again?") if resume else None
     began = time.monotonic()
     with bus_in_use(file), ProgressListener(plan.duration_s, console, quiet=as_json) as listener:
@@ -135,30 +135,46 @@ def _as_dict(summary: Summary, folder: Path, picture: Path | None, wall: float) 
 
 
 def _print(summary: Summary, folder: Path, picture: Path | None, wall: float, console: Console) -> None:
-    from bench.cli._text import duration_text
+    from bench.cli._text import count_text, duration_text
 
     if summary.earlier:
-        console.print(f"{summary.earlier} points were done by an earlier run and are not repeated.")
-    size = sum(path.stat().st_size for path in folder.glob("*.h5"))
-    console.print(
-        f"[bold]{len(summary.taken)} recordings[/], {summary.cycles:,} cycles, {duration_text(summary.bench_time_s)} of"
-        f" bench time in {duration_text(wall)} ({summary.bench_time_s / wall:.0f} times real time), {size / 1e6:.1f} MB"
-    )
-    if summary.end.text:
-        console.print(f"[bold yellow]{summary.end.kind.value}[/]: {summary.end.text}", soft_wrap=True)
-    if summary.end.kind.name == "TRIPPED":
+        console.print(f"Done by an earlier run and not repeated: {count_text(summary.earlier, 'point')}.")
+    if summary.taken:
+        size = sum(path.stat().st_size for path in folder.glob("*.h5"))
         console.print(
-            f"No torque before three acts: bench acknowledge {folder}, bench reset {folder}, bench run … --resume"
-            " (with the same --bench and --bus). What happened: stop-*.json.",
+            f"[bold]{count_text(len(summary.taken), 'recording')}[/], {count_text(summary.cycles, 'cycle')},"
+            f" {duration_text(summary.bench_time_s)} of bench time in {duration_text(wall)}"
+            f" ({summary.bench_time_s / wall:.0f} times real time), {size / 1e6:.1f} MB",
             soft_wrap=True,
-            markup=False,
         )
     for taken in summary.failed:
-        console.print(f"[yellow]not passed[/] {taken.recording_id} ({taken.label}): {taken.note}", soft_wrap=True)
+        if taken.note != summary.end.text:
+            console.print(f"[yellow]not passed[/] {taken.recording_id} ({taken.label}): {taken.note}", soft_wrap=True)
     if summary.tare_drift == summary.tare_drift:
-        console.print(f"The torque sensor's zero drifted by {summary.tare_drift:+.2f} N·m.")
+        # a zero without a sign
+        console.print(f"The torque sensor's zero drifted by {round(summary.tare_drift, 2) + 0.0:.2f} N·m.")
     if picture is not None:
         console.print(f"Transmission error and spectrum: [bold]{picture}[/]", soft_wrap=True)
-    if summary.taken:
-        recording = folder / summary.taken[0].file
-        console.print(f"Look closer: [bold]bench inspect {recording}[/]", soft_wrap=True)
+    if summary.end.text:
+        console.print(f"[bold yellow]{summary.end.kind.value}[/]: {summary.end.text}", soft_wrap=True)
+    _say_what_next(summary, folder, console)
+
+
+def _say_what_next(summary: Summary, folder: Path, console: Console) -> None:
+    match summary.end.kind.name:
+        case "TRIPPED":
+            console.print(
+                f"No torque before three acts: bench acknowledge {folder}, bench reset {folder}, bench run … --resume"
+                " (with the same --bench and --bus). What happened: stop-*.json.",
+                soft_wrap=True,
+                markup=False,
+            )
+        case "INTERRUPTED":
+            console.print(f"The same command with [bold]--out {folder}[/] goes on from here.", soft_wrap=True)
+        case _:
+            if summary.taken:
+                recording = folder / summary.taken[0].file
+                console.print(f"Look closer: [bold]bench inspect {recording}[/]", soft_wrap=True)
+            console.print(
+                f"What it says: [bold]bench identify {folder} --out model.json --report report[/]", soft_wrap=True
+            )

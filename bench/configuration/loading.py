@@ -67,7 +67,8 @@ def find_text(name: str, shipped: tuple[str, ...], folder: str, what: str) -> tu
     try:
         return path.read_text("utf-8"), str(path)
     except (OSError, UnicodeDecodeError) as error:
-        raise ConfigurationError(f"{what} file {path} cannot be read: {error}") from error
+        why = error.strerror if isinstance(error, OSError) else error
+        raise ConfigurationError(f"{what} file {path} cannot be read: {why}") from error
 
 
 def parse_bench(text: str, origin: str) -> BenchFile:

@@ -97,8 +97,8 @@ class Latch:
         done = Done(act.value, by, (at or datetime.now(UTC)).isoformat(timespec="seconds"))
         return replace(self, standing=_AFTER[act], acts=(*self.acts, done))
 
-    def require_clear(self) -> None:
-        """Refuse torque while a stop is not resumed.
+    def require_clear(self, where: str = "") -> None:
+        """Refuse torque while a stop is not resumed; ``where`` is what the command of the act is given.
 
         Raises
         ------
@@ -107,7 +107,7 @@ class Latch:
         """
         due = NEXT[self.standing]
         if due is not None:
-            raise LimitError(f"the bench was stopped ({self.text}) and gives no torque: next is {HOW[due]}")
+            raise LimitError(f"the bench was stopped ({self.text}) and gives no torque: next is {HOW[due]}{where}")
 
     def as_dict(self) -> dict[str, Any]:
         """Return the latch for JSON."""

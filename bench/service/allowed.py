@@ -8,6 +8,15 @@ RUNNING = frozenset({"measuring_zero", "measuring", "heating"})
 PHASES = frozenset({"free", "opening", "paused", "stopping", "resetting", "ended"}) | RUNNING
 """Every phase of the bench; ``ended`` is a run whose process is about to go."""
 
+DONE = {
+    "pause": "it pauses after this point",
+    "go_on": "it goes on",
+    "skip": "the point is left out",
+    "repeat": "the point is measured once more",
+    "note": "written down: {}",
+}
+"""What a wish passed on to the run does, for the page and the book."""
+
 
 @dataclass(frozen=True, slots=True)
 class Situation:
@@ -19,6 +28,8 @@ class Situation:
     proposed: bool = False
     ended: bool = False
     alarms: bool = False
+    pausing: bool = False
+    """Whether a pause was asked for that has not come yet."""
     due: str = ""
     """Act that is due after a stop: ``acknowledge``, ``reset``, ``resume``, or nothing."""
 
@@ -37,6 +48,7 @@ def allowed(now: Situation) -> frozenset[str]:
     """Return the acts that are possible now for whoever holds the controls; ``stop`` is always, for anybody."""
     acts = {act for act, phases in _IN_PHASES.items() if now.phase in phases}
     acts |= {"stop"}
+    acts = acts - {"pause"} | {"go_on"} if now.pausing and now.phase in RUNNING else acts
     acts |= {"start"} if now.due in ("", "resume") else set()
     acts |= {"queue"} if now.held and now.waiting else set()
     acts |= {"approve"} if now.proposed else set()

@@ -14,6 +14,7 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from bench.service.catalog import next_name
 from bench.service.runs import new_id, now
 from bench.service.work import Kind, Work
 
@@ -98,6 +99,7 @@ class Analyses:
             **asdict(analysis),
             "has_report": (folder / "report.html").exists(),
             "has_model": (folder / "model.json").exists(),
+            "next": [next_name(path) for path in sorted(folder.glob("next-*.toml"))],
         }
 
     def _put(self, analysis: Analysis) -> None:

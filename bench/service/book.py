@@ -43,3 +43,7 @@ class Book:
     def last(self) -> list[dict[str, Any]]:
         """The last entries, newest first."""
         return list(reversed(self._last))
+
+    def last_of(self, act: str) -> dict[str, Any] | None:
+        """The last entry of an act among those at hand, None if there is none."""
+        return next((entry for entry in reversed(self._last) if entry["act"] == act), None)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
 from typing import Any
 
 from bench.campaigns import load_campaign, make_plan, parse_campaign, shipped_campaigns
@@ -10,19 +12,24 @@ from bench.errors import BenchError
 from bench.service.refusals import NotNow, Unknown
 from bench.service.settings import Settings
 
+_ASKED = 6
+"""So many next experiments are offered."""
+
 
 class Catalog:
     """The campaigns of one service. A Python file is a program: it is taken from the campaigns folder only."""
 
     def __init__(self, settings: Settings, bench: BenchConfiguration) -> None:
         self._settings, self._bench = settings, bench
+        self._analyses = settings.state.absolute() / "analyses"
 
     def list(self) -> list[dict[str, Any]]:
         """Return name and title of each, or what is wrong with it."""
         out = []
         for name, source in self._offered().items():
             try:
-                out.append({"name": name, "title": load_campaign(source).title, "problem": None})
+                title = load_campaign(source).title + self._asked_by(source)
+                out.append({"name": name, "title": title, "problem": None})
             except BenchError as error:
                 out.append({"name": name, "title": name, "problem": str(error)})
         return out
@@ -71,4 +78,18 @@ class Catalog:
         if folder is not None and folder.is_dir():
             files = (path for path in sorted(folder.iterdir()) if path.suffix in (".toml", ".py"))
             offered |= {path.name: str(path.absolute()) for path in files}
-        return offered
+        # what a mismatch report asks for next, the newest report first
+        asked = sorted(self._analyses.glob("*/next-*.toml"), reverse=True)
+        return offered | {next_name(path): str(path) for path in asked[:_ASKED]}
+
+    def _asked_by(self, source: str) -> str:
+        path = Path(source)
+        if path.parent.parent != self._analyses:
+            return ""
+        folder = json.loads(path.with_name("analysis.json").read_text("utf-8"))["folder"]
+        return f", asked for by the report on {folder}"
+
+
+def next_name(path: Path) -> str:
+    """Name under which the next experiment of an analysis is offered; ``path`` is its campaign file."""
+    return f"{path.stem} of {path.parent.name}"

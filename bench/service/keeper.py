@@ -221,8 +221,8 @@ class Keeper:
         elif kind == "point":
             self.points[message["identity"]] = {key: value for key, value in message.items() if key != "type"}
         elif kind == "status":
-            before, self.status = self.status["phase"], message
-            if before != message["phase"]:
+            before, self.status = self.status, message
+            if any(before.get(key) != message.get(key) for key in ("phase", "pausing")):
                 self.on_phase()
         elif kind == "live":
             self.history.add(message)

@@ -60,6 +60,25 @@ def serving(file: BenchFile, address: dict[str, Any]) -> Iterator[None]:
 
 
 @contextmanager
+def folder_in_use(state: Path, address: dict[str, Any]) -> Iterator[None]:
+    """Be the one service that keeps its queue in a folder: two would begin each other's runs.
+
+    Raises
+    ------
+    DeviceError
+        If another service does.
+    """
+    state.mkdir(parents=True, exist_ok=True)
+    with _locked(state / "lock", {"pid": os.getpid(), **address}) as holder:
+        if holder is not None:
+            raise DeviceError(
+                f"the service at {holder.get('url', 'somewhere')} keeps its recordings in {state.parent} too; give this"
+                " one a folder of its own with --folder"
+            )
+        yield
+
+
+@contextmanager
 def bus_in_use(file: BenchFile) -> Iterator[None]:
     """Have the bus to oneself as long as the context lasts; an emulated one in this process is nobody else's anyway.
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import socket
 import sys
 from types import FrameType
 
@@ -9,7 +11,7 @@ from bench.configuration import load_bench, on_interface
 from bench.errors import ConfigurationError
 from bench.service.launcher import Launcher
 from bench.service.privileges import drop
-from bench.service.registry import serving
+from bench.service.registry import folder_in_use, serving
 from bench.service.runs import Runs
 from bench.service.settings import Settings
 
@@ -20,24 +22,54 @@ def run(settings: Settings) -> None:
     Raises
     ------
     DeviceError
-        If another service has this bus.
+        If another service has this bus or this folder.
     ConfigurationError
-        If the bench file or the address is wrong.
+        If the bench file or the address is wrong, or the port in use.
     """
+    _look(settings)
     file = load_bench(settings.bench)
     if settings.interface is not None:
         file = on_interface(file, settings.interface)
     address = {"url": settings.url, "token": settings.token, "folder": str(settings.folder.absolute())}
     if settings.certificate is not None:
         address["certificate"] = str(settings.certificate.absolute())
-    with serving(file, address):
+    with serving(file, address), folder_in_use(settings.state, address), _listening(settings) as listening:
         # first the launcher, which keeps the privileges, then away with them, then everything that talks to the world
         launcher = Launcher()
         drop()
-        _serve(settings, launcher)
+        _serve(settings, launcher, listening)
 
 
-def _serve(settings: Settings, launcher: Launcher) -> None:
+def _look(settings: Settings) -> None:
+    """Refuse files and folders that are not there, before anything begins."""
+    for option, path in (
+        ("--campaigns", settings.campaigns),
+        ("--model", settings.model),
+        ("--tls-certificate", settings.certificate),
+        ("--tls-key", settings.key),
+    ):
+        if path is None:
+            continue
+        if not (path.is_dir() if option == "--campaigns" else path.is_file()):
+            raise ConfigurationError(
+                f"{option} {path}: there is no such {'folder' if option == '--campaigns' else 'file'}"
+            )
+
+
+def _listening(settings: Settings) -> socket.socket:
+    """Take the port before anything else is said or begun."""
+    try:
+        family, *_, place = socket.getaddrinfo(settings.host, settings.port, type=socket.SOCK_STREAM)[0]
+        return socket.create_server(place, family=family)
+    except OSError as error:
+        if error.errno == errno.EADDRINUSE:
+            why = f"another program has port {settings.port}; give another with --port"
+        else:
+            why = f"{error.strerror}; look at --host and --port"
+        raise ConfigurationError(f"{settings.url} cannot be served: {why}") from error
+
+
+def _serve(settings: Settings, launcher: Launcher, listening: socket.socket) -> None:
     import uvicorn
 
     from bench.service.app import create_app
@@ -59,19 +91,13 @@ def _serve(settings: Settings, launcher: Launcher) -> None:
 
     config = uvicorn.Config(
         app,
-        host=settings.host,
-        port=settings.port,
         log_level="warning",
         ssl_certfile=settings.certificate,
         ssl_keyfile=settings.key,
         server_header=False,
         timeout_graceful_shutdown=3,
     )
-    server = Server(config)
-    try:
-        server.run()
-    except SystemExit as error:
-        raise ConfigurationError(f"{settings.url} cannot be served; is the port in use?") from error
+    Server(config).run(sockets=[listening])
     running = Runs(settings.state / "runs.json").running()
     if running is not None:
         sys.stdout.write(f"A run goes on in process {running.pid}; start bench serve again to watch or stop it.\n")

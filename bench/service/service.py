@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from bench.campaigns import load_campaign, make_plan
+from bench.campaigns.journal import require_same
 from bench.configuration import BenchFile, load_bench, on_interface
 from bench.service import recordings
 from bench.service.after_stop import AfterStop
 from bench.service.alarms import Alarm, Alarms
-from bench.service.allowed import Situation, allowed, why_not
+from bench.service.allowed import DONE, Situation, allowed, why_not
 from bench.service.analyses import Analyses
 from bench.service.book import Book
 from bench.service.catalog import Catalog
@@ -35,6 +36,7 @@ from bench.service.stream import Stream
 Message = dict[str, Any]
 _STOP_MARGIN_S = 10.0
 _DISK_EVERY_S = 60.0
+_ENDED = "the service ended"
 
 
 class Service:
@@ -69,6 +71,11 @@ class Service:
 
     def open(self) -> None:
         """Begin to work."""
+        before = self.book.last_of("service")
+        if before is not None and before["text"] != _ENDED:
+            running = self.keeper.runs.running()
+            what = "" if running is None else f"; {running.title} went on without it"
+            self.book.write("service", "service", f"it ended without a word since {before['at'][:19]} UTC{what}")
         self.book.write("service", "service", f"the service begins, process {os.getpid()}")
         stopped = self.after_stop.latch()
         if stopped["due"] == "acknowledge" and not self.alarms.standing():
@@ -84,7 +91,7 @@ class Service:
         await self.keeper.close()
         await self.analyses.close()
         await asyncio.to_thread(self._launcher.close)
-        self.book.write("service", "service", "the service ended")
+        self.book.write("service", "service", _ENDED)
 
     # -- what is shown -------------------------------------------------------------------------------------------------
 
@@ -94,6 +101,7 @@ class Service:
         phase = "free" if self.keeper.runs.running() is None else self.keeper.status["phase"]
         return Situation(
             phase,
+            pausing=bool(self.keeper.status.get("pausing")),
             held=self.keeper.held,
             waiting=any(run.state == "queued" for run in runs),
             proposed=any(run.state == "proposed" for run in runs),
@@ -184,8 +192,8 @@ class Service:
         """Pass an operator's wish on to the run, with an entry in the book."""
         if not self.keeper.tell_run(wish, **more):
             raise NotNow("the run cannot be reached at the moment; STOP works all the same")
-        text = " ".join([wish.replace("_", " "), *more.values()])
-        self.book.write(wish, by, text)
+        text = DONE[wish].format(*more.values())
+        self.book.write(wish, by, text, **({"point": more["identity"]} if "identity" in more else {}))
         return text
 
     async def new_run(self, new: NewRun) -> Run:
@@ -206,6 +214,7 @@ class Service:
         # refused here and now if it would break a limit; the run plans again from the temperature it finds
         await asyncio.to_thread(make_plan, campaign, self.bench.configuration)
         folder = self.settings.folder.absolute() / (new.folder or f"{campaign.name}-{run_id[:15]}")
+        await asyncio.to_thread(require_same, folder, campaign, self.bench)
         run = Run(
             id=run_id,
             campaign=source,

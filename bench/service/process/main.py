@@ -100,8 +100,10 @@ class Process:
                 self._reporter.tell("stopping", "the bench is brought to rest")
             case "pause":
                 directions.pause()
+                self._reporter.pausing(True)
             case "go_on":
                 directions.go_on()
+                self._reporter.pausing(False)
             case "skip":
                 directions.skip(point)
                 self._reporter.asked("skip", point)

@@ -39,7 +39,7 @@ class Reporter:
         self._points: dict[str, Message] = {}
         self._before_pause = "opening"
         self._task: Task | None = None
-        self._task_began_s = self._bench_s = 0.0
+        self._task_began_s = self._bench_s = self._closing_s = 0.0
         self._started = datetime.now(UTC)
         """When bench time was zero; known from the first motion on."""
         self._motion: datetime | None = None
@@ -83,6 +83,8 @@ class Reporter:
         """Tell the whole plan; the torque sensor's zero is measured first."""
         with self._lock:
             self._cost = costs(plan)
+            # the zero is measured again after the last point
+            self._closing_s = plan.duration_s - sum(self._cost.values())
             self._numbers = {expected.point: expected for expected in points}
             self._points = {expected.identity: self._point(expected) for expected in points}
             self._plan = {
@@ -158,11 +160,15 @@ class Reporter:
             quality=taken.quality,
         )
 
+    def pausing(self, asked: bool) -> None:
+        """Tell that a pause was asked for, which comes with the end of the point, or that it was taken back."""
+        self.tell(self._status["phase"], self._status["label"], pausing=asked)
+
     def paused(self, now: bool) -> None:
         """Tell of a pause and of its end."""
         if now:
             self._before_pause = self._status["phase"]
-            self.tell("paused", "waiting for the operator between two points")
+            self.tell("paused", "waiting for the operator between two points", pausing=False)
         else:
             self.tell(self._before_pause)
 
@@ -195,13 +201,17 @@ class Reporter:
         self._emit(message)
 
     def _remaining(self) -> float:
-        """Planned bench time of all points still to come, and of the rest of the one that runs."""
-        open_states = ("waiting", "running", "heating")
+        """Planned bench time of all points still to come and of the closing zero, and of the rest of what runs."""
         with self._lock:
-            total: float = sum(point["duration_s"] for point in self._points.values() if point["state"] in open_states)
-        spent = self._bench_s - self._task_began_s if self._task is not None else 0.0
-        running = self._cost.get(self._task.prepares or self._task.point, 0.0) if self._task is not None else 0.0
-        return max(0.0, total - min(spent, running))
+            open_points = [
+                point for point in self._points.values() if point["state"] in ("waiting", "running", "heating")
+            ]
+            total: float = sum(point["duration_s"] for point in open_points)
+            runs = any(point["state"] != "waiting" for point in open_points)
+        if not runs or self._task is None:
+            return total + self._closing_s
+        cost = self._cost.get(self._task.prepares or self._task.point, 0.0)
+        return total + self._closing_s - min(self._bench_s - self._task_began_s, cost)
 
     def _way(self, task: Task, temperature: float) -> list[list[float]]:
         """The lubricant's expected way in this heating: bench time of day (Unix, s) and °C."""

@@ -15,7 +15,11 @@ export function sheet(title, body, buttons) {
   $("sheet-acts").replaceChildren(
     ...buttons.map(([label, act, kind = "main"]) => make("button", { type: "button", class: kind, on: { click: async event => {
       event.target.disabled = true;
-      try { if (await act() !== false) close(); } catch (error) { $("sheet-problem").textContent = sentence(error); }
+      try {
+        const answer = await act();
+        if (answer?.done) toast(answer.done);
+        close();
+      } catch (error) { $("sheet-problem").textContent = sentence(error); }
       event.target.disabled = false;
     } } }, label)),
     make("button", { type: "button", on: { click: close } }, "Close"),
@@ -94,15 +98,15 @@ setInterval(() => {
 
 // -- a campaign ---------------------------------------------------------------------------------------------------------
 
-export async function start() {
+export async function start(first = null) {
   const offered = await doIt(() => get("campaigns"), "");
   if (!offered) return;
   $("toast").hidden = true;
-  const radios = (name, options) => options.map(([value, label, note, disabled], i) => make("label", { class: "option" },
-    make("input", { type: "radio", name, value, checked: i === 0, disabled }), make("span", {}, label, make("small", {}, note))));
+  const radios = (name, options, wanted = null) => options.map(([value, label, note, disabled], i) => make("label", { class: "option" },
+    make("input", { type: "radio", name, value, checked: value === wanted || (i === 0 && !wanted), disabled }), make("span", {}, label, make("small", {}, note))));
   const plan = make("p", { class: "quiet" }, " ");
   const pace = state.about.emulated ? radios("pace", [["clock", "At the clock's pace", "as on a real bench"], ["fast", "As fast as the computer can", "hours of bench time in minutes"]]) : [];
-  const choices = radios("campaign", offered.map(c => [c.name, c.title, c.problem ?? c.name, Boolean(c.problem)]));
+  const choices = radios("campaign", offered.map(c => [c.name, c.title, c.problem ?? c.name, Boolean(c.problem)]), first);
   const body = [...choices, plan, ...(pace.length ? [make("h2", {}, "Pace"), ...pace] : [])];
   const chosen = name => document.querySelector(`#sheet-body input[name=${name}]:checked`)?.value;
   const look = async () => {
@@ -161,15 +165,15 @@ export function buttons() {
   const done = [...state.points.values()].filter(one => ["done", "failed"].includes(one.state)).pop();
   const ended = unfinished().pop();
   const list = [
-    ["start", running() ? "Queue a campaign" : "Start a campaign", () => withControls(start), may("start"), "main"],
+    ["start", running() ? "Queue a campaign" : "Start a campaign", () => withControls(() => start()), may("start"), "main"],
     ["pause", "Pause after this point", () => simple("run/pause"), may("pause")],
-    ["go_on", "Go on", () => simple("run/go-on"), may("go_on"), "main"],
+    ["go_on", state.status.phase === "paused" ? "Go on" : "Do not pause", () => simple("run/go-on"), may("go_on"), "main"],
     ["skip", "Skip this point", () => point("skip", now), may("skip") && Boolean(now)],
     ["repeat", "Repeat the last point", () => point("repeat", done), may("repeat") && Boolean(done)],
     ["note", "Remark", () => withControls(note), may("note")],
     ["abort", "End the run", () => withControls(abort), may("abort"), "hard"],
-    ["reset", "Reset the bench", () => withControls(reset), may("reset"), state.latch?.due === "reset" ? "main" : ""],
     ["again", "Go on where it stopped", () => again(ended), may("again") && Boolean(ended), "main"],
+    ["reset", "Reset the bench", () => withControls(reset), may("reset"), state.latch?.due === "reset" ? "main" : ""],
   ];
   // What cannot be done is left out where it would never make sense now, and greyed where it soon may.
   const shown = running() ? list.filter(([act]) => !["again", "reset"].includes(act) && (act !== "go_on" || may("go_on")) && (act !== "pause" || !may("go_on"))) : list.filter(([act]) => act === "start" || (act === "reset" && (may("reset") || state.latch?.due)) || (act === "again" && ended));

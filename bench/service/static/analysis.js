@@ -1,8 +1,8 @@
 // The view "Analysis": progress of identifications and mismatch reports, their reports and models.
 
 import { post } from "./api.js";
-import { doIt } from "./acts.js";
-import { me, state } from "./state.js";
+import { doIt, start, withControls } from "./acts.js";
+import { may, me, state } from "./state.js";
 import { $, make, moment, pill } from "./text.js";
 
 const TITLES = { identify: "Identification", mismatch: "What the simulation leaves out" };
@@ -29,6 +29,7 @@ function card(one) {
       one.has_report ? button("Read the report", () => report(one), "main") : null,
       one.has_model && one.kind === "identify" && !drawn ? button("Draw over the spectrum", () => doIt(() => post("model", { analysis: one.id }))) : null,
       drawn ? button("Draw no model", () => doIt(() => post("model", { analysis: null }))) : null,
+      ...one.next.map((name, i) => make("button", { type: "button", disabled: !may("start"), on: { click: () => withControls(() => start(name)) } }, `Run the next experiment${one.next.length > 1 ? ` ${i + 1}` : ""}`)),
       live ? button("Cancel", () => doIt(() => post(`analyses/${one.id}/cancel`, { name: me.name || "somebody" }))) : null));
 }
 

@@ -29,6 +29,13 @@ function header() {
       : ["Take the controls", make("small", {}, "nobody holds them")]));
 }
 
+// Controls that were taken, or that ended with the service, are not lost without a word.
+function lost() {
+  if (!me.secret || state.holder?.name === me.name) return;
+  me.secret = null;
+  toast(state.holder ? `${state.holder.name} has taken the controls` : "You no longer hold the controls");
+}
+
 let alarmsShown = "";
 function alarms() {
   const key = JSON.stringify(state.alarms);
@@ -41,7 +48,7 @@ function alarms() {
 
 const ON = {
   about(message) { state.about = message; header(); },
-  state(message) { Object.assign(state, message); if (me.secret && (!state.holder || state.holder.name !== me.name)) me.secret = null; header(); alarms(); now.status(); campaign.queue(); campaign.enable(); analysis.analyses(); },
+  state(message) { Object.assign(state, message); lost(); header(); alarms(); now.status(); campaign.queue(); campaign.enable(); analysis.analyses(); },
   runs(message) { state.runs = message.runs; state.held = message.held; now.status(); campaign.queue(); },
   plan(message) { state.plan = message; state.points = new Map(message.points.map(one => [one.identity, one])); campaign.points(); now.status(); },
   point(message) { state.points.set(message.identity, message); campaign.point(message); now.status(); },
@@ -62,6 +69,8 @@ function gone(since) {
 
 async function main() {
   place.theme();
+  // sheets and what is scrolled to begin below the header, however high it is on this screen
+  new ResizeObserver(() => document.documentElement.style.setProperty("--header", `${document.querySelector("header").offsetHeight}px`)).observe(document.querySelector("header"));
   for (const part of [now, campaign, recordings, analysis, place]) part.open();
   for (const tab of $("tabs").children) tab.addEventListener("click", () => view(tab.dataset.view));
   // pointerdown: a gloved finger that slides off the button has pressed it all the same

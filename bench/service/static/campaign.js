@@ -19,6 +19,9 @@ export function open() {
 
 export function queue() {
   const waiting = state.runs.filter(run => ["proposed", "queued"].includes(run.state));
+  // whoever looks at another view is told that somebody waits for an answer
+  const asked = state.runs.filter(run => run.state === "proposed").length;
+  document.querySelector("#tabs [data-view=campaign]").replaceChildren("Campaign", ...(asked ? [make("small", { class: "badge" }, `${asked} to decide`)] : []));
   const rest = [...state.runs].reverse().filter(run => !waiting.includes(run)).slice(0, 6);
   $("queue-acts").replaceChildren(...(may("queue") ? [make("button", { type: "button", class: "main", on: { click: () => acts.simple("queue/go-on") } }, "Let the queue go on")] : []));
   const row = run => make("tr", { class: run.state === "running" ? "current" : "" },
@@ -69,11 +72,11 @@ function row(one) {
   if (now && tr.className !== "current" && !$("campaign").hidden && Date.now() - touched > UNTOUCHED_MS) $("points").scrollTo({ top: tr.offsetTop - $("points").clientHeight / 2 });
   tr.className = now ? "current" : "";
   const again = ["done", "failed", "skipped"].includes(one.state);
-  const cell = (value, digits) => make("td", { class: "number" }, value === null ? "as found" : number(value, digits));
+  const cell = (value, digits, unit) => make("td", { class: "number", "data-unit": value === null ? "" : unit }, value === null ? "as found" : number(value, digits));
   tr.replaceChildren(
     make("td", { class: "number" }, String(one.number)), make("td", {}, pill(one.state)),
     make("td", {}, one.sequence.replaceAll("_", " "), one.stage ? make("small", { class: "quiet" }, ` ${one.stage}`) : null),
-    cell(one.load_torque, 0), cell(one.velocity * DEGREES, 1), cell(one.temperature, 1),
+    cell(one.load_torque, 0, "N·m"), cell(one.velocity * DEGREES, 1, "°/s"), cell(one.temperature, 1, "°C"),
     make("td", { class: "number" }, duration(one.duration_s)), make("td", {}, quality(one)),
     make("td", {}, make("div", { class: "acts" }, make("button", { type: "button", "data-act": again ? "repeat" : "skip", disabled: !may(again ? "repeat" : "skip"), on: { click: () => acts.point(again ? "repeat" : "skip", state.points.get(one.identity)) } }, again ? "Repeat" : "Skip"))),
   );

@@ -61,7 +61,7 @@ export function bandPlot(place, { title, set = "set", actual = "actual", least =
       x: { time: clockTime, range: (u, low, high) => self.range ?? [low, high === low ? low + 1 : high] },
       y: { range: padded(least) },
     },
-    axes: [axis({ values: clockTime ? [[3600, "{HH}:{mm}"], [60, "{HH}:{mm}"], [1, "{HH}:{mm}:{ss}"], [0.001, "{HH}:{mm}:{ss}"]] : undefined }), axis({ size: 70 })],
+    axes: [axis({ space: clockTime ? 95 : 60, values: clockTime ? [[3600, "{HH}:{mm}"], [60, "{HH}:{mm}"], [1, "{HH}:{mm}:{ss}"], [0.001, "{HH}:{mm}:{ss}"]] : undefined }), axis({ size: 70 })],
     series: [{}, { stroke: colour("band"), width: 1, ...hidden }, { stroke: colour("band"), width: 1, ...hidden }, { stroke: colour("actual"), width: 2.5, ...hidden },
       { stroke: colour("set"), width: 2.5, dash: [9, 7], spanGaps: true, ...hidden }],
     bands: [{ series: [2, 1], fill: colour("band") }],

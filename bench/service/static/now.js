@@ -103,6 +103,7 @@ export function spectrum() {
   showSpectrum(plots.spectrum, plots.curve, message);
 }
 
+const ENDS = { finished: "is finished", failed_points: "is finished, but not every point passed", interrupted: "was stopped by the operator", refused: "was refused", tripped: "was stopped by a limit or a fault" };
 const PHASES = { free: "Ready", opening: "Opening the bench", measuring_zero: "Measuring the zero", measuring: "Measuring", heating: "Warming up", paused: "Paused", stopping: "Stopping", resetting: "Resetting", ended: "Finishing" };
 
 export function status() {
@@ -117,17 +118,18 @@ export function status() {
   const alarm = state.alarms.length && !run;
   box.className = `phase ${alarm ? "alarm" : phase}`;
   $("phase-name").textContent = alarm ? "Stopped" : PHASES[phase] ?? phase;
-  $("phase-label").textContent = run ? now.label || run.title : alarm ? "see the alarm" : state.held && state.runs.some(r => r.state === "queued") ? "the queue is held" : "nothing moves";
+  $("phase-label").textContent = run ? (now.label || run.title).replaceAll("_", " ") + (now.pausing ? " · pauses after this point" : "") : alarm ? "see the alarm" : state.held && state.runs.some(r => r.state === "queued") ? "the queue is held" : "nothing moves";
   progress(run, now);
-  const signature = JSON.stringify([state.allowed, Boolean(run), run?.id, [...state.points.values()].map(p => p.state).join(), state.runs.length]);
+  const signature = JSON.stringify([state.allowed, Boolean(run), run?.id, [...state.points.values()].map(p => p.state).join(), state.runs.map(one => one.state).join()]);
   if (signature !== lastAct) { lastAct = signature; $("acts").replaceChildren(...buttons()); }
 }
 
 function progress(run, now) {
   const points = [...state.points.values()], over = points.filter(p => ["done", "failed", "skipped", "saving"].includes(p.state)).length;
   if (!run) {
+    const last = state.runs.filter(one => one.state === "ended" && !one.resets && one.end.kind !== "withdrawn").pop();
     $("progress-text").textContent = "No campaign runs";
-    $("progress-rest").textContent = "";
+    $("progress-rest").textContent = last ? `The last one ${ENDS[last.end.kind] ?? `ended: ${last.end.text}`}` : "";
     $("progress-bar").style.width = "0";
     return;
   }

@@ -26,7 +26,7 @@ export async function folders() {
   $("toast").hidden = true;
   $("folders").replaceChildren(list.length ? make("table", {}, head("Folder", "Recordings", "Points done", "Size", "Last change"), make("tbody", {}, ...list.map(one =>
     opened(make("tr", {}, make("td", {}, make("b", {}, one.name)), make("td", {}, String(one.recordings)),
-      make("td", {}, `${one.done}${one.failed ? `, ${one.failed} not passed` : ""}`),
+      make("td", {}, one.done + one.failed === 0 ? "–" : `${one.done}${one.failed ? `, ${one.failed} not passed` : ""}`),
       make("td", {}, bytes(one.bytes)), make("td", {}, moment(one.changed_at * 1000))), () => folder(one.name)))))
     : make("p", { class: "quiet" }, "There are no recordings yet."));
 }
@@ -43,7 +43,7 @@ export async function folder(name) {
   $("folder-list").replaceChildren(make("table", {}, head("Recording", "Set point", "Kept", "Length", "Begun"), make("tbody", {}, ...list.map(one => one.why
     ? make("tr", {}, make("td", {}, one.file), make("td", { colspan: 4 }, pill("failed", "no use"), ` ${one.why.replace(/^.*?: /, "")}`))
     : opened(make("tr", {}, make("td", {}, make("b", {}, one.id)), make("td", {}, setpoint(one)),
-      make("td", {}, one.accepted ? pill("done", "passed") : one.complete ? pill("failed", "not passed") : pill("skipped", "cut short")),
+      make("td", {}, one.accepted ? pill("done", "passed") : !one.complete ? pill("skipped", "cut short") : one.accepted === null ? pill("", "not judged") : pill("failed", "not passed")),
       make("td", {}, duration(one.duration_s)), make("td", {}, moment(one.started_at))), () => recording(name, one))))));
   $("folder-card").scrollIntoView({ behavior: "smooth", block: "start" });
 }
@@ -59,7 +59,6 @@ async function recording(folderName, one) {
   $("recording-title").textContent = `${one.id}: ${setpoint(one)}`;
   $("recording-text").textContent = [...data.events.map(e => `${number(e.time, 1)} s ${e.level}: ${e.text}`), ...data.problems].join(" · ") || "No events.";
   $("recording-plots").replaceChildren();
-  $("recording-card").scrollIntoView({ behavior: "smooth", block: "start" });
   revolution(path);
   for (const [name, channel] of Object.entries(data.channels)) {
     const place = make("div", { class: "plot" });
@@ -69,6 +68,7 @@ async function recording(folderName, one) {
     plot.show([data.time, data.time.map(() => null), channel.low, channel.high, mean]);
     shown.push(plot);
   }
+  $("recording-card").scrollIntoView({ behavior: "smooth", block: "start" });
 }
 
 async function revolution(path) {
@@ -85,8 +85,8 @@ async function revolution(path) {
 }
 
 function analyse(kind, name) {
-  const models = state.analyses.filter(one => one.has_model && one.state === "done" && one.kind === "identify");
-  const radios = [["", "The nominal simulation, calibrated on a part of the recordings"], ...models.map(one => [one.id, `The model identified from ${one.folder}, ${moment(one.asked_at)}`])];
+  const models = state.analyses.filter(one => one.has_model && one.state === "done");
+  const radios = [["", "The nominal simulation, calibrated on a part of the recordings"], ...models.map(one => [one.id, `${one.kind === "identify" ? "The model identified from" : "The better simulation of the report on"} ${one.folder}, ${moment(one.asked_at)}`])];
   const who = make("input", { type: "text", maxlength: 40, value: me.name });
   const body = [
     make("p", {}, kind === "identify" ? "Transmission error, friction, heat balance and load side are identified and validated; a report and a model are written." : "Where the simulation and these recordings differ, what physics was left out, and how much better it fits with it."),

@@ -33,7 +33,10 @@ def app(monkeypatch: pytest.MonkeyPatch) -> typer.Typer:
 def test_make_only_seals_and_analyses_nothing(app: typer.Typer, tmp_path: Path) -> None:
     result = CliRunner().invoke(app, ["prove", "--make-only", "--set", "null", "--count", "1", "--out", str(tmp_path)])
     assert result.exit_code == 0, result.output
-    assert make.read_truth(Path(result.output.strip()))["verdict"] == "match"
+    folder, told = result.output.splitlines()
+    assert list(Path(folder).glob("*.h5"))
+    truths = Path(told.removeprefix("what is in each: "))
+    assert make.read_truth(truths / f"{Path(folder).name}.json")["verdict"] == "match"
     assert not list(tmp_path.rglob("report.json"))
 
 

@@ -15,7 +15,7 @@ import pytest
 from bench.configuration import load_bench
 from bench.errors import DeviceError
 from bench.service.client import Client, Refused
-from bench.service.registry import bus_in_use, service_for, serving
+from bench.service.registry import bus_in_use, folder_in_use, service_for, serving
 from tests.bench.service.conftest import DEADLINE_S, served
 
 CAMPAIGN = """
@@ -44,6 +44,17 @@ def test_one_service_a_bus_and_its_address_is_found() -> None:
             pass
     # what is left of a service that was killed is no service
     assert service_for(file) is None
+
+
+def test_one_service_a_folder(tmp_path: Path) -> None:
+    with folder_in_use(tmp_path / ".service", {"url": "http://127.0.0.1:1"}):
+        with (
+            pytest.raises(DeviceError, match="http://127.0.0.1:1 keeps its recordings in .* too"),
+            folder_in_use(tmp_path / ".service", {}),
+        ):
+            pass
+        with folder_in_use(tmp_path / "other", {}):
+            pass
 
 
 def test_a_bus_has_one_user() -> None:

@@ -16,6 +16,8 @@ from bench.protocols import Point
 from bench.service.process.reporter import Reporter
 
 BENCH = load_bench("rh380n").configuration
+CLOSING_S = make_plan(load_campaign("quick"), BENCH).tasks[-1].duration_s
+"""The torque sensor's zero is measured again after the last point."""
 BEGAN = datetime(2026, 11, 21, 6, 0, tzinfo=UTC)
 
 
@@ -42,6 +44,10 @@ def told(plan: Plan) -> Told:
     return said
 
 
+def left(points: list[dict[str, Any]]) -> float:
+    return CLOSING_S + sum(point["duration_s"] for point in points)
+
+
 def first(plan: Plan, number: int) -> Point:
     return [task.point for task in plan.tasks if not task.is_preparation][number - 1]
 
@@ -62,7 +68,9 @@ def test_the_plan_begins_with_the_first_motion_whenever_the_bench_was_opened(tol
 
 def test_what_is_left_is_what_the_points_still_to_come_are_planned_to_take(told: Told, plan: Plan) -> None:
     points = told.last("plan")["points"]
-    assert told.last("status")["remaining_s"] == pytest.approx(sum(point["duration_s"] for point in points[1:]))
+    assert told.last("status")["remaining_s"] == pytest.approx(
+        CLOSING_S + sum(point["duration_s"] for point in points[1:])
+    )
     told.reporter.started(Task(first(plan, 2)), "0002-x")
     assert told.last("status")["phase"] == "measuring"
     assert told.last("point")["state"] == "running"
@@ -71,7 +79,17 @@ def test_what_is_left_is_what_the_points_still_to_come_are_planned_to_take(told:
     assert states == ["done", "saving", "running", "waiting", "waiting"]
     told.reporter.finished(taken(f"{2:016x}", Status.DONE))
     assert told.last("point")["state"] == "done"
-    assert told.last("status")["remaining_s"] == pytest.approx(sum(point["duration_s"] for point in points[2:]))
+    assert told.last("status")["remaining_s"] == pytest.approx(
+        CLOSING_S + sum(point["duration_s"] for point in points[2:])
+    )
+
+
+def test_a_pause_that_was_asked_for_is_shown_before_it_comes(told: Told, plan: Plan) -> None:
+    told.reporter.started(Task(first(plan, 2)), "0002-x")
+    told.reporter.pausing(True)
+    assert (told.last("status")["phase"], told.last("status")["pausing"]) == ("measuring", True)
+    told.reporter.paused(True)
+    assert (told.last("status")["phase"], told.last("status")["pausing"]) == ("paused", False)
 
 
 def test_what_the_operator_asks_of_a_point_is_shown_at_once(told: Told, plan: Plan) -> None:

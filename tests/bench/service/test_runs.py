@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from datetime import UTC, datetime
 from pathlib import Path
 
 from starlette.testclient import TestClient
 
+from bench.campaigns import load_campaign
 from bench.campaigns.acts import latch_of
+from bench.campaigns.journal import Journal
 from bench.configuration import load_bench, on_interface
 from bench.service.app import create_app
 from bench.service.settings import Settings
@@ -141,6 +144,41 @@ def test_a_stop_by_a_run_from_elsewhere_is_acknowledged_and_reset_on_the_page(tm
         job = launcher.jobs[0]
         assert (job["reset_by"], job["interface"], job["bench"]) == ("Ann", "eth9", "rh380n")
     launcher.end_all()
+
+
+def test_a_folder_of_another_campaign_is_refused_before_anything_is_queued(client: Client, tmp_path: Path) -> None:
+    Journal(tmp_path / "recordings" / "first", load_campaign("short"), load_bench("rh380n")).close()
+    client.take()
+    asked = client.ask("runs", 422, name="Ann", secret=client.secret, campaign="quick", folder="first")
+    assert "not made with campaign" in asked["problem"]
+    assert client.state("runs")["runs"] == client.state("state")["alarms"] == []
+    client.ask("runs", name="Ann", secret=client.secret, campaign="short", folder="first")
+
+
+def test_what_a_report_asks_for_next_is_offered(client: Client, tmp_path: Path) -> None:
+    report = tmp_path / "recordings" / ".service" / "analyses" / "20261121T160000-abcdef"
+    report.mkdir(parents=True)
+    (report / "analysis.json").write_text(json.dumps({"folder": "mystery"}))
+    (report / "next-1.toml").write_text(SHORT)
+    offered = {one["name"]: one["title"] for one in client.get("campaigns")}
+    assert offered["next-1 of 20261121T160000-abcdef"] == "Sent as text, asked for by the report on mystery"
+    client.take()
+    client.ask("runs", name="Ann", secret=client.secret, campaign="next-1 of 20261121T160000-abcdef")
+    client.until(lambda: client.launcher.jobs)
+    assert client.launcher.jobs[0]["campaign"] == str(report / "next-1.toml")
+
+
+def test_the_book_says_that_the_service_was_killed(tmp_path: Path) -> None:
+    settings, launcher = Settings(folder=tmp_path / "recordings"), NoLauncher()
+    with TestClient(create_app(settings, launcher), base_url=BASE):
+        pass
+    with TestClient(create_app(settings, launcher), base_url=BASE) as http:
+        assert not [one for one in Client(http, launcher).get("book") if "without a word" in one["text"]]
+    log = settings.state / "log.jsonl"
+    # a service that is killed does not come to write its last line
+    log.write_text("".join(log.read_text().splitlines(keepends=True)[:-1]))
+    with TestClient(create_app(settings, launcher), base_url=BASE) as http:
+        assert [one for one in Client(http, launcher).get("book") if "ended without a word" in one["text"]]
 
 
 def test_what_may_be_done_is_refused_and_shown_alike(client: Client) -> None:

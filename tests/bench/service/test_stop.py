@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import json
+import re
 import secrets
+import socket
+import subprocess
+import sys
 import time
 import urllib.error
 import urllib.request
@@ -89,14 +93,25 @@ def test_acknowledge_reset_and_go_on_after_a_stop(tmp_path: Path) -> None:
         ]
 
 
-@pytest.mark.parametrize("name", ["--host", "--tls-certificate"])
-def test_an_unsafe_address_is_refused_with_a_sentence(name: str, tmp_path: Path) -> None:
-    import subprocess
-    import sys
+WRONG = {
+    "--host 0.0.0.0": "TLS|--tls-certificate",
+    "--tls-certificate c.pem": "--tls-key",
+    "--tls-certificate c.pem --tls-key k.pem": "there is no such file",
+    "--campaigns nowhere": "there is no such folder",
+    "--model nowhere.json": "there is no such file",
+    "--folder file": "a file, and a folder is wanted",
+    "--port TAKEN": "another program has port",
+}
 
-    value = {"--host": "0.0.0.0", "--tls-certificate": "c.pem"}[name]
-    command = [sys.executable, "-c", "from bench.cli import main; main()", "serve", name, value]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path)
-    assert done.returncode == 3
-    assert done.stderr.startswith("error: ")
-    assert "TLS" in done.stderr or "--tls-certificate" in done.stderr
+
+@pytest.mark.parametrize("options", WRONG)
+def test_what_cannot_be_served_is_refused_with_a_sentence(options: str, tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        given = options.replace("TAKEN", str(taken.getsockname()[1])).split()
+        command = [sys.executable, "-c", "from bench.cli import main; main()", "serve", *given]
+        done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=DEADLINE_S)
+    assert (done.returncode, done.stdout) == (3, "")
+    (sentence,) = done.stderr.splitlines()
+    assert sentence.startswith("error: ")
+    assert re.search(WRONG[options], sentence)

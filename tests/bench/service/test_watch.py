@@ -5,9 +5,11 @@ from __future__ import annotations
 import asyncio
 import configparser
 import os
+import shutil
 import socket
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 from types import SimpleNamespace
@@ -17,6 +19,7 @@ import pytest
 
 from bench.errors import ConfigurationError
 from bench.safety import Cause
+from bench.safety.places import state_root
 from bench.service.alarms import OTHERWISE, WHAT_TO_DO, Alarm, Alarms
 from bench.service.allowed import PHASES, RUNNING, Situation, allowed, why_not
 from bench.service.book import Book
@@ -43,6 +46,17 @@ def test_the_unit_is_one_and_its_watchdog_and_privileges_are_set(tmp_path: Path)
         "CAP_IPC_LOCK",
     }
     assert service["WorkingDirectory"] == str(tmp_path)
+    # all it writes to is there and may be written to; bench run in a shell looks for the service in the same place
+    writable = service["ReadWritePaths"].split()
+    assert writable == [str(tmp_path), str(state_root()), tempfile.gettempdir()]
+    assert all(Path(path).is_dir() for path in writable)
+    assert "BENCH_RUNTIME" not in service["Environment"]
+    verifier = shutil.which("systemd-analyze")
+    if verifier is not None:
+        file = tmp_path / "gearbench.service"
+        file.write_text(done.stdout)
+        told = subprocess.run([verifier, "verify", str(file)], capture_output=True, text=True)
+        assert (told.returncode, "gearbench" in told.stderr) == (0, False), told.stderr
 
 
 def service_with(folder: Path, alive: bool, phase: str) -> Any:
