@@ -49,7 +49,7 @@ def test_one_service_a_bus_and_its_address_is_found() -> None:
 def test_one_service_a_folder(tmp_path: Path) -> None:
     with folder_in_use(tmp_path / ".service", {"url": "http://127.0.0.1:1"}):
         with (
-            pytest.raises(DeviceError, match="http://127.0.0.1:1 keeps its recordings in .* too"),
+            pytest.raises(DeviceError, match=r"http://127\.0\.0\.1:1 keeps its recordings in .* too"),
             folder_in_use(tmp_path / ".service", {}),
         ):
             pass
