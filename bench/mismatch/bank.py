@@ -1,9 +1,9 @@
 """A bank of regressors of one channel, and the predictive score of any model drawn from it.
 
 All columns that may enter a model (the calibrated simulation, every form of every term at every grid point, free-form
-rivals) are whitened once and their Gram matrices kept, one a fold. A model is then a set of columns, and its score
-costs a solve of its own size: candidates are always refitted jointly with everything else, and every gain is measured
-on recordings that the coefficients have not seen (leave one fold out).
+rivals) are whitened once. A model is then a set of columns, and its score costs a solve of the size of what a candidate
+adds: candidates are always refitted jointly with everything else, and every gain is measured on recordings that the
+coefficients have not seen (leave one fold out).
 
 Noise: independent rows of standard deviation ``sigma``, correlated with their neighbour, and an unknown offset a
 recording of variance v, marginalised in closed form: G - v/(1 + v*e) * g g', with g the columns' products with the
@@ -12,18 +12,21 @@ whitened one, and e its energy.
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Sequence
-from copy import copy
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.mismatch.products import Products
 from bench.simulation.frame import FloatArray, IntArray
 
 RIDGE = 1e-9
 """relative to each column's own energy: keeps absent columns (a speed never driven) from breaking the solve"""
+_KEPT = 48
+"""eliminations that are remembered: those of some variances of the few sets of columns in work"""
+_CHUNK = 64
+"""columns whitened at once"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,7 +43,9 @@ class Noise:
 
 @dataclass(frozen=True, slots=True)
 class Fit:
-    """A model's coefficients and score. ``likelihood`` has one predictive log-likelihood a fold (up to a constant)."""
+    """A model's coefficients and score. ``likelihood`` has one predictive log-likelihood a fold (up to a constant), or
+    one number for all rows where no fold was left out.
+    """
 
     likelihood: FloatArray
     coefficients: FloatArray
@@ -62,12 +67,27 @@ def whiten(columns: FloatArray, noise: Noise, starts: IntArray) -> FloatArray:
     return np.asarray((scaled - rho[:, None] * before) / np.sqrt(1.0 - rho**2)[:, None])
 
 
+@dataclass(frozen=True, slots=True)
+class _Eliminated:
+    """Columns that many models share, eliminated once in every fold left out: others = L·Lᵀ."""
+
+    inverse: FloatArray
+    """L⁻¹ (folds, g, g)"""
+    solved: FloatArray
+    """L⁻¹ times the right-hand side (folds, g)"""
+    logarithm: FloatArray
+    """logarithm of the determinant (folds,)"""
+    total: FloatArray
+    """Gram matrix of all folds (g, g), in the columns' own units"""
+
+
 class Bank:
-    """Gram matrices of whitened columns.
+    """Scores of models over whitened columns.
 
     Parameters: ``y`` (n,); ``starts`` (recordings + 1,) row ranges; ``folds`` (recordings,) fold of each recording;
     ``columns`` (n, p) everything that may enter; ``prior`` (p,) prior precision of each coefficient relative to the
-    column's energy (0: flat); ``precision`` (p,) prior precision in the coefficient's own unit.
+    column's energy (0: flat); ``precision`` (p,) prior precision in the coefficient's own unit. ``spend``: the bank may
+    whiten ``columns`` in their place, whose raw values are then gone (they are the largest thing a comparison holds).
     """
 
     def __init__(
@@ -79,72 +99,69 @@ class Bank:
         prior: FloatArray,
         noise: Noise,
         precision: FloatArray | None = None,
+        spend: bool = False,
     ) -> None:
-        self.precision = np.zeros(columns.shape[1]) if precision is None else precision
-        self.starts, self.folds, self.noise, self.prior = starts, folds, noise, prior
         self.size = columns.shape[1]
-        full = whiten(np.column_stack([columns, y, np.ones_like(y)]), noise, starts)
-        self._full = full
-        count, p = int(folds.max()) + 1, self.size + 1
-        self.gram = np.zeros((count, p, p))
-        self.ones = np.zeros((folds.size, p))
-        self.energy = np.zeros(folds.size)
-        for r, (a, b) in enumerate(itertools.pairwise(starts)):
-            part = full[a:b, :p]
-            one = full[a:b, p]
-            self.gram[folds[r]] += part.T @ part
-            self.ones[r] = one @ part
-            self.energy[r] = one @ one
-        self.rows = int(y.size)
+        self.starts, self.noise, self.prior = starts, noise, prior
+        self._precision = np.zeros(self.size) if precision is None else precision
+        white = columns if spend else np.empty(columns.shape, order="F")
+        for a in range(0, self.size, _CHUNK):
+            white[:, a : a + _CHUNK] = whiten(columns[:, a : a + _CHUNK], noise, starts)
+        own = whiten(np.column_stack([y, np.ones_like(y)]), noise, starts)
+        self._products = Products(white, own[:, 0], own[:, 1], starts, folds)
+        self._eliminated: dict[tuple[tuple[int, ...], float], _Eliminated] = {}
         self._likeliest: int | None = None
+        self._known_as: dict[int, int] | None = None
+
+    @property
+    def precision(self) -> FloatArray:
+        """Prior precision of each coefficient in its own unit (p,)."""
+        return self._precision
+
+    @precision.setter
+    def precision(self, values: FloatArray) -> None:
+        self._precision = values
+        self._eliminated = {}
 
     def narrowed(self, index: Sequence[int]) -> Bank:
         """A bank of some columns only: cheap to fit, and to replace columns in, without touching this one."""
-        place = np.asarray([*index, self.size], dtype=np.int64)
-        out = copy(self)
-        out.size = len(index)
-        out._full = self._full[:, np.append(place, self.size + 1)]
-        out.gram = self.gram[:, place[:, None], place[None, :]]
-        out.ones = self.ones[:, place]
-        out.prior, out.precision = self.prior[place[:-1]], self.precision[place[:-1]]
+        out = object.__new__(Bank)
+        place = list(index)
+        out.size = len(place)
+        out.starts, out.noise = self.starts, self.noise
+        out.prior, out._precision = self.prior[place], self.precision[place]
+        out._products = self._products.narrowed(place)
+        out._eliminated, out._known_as, out._likeliest = {}, None, self._likeliest
         return out
+
+    def only(self, index: Collection[int]) -> Bank:
+        """A bank that goes on fitting models of some columns, under their numbers, and has let go of all others."""
+        place = sorted(index)
+        out = self.narrowed(place)
+        out._products.close()
+        out._known_as = {column: k for k, column in enumerate(place)}
+        return out
+
+    def _own_numbers(self, index: Sequence[int] | NDArray[np.int64]) -> list[int]:
+        return [int(i) if self._known_as is None else self._known_as[int(i)] for i in index]
 
     def replace(self, index: Sequence[int], columns: FloatArray) -> None:
         """Put other columns in the place of some (to refine a nonlinear parameter)."""
-        new = whiten(columns, self.noise, self.starts)
-        place = list(index)
-        self._full[:, place] = new
-        p = self.size + 1
-        self.gram[:, place, :] = 0.0
-        for r, (a, b) in enumerate(zip(self.starts[:-1], self.starts[1:], strict=True)):
-            part = self._full[a:b]
-            self.gram[self.folds[r]][place] += new[a:b].T @ part[:, :p]
-            self.ones[r, place] = part[:, p] @ new[a:b]
-        self.gram[:, :, place] = np.swapaxes(self.gram[:, place, :], 1, 2)
+        self._products.replace(index, whiten(columns, self.noise, self.starts))
+        gone = set(index)
+        self._eliminated = {key: value for key, value in self._eliminated.items() if not gone & set(key[0])}
 
-    def marginal(self, index: NDArray[np.int64], variance: float) -> tuple[FloatArray, FloatArray]:
+    def marginal(self, index: Sequence[int] | NDArray[np.int64], variance: float) -> tuple[FloatArray, FloatArray]:
         """Gram matrices a fold of the columns chosen (and y), the offsets marginalised; their log-determinants."""
-        keep = np.append(index, self.size)
-        gram = self.gram[:, keep[:, None], keep[None, :]]
-        cost = np.zeros(gram.shape[0])
-        if variance == 0.0:
-            return gram, cost
-        if np.isinf(variance):
-            factor = np.where(self.energy > 0, 1.0 / np.maximum(self.energy, 1e-300), 0.0)
-        else:
-            factor = variance / (1.0 + variance * self.energy)
-            np.add.at(cost, self.folds, np.log1p(variance * self.energy))
-        vector = self.ones[:, keep]
-        outer = (factor[:, None] * vector)[:, :, None] * vector[:, None, :]
-        np.subtract.at(gram, self.folds, outer)
-        return gram, cost
+        keep = [*self._own_numbers(index), self.size]
+        return self._products.marginal(keep, keep, variance), self._products.cost(variance)
 
     def fit(self, index: Sequence[int] | NDArray[np.int64], leave_out: bool = True) -> Fit:
         """Fit the columns ``index`` and score the folds, each predicted by the others (or all by all).
 
         Raises numpy.linalg.LinAlgError only where columns are not finite.
         """
-        chosen = np.asarray(index, dtype=np.int64)
+        chosen = self._own_numbers(index)
         best: Fit | None = None
         variances = self.noise.offset_variances
         near = (
@@ -153,50 +170,105 @@ class Bank:
             else range(max(0, self._likeliest - 1), min(len(variances), self._likeliest + 2))
         )
         for number in near:
-            fit = self._fit(chosen, variances[number], leave_out)
+            fit = (self._left_out if leave_out else self._all)(chosen, variances[number])
             if best is None or fit.total > best.total:
                 best, self._likeliest = fit, number
         assert best is not None
         return best
 
-    def _fit(self, chosen: NDArray[np.int64], variance: float, leave_out: bool) -> Fit:
-        gram, cost = self.marginal(chosen, variance)
-        p = chosen.size
-        squares = gram[:, p, p].copy()
+    def _penalty(self, chosen: list[int], scale: FloatArray) -> FloatArray:
+        """Prior precisions of scaled coefficients (k,)."""
+        return np.asarray(self.prior[chosen] + RIDGE + self.precision[chosen] / scale**2)
+
+    def _all(self, chosen: list[int], variance: float) -> Fit:
+        """All rows by all rows."""
+        keep = [*chosen, self.size]
+        gram, cost = self._products.marginal(keep, keep, variance), self._products.cost(variance)
+        total, p = gram.sum(axis=0), len(chosen)
         if p == 0:
-            return Fit(-0.5 * (squares + cost), np.zeros(0), np.zeros((0, 0)), variance)
-        total = gram.sum(axis=0)
-        energy = np.diag(total)[:p]
-        scale = np.sqrt(np.where(energy > 1e-200, energy, 1.0))
-        own = gram[:, :p, :p] / scale[:, None] / scale[None, :]
-        mine = gram[:, :p, p] / scale
-        normal = total[:p, :p] / scale[:, None] / scale[None, :] + np.diag(
-            self.prior[chosen] + RIDGE + self.precision[chosen] / scale**2
-        )
-        right = total[:p, p] / scale
-        inverse = np.linalg.inv(normal)
-        if leave_out:
-            others = normal[None] - own
-            beta = np.linalg.solve(others, (right[None] - mine)[..., None])[..., 0]
-            # predictive density of the fold: its own rows tell the coefficients, too; the others know them only so well
-            innovation = mine - np.einsum("rij,rj->ri", own, beta)
-            squares -= np.einsum("ri,ij,rj->r", innovation, inverse, innovation)
-            cost = cost + np.linalg.slogdet(normal)[1] - np.linalg.slogdet(others)[1]
-        else:
-            beta = np.broadcast_to(inverse @ right, mine.shape)
-        squares += np.einsum("ri,rij,rj->r", beta, own, beta) - 2.0 * np.einsum("ri,ri->r", beta, mine)
+            return Fit(-0.5 * (total[0] + cost.sum()), np.zeros(0), np.zeros((0, 0)), variance)
+        scale = _scale(np.diag(total)[:p])
+        own, right = total[:p, :p] / np.outer(scale, scale), total[:p, p] / scale
+        inverse = np.linalg.inv(own + np.diag(self._penalty(chosen, scale)))
+        beta = inverse @ right
+        squares = total[p, p] + beta @ own @ beta - 2.0 * beta @ right
         return Fit(
-            -0.5 * (squares + cost),
-            (inverse @ right) / scale,
-            inverse / scale[:, None] / scale[None, :],
-            variance,
+            np.array([-0.5 * (squares + cost.sum())]), beta / scale, inverse / np.outer(scale, scale), variance
         )
+
+    def _left_out(self, chosen: list[int], variance: float) -> Fit:
+        """Each fold by the others: what many models share is eliminated once, a candidate then costs its own size."""
+        products, y = self._products, self.size
+        cost = products.cost(variance)
+        squares = products.marginal([y], [y], variance)[:, 0, 0]
+        if not chosen:
+            return Fit(-0.5 * (squares + cost), np.zeros(0), np.zeros((0, 0)), variance)
+        shared, own = products.parted(chosen)
+        held = self._elimination(tuple(shared), variance)
+        g = len(shared)
+        across = products.marginal(shared, own, variance)
+        inside = products.marginal(own, own, variance)
+        mine = products.marginal([y], [*shared, *own], variance)[:, 0]
+        total = np.block([[held.total, across.sum(axis=0)], [across.sum(axis=0).T, inside.sum(axis=0)]])
+        scale = _scale(np.diag(total))
+        normal = total / np.outer(scale, scale) + np.diag(self._penalty([*shared, *own], scale))
+        mine = mine / scale
+        right = mine.sum(axis=0)
+        mixed = scale[:g, None] * scale[g:]
+        between = held.inverse @ (normal[:g, g:] - across / mixed)
+        schur = normal[g:, g:] - inside / np.outer(scale[g:], scale[g:]) - np.swapaxes(between, 1, 2) @ between
+        target = right[g:] - mine[:, g:] - np.einsum("fgk,fg->fk", between, held.solved)
+        tail = np.linalg.solve(schur, target[..., None])[..., 0]
+        head = np.einsum("fgh,fg->fh", held.inverse, held.solved - np.einsum("fgk,fk->fg", between, tail))
+        beta = np.hstack([head, tail])
+        inverse = np.linalg.inv(normal)
+        coefficients = inverse @ right
+        # predictive density of the fold: its own rows tell the coefficients, too; the others know them only so well.
+        # With others·beta = right - mine every term of it can be said with the common normal matrix
+        moved = beta @ normal
+        apart = coefficients - beta
+        squares = squares - np.einsum("fk,fk->f", apart, right - moved)
+        squares += np.einsum("fk,fk->f", beta, moved - right - mine)
+        cost = cost + np.linalg.slogdet(normal)[1] - held.logarithm - np.linalg.slogdet(schur)[1]
+        place = _places([*shared, *own], chosen)
+        outer = np.outer(scale, scale)
+        return Fit(
+            -0.5 * (squares + cost), (coefficients / scale)[place], (inverse / outer)[np.ix_(place, place)], variance
+        )
+
+    def _elimination(self, shared: tuple[int, ...], variance: float) -> _Eliminated:
+        key = (shared, variance)
+        if key not in self._eliminated:
+            if len(self._eliminated) >= _KEPT:
+                self._eliminated.pop(next(iter(self._eliminated)))
+            keep = list(shared)
+            gram = self._products.marginal(keep, keep, variance)
+            mine = self._products.marginal([self.size], keep, variance)[:, 0]
+            total = gram.sum(axis=0)
+            scale = _scale(np.diag(total))
+            outer = np.outer(scale, scale)
+            normal = total / outer + np.diag(self._penalty(keep, scale))
+            lower = np.linalg.cholesky(normal - gram / outer)
+            inverse = np.linalg.inv(lower)
+            right = (mine.sum(axis=0) - mine) / scale
+            logarithm = 2.0 * np.log(np.diagonal(lower, axis1=1, axis2=2)).sum(axis=1)
+            self._eliminated[key] = _Eliminated(inverse, np.einsum("fgh,fh->fg", inverse, right), logarithm, total)
+        return self._eliminated[key]
 
     def explained(self, index: Sequence[int], base: Sequence[int]) -> float:
         """Share of the columns' energy that ``base`` cannot produce (1: orthogonal to it, 0: absorbed)."""
-        gram, _ = self.marginal(np.asarray([*base, *index], dtype=np.int64), self.noise.offset_variances[-1])
+        gram, _ = self.marginal([*base, *index], self.noise.offset_variances[-1])
         total = gram.sum(axis=0)[:-1, :-1]
         b = len(base)
         inner = total[:b, :b] + np.diag(np.diag(total)[:b] * 1e-9 + 1e-300)
         left = total[b:, b:] - total[b:, :b] @ np.linalg.solve(inner, total[:b, b:])
         return float(np.trace(left) / max(np.trace(total[b:, b:]), 1e-300))
+
+
+def _scale(energy: FloatArray) -> FloatArray:
+    return np.asarray(np.sqrt(np.where(energy > 1e-200, energy, 1.0)))
+
+
+def _places(of: list[int], wanted: list[int]) -> list[int]:
+    where = {column: k for k, column in enumerate(of)}
+    return [where[column] for column in wanted]

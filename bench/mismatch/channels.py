@@ -15,7 +15,15 @@ from bench.mismatch.chosen_forms import Known, chosen_forms, training
 from bench.mismatch.columns import ZERO_TORQUE, layout
 from bench.mismatch.dataset import Dataset
 from bench.mismatch.given import Given
-from bench.mismatch.linear import ChannelModel, analyse, columns_at, known_coefficients, predict, starts_and_folds
+from bench.mismatch.linear import (
+    ChannelModel,
+    analyse,
+    columns_at,
+    known_coefficients,
+    predict,
+    released,
+    starts_and_folds,
+)
 from bench.mismatch.motor_ripple import Ripple, without
 from bench.mismatch.motor_ripple import search as search_ripples
 from bench.mismatch.noise import estimate
@@ -71,7 +79,7 @@ def analyse_channels(
             switched_off,
             _known(LOAD_TORQUE, data.slow[LOAD_TORQUE], lookup, given, off),
         )
-        out.models[LOAD_TORQUE] = model
+        out.models[LOAD_TORQUE] = released(model)
     if MOTOR_TORQUE in channels and MOTOR_TORQUE in data.slow:
         _motor_torque(out, data, lookup, given)
         train = {m.index for m in data.members if not m.held_out}
@@ -145,8 +153,8 @@ def _motor_torque(
             # the torque at the gearbox is what the sensor reads less its error
             off = off - error / frame.ratio
             rows = replace(rows, frame=replace(frame, torque=frame.torque - error))
-    out.models[MOTOR_TORQUE] = analyse(
-        MOTOR_TORQUE, replace(rows, y=rows.y - off), moving, fold_of, switched_off, known, banned
+    out.models[MOTOR_TORQUE] = released(
+        analyse(MOTOR_TORQUE, replace(rows, y=rows.y - off), moving, fold_of, switched_off, known, banned)
     )
 
 
@@ -161,9 +169,9 @@ def _trace(
     """How much of the sensor's error the motor torque carries (1: all of it), and the standard deviation of that."""
     used = usable & (fold_of[rows.frame.recording] >= 0) & (rows.number > 0)
     own = rows.take(used)
-    whole = layout(MOTOR_TORQUE, own.frame, switched_off, known)
+    whole = layout(MOTOR_TORQUE, own.frame, switched_off, known, with_named=False)
     starts, folds = starts_and_folds(own.frame, fold_of)
-    noise = estimate(MOTOR_TORQUE, own, whole, starts, folds)
+    noise = estimate(MOTOR_TORQUE, own, whole, starts)
     columns = np.column_stack([whole.columns[:, list(whole.base)], column[used]])
     size = columns.shape[1]
     prior = np.append(whole.prior[list(whole.base)], 0.0)
@@ -195,4 +203,4 @@ def _temperature(out: Analysis, data: Dataset, fold_of: IntArray, given: Given) 
         rows = replace(rows, frame=replace(rows.frame, power=power))
     everywhere = np.ones(rows.y.size, dtype=bool)
     known = _known(TEMPERATURE, rows, fold_of, given)
-    out.models[TEMPERATURE] = analyse(TEMPERATURE, rows, everywhere, fold_of, given.switched_off, known)
+    out.models[TEMPERATURE] = released(analyse(TEMPERATURE, rows, everywhere, fold_of, given.switched_off, known))

@@ -33,8 +33,8 @@ def chosen_forms(
     for open_term in (t for t in terms if t.point is None):
         whole = layout(channel, rows.frame, switched_off, known)
         starts, folds = starts_and_folds(rows.frame, fold_of)
-        noise = estimate(channel, rows, whole, starts, folds)
-        bank = Bank(rows.y, starts, folds, whole.columns, whole.prior, noise, whole.precision)
+        noise = estimate(channel, rows, whole, starts)
+        bank = Bank(rows.y, starts, folds, whole.columns, whole.prior, noise, whole.precision, spend=True)
         entries = [e for e in whole.named if e.effect == open_term.term.effect]
         if not entries:
             raise ConfigurationError(

@@ -5,9 +5,10 @@ stands.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bench.mismatch.rivals import rivals
 from bench.simulation.frame import FloatArray, Frame, recording_starts
@@ -72,6 +73,10 @@ class Layout:
     named: tuple[Entry, ...]
     free: tuple[Entry, ...]
 
+    def of_the_simulation(self) -> Layout:
+        """The same with the values of the simulation's own columns only (which come first)."""
+        return replace(self, columns=self.columns[:, : len(self.base)].copy(order="F"))
+
 
 def _ripple(frame: Frame) -> FloatArray:
     parts = [f(order * frame.q) for order in RIPPLE_ORDERS for f in (np.cos, np.sin)]
@@ -127,12 +132,14 @@ def layout(
     with_free: bool = True,
     reference: Frame | None = None,
     with_named: bool = True,
+    used: NDArray[np.bool_] | None = None,
 ) -> Layout:
     """Evaluate every regressor of ``channel`` on the rows of ``frame``; the simulation's alone without ``with_free``
     and ``with_named``.
 
     ``reference``: rows whose quantities place the rivals' knots. ``switched_off``: nominal terms the given simulation
-    lacks (they become candidates); ``known``: further terms it has.
+    lacks (they become candidates); ``known``: further terms it has; ``used``: the rows whose regressors are kept
+    (memories run through all of them).
     """
     parts: list[FloatArray] = []
     priors: list[float] = []
@@ -141,8 +148,8 @@ def layout(
 
     def add(block: FloatArray, prior: float) -> tuple[int, ...]:
         nonlocal width
-        clean = np.where(np.isfinite(block), block, 0.0)
-        parts.append(clean)
+        own = block if used is None else block[used]
+        parts.append(np.where(np.isfinite(own), own, 0.0))
         priors.extend([prior] * block.shape[1])
         place = tuple(range(width, width + block.shape[1]))
         width += block.shape[1]
@@ -189,8 +196,20 @@ def layout(
     own = np.zeros(width)
     for place_of, value in precision.items():
         own[place_of] = value
-    columns = np.hstack(parts) if parts else np.zeros((frame.size, 0))
+    columns = _side_by_side(parts, frame.size if used is None else int(used.sum()))
     return Layout(columns, np.asarray(priors), own, base, tuple(base_effects), tuple(named), tuple(free))
+
+
+def _side_by_side(parts: list[FloatArray], rows: int) -> FloatArray:
+    """Blocks of columns as one array, column after column in memory; each is let go once it has been copied."""
+    out = np.empty((rows, sum(part.shape[1] for part in parts)), order="F")
+    parts.reverse()
+    at = 0
+    while parts:
+        part = parts.pop()
+        out[:, at : at + part.shape[1]] = part
+        at += part.shape[1]
+    return out
 
 
 def _candidates(channel: str, switched_off: Sequence[str]) -> list[Term]:

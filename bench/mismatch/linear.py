@@ -78,11 +78,12 @@ def analyse(
     """
     used = usable & (fold_of[rows.frame.recording] >= 0) & (rows.number > 0)
     own = rows.take(used)
-    whole = layout(channel, rows.frame, switched_off, known, reference=own.frame)
-    whole = replace(whole, columns=whole.columns[used])
+    whole = layout(channel, rows.frame, switched_off, known, reference=own.frame, used=used)
     starts, folds = starts_and_folds(own.frame, fold_of)
-    noise = estimate(channel, own, _extended(whole, channel, rows.frame, used, beside), starts, folds)
-    bank = Bank(own.y, starts, folds, whole.columns, whole.prior, noise, whole.precision)
+    blocks = [columns_of(channel, entry, rows.frame)[used] for entry in beside if entry.effect in LIBRARY]
+    noise = estimate(channel, own, whole, starts, blocks)
+    candidates, whole = whole.columns, whole.of_the_simulation()
+    bank = Bank(own.y, starts, folds, candidates, whole.prior, noise, whole.precision, spend=True)
     settle(bank, whole)
     entries = exercised(bank, whole, [e for e in whole.named if e.effect not in banned])
     search = Search(
@@ -126,6 +127,15 @@ def analyse(
     return result
 
 
+def released(model: ChannelModel) -> ChannelModel:
+    """The model with the columns of all candidates let go that nothing will ask for again."""
+    others = [a.entry for found in model.found for a in found.alternatives]
+    entries = [*model.chosen, *model.correction, *others]
+    bank = model.search.bank.only({*model.layout.base, *(i for entry in entries for i in entry.index)})
+    model.search = replace(model.search, bank=bank, _cache={})
+    return model
+
+
 def _known_columns(whole: Layout, number: int) -> list[tuple[int, ...]]:
     """Columns of the given simulation's further terms, of which there are ``number``: they follow the nominal ones."""
     nominal = sum(effect in LIBRARY and LIBRARY[effect].nominal for effect, _, _ in whole.base_effects)
@@ -146,21 +156,6 @@ def known_coefficients(model: ChannelModel) -> list[FloatArray]:
     place = {column: k for k, column in enumerate(model.index([*model.chosen, *model.correction]))}
     columns = _known_columns(model.layout, len(model.known))
     return [model.fit.coefficients[[place[i] for i in index]] for index in columns]
-
-
-def _extended(whole: Layout, channel: str, frame: Frame, used: NDArray[np.bool_], beside: Sequence[Entry]) -> Layout:
-    """The layout with named entries among the simulation's columns."""
-    for entry in (e for e in beside if e.effect in LIBRARY):
-        block = columns_of(channel, entry, frame)[used]
-        size = whole.columns.shape[1]
-        whole = replace(
-            whole,
-            columns=np.hstack([whole.columns, block]),
-            prior=np.append(whole.prior, np.zeros(block.shape[1])),
-            precision=np.append(whole.precision, np.zeros(block.shape[1])),
-            base=(*whole.base, *range(size, size + block.shape[1])),
-        )
-    return whole
 
 
 def columns_of(channel: str, entry: Entry, frame: Frame) -> FloatArray:
@@ -244,5 +239,6 @@ __all__ = [
     "known_coefficients",
     "predict",
     "predict_named",
+    "released",
     "starts_and_folds",
 ]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -51,25 +53,30 @@ def first_guess(rows: Rows) -> Noise:
     return Noise(np.maximum(inner, floor), np.zeros(rows.y.size))
 
 
-def estimate(channel: str, rows: Rows, layout: Layout, starts: IntArray, folds: IntArray) -> Noise:
-    """Noise from the residual of the simulation with every free-form rival beside it, a class of motion each.
+def estimate(
+    channel: str, rows: Rows, layout: Layout, starts: IntArray, beside: Sequence[FloatArray] = ()
+) -> Noise:
+    """Noise from the residual of the simulation with every free-form rival beside it, a class of motion each; and with
+    further columns ``beside``.
 
     Rows are weighted by their samples; the offset a recording is given as a ladder of variances, from none to what the
     recordings' means scatter, of which the fits choose the likeliest.
     """
     noise = first_guess(rows)
     index = np.array([*layout.base, *(i for entry in layout.free if entry.common for i in entry.index)], dtype=np.int64)
+    columns = np.hstack([layout.columns[:, index], *beside])
+    further = np.zeros(columns.shape[1] - index.size)
+    prior, precision = np.append(layout.prior[index], further), np.append(layout.precision[index], further)
+    together = np.zeros(starts.size - 1, dtype=np.int64)  # nothing is left out here: one fold
     variance: tuple[float, ...] = (np.inf,) if is_integral(channel) else (0.0,)
     kind = classes(rows.frame)
     joined = np.append(False, rows.frame.recording[1:] == rows.frame.recording[:-1])
     residual = np.zeros(rows.y.size)
     for _ in range(3):
         noise = Noise(noise.sigma, noise.correlation, variance)
-        bank = Bank(
-            rows.y, starts, folds, layout.columns[:, index], layout.prior[index], noise, layout.precision[index]
-        )
-        fit = bank.fit(np.arange(index.size), leave_out=False)
-        residual = rows.y - layout.columns[:, index] @ fit.coefficients
+        bank = Bank(rows.y, starts, together, columns, prior, noise, precision)
+        fit = bank.fit(range(bank.size), leave_out=False)
+        residual = rows.y - columns @ fit.coefficients
         means = _means(residual, starts)
         centred = residual - np.repeat(means, np.diff(starts)) if is_integral(channel) else residual
         sigma = np.empty(rows.y.size)

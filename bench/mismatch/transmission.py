@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bench.mismatch.columns import RIPPLE_ORDERS, Entry
 from bench.mismatch.dataset import LIVELY_S, SLOW_S
 from bench.mismatch.harmonics import Harmonics, calibrated, searched
-from bench.mismatch.linear import ChannelModel, analyse, predict
+from bench.mismatch.linear import ChannelModel, analyse, predict, released
 from bench.mismatch.offset import fit_offset, wavering
 from bench.mismatch.periodic import NOTHING, Periodic
 from bench.mismatch.prepare import reduce
@@ -104,7 +104,7 @@ def analyse_transmission(
             harmonics = searched(offset_only, orders, train, given)
             if harmonics.law is None and not harmonics.peaks and not offset.found:
                 break
-    return TransmissionModel(angle, inside, offset, harmonics, usable)
+    return TransmissionModel(angle, inside, released(offset), harmonics, usable)
 
 
 def _families(model: ChannelModel) -> list[Entry]:
