@@ -14,16 +14,18 @@ from bench.cli.mismatch import one_thread
 def mismatch(
     folder: Annotated[Path, typer.Argument(help="Folder of recordings.")],
     simulation: Annotated[Path | None, typer.Option("--simulation", help="Simulation file to compare with.")] = None,
+    jobs: Annotated[int, typer.Option("--jobs", min=1, help="Processes that read.")] = 1,
     as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
 ) -> None:
     """Compare a folder with the simulation; print time by phase, memory, and ratios to reading and to identification.
 
-    One process, one thread of linear algebra (OPENBLAS_NUM_THREADS says otherwise), as `bench mismatch` runs.
+    One thread of linear algebra (OPENBLAS_NUM_THREADS says otherwise), as `bench mismatch` runs. Memory is that of the
+    process that compares and, where others read for it, of the largest of them for each.
     """
     one_thread()
     from bench.mismatch.benchmark import measure_mismatch
 
-    figures = measure_mismatch(folder, simulation)
+    figures = measure_mismatch(folder, simulation, jobs)
     if as_json:
         typer.echo(json.dumps(figures.as_dict()))
         return

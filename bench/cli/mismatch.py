@@ -42,7 +42,12 @@ def mismatch(
         bool,
         typer.Option("--leave-one-out", help="Switch off each nominal term in turn: would it have been found?"),
     ] = False,
-    jobs: Annotated[int, typer.Option("--jobs", min=1, help="Folders, or terms left out, at once.")] = 1,
+    jobs: Annotated[
+        int,
+        typer.Option(
+            "--jobs", min=1, help="Processes: folders, or terms left out, at once; one large folder is read on them."
+        ),
+    ] = 1,
     dask: Annotated[
         str | None, typer.Option("--dask", help="Address of a Dask scheduler to use instead; it must see the folders.")
     ] = None,
@@ -100,6 +105,7 @@ def _one(task: Task, jobs: int, dask: str | None, as_json: bool) -> None:
             lambda what, share: bar.update(line, description=what, completed=share),
             task.leaving_out,
             elsewhere,
+            jobs,
         )
     content = report.to_json()
     if as_json:

@@ -44,7 +44,7 @@ class Noise:
 @dataclass(frozen=True, slots=True)
 class Fit:
     """A model's coefficients and score. ``likelihood`` has one predictive log-likelihood a fold (up to a constant), or
-    one number for all rows where no fold was left out.
+    one number for all rows where no fold was left out; only then is there a ``covariance`` of the coefficients.
     """
 
     likelihood: FloatArray
@@ -192,9 +192,7 @@ class Bank:
         inverse = np.linalg.inv(own + np.diag(self._penalty(chosen, scale)))
         beta = inverse @ right
         squares = total[p, p] + beta @ own @ beta - 2.0 * beta @ right
-        return Fit(
-            np.array([-0.5 * (squares + cost.sum())]), beta / scale, inverse / np.outer(scale, scale), variance
-        )
+        return Fit(np.array([-0.5 * (squares + cost.sum())]), beta / scale, inverse / np.outer(scale, scale), variance)
 
     def _left_out(self, chosen: list[int], variance: float) -> Fit:
         """Each fold by the others: what many models share is eliminated once, a candidate then costs its own size."""
@@ -221,8 +219,7 @@ class Bank:
         tail = np.linalg.solve(schur, target[..., None])[..., 0]
         head = np.einsum("fgh,fg->fh", held.inverse, held.solved - np.einsum("fgk,fk->fg", between, tail))
         beta = np.hstack([head, tail])
-        inverse = np.linalg.inv(normal)
-        coefficients = inverse @ right
+        coefficients = np.linalg.solve(normal, right)
         # predictive density of the fold: its own rows tell the coefficients, too; the others know them only so well.
         # With others·beta = right - mine every term of it can be said with the common normal matrix
         moved = beta @ normal
@@ -231,10 +228,7 @@ class Bank:
         squares += np.einsum("fk,fk->f", beta, moved - right - mine)
         cost = cost + np.linalg.slogdet(normal)[1] - held.logarithm - np.linalg.slogdet(schur)[1]
         place = _places([*shared, *own], chosen)
-        outer = np.outer(scale, scale)
-        return Fit(
-            -0.5 * (squares + cost), (coefficients / scale)[place], (inverse / outer)[np.ix_(place, place)], variance
-        )
+        return Fit(-0.5 * (squares + cost), (coefficients / scale)[place], np.zeros((0, 0)), variance)
 
     def _elimination(self, shared: tuple[int, ...], variance: float) -> _Eliminated:
         key = (shared, variance)

@@ -22,7 +22,7 @@ _PHASES = {"reading": READING, "searching the channels": SEARCHING, "scoring wha
 
 @dataclass(frozen=True, slots=True)
 class MismatchFigures:
-    """Wall and CPU times in s, peak memory in bytes of the process that compared."""
+    """Wall and CPU times in s; peak memory in bytes of the process that compared and of those that read for it."""
 
     recordings: int
     samples: int
@@ -66,18 +66,18 @@ class _Clock:
         self._phase, self._since = _PHASES.get(what, SCORING), now
 
 
-def measure_mismatch(folder: Path, simulation: Path | None = None) -> MismatchFigures:
+def measure_mismatch(folder: Path, simulation: Path | None = None, jobs: int = 1) -> MismatchFigures:
     """Compare a folder, then read and identify it; the files are read once before, to be fair to the first.
 
     Raises RecordingError where the folder cannot be compared.
     """
     paths = [r.path for r in RecordingFolder.open(folder).recordings]
     read_s, samples = min(_read_all(paths) for _ in range(2))
-    clock, begin = _Clock(), time.process_time()
+    clock, begin, others = _Clock(), time.process_time(), _cpu_of_others()
     with tempfile.TemporaryDirectory() as out:
-        report = run(folder, Path(out), simulation, clock.tell)
-    cpu_s = time.process_time() - begin
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
+        report = run(folder, Path(out), simulation, clock.tell, jobs=jobs)
+    cpu_s = time.process_time() - begin + _cpu_of_others() - others
+    peak = _peak(resource.RUSAGE_SELF) + (jobs * _peak(resource.RUSAGE_CHILDREN) if jobs > 1 else 0)
     begin = time.perf_counter()
     identify_s: float | None
     try:
@@ -98,6 +98,17 @@ def measure_mismatch(folder: Path, simulation: Path | None = None) -> MismatchFi
         read_s,
         identify_s,
     )
+
+
+def _cpu_of_others() -> float:
+    """CPU seconds of the processes that have ended."""
+    ended = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return ended.ru_utime + ended.ru_stime
+
+
+def _peak(who: int) -> int:
+    """Peak memory in bytes of this process, or of the largest of those that have ended."""
+    return resource.getrusage(who).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
 
 
 def _read_all(paths: list[Path]) -> tuple[float, int]:

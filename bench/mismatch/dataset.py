@@ -1,36 +1,26 @@
-"""A folder of recordings as rows to compare: read once, reduced to blocks, split by operating point.
-
-Three reductions of the same recordings: slow rows (a quarter of a second, finer after reversals) for the torques and
-the offset of the transmission error; angle rows (some 5,000 a revolution, finer than any order of the simulation) for
-its harmonics; and rows of two seconds for the heat balance.
-"""
+"""A folder of recordings as rows to compare: read once, reduced to blocks, split by operating point."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from itertools import groupby
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
 from bench.errors import RecordingError
+from bench.mismatch.collected import Collected
 from bench.mismatch.comparable import Comparable
+from bench.mismatch.mapping import over
 from bench.mismatch.motion import Manner
-from bench.mismatch.motor_ripple import ShaftSpectrum, shaft_spectrum
-from bench.mismatch.pieces import pieces
-from bench.mismatch.prepare import MEASURED, Prepared, block_edges, block_mean, prepare, reduce
+from bench.mismatch.motor_ripple import ShaftSpectrum
+from bench.mismatch.pieces import Piece, pieces
+from bench.mismatch.prepare import MEASURED, prepare
 from bench.mismatch.rows import Rows, join
 from bench.mismatch.split import point_of, split, split_blocks
-from bench.mismatch.tones import ToneSpectrum, tone_spectrum
+from bench.mismatch.tones import ToneSpectrum
 from bench.recording import Recording, RecordingFolder
-from bench.simulation.frame import FloatArray, IntArray
 
-SLOW_S = 0.25
-LIVELY_S = 0.02
-HEAT_S = 2.0
-ANGLE_STEP = 1.2e-3
-ANGLE_STEP_S = 0.1
+SAMPLES_A_PROCESS = 8_000_000
 THERMAL_KINDS = ("heating", "cooling", "dwell")
 
 
@@ -79,79 +69,6 @@ class Dataset:
         return {m.index for m in self.members if m.held_out}
 
 
-def _rows(prepared: Prepared, edges: IntArray, channel: str) -> Rows:
-    signal, valid = prepared.measured[channel], prepared.valid[channel]
-    mean, number = block_mean(signal, valid, edges)
-    square = np.add.reduceat(_inside(prepared, channel, edges) ** 2, edges)
-    return Rows(reduce(prepared.frame, edges), mean, number, square / np.maximum(number - 1.0, 1.0))
-
-
-def _angle_rows(prepared: Prepared) -> Rows:
-    """Rows over the angle, with how the samples inside a row follow the angle: fast orders move within a row."""
-    edges = _angle_edges(prepared)
-    rows = _rows(prepared, edges, "transmission_error")
-    valid = prepared.valid["transmission_error"]
-    inner = _inside(prepared, "transmission_error", edges)
-    width = np.diff(np.append(edges, valid.size))
-    angle, _ = block_mean(prepared.frame.theta, valid, edges)
-    turned = np.where(valid, prepared.frame.theta - np.repeat(angle, width), 0.0)
-    number = np.maximum(rows.number, 1.0)
-    return replace(
-        rows, lean=np.add.reduceat(inner * turned, edges) / number, sweep=np.add.reduceat(turned**2, edges) / number
-    )
-
-
-def _inside(prepared: Prepared, channel: str, edges: IntArray) -> FloatArray:
-    """The samples' deviations from their block's mean that the simulation does not explain; 0 where not valid."""
-    signal, valid = prepared.measured[channel], prepared.valid[channel]
-    mean, _ = block_mean(signal, valid, edges)
-    width = np.diff(np.append(edges, signal.size))
-    inner = np.where(valid, signal - np.repeat(mean, width), 0.0)
-    return np.where(valid, inner - _explained_inside(prepared, channel, inner, valid, edges, width), 0.0)
-
-
-def _explained_inside(
-    prepared: Prepared,
-    channel: str,
-    inner: FloatArray,
-    valid: NDArray[np.bool_],
-    edges: IntArray,
-    width: IntArray,
-) -> FloatArray:
-    """What the simulation's own quantities explain of the samples' deviations from their block's mean.
-
-    A speed that wavers faster than a block accelerates the inertia: that is no noise.
-    """
-    names = {
-        "motor_torque": ("acceleration", "torque", "velocity"),
-        "load_torque": ("load_acceleration", "load_motor_torque"),
-        "transmission_error": ("torque", "velocity"),
-    }.get(channel, ())
-    if not names:
-        return np.zeros(inner.size)
-    parts = []
-    for name in names:
-        values = getattr(prepared.frame, name)
-        average = np.add.reduceat(values, edges) / width
-        parts.append(values - np.repeat(average, width))
-    design = np.column_stack(parts)
-    scale = np.maximum(np.sqrt(np.mean(design**2, axis=0)), 1e-30)
-    chosen = valid & (np.abs(inner) < 6.0 * max(float(np.std(inner[valid])) if valid.any() else 1.0, 1e-30))
-    lhs = design[chosen] / scale
-    normal = lhs.T @ lhs + 1e-6 * max(float(chosen.sum()), 1.0) * np.eye(len(names))
-    return np.asarray(design / scale @ np.linalg.solve(normal, lhs.T @ inner[chosen]))
-
-
-def _angle_edges(prepared: Prepared) -> IntArray:
-    frame = prepared.frame
-    smooth = np.abs(frame.velocity) / prepared.sample_rate / ANGLE_STEP
-    number = np.floor(np.cumsum(np.maximum(smooth, 1.0 / (ANGLE_STEP_S * prepared.sample_rate))))
-    change = np.diff(number) != 0
-    change |= np.diff(prepared.label) != 0
-    change |= np.diff(frame.direction) != 0
-    return np.concatenate(([0], np.flatnonzero(change) + 1)).astype(np.int64)
-
-
 def _usable(recording: Recording) -> str | None:
     if recording.size < 50:
         return f"{recording.path.name} has {recording.size} samples; at least 50 are needed to say anything"
@@ -162,8 +79,8 @@ def _usable(recording: Recording) -> str | None:
     return None
 
 
-def load(path: Path, progress: Callable[[str, float], None] | None = None) -> Dataset:
-    """Read a folder of recordings (or a list in a manifest's folder) and reduce it.
+def load(path: Path, progress: Callable[[str, float], None] | None = None, jobs: int = 1) -> Dataset:
+    """Read a folder of recordings (or a list in a manifest's folder) and reduce it, on ``jobs`` processes.
 
     Raises RecordingError where no recording can be used.
     """
@@ -187,79 +104,76 @@ def load(path: Path, progress: Callable[[str, float], None] | None = None) -> Da
     if all("motor_angle" in r.specs and r.specs["motor_angle"].unit == "m" for r in usable):
         data.notes.append("a linear axis: read rad as m and N*m as N; 1 deg/s in a location is 17.5 mm/s")
     manner = Manner.of(usable)
-    rows = _Collected()
+    rows = Collected()
     travelled = 0.0
-    last: tuple[Recording, Prepared] | None = None
-    for number, part in enumerate(parts):
-        recording = part.recording
+    tasks = _tasks(parts, data.campaign_start, manner, comparable)
+    # a process takes seconds to start: it is worth that for some million samples only
+    workers = min(jobs, 1 + sum(r.size for r in usable) // SAMPLES_A_PROCESS)
+    for task, read in zip(tasks, over(_read, tasks, workers), strict=True):
         if progress is not None:
-            progress("reading", number / len(parts))
-        try:
-            if last is None or last[0] is not recording:
-                last = recording, prepare(recording, number, data.campaign_start, travelled, manner)
-        except (RecordingError, OSError, ValueError) as error:
-            rejected.append((recording.path.name, f"{recording.path.name} cannot be read: {error}"))
+            progress("reading", task.pieces[0][0] / len(parts))
+        recording = task.pieces[0][1].recording
+        if read.why:
+            rejected += [(recording.path.name, read.why)] * len(task.pieces)
             continue
-        prepared = part.cut(last[1], number)
-        travelled = float(prepared.frame.travel[-1])
-        data.members.append(
-            Member(number, recording, point_of(recording), held[number], fold[number], recording.zero_id, part.name)
-        )
-        rows.add(prepared, comparable.channels(recording, prepared.dead))
-        if prepared.dead:
-            told = f"{part.name} holds no number in {', '.join(sorted(prepared.dead))}: not compared where it is needed"
-            data.notes.append(told)
+        read.rows.travelled_before(travelled)
+        travelled += read.travel
+        rows.take(read.rows)
+        for number, part in task.pieces:
+            data.members.append(
+                Member(number, recording, point_of(recording), held[number], fold[number], recording.zero_id, part.name)
+            )
+            if read.dead:
+                told = f"{part.name} holds no number in {', '.join(sorted(read.dead))}: not compared where it is needed"
+                data.notes.append(told)
     if not data.members:
         raise RecordingError(f"{path} holds no recording that can be read; see `bench validate` for each file")
-    rows.into(data)
+    data.slow = {channel: join(rows.slow[channel]) for channel in MEASURED if channel in rows.slow}
+    data.heat = join(rows.heat) if rows.heat else None
+    data.angle = join(rows.angle) if rows.angle else None
+    data.shaft, data.tones = rows.shaft, rows.tones
     return data
 
 
-@dataclass(slots=True)
-class _Collected:
-    """Rows of the recordings read so far."""
+@dataclass(frozen=True, slots=True)
+class _Task:
+    """A recording to read: its pieces with their numbers, and what all recordings share."""
 
-    slow: dict[str, list[Rows]] = field(default_factory=dict)
-    heat: list[Rows] = field(default_factory=list)
-    angle: list[Rows] = field(default_factory=list)
-    shaft: list[ShaftSpectrum] = field(default_factory=list)
-    tones: dict[str, list[ToneSpectrum]] = field(default_factory=dict)
+    pieces: tuple[tuple[int, Piece], ...]
+    campaign_start: float
+    manner: Manner
+    comparable: Comparable
 
-    def add(self, prepared: Prepared, channels: frozenset[str]) -> None:
-        """Reduce a recording to rows of the channels in which it can be compared."""
-        edges = block_edges(prepared, SLOW_S, LIVELY_S)
-        for channel in channels & set(prepared.measured) - {"temperature"}:
-            self.slow.setdefault(channel, []).append(_rows(prepared, edges, channel))
-            self._listen(prepared, channel)
-        if "motor_torque" in channels and "motor_torque" in prepared.measured:
-            inner = _inside(prepared, "motor_torque", edges)
-            spectrum = shaft_spectrum(prepared, inner, prepared.valid["motor_torque"])
-            if spectrum is not None:
-                self.shaft.append(spectrum)
-        if "temperature" in channels and "temperature" in prepared.measured:
-            width = max(1, round(HEAT_S * prepared.sample_rate))
-            self.heat.append(_rows(prepared, np.arange(0, prepared.frame.size, width), "temperature"))
-        driven = prepared.kind != "heating"
-        if "transmission_error" in channels and "transmission_error" in prepared.measured and driven:
-            self.angle.append(_angle_rows(prepared))
 
-    def into(self, data: Dataset) -> None:
-        """Join the rows of all recordings."""
-        data.slow = {channel: join(self.slow[channel]) for channel in MEASURED if channel in self.slow}
-        data.heat = join(self.heat) if self.heat else None
-        data.angle = join(self.angle) if self.angle else None
-        data.shaft = self.shaft
-        data.tones = self.tones
+def _tasks(parts: Sequence[Piece], start: float, manner: Manner, comparable: Comparable) -> list[_Task]:
+    """One task a recording; the pieces of one follow each other."""
+    groups = groupby(enumerate(parts), key=lambda pair: id(pair[1].recording))
+    return [_Task(tuple(own), start, manner, comparable) for _, own in groups]
 
-    def _listen(self, prepared: Prepared, channel: str) -> None:
-        frame = prepared.frame
-        index = int(frame.recording[0])
-        steady = (frame.steady > 0.5) & (frame.direction != 0)
-        heard = tone_spectrum(
-            index, prepared.measured[channel], prepared.valid[channel], steady, prepared.sample_rate, frame.velocity
-        )
-        if heard is not None:
-            self.tones.setdefault(channel, []).append(heard)
+
+@dataclass(frozen=True, slots=True)
+class _Read:
+    """What a recording came to: rows, the distance run in it (rad at the output), channels without a number; or why it
+    cannot be read.
+    """
+
+    rows: Collected
+    travel: float = 0.0
+    dead: frozenset[str] = frozenset()
+    why: str = ""
+
+
+def _read(task: _Task) -> _Read:
+    recording = task.pieces[0][1].recording
+    rows = Collected()
+    try:
+        prepared = prepare(recording, task.pieces[0][0], task.campaign_start, 0.0, task.manner)
+    except (RecordingError, OSError, ValueError) as error:
+        return _Read(rows, why=f"{recording.path.name} cannot be read: {error}")
+    channels = task.comparable.channels(recording, prepared.dead)
+    for number, part in task.pieces:
+        rows.add(part.cut(prepared, number), channels)
+    return _Read(rows, float(prepared.frame.travel[-1]), prepared.dead)
 
 
 def _of_one_gearbox(recordings: list[Recording], rejected: list[tuple[str, str]]) -> list[Recording]:

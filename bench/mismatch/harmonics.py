@@ -20,7 +20,7 @@ from bench.mismatch.periodic import NOTHING, Periodic
 from bench.mismatch.pulses import at as pulses_at
 from bench.mismatch.pulses import fitted
 from bench.mismatch.rows import Rows
-from bench.mismatch.series import Series, as_vectors, calibrate, mask, noise_at
+from bench.mismatch.series import ROWS_AT_ONCE, Series, as_vectors, calibrate, mask, noise_at
 from bench.mismatch.spectrum import Turn, states, turns
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.laws import Complex, Law, factor
@@ -73,13 +73,17 @@ class Harmonics:
         if law is None and not self.given.laws:
             return series.evaluate(frame)
         out = np.zeros(frame.size)
-        x = np.column_stack([frame.torque, frame.velocity, frame.temperature])
-        vectors = series.vectors(x, frame.last_direction) * self.given.factor(x, frame.time, series.orders)
-        if law is not None:
-            vectors = vectors * factor(law, x, frame.time, series.orders)
-        for k, order in enumerate(series.orders):
-            angle = order * frame.theta
-            out += vectors[:, k].real * np.sin(angle) + vectors[:, k].imag * np.cos(angle)
+        # some rows at a time: a complex number for each row and order of a long campaign fills gigabytes
+        for a in range(0, frame.size, ROWS_AT_ONCE):
+            own = slice(a, a + ROWS_AT_ONCE)
+            x = np.column_stack([frame.torque[own], frame.velocity[own], frame.temperature[own]])
+            vectors = series.vectors(x, frame.last_direction[own])
+            vectors *= self.given.factor(x, frame.time[own], series.orders)
+            if law is not None:
+                vectors *= factor(law, x, frame.time[own], series.orders)
+            for k, order in enumerate(series.orders):
+                angle = order * frame.theta[own]
+                out[own] += vectors[:, k].real * np.sin(angle) + vectors[:, k].imag * np.cos(angle)
         return out
 
 

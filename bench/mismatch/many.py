@@ -8,18 +8,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from multiprocessing import get_context
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 from bench.errors import BenchError, ConfigurationError
 from bench.mismatch.leave_one_out import LeftOut, Question
+from bench.mismatch.mapping import over
 from bench.mismatch.run import run
-
-T = TypeVar("T")
-R = TypeVar("R")
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,33 +72,6 @@ def compare_all(tasks: Sequence[Task], jobs: int = 1, dask: str | None = None) -
     yield from over(compare, tasks, jobs, dask)
 
 
-def over(function: Callable[[T], R], items: Sequence[T], jobs: int = 1, dask: str | None = None) -> Iterator[R]:
-    """Map a function over items on processes of this machine, or on the cluster at ``dask``; results in order."""
-    if dask is not None:
-        yield from _on_dask(function, items, dask)
-    elif jobs <= 1:
-        yield from map(function, items)
-    else:
-        with ProcessPoolExecutor(min(jobs, len(items)), mp_context=get_context("spawn")) as pool:
-            yield from pool.map(function, items)
-
-
 def terms_over(jobs: int, dask: str | None) -> Callable[[Callable[[Question], LeftOut], Sequence[Question]], Any]:
     """The map that :func:`bench.mismatch.leave_one_out.leave_one_out` takes."""
     return lambda function, questions: over(function, questions, jobs, dask)
-
-
-def _on_dask(function: Callable[[T], R], items: Sequence[T], address: str) -> Iterator[R]:
-    try:
-        import distributed
-    except ImportError as error:
-        raise ConfigurationError(
-            "--dask needs the package distributed: install the optional dependencies 'dask'."
-        ) from error
-    client: Any
-    try:
-        client = distributed.Client(address)
-    except (OSError, ValueError) as error:
-        raise ConfigurationError(f"there is no Dask scheduler at {address}: {error}") from error
-    with client:
-        yield from client.gather([client.submit(function, item, pure=False) for item in items])

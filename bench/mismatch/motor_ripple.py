@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.mismatch.prepare import Prepared
 from bench.mismatch.spectrum import Complex, nufft
@@ -54,22 +53,26 @@ class Ripple:
         return self.amplitude * (torque / self.at) if self.at else self.amplitude
 
 
-def shaft_spectrum(prepared: Prepared, inner: FloatArray, valid: NDArray[np.bool_]) -> ShaftSpectrum | None:
-    """Spectrum over the motor's angle of the deviations ``inner`` in the steady samples of a recording."""
-    frame = prepared.frame
-    rows = (frame.steady > 0.5) & valid & (frame.direction != 0)
-    speed = np.abs(frame.omega[rows])
+def shaft_spectrum(prepared: Prepared, slow: FloatArray) -> ShaftSpectrum | None:
+    """Spectrum over the motor's angle of the steady samples of a recording's motor torque, less what is ``slow`` of it
+    (a row of the frame each).
+    """
+    frame, own, thinning = prepared.frame, prepared.measured["motor_torque"], prepared.thinning
+    groups = (frame.steady > 0.5) & (own.number > 0) & (frame.direction != 0)
+    speed = np.abs(frame.omega[groups])
+    rows = thinning.spread(groups, own.samples.size) & own.valid
     if rows.sum() < 500 or speed.size == 0:
         return None
-    angle = frame.theta[rows] * frame.ratio
+    angle = prepared.angle[rows] * frame.ratio
     if np.ptp(angle) < 4.0 * np.pi:
         return None
-    amplitude = 2.0 / rows.sum() * nufft(angle, inner[rows], HIGHEST)
+    inner = (own.samples - thinning.spread(slow, own.samples.size))[rows]
+    amplitude = 2.0 / rows.sum() * nufft(angle, inner, HIGHEST)
     fastest = float(np.percentile(speed, 95)) * np.arange(HIGHEST + 1) / (2.0 * np.pi)
-    amplitude = np.where(fastest < NYQUIST_SHARE * prepared.sample_rate, amplitude, np.nan)
+    amplitude = np.where(fastest < NYQUIST_SHARE * prepared.sample_rate * thinning.group, amplitude, np.nan)
     amplitude[0] = np.nan
-    spread = float(np.std(inner[rows]))
-    torque = float(np.mean(frame.motor_torque[rows]))
+    spread = float(np.std(inner))
+    torque = float(np.mean(frame.motor_torque[groups]))
     return ShaftSpectrum(int(frame.recording[0]), amplitude, spread / np.sqrt(rows.sum()), spread, torque)
 
 

@@ -53,9 +53,7 @@ def first_guess(rows: Rows) -> Noise:
     return Noise(np.maximum(inner, floor), np.zeros(rows.y.size))
 
 
-def estimate(
-    channel: str, rows: Rows, layout: Layout, starts: IntArray, beside: Sequence[FloatArray] = ()
-) -> Noise:
+def estimate(channel: str, rows: Rows, layout: Layout, starts: IntArray, beside: Sequence[FloatArray] = ()) -> Noise:
     """Noise from the residual of the simulation with every free-form rival beside it, a class of motion each; and with
     further columns ``beside``.
 

@@ -15,6 +15,7 @@ from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms.nominal.transmission_error import OFFSET
 
 RIDGE = 1e-5
+ROWS_AT_ONCE = 1 << 15
 _FORM = OFFSET.forms["transmission_error"][0]
 
 
@@ -40,7 +41,12 @@ def fit_offset(frame: Frame, y: FloatArray, turns: Sequence[Turn], train: set[in
 
 def wavering(frame: Frame, coefficients: FloatArray) -> FloatArray:
     """The offset at each row less the recording's mean offset."""
-    offset = _FORM.columns(frame, ()) @ coefficients
+    offset = np.concatenate(
+        [
+            _FORM.columns(frame.take(slice(a, a + ROWS_AT_ONCE)), ()) @ coefficients
+            for a in range(0, frame.size, ROWS_AT_ONCE)
+        ]
+    )
     out = np.zeros(frame.size)
     edges = np.flatnonzero(np.diff(frame.recording)) + 1
     for part in np.split(np.arange(frame.size), edges):

@@ -31,7 +31,9 @@ class Piece:
 
     def cut(self, prepared: Prepared, index: int) -> Prepared:
         """The piece of its recording, prepared; ``index`` is its number among all pieces."""
-        rows = slice(None) if self.rows is None else slice(*self.rows)
+        group = prepared.thinning.group
+        first, last = (0, prepared.frame.size * group) if self.rows is None else self.rows
+        rows = slice(first // group, last // group)
         frame = prepared.frame.take(rows)
         step = frame.step.copy()
         step[0] = 0.0
@@ -39,8 +41,10 @@ class Piece:
         return replace(
             prepared,
             frame=frame,
-            measured={name: values[rows] for name, values in prepared.measured.items()},
-            valid={name: values[rows] for name, values in prepared.valid.items()},
+            measured={name: own.cut(rows, group) for name, own in prepared.measured.items()},
+            swept=prepared.swept[rows],
+            leaning=prepared.leaning[rows],
+            angle=prepared.angle[rows.start * group : rows.stop * group],
             label=prepared.label[rows],
             corner=prepared.corner[rows],
         )

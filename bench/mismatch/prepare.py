@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from bench.errors import RecordingError
 from bench.mismatch.motion import USUAL, Manner, corners, directions, since_change
 from bench.mismatch.smoothing import repaired, smooth, spikes
+from bench.mismatch.thinning import Measured, Thinning, group_of
 from bench.recording import Recording
 from bench.simulation.frame import ARRAYS, FloatArray, Frame, IntArray
 
@@ -28,19 +29,25 @@ MEASURED = ("transmission_error", "motor_torque", "temperature", "load_torque")
 
 @dataclass(frozen=True, slots=True)
 class Prepared:
-    """One recording at its own rate.
+    """One recording, at its own rate or in groups of samples (:mod:`bench.mismatch.thinning`).
 
-    ``frame`` has a row a sample; ``measured`` the compared channels in SI units (those the file has); ``valid`` is
-    False where a sample of that channel is a spike or not a number; ``segments`` names the segment of each sample
-    (index into ``names``).
+    ``frame`` has a row a group; ``measured`` the compared channels in SI units (those the file has), with the number of
+    valid samples in each group and their scatter inside it; ``label`` the number of each group's segment;
+    ``sample_rate`` is that of the groups, Hz.
     """
 
     recording_id: str
     kind: str
     sample_rate: float
     frame: Frame
-    measured: dict[str, FloatArray]
-    valid: dict[str, NDArray[np.bool_]]
+    thinning: Thinning
+    measured: dict[str, Measured]
+    swept: FloatArray
+    """variance of the input angle inside each group, times its valid samples, rad²"""
+    leaning: FloatArray
+    """the same of input angle and transmission error together, rad²"""
+    angle: FloatArray
+    """input angle of every sample, rad at the output"""
     label: IntArray
     setpoint: tuple[float, float, float]
     corner: NDArray[np.bool_]
@@ -60,17 +67,18 @@ def ripple(
     out = np.zeros(q.size)
     if moving.sum() < 200 or np.ptp(q[moving]) < 0.15:
         return out
-    angle = q[:, None] * np.asarray(orders)[None, :]
-    waves = np.hstack([np.cos(angle), np.sin(angle)])
+    own, angle = torque[moving], q[moving]
     # the slow part is no ripple: a constant, the direction and a line over time stand beside it
-    slow = np.column_stack([np.ones(q.size), direction, np.linspace(-1.0, 1.0, q.size)])
-    design = np.hstack([waves, slow])[moving]
-    limit = np.percentile(np.abs(torque[moving] - np.median(torque[moving])), 99)
-    chosen = np.abs(torque[moving] - np.median(torque[moving])) <= limit
-    normal = design[chosen].T @ design[chosen]
+    rows = [f(order * angle) for f in (np.cos, np.sin) for order in orders]
+    rows += [np.ones(angle.size), direction[moving], np.linspace(-1.0, 1.0, q.size)[moving]]
+    design = np.array(rows)
+    off = np.abs(own - np.median(own))
+    chosen = off <= np.percentile(off, 99)
+    told = design[:, chosen]
+    normal = told @ told.T
     normal[np.diag_indices_from(normal)] *= 1.0 + 1e-9
-    beta = np.linalg.lstsq(normal, design[chosen].T @ torque[moving][chosen], rcond=1e-12)[0]
-    out[moving] = waves[moving] @ beta[: waves.shape[1]]
+    beta = np.linalg.lstsq(normal, told @ own[chosen], rcond=1e-12)[0]
+    out[moving] = beta[: 2 * len(orders)] @ design[: 2 * len(orders)]
     return out
 
 
@@ -92,17 +100,20 @@ def prepare(
     ratio = float(recording.gearbox.ratio)
     rate = float(recording.sample_rate)
     span = manner.smoothing
-    n = recording.size
-    time = recording.si("time")
-    absent = np.zeros(n)
+    thinning = Thinning(group_of(rate, span))
+    time = thinning.mean(recording.si("time"))
+    n = time.size
     bad: dict[str, NDArray[np.bool_]] = {}
+    samples: dict[str, FloatArray] = {}
 
-    def channel(name: str, screen: bool = True) -> FloatArray:
+    def channel(name: str) -> FloatArray:
         if name not in recording:
-            return absent
+            samples[name] = np.zeros(recording.size)
+            return np.zeros(n)
         signal = recording.si(name)
-        bad[name] = spikes(signal) if screen else ~np.isfinite(signal)
-        return repaired(signal, bad[name])
+        bad[name] = spikes(signal)
+        samples[name] = repaired(signal, bad[name])
+        return thinning.mean(samples[name])
 
     motor = channel("motor_angle")
     load = channel("load_angle")
@@ -111,27 +122,28 @@ def prepare(
     load_motor_torque = channel("load_motor_torque")
     # without a thermometer nothing can depend on temperature: the value at which the nominal terms are referred to
     temperature = channel("temperature") if "temperature" in recording else np.full(n, REFERENCE_TEMPERATURE)
+    rate = rate / thinning.group
     theta = motor / ratio
     q = load if "load_angle" in recording else theta
     omega = smooth(motor, rate, 1, span) if "motor_angle" in recording else channel("motor_velocity")
     direction, last = directions(omega, manner.standstill)
     reversal_travel, reversal_time, reversed_before = since_change(theta, time, direction, last)
-    label = np.full(n, -1, dtype=np.int64)
-    steady = np.zeros(n)
-    for number, segment in enumerate(recording.segments):
-        label[segment.start : segment.stop] = number
-        if segment.name == "steady":
-            steady[segment.start : segment.stop] = 1.0
+    label, steady = _segments(recording, thinning)
+    notched: dict[str, FloatArray] = {}
     if "load_torque" in recording:
-        load_torque = load_torque - ripple(q, load_torque - load_motor_torque, direction, bad["load_torque"])
+        wild = ~thinning.every(~bad["load_torque"])
+        notched["load_torque"] = ripple(q, load_torque - load_motor_torque, direction, wild)
+        load_torque = load_torque - notched["load_torque"]
     torque = smooth(load_torque, rate, 0, span)
     if "motor_torque" in recording and "load_torque" in recording:  # without it there is no load motor to ripple
         # the ripple acts on the gearbox, so the input motor sees it through the ratio
-        motor_torque = motor_torque - ripple(q, motor_torque - torque / ratio, direction, bad["motor_torque"])
+        wild = ~thinning.every(~bad["motor_torque"])
+        notched["motor_torque"] = ripple(q, motor_torque - torque / ratio, direction, wild)
+        motor_torque = motor_torque - notched["motor_torque"]
     frame = Frame(
         ratio=ratio,
         recording=np.full(n, index, dtype=np.int64),
-        count=np.ones(n),
+        count=np.full(n, float(thinning.group)),
         time=time + (recording.started_at.timestamp() - campaign_start),
         elapsed=time,
         theta=theta,
@@ -154,33 +166,45 @@ def prepare(
         steady=steady,
         step=np.diff(time, prepend=time[0]),
     )
-    measured: dict[str, FloatArray] = {}
-    valid: dict[str, NDArray[np.bool_]] = {}
+    measured: dict[str, Measured] = {}
+    angle = samples["motor_angle"] / ratio
+    swept = leaning = np.zeros(n)
     if "motor_angle" in recording and "load_angle" in recording:
-        error = q - theta
-        measured["transmission_error"] = error
-        valid["transmission_error"] = ~(bad["motor_angle"] | bad["load_angle"] | spikes(error))
-    for name, signal in (("motor_torque", motor_torque), ("temperature", temperature), ("load_torque", load_torque)):
-        if name in recording:
-            measured[name] = signal
-            valid[name] = ~bad[name]
+        error = samples["load_angle"] - angle
+        good = ~(bad["motor_angle"] | bad["load_angle"] | spikes(error))
+        measured["transmission_error"] = thinning.measured(error, good)
+        swept, leaning = thinning.inner(angle, angle, good), thinning.inner(angle, error, good)
     corner = corners(frame.acceleration, rate, span)
-    for name in ("motor_torque", "load_torque"):
-        if name in valid:
-            valid[name] = valid[name] & ~corner
+    for name in ("motor_torque", "temperature", "load_torque"):
+        if name in recording:
+            own = thinning.measured(samples[name], ~bad[name])
+            measured[name] = own.less(notched.get(name), thinning).without(corner if name != "temperature" else None)
     setpoint = recording.setpoint
     return Prepared(
         recording.recording_id,
         recording.kind,
         rate,
         frame,
+        thinning,
         measured,
-        valid,
+        swept,
+        leaning,
+        angle,
         label,
         (setpoint.load_torque, setpoint.velocity, setpoint.temperature),
         corner,
         frozenset(name for name, marked in bad.items() if marked.all()),
     )
+
+
+def _segments(recording: Recording, thinning: Thinning) -> tuple[IntArray, FloatArray]:
+    """Number of the segment of each group's first sample (-1: none); and 1 where all its samples are steady."""
+    label = np.full(recording.size, -1, dtype=np.int64)
+    steady = np.zeros(recording.size, dtype=bool)
+    for number, segment in enumerate(recording.segments):
+        label[segment.start : segment.stop] = number
+        steady[segment.start : segment.stop] |= segment.name == "steady"
+    return thinning.first(label), thinning.every(steady).astype(np.float64)
 
 
 def block_edges(prepared: Prepared, coarse_s: float = 0.1, fine_s: float = 0.02) -> IntArray:
@@ -215,9 +239,10 @@ def reduce(frame: Frame, edges: IntArray) -> Frame:
     return replace(frame, **out)
 
 
-def block_mean(signal: FloatArray, valid: NDArray[np.bool_], edges: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Mean over the valid samples of each block, and their number (0 where none is valid)."""
-    weight = valid.astype(np.float64)
-    number = np.add.reduceat(weight, edges)
-    total = np.add.reduceat(np.where(valid, signal, 0.0), edges)
+def block_mean(signal: FloatArray, number_of: FloatArray, edges: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Mean over the valid samples of each block, of which each row has ``number_of``, and how many they are (0 where
+    none is valid).
+    """
+    number = np.add.reduceat(number_of, edges)
+    total = np.add.reduceat(signal * number_of, edges)
     return total / np.maximum(number, 1.0), number

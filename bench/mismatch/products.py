@@ -41,6 +41,8 @@ class Products:
         self._rows = np.zeros((self._first.size, 0, p + 1))
         self._own: dict[tuple[int, ...], FloatArray] = {}
         self._met: dict[int, int] = {}
+        self._beside: tuple[tuple[int, ...], FloatArray] | None = None
+        """the columns that many models share, as they stand beside those that are replaced again and again"""
         self._anchor([p])
 
     def parted(self, chosen: Sequence[int]) -> tuple[list[int], list[int]]:
@@ -124,6 +126,7 @@ class Products:
         self._rows = np.concatenate([self._rows, rows], axis=1)
         gone = set(index)
         self._own = {bare: block for bare, block in self._own.items() if not gone & set(bare)}
+        self._beside = None
 
     def _values(self, index: list[int]) -> FloatArray:
         p = self._columns.shape[1]
@@ -134,13 +137,17 @@ class Products:
         place, p = list(index), self._columns.shape[1]
         self._columns[:, place] = columns
         gone = set(place)
+        if self._beside is not None and gone & set(self._beside[0]):
+            self._beside = None
         self._own = {bare: block for bare, block in self._own.items() if not gone & set(bare)}
-        kept = [i for i in np.flatnonzero(self._place >= 0) if i not in gone]
+        kept = [int(i) for i in np.flatnonzero(self._place >= 0) if i not in gone]
         kept.sort(key=lambda i: self._place[i])
         self._rows = self._rows[:, self._place[kept]] if len(kept) < self._rows.shape[1] else self._rows
         self._place[:] = -1
         self._place[kept] = np.arange(len(kept))
-        anchored = self._values([int(i) for i in kept])
+        if self._beside is None or self._beside[0] != tuple(kept):
+            self._beside = tuple(kept), self._values(kept)
+        anchored = self._beside[1]
         self._rows[:, :, place] = 0.0
         for r, (a, b) in enumerate(itertools.pairwise(self._starts)):
             self._rows[self._folds[r]][:, place] += anchored[a:b].T @ columns[a:b]
@@ -151,6 +158,7 @@ class Products:
         """Let go of the columns: what is left are their products."""
         self._columns = np.zeros((0, self._columns.shape[1]))
         self._y = self._one = np.zeros(0)
+        self._beside = None
 
     def narrowed(self, index: Sequence[int]) -> Products:
         """The products of some columns only, all of them made, with columns of their own that can be replaced."""
@@ -163,5 +171,5 @@ class Products:
         out._ones = self._ones[:, keep]
         out._rows = np.ascontiguousarray(self._raw(keep, keep))
         out._place = np.arange(len(keep))
-        out._own, out._met = {}, {}
+        out._own, out._met, out._beside = {}, {}, None
         return out

@@ -73,8 +73,10 @@ def run(
     progress: Progress | None = None,
     leaving_out: bool = False,
     elsewhere: Map | None = None,
+    jobs: int = 1,
 ) -> Report:
-    """Compare the simulation with recordings and write the report into ``out``.
+    """Compare the simulation with recordings and write the report into ``out``; a large folder is read on ``jobs``
+    processes.
 
     With ``leaving_out`` every nominal term is switched off in turn as well (``elsewhere`` maps them over other
     processes). Raises RecordingError where nothing can be read, ConfigurationError where the simulation file is wrong.
@@ -82,7 +84,7 @@ def run(
     tell = progress or (lambda _what, _share: None)
     model = Simulation.load(simulation) if simulation is not None else Simulation.nominal()
     given = Given.of(model)
-    data = load(Path(recordings), lambda what, share: tell(what, 0.3 * share))
+    data = load(Path(recordings), lambda what, share: tell(what, 0.3 * share), jobs)
     report = Report("undetermined", "", data)
     channels, report.skipped = channels_of(data)
     train = sum(not m.held_out for m in data.members)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
 from scipy.signal import savgol_filter
 
 from bench.simulation.frame import FloatArray
@@ -15,6 +15,7 @@ FINE_SMOOTHING_S = (0.015, 0.03)
 """windows for encoders so fine that the speed's noise stays below ``FINE_NOISE`` of the speed of standstill"""
 FINE_NOISE = 2e-3
 SPIKE_SIGMA = 9.0
+ENOUGH_SAMPLES = 1 << 16
 
 
 def window(rate: float, span: float = SMOOTHING_S) -> int:
@@ -51,11 +52,29 @@ def spikes(signal: FloatArray) -> NDArray[np.bool_]:
     """Mark samples (at most two in a row) that stand off a running median by more than nine standard deviations."""
     if signal.size < 16 or not np.isfinite(signal).any():
         return ~np.isfinite(signal)
-    finite = np.where(np.isfinite(signal), signal, np.nanmedian(signal))
-    off = np.abs(finite - median_filter(finite, 5, mode="nearest"))
-    scale = 1.4826 * np.median(off[off > 0]) if np.any(off > 0) else 0.0
-    spread = max(scale, float(np.percentile(off, 95)) / 2.0, 1e-300)
-    return np.asarray((off > SPIKE_SIGMA * spread) | ~np.isfinite(signal))
+    bad = ~np.isfinite(signal)
+    off = _off_median(np.where(bad, np.nanmedian(signal), signal) if bad.any() else signal)
+    # the usual size of it needs no more than some ten thousand samples of a long recording
+    told = off[:: max(1, off.size // ENOUGH_SAMPLES)]
+    above = told[told > 0]
+    scale = 1.4826 * np.median(above) if above.size else 0.0
+    spread = max(scale, float(np.percentile(told, 95)) / 2.0, 1e-300)
+    return np.asarray((off > SPIKE_SIGMA * spread) | bad)
+
+
+@numba.njit(cache=True)
+def _off_median(x: FloatArray) -> FloatArray:
+    """How far each sample is from the median of itself and its two neighbours on either side."""
+    n = x.size
+    out = np.empty(n)
+    for i in range(n):
+        a, b = x[max(i - 2, 0)], x[max(i - 1, 0)]
+        c = x[i]
+        d, e = x[min(i + 1, n - 1)], x[min(i + 2, n - 1)]
+        # the median of five is that of e and what is left of the other four without their least and largest
+        low, high = max(min(a, b), min(c, d)), min(max(a, b), max(c, d))
+        out[i] = abs(c - max(min(low, high), min(max(low, high), e)))
+    return out
 
 
 def repaired(signal: FloatArray, bad: NDArray[np.bool_]) -> FloatArray:

@@ -10,13 +10,15 @@ looks at single samples (the spectra of tones and of the motor's ripple) still g
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bench.simulation.frame import FloatArray
 
+T = TypeVar("T", bound=np.generic)
 SAMPLES_A_WINDOW = 30
 
 
@@ -31,15 +33,15 @@ class Thinning:
 
     group: int
 
-    def _grouped(self, values: NDArray[np.generic]) -> NDArray[np.generic]:
+    def _grouped(self, values: NDArray[T]) -> NDArray[T]:
         number = values.size // self.group
         return values[: number * self.group].reshape(number, self.group)
 
     def mean(self, signal: FloatArray) -> FloatArray:
         """Mean of each group."""
-        return signal if self.group == 1 else np.asarray(self._grouped(signal).mean(axis=1), dtype=np.float64)
+        return signal if self.group == 1 else _mean(self._grouped(signal))
 
-    def first(self, values: NDArray[np.generic]) -> NDArray[np.generic]:
+    def first(self, values: NDArray[T]) -> NDArray[T]:
         """First value of each group."""
         return values if self.group == 1 else self._grouped(values)[:, 0]
 
@@ -54,12 +56,12 @@ class Thinning:
         samples = np.asarray(self._grouped(signal), dtype=np.float64)
         good = np.asarray(self._grouped(valid), dtype=bool)
         if good.all():
-            mean = samples.mean(axis=1)
+            mean = _mean(samples)
             number = np.full(mean.size, float(self.group))
         else:
             number = good.sum(axis=1).astype(np.float64)
             total = np.where(good, samples, 0.0).sum(axis=1)
-            mean = np.where(number > 0, total / np.maximum(number, 1.0), samples.mean(axis=1))
+            mean = np.where(number > 0, total / np.maximum(number, 1.0), _mean(samples))
         apart = np.where(good, samples - mean[:, None], 0.0)
         return Measured(mean, number, np.einsum("ij,ij->i", apart, apart), signal, valid)
 
@@ -73,12 +75,17 @@ class Thinning:
         a, b = (x - (np.einsum("ij,ij->i", x, good) / number)[:, None] for x in (a, b))
         return np.asarray(np.einsum("ij,ij,ij->i", a, b, good))
 
-    def spread(self, values: FloatArray, size: int) -> FloatArray:
+    def spread(self, values: NDArray[T], size: int) -> NDArray[T]:
         """Values of the groups for each of ``size`` samples; the last of them for the samples left out."""
         if self.group == 1:
             return values
         out = np.repeat(values, self.group)
         return np.append(out, np.full(size - out.size, values[-1])) if out.size < size else out
+
+
+def _mean(groups: FloatArray) -> FloatArray:
+    # (n, 4).mean(axis=1) takes five times as long: numpy adds up four numbers at a time
+    return np.asarray(np.einsum("ij->i", groups) / groups.shape[1])
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,3 +99,20 @@ class Measured:
     scatter: FloatArray
     samples: FloatArray
     valid: NDArray[np.bool_]
+
+    def less(self, values: FloatArray | None, thinning: Thinning) -> Measured:
+        """The channel less values of the groups."""
+        if values is None:
+            return self
+        return replace(self, mean=self.mean - values, samples=self.samples - thinning.spread(values, self.samples.size))
+
+    def without(self, groups: NDArray[np.bool_] | None) -> Measured:
+        """The channel with the groups marked counting as not valid."""
+        if groups is None:
+            return self
+        return replace(self, number=np.where(groups, 0.0, self.number), scatter=np.where(groups, 0.0, self.scatter))
+
+    def cut(self, rows: slice, group: int) -> Measured:
+        """The groups ``rows`` and their samples."""
+        own = slice(rows.start * group, rows.stop * group)
+        return Measured(self.mean[rows], self.number[rows], self.scatter[rows], self.samples[own], self.valid[own])

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.mismatch.bank import Fit
+from bench.mismatch.collected import LIVELY_S, SLOW_S
 from bench.mismatch.columns import RIPPLE_ORDERS, Entry
-from bench.mismatch.dataset import LIVELY_S, SLOW_S
 from bench.mismatch.harmonics import Harmonics, calibrated, searched
 from bench.mismatch.linear import ChannelModel, analyse, predict, released
 from bench.mismatch.offset import fit_offset, wavering
@@ -38,13 +39,24 @@ class TransmissionModel:
     harmonics: Harmonics | None
     slow_inside: NDArray[np.bool_]
     """blocks of the offset's rows within the bounds"""
+    _offsets: dict[bool, tuple[Fit, FloatArray]] = field(default_factory=dict)
 
     def predict(self, frame: Frame, whole: bool = True, rows: NDArray[np.bool_] | None = None) -> FloatArray:
         """Transmission error at the rows of a frame (those marked), rad; memories run through all of them."""
-        out = predict(self.offset, frame, whole)
+        out = self._offset(frame, whole)
         chosen = frame if rows is None else frame.take(rows)
         out = out if rows is None else out[rows]
         return out + self.harmonics.evaluate(chosen, whole) if self.harmonics is not None else out
+
+    def _offset(self, frame: Frame, whole: bool) -> FloatArray:
+        """The offset at the rows of a frame; on the model's own rows it is remembered as long as its fit stands."""
+        if frame is not self.angle.frame:
+            return predict(self.offset, frame, whole)
+        fit, out = self._offsets.get(whole, (None, np.zeros(0)))
+        if fit is not self.offset.fit:
+            out = predict(self.offset, frame, whole)
+            self._offsets[whole] = self.offset.fit, out
+        return out
 
 
 def slow_rows(rows: Rows, y: FloatArray, inside: NDArray[np.bool_]) -> tuple[Rows, NDArray[np.bool_]]:

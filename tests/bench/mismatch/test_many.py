@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from bench.errors import ConfigurationError
-from bench.mismatch.many import compare, over, tasks_of
+from bench.mismatch.many import compare, tasks_of
+from bench.mismatch.mapping import over
 
 
 def test_one_folder_is_reported_in_place_several_by_name(tmp_path: Path) -> None:
