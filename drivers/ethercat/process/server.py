@@ -25,7 +25,7 @@ from drivers.ethercat.process.realtime import become_real_time
 from drivers.ethercat.process.settings import Protection, Setup
 from drivers.ethercat.sdo import SdoClient
 
-_CYCLES_TO_ANSWER, _WAITING = 2, 0.4
+_CYCLES_TO_ANSWER, _WAITING = 2, 0.75
 """How long a frame is waited for: so many cycles, or that part of the time slots are made up for."""
 
 
