@@ -23,7 +23,7 @@ ECHO_LOSS = 0.2
 NESTED = 2e-3
 """share of an entry's energy that another may leave over and still contain it"""
 PREFERRED_NESTED = 0.05
-OCCAM = 3.0
+OCCAM = 7.0
 """log-likelihood a chosen term must gain over a special case of it that goes by another name"""
 
 
