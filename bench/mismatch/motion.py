@@ -20,7 +20,8 @@ STANDSTILL_SHARE = 0.02
 def corners(acceleration: FloatArray, rate: float, span: float = SMOOTHING_S) -> NDArray[np.bool_]:
     """Mark the surroundings of jumps of the acceleration (the corners of a speed profile)."""
     half = max(1, window(rate, span) // 2 + 1)
-    padded = np.pad(acceleration, half, mode="edge")
+    # a recording that begins or ends while the speed changes has a corner there: what was before is not known
+    padded = np.pad(acceleration, half)
     jump = np.abs(padded[2 * half :] - padded[: -2 * half])
     noise = 1.4826 * float(np.median(jump))
     largest = float(np.percentile(np.abs(acceleration), 99.5))

@@ -46,6 +46,15 @@ def _correlation(residual: FloatArray, chosen: NDArray[np.bool_], joined: NDArra
     return float(np.clip(np.mean(a * b) / max(float(np.mean(a * a)), 1e-300), 0.0, 0.95))
 
 
+def _steps(frame: Frame, chosen: NDArray[np.bool_]) -> FloatArray:
+    """Time from the row before to each of the rows chosen, in usual steps of their kind, one at least: rows between may
+    be missing.
+    """
+    since = np.abs(np.diff(frame.elapsed, prepend=frame.elapsed[0]))[chosen]
+    usual = max(float(np.median(since)), 1e-9)
+    return np.clip(since / usual, 1.0, 1e3)
+
+
 def first_guess(rows: Rows) -> Noise:
     """Noise before any fit: the samples' own scatter inside the blocks."""
     inner = np.sqrt(np.maximum(rows.within, 0.0) / np.maximum(rows.number, 1.0))
@@ -86,6 +95,7 @@ def estimate(channel: str, rows: Rows, layout: Layout, starts: IntArray, beside:
             typical = np.sqrt(np.median(rows.number[chosen]) / np.maximum(rows.number[chosen], 1.0))
             sigma[chosen] = robust_spread(centred[chosen] / typical) * np.clip(typical, 0.3, 5.0)
             rho[chosen] = _correlation(centred / max(float(np.median(sigma[chosen])), 1e-300), chosen, joined)
+            rho[chosen] **= _steps(rows.frame, chosen)
         sigma = np.maximum(sigma, 0.3 * max(float(np.median(sigma)), 1e-12))
         noise = Noise(sigma, rho, variance)
     if is_integral(channel):
