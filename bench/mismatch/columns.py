@@ -53,6 +53,10 @@ class Entry:
     """standard deviations of the point's parameters, once they are refined"""
     common: bool = True
     """whether a free form belongs to the flexible model that tells the noise (one of many frequencies does not)"""
+    bounds: tuple[tuple[float, float], ...] = ()
+    """physical bounds of its coefficients; none for a free form"""
+    one_sign: bool = False
+    """whether its coefficients are parts of one thing, and of one sign"""
 
     @property
     def numbers(self) -> int:
@@ -184,9 +188,12 @@ def layout(
     named: list[Entry] = []
     for term in _candidates(channel, switched_off) if with_named else ():
         for form in term.forms[channel]:
+            bounds = tuple((symbol.lower, symbol.upper) for symbol in form.linear)
             for point in form.grid(frame):
-                block = form.columns(frame, point)
-                named.append(Entry(term.effect, form.name, point, add(block, 0.0), term.variables))
+                index = add(form.columns(frame, point), 0.0)
+                named.append(
+                    Entry(term.effect, form.name, point, index, term.variables, bounds=bounds, one_sign=form.one_sign)
+                )
     free: list[Entry] = []
     if with_free:
         for rival in rivals(channel, frame, reference):

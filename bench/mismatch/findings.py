@@ -19,8 +19,8 @@ AMBIGUOUS_GAIN = 3.0
 AMBIGUOUS_SHARE = 0.12
 """of the gain: an alternative that explains all but this is as good, unless it is further off than its error"""
 AMBIGUOUS_ERRORS = 1.5
-ALIKE = 0.055
-"""of the gain: an alternative that loses less shares more than nine tenths of what the design can show"""
+ALIKE = 0.012
+"""of the gain: an alternative that loses less is as good, however sure the difference: the design shows hardly any"""
 AT_MOST = 0.3
 """of the gain: what an alternative within one standard error may lose"""
 UNKNOWN_NAME = "structure that no term of the library explains"

@@ -53,7 +53,7 @@ class Refiner:
         for entry in search.entries:
             if entry.effect == effect and entry.form not in without:
                 total = search.fit([*others, entry]).total
-                if entry.form not in best or total > best[entry.form][0]:
+                if (entry.form not in best or total > best[entry.form][0]) and search.admissible(others, entry):
                     best[entry.form] = (total, entry)
         if not best:
             return None
@@ -61,6 +61,9 @@ class Refiner:
         most = max(total for total, _ in best.values()) - start
         ahead = [e for total, e in best.values() if total - start > _HOPELESS * most or len(best) == 1]
         refined = [self.entry(others, e) for e in ahead] or [max(best.values(), key=lambda pair: pair[0])[1]]
+        refined = [e for e in refined if search.admissible(others, e)]
+        if not refined:
+            return None
         return max(refined, key=lambda e: search.fit([*others, e]).total)
 
     def entry(self, others: list[Entry], entry: Entry) -> Entry:

@@ -24,6 +24,8 @@ ECHO = 0.5
 """part of a term's energy beside the simulation that a chosen one leaves over, below which the two are alike"""
 ECHO_SHARE = 0.1
 """of the chosen one's gain: what a term like it has to gain to be an effect of its own"""
+BEYOND = 2.0
+"""standard deviations by which a coefficient may lie on the wrong side of a physical bound"""
 MINIMUM_T = 1.8
 """gain over its standard error between the folds that it touches"""
 
@@ -70,7 +72,28 @@ class Search:
         nominal = [(gain, k) for gain, k in gains if pool[k].effect in self.preferred and gain > PREFERRED_SHARE * most]
         if nominal and most > 0.0:
             most, place = max(nominal)
-        return pool[place], most
+        if self.admissible(given, pool[place]):
+            return pool[place], most
+        for gain, k in sorted(gains, reverse=True):
+            if gain <= 0.0:
+                break
+            if self.admissible(given, pool[k]):
+                return pool[k], gain
+        return None, -np.inf
+
+    def admissible(self, given: Sequence[Entry], entry: Entry) -> bool:
+        """Whether an entry's coefficients beside ``given`` are physically possible: a lag that leads is no lag."""
+        if not entry.bounds:
+            return True
+        fit = self.fit([*given, entry])
+        index = sorted({*self.base, *(i for e in (*given, entry) for i in e.index)})
+        own = [index.index(i) for i in entry.index]
+        value = fit.coefficients[own]
+        doubt = BEYOND * np.sqrt(np.maximum(np.diag(fit.covariance)[own], 0.0))
+        low, high = np.asarray(entry.bounds).T
+        if np.any(value + doubt < low) or np.any(value - doubt > high):
+            return False
+        return not (entry.one_sign and np.any(value > doubt) and np.any(value < -doubt))
 
     def allowed(self, given: Sequence[Entry]) -> list[Entry]:
         """Entries whose effect is not in ``given`` yet (or may be repeated)."""

@@ -45,7 +45,8 @@ class Form:
     """One way of writing a term in one channel.
 
     ``columns(frame, point)`` returns (n, k) regressors for the nonlinear parameters ``point``; ``linear`` names the k
-    coefficients; ``grid(frame)`` proposes points within the data's range.
+    coefficients; ``grid(frame)`` proposes points within the data's range. With ``one_sign`` the coefficients are
+    parts of one thing and have one sign.
     """
 
     name: str
@@ -53,6 +54,7 @@ class Form:
     linear: tuple[Symbol, ...]
     nonlinear: tuple[Symbol, ...] = ()
     grid: Grid = _no_grid
+    one_sign: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,7 +21,7 @@ def _power(frame: Frame, point: Point) -> FloatArray:
     return columns(np.sign(frame.omega) * speed ** point[0] / 10.0 ** (point[0] - 2.0))
 
 
-F_Q = Symbol("f_q", "N*m*s^2/rad^2", "churning coefficient", 0.0)
+F_Q = Symbol("f_q", "N*m*s^2/rad^2", "churning coefficient; below 0 where the oil thins in shear")
 EXPONENT = Symbol("n", "1", "exponent of the speed", 1.2, 4.0)
 
 TERM = Term(

@@ -95,7 +95,7 @@ TERM = Term(
         TRANSMISSION_ERROR: (
             *(Form(f"play{SUFFIX[b]}", _play(b), (H,), (W,), _torques) for b in BETWEEN),
             *(Form(f"bouc_wen{SUFFIX[b]}", _bouc_wen(b), (H,), (W,), _torques) for b in BETWEEN),
-            *(Form(f"stack{SUFFIX[b]}", _stack(b), H_STACK, (W,), _wide_torques) for b in BETWEEN),
+            *(Form(f"stack{SUFFIX[b]}", _stack(b), H_STACK, (W,), _wide_torques, one_sign=True) for b in BETWEEN),
             Form("reversal", _after_reversal, (H,), (S,), _travels),
             Form("angle_play", _angle_play, (H,), (S,), _travels),
         )

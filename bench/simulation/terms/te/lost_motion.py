@@ -25,7 +25,7 @@ def _piecewise(frame: Frame, point: Point) -> FloatArray:
     return columns(-np.clip(frame.torque / (1.5 * point[0]), -1.0, 1.0))
 
 
-J = Symbol("j_2", "rad", "half of the lost motion", 0.0)
+J = Symbol("j_2", "rad", "half of the lost motion, by the sign of the torque")
 TAU_J = Symbol("tau_j", "N*m", "torque within which it is passed", 0.0)
 
 TERM = Term(

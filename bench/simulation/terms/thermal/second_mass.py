@@ -8,7 +8,7 @@ from bench.simulation.terms.memory import campaign_lag, integral
 
 
 def _grid(_: Frame) -> tuple[Point, ...]:
-    return logarithmic(60.0, 8000.0, 12)
+    return logarithmic(20.0, 8000.0, 14)
 
 
 def _housing(frame: Frame, point: Point) -> FloatArray:
