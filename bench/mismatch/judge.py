@@ -187,7 +187,9 @@ def _alternatives(search: Search, refiner: Refiner, others: list[Entry], entry: 
             error = float(np.std(difference, ddof=1) * np.sqrt(difference.size)) if difference.size > 1 else 0.0
             # a term of the nominal simulation is not doubted for a curve that comes near it
             special = NESTED if entry.effect not in search.preferred or not rival.point else PREFERRED_NESTED
-            contains = rival.numbers > entry.numbers and nested(search, entry, rival, special)
+            # an order is one of a few numbers, no parameter that bends a curve towards another
+            numbers = len(rival.index) if effect in search.repeated else rival.numbers
+            contains = numbers > entry.numbers and nested(search, entry, rival, special)
             found = Alternative(rival, float(difference.sum()), error, contains)
             if not contains:
                 first = found

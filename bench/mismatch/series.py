@@ -179,7 +179,9 @@ def calibrate(
                     square = np.sum(np.abs(left) ** 2 / (sigma[rows, k] ** 2 + (1e-3 * size) ** 2))
                     doubt[number, k] = max(1.0, float(square / free))
         if known_prior is None:
-            prior = _empirical_prior(found.reshape(-1, 18), determined.reshape(-1, 18))
+            # a direction in which the bench was never driven says nothing about what is usual
+            driven = [number for number, side in enumerate(sides) if side in amplitude]
+            prior = _empirical_prior(found[driven].reshape(-1, 18), determined[driven].reshape(-1, 18))
     return Series(tuple(float(f) for f in orders), scalings, amplitude, phase, misfit.max(axis=0), prior, loss)
 
 

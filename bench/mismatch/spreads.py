@@ -29,8 +29,10 @@ def settle(bank: Bank, layout: Layout, chosen: Sequence[int] = ()) -> None:
     place = next((index for effect, _, index in layout.base_effects if effect == "te.offset"), None)
     if place is None:
         return
+    # a direction in which the bench was never driven has columns without anything in them
+    alive = np.any(layout.columns[:, list(place)] != 0.0, axis=0)
     groups = [
-        np.array([i for k, i in enumerate(place) if k % MONOMIALS in group], dtype=np.int64)
+        np.array([i for k, i in enumerate(place) if k % MONOMIALS in group and alive[k]], dtype=np.int64)
         for group in (LINEAR, SECOND_ORDER)
     ]
     unit = np.zeros(bank.size)
@@ -57,9 +59,10 @@ def settle(bank: Bank, layout: Layout, chosen: Sequence[int] = ()) -> None:
 def _evidence(total: FloatArray, precision: FloatArray, shrunk: NDArray[np.bool_]) -> float:
     """Logarithm of the marginal likelihood of ``total``, the Gram matrix of columns and y (p + 1, p + 1)."""
     p = precision.size
-    normal = total[:p, :p] + np.diag(precision + 1e-9 * np.diag(total)[:p])
+    energy = np.diag(total)[:p] + precision
+    scale = np.sqrt(np.where(energy > 0.0, energy, 1.0))
+    normal = total[:p, :p] / scale[:, None] / scale[None, :] + np.diag(precision / scale**2 + 1e-9)
     factor = np.linalg.cholesky(normal)
-    half = np.linalg.solve(factor, total[:p, p])
-    return float(
-        -0.5 * (total[p, p] - half @ half) - np.sum(np.log(np.diag(factor))) + 0.5 * np.sum(np.log(precision[shrunk]))
-    )
+    half = np.linalg.solve(factor, total[:p, p] / scale)
+    volume = np.sum(np.log(np.diag(factor))) + np.sum(np.log(scale))
+    return float(-0.5 * (total[p, p] - half @ half) - volume + 0.5 * np.sum(np.log(precision[shrunk])))
