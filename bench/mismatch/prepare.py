@@ -134,7 +134,8 @@ def prepare(
         wild = ~thinning.every(~bad["load_torque"])
         notched["load_torque"] = ripple(q, load_torque - load_motor_torque, direction, wild)
         load_torque = load_torque - notched["load_torque"]
-    torque = smooth(load_torque, rate, 0, span)
+    load_on_bench = load_torque if "load_torque" in recording else _second_best(recording, load_motor_torque)
+    torque = smooth(load_on_bench, rate, 0, span)
     if "motor_torque" in recording and "load_torque" in recording:  # without it there is no load motor to ripple
         # the ripple acts on the gearbox, so the input motor sees it through the ratio
         wild = ~thinning.every(~bad["motor_torque"])
@@ -205,6 +206,14 @@ def _segments(recording: Recording, thinning: Thinning) -> tuple[IntArray, Float
         label[segment.start : segment.stop] = number
         steady[segment.start : segment.stop] |= segment.name == "steady"
     return thinning.first(label), thinning.every(steady).astype(np.float64)
+
+
+def _second_best(recording: Recording, load_motor_torque: FloatArray) -> FloatArray:
+    """The load on a bench without torque sensor: what the load motor reports, or else what was asked for."""
+    if "load_motor_torque" in recording:
+        return load_motor_torque
+    asked = recording.setpoint.load_torque
+    return np.full(load_motor_torque.size, asked if np.isfinite(asked) else 0.0)
 
 
 def block_edges(prepared: Prepared, coarse_s: float = 0.1, fine_s: float = 0.02) -> IntArray:
