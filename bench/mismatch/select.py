@@ -85,8 +85,8 @@ class Search:
         """Whether an entry's coefficients beside ``given`` are physically possible: a lag that leads is no lag."""
         if not entry.bounds:
             return True
-        fit = self.fit([*given, entry])
         index = sorted({*self.base, *(i for e in (*given, entry) for i in e.index)})
+        fit = self.bank.fit(index, leave_out=False)
         own = [index.index(i) for i in entry.index]
         value = fit.coefficients[own]
         doubt = BEYOND * np.sqrt(np.maximum(np.diag(fit.covariance)[own], 0.0))
