@@ -22,6 +22,7 @@ from bench.commissioning.zero import require_zero
 from bench.configuration import BenchFile
 from bench.cycle.precedence import precedence
 from bench.cycle.rig import Rig
+from bench.errors import ConfigurationError
 
 
 @contextmanager
@@ -66,12 +67,16 @@ def run_campaign(
 
     Raises
     ------
+    ConfigurationError
+        If the folder is none.
     LimitError
         If the campaign would break a limit from the temperature found, a stop was not resumed, or a bench behind a
         network interface was not commissioned or lost its zero with its power; nothing has moved.
     DeviceError
         If the bench cannot be opened or a drive does not follow.
     """
+    if folder.exists() and not folder.is_dir():
+        raise ConfigurationError(f"{folder} is a file; recordings go into a folder, give another with --out")
     latch = latch_of(file, folder)
     require_resumable(latch, resumed_by is not None, folder if file.configuration.bus.in_process else None)
     commissioned = require_commissioned(file.configuration)

@@ -55,7 +55,11 @@ def compare(
     console.print(table)
     unknown = [c.what for c in changes if c.p_value != c.p_value]
     if unknown:
-        console.print(f"Without a standard deviation, so not judged: {', '.join(unknown)}", markup=False)
+        console.print(
+            "Not judged, for want of a standard deviation or of torques, speeds or temperatures that both have"
+            f" measured: {', '.join(unknown)}",
+            markup=False,
+        )
 
 
 def _simulation(path: Path) -> Simulation:

@@ -34,7 +34,7 @@ POINTS = (
 class Change:
     """One thing compared: ``before`` and ``after`` in ``unit``, how many standard deviations, and whether it counts.
 
-    ``p_value`` is NaN where an uncertainty is missing; nothing is claimed then.
+    ``p_value`` is NaN where an uncertainty is missing, or conditions both have in common; nothing is claimed then.
     """
 
     what: str
@@ -76,6 +76,16 @@ def _vector(fourier: FourierSet, k: int, x: FloatArray) -> tuple[FloatArray, Flo
     return value, rows @ fourier.covariance[k] @ rows.T
 
 
+def _same_terms(a: FourierSet, k: int, b: FourierSet, j: int) -> bool:
+    """Whether both have the same terms of the polynomials: one that recordings do not determine is left at 0, exactly.
+
+    Where only one has measured at several torques (speeds, temperatures), the other says nothing of where to compare.
+    """
+    assert a.covariance is not None
+    assert b.covariance is not None
+    return np.array_equal(np.diag(a.covariance[k]) > 0.0, np.diag(b.covariance[j]) > 0.0)
+
+
 def _orders(a: FourierSet, b: FourierSet, direction: str, sign: float) -> list[Change]:
     out = []
     for k, order in enumerate(a.orders):
@@ -88,7 +98,7 @@ def _orders(a: FourierSet, b: FourierSet, direction: str, sign: float) -> list[C
             x = basis(torque, sign * np.deg2rad(velocity), temperature)
             first, cov_a = _vector(a, k, x)
             second, cov_b = _vector(b, int(at[0]), x)
-            if cov_a is None or cov_b is None:
+            if cov_a is None or cov_b is None or not _same_terms(a, k, b, int(at[0])):
                 known = False
             else:
                 total = cov_a + cov_b
@@ -112,7 +122,11 @@ def _offset(a: FourierSet, b: FourierSet, direction: str, sign: float) -> Change
     gradient[3], gradient[6], gradient[7] = 1.0, x[4], x[5]
     first, second = -float(a.offset @ gradient), -float(b.offset @ gradient)
     p_value = std = float("nan")
-    if a.offset_covariance is not None and b.offset_covariance is not None:
+    covariances = (a.offset_covariance, b.offset_covariance)
+    # without several torques there is no term of the torque, and no compliance
+    if all(covariance is not None and covariance[3, 3] > 0.0 for covariance in covariances):
+        assert a.offset_covariance is not None
+        assert b.offset_covariance is not None
         std = float(np.sqrt(gradient @ (a.offset_covariance + b.offset_covariance) @ gradient))
         p_value = float(2.0 * norm.sf(abs(second - first) / max(std, 1e-300)))
     return Change(f"compliance, {direction}", "compliance", "rad/(N*m)", first, second, std, p_value)

@@ -31,7 +31,11 @@ LONG = {
     "bench identify paper": "needs the campaign above",
     "bench mismatch paper": "needs the campaign above",
     "bench benchmark identify paper": "needs the campaign above",
-    "bench prove": "minutes; bench prove --quick runs in its own tests",
+    **{
+        f"bench prove --{option}": "minutes; bench prove --quick runs in its own tests"
+        for option in ("set", "held-back", "severity", "peers", "quick")
+    },
+    "bench mismatch hidden/seed-1/recordings/quick-000 --out again": "tests/bench/mismatch/test_loop.py does it",
     "bench serve": "runs until it is stopped; tests/browser and tests/bench/service do it",
     "bench emulate": "runs until it is stopped; tests/fakes/ethercat/wire does it",
     "bench commission --b": "needs a wire or hardware; tests/bench/commissioning does it in process",

@@ -59,7 +59,8 @@ class Process:
                 return self._reset() if self._job.reset_by is not None else self._campaign()
         except BenchError as error:
             kind = "device" if isinstance(error, DeviceError) else "refused"
-            return {"kind": kind, "cause": type(error).__name__, "text": str(error)}
+            refused_reset = self._job.reset_by is not None and kind == "refused"
+            return {"kind": kind, "cause": "RESET" if refused_reset else type(error).__name__, "text": str(error)}
         except Exception as error:  # noqa: BLE001 - the last floor: what it was goes to the page and to the log
             traceback.print_exc()
             return {"kind": "internal", "cause": type(error).__name__, "text": f"{type(error).__name__}: {error}"}

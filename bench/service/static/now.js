@@ -103,6 +103,7 @@ export function spectrum() {
   showSpectrum(plots.spectrum, plots.curve, message);
 }
 
+const DUE = { reset: "acknowledged; next: reset the bench", resume: "reset; the next start gives torque again" };
 const ENDS = { finished: "is finished", failed_points: "is finished, but not every point passed", interrupted: "was stopped by the operator", refused: "was refused", tripped: "was stopped by a limit or a fault" };
 const PHASES = { free: "Ready", opening: "Opening the bench", measuring_zero: "Measuring the zero", measuring: "Measuring", heating: "Warming up", paused: "Paused", stopping: "Stopping", resetting: "Resetting", ended: "Finishing" };
 
@@ -115,10 +116,10 @@ export function status() {
     return;
   }
   const phase = run ? now.phase : "free";
-  const alarm = state.alarms.length && !run;
-  box.className = `phase ${alarm ? "alarm" : phase}`;
-  $("phase-name").textContent = alarm ? "Stopped" : PHASES[phase] ?? phase;
-  $("phase-label").textContent = run ? (now.label || run.title).replaceAll("_", " ") + (now.pausing ? " · pauses after this point" : "") : alarm ? "see the alarm" : state.held && state.runs.some(r => r.state === "queued") ? "the queue is held" : "nothing moves";
+  const alarm = state.alarms.length && !run, due = run ? "" : state.latch?.due;
+  box.className = `phase ${alarm ? "alarm" : due ? "paused" : phase}`;
+  $("phase-name").textContent = alarm || due === "acknowledge" || due === "reset" ? "Stopped" : PHASES[phase] ?? phase;
+  $("phase-label").textContent = run ? (now.label || run.title).replaceAll("_", " ") + (now.pausing ? " · pauses after this point" : "") : alarm ? "see the alarm" : DUE[due] ? DUE[due] : state.held && state.runs.some(r => r.state === "queued") ? "the queue is held" : "nothing moves";
   progress(run, now);
   const signature = JSON.stringify([state.allowed, Boolean(run), run?.id, [...state.points.values()].map(p => p.state).join(), state.runs.map(one => one.state).join()]);
   if (signature !== lastAct) { lastAct = signature; $("acts").replaceChildren(...buttons()); }

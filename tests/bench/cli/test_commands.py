@@ -1,14 +1,20 @@
 import json
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 import typer
+from rich.console import Console
 from typer.testing import CliRunner
 
+from bench.campaigns.taken import Status, Summary, Taken
 from bench.cli.app import COMMANDS, make_app
 from bench.cli.exit_codes import MEANING, ExitCode, exit_code_help, exit_code_of
+from bench.cli.run import _print
 from bench.configuration import load_bench
+from bench.cycle.end import End, EndKind
 from bench.errors import BenchError, ConfigurationError, DeviceError, LimitError, RecordingError
 
 
@@ -83,6 +89,59 @@ def test_config_shows_lists_and_prints(app: typer.Typer, tmp_path: Path) -> None
     result = call(app, "config", str(path))
     assert isinstance(result.exception, ConfigurationError)
     assert "gearbox.ratio" in str(result.exception)
+
+
+WRONG = {
+    "run quick --out file": "file is a file; recordings go into a folder",
+    "run quick --bench .": "bench file . cannot be read: Is a directory",
+    "run .": "campaign file . cannot be read: Is a directory",
+    "inspect nowhere.h5": "there is no such file",
+    "validate nowhere": "there is no such file or folder",
+    "acknowledge nowhere": "nowhere: there is no such folder; give that of the run that was stopped",
+    "reset nowhere": "nowhere: there is no such folder; give that of the run that was stopped",
+    "prove --quick --make-only --out file": "file",
+}
+
+
+@pytest.mark.parametrize("line", WRONG)
+def test_a_mistyped_path_is_one_sentence(line: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("BENCH_RUNTIME", str(tmp_path / "locks"))
+    (tmp_path / "file").touch()
+    command = [sys.executable, "-c", "from bench.cli import main; main()", *line.split()]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 3, done.stderr
+    told = [row for row in done.stderr.splitlines() if row]
+    assert len(told) == 1, done.stderr
+    assert told[0].startswith("error: ")
+    assert WRONG[line] in told[0]
+
+
+def test_repair_names_what_is_not_there(app: typer.Typer, tmp_path: Path) -> None:
+    result = call(app, "repair", str(tmp_path / "nowhere"))
+    assert result.exit_code == 6
+    assert result.output == f"{tmp_path / 'nowhere'}: there is no such file or folder.\n"
+
+
+@pytest.mark.parametrize(
+    ("end", "said"),
+    [
+        (End(EndKind.INTERRUPTED, "stopped on the operator's request"), "The same command with --out first goes on"),
+        (End(EndKind.TRIPPED, "too fast"), "bench acknowledge first, bench reset first"),
+        (End(EndKind.FINISHED), "bench identify first --out model.json"),
+    ],
+)
+def test_a_run_says_what_to_do_next(end: End, said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    stopped = Taken("0001-x", "0001-x.h5", "x", "x", {}, "1", 1, Status.FAILED, end.text)
+    summary = Summary(end=end, taken=[stopped], earlier=1, bench_time_s=10.0, cycles=20000, tare_drift=-0.001)
+    _print(summary, Path("first"), None, 2.0, Console(width=80))
+    told = capsys.readouterr().out
+    assert said in told
+    assert "1 recording, 20,000 cycles, 10 s of bench time in 2 s (5 times real time)" in told
+    assert "not repeated: 1 point." in told
+    assert "drifted by 0.00 N·m" in told
+    # why it ended is said once
+    assert told.count(end.text or "identify") == 1
 
 
 def test_run_refuses_before_anything_is_opened(app: typer.Typer, tmp_path: Path) -> None:

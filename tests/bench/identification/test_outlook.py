@@ -94,6 +94,35 @@ def test_wear_is_found_where_it_is_and_nowhere_else(found: Identification) -> No
     assert set(changed) == {"order 46, positive", "friction.coulomb f_c"}
 
 
+def test_what_only_one_of_two_has_measured_is_not_judged(found: Identification) -> None:
+    """A term that recordings do not determine is left at 0, and its covariance too."""
+    before = to_simulation(found)
+    model = before.transmission_error()
+    assert model is not None
+    assert model.positive is not None
+    positive = model.positive
+    assert positive.covariance is not None
+    assert positive.offset_covariance is not None
+    k = int(np.flatnonzero(positive.orders == 46)[0])
+    amplitude, covariance = positive.amplitude.copy(), positive.covariance.copy()
+    offset, offset_covariance = positive.offset.copy(), positive.offset_covariance.copy()
+    amplitude[k, 3], offset[3] = 0.0, 0.0
+    for place in (covariance[k], offset_covariance):
+        place[3, :] = place[:, 3] = 0.0
+    changes = {
+        "amplitude": amplitude,
+        "covariance": covariance,
+        "offset": offset,
+        "offset_covariance": offset_covariance,
+    }
+    one_torque = before.with_transmission_error(replace(model, positive=replace(positive, **changes)))
+    judged = {c.what: c for c in compare(before, one_torque)}
+    for what in ("order 46, positive", "compliance, positive"):
+        assert np.isnan(judged[what].p_value)
+    assert not any(c.changed for c in judged.values())
+    assert np.isfinite(judged["compliance, negative"].p_value)
+
+
 def test_parameters_without_deviation_are_not_judged() -> None:
     def one(value: float) -> Simulation:
         return Simulation.nominal().with_term(Term("friction.viscous", parameters={"f_v": Parameter(value)}))
