@@ -47,7 +47,7 @@ class Listener(Protocol):
         ...
 
     def paused(self, now: bool) -> None:
-        """Points wait for the operator, or no longer."""
+        """Points wait for the operator, said now and then as long as they do, or no longer."""
         ...
 
     def noticed(self, text: str) -> None:

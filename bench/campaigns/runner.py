@@ -33,6 +33,7 @@ from bench.errors import DeviceError, LimitError, RecordingError
 from bench.protocols import Point
 from bench.recording.manifest import write_manifest
 
+_PAUSE_S = 0.25
 MOST_TAKES = 3
 """A poor recording is repeated until there are this many takes in one run; all are kept."""
 
@@ -142,14 +143,15 @@ class Runner:
     def _pause(self) -> None:
         if not self._directions.paused:
             return
-        self._listener.paused(True)
         while self._directions.paused and not self._stop_requested():
+            # said again and again: whoever listens takes a run that says nothing for one that hangs
+            self._listener.paused(True)
             before = self._rig.elapsed_s
             if self._rig.is_real_time:
-                self._rig.idle()
+                self._rig.idle(_PAUSE_S)
             if self._rig.elapsed_s == before:
                 # fast emulation stands still; a bench that tripped does nothing until the next motion says so
-                time.sleep(0.05)
+                time.sleep(_PAUSE_S)
         self._listener.paused(False)
 
     def _repeat(self) -> None:

@@ -165,11 +165,11 @@ class Reporter:
         self.tell(self._status["phase"], self._status["label"], pausing=asked)
 
     def paused(self, now: bool) -> None:
-        """Tell of a pause and of its end."""
+        """Tell of a pause, now and then as long as it lasts, and of its end."""
         if now:
-            self._before_pause = self._status["phase"]
+            self._before_pause = self._before_pause if self._status["phase"] == "paused" else self._status["phase"]
             self.tell("paused", "waiting for the operator between two points", pausing=False)
-        else:
+        elif self._status["phase"] == "paused":
             self.tell(self._before_pause)
 
     def noticed(self, text: str) -> None:

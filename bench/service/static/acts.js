@@ -84,7 +84,7 @@ export function controls(then = null) {
     [["Take the controls", async () => { await take(); await after(); }]]);
   const offered = holder.offered_to;
   return sheet(`${holder.name} holds the controls`, [
-    make("p", {}, offered ? `${holder.name} offers them to ${offered}.` : `Since ${new Date(holder.since).toLocaleTimeString()}${holder.away ? ", but the page has not been heard of for a minute" : ""}. Ask first; taking them is written into the record book.`),
+    make("p", {}, offered ? `${holder.name} offers them to ${offered}.` : `Since ${new Date(holder.since).toLocaleTimeString([], { hour12: false })}${holder.away ? ", but the page has not been heard of for a minute" : ""}. Ask first; taking them is written into the record book.`),
     nameField(),
   ], [[offered ? "Accept" : `Take them from ${holder.name}`, async () => { await take(offered && offered === $("name").value.trim() ? null : holder.name); await after(); }, offered ? "main" : "hard"]]);
 }

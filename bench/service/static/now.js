@@ -119,7 +119,7 @@ export function status() {
   const alarm = state.alarms.length && !run, due = run ? "" : state.latch?.due;
   box.className = `phase ${alarm ? "alarm" : due ? "paused" : phase}`;
   $("phase-name").textContent = alarm || due === "acknowledge" || due === "reset" ? "Stopped" : PHASES[phase] ?? phase;
-  $("phase-label").textContent = run ? (now.label || run.title).replaceAll("_", " ") + (now.pausing ? " · pauses after this point" : "") : alarm ? "see the alarm" : DUE[due] ? DUE[due] : state.held && state.runs.some(r => r.state === "queued") ? "the queue is held" : "nothing moves";
+  $("phase-label").textContent = run ? (now.pausing ? "pauses after this point · " : "") + (now.label || run.title).replaceAll("_", " ") : alarm ? "see the alarm" : DUE[due] ? DUE[due] : state.held && state.runs.some(r => r.state === "queued") ? "the queue is held" : "nothing moves";
   progress(run, now);
   const signature = JSON.stringify([state.allowed, Boolean(run), run?.id, [...state.points.values()].map(p => p.state).join(), state.runs.map(one => one.state).join()]);
   if (signature !== lastAct) { lastAct = signature; $("acts").replaceChildren(...buttons()); }

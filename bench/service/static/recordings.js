@@ -25,8 +25,8 @@ export async function folders() {
   if (!list) return;
   $("toast").hidden = true;
   $("folders").replaceChildren(list.length ? make("table", {}, head("Folder", "Recordings", "Points done", "Size", "Last change"), make("tbody", {}, ...list.map(one =>
-    opened(make("tr", {}, make("td", {}, make("b", {}, one.name)), make("td", {}, String(one.recordings)),
-      make("td", {}, one.done + one.failed === 0 ? "–" : `${one.done}${one.failed ? `, ${one.failed} not passed` : ""}`),
+    opened(make("tr", {}, make("td", {}, make("b", {}, one.name)), make("td", { "data-unit": "recordings" }, String(one.recordings)),
+      make("td", { "data-unit": "points done" }, one.done + one.failed === 0 ? "–" : `${one.done}${one.failed ? `, ${one.failed} not passed` : ""}`),
       make("td", {}, bytes(one.bytes)), make("td", {}, moment(one.changed_at * 1000))), () => folder(one.name)))))
     : make("p", { class: "quiet" }, "There are no recordings yet."));
 }

@@ -90,6 +90,10 @@ def test_a_pause_that_was_asked_for_is_shown_before_it_comes(told: Told, plan: P
     assert (told.last("status")["phase"], told.last("status")["pausing"]) == ("measuring", True)
     told.reporter.paused(True)
     assert (told.last("status")["phase"], told.last("status")["pausing"]) == ("paused", False)
+    # said again as long as it lasts; what went before is not forgotten
+    told.reporter.paused(True)
+    told.reporter.paused(False)
+    assert told.last("status")["phase"] == "measuring"
 
 
 def test_what_the_operator_asks_of_a_point_is_shown_at_once(told: Told, plan: Plan) -> None:
