@@ -102,34 +102,36 @@ def _own_start(residual: FloatArray, model: ChannelModel) -> FloatArray:
 
 def transmission(model: TransmissionModel, held_out: set[int]) -> Scores:
     """Scores of the transmission error on steady rows within the polynomials' bounds."""
-    angle = model.angle
-    scored = model.inside & np.isin(angle.frame.recording, list(held_out)) & (angle.frame.steady > 0.5)
-    if not scored.any():
-        scored = model.inside & (angle.frame.steady > 0.5)
-    if not scored.any():
-        scored = model.inside
+    angle, scored = model.angle, _scored(model, held_out)
     own = angle.take(scored)
     before, after = np.zeros(angle.y.size), np.zeros(angle.y.size)
-    before[scored] = own.y - model.predict(angle.frame, whole=False, rows=scored)
-    after[scored] = own.y - model.predict(angle.frame, whole=True, rows=scored)
-    number = own.number
-    inner_before, inner_after = (_inner(own, model, whole) for whole in (False, True))
+    before[scored], square_before, _ = _square(model, own, scored, whole=False)
+    after[scored], square_after, inner = _square(model, own, scored, whole=True)
     white = [
         t.white for t in (model.harmonics.turns if model.harmonics else []) if t.recording in held_out or not held_out
     ]
     level = float(np.median(white)) if white else robust_spread(after[scored])
     variance = model.offset.fit.offset_variance
     offset = 0.0 if np.isinf(variance) else variance
-    floor = float(np.sqrt(level**2 + inner_after / number.sum() + offset))
-    return Scores(
-        float(np.sqrt((np.sum(before[scored] ** 2 * number) + inner_before) / number.sum())),
-        float(np.sqrt((np.sum(after[scored] ** 2 * number) + inner_after) / number.sum())),
-        floor,
-        scored,
-        before,
-        after,
-        offset,
-    )
+    floor = float(np.sqrt(level**2 + inner + offset))
+    return Scores(float(np.sqrt(square_before)), float(np.sqrt(square_after)), floor, scored, before, after, offset)
+
+
+def _scored(model: TransmissionModel, held_out: set[int]) -> NDArray[np.bool_]:
+    """Rows of the transmission error that are scored: steady and held out, as far as there are any."""
+    angle = model.angle
+    steady = model.inside & (angle.frame.steady > 0.5)
+    held = steady & np.isin(angle.frame.recording, list(held_out))
+    return held if held.any() else steady if steady.any() else model.inside
+
+
+def _square(
+    model: TransmissionModel, own: Rows, scored: NDArray[np.bool_], whole: bool
+) -> tuple[FloatArray, float, float]:
+    """Residual of the rows scored, its mean square per sample, and the part of that which lies inside the rows."""
+    residual = own.y - model.predict(model.angle.frame, whole=whole, rows=scored)
+    inner = _inner(own, model, whole) / float(own.number.sum())
+    return residual, float(np.sum(residual**2 * own.number) / own.number.sum()) + inner, inner
 
 
 def _inner(rows: Rows, model: TransmissionModel, whole: bool) -> float:
@@ -218,12 +220,13 @@ def gate_harmonics(model: TransmissionModel, held_out: set[int]) -> None:
 
     scores = transmission(model, held_out)
     whole, floor = scores.after**2, scores.floor**2
+    own = model.angle.take(scores.rows)
 
     def better(other: Harmonics, least: float) -> bool:
         """Whether the held-out residual grows by less than ``least`` with less; the smaller model is then kept."""
         nonlocal whole
         model.harmonics = other
-        square = transmission(model, held_out).after ** 2
+        _, square, _ = _square(model, own, scores.rows, whole=True)
         if square - whole > least * floor:
             model.harmonics = harmonics
             return False

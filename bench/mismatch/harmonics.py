@@ -55,6 +55,12 @@ class Harmonics:
 
     def slope(self, frame: Frame, whole: bool = True) -> FloatArray:
         """Change of the harmonics with the angle at the rows of a frame, rad/rad."""
+        if not self.given.laws and (self.law is None or not whole):
+            out = (self.series if whole else self.plain).slope(frame, SLOPE_STEP)
+            if whole and any(p.kind == "pulse" for p in self.peaks):
+                ends = [pulses_at(self.peaks, frame.theta + step) for step in (SLOPE_STEP, -SLOPE_STEP)]
+                out += (ends[0] - ends[1]) / (2.0 * SLOPE_STEP)
+            return out
         ahead, behind = (replace(frame, theta=frame.theta + step) for step in (SLOPE_STEP, -SLOPE_STEP))
         return (self.evaluate(ahead, whole) - self.evaluate(behind, whole)) / (2.0 * SLOPE_STEP)
 

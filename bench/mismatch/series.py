@@ -81,35 +81,34 @@ class Series:
 
     def evaluate(self, frame: Frame) -> FloatArray:
         """The series at the rows of a frame, rad; 0 in a direction that was never calibrated."""
+        return self._summed(frame, np.ones(len(self.orders)), 0.0)
+
+    def slope(self, frame: Frame, step: float) -> FloatArray:
+        """The series' difference over an angle of ``step`` to either side of the rows, a rad of angle."""
+        # (sin(p + f·h) - sin(p - f·h)) / 2h = cos(p)·sin(f·h)/h
+        return self._summed(frame, np.sin(np.asarray(self.orders) * step) / step, 0.5 * np.pi)
+
+    def _summed(self, frame: Frame, factor: FloatArray, ahead: float) -> FloatArray:
+        """Sum of the orders, each times its ``factor`` and with its phase ``ahead``."""
         out = np.zeros(frame.size)
+        orders = np.asarray(self.orders)
         for side in self.amplitude:
             rows = np.flatnonzero(frame.last_direction * side > 0)
             for a in range(0, rows.size, ROWS_AT_ONCE):
                 own = rows[a : a + ROWS_AT_ONCE]
                 x = np.column_stack([frame.torque[own], frame.velocity[own], frame.temperature[own]])
-                out[own] = _sum(
-                    frame.theta[own],
-                    self.scaling[side].monomials(x),
-                    np.asarray(self.orders),
-                    self.amplitude[side],
-                    self.phase[side],
-                )
+                basis = self.scaling[side].monomials(x)
+                amplitude, phase = (basis @ (self.amplitude[side] * factor[:, None]).T), basis @ self.phase[side].T
+                out[own] = _sum(frame.theta[own], orders, amplitude, phase + ahead)
         return out
 
 
 @numba.njit(cache=True)
-def _sum(
-    theta: FloatArray, basis: FloatArray, orders: FloatArray, amplitude: FloatArray, phase: FloatArray
-) -> FloatArray:
+def _sum(theta: FloatArray, orders: FloatArray, amplitude: FloatArray, phase: FloatArray) -> FloatArray:
     out = np.zeros(theta.size)
     for i in range(theta.size):
         for k in range(orders.size):
-            a = 0.0
-            p = orders[k] * theta[i]
-            for m in range(10):
-                a += amplitude[k, m] * basis[i, m]
-                p += phase[k, m] * basis[i, m]
-            out[i] += a * np.sin(p)
+            out[i] += amplitude[i, k] * np.sin(orders[k] * theta[i] + phase[i, k])
     return out
 
 

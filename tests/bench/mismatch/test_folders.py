@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import pickle
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +16,7 @@ from typer.testing import CliRunner
 
 from bench.cli.app import make_app
 from bench.errors import RecordingError
+from bench.mismatch import dataset
 from bench.mismatch.assess import channels_of
 from bench.mismatch.dataset import load
 from bench.mismatch.motion import Manner
@@ -189,3 +193,27 @@ def test_several_folders_each_get_a_report(tmp_path: Path) -> None:
     again = CliRunner().invoke(make_app(), ["mismatch", folders[0], folders[0], "--out", str(tmp_path / "o")])
     assert again.exit_code != 0
     assert "two folders are called a" in str(again.exception)
+
+
+def test_other_processes_read_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for number in range(7):
+        write(tmp_path, number)
+    (tmp_path / "r003.h5").write_bytes((tmp_path / "r003.h5").read_bytes()[:3000])
+    here = load(tmp_path)
+    asked: list[int] = []
+
+    def elsewhere(function: Callable[[Any], Any], items: Sequence[Any], jobs: int) -> Iterator[Any]:
+        asked.append(jobs)
+        return (pickle.loads(pickle.dumps(function(pickle.loads(pickle.dumps(item))))) for item in items)
+
+    monkeypatch.setattr(dataset, "over", elsewhere)
+    monkeypatch.setattr(dataset, "SAMPLES_A_PROCESS", 3000)
+    there = load(tmp_path, jobs=3)
+    assert asked == [3]
+    assert [m.name for m in there.members] == [m.name for m in here.members]
+    for channel, rows in here.slow.items():
+        assert np.array_equal(there.slow[channel].y, rows.y)
+        assert np.array_equal(there.slow[channel].frame.travel, rows.frame.travel)
+    # the distance run goes on from recording to recording
+    assert np.all(np.diff(here.slow["motor_torque"].frame.travel) >= 0.0)
+    assert here.slow["motor_torque"].frame.travel[-1] > 5.0
