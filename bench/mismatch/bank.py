@@ -162,19 +162,23 @@ class Bank:
         Raises numpy.linalg.LinAlgError only where columns are not finite.
         """
         chosen = self._own_numbers(index)
-        best: Fit | None = None
         variances = self.noise.offset_variances
-        near = (
-            range(len(variances))
-            if self._likeliest is None
-            else range(max(0, self._likeliest - 1), min(len(variances), self._likeliest + 2))
-        )
-        for number in near:
-            fit = (self._left_out if leave_out else self._all)(chosen, variances[number])
-            if best is None or fit.total > best.total:
-                best, self._likeliest = fit, number
-        assert best is not None
-        return best
+        tried: dict[int, Fit] = {}
+
+        def at(number: int) -> float:
+            if number not in tried:
+                tried[number] = (self._left_out if leave_out else self._all)(chosen, variances[number])
+            return tried[number].total
+
+        if self._likeliest is None:
+            self._likeliest = max(range(len(variances)), key=at)
+        # from the variance that was likeliest last, uphill: a column that explains offsets leaves a far smaller one
+        while True:
+            here = self._likeliest
+            near = range(max(0, here - 1), min(len(variances), here + 2))
+            self._likeliest = max(near, key=lambda number: (at(number), number == here))
+            if self._likeliest == here:
+                return tried[here]
 
     def _penalty(self, chosen: list[int], scale: FloatArray) -> FloatArray:
         """Prior precisions of scaled coefficients (k,)."""
@@ -248,6 +252,23 @@ class Bank:
             logarithm = 2.0 * np.log(np.diagonal(lower, axis1=1, axis2=2)).sum(axis=1)
             self._eliminated[key] = _Eliminated(inverse, np.einsum("fgh,fh->fg", inverse, right), logarithm, total)
         return self._eliminated[key]
+
+    def beside(self, columns: FloatArray, index: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+        """What of further ``columns`` (n, k) the columns ``index`` cannot produce: Gram matrix (k, k), products with y
+        (k,), in units of the noise, the offsets marginalised at their likeliest.
+
+        A combination s of them gains (s·h)²/(2·s·H·s) of log-likelihood.
+        """
+        variance = self.fit(index, leave_out=False).offset_variance
+        keep = [*self._own_numbers(index), self.size]
+        gram, cross = self._products.beside(whiten(columns, self.noise, self.starts), keep, variance)
+        total = self._products.marginal(keep, keep, variance).sum(axis=0)
+        p = len(keep) - 1
+        scale = _scale(np.diag(total)[:p])
+        normal = total[:p, :p] / np.outer(scale, scale) + np.diag(self._penalty(keep[:-1], scale))
+        solved = np.linalg.solve(normal, np.column_stack([cross[:p], total[:p, p]]) / scale[:, None])
+        away = (cross[:p] / scale[:, None]).T @ solved
+        return gram - away[:, :-1], cross[p] - away[:, -1]
 
     def explained(self, index: Sequence[int], base: Sequence[int]) -> float:
         """Share of the columns' energy that ``base`` cannot produce (1: orthogonal to it, 0: absorbed)."""

@@ -29,6 +29,7 @@ from bench.mismatch.motor_ripple import search as search_ripples
 from bench.mismatch.noise import estimate
 from bench.mismatch.rows import Rows
 from bench.mismatch.transmission import TransmissionModel, analyse_transmission
+from bench.mismatch.wander import wander
 from bench.simulation.frame import FloatArray, Frame, IntArray
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 
@@ -193,12 +194,19 @@ def _wandering_zero(model: ChannelModel) -> FloatArray:
     return np.asarray(np.where(total > 0, np.clip(mean, -3.0 * ZERO_TORQUE, 3.0 * ZERO_TORQUE), 0.0))
 
 
+def _wanders(model: ChannelModel) -> bool:
+    """Whether something slow is left in a channel: a torque that comes and goes is felt, and no zero that is off."""
+    rows = model.rows
+    variance = float(np.median(rows.within[model.used]))
+    return wander(rows.y - predict(model, rows.frame), rows.frame, model.used, variance) is not None
+
+
 def _temperature(out: Analysis, data: Dataset, fold_of: IntArray, given: Given) -> None:
     assert data.heat is not None
     rows = data.heat
     rows = _corrected(out, rows)
     motor = out.models.get(MOTOR_TORQUE)
-    if motor is not None:
+    if motor is not None and not _wanders(motor):
         power = np.abs(rows.frame.power - _wandering_zero(motor)[rows.frame.recording] * rows.frame.omega)
         rows = replace(rows, frame=replace(rows.frame, power=power))
     everywhere = np.ones(rows.y.size, dtype=bool)

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.mismatch.lines import OrderSpectrum, order_spectrum
 from bench.mismatch.motor_ripple import ShaftSpectrum, shaft_spectrum
 from bench.mismatch.prepare import Prepared, block_edges, block_mean, reduce
 from bench.mismatch.rows import Rows
@@ -108,6 +109,7 @@ class Collected:
     angle: list[Rows] = field(default_factory=list)
     shaft: list[ShaftSpectrum] = field(default_factory=list)
     tones: dict[str, list[ToneSpectrum]] = field(default_factory=dict)
+    lines: dict[str, list[OrderSpectrum]] = field(default_factory=dict)
 
     def add(self, prepared: Prepared, channels: frozenset[str]) -> None:
         """Reduce a recording to rows of the channels in which it can be compared."""
@@ -143,6 +145,8 @@ class Collected:
             self.slow.setdefault(channel, []).extend(rows)
         for channel, heard in other.tones.items():
             self.tones.setdefault(channel, []).extend(heard)
+        for channel, seen in other.lines.items():
+            self.lines.setdefault(channel, []).extend(seen)
         self.heat += other.heat
         self.angle += other.angle
         self.shaft += other.shaft
@@ -158,3 +162,7 @@ class Collected:
         heard = tone_spectrum(index, own.samples, valid, thinning.spread(steady, size), rate, velocity)
         if heard is not None:
             self.tones.setdefault(channel, []).append(heard)
+        if channel != "transmission_error":  # whose orders are seen when the series has been taken off
+            line = order_spectrum(index, own.mean, own.number > 0, steady, prepared.sample_rate, frame.theta)
+            if line is not None:
+                self.lines.setdefault(channel, []).append(line)

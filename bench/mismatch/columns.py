@@ -76,6 +76,8 @@ class Layout:
     """(effect, form, columns) of the simulation's own terms"""
     named: tuple[Entry, ...]
     free: tuple[Entry, ...]
+    slots: tuple[int, ...] = ()
+    """columns of nothing yet: for free functions whose place is looked for"""
 
     def of_the_simulation(self) -> Layout:
         """The same with the values of the simulation's own columns only (which come first)."""
@@ -137,13 +139,14 @@ def layout(
     reference: Frame | None = None,
     with_named: bool = True,
     used: NDArray[np.bool_] | None = None,
+    slots: int = 0,
 ) -> Layout:
     """Evaluate every regressor of ``channel`` on the rows of ``frame``; the simulation's alone without ``with_free``
     and ``with_named``.
 
     ``reference``: rows whose quantities place the rivals' knots. ``switched_off``: nominal terms the given simulation
     lacks (they become candidates); ``known``: further terms it has; ``used``: the rows whose regressors are kept
-    (memories run through all of them).
+    (memories run through all of them); ``slots``: columns to keep free.
     """
     parts: list[FloatArray] = []
     priors: list[float] = []
@@ -200,11 +203,12 @@ def layout(
             free.append(
                 Entry("unknown", rival.name, (), add(rival.columns, FREE_PRIOR), rival.variables, (), rival.common)
             )
+    empty = add(np.zeros((frame.size, slots)), FREE_PRIOR)
     own = np.zeros(width)
     for place_of, value in precision.items():
         own[place_of] = value
     columns = _side_by_side(parts, frame.size if used is None else int(used.sum()))
-    return Layout(columns, np.asarray(priors), own, base, tuple(base_effects), tuple(named), tuple(free))
+    return Layout(columns, np.asarray(priors), own, base, tuple(base_effects), tuple(named), tuple(free), empty)
 
 
 def _side_by_side(parts: list[FloatArray], rows: int) -> FloatArray:

@@ -9,7 +9,7 @@ import numpy as np
 from bench.mismatch.channels import SENSOR_ERRORS, Analysis
 from bench.mismatch.dataset import Dataset
 from bench.mismatch.evaluate import Scores
-from bench.mismatch.findings import Finding, alternatives_json, as_good, confidence, parameters
+from bench.mismatch.findings import Finding, alternatives_json, as_good, confidence, free_equation, parameters
 from bench.mismatch.judge import Found
 from bench.mismatch.linear import ChannelModel, columns_at, columns_of
 from bench.mismatch.locate import Location, conditions, strongest, text, time_window
@@ -96,8 +96,8 @@ def _linear(
         confidence(status, found.gain, loss),
         channel,
         location,
-        f"{channel} += f({', '.join(variables)}), free form" if unknown else LIBRARY[name].equation,
-        parameters(channel, found) if not unknown else [],
+        free_equation(channel, found) if unknown else LIBRARY[name].equation,
+        parameters(channel, found) if not unknown or entry.point else [],
         found.gain,
         score.before,
         score.after,

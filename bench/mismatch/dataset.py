@@ -10,6 +10,7 @@ from pathlib import Path
 from bench.errors import RecordingError
 from bench.mismatch.collected import Collected
 from bench.mismatch.comparable import Comparable
+from bench.mismatch.lines import OrderSpectrum
 from bench.mismatch.mapping import over
 from bench.mismatch.motion import Manner
 from bench.mismatch.motor_ripple import ShaftSpectrum
@@ -50,6 +51,7 @@ class Dataset:
     angle: Rows | None = None
     shaft: list[ShaftSpectrum] = field(default_factory=list)
     tones: dict[str, list[ToneSpectrum]] = field(default_factory=dict)
+    lines: dict[str, list[OrderSpectrum]] = field(default_factory=dict)
     campaign_start: float = 0.0
     notes: list[str] = field(default_factory=list)
 
@@ -131,7 +133,7 @@ def load(path: Path, progress: Callable[[str, float], None] | None = None, jobs:
     data.slow = {channel: join(rows.slow[channel]) for channel in MEASURED if channel in rows.slow}
     data.heat = join(rows.heat) if rows.heat else None
     data.angle = join(rows.angle) if rows.angle else None
-    data.shaft, data.tones = rows.shaft, rows.tones
+    data.shaft, data.tones, data.lines = rows.shaft, rows.tones, rows.lines
     return data
 
 

@@ -147,6 +147,8 @@ LEAST_HELD_OUT = 0.0008
 """of the floor's square: what a finding has to take off the held-out residual, per sample"""
 LEAST_UNKNOWN = 0.02
 """the same for structure without a name: a free function finds something in any noise"""
+CERTAIN = 200.0
+"""log-likelihood on training recordings left out that no free function gains in noise: it may act in few samples"""
 HARM = 0.01
 """of the floor's square: what a finding beyond doubt may cost held-out recordings in which it does not act"""
 BEYOND_DOUBT = 50.0
@@ -203,7 +205,7 @@ def gate(model: ChannelModel, usable: NDArray[np.bool_], held_out: set[int]) -> 
         better = bool(np.mean(touched > 0) >= 0.5) if touched.size else False
         named = found.entry.effect != "unknown"
         silent = named and change > -HARM * noise and not refuted and found.gain > BEYOND_DOUBT
-        least = LEAST_HELD_OUT if named else LEAST_UNKNOWN
+        least = LEAST_HELD_OUT if named or found.gain > CERTAIN else LEAST_UNKNOWN
         if silent or (change > least * noise and better):
             level = (inner + float(full.sum())) / number.sum()
             out[found.entry.effect] = (float(np.sqrt(max(level + change, 0.0))), float(np.sqrt(level)))

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import chi2
 
+from bench.mismatch import bands
 from bench.mismatch.judge import Alternative, Found
 from bench.mismatch.locate import Location
 from bench.simulation.frame import FloatArray
@@ -86,10 +87,11 @@ def parameters(channel: str, found: Found) -> list[dict[str, Any]]:
     """Linear and nonlinear parameters of a found term, with units and standard deviations."""
     entry = found.entry
     if entry.effect == "unknown":
-        return [
+        coefficients = [
             {"symbol": f"c_{i}", "value": float(v), "unit": "1", "std": float(s)}
             for i, (v, s) in enumerate(zip(found.coefficients, _std(found), strict=True))
         ]
+        return coefficients + (bands.parameters(channel, entry.form, entry.point) if entry.point else [])
     form = next(f for f in LIBRARY[entry.effect].forms[channel] if f.name == entry.form)
     out = [
         {"symbol": symbol.symbol, "value": float(v), "unit": symbol.unit, "std": float(s)}
@@ -99,6 +101,14 @@ def parameters(channel: str, found: Found) -> list[dict[str, Any]]:
     for symbol, value, std in zip(form.nonlinear, entry.point, deviation, strict=True):
         out.append({"symbol": symbol.symbol, "value": float(value), "unit": symbol.unit, "std": std})
     return out
+
+
+def free_equation(channel: str, found: Found) -> str:
+    """The equation of a free function."""
+    entry = found.entry
+    if entry.point:
+        return bands.equation(channel, entry.form)
+    return f"{channel} += f({', '.join(entry.variables)}), free form"
 
 
 def _std(found: Found) -> FloatArray:

@@ -10,7 +10,7 @@ import numpy as np
 from bench.mismatch.bank import Fit
 from bench.mismatch.columns import Entry
 from bench.mismatch.refine import Refiner
-from bench.mismatch.select import ECHO_SHARE, Search, spread_t
+from bench.mismatch.select import ECHO_SHARE, MINIMUM_T, Search, spread_t
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms import TRANSMISSION_ERROR
 
@@ -18,6 +18,8 @@ UNKNOWN_SHARE = 0.08
 """a rival must beat named terms by this share of their gain before the names are doubted"""
 UNKNOWN_GAIN = 40.0
 REFINED_ALTERNATIVES = 4
+COMPANION = 0.05
+"""of a free function's gain: what a name has to gain beside it"""
 ECHO_LOSS = 0.2
 """of a term's gain: what another effect may lose in its place and still be taken for its echo"""
 NESTED = 2e-3
@@ -71,7 +73,7 @@ def judge(
     ``known`` holds the variables of each further term that the given simulation has.
     """
     start = search.fit(()).total
-    plain = _without_echoes(search, refiner, _doubted(search, chosen, free))
+    plain = _without_echoes(search, refiner, _supported(search, _doubted(search, chosen, free)))
     out = Verdict(search.pruned(_simplest(search, refiner, plain)))
     named = [e for e in out.chosen if e.effect != "unknown"]
     whole = search.fit(out.chosen)
@@ -97,8 +99,9 @@ def judge(
         if related and gain > 10.0:
             out.correction.append(rival)  # nature's form differs a little from ours: the same effect
         elif gain > price and spread_t(after.likelihood - whole.likelihood) > 1.8 and gain > 0.05 * strongest:
-            out.chosen.append(rival)
             out.found.append(Found(rival, gain, np.zeros(0), np.zeros((0, 0))))
+            out.chosen = _supported(search, [*out.chosen, rival])
+            out.found = [f for f in out.found if f.entry in out.chosen]
     return out
 
 
@@ -128,6 +131,25 @@ def _doubted(search: Search, chosen: list[Entry], free: Sequence[Entry]) -> list
         if clear and (best is None or fit.total > best[0]):
             best = fit.total, [*rest, rival]
     return chosen if best is None else best[1]
+
+
+def _supported(search: Search, chosen: list[Entry]) -> list[Entry]:
+    """Entries without the names that, beside a free function, only mend it: in a few recordings, or by a small share.
+
+    Where nature has no form of ours, any name that is left beside it has to stand in most of the recordings it touches.
+    """
+    free = [e for e in chosen if e.effect == "unknown"]
+    current = list(chosen)
+    if not free:
+        return current
+    main = search.fit(current).total - search.fit([e for e in current if e not in free]).total
+    for entry in chosen:
+        if entry in free or entry.effect in search.preferred:
+            continue
+        gain = search.fit(current).likelihood - search.fit([e for e in current if e != entry]).likelihood
+        if spread_t(gain) < MINIMUM_T or gain.sum() < COMPANION * main:
+            current.remove(entry)
+    return current
 
 
 def _without_echoes(search: Search, refiner: Refiner, chosen: list[Entry]) -> list[Entry]:

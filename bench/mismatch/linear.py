@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.mismatch import bands
 from bench.mismatch.bank import Bank, Fit, Noise
 from bench.mismatch.columns import Entry, Layout, layout
 from bench.mismatch.judge import Found, judge
@@ -78,7 +79,7 @@ def analyse(
     """
     used = usable & (fold_of[rows.frame.recording] >= 0) & (rows.number > 0)
     own = rows.take(used)
-    whole = layout(channel, rows.frame, switched_off, known, reference=own.frame, used=used)
+    whole = layout(channel, rows.frame, switched_off, known, reference=own.frame, used=used, slots=bands.slots(channel))
     starts, folds = starts_and_folds(own.frame, fold_of)
     blocks = [columns_of(channel, entry, rows.frame)[used] for entry in beside if entry.effect in LIBRARY]
     noise = estimate(channel, own, whole, starts, blocks)
@@ -120,7 +121,9 @@ def analyse(
         tuple(known),
         base,
     )
-    verdict = judge(search, refiner, list(model.chosen), whole.free, channel, [term.variables for term, _, _ in known])
+    models = [result.index([]), *([result.index(result.chosen)] if result.chosen else [])]
+    free = [*whole.free, *bands.fill(channel, rows.frame, used, bank, whole.slots, models)]
+    verdict = judge(search, refiner, list(model.chosen), free, channel, [term.variables for term, _, _ in known])
     result.chosen, result.correction, result.found = verdict.chosen, verdict.correction, verdict.found
     result.fit = bank.fit(result.index([*result.chosen, *result.correction]), leave_out=False)
     _coefficients(result)
@@ -224,6 +227,8 @@ def columns_at(model: ChannelModel, entry: Entry, frame: Frame) -> FloatArray:
     """Regressors of an entry, named or free, on any rows."""
     if entry.effect != "unknown":
         return columns_of(model.channel, entry, frame)
+    if entry.point:
+        return bands.column(model.channel, entry.form, entry.point, frame)
     for rival in rivals(model.channel, frame, model.rows.frame.take(model.used)):
         if rival.name == entry.form:
             return rival.columns

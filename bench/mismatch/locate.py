@@ -137,6 +137,10 @@ def text(
         parts.append("through the campaign's time")
     if names & {"since_reversal", "transient"}:
         parts.append("just after a start, a reversal or a change of the loss")
+    if "elapsed" in names:
+        parts.append("in the time after a recording's start")
+    if "speeding_up" in names:
+        parts.append("where the speed changes")
     if "torque_rate" in names:
         parts.append("where the load changes")
     parts.append("both directions" if where["direction"] == "both" else f"{where['direction']} direction")

@@ -26,6 +26,10 @@ LEAST_SIZE = 0.06
 """root mean square of an order's amplitude over the noise of a row: below that it adds less than 0.2 % to the
 residual
 """
+LEAST_SCATTER = 3.0
+"""variance over the noise's below which an order scatters no more than noise may"""
+LEAST_STRAY = 0.5
+"""part of an order's power that no function of the state follows, from which on it has no phase of its own"""
 HIGHEST_MODULATION = 12
 PULSE_WIDTHS = (0.006, 0.012, 0.025, 0.05, 0.1)
 MOST = 14
@@ -68,13 +72,16 @@ class Spectra:
     def of(
         cls, turns: Sequence[Turn], train: NDArray[np.bool_], known: Sequence[float], carriers: dict[int, Complex]
     ) -> Spectra:
-        """Collect the turns' residual spectra."""
+        """Collect the turns' residual spectra. What scatters between turns more than their noise is noise, too."""
         vectors = np.array([1j * np.conj(t.spectrum) for t in turns])
+        sigma = np.array([t.sigma for t in turns])
+        x, direction = states(turns), np.array([t.direction for t in turns])
+        sigma = sigma * np.sqrt(_scatter(vectors[train], sigma[train], x[train], direction[train]))
         return cls(
             vectors,
-            np.array([t.sigma for t in turns]),
-            states(turns),
-            np.array([t.direction for t in turns]),
+            sigma,
+            x,
+            direction,
             train,
             tuple(int(f) for f in known),
             carriers,
@@ -101,6 +108,25 @@ def design(model: str, x: FloatArray, direction: FloatArray, carrier: Complex | 
 
 
 MODELS = ("constant", "direction", "linear")
+
+
+def _scatter(vectors: Complex, sigma: FloatArray, x: FloatArray, direction: FloatArray) -> FloatArray:
+    """Variance by which an order scatters about any vector that follows the state, over the noise's (orders,).
+
+    1 where it is little more than noise: there an order with one phase in all turns and one with a new phase each time
+    are not told apart yet.
+    """
+    columns = np.hstack(
+        [design("linear", x, direction), ((x - x.mean(axis=0)) / np.maximum(np.ptp(x, axis=0), 1e-9)) ** 2]
+    )
+    columns = columns[:, np.any(columns != 0, axis=0)]
+    if len(vectors) < 2 * columns.shape[1]:
+        return np.ones(vectors.shape[1])
+    left = vectors - columns @ np.linalg.lstsq(columns, vectors, rcond=1e-9)[0]
+    freedom = len(vectors) / (len(vectors) - columns.shape[1])
+    over, whole = (np.mean(np.abs(part) ** 2 / (2.0 * sigma**2), axis=0) for part in (left, vectors))
+    over = over * freedom
+    return np.asarray(np.where((over > LEAST_SCATTER) & (over > LEAST_STRAY * whole), over, 1.0))
 
 
 def _leave_out(columns: Complex, vectors: Complex, sigma: FloatArray) -> tuple[FloatArray, Complex]:

@@ -62,14 +62,25 @@ class Products:
         out = self._raw(list(left), list(right))
         if variance == 0.0 or out.size == 0:
             return out
-        if np.isinf(variance):
-            factor = np.where(self._energy > 0, 1.0 / np.maximum(self._energy, 1e-300), 0.0)
-        else:
-            factor = variance / (1.0 + variance * self._energy)
+        factor = self._shrunk(variance)
         a, b = self._ones[:, left], self._ones[:, right]
         if self._first.size == 1:
             return np.asarray(out - ((factor[:, None] * a).T @ b)[None])
         return np.asarray(out - self._by_fold((factor[:, None] * a)[:, :, None] * b[:, None, :]))
+
+    def beside(self, new: FloatArray, index: Sequence[int], variance: float) -> tuple[FloatArray, FloatArray]:
+        """Products of ``new`` columns (n, k), whitened, with each other and with the columns ``index``, of all folds."""
+        own = np.array([self._one[a:b] @ new[a:b] for a, b in itertools.pairwise(self._starts)])
+        factor = self._shrunk(variance)[:, None]
+        gram = new.T @ new - (factor * own).T @ own
+        cross = self._values(list(index)).T @ new - (factor * self._ones[:, index]).T @ own
+        return np.asarray(gram), np.asarray(cross)
+
+    def _shrunk(self, variance: float) -> FloatArray:
+        """What of each recording's mean its offset takes, over its energy."""
+        if np.isinf(variance):
+            return np.asarray(np.where(self._energy > 0, 1.0 / np.maximum(self._energy, 1e-300), 0.0))
+        return np.asarray(variance / (1.0 + variance * self._energy))
 
     def _by_fold(self, values: FloatArray) -> FloatArray:
         if self._first.size == self._order.size:

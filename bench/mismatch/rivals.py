@@ -18,6 +18,8 @@ from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANS
 from bench.simulation.terms.memory import integral, settled
 
 KNOTS = 8
+SLIGHT = 0.3
+"""rad/s² at the motor, above which accelerations count by their order of magnitude"""
 ANGLE_ORDERS = (1, 2, 3, 4, 5, 6)
 
 
@@ -32,7 +34,7 @@ class Rival:
     """whether it belongs to the flexible model that tells the noise"""
 
 
-_QUANTITIES: dict[str, Callable[[Frame], FloatArray]] = {
+QUANTITIES: dict[str, Callable[[Frame], FloatArray]] = {
     "speed": lambda frame: settled(np.abs(frame.velocity), frame),
     "velocity": lambda frame: settled(frame.velocity, frame),
     "torque": lambda frame: settled(frame.torque, frame),
@@ -42,6 +44,10 @@ _QUANTITIES: dict[str, Callable[[Frame], FloatArray]] = {
     "since_reversal": lambda frame: np.log10(frame.reversal_travel + 1e-5),
     "torque_rate": lambda frame: frame.torque_rate,
     "elapsed": lambda frame: np.log10(frame.elapsed + 1.0),
+    # in steady motion the acceleration is the encoder's noise
+    "speeding_up": lambda frame: np.where(
+        frame.steady > 0.5, 0.0, np.arcsinh(frame.acceleration * frame.direction / SLIGHT)
+    ),
 }
 
 
@@ -99,6 +105,8 @@ _TABLE: dict[str, tuple[tuple[str, str, tuple[str, ...]], ...]] = {
         ("viscous friction over time", "time", ("w",)),
         ("offset over time", "time", ("1",)),
         ("friction since reversal", "since_reversal", ("d",)),
+        ("friction since start", "elapsed", ("d",)),
+        ("friction over acceleration", "speeding_up", ("d",)),
         ("torque over load, each direction apart", "torque", ("p", "n")),
         ("torque over speed, each direction apart", "speed", ("p", "n")),
     ),
@@ -114,6 +122,8 @@ _TABLE: dict[str, tuple[tuple[str, str, tuple[str, ...]], ...]] = {
         ("gain over time", "time", ("tau",)),
         ("friction over time", "time", ("d",)),
         ("offset since reversal", "since_reversal", ("d",)),
+        ("offset since start", "elapsed", ("1",)),
+        ("torque over acceleration", "speeding_up", ("d",)),
         ("torque over speed, each direction apart", "speed", ("p", "n")),
     ),
     TRANSMISSION_ERROR: (
@@ -134,7 +144,8 @@ _TABLE: dict[str, tuple[tuple[str, str, tuple[str, ...]], ...]] = {
 }
 
 
-def _modulator(frame: Frame, name: str) -> FloatArray:
+def modulator(frame: Frame, name: str) -> FloatArray:
+    """What a free function is multiplied with: see the table."""
     forward = frame.last_direction > 0
     values = {
         "1": np.ones(frame.size),
@@ -152,11 +163,11 @@ def rivals(channel: str, frame: Frame, reference: Frame | None = None) -> Iterat
     given.
     """
     for name, quantity, modulators in _TABLE[channel]:
-        value = _QUANTITIES[quantity]
+        value = QUANTITIES[quantity]
         basis = hats(value(frame), None if reference is None else value(reference))
         if basis.shape[1] == 0:
             continue
-        parts = np.hstack([basis * _modulator(frame, m)[:, None] for m in modulators])
+        parts = np.hstack([basis * modulator(frame, m)[:, None] for m in modulators])
         if channel == TEMPERATURE:
             parts = np.column_stack([integral(parts[:, i], frame) for i in range(parts.shape[1])])
         yield Rival(name, (quantity,), parts)
@@ -171,7 +182,6 @@ def rivals(channel: str, frame: Frame, reference: Frame | None = None) -> Iterat
             yield Rival(f"friction over {' and '.join(names)} together", names, parts * turn)
             yield Rival(f"torque over {' and '.join(names)} together", names, parts)
         yield from _breathing(frame, reference or frame)
-        yield from _spells(frame, reference or frame)
     if channel == TRANSMISSION_ERROR:
         turn = frame.last_direction[:, None]
         for names, parts in _products(frame, signed=True):
@@ -194,24 +204,12 @@ def _products(frame: Frame, signed: bool = False) -> list[tuple[tuple[str, ...],
     out: list[tuple[tuple[str, ...], FloatArray]] = []
     for pair in itertools.combinations(values, 2):
         a, b = (values[name] for name in pair)
-        out.append((tuple(own.get(n, n) for n in pair), np.column_stack([a * b, a**2 * b, a * b**2])))
+        # what the simulation has of the quantities alone differs by channel: beside a product they stand, too
+        alone = [] if signed else [a, b]
+        out.append((tuple(own.get(n, n) for n in pair), np.column_stack([*alone, a * b, a**2 * b, a * b**2])))
     a, b, c = values.values()
-    out.append((("torque", "speed", "temperature"), np.column_stack([a * b * c])))
-    return out
-
-
-def _spells(frame: Frame, reference: Frame) -> list[Rival]:
-    """An offset that stands for a while and is gone again: windows of a sixteenth to a quarter of the campaign."""
-    first, span = float(reference.time.min()), float(np.ptp(reference.time))
-    if span <= 0.0:
-        return []
-    out = []
-    for parts in (16, 8, 4):
-        for k in range(2 * parts - 1):
-            begin, end = first + span * k / (2 * parts), first + span * (k + 2) / (2 * parts)
-            inside = ((frame.time >= begin) & (frame.time < end)).astype(np.float64)
-            name = f"offset from {begin / 60.0:.0f} to {end / 60.0:.0f} min"
-            out.append(Rival(name, ("time",), inside[:, None], common=False))
+    alone = [] if signed else [a, b, c, a * b, a * c, b * c]
+    out.append((("torque", "speed", "temperature"), np.column_stack([*alone, a * b * c])))
     return out
 
 

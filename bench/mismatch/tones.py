@@ -20,10 +20,12 @@ from bench.simulation.frame import FloatArray
 SEGMENT_S = 10.0
 """length of the periodograms' segments: bins of a tenth of a hertz, the same at every sample rate"""
 HIGHEST_HZ = 200.0
-LOWEST_BIN = 11
-"""below a hertz a bin has no neighbours on its left"""
+LOWEST_BIN = 7
+"""below 0.7 Hz a bin has no neighbours on its left"""
 NEAR, FAR = 4, 10
 """the surroundings of a bin: so many bins away on either side"""
+LOW_NEAR, LOW_FAR = 3, 6
+"""those of the lowest bins"""
 LEAST_RECORDINGS = 8
 LEAST_OF_A_SPEED = 3
 LEAST_SPEEDS = 2
@@ -89,7 +91,8 @@ def tone_spectrum(
     turning = abs(float(np.median(velocity[a:b]))) / (2.0 * np.pi)
     keep = int(np.searchsorted(frequency, min(HIGHEST_HZ, 0.45 * rate)))
     power = power[:keep]
-    background = _surroundings(power)
+    background = surroundings(power)
+    background[: FAR + 1] = surroundings(power, LOW_NEAR, LOW_FAR)[: FAR + 1]
     return ToneSpectrum(index, power / np.maximum(background, 1e-300), power - background, float(frequency[1]), turning)
 
 
@@ -103,7 +106,7 @@ def _without(spectrum: ToneSpectrum, orders: Sequence[float]) -> FloatArray:
     return out
 
 
-def _at_every_speed(relative: FloatArray, turning: FloatArray) -> FloatArray:
+def at_every_speed(relative: FloatArray, turning: FloatArray) -> FloatArray:
     """Median over the recordings of each speed, the least but one of all; 0 where too few recordings say anything.
 
     Orders of different speeds meet at one frequency now and then (138 at 10 deg/s, 276 at 5); never at all speeds.
@@ -130,14 +133,14 @@ def _at_every_speed(relative: FloatArray, turning: FloatArray) -> FloatArray:
     return overall
 
 
-def _surroundings(power: FloatArray) -> FloatArray:
+def surroundings(power: FloatArray, near: int = NEAR, far: int = FAR) -> FloatArray:
     """Median power some bins to the left and to the right of each bin: the larger of the two, so that a slope is no
     peak.
     """
-    padded = np.pad(power, FAR, mode="edge")
-    windows = np.lib.stride_tricks.sliding_window_view(padded, FAR - NEAR + 1)
+    padded = np.pad(power, far, mode="edge")
+    windows = np.lib.stride_tricks.sliding_window_view(padded, far - near + 1)
     middle = np.median(windows, axis=1)
-    left, right = middle[: power.size], middle[FAR + NEAR : FAR + NEAR + power.size]
+    left, right = middle[: power.size], middle[far + near : far + near + power.size]
     return np.asarray(np.maximum(left, right))
 
 
@@ -150,7 +153,7 @@ def search(spectra: Sequence[ToneSpectrum], orders: Sequence[float] = ()) -> lis
         return []
     keep = min(s.relative.size for s in spectra)
     relative = np.array([_without(s, orders)[:keep] for s in spectra])
-    middle = _at_every_speed(relative, np.array([s.turning_hz for s in spectra]))
+    middle = at_every_speed(relative, np.array([s.turning_hz for s in spectra]))
     usual = float(np.median(middle[LOWEST_BIN:]))
     if usual <= 0.0:  # one speed only: orders and tones cannot be told apart
         return []

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from bench.mismatch import lines
 from bench.mismatch.channels import Analysis
 from bench.mismatch.columns import RIPPLE_ORDERS
 from bench.mismatch.dataset import Dataset
@@ -21,6 +22,8 @@ from bench.simulation.terms.nominal.transmission_error import PAPER_ORDERS
 TOO_MUCH = {"transmission_error": 1.3, "motor_torque": 1.08, "load_torque": 1.08, "temperature": 1.3}
 """held-out residual over the noise floor, beyond what folders without effect have shown"""
 WANDERING = (MOTOR_TORQUE, LOAD_TORQUE)
+LEAST_LINE = 0.02
+"""of a channel's mean square: what a line has to make of it"""
 LEAST_EXPLAINED = 0.7
 """part of a channel's excess (held out) that named terms have to explain to keep their names"""
 
@@ -33,13 +36,14 @@ def unexplained(
     explained: set[str],
     names: dict[int, str],
 ) -> list[Finding]:
-    """Tones and wander of every channel; and channels without a finding whose held-out residual stands above the
+    """Tones, lines and wander of every channel; and channels without a finding whose held-out residual stands above the
     noise.
     """
     out: list[Finding] = []
     for channel, score in scores.items():
         frame = _frame(analysis, channel)
         own = _tones(data, analysis, channel, score, frame, names)
+        own += _lines(data, analysis, channel, score, frame, names) if not own else []
         if not own and channel in slow:
             own = [_wandering(slow[channel], channel, frame, score, names)]
         if not own and channel not in explained and score.stands_out(TOO_MUCH[channel], frame.recording):
@@ -107,6 +111,38 @@ def _tones(
             )
         )
     return out
+
+
+def _lines(
+    data: Dataset, analysis: Analysis, channel: str, score: Scores, frame: Frame, names: dict[int, str]
+) -> list[Finding]:
+    spectra = data.lines.get(channel, [])
+    known = _orders(analysis, data.ratio)
+    if channel == TRANSMISSION_ERROR:
+        harmonics = analysis.transmission.harmonics if analysis.transmission is not None else None
+        spectra = lines.of_turns(harmonics.turns) if harmonics is not None else []
+    elif any("angle" in found.entry.variables for found in analysis.models[channel].found):
+        return []  # what a narrow place of the turn leaves over stands at many orders
+    else:
+        known += [k * data.ratio for k in range(1, int(lines.HIGHEST / data.ratio) + 1)]
+        # the notch is as good as the angle it is made over: what the series' orders do to that stands beside it
+        known += [abs(ripple + sign * f) for ripple in RIPPLE_ORDERS for f in PAPER_ORDERS for sign in (1, -1)]
+    found = [line for line in lines.search(spectra, known) if line.amplitude**2 > 2.0 * LEAST_LINE * score.after**2]
+    if not found:
+        return []
+    where = conditions(frame, np.ones(frame.size), ())
+    orders = sorted(round(line.order, 1) for line in found)
+    label = f"{text(where, (), orders, [])}, its phase new in every recording"
+    shown = [names[i] for i in dict.fromkeys(i for line in found for i in line.recordings) if i in names][:5]
+    share = sum(line.amplitude**2 for line in found) / 2.0 / max(score.after**2, 1e-300)
+    values: list[dict[str, Any]] = [
+        {"symbol": f"A_{line.order:.1f}", "value": line.amplitude, "unit": _unit(channel), "std": line.deviation}
+        for line in found
+    ]
+    location = Location(label, where, orders, [], None, shown, min(share, 1.0))
+    equation = f"{channel} += A*sin(f*theta + phi), phi unknown in each recording"
+    sure = min(0.6 + 0.1 * max(line.ratio for line in found), 0.95)
+    return [_unknown(channel, location, equation, score, sure, values)]
 
 
 def _wandering(slow: Wander, channel: str, frame: Frame, score: Scores, names: dict[int, str]) -> Finding:

@@ -81,3 +81,12 @@ def test_what_the_base_absorbs(rng: np.random.Generator) -> None:
     bank = _bank(rng.normal(size=ROWS), doubled)
     assert bank.explained([2], [0, 1]) < 1e-6
     assert bank.explained([3], [0, 1]) > 0.9
+
+
+def test_the_offsets_variance_falls_as_far_as_a_column_explains_them(rng: np.random.Generator) -> None:
+    inside = np.repeat(np.arange(RECORDINGS) < 9, np.diff(_starts())).astype(float)
+    y = 6.0 * inside + rng.normal(size=ROWS)
+    bank = _bank(y, np.column_stack([np.ones(ROWS), inside]), (0.0, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0))
+    assert bank.fit([0]).offset_variance >= 3.0
+    assert bank.fit([0, 1]).offset_variance == 0.0
+    assert bank.fit([0, 1]).total - bank.fit([0]).total > 60.0

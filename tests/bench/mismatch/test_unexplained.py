@@ -24,14 +24,14 @@ def _noise(rng: np.random.Generator, size: int, memory: float) -> np.ndarray:
     return 0.6 * out + 0.8 * rng.normal(size=size)
 
 
-def _heard(rng: np.random.Generator, tone: float, order: float) -> list:
+def _heard(rng: np.random.Generator, tone: float, order: float, hertz: float = 7.3) -> list:
     time = np.arange(int(RATE * SECONDS)) / RATE
     yes = np.ones(time.size, dtype=bool)
     out = []
     for index in range(RECORDINGS):
         turning = (0.3, 0.45, 0.7)[index % 3]  # Hz, one of three speeds
         signal = _noise(rng, time.size, 0.2)
-        signal += tone * np.sin(2 * np.pi * 7.3 * time + rng.uniform(0, 6)) + order * np.sin(
+        signal += tone * np.sin(2 * np.pi * hertz * time + rng.uniform(0, 6)) + order * np.sin(
             2 * np.pi * 12 * turning * time
         )
         out.append(tone_spectrum(index, signal, yes, yes, RATE, np.full(time.size, 2 * np.pi * turning)))
@@ -43,6 +43,11 @@ def test_a_tone_is_found_at_its_frequency_with_its_amplitude() -> None:
     assert tone.frequency == pytest.approx(7.3, abs=0.15)
     assert tone.amplitude == pytest.approx(0.4, rel=0.25)
     assert len(tone.recordings) > RECORDINGS // 2
+
+
+def test_a_slow_limit_cycle_is_a_tone() -> None:
+    (tone,) = search(_heard(np.random.default_rng(2), 0.6, 0.0, 0.83))
+    assert tone.frequency == pytest.approx(0.83, abs=0.1)
 
 
 def test_orders_of_the_shaft_and_coloured_noise_are_no_tones() -> None:
