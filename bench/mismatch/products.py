@@ -69,7 +69,7 @@ class Products:
         return np.asarray(out - self._by_fold((factor[:, None] * a)[:, :, None] * b[:, None, :]))
 
     def beside(self, new: FloatArray, index: Sequence[int], variance: float) -> tuple[FloatArray, FloatArray]:
-        """Products of ``new`` columns (n, k), whitened, with each other and with the columns ``index``, of all folds."""
+        """Products of ``new`` columns (n, k), whitened, with each other and with the columns ``index``; all folds."""
         own = np.array([self._one[a:b] @ new[a:b] for a, b in itertools.pairwise(self._starts)])
         factor = self._shrunk(variance)[:, None]
         gram = new.T @ new - (factor * own).T @ own
