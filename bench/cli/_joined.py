@@ -53,16 +53,22 @@ def run_joined(client: Client, campaign: str, out: Path | None, real_time: bool,
                 elif running:
                     _show(bar, row, message)
     except KeyboardInterrupt:
-        if running:
-            client.post("stop", {"by": client.person})
-            console.print("STOP: the bench is brought to rest.")
-        else:
-            console.print("The run stays in the queue; it can be taken out on the page.")
+        _stop(client, asked["id"], console)
         return ExitCode.INTERRUPTED
     finally:
         signal.signal(signal.SIGTERM, before)
     console.print("The service ended; the run goes on without it. Start bench serve again to watch or stop it.")
     return ExitCode.DEVICE
+
+
+def _stop(client: Client, run_id: str, console: Console) -> None:
+    """Stop the run if it has begun; asked of the service, for it may have begun a moment ago."""
+    runs = next(message for message in client.get("state") if message["type"] == "runs")["runs"]
+    if any(run["id"] == run_id and run["state"] == "running" for run in runs):
+        client.post("stop", {"by": client.person})
+        console.print("STOP: the bench is brought to rest.")
+    else:
+        console.print("The run stays in the queue; it can be taken out on the page.")
 
 
 def _show(bar: Progress, row: Any, message: dict[str, Any]) -> None:

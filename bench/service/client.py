@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import getpass
+import http.client
 import json
 import re
 import secrets
@@ -90,12 +91,17 @@ class Client:
         Raises
         ------
         DeviceError
-            If it cannot be reached.
+            If it cannot be reached, or says nothing for half a minute.
         """
         with self._open(urllib.request.Request(f"{self.url}/api/events")) as stream:
-            for line in stream:
-                if line.startswith(b"data: {") and (message := json.loads(line[6:])):
-                    yield message
+            try:
+                for line in stream:
+                    if line.startswith(b"data: {") and (message := json.loads(line[6:])):
+                        yield message
+            except (OSError, http.client.HTTPException) as error:
+                raise DeviceError(
+                    f"the service at {self.url} does not answer any more ({error}); a run goes on without it"
+                ) from error
 
     def _controls(self) -> str | None:
         holder = next(message for message in self.get("state") if message["type"] == "state")["holder"]

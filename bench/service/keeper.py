@@ -17,6 +17,7 @@ from bench.service.history import History
 from bench.service.jobs import outcome, write_job
 from bench.service.launcher import Launcher
 from bench.service.process_link import ProcessLink
+from bench.service.registry import runtime_folder
 from bench.service.runs import Run, Runs, now
 from bench.service.stream import Stream
 
@@ -285,5 +286,5 @@ class Keeper:
         return self._state.absolute() / "runs" / run.id
 
     def _socket(self, run: Run) -> Path:
-        # Unix socket paths are short: 107 bytes
-        return self._state.absolute() / f"{run.id[-6:]}.sock"
+        # Unix socket paths hold 107 bytes, and folders of recordings may have long names
+        return runtime_folder() / f"{run.id}.sock"

@@ -18,12 +18,16 @@ _OLDEST_S = 15.0
 
 
 def notify(text: str) -> bool:
-    """Tell systemd (sd_notify protocol); False where nobody listens."""
+    """Tell systemd (sd_notify protocol); False where nobody listens or reads: the service never waits for it."""
     address = os.environ.get("NOTIFY_SOCKET")
     if not address:
         return False
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sender:
-        sender.sendto(text.encode(), "\0" + address[1:] if address.startswith("@") else address)
+        sender.setblocking(False)
+        try:
+            sender.sendto(text.encode(), "\0" + address[1:] if address.startswith("@") else address)
+        except BlockingIOError:
+            return False
     return True
 
 

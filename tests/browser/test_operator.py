@@ -21,6 +21,8 @@ SMALL_BUTTONS = """return [...document.querySelectorAll('button')]
 .filter(button => button.offsetParent && button.offsetHeight < arguments[0]).map(button => button.innerText)"""
 NEUTRAL_PLACE = r"""for (const code of document.querySelectorAll('#storage code'))
 code.textContent = code.textContent.replace(/[^: ]*\/recordings/, '/srv/recordings').replace(/\S+:/, 'bench:');"""
+SHEET_BELOW_HEADER = """return document.getElementById('sheet-title').getBoundingClientRect().top
+> document.querySelector('header').getBoundingClientRect().bottom"""
 TOO_WIDE = "return document.documentElement.scrollWidth - document.documentElement.clientWidth"
 
 
@@ -103,6 +105,7 @@ def test_the_page_is_readable_in_the_dark(ann: Browser) -> None:
 def test_pause_and_go_on_and_a_remark(ann: Browser, address: str) -> None:
     ann.until(lambda: ann.text("#phase-name") == "Measuring")
     ann.click("#acts [data-act=pause]")
+    ann.until(lambda: "it pauses after this point" in ann.text("#toast"))
     ann.until(lambda: ann.text("#phase-name") == "Paused")
     ann.click("#acts [data-act=note]")
     ann.click("#sheet-body button", "Oil looked at.")
@@ -210,6 +213,11 @@ def test_nothing_is_cut_off_and_every_button_takes_a_glove(ann: Browser, width: 
         assert stop["height"] >= 90
         assert stop["x"] + stop["width"] <= width
         assert ann.find("#stop").is_displayed()
+    # what a sheet says is not hidden by the header, however high it is on a phone
+    ann.click("#holder")
+    ann.until(lambda: ann.find("#sheet-title").is_displayed())
+    ann.until(lambda: ann.driver.execute_script(SHEET_BELOW_HEADER))
+    ann.click("#sheet-acts button", "Close")
     ann.size(1280, 1100)
 
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -78,17 +80,39 @@ def test_what_a_service_cannot_take_is_refused_before_it_is_asked() -> None:
         client.ask("quick", Path("/recordings/first"), False, 0)
 
 
+def test_a_service_that_falls_silent_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("bench.service.client._TIMEOUT_S", 0.3)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+
+        def answer() -> None:
+            page, _ = server.accept()
+            with page:
+                page.recv(65536)
+                page.sendall(b'HTTP/1.1 200 OK\r\nContent-Length: 1000\r\n\r\ndata: {"type": "beat"}\n')
+                time.sleep(1.0)
+
+        thread = threading.Thread(target=answer)
+        thread.start()
+        events = Client(f"http://127.0.0.1:{server.getsockname()[1]}").events()
+        assert next(events) == {"type": "beat"}
+        with pytest.raises(DeviceError, match="does not answer any more"):
+            next(events)
+        thread.join()
+
+
 def test_bench_run_joins_the_queue_follows_and_reports(tmp_path: Path) -> None:
     campaign = tmp_path / "joined.toml"
     campaign.write_text(CAMPAIGN)
-    with served(tmp_path / "recordings") as address:
+    # a name longer than a Unix socket's path may be
+    recordings = tmp_path / ("recordings-of-the-laboratory-" * 4)
+    with served(recordings) as address:
         done = subprocess.run(
             [*BENCH_RUN, str(campaign), "--out", "first", "--json"], capture_output=True, text=True, cwd=tmp_path
         )
         assert done.returncode == 0, done.stderr
         answer = json.loads(done.stdout)
         assert (answer["kind"], answer["recordings"]) == ("finished", 2)
-        assert Path(answer["folder"]) == tmp_path / "recordings" / "first"
+        assert Path(answer["folder"]) == recordings / "first"
         assert len(list(Path(answer["folder"]).glob("*.h5"))) == 2
         assert "joins its queue" in done.stderr
         # Ctrl-C in the shell brings the bench to rest, as it does without a service
@@ -96,7 +120,7 @@ def test_bench_run_joins_the_queue_follows_and_reports(tmp_path: Path) -> None:
             [*BENCH_RUN, "paper", "--real-time", "--json"], cwd=tmp_path, stdout=subprocess.PIPE
         )
         deadline = time.monotonic() + DEADLINE_S
-        folder = tmp_path / "recordings"
+        folder = recordings
         while not list(folder.glob("paper-*/journal.sqlite")):
             assert time.monotonic() < deadline
             time.sleep(0.05)

@@ -99,6 +99,15 @@ def test_a_writer_lives_while_its_recording_is_touched(tmp_path: Path) -> None:
     assert is_well(service_with(tmp_path, True, "paused"))
 
 
+def test_a_manager_that_does_not_read_holds_nothing_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
+        systemd.bind(str(tmp_path / "notify"))
+        monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "notify"))
+        told = [notify("WATCHDOG=1") for _ in range(2000)]
+    assert told[0]
+    assert not told[-1]
+
+
 @pytest.mark.parametrize("cause", [cause.name for cause in Cause if cause is not Cause.NONE])
 def test_every_cause_of_a_stop_says_what_to_do(cause: str) -> None:
     assert WHAT_TO_DO.get(cause, OTHERWISE).endswith(".")
