@@ -128,3 +128,14 @@ def search(spectra: Sequence[OrderSpectrum], known: Collection[float] = ()) -> l
         out.append(Line(centre, float(np.sqrt(np.mean(power))), error, float(middle[k] / usual), shown))
         middle[max(k - 4, 0) : k + 5] = 0.0
     return out
+
+
+def unfollowed(turns: Sequence[Turn], orders: Sequence[float]) -> list[float]:
+    """Known orders whose amplitudes the polynomials do not follow: those that hold most of what the turns have left."""
+    if not turns or len(orders) != turns[0].amplitude.size:
+        return []
+    power = np.mean([np.abs(t.amplitude) ** 2 for t in turns], axis=0)
+    place = [min(round(f), turns[0].sigma.size - 1) for f in orders]
+    noise = np.mean([2.0 * t.sigma[place] ** 2 for t in turns], axis=0)
+    excess = power - noise
+    return [float(f) for f, e, n in zip(orders, excess, noise, strict=True) if e > max(0.3 * excess.max(), 9.0 * n)]

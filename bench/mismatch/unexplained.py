@@ -47,7 +47,7 @@ def unexplained(
         if not own and channel in slow:
             own = [_wandering(slow[channel], channel, frame, score, names)]
         if not own and channel not in explained and score.stands_out(TOO_MUCH[channel], frame.recording):
-            own = [_residual(channel, score, frame, names)]
+            own = [_residual(channel, score, frame, names, _unfollowed(analysis, channel))]
         out += own
     return out
 
@@ -158,15 +158,23 @@ def _wandering(slow: Wander, channel: str, frame: Frame, score: Scores, names: d
     )
 
 
-def _residual(channel: str, score: Scores, frame: Frame, names: dict[int, str]) -> Finding:
+def _unfollowed(analysis: Analysis, channel: str) -> list[float]:
+    """Orders of the series that the rest of the transmission error stands at."""
+    harmonics = analysis.transmission.harmonics if analysis.transmission is not None else None
+    if channel != TRANSMISSION_ERROR or harmonics is None:
+        return []
+    return lines.unfollowed(harmonics.turns, harmonics.series.orders)
+
+
+def _residual(channel: str, score: Scores, frame: Frame, names: dict[int, str], orders: list[float]) -> Finding:
     own = frame.take(score.rows)
     residual: FloatArray = score.residual_after[score.rows]
     variables = ("speed", "torque", "temperature")
     where = conditions(own, residual, variables)
-    label = f"residual above the noise, {text(where, variables, [], [])}"
+    label = f"residual above the noise, {text(where, variables, orders, [])}"
     return _unknown(
         channel,
-        Location(label, where, recordings=strongest(own, residual, names)),
+        Location(label, where, orders, recordings=strongest(own, residual, names)),
         f"{channel}: no function of one quantity follows it",
         score,
         0.6,

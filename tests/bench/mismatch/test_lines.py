@@ -10,7 +10,7 @@ import pytest
 
 from bench.mismatch import peaks
 from bench.mismatch.harmonics import calibrated
-from bench.mismatch.lines import OrderSpectrum, of_turns, order_spectrum, search
+from bench.mismatch.lines import OrderSpectrum, of_turns, order_spectrum, search, unfollowed
 from bench.mismatch.periodic import NOTHING
 from bench.mismatch.spectrum import turns
 from bench.simulation.frame import FloatArray, Frame
@@ -89,3 +89,18 @@ def test_an_order_is_named_only_where_its_phase_is_its_own(slips: bool) -> None:
     chosen = np.array([t.recording in train for t in left])
     found = peaks.search(peaks.Spectra.of(left, chosen, orders, {}))
     assert [p.orders for p in found] == ([] if slips else [(33,)])
+
+
+def test_the_order_that_its_polynomials_do_not_follow_is_told() -> None:
+    def extra(frame: Frame) -> FloatArray:
+        wild = np.sin(1.7 * frame.recording**2)
+        return np.asarray(3e-6 * wild * np.cos(46.0 * frame.theta))
+
+    data = transmission(extra=extra)
+    assert data.angle is not None
+    orders = (1.0, 46.0, 92.0)
+    rows = replace(data.angle, y=data.angle.y + data.angle.frame.torque / 4e6)
+    known = calibrated(rows, orders, {m.index for m in data.members if not m.held_out}, NOTHING)
+    left = turns(replace(rows, y=rows.y - known.evaluate(rows.frame)), orders)
+    assert unfollowed(left, orders) == [46.0]
+    assert unfollowed([], orders) == []
