@@ -16,13 +16,16 @@ from bench.mismatch.dataset import Dataset
 from bench.mismatch.evaluate import Scores
 from bench.mismatch.findings import Finding
 from bench.mismatch.given import Given
-from bench.mismatch.linear import ChannelModel
+from bench.mismatch.linear import ChannelModel, dropped
 from bench.mismatch.motor_ripple import Ripple
 from bench.simulation.terms import MOTOR_TORQUE, TRANSMISSION_ERROR
 
 Progress = Callable[[str, float], None]
 FEWEST = 6
 """recordings (or blocks) that can be fitted, below which noise and structure are not told apart"""
+
+WORSE = 1.01
+"""held-out residual after, over that before, from which nothing found in a channel is believed"""
 
 
 @dataclass(slots=True)
@@ -42,6 +45,9 @@ def assess(data: Dataset, given: Given, channels: Sequence[str], progress: Progr
     tell("scoring what was held out", 0.9)
     evidence = _gated(analysis, data)
     scores = _scores(analysis, data, given, channels)
+    for channel in [c for c, score in scores.items() if score.after > WORSE * score.before]:
+        _take_back(analysis, channel)
+        scores[channel] = _scores(analysis, data, given, [channel])[channel]
     return Assessment(analysis, scores, conclude(data, analysis, scores, evidence))
 
 
@@ -87,6 +93,16 @@ def _gated(analysis: Analysis, data: Dataset) -> dict[tuple[str, str], tuple[flo
         for effect, pair in evaluate.gate(model, _usable(model, analysis), held).items():
             out[channel, effect] = pair
     return out
+
+
+def _take_back(analysis: Analysis, channel: str) -> None:
+    """Take everything found in a channel back: together it makes recordings that selected nothing worse."""
+    whole = analysis.transmission
+    if channel == TRANSMISSION_ERROR and whole is not None and whole.harmonics is not None:
+        whole.harmonics = whole.harmonics.without_law().without(whole.harmonics.peaks)
+    model = analysis.models[channel]
+    for found in list(model.found):
+        dropped(model, found.entry)
 
 
 def _scores(analysis: Analysis, data: Dataset, given: Given, channels: Sequence[str]) -> dict[str, Scores]:
