@@ -95,7 +95,7 @@ def judge(
         related = [own for own in shaped if quantities(rival.variables) <= quantities(own)]
         strongest = max((f.gain for f in out.found), default=search.credit)
         least = UNKNOWN_GAIN * (2.5 if channel == TRANSMISSION_ERROR else 1.0)
-        price = max(least, 0.02 * (whole.total - start + search.credit))
+        price = max(least * _long_memory(search), 0.02 * (whole.total - start + search.credit))
         if related and gain > 10.0:
             out.correction.append(rival)  # nature's form differs a little from ours: the same effect
         elif gain > price and spread_t(after.likelihood - whole.likelihood) > 1.8 and gain > 0.05 * strongest:
@@ -103,6 +103,15 @@ def judge(
             out.chosen = _supported(search, [*out.chosen, rival])
             out.found = [f for f in out.found if f.entry in out.chosen]
     return out
+
+
+def _long_memory(search: Search) -> float:
+    """How much more a free function has to gain where noise remembers itself for many rows: 1 for ordinary noise.
+
+    The noise of a torque sensor that wanders as slowly is in the regressors as well, and no likelihood knows of that.
+    """
+    rho = float(np.median(search.bank.noise.correlation))
+    return max(1.0, 0.5 * (1.0 + rho) / (1.0 - rho))
 
 
 def _doubted(search: Search, chosen: list[Entry], free: Sequence[Entry]) -> list[Entry]:
