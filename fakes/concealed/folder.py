@@ -11,7 +11,6 @@ import numpy as np
 
 from fakes.concealed.campaign import Campaign
 from fakes.concealed.catalogue import CaseSpec
-from fakes.concealed.confusion import ALIKE, overlap
 from fakes.concealed.design import draw_points
 from fakes.concealed.effects.base import Effect
 from fakes.concealed.noise import Sensors, draw_sensors, roughen, scaled
@@ -79,22 +78,19 @@ def open_folder(spec: CaseSpec) -> Folder:
         alone = Campaign(plant, (effect,), points, spec.seed)
         strengths.append(calibrate(alone, effect, target, floor[effect.channels[0]]))
         effects.append(effect)
-    # a design made for confusion may tell both apart on the bench that was drawn: then that is what is asked
-    alike = not spec.also or overlap(plant, points, spec.seed, effects[0], spec.also) >= ALIKE
-    status, also = (spec.status, spec.also) if alike else ("named", ())
     start = datetime(2026, 3, 2, 6, 30, tzinfo=UTC) + timedelta(
         days=int(rng.integers(200)), minutes=int(rng.integers(90))
     )
     told = [
         ConcealedEffect(
             effect=e.effect,
-            status=cast(Status, status),
+            status=cast(Status, spec.status),
             form=e.form,
             channels=e.channels,
             strength=round(s, 3),
             location=e.location(),
             parameters=e.parameters(),
-            also=also,
+            also=spec.also,
         )
         for e, s in zip(effects, strengths, strict=True)
     ]
