@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,8 @@ from bench.simulation.terms.nominal.transmission_error import PAPER_ORDERS
 TOO_MUCH = {"transmission_error": 1.3, "motor_torque": 1.08, "load_torque": 1.08, "temperature": 1.3}
 """held-out residual over the noise floor, beyond what folders without effect have shown"""
 WANDERING = (MOTOR_TORQUE, LOAD_TORQUE)
+FEWEST_TURNS = 10
+"""steady revolutions a direction: as many as the polynomial has coefficients"""
 LEAST_LINE = 0.02
 """of a channel's mean square: what a line has to make of it"""
 LEAST_EXPLAINED = 0.7
@@ -46,10 +49,22 @@ def unexplained(
         own += _lines(data, analysis, channel, score, frame, names) if not own else []
         if not own and channel in slow:
             own = [_wandering(slow[channel], channel, frame, score, names)]
-        if not own and channel not in explained and score.stands_out(TOO_MUCH[channel], frame.recording):
+        told = channel in explained or not determined(analysis, channel)
+        if not own and not told and score.stands_out(TOO_MUCH[channel], frame.recording):
             own = [_residual(channel, score, frame, names, _unfollowed(analysis, channel))]
         out += own
     return out
+
+
+def determined(analysis: Analysis, channel: str) -> bool:
+    """Whether recordings are enough to calibrate a channel's simulation: a residual held out says nothing else.
+
+    Each order of the transmission error follows a quadratic polynomial of three quantities in each direction.
+    """
+    if channel != TRANSMISSION_ERROR or analysis.transmission is None or analysis.transmission.harmonics is None:
+        return True
+    driven = Counter(turn.direction > 0 for turn in analysis.transmission.harmonics.turns)
+    return min(driven.values(), default=0) >= FEWEST_TURNS
 
 
 def slow_structures(analysis: Analysis, scores: dict[str, Scores]) -> dict[str, Wander]:

@@ -1,11 +1,14 @@
 """Tones stay at one frequency whatever the speed; wander outlasts noise; neither is seen in noise alone."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from bench.mismatch.tones import search, tone_spectrum
+from bench.mismatch.unexplained import determined
 from bench.mismatch.wander import wander
 from bench.simulation.frame import Frame
 from bench.simulation.terms.memory import settled
@@ -96,3 +99,16 @@ def test_settled_levels_lose_their_noise_and_ramps_stay() -> None:
     out = settled(load, rows)
     assert np.ptp(out[rows.recording == 0]) == 0.0
     assert np.array_equal(out[ramp][:5], load[ramp][:5])
+
+
+@pytest.mark.parametrize(
+    ("forward", "backward", "enough"), [(12, 12, True), (12, 4, False), (12, 0, True), (0, 0, False)]
+)
+def test_a_residual_says_nothing_where_few_revolutions_calibrate_the_series(
+    forward: int, backward: int, enough: bool
+) -> None:
+    turns = [SimpleNamespace(direction=1.0)] * forward + [SimpleNamespace(direction=-1.0)] * backward
+    transmission = SimpleNamespace(harmonics=SimpleNamespace(turns=turns))
+    analysis = cast(Any, SimpleNamespace(transmission=transmission))
+    assert determined(analysis, "transmission_error") is enough
+    assert determined(analysis, "motor_torque")
