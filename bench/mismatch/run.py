@@ -16,6 +16,7 @@ from bench.mismatch.findings import Finding
 from bench.mismatch.given import Given
 from bench.mismatch.improved import improved
 from bench.mismatch.leave_one_out import LeftOut, Map, leave_one_out
+from bench.mismatch.unexplained import undetermined
 from bench.simulation.model import Simulation
 from bench.simulation.terms import CHANNEL_UNITS
 
@@ -95,7 +96,9 @@ def run(
     else:
         found = assess(data, given, channels, lambda what, share: tell(what, 0.35 + 0.55 * share))
         report.analysis, report.scores, report.findings = found.analysis, found.scores, found.findings
-        report.verdict = "mismatch" if report.findings else "match"
+        report.why = "" if report.findings else undetermined(found.analysis, found.scores)
+        if not report.why:
+            report.verdict = "mismatch" if report.findings else "match"
         for number, finding in enumerate(f for f in report.findings if f.status != "named"):
             propose(finding, found.analysis, out, number + 1, data)
         if leaving_out:

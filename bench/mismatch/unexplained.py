@@ -67,6 +67,20 @@ def determined(analysis: Analysis, channel: str) -> bool:
     return min(driven.values(), default=0) >= FEWEST_TURNS
 
 
+def undetermined(analysis: Analysis, scores: dict[str, Scores]) -> str:
+    """A sentence where a residual stands above the noise that a calibration by so few recordings would leave as well."""
+    score = scores.get(TRANSMISSION_ERROR)
+    if score is None or determined(analysis, TRANSMISSION_ERROR):
+        return ""
+    if not score.stands_out(TOO_MUCH[TRANSMISSION_ERROR], _frame(analysis, TRANSMISSION_ERROR).recording):
+        return ""
+    return (
+        f"the transmission error of held-out recordings is {score.after / score.floor:.1f} times its noise, but its series"
+        f" is calibrated on few steady revolutions: {FEWEST_TURNS} in each direction driven are needed to tell"
+        " structure from that"
+    )
+
+
 def slow_structures(analysis: Analysis, scores: dict[str, Scores]) -> dict[str, Wander]:
     """What moves slowly inside the recordings and is no noise, by channel."""
     out: dict[str, Wander] = {}

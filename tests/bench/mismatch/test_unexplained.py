@@ -7,8 +7,9 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from bench.mismatch.evaluate import Scores
 from bench.mismatch.tones import search, tone_spectrum
-from bench.mismatch.unexplained import determined
+from bench.mismatch.unexplained import determined, undetermined
 from bench.mismatch.wander import wander
 from bench.simulation.frame import Frame
 from bench.simulation.terms.memory import settled
@@ -112,3 +113,14 @@ def test_a_residual_says_nothing_where_few_revolutions_calibrate_the_series(
     analysis = cast(Any, SimpleNamespace(transmission=transmission))
     assert determined(analysis, "transmission_error") is enough
     assert determined(analysis, "motor_torque")
+
+
+def test_what_few_revolutions_leave_is_undetermined_with_the_reason() -> None:
+    turns = [SimpleNamespace(direction=1.0)] * 4
+    angle = SimpleNamespace(frame=SimpleNamespace(recording=np.zeros(1, dtype=np.int64)))
+    transmission = SimpleNamespace(harmonics=SimpleNamespace(turns=turns), angle=angle)
+    analysis = cast(Any, SimpleNamespace(transmission=transmission))
+    high = Scores(9.0, 8.0, 1.0, np.ones(1, dtype=bool), np.zeros(1), np.zeros(1))
+    assert "8.0 times its noise" in undetermined(analysis, {"transmission_error": high})
+    assert undetermined(analysis, {"transmission_error": replace(high, after=1.1)}) == ""
+    assert undetermined(analysis, {}) == ""
