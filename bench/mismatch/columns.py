@@ -17,7 +17,6 @@ from bench.simulation.terms import (
     LOAD_TORQUE,
     MOTOR_TORQUE,
     TEMPERATURE,
-    TRANSMISSION_ERROR,
     Form,
     Point,
     Term,
@@ -88,19 +87,6 @@ class Layout:
 def _ripple(frame: Frame) -> FloatArray:
     parts = [f(order * frame.q) for order in RIPPLE_ORDERS for f in (np.cos, np.sin)]
     return np.column_stack([*parts, *(part * frame.load_motor_torque / 1000.0 for part in parts)])
-
-
-def _within(frame: Frame) -> FloatArray:
-    """Torque about its mean in the steady part of each recording, kN·m, a column a direction.
-
-    What the torque sensor's noise adds to a steady load twists nothing: as a regressor it makes the compliance look
-    softer inside the recordings than from one load to the next, which must not be told as a bend of it.
-    """
-    steady = frame.steady > 0.5
-    number = np.bincount(frame.recording, steady)
-    mean = np.bincount(frame.recording, np.where(steady, frame.torque, 0.0)) / np.maximum(number, 1.0)
-    about = np.where(steady, frame.torque - mean[frame.recording], 0.0) / 1000.0
-    return np.column_stack([about * (frame.last_direction > 0), about * (frame.last_direction < 0)])
 
 
 def _own_integrals(frame: Frame) -> FloatArray:
@@ -182,8 +168,6 @@ def layout(
         base_effects.append((term.effect, form.name, add(form.columns(frame, ()), prior)))
     for term, form, point in known:
         base_effects.append((term.effect, form.name, add(form.columns(frame, point), 0.0)))
-    if channel == TRANSMISSION_ERROR:
-        base_effects.append(("torque", "noise", add(_within(frame), OFFSET_PRIOR)))
     if channel == LOAD_TORQUE:
         base_effects.append(("notch", "ripple", add(_ripple(frame), OFFSET_PRIOR)))
     if channel == TEMPERATURE:

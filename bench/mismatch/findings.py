@@ -19,7 +19,7 @@ from bench.simulation.terms import LIBRARY
 AMBIGUOUS_GAIN = 3.0
 AMBIGUOUS_SHARE = 0.12
 """of the gain: an alternative that explains all but this is as good, unless it is further off than its error"""
-AMBIGUOUS_ERRORS = 1.5
+AMBIGUOUS_ERRORS = 1.7
 ALIKE = 0.012
 """of the gain: an alternative that loses less is as good, however sure the difference: the design shows hardly any"""
 AT_MOST = 0.3
@@ -126,6 +126,8 @@ def as_good(alternative: Alternative, found: Found) -> bool:
         return alternative.loss < AMBIGUOUS_GAIN
     if alternative.loss < ALIKE * gain:
         return True
+    if alternative.strained:
+        return False
     if alternative.loss < alternative.error and alternative.loss < AT_MOST * gain:
         return True
     near = max(AMBIGUOUS_GAIN, AMBIGUOUS_ERRORS * alternative.error)

@@ -38,6 +38,8 @@ class Alternative:
     error: float
     contains: bool
     """the alternative has the chosen term's regressors among its own: no rival, only a longer way to say it"""
+    strained: bool = field(default=False, kw_only=True)
+    """the alternative stands at the end of its parameters' range, where it turns into something else"""
 
 
 @dataclass(slots=True)
@@ -221,7 +223,7 @@ def _alternatives(search: Search, refiner: Refiner, others: list[Entry], entry: 
             # an order is one of a few numbers, no parameter that bends a curve towards another
             numbers = len(rival.index) if effect in search.repeated else rival.numbers
             contains = numbers > entry.numbers and nested(search, entry, rival, special)
-            found = Alternative(rival, float(difference.sum()), error, contains)
+            found = Alternative(rival, float(difference.sum()), error, contains, strained=refiner.strained(rival))
             if not contains:
                 first = found
                 break

@@ -18,6 +18,8 @@ _STEPS = 30
 _HOPELESS = 0.5
 """a form whose best grid point gains less than this share of the effect's best form is not refined"""
 _OUTSIDE = 1e12
+AT_THE_END = 0.01
+"""of a parameter's range (of its lower end, where that is less)"""
 
 
 def form_of(channel: str, entry: Entry) -> Form:
@@ -65,6 +67,15 @@ class Refiner:
         if not refined:
             return None
         return max(refined, key=lambda e: search.fit([*others, e]).total)
+
+    def strained(self, entry: Entry) -> bool:
+        """Whether a nonlinear parameter of an entry stands at the end of the range it may be refined in."""
+        if not entry.point or entry.effect in self.search.repeated:
+            return False
+        lower, upper = _bounds(form_of(self.channel, entry), self.frame)
+        room = AT_THE_END * (upper - lower)
+        point = np.asarray(entry.point)
+        return bool(np.any((point < lower + np.minimum(room, AT_THE_END * np.abs(lower))) | (point > upper - room)))
 
     def entry(self, others: list[Entry], entry: Entry) -> Entry:
         """Move an entry's nonlinear parameters to where the predictive score beside ``others`` is highest."""

@@ -68,15 +68,15 @@ def determined(analysis: Analysis, channel: str) -> bool:
 
 
 def undetermined(analysis: Analysis, scores: dict[str, Scores]) -> str:
-    """A sentence where a residual stands above the noise that a calibration by so few recordings would leave as well."""
+    """A sentence where a residual stands above the noise as so few recordings to calibrate with would leave it, too."""
     score = scores.get(TRANSMISSION_ERROR)
     if score is None or determined(analysis, TRANSMISSION_ERROR):
         return ""
     if not score.stands_out(TOO_MUCH[TRANSMISSION_ERROR], _frame(analysis, TRANSMISSION_ERROR).recording):
         return ""
     return (
-        f"the transmission error of held-out recordings is {score.after / score.floor:.1f} times its noise, but its series"
-        f" is calibrated on few steady revolutions: {FEWEST_TURNS} in each direction driven are needed to tell"
+        f"the transmission error of held-out recordings is {score.after / score.floor:.1f} times its noise, but its"
+        f" series is calibrated on few steady revolutions: {FEWEST_TURNS} in each direction driven are needed to tell"
         " structure from that"
     )
 
