@@ -181,14 +181,15 @@ def _orders(control: Path) -> Iterator[Callable[[str], dict[str, Any]]]:
 def _worker(folder: Path, interface: str, last_s: float) -> Iterator[subprocess.Popen[str]]:
     options = json.dumps({"bench": "rh380n", "interface": interface, "folder": str(folder), "last_s": last_s})
     command = [sys.executable, "-m", "bench.matrix.worker", options]
-    with (folder / "worker.log").open("w") as log:
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True)
-    try:
-        yield process
-    finally:
-        with suppress(ProcessLookupError):
-            process.kill()
-        process.wait(_START_S)
+    with (
+        (folder / "worker.log").open("w") as log,
+        subprocess.Popen(command, stdout=subprocess.PIPE, stderr=log, text=True) as process,
+    ):
+        try:
+            yield process
+        finally:
+            with suppress(ProcessLookupError):
+                process.kill()
 
 
 def _until(worker: subprocess.Popen[str], where: str) -> dict[str, Any]:
