@@ -147,7 +147,7 @@ LEAST_HELD_OUT = 0.0008
 """of the floor's square: what a finding has to take off the held-out residual, per sample"""
 LEAST_UNKNOWN = 0.02
 """the same for structure without a name: a free function finds something in any noise"""
-CERTAIN = 200.0
+CERTAIN = 500.0
 """log-likelihood on training recordings left out that no free function gains in noise: it may act in few samples"""
 HARM = 0.01
 """of the floor's square: what a finding beyond doubt may cost held-out recordings in which it does not act"""
