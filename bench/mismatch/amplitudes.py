@@ -51,6 +51,11 @@ class Orders:
     white: float
     turns: tuple[Turn, ...]
 
+    @property
+    def ripple(self) -> NDArray[np.bool_]:
+        """Which orders are those of the load motor's ripple (orders,)."""
+        return np.isin(np.asarray(self.orders), RIPPLE_ORDERS)
+
 
 def _stack(values: Complex) -> FloatArray:
     return np.concatenate([values.real, values.imag])
@@ -95,7 +100,7 @@ def resonance(data: Orders) -> Law | None:
 
     def consider(*point: float) -> float:
         nonlocal best
-        gain = np.where(np.isin(np.asarray(data.orders), RIPPLE_ORDERS), 0.0, 0.5 * (plain - losses(point)))
+        gain = np.where(data.ripple, 0.0, 0.5 * (plain - losses(point)))
         # orders far below the resonance feel nothing; those that it would spoil do not belong to its mode
         total = float(np.sum(np.maximum(gain, -2.0))) - _unusual(point)
         if best is None or total > best[0]:
@@ -203,7 +208,6 @@ def factors(data: Orders) -> list[Law]:
     flat = [solve_triangular(lower, target, lower=True) for lower, target in whiteners]
     out: list[Law] = []
     reference = Reference.of(data.x, data.time)
-    ripple = np.isin(np.asarray(data.orders), RIPPLE_ORDERS)
     for effect, form, variables, points in _grids(data):
         best: Law | None = None
         for point in points:
@@ -219,7 +223,7 @@ def factors(data: Orders) -> list[Law]:
                 found = np.linalg.solve(normal, right)
                 gain[k] = 0.5 * float(right @ found)
                 strength[k] = found[0] + 1j * found[1]
-            gain[ripple] = 0.0  # how the ripple's torque twists the gearbox is no finding of the gearbox's orders
+            gain[data.ripple] = 0.0  # how the ripple's torque twists the gearbox is no finding of the gearbox's orders
             total = float(np.sum(np.maximum(gain - PRICE, 0.0)))
             touched = tuple(f for f, s in zip(data.orders, gain, strict=True) if s > max(8.0, 0.02 * gain.max()))
             kept = np.where(gain > 8.0, strength, 0.0)

@@ -15,6 +15,7 @@ from bench.mismatch.chosen_forms import Known, chosen_forms, training
 from bench.mismatch.columns import ZERO_TORQUE, layout
 from bench.mismatch.dataset import Dataset
 from bench.mismatch.given import Given
+from bench.mismatch.harmonics import Harmonics
 from bench.mismatch.linear import (
     ChannelModel,
     analyse,
@@ -55,6 +56,11 @@ class Analysis:
     trace: tuple[float, float] | None = None
     traced: bool = False
     ripples: list[Ripple] = field(default_factory=list)
+
+    @property
+    def harmonics(self) -> Harmonics | None:
+        """What is periodic in the transmission error, where that was compared and revolutions calibrate it."""
+        return None if self.transmission is None else self.transmission.harmonics
 
 
 def analyse_channels(

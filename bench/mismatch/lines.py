@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch.spectrum import Turn, nufft
-from bench.mismatch.tones import LEAST_RECORDINGS, at_every_speed, surroundings
+from bench.mismatch.tones import LEAST_RECORDINGS, at_every_speed, longest_run, surroundings
 from bench.simulation.frame import FloatArray
 
 LOWEST = 5
@@ -68,10 +68,9 @@ def order_spectrum(
 
     One revolution under a Hann window: a line is four orders wide, and what stands beside it does not leak further.
     """
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], steady.astype(np.int8), [0])))).reshape(-1, 2)
-    if edges.size == 0:
+    a, b = longest_run(steady)
+    if a == b:
         return None
-    a, b = edges[np.argmax(edges[:, 1] - edges[:, 0])]
     span = abs(float(theta[b - 1] - theta[a]))
     if span < LEAST_TURN:
         return None

@@ -64,6 +64,15 @@ class Tone:
     recordings: tuple[int, ...]
 
 
+def longest_run(marked: NDArray[np.bool_]) -> tuple[int, int]:
+    """Begin and end of the longest run of marked samples; an empty one where there is none."""
+    runs = np.flatnonzero(np.diff(np.concatenate(([0], marked.astype(np.int8), [0])))).reshape(-1, 2)
+    if runs.size == 0:
+        return 0, 0
+    a, b = runs[np.argmax(runs[:, 1] - runs[:, 0])].tolist()
+    return a, b
+
+
 def tone_spectrum(
     index: int,
     signal: FloatArray,
@@ -74,11 +83,7 @@ def tone_spectrum(
 ) -> ToneSpectrum | None:
     """Spectrum of the longest steady run of a recording; None where that is shorter than two segments."""
     segment = round(SEGMENT_S * rate)
-    edges = np.flatnonzero(np.diff(np.concatenate(([0], steady.astype(np.int8), [0]))))
-    runs = edges.reshape(-1, 2)
-    if runs.size == 0:
-        return None
-    a, b = runs[np.argmax(runs[:, 1] - runs[:, 0])]
+    a, b = longest_run(steady)
     if b - a < 2 * segment:
         return None
     # medians of a long recording need no more than some ten thousand of its samples

@@ -61,9 +61,10 @@ def determined(analysis: Analysis, channel: str) -> bool:
 
     Each order of the transmission error follows a quadratic polynomial of three quantities in each direction.
     """
-    if channel != TRANSMISSION_ERROR or analysis.transmission is None or analysis.transmission.harmonics is None:
+    harmonics = analysis.harmonics
+    if channel != TRANSMISSION_ERROR or harmonics is None:
         return True
-    driven = Counter(turn.direction > 0 for turn in analysis.transmission.harmonics.turns)
+    driven = Counter(turn.direction > 0 for turn in harmonics.turns)
     return min(driven.values(), default=0) >= FEWEST_TURNS
 
 
@@ -110,7 +111,7 @@ def _frame(analysis: Analysis, channel: str) -> Frame:
 
 def _orders(analysis: Analysis, ratio: float) -> list[float]:
     """Orders that stand in the channels by themselves: the series', the motors' ripple, the motor encoder's."""
-    harmonics = analysis.transmission.harmonics if analysis.transmission is not None else None
+    harmonics = analysis.harmonics
     series = list(harmonics.series.orders) if harmonics is not None else list(PAPER_ORDERS)
     motor = [k * ratio for k in (1, 2, 3, 4, 6, 8, *(r.order for r in analysis.ripples))]
     return [*map(float, series), *RIPPLE_ORDERS, *motor]
@@ -148,7 +149,7 @@ def _lines(
     spectra = data.lines.get(channel, [])
     known = _orders(analysis, data.ratio)
     if channel == TRANSMISSION_ERROR:
-        harmonics = analysis.transmission.harmonics if analysis.transmission is not None else None
+        harmonics = analysis.harmonics
         spectra = lines.of_turns(harmonics.turns) if harmonics is not None else []
     elif any("angle" in found.entry.variables for found in analysis.models[channel].found):
         return []  # what a narrow place of the turn leaves over stands at many orders
@@ -189,7 +190,7 @@ def _wandering(slow: Wander, channel: str, frame: Frame, score: Scores, names: d
 
 def _unfollowed(analysis: Analysis, channel: str) -> list[float]:
     """Orders of the series that the rest of the transmission error stands at."""
-    harmonics = analysis.transmission.harmonics if analysis.transmission is not None else None
+    harmonics = analysis.harmonics
     if channel != TRANSMISSION_ERROR or harmonics is None:
         return []
     return lines.unfollowed(harmonics.turns, harmonics.series.orders)

@@ -27,6 +27,8 @@ from drivers.ethercat.states import reach_init, reach_op, reach_safeop
 from drivers.ethercat.watchdog import set_watchdog
 
 _OP_TIMEOUT_S = 5.0
+CYCLES_TO_ANSWER = 2
+"""A frame is waited for so long, unless another time is given."""
 
 
 class EtherCatBus:
@@ -72,7 +74,7 @@ class EtherCatBus:
         self.specs = check_specs(slaves)
         self._master = master
         self._pacing = pacing or FreeRunning(cycle_time_s)
-        self._timeout_us = round(2e6 * cycle_time_s) if timeout_us is None else timeout_us
+        self._timeout_us = round(1e6 * CYCLES_TO_ANSWER * cycle_time_s) if timeout_us is None else timeout_us
         self._nonblocking = nonblocking_socket
         self._whole_blocks = whole_blocks
         out_memory, in_memory = memory or (None, None)

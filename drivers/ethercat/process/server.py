@@ -15,7 +15,7 @@ from multiprocessing.connection import Connection
 from typing import Any
 
 from drivers.errors import BusError, DriverError
-from drivers.ethercat.bus import EtherCatBus
+from drivers.ethercat.bus import CYCLES_TO_ANSWER, EtherCatBus
 from drivers.ethercat.pacing import AbsoluteDeadlines
 from drivers.ethercat.process import layout as at
 from drivers.ethercat.process.cyclic import Cyclic
@@ -25,8 +25,8 @@ from drivers.ethercat.process.realtime import become_real_time
 from drivers.ethercat.process.settings import Protection, Setup
 from drivers.ethercat.sdo import SdoClient
 
-_CYCLES_TO_ANSWER, _WAITING = 2, 0.75
-"""How long a frame is waited for: so many cycles, or that part of the time slots are made up for."""
+_WAITING = 0.75
+"""Part of the time slots are made up for that a frame is waited for."""
 
 
 class RigGoneError(Exception):
@@ -58,7 +58,7 @@ class Server:
             block_capacity=setup.image_rows,
             pacing=self._pacing,
             # slots that pass meanwhile are made up for, so waiting for an answer costs nothing
-            timeout_us=round(1e6 * max(_CYCLES_TO_ANSWER * setup.cycle_time_s, _WAITING * setup.make_up_s)),
+            timeout_us=round(1e6 * max(CYCLES_TO_ANSWER * setup.cycle_time_s, _WAITING * setup.make_up_s)),
             memory=(shared.sent, shared.inputs),
             whole_blocks=False,
         )

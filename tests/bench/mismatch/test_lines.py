@@ -12,7 +12,7 @@ from bench.mismatch import peaks
 from bench.mismatch.harmonics import calibrated
 from bench.mismatch.lines import OrderSpectrum, of_turns, order_spectrum, search, unfollowed
 from bench.mismatch.periodic import NOTHING
-from bench.mismatch.spectrum import turns
+from bench.mismatch.spectrum import Turn, turns
 from bench.simulation.frame import FloatArray, Frame
 from tests.bench.mismatch.synthetic import transmission
 
@@ -60,15 +60,22 @@ def slipping(frame: Frame) -> FloatArray:
     return np.asarray(3e-6 * np.cos(33.3 * frame.theta + 2.4 * frame.recording**2))
 
 
-@pytest.mark.parametrize("extra", [slipping, None])
-def test_an_order_that_slips_is_a_line_of_the_transmission_error_and_noise_is_none(extra: Any) -> None:
+ORDERS = (1.0, 46.0, 92.0)
+
+
+def left_over(extra: Any) -> tuple[list[Turn], set[int]]:
+    """Revolutions of recordings with something ``extra``, the calibrated orders taken off; and who trains."""
     data = transmission(extra=extra)
     assert data.angle is not None
-    orders = (1.0, 46.0, 92.0)
     rows = replace(data.angle, y=data.angle.y + data.angle.frame.torque / 4e6)
-    known = calibrated(rows, orders, {m.index for m in data.members if not m.held_out}, NOTHING)
-    left = turns(replace(rows, y=rows.y - known.evaluate(rows.frame)), orders)
-    found = search(of_turns(left), orders)
+    train = {m.index for m in data.members if not m.held_out}
+    known = calibrated(rows, ORDERS, train, NOTHING)
+    return turns(replace(rows, y=rows.y - known.evaluate(rows.frame)), ORDERS), train
+
+
+@pytest.mark.parametrize("extra", [slipping, None])
+def test_an_order_that_slips_is_a_line_of_the_transmission_error_and_noise_is_none(extra: Any) -> None:
+    found = search(of_turns(left_over(extra)[0]), ORDERS)
     assert [line.order for line in found[:1]] == ([] if extra is None else [pytest.approx(33.3, abs=0.5)])
     assert all(line.amplitude == pytest.approx(3e-6, rel=0.3) for line in found[:1])
 
@@ -79,15 +86,9 @@ def test_an_order_is_named_only_where_its_phase_is_its_own(slips: bool) -> None:
         swell = (frame.torque / 800.0) ** 2 + 0.1
         return np.asarray(3e-6 * swell * np.cos(33.0 * frame.theta + slips * 2.4 * frame.recording**2))
 
-    data = transmission(extra=extra)
-    assert data.angle is not None
-    orders = (1.0, 46.0, 92.0)
-    rows = replace(data.angle, y=data.angle.y + data.angle.frame.torque / 4e6)
-    train = {m.index for m in data.members if not m.held_out}
-    known = calibrated(rows, orders, train, NOTHING)
-    left = turns(replace(rows, y=rows.y - known.evaluate(rows.frame)), orders)
+    left, train = left_over(extra)
     chosen = np.array([t.recording in train for t in left])
-    found = peaks.search(peaks.Spectra.of(left, chosen, orders, {}))
+    found = peaks.search(peaks.Spectra.of(left, chosen, ORDERS, {}))
     assert [p.orders for p in found] == ([] if slips else [(33,)])
 
 
@@ -96,11 +97,5 @@ def test_the_order_that_its_polynomials_do_not_follow_is_told() -> None:
         wild = np.sin(1.7 * frame.recording**2)
         return np.asarray(3e-6 * wild * np.cos(46.0 * frame.theta))
 
-    data = transmission(extra=extra)
-    assert data.angle is not None
-    orders = (1.0, 46.0, 92.0)
-    rows = replace(data.angle, y=data.angle.y + data.angle.frame.torque / 4e6)
-    known = calibrated(rows, orders, {m.index for m in data.members if not m.held_out}, NOTHING)
-    left = turns(replace(rows, y=rows.y - known.evaluate(rows.frame)), orders)
-    assert unfollowed(left, orders) == [46.0]
-    assert unfollowed([], orders) == []
+    assert unfollowed(left_over(extra)[0], ORDERS) == [46.0]
+    assert unfollowed([], ORDERS) == []

@@ -7,6 +7,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from bench.mismatch.channels import Analysis
 from bench.mismatch.evaluate import Scores
 from bench.mismatch.tones import search, tone_spectrum
 from bench.mismatch.unexplained import determined, undetermined
@@ -110,7 +111,7 @@ def test_a_residual_says_nothing_where_few_revolutions_calibrate_the_series(
 ) -> None:
     turns = [SimpleNamespace(direction=1.0)] * forward + [SimpleNamespace(direction=-1.0)] * backward
     transmission = SimpleNamespace(harmonics=SimpleNamespace(turns=turns))
-    analysis = cast(Any, SimpleNamespace(transmission=transmission))
+    analysis = Analysis(transmission=cast(Any, transmission))
     assert determined(analysis, "transmission_error") is enough
     assert determined(analysis, "motor_torque")
 
@@ -119,7 +120,7 @@ def test_what_few_revolutions_leave_is_undetermined_with_the_reason() -> None:
     turns = [SimpleNamespace(direction=1.0)] * 4
     angle = SimpleNamespace(frame=SimpleNamespace(recording=np.zeros(1, dtype=np.int64)))
     transmission = SimpleNamespace(harmonics=SimpleNamespace(turns=turns), angle=angle)
-    analysis = cast(Any, SimpleNamespace(transmission=transmission))
+    analysis = Analysis(transmission=cast(Any, transmission))
     high = Scores(9.0, 8.0, 1.0, np.ones(1, dtype=bool), np.zeros(1), np.zeros(1))
     assert "8.0 times its noise" in undetermined(analysis, {"transmission_error": high})
     assert undetermined(analysis, {"transmission_error": replace(high, after=1.1)}) == ""

@@ -78,14 +78,20 @@ def test_a_campaign_that_would_break_a_limit_is_never_queued(client: Client) -> 
     assert client.state("runs")["runs"] == []
 
 
+def with_two_runs(http: TestClient, launcher: NoLauncher) -> Client:
+    """Somebody with the controls, one run that goes and one that waits for it."""
+    client = Client(http, launcher)
+    client.take()
+    client.ask("runs", name="Ann", secret=client.secret, campaign="quick")
+    client.ask("runs", name="Ann", secret=client.secret, campaign="paper")
+    client.until(lambda: launcher.jobs)
+    return client
+
+
 def test_a_run_goes_on_when_the_service_is_started_anew(tmp_path: Path) -> None:
     settings, launcher = Settings(folder=tmp_path / "recordings"), NoLauncher()
     with TestClient(create_app(settings, launcher), base_url=BASE) as http:
-        first = Client(http, launcher)
-        first.take()
-        first.ask("runs", name="Ann", secret=first.secret, campaign="quick")
-        first.ask("runs", name="Ann", secret=first.secret, campaign="paper")
-        first.until(lambda: launcher.jobs)
+        with_two_runs(http, launcher)
     assert launcher.processes[0].poll() is None
     again = NoLauncher()
     again.processes = launcher.processes
@@ -103,11 +109,7 @@ def test_a_run_goes_on_when_the_service_is_started_anew(tmp_path: Path) -> None:
 def test_a_stop_and_its_alarm_outlive_the_service(tmp_path: Path) -> None:
     settings, launcher = Settings(folder=tmp_path / "recordings"), NoLauncher()
     with TestClient(create_app(settings, launcher), base_url=BASE) as http:
-        first = Client(http, launcher)
-        first.take()
-        first.ask("runs", name="Ann", secret=first.secret, campaign="quick")
-        first.ask("runs", name="Ann", secret=first.secret, campaign="paper")
-        first.until(lambda: launcher.jobs)
+        first = with_two_runs(http, launcher)
         launcher.end_all()
         first.until(lambda: first.state("state")["alarms"])
         alarms = first.state("state")["alarms"]
