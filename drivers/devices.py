@@ -64,14 +64,6 @@ class Device(Protocol):
         ...
 
 
-class DeviceFactory(Protocol):
-    """What stands behind an entry point."""
-
-    def __call__(self, place: Place, options: Mapping[str, Any]) -> Device:
-        """Make the device; unknown options are refused with a sentence."""
-        ...
-
-
 def build(kind: type[_T], where: str, options: Mapping[str, Any], **given: Any) -> _T:
     """Make a configuration dataclass from a configuration file's options.
 

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from bench.protocols import BenchFacts, Phase, Point, Request, Segment
+from sequences._bounds import require
 from sequences._motion import finish, grid, start
 
 _MARGIN = 0.01
@@ -19,6 +20,10 @@ class ConstantVelocity:
     revolutions: float = 1.0
     kind: str = "constant_velocity"
     prepares_temperature: bool = True
+
+    def __post_init__(self) -> None:
+        """Refuse options out of bounds (ValueError)."""
+        require("revolutions", self.revolutions, 1e-3, 1e4)
 
     def points(self, request: Request) -> tuple[Point, ...]:
         """Return every combination of the request."""

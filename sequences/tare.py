@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from bench.protocols import Angle, BenchFacts, Phase, Point, Request, Segment, Speed
+from sequences._bounds import require
 from sequences._motion import finish, grid, start
 
 
@@ -19,6 +20,11 @@ class Tare:
     """Load side, rad/s; by default 6 °/s."""
     kind: str = "free"
     prepares_temperature: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse options out of bounds (ValueError)."""
+        require("travel", self.travel, 1e-3, 1e3, "rad")
+        require("speed", self.speed, 1e-5, 1e3, "rad/s")
 
     def points(self, request: Request) -> tuple[Point, ...]:
         """Return every combination of the request."""

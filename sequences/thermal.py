@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bench.protocols import BenchFacts, Phase, Point, Request, Segment, Time, Until
+from sequences._bounds import LONGEST_S, require
 from sequences._motion import grid
 
 
@@ -21,6 +22,11 @@ class Heating:
     direction: int = 1
     kind: str = "heating"
     prepares_temperature: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse a direction that is none (ValueError)."""
+        if self.direction not in (-1, 1):
+            raise ValueError(f"direction is {self.direction}, it must be 1 or -1")
 
     def points(self, request: Request) -> tuple[Point, ...]:
         """Return one point a temperature of the request."""
@@ -47,6 +53,10 @@ class Cooling:
     kind: str = "cooling"
     prepares_temperature: bool = False
 
+    def __post_init__(self) -> None:
+        """Refuse options out of bounds (ValueError)."""
+        require("time_limit", self.time_limit, 0.0, LONGEST_S, "s")
+
     def points(self, request: Request) -> tuple[Point, ...]:
         """Return one point a temperature of the request."""
         return grid(request)
@@ -63,6 +73,10 @@ class Dwell:
     duration: Time = 30.0
     kind: str = "dwell"
     prepares_temperature: bool = True
+
+    def __post_init__(self) -> None:
+        """Refuse options out of bounds (ValueError)."""
+        require("duration", self.duration, 0.0, LONGEST_S, "s")
 
     def points(self, request: Request) -> tuple[Point, ...]:
         """Return every combination of the request."""

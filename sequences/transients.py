@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from bench.protocols import Angle, BenchFacts, Phase, Point, Request, Segment, Time
+from sequences._bounds import LONGEST_S, require, require_whole
 from sequences._motion import finish, grid, start
 
 
@@ -20,6 +21,11 @@ class Reversal:
     cycles: int = 3
     kind: str = "reversal"
     prepares_temperature: bool = True
+
+    def __post_init__(self) -> None:
+        """Refuse options out of bounds (ValueError)."""
+        require("amplitude", self.amplitude, 1e-6, 1e4, "rad")
+        require_whole("cycles", self.cycles, 1, 10_000)
 
     def points(self, request: Request) -> tuple[Point, ...]:
         """Return every combination of the request."""
@@ -50,14 +56,17 @@ class TorqueRamp:
     kind: str = "torque_ramp"
     prepares_temperature: bool = True
 
+    def __post_init__(self) -> None:
+        """Refuse options out of bounds (ValueError)."""
+        require_whole("steps", self.steps, 1, 1000)
+        require("hold", self.hold, 0.0, LONGEST_S, "s")
+
     def points(self, request: Request) -> tuple[Point, ...]:
         """Return every combination of the request."""
         return grid(request)
 
     def phases(self, point: Point, bench: BenchFacts) -> tuple[Phase, ...]:
-        """Return the staircase as one steady segment; ValueError if there are no steps."""
-        if self.steps < 1:
-            raise ValueError(f"steps is {self.steps}, a torque ramp needs at least one")
+        """Return the staircase as one steady segment."""
         levels = [point.load_torque * step / self.steps for step in range(self.steps + 1)]
         staircase = [*levels, *levels[-2::-1], *(-level for level in levels[1:]), *(-level for level in levels[-2::-1])]
         velocity, before = point.velocity, 0.0
@@ -77,6 +86,10 @@ class VelocityRamp:
     """One way."""
     kind: str = "velocity_ramp"
     prepares_temperature: bool = True
+
+    def __post_init__(self) -> None:
+        """Refuse options out of bounds (ValueError)."""
+        require("duration", self.duration, 0.0, LONGEST_S, "s")
 
     def points(self, request: Request) -> tuple[Point, ...]:
         """Return every combination of the request."""
@@ -102,6 +115,10 @@ class RunIn:
     """Each direction."""
     kind: str = "free"
     prepares_temperature: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse options out of bounds (ValueError)."""
+        require("duration", self.duration, 0.0, LONGEST_S, "s")
 
     def points(self, request: Request) -> tuple[Point, ...]:
         """Return every combination of the request."""

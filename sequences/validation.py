@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from scipy.stats import qmc
 
 from bench.protocols import BenchFacts, Phase, Point, Request
+from sequences._bounds import require_whole
 from sequences.constant_velocity import ConstantVelocity
 
 
@@ -24,6 +25,11 @@ class Validation:
     kind: str = "validation"
     prepares_temperature: bool = True
 
+    def __post_init__(self) -> None:
+        """Refuse options out of bounds (ValueError)."""
+        require_whole("count", self.count, 1, 4096)
+        require_whole("seed", self.seed, 0, 2**63 - 1)
+
     def points(self, request: Request) -> tuple[Point, ...]:
         """Return ``count`` points; torque and speed bounds are the extremes of the request, temperature runs from the
         lubricant's start to the highest requested.
@@ -31,10 +37,8 @@ class Validation:
         Raises
         ------
         ValueError
-            If ``count`` is not positive or a bound is missing.
+            If a bound is missing.
         """
-        if self.count < 1:
-            raise ValueError(f"count is {self.count}, a validation set needs at least one point")
         speeds = [abs(velocity) for velocity in request.velocities]
         wanted = [temperature for temperature in request.temperatures if temperature is not None]
         if min(speeds) == 0.0:

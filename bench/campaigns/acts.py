@@ -9,12 +9,17 @@ from bench.cycle.rig import Rig
 from bench.errors import LimitError
 from bench.safety import Act, Latch, LatchFile, Standing
 from bench.safety.latch import HOW, NEXT
-from bench.safety.places import latch_path
+from bench.safety.places import latch_path, machine_latch_path
+from bench.safety.torque_mark import settle_death
 
 
 def latch_of(file: BenchFile, folder: Path) -> LatchFile:
-    """Return the latch of a bench; ``folder`` is that of the run, where an emulated bench keeps it."""
-    return LatchFile(latch_path(file.configuration, folder))
+    """Return the latch of a bench; ``folder`` is that of the run, where an emulated bench keeps it.
+
+    A run that died with torque is a stop: it is latched here, by whoever asks first.
+    """
+    bench = file.configuration
+    return settle_death(bench, LatchFile(latch_path(bench, folder), machine_latch_path(bench)))
 
 
 def acknowledge(file: BenchFile, folder: Path, by: str) -> Latch:

@@ -6,7 +6,9 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from bench.campaigns.registry import build_sequence
+from bench.campaigns.soundness import check_block, check_points
 from bench.errors import ConfigurationError
+from bench.names import require_name
 from bench.protocols import Point, Request
 
 
@@ -50,13 +52,17 @@ class Campaign:
     text: str = field(default="", repr=False)
     """The file it was read from, for provenance; empty for a campaign made in Python."""
 
+    def __post_init__(self) -> None:
+        """Refuse a name that could not be one of a folder (ConfigurationError)."""
+        require_name(self.name, "the campaign name")
+
     def points(self, start_temperature: float) -> tuple[tuple[Point, ...], ...]:
         """Return the points of each stage, given the lubricant's temperature in °C when the campaign begins.
 
         Raises
         ------
         ConfigurationError
-            If a sequence is unknown, an option wrong, or two points are the same.
+            If a sequence is unknown, an option wrong or out of bounds, a value no number, or two points are the same.
         """
         return tuple(tuple(_stage_points(stage, start_temperature)) for stage in self.stages)
 
@@ -64,6 +70,8 @@ class Campaign:
 def _stage_points(stage: Stage, start_temperature: float) -> list[Point]:
     points: list[Point] = []
     for block in stage.blocks:
+        where = f'stage "{stage.name}", {block.sequence}'
+        check_block(block, where)
         request = Request(
             block.sequence,
             block.load_torques,
@@ -77,7 +85,8 @@ def _stage_points(stage: Stage, start_temperature: float) -> list[Point]:
         try:
             points.extend(build_sequence(block.sequence, block.options).points(request))
         except ValueError as error:
-            raise ConfigurationError(f'stage "{stage.name}", {block.sequence}: {error}') from error
+            raise ConfigurationError(f"{where}: {error}") from error
+        check_points(points, where)
     if len(set(points)) != len(points):
         twice = next(point for point in points if points.count(point) > 1)
         raise ConfigurationError(f'stage "{stage.name}" has the point "{twice.label}" twice; use repeats instead')

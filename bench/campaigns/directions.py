@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import threading
 
+from bench.campaigns.remark import clean_remark
+
 
 class Directions:
     """Wishes of the operator; the runner looks at them between blocks and between points.
@@ -65,9 +67,16 @@ class Directions:
             return self._again.pop(0) if self._again else None
 
     def note(self, text: str) -> None:
-        """Write a remark into the recording that runs, or into the next one."""
+        """Write a remark into the recording that runs, or into the next one.
+
+        Raises
+        ------
+        ConfigurationError
+            If it is too long, or holds nothing that can be printed.
+        """
+        remark = clean_remark(text)
         with self._lock:
-            self._notes.append(text)
+            self._notes.append(remark)
 
     def take_notes(self) -> list[str]:
         """Return the remarks not yet written and forget them."""

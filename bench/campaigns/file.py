@@ -12,6 +12,7 @@ from pydantic import BeforeValidator, Field, ValidationError
 
 from bench.campaigns.definition import Block, Campaign, Order, Stage
 from bench.campaigns.registry import parse_options
+from bench.campaigns.soundness import MOST_REPEATS
 from bench.configuration.loading import explain
 from bench.configuration.parts import Section
 from bench.configuration.quantities import Speed, Torque, parse_quantity
@@ -33,7 +34,7 @@ class BlockSection(Section):
     temperatures: Annotated[tuple[Annotated[float | None, BeforeValidator(_temperature)], ...], Field(min_length=1)] = (
         None,
     )
-    repeats: Annotated[int, Field(ge=1)] = 1
+    repeats: Annotated[int, Field(ge=1, le=MOST_REPEATS)] = 1
     options: dict[str, Any] = Field(default_factory=dict)
 
 
@@ -98,9 +99,9 @@ def parse_campaign(text: str, origin: str) -> Campaign:
         stages = tuple(
             Stage(stage.name, tuple(_block(block) for block in stage.points), stage.order) for stage in file.stages
         )
+        return Campaign(file.name, file.title, stages, text)
     except BenchError as error:
         raise ConfigurationError(f"{origin}: {error}") from error
-    return Campaign(file.name, file.title, stages, text)
 
 
 def _block(section: BlockSection) -> Block:

@@ -17,47 +17,53 @@ _TORQUE_BAND = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """One question to a recording, what was found and what is allowed (SI, °C)."""
+    """One question to a recording, what was found and what is allowed (SI, °C).
+
+    ``value`` is None where nobody looked: this kind of recording, or this point, has nothing to compare it with.
+    """
 
     name: str
-    value: float
-    low: float
-    high: float
+    value: float | None
+    low: float = -math.inf
+    high: float = math.inf
 
     @property
-    def passed(self) -> bool:
-        """Whether the value lies within its bounds; not a number does not."""
-        return self.low <= self.value <= self.high
+    def passed(self) -> bool | None:
+        """Whether the value lies within its bounds, None where nobody looked; not a number does not."""
+        return None if self.value is None else self.low <= self.value <= self.high
 
     @property
     def text(self) -> str:
         """A sentence."""
+        if self.value is None:
+            return f"{self.name} was not looked at"
         verdict = "within" if self.passed else "outside"
         return f"{self.name} {self.value:.6g} is {verdict} {self.low:.6g} … {self.high:.6g}"
 
 
 @dataclass(frozen=True, slots=True)
 class Gate:
-    """The checks of one recording."""
+    """The checks of one recording, those that nobody made included."""
 
     checks: tuple[Check, ...]
 
     @property
     def passed(self) -> bool:
-        """Whether all checks passed."""
-        return all(check.passed for check in self.checks)
+        """Whether every check that was made passed; a recording of which nothing was looked at does not pass."""
+        made = [check.passed for check in self.checks if check.passed is not None]
+        return bool(made) and all(made)
 
     @property
     def failures(self) -> str:
         """The failed checks as a sentence, empty if there are none."""
-        return "; ".join(check.text for check in self.checks if not check.passed)
+        return "; ".join(check.text for check in self.checks if check.passed is False)
 
     def as_dict(self) -> dict[str, Any]:
-        """For the recording's and the manifest's ``quality``."""
+        """For the recording's and the manifest's ``quality``; ``passed`` is None where nobody looked."""
         return {
             check.name: {
                 "passed": check.passed,
-                "value": _number(check.value),
+                "value": None if check.value is None else _number(check.value),
                 "low": _number(check.low),
                 "high": _number(check.high),
             }
@@ -66,30 +72,32 @@ class Gate:
 
 
 def judge(point: Point, kind: str, figures: SteadyFigures, bench: BenchConfiguration) -> Gate:
-    """Return the checks that apply to a recording of this kind.
+    """Return every check, made where it applies to a recording of this kind.
 
     The load runs open loop: the sensor sees the set torque up to the load side's friction and ripple, hence its band.
     """
-    checks = [
-        Check("lost_cycles", figures.lost_cycles, 0, 0),
-        Check("saturated_samples", figures.saturated, 0, 0),
-    ]
-    if kind in _WITH_REVOLUTION:
-        speed, torque = point.velocity, point.load_torque
-        slack = 3.0 * bench.nominal.load_friction + _TORQUE_BAND * abs(torque)
-        checks += [
-            Check("travel", figures.travel, 2.0 * math.pi, math.inf),
-            Check("velocity", figures.velocity, *sorted((speed * (1 - _VELOCITY_BAND), speed * (1 + _VELOCITY_BAND)))),
-            Check("load_torque", figures.load_torque, torque - slack, torque + slack),
-        ]
-        if point.temperature is not None:
-            # the band applies when the point starts; it may cool by half of it while it is measured
-            band = 1.5 * bench.heating.band
-            checks += [
-                Check("temperature_low", figures.temperature_low, point.temperature - band, math.inf),
-                Check("temperature_high", figures.temperature_high, -math.inf, point.temperature + band),
-            ]
-    return Gate(tuple(checks))
+    revolves = kind in _WITH_REVOLUTION
+    speed, torque, temperature = point.velocity, point.load_torque, point.temperature
+    slack = 3.0 * bench.nominal.load_friction + _TORQUE_BAND * abs(torque)
+    # the band applies when the point starts; it may cool by half of it while it is measured
+    warm = (temperature or 0.0) - 1.5 * bench.heating.band, (temperature or 0.0) + 1.5 * bench.heating.band
+    # of a recording without rows nothing is known, which is no pass
+    lost, saturated = (float(count) if figures.rows else math.nan for count in (figures.lost_cycles, figures.saturated))
+    slow, fast = sorted((speed * (1 - _VELOCITY_BAND), speed * (1 + _VELOCITY_BAND)))
+    table: tuple[tuple[str, bool, float, float, float], ...] = (
+        ("lost_cycles", True, lost, 0.0, 0.0),
+        ("saturated_samples", True, saturated, 0.0, 0.0),
+        ("travel", revolves, figures.travel, 2.0 * math.pi, math.inf),
+        ("velocity", revolves, figures.velocity, slow, fast),
+        ("load_torque", revolves, figures.load_torque, torque - slack, torque + slack),
+        ("temperature_low", revolves and temperature is not None, figures.temperature_low, warm[0], math.inf),
+        ("temperature_high", revolves and temperature is not None, figures.temperature_high, -math.inf, warm[1]),
+    )
+    return Gate(
+        tuple(
+            Check(name, value, low, high) if applies else Check(name, None) for name, applies, value, low, high in table
+        )
+    )
 
 
 def _number(value: float) -> float | None:

@@ -19,6 +19,7 @@ from pathlib import Path
 from types import TracebackType
 
 from bench.campaigns.definition import Campaign
+from bench.campaigns.rebuilt import is_broken, put_aside, rebuild, require_whole
 from bench.campaigns.taken import Status, Taken
 from bench.configuration import BenchFile
 from bench.errors import ConfigurationError, DeviceError, RecordingError
@@ -53,8 +54,12 @@ def require_same(folder: Path, campaign: Campaign, file: BenchFile) -> None:
     path = folder / NAME
     if not path.exists():
         return
-    with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as database:
-        kept = dict(database.execute("SELECT key, value FROM campaign").fetchall())
+    try:
+        with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True)) as database:
+            kept = dict(database.execute("SELECT key, value FROM campaign").fetchall())
+    except sqlite3.Error:
+        # the run itself puts a damaged journal aside, and looks at what the recordings say
+        return
     for key, digest, what in _claims(campaign, file):
         if kept.get(key, digest) != digest:
             raise _other(folder, what)
@@ -87,6 +92,25 @@ def _lock(path: Path) -> int:
     return descriptor
 
 
+def _connect(path: Path) -> sqlite3.Connection:
+    database = sqlite3.connect(path, check_same_thread=False, isolation_level=None)
+    try:
+        database.execute("PRAGMA journal_mode=WAL")
+        # FULL: a commit is on the disk when it returns, so that a power cut takes back nothing
+        database.execute("PRAGMA synchronous=FULL")
+        database.executescript(_SCHEMA)
+        require_whole(database)
+    except BaseException:
+        database.close()
+        raise
+    return database
+
+
+def _row(taken: Taken, status: str | None = None) -> tuple[str, str, int, str, str]:
+    content = json.dumps(taken.as_dict())
+    return taken.recording_id, taken.point_id, taken.take, status or taken.status.value, content
+
+
 class Journal:
     """The journal of one folder.
 
@@ -94,6 +118,10 @@ class Journal:
     ----------
     folder : of the recordings; is made if it is not there.
     campaign, file : what is measured and under which configuration.
+
+    Attributes
+    ----------
+    notes : sentences about a journal that could not be read, and was made anew from the recordings.
 
     Raises
     ------
@@ -106,20 +134,21 @@ class Journal:
     def __init__(self, folder: Path, campaign: Campaign, file: BenchFile) -> None:
         self._folder = folder
         folder.mkdir(parents=True, exist_ok=True)
+        self.notes: list[str] = []
         self._lock = _lock(folder / LOCK)
-        self._database = sqlite3.connect(folder / NAME, check_same_thread=False, isolation_level=None)
-        self._database.execute("PRAGMA journal_mode=WAL")
-        # FULL: a commit is on the disk when it returns, so that a power cut takes back nothing
-        self._database.execute("PRAGMA synchronous=FULL")
-        self._database.executescript(_SCHEMA)
+        try:
+            self._database = self._open()
+        except BaseException:
+            os.close(self._lock)
+            raise
         try:
             for key, digest, what in _claims(campaign, file):
                 if self.remember(key, digest) != digest:
                     raise _other(folder, what)
-        except ConfigurationError:
+            self._settle()
+        except BaseException:
             self.close()
             raise
-        self._settle()
 
     def remember(self, key: str, value: str) -> str:
         """Keep a value if there is none under this key yet; return the one that is kept."""
@@ -165,13 +194,29 @@ class Journal:
         """Close."""
         self.close()
 
+    def _open(self) -> sqlite3.Connection:
+        """Open the database; one that is damaged is put aside, made anew from the recordings, and told."""
+        path = self._folder / NAME
+        try:
+            database = _connect(path)
+            if database.execute("SELECT 1 FROM campaign").fetchone() is not None:
+                return database
+            why = "was empty or gone"
+        except (sqlite3.Error, ValueError, KeyError, TypeError, RecursionError) as error:
+            if not is_broken(error):
+                raise DeviceError(f"{path} cannot be opened: {error}; make room, or wait for whoever has it") from error
+            why = f"could not be read ({error}); it is kept as {put_aside(path)}"
+            database = _connect(path)
+        found = rebuild(self._folder)
+        database.executemany("INSERT OR REPLACE INTO campaign VALUES (?, ?)", found.kept.items())
+        database.executemany("INSERT OR REPLACE INTO takes VALUES (?, ?, ?, ?, ?)", map(_row, found.takes))
+        if found.takes or "read" in why:
+            self.notes = [f"{path} {why}; it was made anew from {len(found.takes)} recordings", *found.notes]
+        return database
+
     def _put(self, taken: Taken, status: str) -> None:
-        content = json.dumps(taken.as_dict())
         with self._transaction():
-            self._database.execute(
-                "INSERT OR REPLACE INTO takes VALUES (?, ?, ?, ?, ?)",
-                (taken.recording_id, taken.point_id, taken.take, status, content),
-            )
+            self._database.execute("INSERT OR REPLACE INTO takes VALUES (?, ?, ?, ?, ?)", _row(taken, status))
 
     @contextmanager
     def _transaction(self) -> Iterator[None]:

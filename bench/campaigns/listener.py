@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from typing import Any, Protocol
@@ -14,6 +14,7 @@ from bench.campaigns.schedule import Task
 from bench.campaigns.taken import Taken
 from bench.cycle.channels import Scaling
 from bench.cycle.sink import Sink
+from bench.errors import one_sentence
 from bench.protocols import Point, Segment
 
 
@@ -46,8 +47,11 @@ class Listener(Protocol):
         """A recording is in its file."""
         ...
 
-    def paused(self, now: bool) -> None:
-        """Points wait for the operator, said now and then as long as they do, or no longer."""
+    def paused(self, now: bool, why: str = "") -> None:
+        """Points wait for the operator, said now and then as long as they do, or no longer.
+
+        ``why`` is the sentence where it was not the operator who paused.
+        """
         ...
 
     def noticed(self, text: str) -> None:
@@ -70,7 +74,7 @@ class Silent:
     def finished(self, taken: Taken) -> None:
         """Do nothing."""
 
-    def paused(self, now: bool) -> None:
+    def paused(self, now: bool, why: str = "") -> None:
         """Do nothing."""
 
     def noticed(self, text: str) -> None:
@@ -94,21 +98,38 @@ class Tap(Protocol):
 
 
 class Tapped:
-    """A sink that shows a tap what it hands on."""
+    """A sink that shows a tap what it hands on; a tap that fails is dropped, ``told`` hears of it, the motion goes on.
 
-    def __init__(self, sink: Sink, tap: Tap) -> None:
-        self._sink, self._tap = sink, tap
+    Parameters
+    ----------
+    sink : what everything goes to.
+    tap : what is shown rows and segments.
+    told : is given a sentence once, if the tap fails.
+    """
+
+    def __init__(self, sink: Sink, tap: Tap, told: Callable[[str], None]) -> None:
+        self._sink, self._told = sink, told
+        self._tap: Tap | None = tap
 
     def segment(self, segment: Segment | None) -> None:
         """Hand on and show."""
         self._sink.segment(segment)
-        self._tap.segment(segment)
+        self._show(lambda tap: tap.segment(segment))
 
     def rows(self, raw: dict[str, NDArray[Any]]) -> None:
         """Hand on and show."""
         self._sink.rows(raw)
-        self._tap.rows(raw)
+        self._show(lambda tap: tap.rows(raw))
 
     def event(self, level: str, text: str) -> None:
         """Hand on; a tap is no record."""
         self._sink.event(level, text)
+
+    def _show(self, look: Callable[[Tap], None]) -> None:
+        if self._tap is None:
+            return
+        try:
+            look(self._tap)
+        except Exception as error:  # noqa: BLE001 - who only looks never ends a motion
+            self._tap = None
+            self._told(f"live values have stopped, the recording goes on: {one_sentence(error)}")

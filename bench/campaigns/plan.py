@@ -11,6 +11,7 @@ from bench.campaigns.estimate import Demand, Estimator, TemperatureUnreachable, 
 from bench.campaigns.facts import facts
 from bench.campaigns.registry import build_sequence
 from bench.campaigns.schedule import HEATING, Task, schedule
+from bench.campaigns.soundness import check_phases
 from bench.campaigns.tare import TARE
 from bench.configuration import BenchConfiguration
 from bench.errors import ConfigurationError, LimitError
@@ -111,7 +112,7 @@ def make_plan(campaign: Campaign, bench: BenchConfiguration, start_temperature: 
     Raises
     ------
     LimitError
-        If any point would break a limit of the bench; names the point and the limit.
+        If any point would break a limit of the bench, or step; names the point and the limit.
     ConfigurationError
         If the campaign itself is wrong.
     """
@@ -136,7 +137,9 @@ def make_plan(campaign: Campaign, bench: BenchConfiguration, start_temperature: 
         where = f"{campaign.name},{before} point {count + task.is_preparation} ({point.label})"
         _check_temperature(point, bench, where)
         try:
-            phases = build_sequence(point.sequence, point.options).phases(point, bench_facts)
+            phases = check_phases(
+                build_sequence(point.sequence, point.options).phases(point, bench_facts), bench, where
+            )
             after, demand = estimator.run(phases, state)
         except ValueError as error:
             raise ConfigurationError(f"{where}: {error}") from error
@@ -189,10 +192,10 @@ def check_demand(demand: Demand, bench: BenchConfiguration, where: str) -> None:
         ("lubricant temperature", demand.temperature, "limits.temperature", limits.temperature, "°C"),
     )
     for quantity, value, name, limit, unit in table:
-        if value > limit:
+        if not value <= limit:
             raise LimitError(f"{where} needs a {quantity} of {value:.4g} {unit}, above {name} = {limit:.4g} {unit}")
     travel = max(demand.position_high, -demand.position_low)
-    if limits.load_position is not None and travel > limits.load_position:
+    if limits.load_position is not None and not travel <= limits.load_position:
         raise LimitError(
             f"{where} turns the load side by {travel:.4g} rad, above limits.load_position ="
             f" {limits.load_position:.4g} rad"

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import bench
 from bench.campaigns.taken import Taken
@@ -13,8 +15,10 @@ from bench.cycle.rig import Rig
 from bench.recording import Gearbox, RecordingHeader, Setpoint
 
 
-def recording_header(begun: Taken, campaign_id: str, file: BenchFile, rig: Rig) -> RecordingHeader:
-    """Return the header of a recording that begins now."""
+def recording_header(
+    begun: Taken, campaign_id: str, file: BenchFile, rig: Rig, more: Mapping[str, Any]
+) -> RecordingHeader:
+    """Return the header of a recording that begins now; ``more`` are root attributes that say whose it is."""
     config = file.configuration
     gearbox = config.gearbox
     teeth = gearbox.teeth.model_dump() if gearbox.teeth is not None else {}
@@ -33,7 +37,7 @@ def recording_header(begun: Taken, campaign_id: str, file: BenchFile, rig: Rig) 
         gearbox_serial=gearbox.serial,
         config=file.text,
         software={"name": "gearbench", "version": bench.__version__, "revision": revision()},
-        attributes={"tare_torque": rig.zeros.load_torque, "label": begun.label},
+        attributes={"tare_torque": rig.zeros.load_torque, "label": begun.label, **more},
     )
 
 

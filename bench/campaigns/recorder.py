@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.cycle.channels import Scaling
-from bench.errors import RecordingError
+from bench.errors import BacklogError, RecordingError, one_sentence
 from bench.protocols import Segment
 from bench.recording import FAST_CHUNK_ROWS, RecordingHeader, RecordingWriter
 
@@ -21,8 +22,12 @@ _FULL_SCALE = 32767
 
 @dataclass(slots=True)
 class SteadyFigures:
-    """Sums over the steady parts of a recording, SI; what the quality gate judges."""
+    """Sums over the steady parts of a recording, SI; what the quality gate judges.
 
+    ``rows``, ``lost_cycles`` and ``saturated`` are of the whole recording.
+    """
+
+    rows: int = 0
     samples: int = 0
     travel: float = 0.0
     """Greatest load-side travel within one steady segment, rad."""
@@ -47,14 +52,20 @@ class SteadyFigures:
 class Recorder:
     """A sink of the rig that writes one recording.
 
-    ``time`` counts from the first row; ``cycle`` stays that of the bus.
+    ``time`` counts from the first row; ``cycle`` stays that of the bus. In real time nothing but :meth:`close` waits
+    for the disk: one that is too far behind ends the recording, and the motion goes on without.
+
+    Attributes
+    ----------
+    ended : why the recording has ended before its motion, None as long as it goes on.
     """
 
     def __init__(self, path: Path, header: RecordingHeader, scaling: Scaling, *, fast: bool, ratio: float) -> None:
         self._scaling, self._ratio = scaling, ratio
         self._writer = RecordingWriter(
-            path, header, list(scaling.specs.values()), chunk_rows=FAST_CHUNK_ROWS if fast else None
+            path, header, list(scaling.specs.values()), chunk_rows=FAST_CHUNK_ROWS if fast else None, wait=fast
         )
+        self.ended: str | None = None
         self._cycle_time = scaling.scale("time")
         self._first: int | None = None
         self._last_cycle: int | None = None
@@ -72,23 +83,41 @@ class Recorder:
         """Begin a segment at the next row, or end the one that is open."""
         self._steady, self._steady_start = segment is Segment.STEADY, math.nan
         if segment is None:
-            self._writer.end_segment()
+            self._do(self._writer.end_segment)
         else:
-            self._writer.begin_segment(segment.value)
+            self._do(lambda: self._writer.begin_segment(segment.value))
 
     def rows(self, raw: dict[str, NDArray[Any]]) -> None:
         """Take raw rows of every channel."""
         cycle = raw["cycle"]
-        if cycle.size == 0:
+        if cycle.size == 0 or self.ended is not None:
             return
         if self._first is None:
             self._first = int(cycle[0])
+        first = self._first
         self._look(raw)
-        self._writer.append({**raw, "time": cycle - self._first})
+        self._do(lambda: self._writer.append({**raw, "time": cycle - first}))
 
     def event(self, level: str, text: str) -> None:
         """Note an event at the time of the next row."""
-        self._writer.event(self._writer.rows * self._cycle_time, level, text)
+        self._do(lambda: self._writer.event(self._writer.rows * self._cycle_time, level, text))
+
+    def _do(self, record: Callable[[], None]) -> None:
+        """Record, as long as the recording goes on."""
+        if self.ended is not None:
+            return
+        try:
+            record()
+        except BacklogError as error:
+            self.ended = str(error)
+
+    def remark(self, text: str) -> str | None:
+        """Note what an operator said; return why that was not possible, which is nothing a recording ends for."""
+        try:
+            self.event("note", text)
+        except Exception as error:  # noqa: BLE001 - told to the operator; rows have a way of their own to fail
+            return one_sentence(error)
+        return None
 
     def close(self, *, complete: bool, accepted: bool | None, quality: dict[str, Any] | None) -> Path:
         """Finish the file; slow (compression, disk): call it where nobody waits.
@@ -117,6 +146,8 @@ class Recorder:
             figures.lost_cycles += missing
             self.event("warning", f"{missing} cycles missing between cycle {before} and {self._last_cycle}")
         self.temperature = self._si(raw, "temperature", -1)
+        figures.rows += cycle.size
+        figures.saturated += int(np.count_nonzero(np.abs(raw["load_torque"].astype(np.int32)) >= _FULL_SCALE))
         if not self._steady:
             return
         angle = self._si(raw, "load_angle", -1)
@@ -135,4 +166,3 @@ class Recorder:
         scale = self._scaling.scale("temperature")
         figures.temperature_low = min(figures.temperature_low, float(raw["temperature"].min()) * scale)
         figures.temperature_high = max(figures.temperature_high, float(raw["temperature"].max()) * scale)
-        figures.saturated += int(np.count_nonzero(np.abs(torque.astype(np.int32)) >= _FULL_SCALE))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import fields, is_dataclass
 from functools import cache
@@ -87,6 +88,6 @@ def _number(value: object, hint: object) -> float:
         if isinstance(value, int) and not isinstance(value, bool):
             return value
         raise ValueError("this must be a whole number")
-    if isinstance(value, int | float) and not isinstance(value, bool):
+    if isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value):
         return float(value)
-    raise ValueError("this must be a number")
+    raise ValueError("this must be a finite number")

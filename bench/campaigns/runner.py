@@ -3,37 +3,43 @@
 from __future__ import annotations
 
 import math
-import shutil
-import time
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import TypeVar
 
+from bench.campaigns.asked import Stopped, asked
+from bench.campaigns.closer import Closer
 from bench.campaigns.definition import Campaign
 from bench.campaigns.directions import Directions
 from bench.campaigns.facts import facts
-from bench.campaigns.gate import judge
-from bench.campaigns.journal import Journal
+from bench.campaigns.journal import Journal, campaign_digest
 from bench.campaigns.listener import Expected, Listener, Tap, Tapped
 from bench.campaigns.manifest import end_and_zero, recordings
+from bench.campaigns.outcome import end_of, judged
 from bench.campaigns.plan import Plan
 from bench.campaigns.provenance import recording_header
+from bench.campaigns.rebuilt import CAMPAIGN_DIGEST, START_TEMPERATURE
 from bench.campaigns.recorder import Recorder
 from bench.campaigns.registry import build_sequence
+from bench.campaigns.room import NoRoom, NotWritten, shortage
 from bench.campaigns.schedule import Task, schedule
+from bench.campaigns.soundness import check_phases
 from bench.campaigns.stop_log import StopLog
 from bench.campaigns.taken import Status, Summary, Taken, commanded_velocity, point_id, setpoint_dict
 from bench.campaigns.tare import TARE, TareSink
+from bench.campaigns.waits import Waits
 from bench.configuration import BenchFile
 from bench.cycle.rig import End, EndKind, Rig
 from bench.cycle.sink import Sink
-from bench.errors import DeviceError, LimitError, RecordingError
+from bench.errors import BenchError, DeviceError, RecordingError, one_sentence
+from bench.names import require_name
 from bench.protocols import Point
 from bench.recording.manifest import write_manifest
 
-_PAUSE_S = 0.25
+T = TypeVar("T")
 MOST_TAKES = 3
 """A poor recording is repeated until there are this many takes in one run; all are kept."""
 
@@ -69,11 +75,15 @@ class Runner:
         self._directions, self._tap = directions or Directions(), tap
         self._interrupted = stop_requested
         self._summary = Summary()
+        self._torque = False
+        self._waits = Waits(rig, self._directions, listener, self._stop_requested, answered=directions is not None)
         self._stops = StopLog(folder)
-        self._closing: list[Future[Taken]] = []
 
     def run(self) -> Summary:
-        """Run everything that is missing; the bench is at rest afterwards.
+        """Run everything that is missing; the bench is at rest afterwards, whatever failed.
+
+        Once there is torque, nothing that fails leaves here as an exception: it ends the run by the stop ladder, and
+        the summary says why. Only a disk without room is told as one as well, where nobody can be asked to make some.
 
         Raises
         ------
@@ -82,42 +92,85 @@ class Runner:
         LimitError
             If the disk has not enough room left for another point.
         DeviceError
-            If a drive does not follow.
+            If a drive does not follow before there is torque; if journal or manifest cannot be written at the end.
         """
         rig, summary = self._rig, self._summary
         start = rig.elapsed_s
         with (
             Journal(self._folder, self._campaign, self._file) as self._journal,
-            ThreadPoolExecutor(1, "recording-closer") as self._pool,
+            ThreadPoolExecutor(1, "recording-closer") as pool,
         ):
-            self._campaign_id = self._journal.remember("id", f"{self._campaign.name}-{rig.now:%Y%m%dT%H%M%S}")
-            self._created = self._journal.remember("created_at", datetime.now(UTC).isoformat())
-            # points drawn between the start and the highest temperature must stay the same when a run goes on
-            start_temperature = float(self._journal.remember("start_temperature", repr(rig.temperature)))
-            self._stages = self._campaign.points(start_temperature)
-            done = self._journal.done()
-            every = enumerate((point for points in self._stages for point in points), 1)
-            self._points = [Expected(number, id_ := self._identity(p), p, id_ in done) for number, p in every]
-            summary.earlier = sum(expected.done for expected in self._points)
-            zero = rig.zero_id or "unnamed"
-            first = self._journal.remember("zero", zero)
-            if first != zero:
-                self._listener.noticed(f"encoder zero {zero}, begun with zero {first}: analyses keep recordings apart")
-            self._listener.planned(self._campaign_id, self._plan, self._points)
+            self._closer = Closer(pool, self._journal, summary, self._listener)
+            done = self._prepare()
+            error: Exception | None = None
             try:
                 if summary.earlier < len(self._points):
                     self._measure(done)
+            except Exception as failed:  # noqa: BLE001 - with torque it goes down the ladder, without it is raised again
+                error = failed if not self._torque or isinstance(failed, NoRoom) else None
+                # without torque there is nothing to bring to rest, and nothing to latch
+                summary.end = self._failed(failed) if self._torque else end_of(failed)
             finally:
-                self._stops.write(rig.stops)
-                self._collect(wait=True)
                 summary.bench_time_s = rig.elapsed_s - start
                 summary.cycles = round(summary.bench_time_s / self._file.configuration.bus.cycle_time)
-                self._write_manifest()
+                self._conclude(error)
+            if error is not None and not isinstance(error, Stopped):
+                raise error
         return summary
+
+    def _prepare(self) -> set[str]:
+        """Ask for every point, tell of them, and return which are done already."""
+        rig, summary = self._rig, self._summary
+        for note in self._journal.notes:
+            self._listener.noticed(note)
+        self._campaign_id = self._journal.remember("id", f"{self._campaign.name}-{rig.now:%Y%m%dT%H%M%S}")
+        self._created = self._journal.remember("created_at", datetime.now(UTC).isoformat())
+        # points drawn between the start and the highest temperature must stay the same when a run goes on
+        start_temperature = float(self._journal.remember("start_temperature", repr(rig.temperature)))
+        # a journal that is lost is made anew of what stands in the recordings
+        self._whose = {CAMPAIGN_DIGEST: campaign_digest(self._campaign), START_TEMPERATURE: start_temperature}
+        self._stages = self._asked(
+            f"the points of campaign {self._campaign.name}", lambda: self._campaign.points(start_temperature)
+        )
+        done = self._journal.done()
+        every = enumerate((point for points in self._stages for point in points), 1)
+        self._points = [Expected(number, id_ := self._identity(p), p, id_ in done) for number, p in every]
+        summary.earlier = sum(expected.done for expected in self._points)
+        zero = rig.zero_id or "unnamed"
+        first = self._journal.remember("zero", zero)
+        if first != zero:
+            self._listener.noticed(f"encoder zero {zero}, begun with zero {first}: analyses keep recordings apart")
+        self._listener.planned(self._campaign_id, self._plan, self._points)
+        return done
+
+    def _conclude(self, error: Exception | None) -> None:
+        """Write down what became of the run; where it failed before, that remains the reason that is told."""
+        failed = error is not None or self._summary.end.kind is EndKind.TRIPPED
+        acts: tuple[Callable[[], None], ...] = (
+            self._write_stops,
+            lambda: self._closer.collect(wait=True),
+            self._write_manifest,
+        )
+        for act in acts:
+            try:
+                act()
+            except (BenchError, OSError) as second:
+                if not failed:
+                    raise
+                self._listener.noticed(one_sentence(second))
+
+    def _write_stops(self) -> None:
+        self._stops.write(self._rig.stops)
+        if self._stops.trouble is not None:
+            self._listener.noticed(self._stops.trouble)
 
     def _measure(self, done: set[str]) -> None:
         rig, summary = self._rig, self._summary
+        why = self._shortage()
+        if why is not None:
+            raise NoRoom(f"{why}; nothing has moved; make room and run again, finished points are not repeated")
         rig.enable()
+        self._torque = True
         zero = self._measure_zero()
         if summary.end.kind is not EndKind.FINISHED:
             return
@@ -132,27 +185,32 @@ class Runner:
                     return
         summary.tare_drift = self._measure_zero()
 
+    def _failed(self, error: Exception, sink: Sink | None = None) -> End:
+        """Bring the bench to rest after a failure of the run itself; return the end it makes of the run."""
+        return self._rig.trip(end_of(error), sink)
+
+    def _asked(self, what: str, answer: Callable[[], T]) -> T:
+        return asked(what, answer, self._rig, self._stop_requested)
+
     def _stop_requested(self) -> bool:
         return self._interrupted() or self._directions.stop_requested
 
     def _left_out(self, point: Point) -> bool:
         """Wait while the operator pauses; then whether this point is to be skipped."""
-        self._pause()
+        self._waits.while_paused()
         return self._directions.is_skipped(self._identity(point))
 
-    def _pause(self) -> None:
-        if not self._directions.paused:
-            return
-        while self._directions.paused and not self._stop_requested():
-            # said again and again: whoever listens takes a run that says nothing for one that hangs
-            self._listener.paused(True)
-            before = self._rig.elapsed_s
-            if self._rig.is_real_time:
-                self._rig.idle(_PAUSE_S)
-            if self._rig.elapsed_s == before:
-                # fast emulation stands still; a bench that tripped does nothing until the next motion says so
-                time.sleep(_PAUSE_S)
-        self._listener.paused(False)
+    def _shortage(self) -> str | None:
+        """Return why no further point can be recorded at the moment, None if one can."""
+        try:
+            self._closer.collect(wait=False)
+        except DeviceError as error:
+            return str(error)
+        return shortage(self._folder, self._file.configuration.storage.minimum_free)
+
+    def _so_far(self) -> str:
+        measured = sum(taken.status is Status.DONE for taken in self._summary.taken) + self._summary.earlier
+        return f"{measured} of {len(self._points)} points are measured"
 
     def _repeat(self) -> None:
         """Measure once more what the operator asked for."""
@@ -167,7 +225,7 @@ class Runner:
         if self._tap is None:
             return sink
         self._tap.begin(self._rig.scaling, self._rig.now, what)
-        return Tapped(sink, self._tap)
+        return Tapped(sink, self._tap, self._listener.noticed)
 
     def _measure_zero(self) -> float:
         sink = TareSink(self._rig.scaling)
@@ -177,124 +235,129 @@ class Runner:
         return sink.zero if end.kind is EndKind.FINISHED else math.nan
 
     def _task(self, task: Task) -> End:
-        end = End(EndKind.FINISHED)
-        for _ in range(MOST_TAKES):
-            self._check_disk()
-            end, passed = self._record(task)
+        end, takes = End(EndKind.FINISHED), 0
+        while takes < MOST_TAKES:
+            if self._stop_requested():
+                return self._failed(Stopped("stopped on the operator's request"))
+            why = self._shortage()
+            if why is not None:
+                self._waits.for_room(why, self._so_far())
+                continue
+            try:
+                end, passed = self._record(task)
+            except NotWritten as error:
+                self._waits.for_room(str(error), self._so_far())
+                continue
+            takes += 1
             if passed or end.kind in (EndKind.TRIPPED, EndKind.INTERRUPTED) or task.is_preparation:
                 break
         return end
 
-    def _check_disk(self) -> None:
-        free, needed = shutil.disk_usage(self._folder).free, self._file.configuration.storage.minimum_free
-        if free < needed:
-            raise LimitError(
-                f"{self._folder} has {free / 1e6:.0f} MB of disk left, storage.minimum_free = {needed / 1e6:.0f} MB;"
-                " make room and run again, finished points are not repeated"
-            )
-
     def _record(self, task: Task) -> tuple[End, bool]:
         point, rig, config = task.point, self._rig, self._file.configuration
         sequence = build_sequence(point.sequence, point.options)
-        phases = sequence.phases(point, facts(config))
+        what = f'sequence "{point.sequence}" for {point.label}'
+        # looked at again: it need not say the same as when it was planned
+        phases = self._asked(what, lambda: check_phases(sequence.phases(point, facts(config)), config, what))
         identity = self._identity(point)
         take = self._journal.next_take(identity)
         name = self._name(task, identity, sequence.kind, take)
         setpoint = {**setpoint_dict(point), "velocity": commanded_velocity(point, phases)}
         begun = Taken(name, f"{name}.h5", sequence.kind, point.label, setpoint, identity, take, Status.PENDING)
-        self._journal.begin(begun)
-        header = recording_header(begun, self._campaign_id, self._file, rig)
-        recorder = Recorder(
-            self._folder / begun.file, header, rig.scaling, fast=not rig.is_real_time, ratio=config.gearbox.ratio
-        )
-        self._listener.started(task, name)
-        start = rig.elapsed_s
-        skippable = self._identity(task.prepares or point)
-
-        def stop() -> bool:
-            self._listener.advanced(rig.elapsed_s, rig.temperature)
-            for note in self._directions.take_notes():
-                recorder.event("note", note)
-            return self._stop_requested() or self._directions.is_skipped(skippable)
-
-        end = rig.run(phases, self._watched(recorder, sequence.kind), stop)
+        header = recording_header(begun, self._campaign_id, self._file, rig, self._whose)
+        try:
+            self._journal.begin(begun)
+            recorder = Recorder(
+                self._folder / begun.file, header, rig.scaling, fast=not rig.is_real_time, ratio=config.gearbox.ratio
+            )
+        except (DeviceError, RecordingError) as error:
+            raise NotWritten(str(error)) from error
+        start, complete = rig.elapsed_s, False
+        taken = replace(begun, status=Status.FAILED)
+        try:
+            self._listener.started(task, name)
+            end = rig.run(
+                phases, self._watched(recorder, sequence.kind), self._stop_for(task, recorder), self._where(task)
+            )
+            skipped = end.kind is EndKind.INTERRUPTED and not self._stop_requested()
+            taken, complete = judged(begun, point, recorder, end, skipped, config)
+            if recorder.ended is not None:
+                self._listener.noticed(recorder.ended)
+        except Exception as error:  # noqa: BLE001 - whatever it was: the bench comes to rest, the file is finished
+            end = self._failed(error, recorder)
+            taken = replace(taken, note=end.text)
+        taken = replace(taken, duration_s=rig.elapsed_s - start, samples=recorder.rows_taken)
+        if not self._close(recorder, taken, complete):
+            end = self._failed(Stopped("stopped on the operator's request"))
         self._stops.write(rig.stops, name)
-        skipped = end.kind is EndKind.INTERRUPTED and not self._stop_requested()
-        gate = judge(point, sequence.kind, recorder.figures, config)
-        complete = end.kind in (EndKind.FINISHED, EndKind.EXPIRED)
-        passed = end.kind is EndKind.FINISHED and gate.passed
-        if end.kind is EndKind.EXPIRED:
-            recorder.event("warning", end.text)
-        if complete and not gate.passed:
-            recorder.event("warning", f"quality gate: {gate.failures}")
-        taken = replace(
-            begun,
-            status=Status.DONE if passed else Status.SKIPPED if skipped else Status.FAILED,
-            note="skipped by the operator" if skipped else end.text or gate.failures,
-            quality=gate.as_dict(),
-            duration_s=rig.elapsed_s - start,
-            samples=recorder.rows_taken,
-        )
-        self._close(recorder, taken, complete)
-        if skipped:
+        if taken.status is Status.SKIPPED:
             # the operator's act took the voltage off, and wants the next point
             rig.enable()
             return End(EndKind.FINISHED), True
-        return end, passed
+        return end, taken.status is Status.DONE
 
-    def _close(self, recorder: Recorder, taken: Taken, complete: bool) -> None:
-        def close() -> Taken:
-            try:
-                recorder.close(complete=complete, accepted=taken.status is Status.DONE, quality=taken.quality)
-            except RecordingError as error:
-                if taken.status is Status.DONE:
-                    raise
-                # it had failed before, and that has stopped the bench: the next run makes of it what can be made
-                return replace(taken, note=str(error))
-            return taken
+    def _stop_for(self, task: Task, recorder: Recorder) -> Callable[[], bool]:
+        """Return what is asked between blocks of a recording: whether it is to end."""
+        skippable = self._identity(task.prepares or task.point)
 
-        self._closing.append(self._pool.submit(close))
-        while self._rig.is_real_time and not self._closing[-1].done():
+        def stop() -> bool:
+            self._listener.advanced(self._rig.elapsed_s, self._rig.temperature)
+            for note in self._directions.take_notes():
+                why = recorder.remark(note)
+                if why is not None:
+                    self._listener.noticed(f'the remark "{note}" could not be written: {why}')
+            return self._stop_requested() or self._directions.is_skipped(skippable)
+
+        return stop
+
+    def _close(self, recorder: Recorder, taken: Taken, complete: bool) -> bool:
+        """Finish the file while the bus goes on; False if the operator wants the bench at rest meanwhile."""
+        self._closer.close(recorder, taken, complete)
+        while self._rig.is_real_time and self._closer.is_busy:
             # the bus must not fall silent while a file is finished, or the drives' watchdogs act
             self._rig.idle()
-        # at most one file may be on its way to the disk while the next is being made
-        self._collect(wait=len(self._closing) > 1)
-
-    def _collect(self, wait: bool) -> None:
-        while self._closing and (wait or self._closing[0].done()):
-            taken = self._closing.pop(0).result()
-            self._journal.end(taken)
-            self._summary.taken.append(taken)
-            self._listener.finished(taken)
+            if self._rig.has_torque and self._stop_requested():
+                # a frozen disk may take for ever; the file is still finished before the run ends
+                return False
+        try:
+            # at most one file may be on its way to the disk while the next is being made
+            self._closer.collect(wait=self._closer.waiting > 1)
+        except DeviceError as error:
+            # kept, and tried again before the next point, which waits for it
+            self._listener.noticed(str(error))
+        return True
 
     def _identity(self, point: Point) -> str:
         return point_id(point, self._file.digest)
+
+    def _where(self, task: Task) -> str:
+        """Return a task as an alarm names it: the point's number, speed and load."""
+        point = task.prepares or task.point
+        number = next((expected.number for expected in self._points if expected.point == point), None)
+        place = "a point of its own" if number is None else f"point {number}"
+        heating = "the heating for " if task.is_preparation else ""
+        return f"{heating}{place} ({math.degrees(point.velocity):.3g} °/s, {point.load_torque:.4g} N·m)"
 
     def _name(self, task: Task, identity: str, kind: str, take: int) -> str:
         if task.is_preparation:
             return f"heating-{identity[:6]}-{take:02d}"
         number = next(expected.number for expected in self._points if expected.identity == identity)
         again = f"-take{take}" if take > 1 else ""
-        return f"{number:04d}-{kind}{again}"
+        return require_name(f"{number:04d}-{kind}{again}", "the recording id")
 
     def _write_manifest(self) -> None:
+        content = {
+            "campaign_id": self._campaign_id,
+            "created_at": self._created,
+            "bench": self._file.configuration.name,
+            "plan": self._plan.as_dict(),
+            "campaign_text": self._campaign.text,
+            **end_and_zero(self._summary, self._rig.zeros.load_torque),
+            "recordings": recordings(self._journal.takes(), self._points, self._journal.done()),
+        }
         try:
-            self._put_manifest()
+            write_manifest(self._folder, content)
         except OSError as error:
             raise DeviceError(
                 f"{self._folder}/campaign.json cannot be written: {error}; make room and run again"
             ) from error
-
-    def _put_manifest(self) -> None:
-        write_manifest(
-            self._folder,
-            {
-                "campaign_id": self._campaign_id,
-                "created_at": self._created,
-                "bench": self._file.configuration.name,
-                "plan": self._plan.as_dict(),
-                "campaign_text": self._campaign.text,
-                **end_and_zero(self._summary, self._rig.zeros.load_torque),
-                "recordings": recordings(self._journal.takes(), self._points, self._journal.done()),
-            },
-        )

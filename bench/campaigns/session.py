@@ -6,11 +6,12 @@ import gc
 import signal
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from types import FrameType
 
 from bench.campaigns.acts import latch_of, require_resumable, resume
+from bench.campaigns.asked import Stopped, asked
 from bench.campaigns.definition import Campaign
 from bench.campaigns.directions import Directions
 from bench.campaigns.listener import Listener, Silent, Tap
@@ -21,27 +22,40 @@ from bench.commissioning import require_commissioned
 from bench.commissioning.zero import require_zero
 from bench.configuration import BenchFile
 from bench.cycle.precedence import precedence
-from bench.cycle.rig import Rig
+from bench.cycle.rig import End, EndKind, Rig
 from bench.errors import ConfigurationError
+from bench.safety import Cause
+from bench.safety.torque_mark import marked
+from bench.stop_button import StopButton, listening
+
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
+"""Ctrl-C, a polite kill, a terminal that closes, Ctrl-\\: each brings the bench to rest."""
 
 
 @contextmanager
-def stop_on_signals() -> Iterator[threading.Event]:
-    """Give an event that Ctrl-C (SIGINT) or SIGTERM sets; outside the main thread signals stay as they are."""
-    stop = threading.Event()
+def stop_on_signals(button: StopButton) -> Iterator[None]:
+    """Have each of :data:`STOP_SIGNALS` press a button; outside the main thread signals stay as they are."""
     if threading.current_thread() is not threading.main_thread():
-        yield stop
+        yield
         return
 
     def handler(number: int, frame: FrameType | None) -> None:
-        stop.set()
+        button.press(signal.Signals(number).name)
 
-    before = {number: signal.signal(number, handler) for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {number: signal.signal(number, handler) for number in STOP_SIGNALS}
     try:
-        yield stop
+        yield
     finally:
         for number, old in before.items():
             signal.signal(number, old)
+
+
+@contextmanager
+def _pressed_by_others(folder: Path) -> Iterator[StopButton]:
+    """Give a button that ``bench stop`` and pages find."""
+    button = StopButton(folder.name)
+    with listening(button):
+        yield button
 
 
 def run_campaign(
@@ -56,11 +70,12 @@ def run_campaign(
     resumed_by: str | None = None,
     directions: Directions | None = None,
     tap: Tap | None = None,
+    button: StopButton | None = None,
 ) -> Summary:
     """Open the bench, run the campaign into ``folder``, bring the bench to rest.
 
     ``listener`` is told how it goes, ``directions`` tell it what to do on its way, ``tap`` sees every row; None for
-    nobody.
+    nobody. ``button`` is what stops it, with a listener of its own; None for one that is made here.
     ``reset_faults`` acknowledges faults the drives show from before; without it such a drive is not enabled.
     ``resumed_by`` is who wants torque again after a stop that was acknowledged and reset; without a name such a bench
     is not run.
@@ -82,10 +97,13 @@ def run_campaign(
     commissioned = require_commissioned(file.configuration)
     zero = None if commissioned is None else commissioned.zero
     with (
-        stop_on_signals() as stop,
+        _pressed_by_others(folder) if button is None else nullcontext(button) as button,
+        stop_on_signals(button),
+        marked(file.configuration, f"{campaign.name} in {folder.name}", (listener or Silent()).noticed),
         precedence(file.configuration.bus.master != "emulated") as refused,
         Rig(file, seed=seed, real_time=real_time, latch=latch, zero=zero) as rig,
     ):
+        rig.tell_stops(button.stopped)
         if zero is not None:
             require_zero(rig, zero)
         if reset_faults:
@@ -95,7 +113,22 @@ def run_campaign(
             gc.freeze()
         for note in filter(None, (*rig.notes, refused)):
             (listener or Silent()).noticed(note)
-        plan = make_plan(campaign, file.configuration, rig.temperature)
-        if resumed_by is not None:
-            resume(latch, resumed_by)
-        return Runner(rig, file, campaign, plan, folder, listener or Silent(), stop.is_set, directions, tap).run()
+
+        def stop_requested() -> bool:
+            return button.is_pressed or (directions is not None and directions.stop_requested)
+
+        try:
+            plan = asked(
+                f"the plan of campaign {campaign.name}",
+                lambda: make_plan(campaign, file.configuration, rig.temperature),
+                rig,
+                stop_requested,
+            )
+            if resumed_by is not None:
+                resume(latch, resumed_by)
+            return Runner(
+                rig, file, campaign, plan, folder, listener or Silent(), stop_requested, directions, tap
+            ).run()
+        except Stopped as error:
+            # before there was torque: nothing has moved
+            return Summary(End(EndKind.INTERRUPTED, str(error), Cause.OPERATOR))

@@ -6,21 +6,35 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bench.safety import StopRecord
-from bench.safety.latch import write_durably
+from bench.safety.latch_file import write_durably
 
 PATTERN = "stop-*.json"
 
 
 class StopLog:
-    """Writes every stop of a rig once."""
+    """Writes every stop of a rig once.
+
+    Attributes
+    ----------
+    trouble : why the last one could not be written, else None; it is tried again with the next write.
+    """
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._written = 0
+        self.trouble: str | None = None
 
     def write(self, stops: Sequence[StopRecord], recording: str = "") -> None:
         """Write those that are new; ``recording`` is the one in which they fell, empty outside of any."""
         for stop in stops[self._written :]:
-            number = 1 + max((int(path.stem.removeprefix("stop-")) for path in self._folder.glob(PATTERN)), default=0)
-            write_durably(self._folder / f"stop-{number:04d}.json", {**stop.as_dict(), "recording": recording})
+            numbers = (path.stem.removeprefix("stop-") for path in self._folder.glob(PATTERN))
+            # a file of another's making may match the pattern as well
+            number = 1 + max((int(text) for text in numbers if text.isascii() and text.isdigit()), default=0)
+            try:
+                write_durably(self._folder / f"stop-{number:04d}.json", {**stop.as_dict(), "recording": recording})
+            except OSError as error:
+                # a full disk must not keep the recording from being closed
+                self.trouble = f"the record of a stop could not be written: {error}"
+                return
             self._written += 1
+        self.trouble = None

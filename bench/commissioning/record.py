@@ -14,7 +14,7 @@ from typing import Any
 
 from bench.configuration import BenchConfiguration
 from bench.errors import ConfigurationError, LimitError
-from bench.safety.latch import write_durably
+from bench.safety.latch_file import write_durably
 from bench.safety.places import state_folder
 
 FILE = "commissioning.json"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -39,6 +41,31 @@ class AheadLink(Link):
         self.submit(velocity, torque)
         return self.collect(velocity.size)
 
+    def descend(self, velocity: FloatArray, torque: FloatArray, least: int) -> Decoded:
+        """Hand over set values of a stop, none if there are enough ahead; return ``least`` cycles or more."""
+        if velocity.size:
+            self.submit(velocity, torque)
+        return self.collect(least)
+
+    @property
+    def sent_values(self) -> tuple[float, float]:
+        """Set values of the cycle sent last."""
+        velocity, torque = self._set_values[(self.assembly.bus.used - 1) % _HISTORY].tolist()
+        return velocity, torque
+
+    def clock(self) -> float:
+        """Monotonic time, s: the bus goes on whatever this program does."""
+        return time.monotonic()
+
+    def missing_ahead(self, n: int) -> int:
+        """Return how many cycles are missing ahead, so that a rig that is late delays no ramp."""
+        return min(max(0, max(n, self.assembly.ahead) - self.queued), int(self.assembly.bus.block_capacity))
+
+    def go_silent(self) -> None:
+        """Have the process end without another frame of process data."""
+        super().go_silent()
+        self.assembly.bus.silence()
+
     @property
     def queued(self) -> int:
         """Cycles whose set values are handed over and not yet sent."""
@@ -61,6 +88,7 @@ class AheadLink(Link):
         BusLostError
             If the bus process has ended or hands over nothing any more.
         """
+        self._require_voice()
         done = self.assembly.bus.collect(least)
         velocity = np.where(done.set_index < 0, 0.0, self._set_values[done.set_index % _HISTORY, 0])
         return self._take(done, velocity * self._bench.gearbox.ratio)
@@ -68,7 +96,7 @@ class AheadLink(Link):
     def flush(self) -> int:
         """Drop the set values not yet sent, go on from those sent last; return the index of the next."""
         index = int(self.assembly.bus.flush())
-        self.velocity, self.torque = self._set_values[(self.assembly.bus.used - 1) % _HISTORY].tolist()
+        self.velocity, self.torque = self.sent_values
         return index
 
     def drop_ahead(self) -> None:
@@ -80,10 +108,18 @@ class AheadLink(Link):
 
         Arming also has it follow set values again after such a stop: whoever arms has the operator's word.
         """
-        bus = self.assembly.bus
-        if armed and bus.stopped is not None:
-            bus.resume()
-        bus.arm(self.cycles(self._bench.bus.hold) if armed else 0)
+        if armed:
+            self.release()
+        self.assembly.bus.arm(self.cycles(self._bench.bus.hold) if armed else 0)
+
+    def hold_stopped(self) -> None:
+        """Have the process keep the drives without voltage whatever it is handed, until :meth:`arm`."""
+        self.assembly.bus.order_stop()
+
+    def release(self) -> None:
+        """Have the process follow set values again, if it had stopped the drives."""
+        if self.assembly.bus.stopped is not None:
+            self.assembly.bus.resume()
 
     def keep_ahead(self, at_rest: bool) -> None:
         """Hand the last set values over for a while more; long at rest."""

@@ -52,6 +52,7 @@ class Link:
     cycle : bus cycles since the link was opened; goes back with a replay.
     velocity, torque : set values after the last cycle, load side, rad/s and N·m.
     last : the last block.
+    is_silent : process data was stopped for good; the bench has to be opened anew.
     zeros : what is subtracted from encoders and torque sensor.
     """
 
@@ -70,6 +71,7 @@ class Link:
         self._decoder: Decoder | None = None
         self._shift = 0
         self._due = time.monotonic()
+        self.is_silent = False
 
     @property
     def is_open(self) -> bool:
@@ -144,10 +146,37 @@ class Link:
         self._pace(n)
         return decoded
 
+    def descend(self, velocity: FloatArray, torque: FloatArray, least: int) -> Decoded:
+        """As :meth:`exchange`, for a stop; ``least`` cycles are waited for where set values are ahead of the bus."""
+        return self.exchange(velocity, torque)
+
+    @property
+    def sent_values(self) -> tuple[float, float]:
+        """Set values of the cycle sent last."""
+        return self.velocity, self.torque
+
+    def clock(self) -> float:
+        """Time that passes on the bus, s: a bus without a process stands still between blocks, so it is the bench's."""
+        return self.cycle * self._bench.bus.cycle_time
+
+    def missing_ahead(self, n: int) -> int:
+        """Return how many cycles are to be handed over next, of ``n`` wanted."""
+        return n
+
+    def go_silent(self) -> None:
+        """Send no process data any more: whoever tries is refused until the bench is opened anew."""
+        self.is_silent = True
+
     # -- what a bus in a process of its own does (bench.cycle.ahead) --------------------------------------------------
 
     def arm(self, armed: bool) -> None:
         """Let the bus stop the drives by itself from now on; nothing to do where it has no process of its own."""
+
+    def hold_stopped(self) -> None:
+        """Let the bus itself refuse set values until it is armed again; nothing to do where it has no process."""
+
+    def release(self) -> None:
+        """Have the bus follow set values again after a stop, without torque; nothing to do without a process."""
 
     def keep_ahead(self, at_rest: bool) -> None:
         """Give the bus enough to live on for a while; nothing to do where it waits for every block."""
@@ -170,6 +199,7 @@ class Link:
 
     def _prepare(self, velocity: FloatArray, torque: FloatArray) -> FloatArray:
         """Write set values and control words into the outputs; return the velocity at the motor shaft."""
+        self._require_voice()
         n = velocity.size
         first, second = self._drives
         motor_velocity: FloatArray = velocity * self._bench.gearbox.ratio
@@ -178,6 +208,10 @@ class Link:
         first.prepare(n)
         second.prepare(n)
         return motor_velocity
+
+    def _require_voice(self) -> None:
+        if self.is_silent:
+            raise BusLostError("process data was stopped at the end of the stop ladder; open the bench anew")
 
     def _take(self, done: Any, motor_velocity: FloatArray) -> Decoded:
         n = done.n_done

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from types import TracebackType
 
 import numpy as np
@@ -20,6 +21,7 @@ from bench.cycle.sink import NoSink, SafeSink, Sink
 from bench.cycle.stopping import Stop
 from bench.cycle.trajectory import Trajectory
 from bench.cycle.view import FoundZero, View
+from bench.errors import one_sentence
 from bench.protocols import Phase
 from bench.safety import Cause, Inputs, LatchFile, SafetyState, Verdict, settings, step
 
@@ -27,6 +29,7 @@ __all__ = ["End", "EndKind", "Rig"]
 
 _TARE_S = 1.0
 _LOOK_S = 0.2
+_NEXT_ACTS = "Next: acknowledge, reset, go on."
 
 
 class Rig(View):
@@ -66,6 +69,7 @@ class Rig(View):
         )
         self._safety = SafetyState.fresh()
         self._tripped: End | None = None
+        self._where = ""
 
     def open(self) -> None:
         """Bring the bus to operation, find the encoders' common zero, tare the torque sensor; nothing moves.
@@ -94,6 +98,7 @@ class Rig(View):
             If a fault does not go away within 3 s.
         """
         with device_errors():
+            self._link.release()
             self._link.lead("FAULT_RESET", "lose their faults")
 
     def look(self) -> Verdict:
@@ -118,9 +123,10 @@ class Rig(View):
             self._link.keep_ahead(at_rest=True)
         self._safety, self._tripped = SafetyState.fresh(), None
 
-    def run(self, phases: Sequence[Phase], sink: Sink, stop_requested: Callable[[], bool]) -> End:
+    def run(self, phases: Sequence[Phase], sink: Sink, stop_requested: Callable[[], bool], where: str = "") -> End:
         """Run phases from rest to rest; on a trip or on request bring the bench to rest by the stop ladder.
 
+        ``where`` is the point as an alarm names it, empty for motions that are none.
         ``stop_requested`` is asked between blocks. After anything but FINISHED and EXPIRED the drives are off, and only
         :meth:`enable` gives them torque again.
         """
@@ -129,7 +135,7 @@ class Rig(View):
             return self._tripped
         if not self._link.asked_for("ENABLED"):
             return End(EndKind.TRIPPED, "the drives have no voltage; enable() comes first", Cause.INPUT_DRIVE_FAULT)
-        sink = SafeSink(sink)
+        sink, self._where = SafeSink(sink), where
         trajectory = Trajectory(phases, self._cycle_time, self._link.velocity, self._link.torque)
         try:
             with device_errors():
@@ -137,6 +143,8 @@ class Rig(View):
         except BusLostError as error:
             sink.event("error", str(error))
             end = self._tripped = self._lost(error)
+        except Exception as error:  # noqa: BLE001 - nobody leads the motion any more: the ladder has to
+            end = self.trip(End(EndKind.TRIPPED, one_sentence(error), Cause.PROGRAM), sink)
         if end is not None:
             return end
         self._link.keep_ahead(self.set_values == (0.0, 0.0))
@@ -148,6 +156,23 @@ class Rig(View):
             f" {phase.temperature:.1f} °C were wanted"
         )
         return End(EndKind.EXPIRED, text)
+
+    def trip(self, end: End, sink: Sink | None = None) -> End:
+        """Bring the bench to rest for a reason outside of it (the program of the run), as any other stop; return it.
+
+        Drives that have no voltage any more are left as they are: they were stopped for another reason.
+        """
+        if self._tripped is not None or not self._link.asked_for("ENABLED"):
+            return self._tripped or end
+        safe = SafeSink(sink or NoSink())
+        safe.event("error", f"stopped: {end.text}")
+        try:
+            with device_errors():
+                self._tripped = self._stop(end, safe)
+        except BusLostError:
+            self._tripped = end
+            self._stops.lost(end)
+        return self._tripped or end
 
     def idle(self, duration_s: float = 0.05) -> None:
         """Keep the bus alive at the last set values while somebody else (a writer that closes) needs the time.
@@ -166,7 +191,7 @@ class Rig(View):
                     end = self._end_of(verdict)
                     if end is not None:
                         self._tripped = end
-                        self._stop(end, NoSink())
+                        self._tripped = self._stop(end, NoSink())
                     remaining -= decoded.size
                 if remaining > 0 and self.is_real_time:
                     self._link.hold(remaining * self._cycle_time)
@@ -202,14 +227,33 @@ class Rig(View):
 
     # -- for the stop ladder -------------------------------------------------------------------------------------------
 
-    def stop_cycles(self, n: int, velocity: float, torque: float, goal: str | None, sink: Sink) -> Decoded:
-        """Run ``n`` cycles of a stop: set values at their end, and a goal for both drives if it changes."""
+    def clock(self) -> float:
+        """Time by which the deadlines of a stop are kept: the clock's, in fast emulation the bench's, s."""
+        return self._link.clock()
+
+    def missing_ahead(self, n: int) -> int:
+        """Return how many cycles are to be handed over: ``n``, or what is missing ahead of a bus of its own."""
+        return self._link.missing_ahead(n)
+
+    def drop_ahead(self) -> None:
+        """Take back what was handed over and not sent."""
+        self._link.drop_ahead()
+
+    def go_silent(self) -> None:
+        """Send no process data from now on; the bench has to be opened anew after that."""
+        self._link.go_silent()
+
+    def stop_cycles(self, n: int, least: int, velocity: float, torque: float, goal: str | None, sink: Sink) -> Decoded:
+        """Hand over ``n`` cycles of a stop, with set values at their end, and a goal for both drives if it changes.
+
+        Returns what came meanwhile, ``least`` cycles or more.
+        """
         if goal is not None:
             self._link.request(goal)
-        share = np.arange(1, n + 1) / n
+        share = np.arange(1, n + 1) / max(n, 1)
         start_velocity, start_torque = self.set_values
-        decoded = self._link.exchange(
-            start_velocity + share * (velocity - start_velocity), start_torque + share * (torque - start_torque)
+        decoded = self._link.descend(
+            start_velocity + share * (velocity - start_velocity), start_torque + share * (torque - start_torque), least
         )
         hand_on(decoded, 0, decoded.size, sink)
         return decoded
@@ -223,16 +267,14 @@ class Rig(View):
             if stop_requested():
                 sink.event("warning", "stop requested by the operator")
                 end = End(EndKind.INTERRUPTED, "stopped on the operator's request", Cause.OPERATOR)
-                self._stop(end, sink)
-                return end
+                return self._stop(end, sink)
             fed = feed.next(self._judge)
             if fed is not None:
                 emit(fed, sink)
                 stop = self._end_of(fed.verdict) or sink.failure
                 if stop is not None:
                     sink.event("error", f"stopped: {stop.text}")
-                    self._stop(stop, sink)
-                    return stop
+                    return self._stop(stop, sink)
             trajectory.observe(self.temperature)
         return None
 
@@ -246,11 +288,28 @@ class Rig(View):
         if reason is not None:  # whatever the drives show by now follows from it
             text = f"the bus process has stopped the drives by itself: {reason}"
             return End(EndKind.TRIPPED, text, Cause.BUS_STOPPED)
-        return End(EndKind.TRIPPED, verdict.text, verdict.cause) if verdict.tripped else None
+        if not verdict.tripped:
+            return None
+        at = f" at {self._where}" if self._where else ""
+        return End(EndKind.TRIPPED, f"{verdict.text}{at}. {_NEXT_ACTS}", verdict.cause)
 
-    def _stop(self, end: End, sink: Sink) -> None:
+    def _stop(self, end: End, sink: Sink) -> End:
+        """Bring the bench to rest; return the end, which says as well if the stop could not be stored."""
         self._stops.stop(end, sink, self._ladder())
+        if end.cause is not Cause.OPERATOR:
+            self._link.hold_stopped()
         self._link.arm(False)
+        end = self._stored(end, sink)
+        if self._link.is_silent:
+            self._tripped = end
+        return end
+
+    def _stored(self, end: End, sink: Sink) -> End:
+        trouble = self._stops.unstored()
+        if trouble is None or trouble in end.text:
+            return end
+        sink.event("error", trouble)
+        return replace(end, text=f"{end.text}; {trouble}")
 
     def _ladder(self) -> Stop:
         self._link.drop_ahead()
@@ -260,4 +319,4 @@ class Rig(View):
         """Return the end of a run whose bus is gone."""
         end = self._tripped or End(EndKind.TRIPPED, str(error), Cause.BUS_ENDED)
         self._stops.lost(end)
-        return end
+        return self._stored(end, NoSink())

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 from numpy.typing import NDArray
 
 from bench.cycle.end import End, EndKind
-from bench.errors import RecordingError
+from bench.errors import one_sentence
 from bench.protocols import Segment
 from bench.safety import Cause
 
@@ -71,5 +71,7 @@ class SafeSink:
             return
         try:
             pass_on()
-        except (RecordingError, OSError) as error:
-            self.failure = End(EndKind.TRIPPED, f"the recording cannot be written: {error}", Cause.RECORDER)
+        except Exception as error:  # noqa: BLE001 - whatever a recorder raises, the bench is stopped in order
+            self.failure = End(
+                EndKind.TRIPPED, f"the recording cannot be written: {one_sentence(error)}", Cause.RECORDER
+            )

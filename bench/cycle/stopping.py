@@ -1,30 +1,29 @@
-"""Climb the stop ladder on a rig: what each rung sends, until the bench is at rest without voltage."""
+"""Climb the stop ladder on a rig: what each rung sends, until the bench is at rest without voltage.
+
+Deadlines are those of the rig's clock, whatever the number of cycles that came meanwhile.
+"""
 
 from __future__ import annotations
 
-import math
 from datetime import datetime
 from typing import Protocol
 
-import numpy as np
-
 from bench.configuration import BenchConfiguration
+from bench.cycle.coast_down import CoastDown
 from bench.cycle.decode import Decoded
 from bench.cycle.sink import Sink
 from bench.protocols import Segment
 from bench.safety import Cause, Deadlines, LadderState, Observation, Rung, StopRecord, climb, first_rung
-from bench.safety.stop_record import RungRecord, Sample, rung_name
+from bench.safety.stop_record import RungRecord, rung_name
 
 _STEP_S = 0.02
-_MOST_SAMPLES = 200
 _DEAD_S = 0.05
 """A bus that is silent for so long is dead: half of what the drives' watchdogs allow."""
 _TEXT: dict[Rung, str] = {
     Rung.CONTROLLED_RAMP: "controlled ramp: load off, then the input to rest",
     Rung.QUICK_STOP: "quick stop of the drives",
     Rung.DISABLE_VOLTAGE: "voltage off",
-    Rung.STOP_SENDING: "process data stopped, the drives' watchdogs act",
-    Rung.FINISHED: "bench at rest",
+    Rung.STOP_SENDING: "process data stopped: the drives' watchdogs have to act, which nobody sees from here",
 }
 _GOALS: dict[Rung, str] = {Rung.QUICK_STOP: "QUICK_STOP", Rung.DISABLE_VOLTAGE: "DISABLED"}
 
@@ -34,11 +33,32 @@ class StoppableRig(Protocol):
 
     @property
     def set_values(self) -> tuple[float, float]:
-        """Set velocity and torque, load side."""
+        """Set velocity and torque handed over last, load side."""
         ...
 
-    def stop_cycles(self, n: int, velocity: float, torque: float, goal: str | None, sink: Sink) -> Decoded:
-        """Run cycles towards set values."""
+    @property
+    def sent_values(self) -> tuple[float, float]:
+        """Set velocity and torque sent last, load side."""
+        ...
+
+    def clock(self) -> float:
+        """Time by which deadlines are kept, s."""
+        ...
+
+    def missing_ahead(self, n: int) -> int:
+        """Return how many cycles are to be handed over so that a rig that is late delays no ramp."""
+        ...
+
+    def drop_ahead(self) -> None:
+        """Take back what was handed over and not sent."""
+        ...
+
+    def stop_cycles(self, n: int, least: int, velocity: float, torque: float, goal: str | None, sink: Sink) -> Decoded:
+        """Hand over ``n`` cycles towards set values, return ``least`` cycles or more that came."""
+        ...
+
+    def go_silent(self) -> None:
+        """Send no process data from now on."""
         ...
 
     def drives_off(self) -> bool:
@@ -63,13 +83,9 @@ class Stop:
         self._rig, self._bench, self._cycle_time = rig, bench, cycle_time_s
         self._n = max(1, min(block, round(_STEP_S / cycle_time_s)))
         stopping = bench.stopping
-        self._silent_s = 0.0
         self._deadlines = Deadlines(stopping.controlled_ramp, stopping.quick_stop, stopping.disable_voltage)
-        self._elapsed, self._travel = 0.0, 0.0
-        self._rest: float | None = None
-        self._cycle = -1
+        self._coast = CoastDown(bench.motion.standstill, bench.gearbox.ratio, cycle_time_s)
         self._begun: list[tuple[Rung, float]] = []
-        self._samples: list[Sample] = []
 
     def run(self, cause: Cause, sink: Sink, text: str = "") -> StopRecord:
         """Bring the bench to rest; every rung and its time stand in the recording's events.
@@ -77,86 +93,79 @@ class Stop:
         Returns the record of the stop; ``text`` is the sentence that says why.
         """
         sink.segment(Segment.RAMP_DOWN)
-        state, announced, began = LadderState(first_rung(cause)), Rung.NONE, self._rig.now
-        step = self._n * self._cycle_time
+        rig, state, began = self._rig, LadderState(first_rung(cause)), self._rig.now
+        start = now = rig.clock()
+        announced = Rung.NONE
         while True:
             goal = None
             if state.rung is not announced:
                 announced = state.rung
                 goal = _GOALS.get(announced)
-                self._begun.append((announced, self._elapsed))
+                self._begun.append((announced, now - start))
+                if announced is Rung.STOP_SENDING:
+                    rig.go_silent()
                 if announced in (Rung.FINISHED, Rung.STOP_SENDING):
-                    record = self._record(cause, text, began)
-                    sink.event("info", record.summary)
-                    sink.event("info", _TEXT[announced])
-                    return record
+                    return self._end(announced, self._record(cause, text, began, now - start), sink)
+                rig.drop_ahead()
                 sink.event("info", _TEXT[announced])
-            velocity, torque = self._targets(state.rung, step)
-            seen = self._rig.stop_cycles(self._n, velocity, torque, goal, sink)
-            self._keep(seen)
-            state = climb(state, self._observe(seen), step, self._deadlines)
+            n, velocity, torque = self._targets(state.rung)
+            seen = rig.stop_cycles(n, self._n, velocity, torque, goal, sink)
+            self._coast.keep(seen)
+            before, now = now, rig.clock()
+            state = climb(state, self._observe(), now - before, self._deadlines)
 
-    def _keep(self, seen: Decoded) -> None:
-        """Take a step of the coast-down."""
-        inputs, good = seen.inputs, seen.inputs.good
-        if self._cycle < 0 and seen.size:
-            self._cycle = int(seen.raw["cycle"][0])
-        self._elapsed += seen.size * self._cycle_time
-        if not good.any():
-            return
-        speed = float(np.mean(inputs.motor_velocity[good]))
-        self._travel += float(np.sum(np.abs(inputs.motor_velocity[good]))) * self._cycle_time
-        self._samples.append(
-            Sample(
-                round(self._elapsed, 6),
-                speed,
-                float(np.mean(inputs.load_velocity[good])),
-                float(np.mean(inputs.load_torque[good])),
-            )
-        )
-        if abs(speed) >= self._bench.motion.standstill:
-            self._rest = None
-        elif self._rest is None:
-            self._rest = self._elapsed
+    def _end(self, rung: Rung, record: StopRecord, sink: Sink) -> StopRecord:
+        sink.event("info", record.summary)
+        sink.event("info", _TEXT.get(rung) or record.rest_text)
+        return record
 
-    def _record(self, cause: Cause, text: str, began: datetime) -> StopRecord:
-        ends = [start for _, start in self._begun[1:]] + [self._elapsed]
+    def _record(self, cause: Cause, text: str, began: datetime, lasted_s: float) -> StopRecord:
+        ends = [start for _, start in self._begun[1:]] + [lasted_s]
+        alive = self._alive
         return StopRecord(
             cause=cause,
             text=text,
             at=began,
-            cycle=self._cycle,
+            cycle=self._coast.first_cycle,
             rungs=tuple(
                 RungRecord(rung_name(rung), start, end - start)
                 for (rung, start), end in zip(self._begun, ends, strict=True)
                 if rung is not Rung.FINISHED
             ),
-            to_rest_s=self._rest,
-            lasted_s=self._elapsed,
-            motor_travel_rad=self._travel,
-            coast_down=tuple(self._samples[:: max(1, len(self._samples) // _MOST_SAMPLES)]),
-            drives=self._rig.drive_states,
+            to_rest_s=self._coast.to_rest_s(alive),
+            shafts_at_rest=self._coast.at_rest(alive),
+            lasted_s=lasted_s,
+            motor_travel_rad=self._coast.travel_rad,
+            coast_down=self._coast.samples,
+            drives=self._rig.drive_states
+            if alive and self._coast.first_cycle is not None
+            else dict.fromkeys(self._rig.drive_states, "not seen"),
         )
 
-    def _targets(self, rung: Rung, step: float) -> tuple[float, float]:
-        velocity, torque = self._rig.set_values
+    def _targets(self, rung: Rung) -> tuple[int, float, float]:
+        """Return how many cycles to hand over, and the set values at their end."""
         if rung is not Rung.CONTROLLED_RAMP:
-            return 0.0, 0.0
-        motion = self._bench.motion
+            return self._n, 0.0, 0.0
+        velocity, torque = self._rig.set_values
+        n, motion = self._rig.missing_ahead(self._n), self._bench.motion
+        step = n * self._cycle_time
         if torque != 0.0:
-            return velocity, _towards_zero(torque, motion.torque_rate * step)
-        return _towards_zero(velocity, motion.motor_acceleration / self._bench.gearbox.ratio * step), 0.0
+            return n, velocity, _towards_zero(torque, motion.torque_rate * step)
+        return n, _towards_zero(velocity, motion.motor_acceleration / self._bench.gearbox.ratio * step), 0.0
 
-    def _observe(self, seen: Decoded) -> Observation:
-        good = seen.inputs.good
-        self._silent_s = 0.0 if good.any() else self._silent_s + seen.size * self._cycle_time
-        alive = self._silent_s < _DEAD_S
-        speed = abs(float(np.mean(seen.inputs.motor_velocity[good]))) if good.any() else math.inf
+    @property
+    def _alive(self) -> bool:
+        return self._coast.silent_s < _DEAD_S
+
+    def _observe(self) -> Observation:
+        alive, rest = self._alive, self._coast.at_rest()
+        velocity, torque = self._rig.sent_values
         return Observation(
-            at_rest=alive and self._rig.set_values[0] == 0.0 and speed < self._bench.motion.standstill,
-            load_off=self._rig.set_values[1] == 0.0,
+            at_rest=alive and velocity == 0.0 and self._coast.input_is_slow,
+            load_off=torque == 0.0,
             drives_off=self._rig.drives_off(),
             bus_alive=alive,
+            seen_at_rest=alive and rest["input"] is True and rest["load"] is True,
         )
 
 

@@ -73,11 +73,6 @@ class Trajectory:
         """The phase whose condition was not met within its time, if there is one; the trajectory went on after it."""
         return self._expired
 
-    @property
-    def remaining_cycles(self) -> int:
-        """Cycles until the end if every condition takes its full time."""
-        return sum(self._cycles[self._index :]) - self._done
-
     def block(self, capacity: int) -> SetBlock:
         """Return the set values of up to ``capacity`` next cycles; empty when finished."""
         velocity, torque = np.empty(capacity), np.empty(capacity)

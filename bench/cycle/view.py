@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 from typing import Protocol
 
@@ -62,6 +63,10 @@ class View:
         """Records of the stops since the bench was opened."""
         return tuple(self._stops.records)
 
+    def tell_stops(self, listener: Callable[[StopRecord], None]) -> None:
+        """Tell a listener of each stop as soon as it is over."""
+        self._stops.on_stop = listener
+
     @property
     def source(self) -> str:
         """``emulator`` or ``hardware``, for the recordings."""
@@ -109,6 +114,16 @@ class View:
     def set_values(self) -> tuple[float, float]:
         """Load-side velocity in rad/s and load torque in N·m as last commanded."""
         return self._link.velocity, self._link.torque
+
+    @property
+    def sent_values(self) -> tuple[float, float]:
+        """Load-side velocity in rad/s and load torque in N·m as last sent; none where the bus process has stopped."""
+        return self._link.sent_values if self._link.stopped() is None else (0.0, 0.0)
+
+    @property
+    def has_torque(self) -> bool:
+        """Whether the drives were asked for torque last, and may have it."""
+        return self._link.asked_for("ENABLED")
 
     def drives_off(self) -> bool:
         """Whether both drives say that they have no voltage."""

@@ -15,8 +15,17 @@ from bench.configuration import BenchFile
 from bench.cycle.assembly import assemble
 from bench.cycle.rig import Rig
 from bench.errors import BenchError, RecordingError
-from bench.matrix.outcome import Envelope, Outcome
-from bench.matrix.plant import judge_end, judge_shafts, motion, read_back, record, with_block
+from bench.matrix.outcome import Outcome
+from bench.matrix.plant import (
+    judge_end,
+    judge_shafts,
+    judge_stop,
+    motion,
+    read_back,
+    record,
+    strike_cycle,
+    with_block,
+)
 from bench.matrix.rows import Row
 from bench.matrix.shafts import Shafts
 from bench.protocols import Phase, Segment
@@ -25,7 +34,7 @@ from bench.recording.repairing import repair
 from bench.safety import LatchFile
 
 _REST = (Phase(Segment.DWELL, 0.5, 0.0, 0.0),)
-_ROOM = 2_000_000
+_ROOM = 700_000
 """Bytes a file may have on the full disk: a recording begins and does not end."""
 _JUMP = timedelta(hours=1)
 
@@ -40,21 +49,21 @@ def run_host_row(row: Row, file: BenchFile, folder: Path, seed: int = 0) -> Outc
 def _disk_full(row: Row, outcome: Outcome, file: BenchFile, folder: Path, seed: int) -> None:
     bench = file.configuration
     assembly = assemble(bench, seed=seed, real_time=False)
+    master = assembly.master
     with Rig(file, assembly=assembly, latch=LatchFile(folder / "latch.json")) as rig:
         rig.enable()
         _, earlier = record(rig, file, folder, "earlier", _REST)
-        with _files_end_at(_ROOM):
+        offset, refused = master.bench.cycle - rig.link.cycle, list[int]()
+        changed = _patched("bench.recording._ordered_file", "OrderedFile", _refusing(refused, master))
+        with _files_end_at(_ROOM), changed:
             end, shafts = _recorded_or_not(rig, file, folder, motion(bench, 600.0))
         judge_end(row, outcome, rig, end, shafts)
-        # the sink sees nothing any more once the recorder has failed: the record of the stop has its times
         shafts.look()
-        stop, last = rig.stops[-1], shafts.looks[-1]
-        outcome.found_s, outcome.rest_s, outcome.off_s = 0.0, stop.to_rest_s, stop.lasted_s
-        outcome.rungs = tuple(rung.rung for rung in stop.rungs)
-        outcome.drives = {drive.role: drive.state.name for drive in assembly.master.bench.drives}
-        outcome.require(last.motor_speed < bench.motion.standstill and not last.powered, "the bench is not at rest")
-        outcome.require((outcome.stopped_s or 1e9) <= row.within_s, "the stop took too long")
-        judge_shafts(outcome, Envelope.of(bench), shafts)
+        outcome.require(bool(refused), "the disk refused nothing, so nothing was tried")
+        if refused:
+            outcome.struck = shafts.at(refused[0])
+            judge_stop(row, outcome, rig, shafts, refused[0], offset)
+        judge_shafts(outcome, bench, shafts)
     read_back(outcome, folder, {"earlier": earlier})
     try:
         rows = Recording.open(repair(folder / "struck.h5.part").path).size
@@ -91,8 +100,9 @@ def _two_runs_in_a_folder(row: Row, outcome: Outcome, file: BenchFile, folder: P
     with Journal(folder, campaign, file):
         try:
             run_campaign(file, campaign, folder, seed=seed)
+            outcome.reaction = "not refused"
         except BenchError as error:
-            outcome.told = str(error)
+            outcome.told, outcome.reaction = str(error), "refused"
     outcome.require(row.told in outcome.told, f"the second run was not refused with '{row.told}': {outcome.told}")
     outcome.require(not list(folder.glob("*.h5*")), "the second run recorded something")
 
@@ -111,9 +121,11 @@ def _undisturbed(row: Row, outcome: Outcome, file: BenchFile, folder: Path, seed
     with Rig(file, assembly=assembly) as rig:
         rig.enable()
         _, earlier = record(rig, file, folder, "earlier", _REST)
+        at = strike_cycle(rig)
         end, shafts = record(rig, file, folder, "struck", motion(file.configuration, row.last_s))
         judge_end(row, outcome, rig, end, shafts)
-        judge_shafts(outcome, Envelope.of(file.configuration), shafts)
+        outcome.struck = shafts.at(at)
+        judge_shafts(outcome, file.configuration, shafts)
         outcome.drives = {drive.role: drive.state.name for drive in assembly.master.bench.drives}
     read_back(outcome, folder, {"earlier": earlier, "struck": shafts})
 
@@ -143,6 +155,23 @@ def _files_end_at(size: int) -> Iterator[None]:
         yield
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def _refusing(refused: list[int], master: Any) -> Callable[[Any], Any]:
+    """Return a change of the file that notes the bench's cycle whenever the disk refuses to take bytes."""
+
+    def change(kind: Any) -> Any:
+        class Refusing(kind):  # type: ignore[misc]
+            def _write_all(self, offset: int, data: bytes) -> None:
+                try:
+                    super()._write_all(offset, data)
+                except OSError:
+                    refused.append(int(master.bench.cycle))
+                    raise
+
+        return Refusing
+
+    return change
 
 
 def _slow(kind: Any) -> Any:

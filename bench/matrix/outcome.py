@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, fields, replace
+from typing import Any, Self
 
 from bench.configuration import BenchConfiguration
+
+IN_MOTION, UNDER_LOAD = 0.25, 150.0
+"""Load-side speed in rad/s and torque in N·m from which on a fault counts as struck in motion and under load."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,8 +34,10 @@ class Envelope:
 class Outcome:
     """What one row led to; ``problems`` is empty where everything is as it should be.
 
-    Times in s from the fault on; None where it did not happen. ``peaks`` are the largest true motor speed, load speed
-    and torque, ``drives`` the states of the emulated drives at the end.
+    Times in s from the fault on; None where it did not happen or nobody looked. ``struck`` are the true load-side speed
+    (rad/s) and torque at the sensor (N·m) when the fault struck, both as amounts; ``peaks`` the largest true motor
+    speed, load speed and torque, judged against the envelope on samples ``sampled_s`` apart; each is None where nobody
+    looked. ``drives`` are the states of the emulated drives at the end, ``reaction`` what was seen instead of a stop.
     """
 
     name: str
@@ -44,7 +50,16 @@ class Outcome:
     off_s: float | None = None
     rungs: tuple[str, ...] = ()
     drives: dict[str, str] = field(default_factory=dict)
-    peaks: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    reaction: str = ""
+    struck: tuple[float, float] | None = None
+    peaks: tuple[float, float, float] | None = None
+    sampled_s: float | None = None
+    tries: int = 1
+    tries_right: int | None = None
+    """None for a single try, of which ``problems`` say everything."""
+    commit: str = ""
+    """Of the program that made the row, with the day (UTC) in ``day``."""
+    day: str = ""
     read_back: int = 0
     """Recordings that were read back whole."""
     problems: list[str] = field(default_factory=list)
@@ -59,13 +74,15 @@ class Outcome:
         """From the fault to rest without torque."""
         return None if self.rest_s is None or self.off_s is None else max(self.rest_s, self.off_s)
 
-    def stopped(self, end: Any, stop: Any, elapsed_s: float) -> None:
-        """Take cause, sentence and rungs of a stop that was timed from outside."""
-        self.cause, self.told = end.cause.name, end.text
-        self.rest_s = self.off_s = elapsed_s
-        if stop is not None:
-            self.found_s = max(0.0, elapsed_s - stop.lasted_s)
-            self.rungs = tuple(rung.rung for rung in stop.rungs)
+    @property
+    def right(self) -> int:
+        """How many tries were as they should be."""
+        return int(self.passed) if self.tries_right is None else self.tries_right
+
+    @property
+    def under_load(self) -> bool | None:
+        """Whether the fault struck in motion and under load; None where nobody looked."""
+        return None if self.struck is None else self.struck[0] >= IN_MOTION and self.struck[1] >= UNDER_LOAD
 
     def require(self, right: bool, sentence: str) -> None:
         """Note a problem unless it is right."""
@@ -75,3 +92,40 @@ class Outcome:
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
         return {**asdict(self), "passed": self.passed, "stopped_s": self.stopped_s}
+
+    @classmethod
+    def of(cls, content: Mapping[str, Any]) -> Self:
+        """Read what :meth:`as_dict` wrote; raises KeyError where a value is missing."""
+        values: dict[str, Any] = {entry.name: content[entry.name] for entry in fields(cls)}
+        for name in ("rungs", "struck", "peaks"):
+            values[name] = None if values[name] is None else tuple(values[name])
+        return cls(**values)
+
+
+def together(outcomes: Sequence[Outcome]) -> Outcome:
+    """Return several tries of a row as one: right only if all are, with the longest times and the largest peaks.
+
+    A time that one try did not see is None.
+    """
+    if len(outcomes) == 1:
+        return outcomes[0]
+    last = next((o for o in reversed(outcomes) if not o.passed), outcomes[-1])
+    peaks = [o.peaks for o in outcomes if o.peaks is not None]
+    return replace(
+        last,
+        found_s=_longest([o.found_s for o in outcomes]),
+        rest_s=_longest([o.rest_s for o in outcomes]),
+        off_s=_longest([o.off_s for o in outcomes]),
+        struck=min((o.struck for o in outcomes if o.struck is not None), default=None),
+        peaks=(max(p[0] for p in peaks), max(p[1] for p in peaks), max(p[2] for p in peaks)) if peaks else None,
+        sampled_s=_longest([o.sampled_s for o in outcomes]),
+        tries=len(outcomes),
+        tries_right=sum(o.passed for o in outcomes),
+        read_back=min(o.read_back for o in outcomes),
+        problems=[f"try {n}: {problem}" for n, o in enumerate(outcomes, 1) for problem in o.problems],
+    )
+
+
+def _longest(values: Sequence[float | None]) -> float | None:
+    seen = [value for value in values if value is not None]
+    return max(seen) if len(seen) == len(values) else None

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from bench.campaigns.recorder import Recorder
-from bench.configuration import BenchFile
+from bench.configuration import BenchConfiguration, BenchFile
 from bench.cycle.assembly import assemble
 from bench.cycle.rig import EndKind, Rig
 from bench.errors import LimitError
@@ -96,13 +96,15 @@ def run_plant_row(row: Row, file: BenchFile, folder: Path, seed: int = 0) -> Out
             shafts.silence(_WATCHDOGS_S if blind else _AFTERWARDS_S)
         judge_end(row, outcome, rig, end, shafts)
         judge_stop(row, outcome, rig, shafts, at, offset)
-        judge_shafts(outcome, Envelope.of(bench), shafts)
+        outcome.struck = shafts.at(at)
+        judge_shafts(outcome, bench, shafts)
         master.faults.clear(strike.name, strike.role)
     read_back(outcome, folder, {"earlier": earlier[1], "struck": shafts})
     if not row.causes and row.told:
         texts = [event.text for event in Recording.open(folder / "struck.h5").events if row.told in event.text]
         outcome.told = next(iter(texts), "")
         outcome.require(bool(texts), f"the recording does not say '{row.told}'")
+        outcome.reaction += ", marked" if texts else ""
     return outcome
 
 
@@ -133,8 +135,10 @@ def header(file: BenchFile, rig: Rig, name: str) -> RecordingHeader:
     )
 
 
-def judge_end(row: Row, outcome: Outcome, rig: Rig, end: Any, shafts: Shafts) -> None:
-    """Cause, sentence, latch and record."""
+def judge_end(row: Row, outcome: Outcome, rig: Rig, end: Any, shafts: Shafts, stops: int = 0) -> None:
+    """Cause, sentence, latch and record; ``stops`` there were before."""
+    if end.kind is EndKind.FINISHED:
+        outcome.reaction = "runs on"
     if not row.causes:
         outcome.require(end.kind is EndKind.FINISHED, f"the bench stopped, it should have run on: {end.text}")
         return
@@ -145,7 +149,7 @@ def judge_end(row: Row, outcome: Outcome, rig: Rig, end: Any, shafts: Shafts) ->
     heard = end.cause is Cause.RECORDER or any(end.text in text for text in shafts.events)
     outcome.require(heard, "the recording's events do not say why")
     outcome.require(rig.latch.read().standing is Standing.STOPPED, "the stop is not latched")
-    outcome.require(len(rig.stops) == 1, f"there are {len(rig.stops)} records of one stop")
+    outcome.require(len(rig.stops) == stops + 1, f"there are {len(rig.stops) - stops} records of one stop")
     try:
         rig.enable()
     except LimitError:
@@ -162,7 +166,7 @@ def judge_stop(row: Row, outcome: Outcome, rig: Rig, shafts: Shafts, at: int, of
         return
     if rig.stops:
         stop = rig.stops[-1]
-        outcome.found_s = max(0, stop.cycle + offset - at) * step
+        outcome.found_s = None if stop.cycle is None else max(0, stop.cycle + offset - at) * step
         outcome.rungs = tuple(rung.rung for rung in stop.rungs)
     rest, off = shafts.settled(at, bench.motion.standstill, _LOAD_STANDSTILL)
     outcome.rest_s, outcome.off_s = (None if cycle is None else (cycle - at) * step for cycle in (rest, off))
@@ -176,9 +180,10 @@ def judge_stop(row: Row, outcome: Outcome, rig: Rig, shafts: Shafts, at: int, of
         outcome.require(state in row.standing, f"{role} was left in {state}")
 
 
-def judge_shafts(outcome: Outcome, envelope: Envelope, shafts: Shafts) -> None:
-    """The true shafts stayed within their envelope."""
-    outcome.peaks = shafts.peaks()
+def judge_shafts(outcome: Outcome, bench: BenchConfiguration, shafts: Shafts) -> None:
+    """The true shafts stayed within their envelope, in every cycle."""
+    envelope = Envelope.of(bench)
+    outcome.peaks, outcome.sampled_s = shafts.peaks(), bench.bus.cycle_time
     bounds = (envelope.motor_speed, envelope.load_speed, envelope.torque)
     for what, peak, bound in zip(("motor speed", "load speed", "torque"), outcome.peaks, bounds, strict=True):
         outcome.require(peak <= bound, f"the true {what} reached {peak:.4g}, its envelope is {bound:.4g}")

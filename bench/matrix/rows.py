@@ -257,8 +257,8 @@ _HOST_ROWS: tuple[Row, ...] = (
     Row(
         "disk_full", "the disk is full in the middle of a recording", ("RECORDER",), 5.0, "cannot be written", kind=HOST
     ),
-    Row("slow_disk", "the disk takes half a second for every write", (), kind=HOST),
-    Row("clock_step", "the clock of the computer jumps by an hour, forth and back", (), kind=HOST),
+    Row("slow_disk", "the disk takes half a second for every write, all the while", (), kind=HOST),
+    Row("clock_step", "the clock of the computer jumps by an hour, forth and back, all the while", (), kind=HOST),
     Row("two_runs_in_a_folder", "a second run into the folder of the first", (), told="in use", kind=HOST),
 )
 

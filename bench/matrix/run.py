@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 
 from bench.configuration import BenchFile
 from bench.matrix.host import run_host_row
-from bench.matrix.outcome import Outcome
+from bench.matrix.outcome import Outcome, together
 from bench.matrix.plant import run_plant_row
 from bench.matrix.rows import HOST, PLANT, SERVICE, SETUP, SLOW, WIRE, Row
 from bench.matrix.services import run_service_row
@@ -25,8 +25,25 @@ _RUN: dict[str, Callable[[Row, BenchFile, Path, int], Outcome]] = {
 }
 
 
+WIRE_TRIES = 3
+"""Tries of a row on real frames, where none are asked for: what else the computer does has a share in them."""
+
+
+def run_rows_often(rows: Sequence[Row], file: BenchFile, tries: int | None = None) -> Iterator[Outcome]:
+    """Yield what became of each row in all its tries (seeds 0, 1, …), rows beside the bus last.
+
+    ``tries`` is for every row; None: one, and :data:`WIRE_TRIES` on real frames.
+    """
+    beside = [row for row in rows if row.kind == SLOW]
+    groups = [[row] for row in rows if row.kind != SLOW] + ([beside] if beside else [])
+    for group in groups:
+        number = tries or (WIRE_TRIES if group[0].kind == WIRE else 1)
+        tried = [list(run_rows(group, file, seed)) for seed in range(number)]
+        yield from (together(outcomes) for outcomes in zip(*tried, strict=True))
+
+
 def run_rows(rows: Sequence[Row], file: BenchFile, seed: int = 0) -> Iterator[Outcome]:
-    """Yield what became of each row, one after the other."""
+    """Yield what became of each row in one try, one after the other."""
     beside = [row for row in rows if row.kind == SLOW]
     for row in rows:
         if row.kind == SLOW:

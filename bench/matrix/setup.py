@@ -11,8 +11,18 @@ from bench.cycle.assembly import Assembly, assemble
 from bench.cycle.rig import Rig
 from bench.errors import DeviceError, LimitError
 from bench.matrix.outcome import Outcome
-from bench.matrix.plant import judge_end, judge_stop, motion, read_back, record, strike_cycle, with_block
+from bench.matrix.plant import (
+    judge_end,
+    judge_shafts,
+    judge_stop,
+    motion,
+    read_back,
+    record,
+    strike_cycle,
+    with_block,
+)
 from bench.matrix.rows import Row
+from bench.matrix.shafts import Shafts
 from bench.protocols import Phase, Segment
 from bench.safety import Act, LatchFile
 
@@ -34,11 +44,13 @@ def run_setup_row(row: Row, file: BenchFile, folder: Path, seed: int = 0) -> Out
         other.master.faults.apply("slave_lost", "safety_terminal")
     try:
         with Rig(wrong, assembly=other):
+            outcome.reaction = "opened"
             outcome.require(False, "the bench was opened")
     except DeviceError as error:
-        outcome.told = str(error)
+        outcome.told, outcome.reaction = str(error), "refused"
     outcome.require(row.told in outcome.told, f"the sentence does not say '{row.told}': {outcome.told}")
     _at_rest(outcome, other)
+    outcome.struck = Shafts(None, other.master).at(other.master.bench.cycle)
     read_back(outcome, folder, {"earlier": shafts})
     return outcome
 
@@ -82,6 +94,8 @@ def _default_settings(row: Row, outcome: Outcome, file: BenchFile, folder: Path,
         shafts.silence(1.0)
         judge_end(row, outcome, rig, end, shafts)
         judge_stop(row, outcome, rig, shafts, at, offset)
+        outcome.struck = shafts.at(at)
+        judge_shafts(outcome, bench, shafts)
         master.faults.clear("slave_lost", "load_drive")
     lost = _limit_of(assembly)
     latch.act(Act.ACKNOWLEDGE, "matrix")

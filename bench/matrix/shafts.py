@@ -23,12 +23,66 @@ class Look:
     powered: bool
 
 
+class Truth:
+    """An emulated plant that is looked at after every cycle; cycles that are taken back are forgotten.
+
+    Stands in for the plant (``step``, ``snapshot``, ``restore``; anything else is the plant's own). Stepping it
+    cycle by cycle changes nothing: the plant's result does not depend on how cycles are grouped.
+    """
+
+    def __init__(self, bench: Any) -> None:
+        self._plant, self._drives, self._cycle = bench.plant, bench.drives, int(bench.cycle)
+        self.looks: list[Look] = []
+
+    @staticmethod
+    def of(master: Any) -> Truth:
+        """Return the truth of an emulated master's bench; put there if it is the first time."""
+        bench = master.bench
+        if not isinstance(bench.plant, Truth):
+            bench.plant = Truth(bench)
+        truth: Truth = bench.plant
+        return truth
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._plant, name)
+
+    def step(self, commands: NDArray[Any]) -> NDArray[Any]:
+        """Run and look at every cycle of ``commands``; whether a drive has torque is that of the cycle's begin."""
+        measured = []
+        for i in range(len(commands)):
+            measured.append(self._plant.step(commands[i : i + 1]))
+            self._cycle += 1
+            self.look()
+        return np.concatenate(measured) if measured else self._plant.step(commands)
+
+    def look(self) -> None:
+        """Look now."""
+        state = self._plant.state
+        powered = any(drive.power.powered for drive in self._drives)
+        speeds = abs(state["motor_velocity"]), abs(state["load_velocity"])
+        self.looks.append(Look(self._cycle, *speeds, abs(state["torque"]), powered))
+
+    def snapshot(self) -> tuple[Any, int]:
+        """Return a token of plant and cycle."""
+        return self._plant.snapshot(), self._cycle
+
+    def restore(self, token: tuple[Any, int]) -> None:
+        """Go back, and forget what was seen since."""
+        plant, self._cycle = token
+        self._plant.restore(plant)
+        while self.looks and self.looks[-1].cycle > self._cycle:
+            self.looks.pop()
+
+
 class Shafts:
-    """Passes rows on and keeps what the shafts do; ``master`` is the emulated one."""
+    """Passes rows on and keeps what the shafts do, cycle by cycle; ``master`` is the emulated one."""
 
     def __init__(self, sink: Sink | None, master: Any) -> None:
         self._sink, self._master = sink, master
         self.looks: list[Look] = []
+        if master is not None:
+            Truth.of(master).looks = self.looks
+            self.look()
         self.kept: list[NDArray[np.int64]] = []
         """Cycle and motor encoder counts of every row handed on, (n, 2)."""
         self.events: list[str] = []
@@ -39,8 +93,7 @@ class Shafts:
             self._sink.segment(segment)
 
     def rows(self, raw: dict[str, NDArray[Any]]) -> None:
-        """Look, then pass on."""
-        self.look()
+        """Keep and pass on."""
         if self._sink is not None:
             self._sink.rows(raw)
         self.kept.append(np.column_stack((raw["cycle"], raw["motor_angle"])).astype(np.int64))
@@ -53,12 +106,12 @@ class Shafts:
 
     def look(self) -> None:
         """Look at the shafts now."""
-        bench = self._master.bench
-        state = bench.plant.state
-        powered = any(drive.power.powered for drive in bench.drives)
-        self.looks.append(
-            Look(bench.cycle, abs(state["motor_velocity"]), abs(state["load_velocity"]), abs(state["torque"]), powered)
-        )
+        Truth.of(self._master).look()
+
+    def at(self, cycle: int) -> tuple[float, float] | None:
+        """Return load-side speed in rad/s and torque in N·m at the begin of a cycle; None if nobody looked by then."""
+        look = next((look for look in reversed(self.looks) if look.cycle <= cycle), None)
+        return None if look is None else (look.load_speed, look.torque)
 
     def silence(self, duration_s: float) -> None:
         """Let emulated time pass without a frame, as after the last one: the drives' watchdogs act."""

@@ -1,28 +1,30 @@
-"""Rows of a thermometer beside the bus: its line and its wires, struck while the bench is enabled, in real time."""
+"""Rows of a thermometer beside the bus: its line and its wires, struck in motion under load, in real time."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import partial
 from importlib.metadata import entry_points
 from pathlib import Path
+from threading import Event, Thread
 from typing import Any
 
 from bench.configuration import BenchConfiguration, BenchFile
 from bench.configuration.bus import SlowSensor
 from bench.cycle.assembly import assemble
-from bench.cycle.rig import EndKind, Rig
-from bench.errors import ConfigurationError, LimitError
+from bench.cycle.rig import Rig
+from bench.errors import ConfigurationError
 from bench.matrix.outcome import Outcome
-from bench.matrix.plant import read_back, record
+from bench.matrix.plant import judge_end, judge_shafts, judge_stop, motion, read_back, record, strike_cycle
 from bench.matrix.rows import Row
 from bench.protocols import Phase, Segment
-from bench.safety import Act, LatchFile
+from bench.safety import Act, LatchFile, Standing
 
 _AGE_S, _PERIOD_S = 1.0, 0.2
 _REST = (Phase(Segment.DWELL, 0.3, 0.0, 0.0),)
-_LONG = (Phase(Segment.DWELL, 15.0, 0.0, 0.0),)
+_LAST_S, _POLL_S = 8.0, 0.002
 
 
 def run_slow_rows(rows: Sequence[Row], file: BenchFile, folder: Path, seed: int = 0) -> Iterator[Outcome]:
@@ -45,27 +47,44 @@ def _rows_on(rows: Sequence[Row], file: BenchFile, device: Any, folder: Path, se
             _until_well(rig)
             rig.enable()
             _, earlier = record(rig, file, folder, f"earlier-{number}", _REST)
-            struck = time.monotonic()
-            device.switch(row.name, True)
-            end, shafts = record(rig, file, folder, f"struck-{number}", _LONG)
+            stops, offset = len(rig.stops), assembly.master.bench.cycle - rig.link.cycle
+            with _struck_at(assembly.master, strike_cycle(rig), partial(device.switch, row.name, True)) as struck:
+                end, shafts = record(rig, file, folder, f"struck-{number}", motion(file.configuration, _LAST_S))
             shafts.look()
-            outcome.stopped(end, rig.stops[-1] if rig.stops else None, time.monotonic() - struck)
-            outcome.require(end.kind is EndKind.TRIPPED, f"the bench did not stop ({end.kind.name})")
-            outcome.require(end.cause.name in row.causes, f"the cause found is {end.cause.name}")
-            outcome.require(row.told in end.text, f"the sentence does not say '{row.told}': {end.text}")
-            outcome.require(not shafts.looks[-1].powered, "a drive kept its torque")
-            outcome.require((outcome.stopped_s or 0.0) <= row.within_s, f"the stop took {outcome.stopped_s:.2f} s")
-            outcome.drives = {drive.role: drive.state.name for drive in assembly.master.bench.drives}
-            outcome.peaks = shafts.peaks()
-            try:
-                rig.enable()
-                outcome.require(False, "torque came back without the operator")
-            except LimitError:
+            outcome.require(bool(struck), f"the bench ended before it was struck: {end.text}")
+            judge_end(row, outcome, rig, end, shafts, stops)
+            if struck:
+                outcome.struck = shafts.at(struck[0])
+                judge_stop(row, outcome, rig, shafts, struck[0], offset)
+            judge_shafts(outcome, file.configuration, shafts)
+            if latch.read().standing is Standing.STOPPED:
                 for act in Act:
                     latch.act(act, "matrix")
             device.switch(row.name, False)
             read_back(outcome, folder, {f"earlier-{number}": earlier, f"struck-{number}": shafts})
             yield outcome
+
+
+@contextmanager
+def _struck_at(master: Any, cycle: int, strike: Callable[[], None]) -> Iterator[list[int]]:
+    """Strike from another thread once the bench is at a cycle; yields the cycle in which that was, empty until then."""
+    struck: list[int] = []
+    over = Event()
+
+    def wait() -> None:
+        while master.bench.cycle < cycle:
+            if over.wait(_POLL_S):
+                return
+        struck.append(int(master.bench.cycle))
+        strike()
+
+    thread = Thread(target=wait, name="strike", daemon=True)
+    thread.start()
+    try:
+        yield struck
+    finally:
+        over.set()
+        thread.join()
 
 
 def _until_well(rig: Rig) -> None:

@@ -1,64 +1,104 @@
-"""The matrix as a page: fault, what was found and how soon, how the bench was brought to rest, what was said."""
+"""The matrix as a page: what was struck when, what was found and how soon, how it came to rest, what was said."""
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Sequence
 
-from bench.matrix.outcome import Outcome
+from bench.matrix.outcome import IN_MOTION, UNDER_LOAD, Outcome
+from bench.matrix.rows import HOST, PLANT, SERVICE, SETUP, SLOW, WIRE
+from bench.matrix.summary import share, sources, summary
+from bench.matrix.worker import LOOSENED
 
 _HEAD = """# What happens when something breaks
 
-Every fault the emulated bench and its computer can have, struck while the bench turns at {speed:.0f} °/s under
-{load:.0f} N·m, one after the other. For each the program itself checked: cause found, time until both shafts rest
-without torque, how the drives are left, that the true shafts stayed within their envelope
-({envelope}) whatever the sensors said, that the operator was told, that torque
-does not come back by itself, and that everything recorded before reads back row for row. What limits and rungs mean:
-[safety](safety.md).
+{summary}
 
-Made by `bench benchmark faults --table docs/faults.md`; times are bench time, to the bus cycle for what is found in
-process and to 20 ms for rest. Without torque the shafts of this bench stop by friction in about 0.3 s.
+"Struck at" is the true speed of the load side and the true torque at the sensor when the fault struck, as amounts;
+from {speed:.0f} °/s and {load:.0f} N·m on a row counts as struck in motion and under load. "Peaks" are the largest
+true motor speed, load speed and torque, with the distance of the samples; where they were looked at they were judged
+against the envelope ({envelope}), whatever the sensors said. Times count from the strike and
+are those of the slowest try. "Not seen" means that nobody looked; "–" that there was nothing to see. A row with several
+tries is right only if every one is; a bench on real frames that does not come to move is started again, three times at
+most, before it is struck. For rows that stop the bench it is also checked that torque does not come back by
+itself, and for all that record, that what was recorded reads back. What limits and rungs mean: [safety](safety.md).
+
+Made by `bench benchmark faults --table docs/faults.md --store docs/faults.json`. {sources}
 
 """
-_COLUMNS = "| fault | what | found as | after | brought to rest by | at rest without torque after | drives left in |"
-_RULE = "| --- | --- | --- | --- | --- | --- | --- |"
+_COLUMNS = (
+    "| fault | what | struck at | found as | after | brought to rest by | at rest without torque after | "
+    "drives left in | peaks | tries right |"
+)
+_RULE = "| --- " * 10 + "|"
+_NOTES = {
+    PLANT: "In process and in bench time; the shafts are looked at in every bus cycle.",
+    SETUP: "Met before anything moves, but for `default_settings`.",
+    SLOW: "In process and in real time, with an age limit of 1 s for the reading and the frozen reading not judged.",
+    HOST: "In process and in bench time; the shafts are looked at in every bus cycle where a bench runs.",
+    SERVICE: "Processes of their own with an emulated bench inside; nobody looks at their shafts.",
+    WIRE: f"Real frames between processes, real time, shafts looked at by order to the emulator. Loosened: {LOOSENED}.",
+}
+NOT_SEEN = "not seen"
 
 
-def page(outcomes: Sequence[Outcome], speed_deg_s: float, load_nm: float, envelope: str) -> str:
-    """Return the whole page."""
-    parts = [_HEAD.format(speed=speed_deg_s, load=load_nm, envelope=envelope)]
+def page(outcomes: Sequence[Outcome], envelope: str) -> str:
+    """Return the whole page; ``envelope`` in words."""
+    head = _HEAD.format(
+        summary=summary(outcomes),
+        speed=math.degrees(IN_MOTION),
+        load=UNDER_LOAD,
+        envelope=envelope,
+        sources=sources(outcomes),
+    )
+    parts = [head]
     for kind in dict.fromkeys(outcome.kind for outcome in outcomes):
         rows = [outcome for outcome in outcomes if outcome.kind == kind]
-        parts.append(f"## {kind[0].upper()}{kind[1:]}\n\n{_COLUMNS}\n{_RULE}\n")
+        parts.append(f"## {kind[0].upper()}{kind[1:]}\n\n{_NOTES[kind]}\n\n{_COLUMNS}\n{_RULE}\n")
         parts.append("".join(_row(outcome) for outcome in rows) + "\n")
     parts.append("## What the operator is told\n\n| fault | sentence |\n| --- | --- |\n")
-    parts.append("".join(f"| `{outcome.name}` | {_plain(outcome.told)} |\n" for outcome in outcomes if outcome.told))
+    parts.append("".join(f"| `{o.name}` | {_plain(o.told) or NOT_SEEN} |\n" for o in outcomes if o.told or o.cause))
     failed = [outcome for outcome in outcomes if not outcome.passed]
-    verdict = f"{len(outcomes) - len(failed)} of {len(outcomes)} rows are as they should be.\n"
-    parts.append("\n" + verdict + "".join(f"\n- `{o.name}`: {'; '.join(o.problems)}" for o in failed))
+    parts.append("\n" + share(outcomes) + "\n")
+    parts.append("".join(f"\n- `{o.name}`: {_plain('; '.join(o.problems))}" for o in failed) + ("\n" if failed else ""))
     return "".join(parts)
 
 
 def _row(outcome: Outcome) -> str:
     drives = sorted({state.lower().replace("_", " ") for state in outcome.drives.values()})
-    found = outcome.cause.lower().replace("_", " ") or ("refused" if outcome.told and not outcome.rungs else "–")
-    if outcome.cause == "" and "enabled" in drives:
-        found = "runs on, marked" if outcome.told else "runs on"
+    stopped = not outcome.reaction
     cells = (
         f"`{outcome.name}`",
         outcome.text,
-        found,
-        _seconds(outcome.found_s),
-        " → ".join(outcome.rungs) or "–",
-        _seconds(outcome.stopped_s),
-        ", ".join(drives) or "–",
+        _struck(outcome),
+        outcome.cause.lower().replace("_", " ") or outcome.reaction or NOT_SEEN,
+        _seconds(outcome.found_s, stopped),
+        " → ".join(outcome.rungs) or (NOT_SEEN if stopped else "–"),
+        _seconds(outcome.stopped_s, stopped),
+        ", ".join(drives) or NOT_SEEN,
+        _peaks(outcome),
+        f"{outcome.right} of {outcome.tries}",
     )
     return "| " + " | ".join(cells) + " |\n"
 
 
-def _seconds(value: float | None) -> str:
+def _struck(outcome: Outcome) -> str:
+    if outcome.struck is None:
+        return NOT_SEEN
+    return f"{math.degrees(outcome.struck[0]):.0f} °/s, {outcome.struck[1]:.0f} N·m"
+
+
+def _peaks(outcome: Outcome) -> str:
+    if outcome.peaks is None or outcome.sampled_s is None:
+        return "not judged"
+    motor, load, torque = outcome.peaks
+    return f"{motor:.0f} rad/s, {load:.2f} rad/s, {torque:.0f} N·m ({1e3 * outcome.sampled_s:g} ms)"
+
+
+def _seconds(value: float | None, stopped: bool) -> str:
     if value is None:
-        return "–"
+        return NOT_SEEN if stopped else "–"
     return f"{1e3 * value:.3g} ms" if value < 0.1 else f"{value:.2f} s" if value < 100.0 else f"{value:.0f} s"
 
 

@@ -23,12 +23,20 @@ from bench.matrix.rows import Row
 from bench.matrix.worker import CYCLE_S
 from bench.recording.repairing import repair
 from bench.recording.validation import validate
+from bench.safety import LatchFile, Standing
 
 _LOOK_S = 0.02
 _LEAD_S = 5.0
 """From the beginning of the motion until it is struck: it turns under load by then."""
-_ATTEMPTS = 3
 _LOAD_STANDSTILL, _GRACE_S, _START_S = 0.02, 3.0, 60.0
+_STARTS = 3
+"""A bench that does not come to move is started again so often; what was struck is never struck again."""
+_END_S = 40.0
+"""Patience with a run that goes on to its end: its set values count cycles, so a host that is late makes it longer."""
+
+
+class _NotMoving(DeviceError):
+    """The bench never moved, so nothing was struck: a host that takes time away may keep a bus from starting."""
 
 
 @dataclass(slots=True)
@@ -66,43 +74,55 @@ _STRIKES: dict[str, Callable[[Scene], None]] = {
 
 def run_wire_row(row: Row, file: BenchFile, folder: Path, seed: int = 0) -> Outcome:
     """Start emulator and rig, strike, and look at the emulator's true shafts until they rest."""
-    for attempt in range(_ATTEMPTS):
-        tried = folder / str(attempt)
-        tried.mkdir()
+    for attempt in range(_STARTS):
+        place = folder / str(attempt)
+        place.mkdir()
+        outcome = Outcome(row.name, row.text, row.kind)
         try:
-            return _run(row, file, tried, seed)
+            _run(row, outcome, file, place, seed)
         except DeviceError as error:
-            # a host that takes time away may keep a bus from starting; that is not what is tried here
-            failure = f"{error}: {' '.join((tried / 'worker.log').read_text('utf-8').splitlines()[-1:])}"
-    outcome = Outcome(row.name, row.text, row.kind)
-    outcome.require(False, failure)
+            log = place / "worker.log"
+            last = log.read_text("utf-8").splitlines()[-1:] if log.exists() else []
+            outcome.require(False, f"{error}: {' '.join(last)}")
+            if isinstance(error, _NotMoving):
+                continue
+        break
     return outcome
 
 
-def _run(row: Row, file: BenchFile, folder: Path, seed: int) -> Outcome:
-    outcome = Outcome(row.name, row.text, row.kind)
+def _run(row: Row, outcome: Outcome, file: BenchFile, folder: Path, seed: int) -> None:
     bench, envelope = file.configuration, Envelope.of(file.configuration)
     control = folder / "control"
     with veth_pair() as (near, far), emulator(far, CYCLE_S, "--control", str(control), "--seed", str(seed)):
-        with _orders(control) as order, _worker(folder, near, row.last_s) as worker:
+        with orders(control) as order, _worker(folder, near, row.last_s) as worker:
             scene = Scene(worker, _until(worker, "moving")["bus"], order)
             looks = _watch(order, _LEAD_S, lambda look: False)
             outcome.require(max(look[0] for look in looks) > 50.0, "the bench did not turn before it was struck")
+            outcome.struck = looks[-1][1:3]
             struck = time.monotonic()
             _STRIKES[row.name](scene)
             resting = bench.motion.standstill
-            after = _watch(
-                order,
-                row.within_s + _GRACE_S if row.causes else row.last_s + 10.0,
-                lambda look: look[0] < resting and look[1] < _LOAD_STANDSTILL and not look[3],
-            )
-            elapsed = time.monotonic() - struck
+
+            def rests(look: Look) -> bool:
+                return look[0] < resting and look[1] < _LOAD_STANDSTILL and not look[3]
+
+            after = _watch(order, row.within_s + _GRACE_S if row.causes else row.last_s + _END_S, rests)
+            elapsed = time.monotonic() - struck if rests(after[-1]) else None
             looks += after
             end = _end_of(worker)
             outcome.drives = order("status")["drives"]
+        outcome.sampled_s = _LOOK_S
         _judge(row, outcome, looks, after, elapsed, end, envelope)
+        if row.name == "writer_killed":
+            _look_at_latch(outcome, folder)
     _read_back(outcome, folder)
-    return outcome
+
+
+def _look_at_latch(outcome: Outcome, folder: Path) -> None:
+    """Nobody is left to say what happened: take what stands in the latch, if anything does."""
+    latch = LatchFile(folder / "latch.json").read()
+    if latch.standing is not Standing.CLEAR:
+        outcome.cause, outcome.told = latch.cause, latch.text
 
 
 Look = tuple[float, float, float, bool]
@@ -124,17 +144,24 @@ def _watch(order: Callable[[str], dict[str, Any]], longest_s: float, enough: Cal
 
 
 def _judge(
-    row: Row, outcome: Outcome, looks: list[Look], after: list[Look], elapsed: float, end: Any, envelope: Envelope
+    row: Row,
+    outcome: Outcome,
+    looks: list[Look],
+    after: list[Look],
+    elapsed: float | None,
+    end: Any,
+    envelope: Envelope,
 ) -> None:
-    outcome.peaks = tuple(max(look[i] for look in looks) for i in range(3))  # type: ignore[assignment]
+    peaks = max(x[0] for x in looks), max(x[1] for x in looks), max(x[2] for x in looks)
+    outcome.peaks = peaks
     bounds = (envelope.motor_speed, envelope.load_speed, envelope.torque)
-    outcome.require(all(p <= b for p, b in zip(outcome.peaks, bounds, strict=True)), f"peaks {outcome.peaks}")
+    outcome.require(all(p <= b for p, b in zip(peaks, bounds, strict=True)), f"peaks {outcome.peaks}")
     outcome.require(not after[-1][3], "a drive kept its torque")
     if row.causes:
         outcome.rest_s = outcome.off_s = elapsed
-        outcome.require(elapsed <= row.within_s, f"stopped after {elapsed:.2f} s, allowed {row.within_s:g} s")
+        seen = "not seen at rest" if elapsed is None else f"stopped after {elapsed:.2f} s"
+        outcome.require(elapsed is not None and elapsed <= row.within_s, f"{seen}, allowed {row.within_s:g} s")
     if row.name == "writer_killed":
-        outcome.cause, outcome.told = "BUS_STOPPED", "(whoever would have said it was killed; the next run repairs)"
         return
     outcome.require(end is not None, "the rig said nothing of its end")
     if end is None:
@@ -145,7 +172,8 @@ def _judge(
         outcome.require(row.told in end["text"], f"the sentence does not say '{row.told}': {end['text']}")
         outcome.require(end["latch"] == "stopped", "the stop is not latched")
     else:
-        outcome.cause = ""
+        outcome.cause = outcome.cause if end["kind"] == "TRIPPED" else ""
+        outcome.reaction = "runs on" if end["kind"] == "FINISHED" else end["kind"].lower()
         outcome.require(end["kind"] == "FINISHED", f"the bench stopped, it should have run on: {end['text']}")
 
 
@@ -161,7 +189,7 @@ def _read_back(outcome: Outcome, folder: Path) -> None:
 
 
 @contextmanager
-def _orders(control: Path) -> Iterator[Callable[[str], dict[str, Any]]]:
+def orders(control: Path) -> Iterator[Callable[[str], dict[str, Any]]]:
     """Give a function that sends an order to the emulator and returns its answer."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as line:
         line.settimeout(10.0)
@@ -198,7 +226,7 @@ def _until(worker: subprocess.Popen[str], where: str) -> dict[str, Any]:
         said: dict[str, Any] = json.loads(line)
         if said["at"] == where:
             return said
-    raise DeviceError(f"the rig ended before it was {where}")
+    raise _NotMoving(f"the rig ended before it was {where}")
 
 
 def _end_of(worker: subprocess.Popen[str]) -> dict[str, Any] | None:

@@ -21,20 +21,27 @@ CYCLE_S = 0.001
 """Of the bus on a machine that does other things as well."""
 
 
+_BUS = {"cycle_time": CYCLE_S, "ahead": 0.3, "hold": 0.2, "watchdog": 0.3}
+_LIMITS: dict[str, float | None] = {
+    "lost_cycles": 400,
+    "lost_share": 1.0,
+    "velocity_error": 60.0,
+    "following_error": None,
+    "motor_acceleration": None,
+    "load_torque_rate": None,
+    "torque_error": None,
+}
+LOOSENED = ", ".join(
+    f"{name} {'off' if value is None else f'{value:g}'}" for name, value in {**_BUS, **_LIMITS}.items()
+)
+"""What these rows have otherwise than the bench file, for people; SI."""
+
+
 def patient(file: BenchFile) -> BenchFile:
     """Return the bench with a slower bus that forgives a host taking processor time away: kills are what is tried."""
     config = file.configuration
-    bus = config.bus.model_copy(update={"cycle_time": CYCLE_S, "ahead": 0.3, "hold": 0.2, "watchdog": 0.3})
-    limits = config.limits.model_copy(
-        update={
-            "lost_cycles": 400,
-            "velocity_error": 60.0,
-            "following_error": None,
-            "motor_acceleration": None,
-            "load_torque_rate": None,
-            "torque_error": None,
-        }
-    )
+    bus = config.bus.model_copy(update=_BUS)
+    limits = config.limits.model_copy(update=_LIMITS)
     return BenchFile(config.model_copy(update={"bus": bus, "limits": limits}), file.text, file.origin)
 
 

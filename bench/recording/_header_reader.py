@@ -13,6 +13,9 @@ from numpy.typing import NDArray
 from bench.errors import RecordingError
 from bench.recording import _attributes as attributes
 from bench.recording._attributes import AttributeMissing, AttributeProblem
+from bench.recording._channel_names import channel_names
+from bench.recording._claims import check_around, check_channel, check_members
+from bench.recording._places import Places, look_up
 from bench.recording.header import FORMAT, ChannelSpec, Event, Gearbox, Segment, Setpoint
 
 _T = TypeVar("_T")
@@ -31,6 +34,7 @@ _BENCH: tuple[tuple[str, Callable[[Any], Any]], ...] = (
     ("take", attributes.integer),
     ("accepted", attributes.boolean),
     ("gearbox_serial", attributes.text),
+    ("axis", attributes.text),
     ("quality", attributes.json_object),
 )
 KNOWN_ROOT_ATTRIBUTES = frozenset(
@@ -38,17 +42,20 @@ KNOWN_ROOT_ATTRIBUTES = frozenset(
 )
 
 
-def read_header(file: h5py.File, path: Path) -> dict[str, Any]:
+def read_header(file: h5py.File, path: Path, *, prefix: bool = False) -> dict[str, Any]:
     """Read everything of a :class:`~bench.recording.Recording` but its samples, as keyword arguments.
+
+    With ``prefix`` a complete recording of which rows are missing is taken as one that was cut short before them.
 
     Raises
     ------
     RecordingError
-        No recording at all, a required root attribute is missing or unreadable, there is no usable channel, or the
-        channels of a complete recording differ in length.
+        No recording at all, a required root attribute is missing or unreadable, there is no usable channel, the
+        channels of a complete recording differ in length or lack rows, or the file claims what it cannot hold.
     """
     problems: list[str] = []
     _check_format(file, path)
+    check_around(file, path)
     result: dict[str, Any] = {}
     for name, kind in _REQUIRED:
         try:
@@ -66,7 +73,9 @@ def read_header(file: h5py.File, path: Path) -> dict[str, Any]:
     result["complete"] = _optional(file.attrs, "complete", attributes.boolean, False, f"{path}: root", problems)
     result["setpoint"] = _setpoint(file, path, problems)
     result["gearbox"] = _gearbox(file, path, problems)
-    specs, size = _channels(file, path, result["complete"], problems)
+    specs, sizes, result["places"] = _channels(file, path, problems)
+    size = _size(path, sizes, result["complete"] and not prefix)
+    result["complete"] = result["complete"] and size == max(size for size, _ in sizes.values())
     result["specs"], result["size"] = specs, size
     result["segments"] = _segments(file, path, size, result["complete"], problems)
     result["events"] = _events(file, path, problems)
@@ -140,13 +149,18 @@ def _gearbox(file: h5py.File, path: Path, problems: list[str]) -> Gearbox:
     return Gearbox(ratio, **teeth)
 
 
-def _channels(file: h5py.File, path: Path, complete: bool, problems: list[str]) -> tuple[dict[str, ChannelSpec], int]:
+def _channels(
+    file: h5py.File, path: Path, problems: list[str]
+) -> tuple[dict[str, ChannelSpec], dict[str, tuple[int, int]], dict[str, Places | None]]:
+    """Give specification, rows claimed and stored, and places of each channel."""
     group = _group(file, "channels", path, problems)
     if group is None:
         raise RecordingError(f"{path}: there is no group /channels, so there are no samples.")
     specs: dict[str, ChannelSpec] = {}
-    sizes: dict[str, int] = {}
-    for name in group:
+    sizes: dict[str, tuple[int, int]] = {}
+    places: dict[str, Places | None] = {}
+    check_members(group, path)
+    for name in channel_names(group):
         where = f"{path}: /channels/{name}"
         try:
             dataset = group[name]
@@ -156,22 +170,36 @@ def _channels(file: h5py.File, path: Path, complete: bool, problems: list[str]) 
         if not isinstance(dataset, h5py.Dataset) or dataset.ndim != 1 or dataset.dtype.kind not in "iufb":
             problems.append(f"{where} is not a one-dimensional numeric dataset, it is left out.")
             continue
+        check_channel(dataset, path, name)
         spec = _spec(name, dataset, where, problems)
         if spec is not None:
-            specs[name], sizes[name] = spec, dataset.shape[0]
+            stored, places[name] = look_up(dataset)
+            specs[name], sizes[name] = spec, (dataset.shape[0], stored)
     if "time" not in specs:
         raise RecordingError(f"{path}: there is no usable channel /channels/time, the common time base of all others.")
     if len(specs) == 1:
         raise RecordingError(f"{path}: there is no channel beside /channels/time, so nothing was measured.")
-    size = min(sizes.values())
-    if complete and size != max(sizes.values()):
-        shortest = min(sizes, key=lambda name: sizes[name])
+    order = {name: index for index, name in enumerate(_order(specs))}
+    return {name: specs[name] for name in sorted(specs, key=lambda name: order[name])}, sizes, places
+
+
+def _size(path: Path, sizes: dict[str, tuple[int, int]], complete: bool) -> int:
+    """Count the rows that every channel has; all of them where the recording says that it is complete."""
+    shortest = min(sizes, key=lambda name: min(sizes[name]))
+    claimed, stored = sizes[shortest]
+    if not complete:
+        return min(claimed, stored)
+    longest = max(claimed for claimed, _ in sizes.values())
+    if claimed != longest:
         raise RecordingError(
-            f"{path}: /channels/{shortest} has {size} rows and /channels/time {sizes['time']}; "
+            f"{path}: /channels/{shortest} has {claimed} rows and /channels/time {sizes['time'][0]}; "
             "all channels of a complete recording should be equally long."
         )
-    order = {name: index for index, name in enumerate(_order(specs))}
-    return {name: specs[name] for name in sorted(specs, key=lambda name: order[name])}, size
+    if stored < claimed:
+        raise RecordingError(
+            f"{path}: /channels/{shortest} claims {claimed} rows, those from index {stored} on were never stored."
+        )
+    return claimed
 
 
 def _order(specs: dict[str, ChannelSpec]) -> list[str]:
@@ -183,11 +211,15 @@ def _order(specs: dict[str, ChannelSpec]) -> list[str]:
 def _spec(name: str, dataset: h5py.Dataset, where: str, problems: list[str]) -> ChannelSpec | None:
     attrs = dataset.attrs
     factors = {"scale": 1.0, "offset": 0.0}
-    for key in factors:
+    # both are written twice, the second time for xarray: where they differ, one was spoiled
+    for key, twin in (("scale", "scale_factor"), ("offset", "add_offset")):
         try:
             factors[key] = attributes.read(attrs, key, attributes.number)
             if not np.isfinite(factors[key]) or (key == "scale" and factors[key] == 0):
                 raise AttributeProblem(f"attribute '{key}' is {factors[key]}, it should be a finite factor")
+            again = attributes.read(attrs, twin, attributes.number) if twin in attrs else factors[key]
+            if again != factors[key]:
+                raise AttributeProblem(f"attribute '{key}' is {factors[key]!r} and '{twin}' {again!r}, one is wrong")
         except AttributeMissing:
             continue
         except AttributeProblem as problem:

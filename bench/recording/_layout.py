@@ -18,7 +18,8 @@ from bench.errors import RecordingError
 from bench.recording.header import FORMAT, FORMAT_VERSION, ChannelSpec, Event, RecordingHeader, Segment
 
 _TEXT = h5py.string_dtype()
-_OPTIONAL_ATTRIBUTES = ("point_id", "take", "zero_id", "gearbox_serial")
+_LONGEST_TEXT = 4000
+_OPTIONAL_ATTRIBUTES = ("point_id", "take", "zero_id", "gearbox_serial", "axis")
 # UDUNITS, which CF builds on, has no degree sign; ours are already written its way.
 _CF_UNITS = {"°C": "degC", "N·m": "N m"}
 
@@ -147,8 +148,14 @@ def segment_rows(segments: Iterable[Segment]) -> list[tuple[str, int, int]]:
 
 
 def event_rows(events: Iterable[Event]) -> list[tuple[float, str, str]]:
-    """Turn events into rows of their table."""
-    return [(event.time, event.level, event.text) for event in events]
+    """Turn events into rows of their table; their texts can always be written, whoever typed them."""
+    return [(event.time, event.level, _writable(event.text)) for event in events]
+
+
+def _writable(text: str) -> str:
+    """Return a text as HDF5 can hold it: no NUL, no half of a surrogate pair, not longer than a page."""
+    kept = text if len(text) <= _LONGEST_TEXT else f"{text[: _LONGEST_TEXT - 1]}…"
+    return kept.replace("\0", "\ufffd").encode("utf-8", "replace").decode("utf-8")
 
 
 def write_end(

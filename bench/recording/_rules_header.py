@@ -15,7 +15,7 @@ import numpy as np
 from bench.recording import _attributes as attributes
 from bench.recording._attributes import AttributeProblem
 from bench.recording._findings import Finding
-from bench.recording.header import FORMAT, FORMAT_VERSION, KINDS, PART_SUFFIX, SOURCES
+from bench.recording.header import AXES, FORMAT, FORMAT_VERSION, KINDS, PART_SUFFIX, SOURCES
 
 _ROOT: dict[str, Callable[[Any], Any]] = {
     "format": attributes.text,
@@ -33,6 +33,7 @@ _BENCH: dict[str, Callable[[Any], Any]] = {
     "accepted": attributes.boolean,
     "zero_id": attributes.text,
     "gearbox_serial": attributes.text,
+    "axis": attributes.text,
 }
 _SETPOINTS = ("load_torque", "velocity", "temperature")
 _TEETH = ("z1", "z2", "z3", "z4")
@@ -104,6 +105,8 @@ def _bench_attributes(file: h5py.File) -> Iterator[Finding]:
         else:
             if name == "take" and value < 1:
                 yield "root attribute", f"'take' is {value}, takes count from 1", False
+            elif name == "axis" and value not in AXES:
+                yield "root attribute", f"'axis' is '{value}', it should be one of {', '.join(AXES)}", False
 
 
 def groups(file: h5py.File, path: Path) -> Iterator[Finding]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from bench.recording import _attributes as attributes
 from bench.recording._attributes import AttributeProblem
+from bench.recording._channel_names import channel_names
 from bench.recording._findings import Finding
 from bench.recording.storage import first_missing_row
 from bench.signals import BY_NAME, REQUIRED
@@ -27,7 +28,7 @@ def _datasets(file: h5py.File) -> dict[str, h5py.Dataset]:
     group = file.get("channels")
     if not isinstance(group, h5py.Group):
         return {}
-    found = {name: group.get(name) for name in group}
+    found = {name: group.get(name) for name in channel_names(group)}
     return {
         name: dataset
         for name, dataset in found.items()
@@ -57,7 +58,7 @@ def channel_layout(file: h5py.File, path: Path) -> Iterator[Finding]:
         return
     usable = _datasets(file)
     imported = _text(file.attrs, "source") == "import"
-    for name in group:
+    for name in channel_names(group):
         where = f"/channels/{name}"
         if name not in usable:
             yield where, "is not a readable one-dimensional numeric dataset", False
@@ -154,8 +155,9 @@ def stored_rows(file: h5py.File, path: Path) -> Iterator[Finding]:
         missing = first_missing_row(dataset)
         if missing is not None:
             yield where, f"rows from index {missing} on were never stored", not _complete(file)
-        for start in range(0, dataset.shape[0], _BLOCK_ROWS):
-            stop = min(start + _BLOCK_ROWS, dataset.shape[0])
+        rows = dataset.shape[0] if missing is None else missing
+        for start in range(0, rows, _BLOCK_ROWS):
+            stop = min(start + _BLOCK_ROWS, rows)
             try:
                 block = dataset[start:stop]
             except (OSError, RuntimeError) as error:
@@ -182,6 +184,8 @@ def time_and_cycle(file: h5py.File, path: Path) -> Iterator[Finding]:
     if not rate > 0:
         return
     time = _si(usable["time"])
+    if not time.size:
+        return  # the rule on stored rows says so
     if abs(time[0]) > 0.5 / rate:
         yield "/channels/time", f"starts at {time[0]:g} s, it should start at 0 with the first sample", False
     steps = np.diff(time)
@@ -193,8 +197,8 @@ def time_and_cycle(file: h5py.File, path: Path) -> Iterator[Finding]:
     if steps.size and abs(float(np.median(steps)) * rate - 1) > _RATE_TOLERANCE:
         text = f"steps by {np.median(steps):g} s, root attribute 'sample_rate' {rate:g} Hz says {1 / rate:g} s"
         yield "/channels/time", text, False
-    if "cycle" in usable and usable["cycle"].shape[0] == time.size:
-        yield from _cycle(file, usable["cycle"][()].astype(np.int64), time, rate)
+    if "cycle" in usable and (first_missing_row(usable["cycle"]) or usable["cycle"].shape[0]) == time.size:
+        yield from _cycle(file, _stored(usable["cycle"]).astype(np.int64), time, rate)
 
 
 def _cycle(file: h5py.File, cycle: NDArray[np.int64], time: NDArray[np.float64], rate: float) -> Iterator[Finding]:
@@ -224,8 +228,13 @@ def _event_times(file: h5py.File) -> NDArray[np.float64]:
     return np.asarray(group["time"][()], dtype=np.float64)
 
 
+def _stored(dataset: h5py.Dataset) -> NDArray[Any]:
+    """Read the rows before the first that was never stored."""
+    return np.asarray(dataset[: first_missing_row(dataset)])
+
+
 def _si(dataset: h5py.Dataset) -> NDArray[np.float64]:
-    values = dataset[()].astype(np.float64)
+    values = _stored(dataset).astype(np.float64)
     scale = attributes.number(dataset.attrs["scale"]) if "scale" in dataset.attrs else 1.0
     offset = attributes.number(dataset.attrs["offset"]) if "offset" in dataset.attrs else 0.0
     return np.asarray(values * scale + offset, dtype=np.float64)

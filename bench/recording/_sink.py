@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.errors import RecordingError
+from bench.errors import BacklogError, RecordingError
 from bench.recording import _layout
 from bench.recording._ordered_file import OrderedFile
 from bench.recording._ownership import make_room
@@ -24,7 +24,10 @@ from bench.recording.reader import HDF5_ERRORS
 FLUSH_INTERVAL_S = 0.4
 """A little below the half second promised, to leave time for the flush itself."""
 _MIN_FLUSH_SPACING_S = 0.2
-_QUEUE_CHUNKS = 32
+_QUEUE_WAITING = 32
+"""Jobs that may wait where whoever records waits for the disk."""
+_QUEUE_BACKLOG = 256
+"""Jobs that may wait where nobody does: a minute of chunks."""
 _UNFILTERED = 0b11  # filter mask: shuffle and deflate both left out of this chunk
 
 Columns = dict[str, NDArray[Any]]
@@ -43,10 +46,18 @@ class Sink:
     Parameters
     ----------
     partial : gives start, filled rows and a copy of the chunk that is not full yet; called with ``lock`` held.
+    wait : whoever records waits while the disk is far behind. Without, nothing here ever waits for the disk but
+        :meth:`finish`; a disk that is too far behind ends the recording.
     """
 
     def __init__(
-        self, part: Path, header: RecordingHeader, channels: Sequence[ChannelSpec], chunk_rows: int, partial: Partial
+        self,
+        part: Path,
+        header: RecordingHeader,
+        channels: Sequence[ChannelSpec],
+        chunk_rows: int,
+        partial: Partial,
+        wait: bool = True,
     ) -> None:
         self.lock = threading.Lock()
         self.rows_written = 0
@@ -55,7 +66,9 @@ class Sink:
         self._unfiltered_start = -1
         self._error: Exception | None = None
         self._dirty = False
-        self._jobs: queue.Queue[Callable[[], None] | None] = queue.Queue(_QUEUE_CHUNKS)
+        self._wait = wait
+        self._jobs: queue.Queue[Callable[[], None] | None] = queue.Queue(_QUEUE_WAITING if wait else _QUEUE_BACKLOG)
+        self._too_late: list[Callable[[], None]] = []
         try:
             make_room(part)
             self._storage = OrderedFile(part)
@@ -77,7 +90,13 @@ class Sink:
             ) from self._error
 
     def put_chunk(self, start: int, columns: Columns) -> None:
-        """Queue a whole chunk; waits while the disk is far behind."""
+        """Queue a whole chunk.
+
+        Raises
+        ------
+        BacklogError
+            If the disk is too far behind and may not be waited for; this chunk is still written by :meth:`finish`.
+        """
         self._put(lambda: self._write_chunk(start, len(next(iter(columns.values()))), columns))
 
     def put_table_rows(self, table: str, rows: Sequence[Sequence[Any]]) -> None:
@@ -94,6 +113,8 @@ class Sink:
         self._thread.join()
         try:
             if self._error is None:
+                for job in self._too_late:
+                    job()
                 self._write_partial(last=True)
                 if complete is not None:
                     _layout.write_end(self._file, accepted=accepted, quality=quality, complete=complete)
@@ -104,8 +125,21 @@ class Sink:
         self.check()
 
     def _put(self, job: Callable[[], None]) -> None:
-        self._jobs.put(job)
+        if self._wait:
+            self._jobs.put(job)
+            self.check()
+            return
         self.check()
+        try:
+            if not self._too_late:
+                self._jobs.put_nowait(job)
+                return
+        except queue.Full:
+            self._too_late.append(job)
+        raise BacklogError(
+            f"{self._part}: the disk has not kept up, {self._jobs.maxsize} pieces of the recording wait for it; the"
+            " recording ends here"
+        )
 
     def _run(self) -> None:
         flushed_at = time.monotonic()

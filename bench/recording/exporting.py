@@ -21,6 +21,7 @@ _MAT5_LARGEST = 2**31 - 1
 def export_mat(recording: Recording, target: Path) -> None:
     """Write a MATLAB 5 file: one (N, 1) double a channel in SI, ``units``, ``segments``, ``events`` and ``header``.
 
+    ``aux/NAME`` is called ``aux_NAME``: names of MATLAB know no slash.
     ``segments`` count as MATLAB does, from 1, with the last sample included.
 
     Raises
@@ -36,9 +37,9 @@ def export_mat(recording: Recording, target: Path) -> None:
             f"at most {_MAT5_LARGEST // 8}; export it as CSV, or read the HDF5 file with h5read."
         )
     contents: dict[str, Any] = {
-        name: values.reshape(-1, 1) for name, values in recording.read_si(recording.channels).items()
+        name.replace("/", "_"): values.reshape(-1, 1) for name, values in recording.read_si(recording.channels).items()
     }
-    contents["units"] = {name: spec.unit for name, spec in recording.specs.items()}
+    contents["units"] = {name.replace("/", "_"): spec.unit for name, spec in recording.specs.items()}
     contents["segments"] = {
         "name": np.array([s.name for s in recording.segments], dtype=object).reshape(-1, 1),
         "first": np.array([s.start + 1 for s in recording.segments], dtype=np.float64).reshape(-1, 1),

@@ -25,6 +25,8 @@ KINDS: tuple[str, ...] = (
     "free",
 )
 SOURCES: tuple[str, ...] = ("hardware", "emulator", "import")
+AXES: tuple[str, ...] = ("rotary", "linear")
+"""What a recording's angles and torques are: rad and N·m, or the metres and newtons of a linear axis."""
 SEGMENT_NAMES: tuple[str, ...] = ("ramp_up", "steady", "ramp_down", "dwell", "heat")
 
 PART_SUFFIX = ".part"
@@ -106,7 +108,8 @@ class RecordingHeader:
     """Root attributes and provenance of a recording (recording format 1.0).
 
     ``started_at`` must be aware (UTC); ``sample_rate`` in Hz. The attributes after ``gearbox`` are the bench's own:
-    readers do not require them. ``attributes`` are further root attributes, kept as they are.
+    readers do not require them. ``axis`` is one of :data:`AXES`, None where nothing says it.
+    ``attributes`` are further root attributes, kept as they are.
     """
 
     recording_id: str
@@ -121,6 +124,7 @@ class RecordingHeader:
     take: int | None = None
     zero_id: str | None = None
     gearbox_serial: str | None = None
+    axis: str | None = None
     config: str | None = None
     software: Mapping[str, str] = field(default_factory=dict)
     attributes: Mapping[str, Any] = field(default_factory=dict)

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from bench.errors import RecordingError
-from bench.recording import _layout
 from bench.recording.folder import MANIFEST_NAME, RecordingFolder
 from bench.recording.reader import Recording
+from bench.whole import write_whole
 
 
 def entry(recording: Recording) -> dict[str, Any]:
@@ -71,9 +70,5 @@ def rebuild(folder: str | Path) -> dict[str, Any]:
 def write_manifest(folder: str | Path, manifest: Mapping[str, Any]) -> Path:
     """Write ``campaign.json`` so that after a power cut either the old or the new one is there, whole."""
     path = Path(folder) / MANIFEST_NAME
-    new = path.with_name(path.name + ".new")
-    new.write_text(json.dumps(manifest, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    _layout.sync(new)
-    os.replace(new, path)
-    _layout.sync(path.parent)
+    write_whole(path, json.dumps(manifest, indent=1, allow_nan=False) + "\n")
     return path

@@ -13,6 +13,7 @@ from bench.recording.reader import Recording
 from bench.recording.statistics import shown_unit
 
 _POINTS = 2000
+_MOST_PANELS, _MOST_MARKS, _MOST_LETTERS = 40, 500, 80
 _PANEL_HEIGHT = 1.35
 _SEGMENT_COLOURS = {
     "steady": "tab:green",
@@ -36,7 +37,7 @@ def plot_recording(recording: Recording, target: str | Path) -> Path:
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    names = [name for name in recording.channels if name != "time"]
+    names = [name for name in recording.channels if name != "time"][:_MOST_PANELS]
     figure = Figure(figsize=(11, 1.2 + _PANEL_HEIGHT * len(names)), layout="constrained")
     FigureCanvasAgg(figure)
     panels = np.atleast_1d(figure.subplots(len(names), 1, sharex=True))
@@ -50,18 +51,25 @@ def plot_recording(recording: Recording, target: str | Path) -> Path:
         else:
             if time.size:
                 _draw(panel, time, values * factor)
-        panel.set_ylabel(f"{name}\n[{unit}]" if unit and unit != "1" else name, fontsize=7)
+        label = f"{_shown(name)}\n[{_shown(unit)}]" if unit and unit != "1" else _shown(name)
+        panel.set_ylabel(label, fontsize=7, parse_math=False)
         panel.tick_params(labelsize=7)
         _mark(panel, recording, time)
     panels[-1].set_xlabel("time [s]", fontsize=8)
     state = "" if recording.complete else ", cut short"
-    figure.suptitle(f"{recording.recording_id} ({recording.kind}{state})", fontsize=10)
+    title = f"{_shown(recording.recording_id)} ({_shown(recording.kind)}{state})"
+    figure.suptitle(title, fontsize=10, parse_math=False)
     target = Path(target)
     try:
         figure.savefig(target, dpi=110)
     except OSError as error:
         raise RecordingError(f"{target}: the picture cannot be written ({error.strerror}).") from error
     return target
+
+
+def _shown(text: str) -> str:
+    """Give a text of a file as a font can draw it, not too long."""
+    return "".join(letter if letter.isprintable() else "?" for letter in text[:_MOST_LETTERS])
 
 
 def _draw(panel: Any, time: NDArray[np.float64], values: NDArray[np.float64]) -> None:
@@ -82,10 +90,10 @@ def envelope(
 
 
 def _mark(panel: Any, recording: Recording, time: NDArray[np.float64]) -> None:
-    for segment in recording.segments:
+    for segment in recording.segments[:_MOST_MARKS]:
         if segment.start < segment.stop <= time.size:
             colour = _SEGMENT_COLOURS.get(segment.name, "tab:gray")
             panel.axvspan(time[segment.start], time[segment.stop - 1], color=colour, alpha=0.10, linewidth=0)
-    for event in recording.events:
+    for event in recording.events[:_MOST_MARKS]:
         if np.isfinite(event.time):
             panel.axvline(event.time, color="tab:red", linewidth=0.6, linestyle="--")

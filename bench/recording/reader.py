@@ -6,6 +6,7 @@ The file is open only while something is read, so that a folder of thousands of 
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -18,11 +19,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import RecordingError
+from bench.recording import guarded
 from bench.recording._header_reader import read_header
+from bench.recording._places import Places
 from bench.recording.header import ChannelSpec, Event, Gearbox, Segment, Setpoint
+from bench.signals import BY_NAME
 
 DERIVED_FROM: dict[str, str] = {"motor_velocity": "motor_angle", "load_velocity": "load_angle"}
 """A missing velocity is the time derivative of its angle."""
+
+_LINEAR_UNITS = ("m", "m/s", "N")
 
 HDF5_ERRORS = (OSError, RuntimeError, KeyError, ValueError, TypeError, AttributeError)
 """What h5py raises where the structure of a file is broken; which of them depends on the place."""
@@ -58,6 +64,41 @@ def hdf5_reason(error: Exception) -> str:
     return message[message.rfind("(") + 1 :].rstrip(")") if "(" in message else message
 
 
+def _header(path: Path, prefix: bool = False) -> dict[str, Any]:
+    stamp = _stamp(path)
+    with opened(path) as file:
+        try:
+            return {**read_header(file, path, prefix=prefix), "stamp": stamp}
+        except HDF5_ERRORS as error:
+            raise RecordingError(f"{path}: the HDF5 structure is damaged ({hdf5_reason(error)}).") from error
+
+
+def _stamp(path: Path | int) -> tuple[int, ...]:
+    """What changes when a file (or what a descriptor is of) is written or replaced."""
+    try:
+        seen = os.stat(path)
+    except OSError:
+        return ()
+    return (seen.st_dev, seen.st_ino, seen.st_size, seen.st_mtime_ns)
+
+
+def _rows(path: Path, names: Sequence[str], start: int, stop: int) -> dict[str, NDArray[Any]]:
+    """Read rows with the HDF5 library; in a child."""
+    result: dict[str, NDArray[Any]] = {}
+    with opened(path) as file:
+        for name in names:
+            try:
+                result[name] = file["channels"][name][start:stop]
+            except HDF5_ERRORS as error:
+                raise unreadable(path, name, start, stop, hdf5_reason(error)) from error
+    return result
+
+
+def unreadable(path: Path, name: str, start: int, stop: int, why: object) -> RecordingError:
+    """Say that rows of a channel cannot be read."""
+    return RecordingError(f"{path}: /channels/{name} rows {start} to {stop} cannot be read ({why}).")
+
+
 @dataclass(frozen=True, slots=True)
 class Recording:
     """One recording, read lazily; see the recording format for the meaning of each value.
@@ -85,14 +126,19 @@ class Recording:
     take: int | None = None
     accepted: bool | None = None
     gearbox_serial: str | None = None
+    axis: str | None = None
     quality: dict[str, Any] = field(default_factory=dict)
     config: str | None = None
     software: dict[str, str] = field(default_factory=dict)
     problems: tuple[str, ...] = ()
+    places: dict[str, Places | None] = field(default_factory=dict, repr=False, compare=False)
+    stamp: tuple[int, ...] = field(default=(), repr=False, compare=False)
 
     @classmethod
-    def open(cls, path: str | Path) -> Recording:
+    def open(cls, path: str | Path, *, prefix: bool = False) -> Recording:
         """Read the header of a recording, or of the valid prefix of one that was cut short.
+
+        With ``prefix`` a complete recording that lacks rows is opened as one that was cut short before them.
 
         Raises
         ------
@@ -100,16 +146,19 @@ class Recording:
             The file is not HDF5, not a recording, or lacks what no reader can do without.
         """
         path = Path(path)
-        with opened(path) as file:
-            try:
-                return cls(path=path, **read_header(file, path))
-            except HDF5_ERRORS as error:
-                raise RecordingError(f"{path}: the HDF5 structure is damaged ({hdf5_reason(error)}).") from error
+        return cls(path=path, **guarded.call(path, _header, path, prefix))
 
     @property
     def channels(self) -> tuple[str, ...]:
         """Names of the channels that stand in the file."""
         return tuple(self.specs)
+
+    @property
+    def linear(self) -> bool:
+        """Whether it is of a linear axis: metres and newtons where others have radians and newton metres."""
+        if self.axis is not None:
+            return self.axis == "linear"
+        return any(spec.unit in _LINEAR_UNITS for name, spec in self.specs.items() if name in BY_NAME)
 
     def __contains__(self, name: object) -> bool:
         """Whether :meth:`si` can give ``name``, stored or derived."""
@@ -153,15 +202,29 @@ class Recording:
             raise RecordingError(
                 f"{self.path}: there is no channel '{missing[0]}'; the recording has {', '.join(self.channels)}."
             )
-        result: dict[str, NDArray[Any]] = {}
-        with opened(self.path) as file:
-            for name in names:
+        try:
+            descriptor = os.open(self.path, os.O_RDONLY)
+        except OSError as error:
+            raise RecordingError(f"{self.path}: cannot be opened ({error.strerror}).") from error
+        try:
+            return self._read(descriptor, names, start, stop)
+        finally:
+            os.close(descriptor)
+
+    def _read(self, descriptor: int, names: Sequence[str], start: int, stop: int) -> dict[str, NDArray[Any]]:
+        places = self.places
+        if _stamp(descriptor) != self.stamp:
+            # it goes on being written, or is another file by now
+            places = guarded.call(self.path, _header, self.path)["places"]
+        foreign = [name for name in names if places.get(name) is None]
+        result = guarded.call(self.path, _rows, self.path, foreign, start, stop) if foreign else {}
+        for name in names:
+            own = places.get(name)
+            if own is not None:
                 try:
-                    result[name] = file["channels"][name][start:stop]
-                except HDF5_ERRORS as error:
-                    raise RecordingError(
-                        f"{self.path}: /channels/{name} rows {start} to {stop} cannot be read ({hdf5_reason(error)})."
-                    ) from error
+                    result[name] = own.read(descriptor, start, stop)
+                except (OSError, MemoryError) as error:
+                    raise unreadable(self.path, name, start, stop, error) from error
         return result
 
     def _bounds(self, start: int, stop: int | None) -> tuple[int, int]:

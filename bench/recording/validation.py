@@ -9,10 +9,11 @@ from pathlib import Path
 import h5py
 
 from bench.errors import RecordingError
-from bench.recording import _rules_header, _rules_samples, _rules_tables
+from bench.recording import _rules_header, _rules_samples, _rules_tables, guarded
+from bench.recording._claims import check_claims
 from bench.recording._findings import Finding
 from bench.recording.header import PART_SUFFIX
-from bench.recording.reader import HDF5_ERRORS, Recording, opened
+from bench.recording.reader import HDF5_ERRORS, Recording, hdf5_reason, opened
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,10 +59,18 @@ def validate(path: str | Path) -> Validation:
     path = Path(path)
     if not path.exists():
         raise RecordingError(f"{path}: there is no such file.")
+    try:
+        return guarded.call(path, _validate, path)
+    except RecordingError as error:
+        return Validation(path, (str(error),), ())
+
+
+def _validate(path: Path) -> Validation:
     violations: list[str] = []
     notes: list[str] = []
     try:
         with opened(path) as file:
+            check_claims(file, path)
             for rule in _RULES:
                 try:
                     for where, text, note in rule(file, path):
@@ -70,6 +79,8 @@ def validate(path: str | Path) -> Validation:
                     violations.append(f"{path}: cannot be checked further for {rule.__name__} ({error}).")
     except RecordingError as error:
         return Validation(path, (str(error),), ())
+    except HDF5_ERRORS as error:
+        return Validation(path, (f"{path}: the HDF5 structure is damaged ({hdf5_reason(error)}).",), ())
     if path.name.endswith(PART_SUFFIX):
         notes.append(f"{path}: was never finished; 'bench repair' makes a recording of it.")
     if not violations:

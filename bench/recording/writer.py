@@ -43,6 +43,7 @@ class RecordingWriter:
     chunk_rows : rows of an HDF5 chunk; by default :func:`real_time_chunk_rows`, in emulated time
         :data:`FAST_CHUNK_ROWS` makes smaller files that are faster to read.
     replace : whether a finished recording of this name may be replaced; an unfinished one is set aside in any case.
+    wait : whether :meth:`append` and events may wait for a disk that is far behind.
     part : where it is written until it is finished, in the same folder; by default ``<path>.part``.
 
     Raises
@@ -61,6 +62,7 @@ class RecordingWriter:
         chunk_rows: int | None = None,
         part: Path | None = None,
         replace: bool = False,
+        wait: bool = True,
     ) -> None:
         self.path = Path(path)
         self.part = part or self.path.with_name(self.path.name + PART_SUFFIX)
@@ -74,7 +76,7 @@ class RecordingWriter:
         self._segment_count = 0
         self._open_segment: int | None = None
         self._closed = False
-        self._sink = Sink(self.part, header, channels, self._chunk_rows, self._partial)
+        self._sink = Sink(self.part, header, channels, self._chunk_rows, self._partial, wait)
 
     def __enter__(self) -> RecordingWriter:
         """Give the writer itself; the file is open already."""
@@ -103,6 +105,8 @@ class RecordingWriter:
 
         Raises
         ------
+        BacklogError
+            The disk is too far behind and may not be waited for: the recording ends with these rows.
         RecordingError
             A channel is missing, unknown, of another length or does not fit its type; or the disk refused earlier rows.
         """

@@ -62,10 +62,13 @@ class Cause(IntEnum):
     MOTOR_TORQUE_FROZEN = 32
     LOAD_MOTOR_TORQUE_FROZEN = 33
     TEMPERATURE_FROZEN = 34
+    LOST_SHARE = 35
     RECORDER = 99
     OPERATOR = 100
     BUS_ENDED = 101
     BUS_STOPPED = 102
+    PROGRAM = 103
+    """A sequence or the program that leads the run failed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,6 +100,7 @@ _TABLE: dict[Cause, _Entry] = {
     Cause.TORQUE_SENSOR_FROZEN: _Entry("time the torque sensor stood still", "s", "limits.frozen_signal", _RAMP),
     Cause.TEMPERATURE_AGE: _Entry("age of the temperature reading", "s", "limits.slow_reading_age", _RAMP),
     Cause.LOST_CYCLES: _Entry("number of lost cycles in a row", "", "limits.lost_cycles", _QUICK),
+    Cause.LOST_SHARE: _Entry("share of lost cycles within a second", "", "limits.lost_share", _QUICK),
     Cause.INPUT_DRIVE_FAULT: _Entry("status word of the input drive", "", "operation enabled, no fault", _OFF),
     Cause.LOAD_DRIVE_FAULT: _Entry("status word of the load drive", "", "operation enabled, no fault", _QUICK),
     Cause.TORQUE_SENSOR_RANGE: _Entry("torque sensor reading", "N·m", "the range of its terminal", _RAMP),
@@ -129,6 +133,7 @@ _TABLE: dict[Cause, _Entry] = {
     Cause.OPERATOR: _Entry("operator's request", "", "", _RAMP),
     Cause.BUS_ENDED: _Entry("end of the bus process", "", "", Rung.STOP_SENDING),
     Cause.BUS_STOPPED: _Entry("stop by the bus process itself", "", "", _OFF),
+    Cause.PROGRAM: _Entry("failure of the run's program", "", "", _RAMP),
 }
 
 
@@ -149,6 +154,7 @@ _DEVICE_FAULTS = frozenset(
         Cause.TORQUE_SENSOR_FROZEN,
         Cause.TEMPERATURE_AGE,
         Cause.LOST_CYCLES,
+        Cause.LOST_SHARE,
         Cause.INPUT_DRIVE_FAULT,
         Cause.LOAD_DRIVE_FAULT,
         Cause.TORQUE_SENSOR_RANGE,
@@ -179,7 +185,12 @@ def describe(cause: Cause, value: float, limit: float) -> str:
         return "stopped on the operator's request"
     if entry.limit.startswith("limits."):
         unit = f" {entry.unit}" if entry.unit else ""
-        return f"{entry.text} {value:.4g}{unit} is beyond {entry.limit} = {limit:.4g}{unit}"
+        seen, allowed = _apart(value, limit)
+        if value == limit:
+            return f"{entry.text} {seen}{unit} has reached {entry.limit} = {allowed}{unit}"
+        below = cause is Cause.TEMPERATURE_LOW
+        by = limit - value if below else abs(value) - limit
+        return f"{entry.text} {seen}{unit} is beyond {entry.limit} = {allowed}{unit} by {_short(by)}{unit}"
     if cause is Cause.TEMPERATURE_SENSOR:
         return "the thermometer gives no valid reading: open or short circuit, or its line is silent"
     if cause in (Cause.EMERGENCY_STOP, Cause.SAFE_TORQUE_OFF):
@@ -187,3 +198,20 @@ def describe(cause: Cause, value: float, limit: float) -> str:
     if cause in (Cause.INPUT_DRIVE_FAULT, Cause.LOAD_DRIVE_FAULT):
         return f"{entry.text} is 0x{round(value):04X}, expected: {entry.limit}"
     return f"{entry.text} {value:.4g} {entry.unit}".rstrip() + f" is outside {entry.limit}"
+
+
+_DIGITS = range(4, 18)
+
+
+def _apart(value: float, limit: float) -> tuple[str, str]:
+    """Return both with as few digits as tell them apart, four at least."""
+    for digits in _DIGITS:
+        seen, allowed = f"{value:.{digits}g}", f"{limit:.{digits}g}"
+        if value == limit or abs(float(seen)) != abs(float(allowed)):
+            break
+    return seen, allowed
+
+
+def _short(value: float) -> str:
+    """Return a number with two digits, or its whole part."""
+    return f"{value:.0f}" if abs(value) >= 10.0 else f"{value:.2g}"

@@ -1,18 +1,15 @@
 """After a stop torque comes back by three separate acts of a person: acknowledge, reset, resume.
 
 Acknowledge: the cause has been read. Reset: the cause is gone and the drives have lost their faults; still no torque.
-Resume: a run may enable torque again. A latch is a value; :class:`LatchFile` keeps one on disk, so that neither a new
-process nor a power cut forgets a stop.
+Resume: a run may enable torque again. A latch is a value; :class:`~bench.safety.latch_file.LatchFile` keeps one on
+disk, so that neither a new process nor a power cut forgets a stop.
 """
 
 from __future__ import annotations
 
-import json
-import os
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from enum import Enum
-from pathlib import Path
 from typing import Any
 
 from bench.errors import LimitError
@@ -43,6 +40,7 @@ NEXT: dict[Standing, Act | None] = {
 }
 """The one act that is due."""
 
+_DUE: dict[Standing, int] = {Standing.CLEAR: 0, Standing.RESET: 1, Standing.ACKNOWLEDGED: 2, Standing.STOPPED: 3}
 _AFTER: dict[Act, Standing] = {
     Act.ACKNOWLEDGE: Standing.ACKNOWLEDGED,
     Act.RESET: Standing.RESET,
@@ -115,57 +113,20 @@ class Latch:
 
     @classmethod
     def from_dict(cls, data: dict[str, Any]) -> Latch:
-        """Read what :meth:`as_dict` gave."""
+        """Read what :meth:`as_dict` gave.
+
+        Raises
+        ------
+        ValueError, KeyError, TypeError
+            If it is anything else.
+        """
         acts = tuple(Done(**done) for done in data["acts"])
-        return cls(Standing(data["standing"]), data["cause"], data["text"], data["at"], acts)
+        texts = (data["cause"], data["text"], data["at"])
+        if not all(isinstance(text, str) for text in texts):
+            raise TypeError("cause, text and at should be text")
+        return cls(Standing(data["standing"]), *texts, acts)
 
-
-class LatchFile:
-    """A latch on disk, or in memory where there is no path."""
-
-    def __init__(self, path: Path | None = None) -> None:
-        self.path = path
-        self._kept = Latch()
-
-    def read(self) -> Latch:
-        """Return the latch; one that cannot be read counts as a stop, because nothing is known of it."""
-        if self.path is None:
-            return self._kept
-        try:
-            return Latch.from_dict(json.loads(self.path.read_text("utf-8")))
-        except FileNotFoundError:
-            return Latch()
-        except (OSError, ValueError, KeyError, TypeError) as error:
-            return Latch(Standing.STOPPED, "UNKNOWN", f"{self.path} cannot be read: {error}", "")
-
-    def write(self, latch: Latch) -> None:
-        """Keep a latch: on the disk when this returns."""
-        self._kept = latch
-        if self.path is not None:
-            write_durably(self.path, latch.as_dict())
-
-    def stopped(self, cause: str, text: str, at: datetime) -> None:
-        """Latch a stop."""
-        self.write(self.read().stopped(cause, text, at.isoformat(timespec="milliseconds")))
-
-    def act(self, act: Act, by: str) -> Latch:
-        """Do an act (see :meth:`Latch.after`) and keep what is then."""
-        latch = self.read().after(act, by)
-        self.write(latch)
-        return latch
-
-
-def write_durably(path: Path, content: dict[str, Any]) -> None:
-    """Write JSON so that after a power cut either the old file or the new one is there, whole."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    beside = path.with_name(path.name + ".new")
-    with beside.open("w", encoding="utf-8") as file:
-        json.dump(content, file, indent=1, ensure_ascii=False)
-        file.flush()
-        os.fsync(file.fileno())
-    beside.replace(path)
-    folder = os.open(path.parent, os.O_RDONLY)
-    try:
-        os.fsync(folder)
-    finally:
-        os.close(folder)
+    @property
+    def strictness(self) -> int:
+        """How many acts are still due, 0 … 3: of several copies that differ the one that asks for most holds."""
+        return _DUE[self.standing]

@@ -32,18 +32,21 @@ class Sample:
 class StopRecord:
     """One stop of a bench.
 
-    ``at`` is bench time of day, ``cycle`` the bus cycle in which the stop began; ``to_rest_s`` is None where the shafts
-    were not seen at rest; ``motor_travel_rad`` is what the motor turned from the stop on, either way.
+    ``at`` is bench time of day, ``cycle`` the bus cycle in which the stop began, None where none was seen;
+    ``to_rest_s`` is None where not both shafts were seen at rest, and ``shafts_at_rest`` says of each whether it was,
+    None where nothing of it was seen; ``lasted_s`` is None where nobody led the stop; ``motor_travel_rad`` is what the
+    motor was seen to turn from the stop on, either way, None where nothing was seen.
     """
 
     cause: Cause
     text: str
     at: datetime
-    cycle: int
+    cycle: int | None
     rungs: tuple[RungRecord, ...]
     to_rest_s: float | None
-    lasted_s: float
-    motor_travel_rad: float
+    shafts_at_rest: dict[str, bool | None]
+    lasted_s: float | None
+    motor_travel_rad: float | None
     coast_down: tuple[Sample, ...]
     drives: dict[str, str]
 
@@ -52,8 +55,17 @@ class StopRecord:
         """One sentence for the recording's events."""
         steps = ", ".join(f"{rung.rung} {rung.lasted_s:.3g} s" for rung in self.rungs)
         rest = "not seen at rest" if self.to_rest_s is None else f"at rest after {self.to_rest_s:.3g} s"
+        travel = "unseen" if self.motor_travel_rad is None else f"{self.motor_travel_rad:.3g} rad"
         drives = ", ".join(f"{role} {state}" for role, state in self.drives.items())
-        return f"stop: {rest} and {self.motor_travel_rad:.3g} rad of the motor ({steps}); {drives}"
+        return f"stop: {rest}, motor travel {travel} ({steps or 'nobody led it'}); {drives}"
+
+    @property
+    def rest_text(self) -> str:
+        """What was seen of the shafts at the end, in one sentence."""
+        if all(self.shafts_at_rest.values()):
+            return "bench at rest"
+        unseen = " and ".join(shaft for shaft, rest in self.shafts_at_rest.items() if not rest)
+        return f"the stop has ended; not seen at rest: {unseen} shaft"
 
     def as_dict(self) -> dict[str, Any]:
         """Return the record for JSON."""

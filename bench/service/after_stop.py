@@ -41,15 +41,18 @@ class AfterStop:
         if self.latch()["due"] == Act.ACKNOWLEDGE.value:
             acknowledge(self._bench, self._place(), by)
 
-    def reset(self, by: str) -> Run:
-        """Take the drives' faults away; a process of its own opens the bus for it.
+    def reset(self, by: str, after: str | None) -> Run:
+        """Take the drives' faults away after the run of this id; a process of its own opens the bus for it.
 
         Raises
         ------
         NotNow
-            If nothing was run yet and no stop is on record: there is nothing to be reset.
+            If another run has ended since, or nothing was run yet and no stop is on record.
         """
         run, stopped = self._last_ended(), self.latch()
+        if after != (None if run is None else run.id):
+            last = "no run has ended yet" if run is None else f"{run.title} has ended since, look at it first"
+            raise NotNow(f"this reset was meant for another run: {last}")
         if run is None and not stopped["due"]:
             raise NotNow("nothing was run yet, there is nothing to reset")
         self._keeper.held = False

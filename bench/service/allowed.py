@@ -28,11 +28,15 @@ class Situation:
     proposed: bool = False
     ended: bool = False
     alarms: bool = False
+    """Whether an alarm stands that has to be acknowledged: until then nothing gives torque."""
     pausing: bool = False
     """Whether a pause was asked for that has not come yet."""
     due: str = ""
     """Act that is due after a stop: ``acknowledge``, ``reset``, ``resume``, or nothing."""
 
+
+BEGINS = frozenset({"start", "queue", "approve", "again", "reset", "go_on"})
+"""Acts after which something may move or be powered; none while an alarm waits to be acknowledged."""
 
 _IN_PHASES: dict[str, frozenset[str]] = {
     "pause": RUNNING,
@@ -49,18 +53,22 @@ def allowed(now: Situation) -> frozenset[str]:
     acts = {act for act, phases in _IN_PHASES.items() if now.phase in phases}
     acts |= {"stop"}
     acts = acts - {"pause"} | {"go_on"} if now.pausing and now.phase in RUNNING else acts
+    free = now.phase == "free"
     acts |= {"start"} if now.due in ("", "resume") else set()
     acts |= {"queue"} if now.held and now.waiting else set()
     acts |= {"approve"} if now.proposed else set()
-    free = now.phase == "free"
+    acts |= {"withdraw"} if now.proposed or now.waiting else set()
     acts |= {"again"} if free and now.ended and now.due in ("", "resume") else set()
     acts |= {"reset"} if free and (now.due == "reset" or (now.ended and not now.due)) else set()
-    acts |= {"acknowledge"} if now.alarms else set()
+    if now.alarms:
+        acts = acts - BEGINS | {"acknowledge"}
     return frozenset(acts)
 
 
 def why_not(act: str, now: Situation) -> str:
     """Return the sentence for an act that is not possible now."""
+    if now.alarms and act in BEGINS:
+        return f"{act.replace('_', ' ')} is not possible now: an alarm stands, next is to acknowledge it"
     if now.phase == "free" and now.due and now.due != act:
         return f"{act.replace('_', ' ')} is not possible now: the bench was stopped, next is to {now.due}"
     phase = {"free": "nothing runs", "opening": "the bench is being opened", "ended": "the run has ended"}.get(

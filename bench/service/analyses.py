@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.service.catalog import next_name
+from bench.service.kept import Broken
 from bench.service.runs import new_id, now
 from bench.service.work import Kind, Work
 
@@ -46,12 +47,14 @@ class Analyses:
     publish : tells the pages.
     """
 
-    def __init__(self, state: Path, publish: Callable[[Message], None]) -> None:
+    def __init__(self, state: Path, publish: Callable[[Message], None], broken: Broken) -> None:
         self._state, self._publish = state.absolute() / "analyses", publish
         self._state.mkdir(parents=True, exist_ok=True)
         self._all: dict[str, Analysis] = {}
         for path in sorted(self._state.glob("*/analysis.json")):
-            analysis = Analysis(**json.loads(path.read_text("utf-8")))
+            analysis = broken.load(path, lambda entry: Analysis(**entry))
+            if analysis is None:
+                continue
             if analysis.state in ("waiting", "running"):
                 analysis = replace(analysis, state="failed", what="the service ended meanwhile; start it again")
             self._all[analysis.id] = analysis

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from importlib import resources
@@ -33,6 +34,8 @@ def create_app(settings: Settings, launcher: Launcher) -> FastAPI:
         service = Service(settings, launcher)
         app.state.service = service
         service.open()
+        # routes are put together when they are first asked for; STOP may be the first request
+        app.openapi()
         watchdog = asyncio.get_running_loop().create_task(feed(service))
         try:
             yield
@@ -97,4 +100,16 @@ def _add_refusals(app: FastAPI) -> None:
         assert isinstance(error, HTTPException)
         answer = problem(error.status_code, str(error.detail))
         answer.headers.update(error.headers or {})
+        described = _methods(request) if error.status_code == 405 else set()
+        if described:
+            answer.headers["Allow"] = ", ".join(sorted(described))
         return answer
+
+
+def _methods(request: Request) -> set[str]:
+    """Every method that is described for the path of a request: more than one route may have it."""
+    found: set[str] = set()
+    for template, methods in request.app.openapi()["paths"].items():
+        if re.fullmatch(re.sub(r"\{\w+\}", "[^/]+", template), request.url.path):
+            found |= {method.upper() for method in methods}
+    return found

@@ -1,43 +1,46 @@
-"""The record book: every act of an operator and every alarm, one JSON line each, UTC, never changed afterwards."""
+"""The record book: every act of an operator and every alarm, one JSON line each, never changed afterwards.
+
+Times are local with their offset to UTC, so that they read as the clock on the wall and are unambiguous.
+"""
 
 from __future__ import annotations
 
 import json
-import os
 from collections import deque
-from datetime import UTC, datetime
+from datetime import datetime
 from pathlib import Path
 from typing import Any
+
+from bench.service.disk import Disk
 
 _SHOWN = 200
 
 
-class Book:
-    """Appends entries to a file and keeps the last ones at hand."""
+def local_time(moment: datetime | None = None) -> str:
+    """ISO 8601 with milliseconds and the offset of this computer's zone; now, if no moment is given."""
+    return (moment or datetime.now()).astimezone().isoformat(timespec="milliseconds")
 
-    def __init__(self, path: Path) -> None:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        self._path = path
+
+class Book:
+    """Appends entries to a file and keeps the last ones at hand. Never waits for the disk, and never fails for it."""
+
+    def __init__(self, path: Path, disk: Disk) -> None:
+        self._path, self._disk = path, disk
         self._last: deque[dict[str, Any]] = deque(maxlen=_SHOWN)
-        if path.exists():
-            with path.open(encoding="utf-8") as lines:
+        try:
+            with path.open(encoding="utf-8", errors="replace") as lines:
                 for line in lines:
-                    try:
-                        self._last.append(json.loads(line))
-                    except ValueError:
-                        # the last line of a power cut; what it would have said is lost, the rest is not
-                        continue
+                    self._take(line)
+        except FileNotFoundError:
+            pass
+        except OSError as error:
+            self._last.append(_entry("service", "service", f"the book so far cannot be read: {error}"))
 
     def write(self, act: str, by: str, text: str, **more: Any) -> dict[str, Any]:
-        """Append an entry; it is on the disk when this returns."""
-        entry = {"at": datetime.now(UTC).isoformat(timespec="milliseconds"), "act": act, "by": by, "text": text, **more}
-        descriptor = os.open(self._path, os.O_WRONLY | os.O_APPEND | os.O_CREAT, 0o640)
-        try:
-            os.write(descriptor, json.dumps(entry, ensure_ascii=False).encode() + b"\n")
-            os.fsync(descriptor)
-        finally:
-            os.close(descriptor)
+        """Append an entry; it is at hand when this returns, and soon on the disk."""
+        entry = _entry(act, by, text, **more)
         self._last.append(entry)
+        self._disk.append(self._path, json.dumps(entry, ensure_ascii=False))
         return entry
 
     def last(self) -> list[dict[str, Any]]:
@@ -47,3 +50,16 @@ class Book:
     def last_of(self, act: str) -> dict[str, Any] | None:
         """The last entry of an act among those at hand, None if there is none."""
         return next((entry for entry in reversed(self._last) if entry["act"] == act), None)
+
+    def _take(self, line: str) -> None:
+        try:
+            entry = json.loads(line)
+        except ValueError:
+            # the last line of a power cut; what it would have said is lost, the rest is not
+            return
+        if isinstance(entry, dict) and {"at", "act", "by", "text"} <= entry.keys():
+            self._last.append(entry)
+
+
+def _entry(act: str, by: str, text: str, **more: Any) -> dict[str, Any]:
+    return {"at": local_time(), "act": act, "by": by, "text": text, **more}

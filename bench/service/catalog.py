@@ -6,9 +6,10 @@ import json
 from pathlib import Path
 from typing import Any
 
-from bench.campaigns import load_campaign, make_plan, parse_campaign, shipped_campaigns
-from bench.configuration import BenchConfiguration
+from bench.campaigns import load_campaign, parse_campaign, shipped_campaigns
+from bench.configuration import BenchFile
 from bench.errors import BenchError
+from bench.service import planning
 from bench.service.refusals import NotNow, Unknown
 from bench.service.settings import Settings
 
@@ -19,7 +20,7 @@ _ASKED = 6
 class Catalog:
     """The campaigns of one service. A Python file is a program: it is taken from the campaigns folder only."""
 
-    def __init__(self, settings: Settings, bench: BenchConfiguration) -> None:
+    def __init__(self, settings: Settings, bench: BenchFile) -> None:
         self._settings, self._bench = settings, bench
         self._analyses = settings.state.absolute() / "analyses"
 
@@ -44,7 +45,7 @@ class Catalog:
         BenchError
             If it is wrong or would break a limit.
         """
-        return make_plan(load_campaign(self.source(name, None, "")), self._bench).as_dict()
+        return planning.plan(self.source(name, None, ""), self._bench)
 
     def source(self, name: str | None, text: str | None, run_id: str) -> str:
         """Return what a run process loads: a shipped name or a path; the text sent is kept beside the run.
@@ -86,7 +87,10 @@ class Catalog:
         path = Path(source)
         if path.parent.parent != self._analyses:
             return ""
-        folder = json.loads(path.with_name("analysis.json").read_text("utf-8"))["folder"]
+        try:
+            folder = json.loads(path.with_name("analysis.json").read_text("utf-8"))["folder"]
+        except (OSError, ValueError, KeyError, TypeError):
+            return ", asked for by a report"
         return f", asked for by the report on {folder}"
 
 

@@ -4,30 +4,33 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import os
-import signal
+import logging
 import time
-from collections.abc import Callable
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from bench.service.alarms import Alarms
-from bench.service.book import Book
-from bench.service.history import History
+from bench.service.book import Book, local_time
+from bench.service.disk import Disk
 from bench.service.jobs import outcome, write_job
 from bench.service.launcher import Launcher
 from bench.service.process_link import ProcessLink
 from bench.service.registry import runtime_folder
-from bench.service.runs import Run, Runs, now
+from bench.service.runs import Run, Runs, now, process_of
+from bench.service.shown import Shown
+from bench.service.stopper import Press, Stopper, Target
 from bench.service.stream import Stream
 
 Message = dict[str, Any]
-FREE: Message = {"type": "status", "phase": "free", "label": ""}
-_SILENT_S = 10.0
-"""A run that says nothing for so long, other than while it opens the bench, is an alarm."""
-_OPENING_S = 180.0
+_LOG = logging.getLogger(__name__)
+_SILENT_S = {"opening": 180.0, "resetting": 180.0}
+"""A run that says nothing for so long is an alarm; opening a bench and resetting its drives take their time."""
+_SILENT_ELSE_S = 10.0
 _POLL_S = 0.2
 _SHOWN = 30
+_AGAIN_S = 1.0
+"""After an error of its own the keeper takes so long a breath."""
 _GOOD_ENDS = frozenset({"finished", "failed_points"})
 
 
@@ -37,7 +40,9 @@ class Keeper:
     Parameters
     ----------
     state : folder of the service's own files.
-    stop_deadline_s : how long a stop may take before the process is killed and the drives' watchdogs act.
+    stop_deadline_s : how long a stop may take before the process is killed.
+    stop_port : port of the runs' own stop listener, 0 for any.
+    plant : plays an emulated bench in place of the plant its file names.
     """
 
     def __init__(
@@ -48,24 +53,23 @@ class Keeper:
         stream: Stream,
         book: Book,
         alarms: Alarms,
+        disk: Disk,
         stop_deadline_s: float,
+        stop_port: int,
+        plant: str | None = None,
     ) -> None:
         self._state, self._launcher, self._stream, self._book = state, launcher, stream, book
-        self._alarms, self._stop_deadline_s, self.runs = alarms, stop_deadline_s, runs
-        self.history = History()
-        self.plan: Message | None = None
-        self.points: dict[str, Message] = {}
-        self.status: Message = FREE
-        self.spectrum: Message | None = None
+        self._alarms, self._disk, self.runs, self._stop_port = alarms, disk, runs, stop_port
+        self._plant = plant
+        self.stopper = Stopper(stop_deadline_s, self._killed)
+        self.shown = Shown(stream, book)
         self.heard = time.monotonic()
-        self.on_spectrum: Callable[[Message], None] = stream.publish
-        """Where spectra go; the service draws its model over them first."""
-        self.on_phase: Callable[[], None] = lambda: None
-        """Is called when the phase has changed: other things may be done now."""
+        self._held = runs.rebuilt or _is_there(state / "held")
         self._link: ProcessLink | None = None
+        self._starting: Run | None = None
         self._wake = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
-        self._killer: asyncio.Task[None] | None = None
+        self._failure: tuple[float, str] | None = None
 
     # -- life ----------------------------------------------------------------------------------------------------------
 
@@ -75,30 +79,46 @@ class Keeper:
 
     async def close(self) -> None:
         """Stop working; a run goes on."""
-        for task in (self._task, self._killer):
-            if task is not None:
-                task.cancel()
-                with contextlib.suppress(asyncio.CancelledError):
-                    await task
+        if self._task is not None:
+            self._task.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await self._task
+        await self.stopper.close()
 
     def is_alive(self) -> bool:
-        """Whether the run that has the bench is to be trusted: it has spoken lately. True without a run."""
-        if self.runs.running() is None:
-            return True
-        limit = _OPENING_S if self.status["phase"] == "opening" else _SILENT_S
-        return time.monotonic() - self.heard < limit
+        """Whether what is shown of the run is to be trusted: the keeper works, and the run has spoken lately."""
+        return self.trouble is None and self.silent is None
+
+    @property
+    def trouble(self) -> str | None:
+        """Why nobody follows the runs, None if all is well."""
+        if self._task is not None and self._task.done():
+            return "the part of the service that follows runs has ended"
+        if self._failure is not None and time.monotonic() - self._failure[0] < 3.0 * _AGAIN_S:
+            return f"the part of the service that follows runs fails: {self._failure[1]}"
+        return None
+
+    @property
+    def silent(self) -> str | None:
+        """For how long the run has said nothing, where that is too long."""
+        run = self.runs.running()
+        limit = _SILENT_S.get(self.shown.status["phase"], _SILENT_ELSE_S)
+        if run is None or time.monotonic() - self.heard < limit:
+            return None
+        return f"the run {run.title} has not been heard of for {limit:.0f} s"
 
     @property
     def held(self) -> bool:
         """After a stop or an alarm nothing begins by itself until the operator says so; a new service knows it too."""
-        return (self._state / "held").exists()
+        return self._held
 
     @held.setter
     def held(self, value: bool) -> None:
+        self._held = value
         if value:
-            (self._state / "held").touch()
+            self._disk.replace(self._state / "held", "")
         else:
-            (self._state / "held").unlink(missing_ok=True)
+            self._disk.remove(self._state / "held")
 
     # -- wishes --------------------------------------------------------------------------------------------------------
 
@@ -112,32 +132,29 @@ class Keeper:
         """Look again whether something can begin, and tell the pages."""
         self._wake.set()
         self._stream.publish(self.runs_message())
-        self.on_phase()
+        self.shown.on_phase()
 
     def go_on_with_queue(self) -> None:
         """Let the queue go on after a stop."""
         self.held = False
         self.changed()
 
-    def stop(self) -> bool:
-        """Bring the bench to rest, by every way there is; False if nothing runs."""
-        run = self.runs.running()
-        self.held = True
-        if run is None:
-            return False
-        if self._link is not None:
-            self._link.send("stop")
-        if run.pid is not None and self._runs(run):
-            with contextlib.suppress(ProcessLookupError):
-                # the socket may be stuck; the signal is not
-                os.kill(run.pid, signal.SIGTERM)
-            if self._killer is None or self._killer.done():
-                self._killer = asyncio.get_running_loop().create_task(self._kill_late(run))
-        return True
+    def stop(self, by: str, pressed_at_ns: int | None = None) -> tuple[Press, bool]:
+        """Bring the bench to rest, by every way there is; return the press that counts, and whether it is this one.
 
-    def tell_run(self, wish: str, **more: str) -> bool:
-        """Pass a wish on to the run; False if there is none to hear it."""
-        return self._link is not None and self._link.send(wish, **more)
+        Its ``run`` is None if nothing runs. No file is touched before the run has been told.
+        """
+        run = self.runs.running() or self._starting
+        press, first = self.stopper.pressed(by, pressed_at_ns, None if run is None else run.id)
+        if run is not None and run.pid is not None:
+            self.stopper.stop(Target(run.id, run.pid, self._socket(run)), self._link, lambda: self._runs(run))
+        self.held = True
+        return press, first
+
+    def tell_run(self, wish: str, **more: Any) -> bool:
+        """Pass a wish on to the run it is meant for, by default the one that runs; False if nobody hears it."""
+        run = self.runs.running()
+        return self._link is not None and self._link.send(wish, **{"run": None if run is None else run.id, **more})
 
     # -- what pages are told -------------------------------------------------------------------------------------------
 
@@ -149,52 +166,59 @@ class Keeper:
         ]
         return {"type": "runs", "runs": shown, "held": self.held}
 
-    def plan_message(self) -> Message | None:
-        """The plan of the run with its points as they stand."""
-        return None if self.plan is None else {**self.plan, "points": list(self.points.values())}
-
     # -- work ----------------------------------------------------------------------------------------------------------
 
     async def _work(self) -> None:
+        """Work for ever; an error of one step is said, and the next is done all the same."""
         while True:
-            run = self.runs.running()
-            if run is None:
-                run = None if self.held else self.runs.next()
-                if run is not None:
-                    run = await self._start(run)
+            try:
+                await self._step()
+            except Exception as error:  # noqa: BLE001 - whatever it is: the next run has to be followed, and it is an alarm
+                _LOG.exception("a step of the keeper")
+                self._failure = (time.monotonic(), f"{type(error).__name__}: {error}")
+                await asyncio.sleep(_AGAIN_S)
+
+    async def _step(self) -> None:
+        run = self.runs.running()
+        if run is None and not self.held and not self._alarms.to_acknowledge():
+            run = self.runs.next()
             if run is not None:
-                await self._follow(run)
-                continue
-            self._wake.clear()
-            await self._wake.wait()
+                run = await self._start(run)
+        if run is not None:
+            await self._follow(run)
+            return
+        self._wake.clear()
+        await self._wake.wait()
 
     async def _start(self, run: Run) -> Run | None:
         folder = self._folder(run)
-        path = write_job(run, folder, self._socket(run))
+        self._starting = run
         try:
+            path = await asyncio.to_thread(write_job, run, folder, self._socket(run), self._stop_port, self._plant)
+            if self.held:
+                self._end(run, {"kind": "interrupted", "cause": "OPERATOR", "text": "stopped before it began"})
+                return None
             pid = await self._launcher.start(path, folder / "log.txt")
         except OSError as error:
-            self._end(run, {"kind": "internal", "cause": "LAUNCHER", "text": str(error)})
+            self._end(run, {"kind": "internal", "cause": "LAUNCHER", "text": f"{run.title} was not started: {error}"})
             return None
-        opening = {"type": "status", "phase": "opening", "label": "the bench is being opened"}
-        if run.resets:
-            # what was measured until the stop stays in sight
-            self.status = opening
-            self._stream.publish(opening)
-        else:
-            self._clear(opening)
+        finally:
+            self._starting = None
+        if not self.held:
+            self.stopper.forget()
+        # what was measured until a stop stays in sight while the bench is reset
+        self.shown.begin(clear=not run.resets)
         run = self.runs.change(run.id, state="running", pid=pid, started_at=now())
         self._book.write("run", run.by, f"{run.title} begins", run=run.id, folder=run.folder)
         self.changed()
         if self.held:
             # STOP was pressed while the process was being started
-            self.stop()
+            self.stop("somebody")
         return run
 
     async def _follow(self, run: Run) -> None:
         self.heard = time.monotonic()
         self._link = ProcessLink(self._socket(run))
-        watch = asyncio.get_running_loop().create_task(self._watch(run))
         end: Message | None = None
         try:
             async for message in self._link.messages(lambda: self._runs(run)):
@@ -202,72 +226,50 @@ class Keeper:
                 if message["type"] == "end":
                     end = message
                 else:
-                    self._take(message)
+                    self.shown.take(message)
             while self._runs(run):
                 await asyncio.sleep(_POLL_S)
             if end is None:
                 # the launcher hears of the exit a moment later than the process is gone
                 await asyncio.sleep(_POLL_S)
         finally:
-            watch.cancel()
             self._link = None
         code = None if run.pid is None else self._launcher.exit_code(run.pid)
-        self._end(run, end or outcome(self._folder(run), code))
+        if end is None:
+            end = await asyncio.to_thread(outcome, self._folder(run), code)
+        self._end(run, end)
 
-    def _take(self, message: Message) -> None:
-        kind = message["type"]
-        if kind == "plan":
-            self.plan = {key: value for key, value in message.items() if key != "points"}
-            self.points = {point["identity"]: point for point in message["points"]}
-        elif kind == "point":
-            self.points[message["identity"]] = {key: value for key, value in message.items() if key != "type"}
-        elif kind == "status":
-            before, self.status = self.status, message
-            if any(before.get(key) != message.get(key) for key in ("phase", "pausing")):
-                self.on_phase()
-        elif kind == "live":
-            self.history.add(message)
-        elif kind == "notice":
-            self._book.write("notice", "bench", message["text"])
-        elif kind == "spectrum":
-            self.spectrum = message
-            self.on_spectrum(message)
-            return
-        self._stream.publish(message)
-
-    async def _watch(self, run: Run) -> None:
-        while True:
-            await asyncio.sleep(1.0)
-            if not self.is_alive():
-                self._alarms.raise_("SILENT", f"the run {run.title} has not been heard of for {_SILENT_S:.0f} s")
-
-    async def _kill_late(self, run: Run) -> None:
-        await asyncio.sleep(self._stop_deadline_s)
-        if self._runs(run) and run.pid is not None:
-            self._alarms.raise_(
-                "KILLED", f"{run.title} did not come to rest in {self._stop_deadline_s:.0f} s; ended hard"
-            )
-            with contextlib.suppress(ProcessLookupError):
-                os.kill(run.pid, signal.SIGKILL)
+    def _killed(self) -> None:
+        run = self.runs.running()
+        title = "the run" if run is None else run.title
+        self._alarms.raise_("KILLED", f"{title} had not ended {self.stopper.deadline_s:.0f} s after STOP; killed")
 
     def _end(self, run: Run, end: Message) -> None:
-        end = {key: value for key, value in end.items() if key != "type"}
+        end = {"text": "", **{key: value for key, value in end.items() if key != "type"}}
+        at = self.shown.point_that_ran()
         self.runs.change(run.id, state="ended", ended_at=now(), end=end, pid=None)
-        self._book.write("run", run.by, f"{run.title} ended: {end.get('text') or end['kind']}", run=run.id)
+        self._book.write("run", run.by, f"{run.title} ended: {end['text'] or end['kind']}", run=run.id)
+        self._say_rest(run, end)
         if end["kind"] not in _GOOD_ENDS:
             self.held = True
             if end["kind"] != "interrupted":
-                self._alarms.raise_(str(end.get("cause", end["kind"])), str(end["text"]))
-        self.status = {**FREE, "label": end.get("text", "")}
-        self._stream.publish(self.status)
+                self._alarms.raise_(str(end.get("cause", end["kind"])), str(end["text"]), at)
+        self.shown.end(end["text"])
         self.changed()
 
-    def _clear(self, status: Message) -> None:
-        self.plan, self.points, self.spectrum = None, {}, None
-        self.history.clear()
-        self.status = status
-        self._stream.publish({"type": "clear"})
-        self._stream.publish(status)
+    def _say_rest(self, run: Run, end: Message) -> None:
+        """Write into the book what was seen of the shafts after STOP, if the run was stopped by it."""
+        press = self.stopper.press
+        if (press is None or press.run != run.id) and end.get("pressed_by") and end.get("pressed_at_ns"):
+            # past this service, by the run's own listener or by a signal
+            press, _ = self.stopper.pressed(str(end["pressed_by"]), int(end["pressed_at_ns"]), run.id)
+        if press is None or press.run != run.id or press.over:
+            return
+        seen = end.get("at_rest_after_s")
+        self.stopper.seen(run.id, None if seen is None else float(seen))
+        when = local_time_of(press.pressed_at_ns)
+        rest = "nobody saw the shafts" if seen is None else f"{seen:.2f} s after the press both shafts were seen"
+        self._book.write("stop", press.by, f"STOP pressed at {when}: {rest} at rest", run=run.id, at_rest_after_s=seen)
 
     def _runs(self, run: Run) -> bool:
         """Whether the process of a run still lives (and is the very one: process ids are used again)."""
@@ -276,11 +278,7 @@ class Keeper:
         if self._launcher.has_started(run.pid):
             # its end will be heard of; right after its start the command line may still be empty
             return True
-        try:
-            command = Path(f"/proc/{run.pid}/cmdline").read_bytes()
-        except OSError:
-            return False
-        return str(self._folder(run) / "job.json").encode() in command
+        return process_of(self._folder(run) / "job.json", run.pid) is not None
 
     def _folder(self, run: Run) -> Path:
         return self._state.absolute() / "runs" / run.id
@@ -288,3 +286,16 @@ class Keeper:
     def _socket(self, run: Run) -> Path:
         # Unix socket paths hold 107 bytes, and folders of recordings may have long names
         return runtime_folder() / f"{run.id}.sock"
+
+
+def local_time_of(moment_ns: int) -> str:
+    """A Unix time in ns as local time with its offset to UTC."""
+    return local_time(datetime.fromtimestamp(moment_ns / 1e9, UTC))
+
+
+def _is_there(path: Path) -> bool:
+    """Whether a file is there; one nobody can look for counts as there."""
+    try:
+        return path.exists()
+    except OSError:
+        return True

@@ -1,7 +1,8 @@
 """The launcher: keeps the privileges a bus needs, starts run processes when told, and does nothing else.
 
 It is started before the web process gives its own privileges away. Lines of JSON on its input:
-``{"job": path, "log": path}``; on its output: ``{"started": pid, "job": path}`` and ``{"exited": pid, "code": code}``.
+``{"job": path, "log": path}``; on its output: ``{"started": pid, "job": path}`` or ``{"refused": why, "job": path}``,
+and ``{"exited": pid, "code": code}``.
 It starts one program only, :mod:`bench.service.process.main`, each in a session of its own: runs go on when it ends.
 """
 
@@ -22,14 +23,18 @@ def serve(orders: IO[str], tell: Callable[[dict[str, Any]], None]) -> None:
     """Start what is ordered until the orders end."""
     for line in orders:
         order = json.loads(line)
-        with Path(order["log"]).open("ab") as log:
-            child = subprocess.Popen(
-                [sys.executable, "-m", "bench.service.process.main", order["job"]],
-                stdin=subprocess.DEVNULL,
-                stdout=log,
-                stderr=subprocess.STDOUT,
-                start_new_session=True,
-            )
+        try:
+            with Path(order["log"]).open("ab") as log:
+                child = subprocess.Popen(
+                    [sys.executable, "-m", "bench.service.process.main", order["job"]],
+                    stdin=subprocess.DEVNULL,
+                    stdout=log,
+                    stderr=subprocess.STDOUT,
+                    start_new_session=True,
+                )
+        except OSError as error:
+            tell({"refused": str(error), "job": order["job"]})
+            continue
         tell({"started": child.pid, "job": order["job"]})
         threading.Thread(
             target=lambda child=child: tell({"exited": child.pid, "code": child.wait()}), daemon=True
@@ -62,7 +67,8 @@ class Launcher:
             start_new_session=True,
         )
         self._changed = threading.Condition()
-        self._started: dict[str, int] = {}
+        self._started: dict[str, int | str] = {}
+        """Process id, or why it was not started, by job."""
         self._exited: dict[int, int] = {}
         self._own: set[int] = set()
         threading.Thread(target=self._read, name="launcher", daemon=True).start()
@@ -73,7 +79,7 @@ class Launcher:
         Raises
         ------
         OSError
-            If the launcher is gone.
+            If the launcher is gone or cannot start it.
         """
         return await asyncio.to_thread(self._start, job, log)
 
@@ -101,7 +107,10 @@ class Launcher:
         with self._changed:
             if not self._changed.wait_for(lambda: str(job) in self._started, 30):
                 raise OSError("the launcher of runs did not answer within 30 s; restart the service")
-            return self._started.pop(str(job))
+            answer = self._started.pop(str(job))
+        if isinstance(answer, str):
+            raise OSError(answer)
+        return answer
 
     def _read(self) -> None:
         for line in self._process.stdout or ():
@@ -110,6 +119,8 @@ class Launcher:
                 if "started" in message:
                     self._started[message["job"]] = message["started"]
                     self._own.add(message["started"])
+                elif "refused" in message:
+                    self._started[message["job"]] = message["refused"]
                 else:
                     self._exited[message["exited"]] = message["code"]
                 self._changed.notify_all()

@@ -1,4 +1,7 @@
-"""Who holds the controls: one operator at a time, by name; handed over, taken, let go; each stands in the book."""
+"""Who holds the controls: one browser or script at a time; handed over, taken, let go; each stands in the book.
+
+The lease is a token, not a name: two browsers in which the same name was given are two.
+"""
 
 from __future__ import annotations
 
@@ -23,8 +26,12 @@ class NotHeld(BenchError):
 
 @dataclass(frozen=True, slots=True)
 class Holder:
-    """Who holds the controls. Times in s of the monotonic clock given to :class:`Lease`."""
+    """Who holds the controls; ``id`` may be known to everybody, ``secret`` to the holder only.
 
+    Times in s of the monotonic clock given to :class:`Lease`.
+    """
+
+    id: str
     name: str
     secret: str
     since: datetime
@@ -47,8 +54,8 @@ class Lease:
             self._holder = None
         return self._holder
 
-    def take(self, name: str, from_: str | None, now: float) -> str:
-        """Give the controls to ``name`` and return the secret that proves it.
+    def take(self, name: str, from_: str | None, now: float) -> Holder:
+        """Give the controls to ``name`` and return who holds them now, with the secret that proves it.
 
         Raises
         ------
@@ -64,9 +71,10 @@ class Lease:
             text = f"{holder.name} handed the controls over to {name}"
         else:
             text = f"{name} took the controls from {holder.name}"
+            text += " in another browser" if name == holder.name else ""
         self._book.write("controls", name, text)
-        self._holder = Holder(name, secrets.token_urlsafe(24), datetime.now(UTC), now)
-        return self._holder.secret
+        self._holder = Holder(secrets.token_hex(8), name, secrets.token_urlsafe(24), datetime.now(UTC), now)
+        return self._holder
 
     def check(self, secret: str | None, now: float) -> Holder:
         """Return the holder if ``secret`` is theirs.
@@ -80,7 +88,7 @@ class Lease:
         if holder is None:
             raise NotHeld("nobody holds the controls; take them first")
         if secret is None or not hmac.compare_digest(secret.encode(), holder.secret.encode()):
-            raise NotHeld(f"{holder.name} holds the controls; take them from {holder.name} first")
+            raise NotHeld(f"{holder.name} holds the controls in another browser or script; take them first")
         self._holder = replace(holder, heard=now)
         return self._holder
 
@@ -102,6 +110,7 @@ class Lease:
         if holder is None:
             return None
         return {
+            "id": holder.id,
             "name": holder.name,
             "since": holder.since.isoformat(),
             "away": now - holder.heard > SILENT_S,

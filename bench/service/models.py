@@ -12,6 +12,8 @@ RequestId = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_\-]{8,64}$")]
 """Made by the client, a new one for each act: the same one twice is answered twice and done once."""
 Secret = Annotated[str, StringConstraints(pattern=r"^[A-Za-z0-9_\-]{1,80}$")]
 """Proves who holds the controls; given when they are taken."""
+RunId = Annotated[str, StringConstraints(pattern=r"^[0-9A-Za-z\-]{1,40}$")]
+"""Of a run, as the state gives it."""
 PlaceName = Annotated[str, StringConstraints(pattern=r"^[\w][\w .+\-]{0,99}$", max_length=100)]
 """Of a folder or file, never a path."""
 Identity = Annotated[str, StringConstraints(pattern=r"^[0-9a-f]{16}$")]
@@ -31,22 +33,38 @@ class Act(Body):
     secret: Secret
 
 
-class PointAct(Act):
+class RunAct(Act):
+    """An act on the run that goes on: refused if meanwhile it is another."""
+
+    run: RunId
+
+
+class ResetAct(Act):
+    """Reset after the run that ended last, as the caller knows it; None where nothing was run yet."""
+
+    run: RunId | None
+
+
+class PointAct(RunAct):
     """An act on one point."""
 
     point: Identity
 
 
-class NoteAct(Act):
+class NoteAct(RunAct):
     """A remark for the recording."""
 
     text: Annotated[str, StringConstraints(min_length=1, max_length=500)]
 
 
 class Stop(Body):
-    """STOP: anybody may, at any time; the name is for the record only."""
+    """STOP: anybody may, at any time; name and time are for the record only.
+
+    ``pressed_at_ns`` is when it was pressed, Unix time in ns, stamped once by whoever took the press.
+    """
 
     by: Name = "somebody"
+    pressed_at_ns: Annotated[int, Field(ge=0, le=2**63 - 1)] | None = None
 
 
 class Take(Body):
@@ -128,10 +146,19 @@ class Done(BaseModel):
     done: str
 
 
+class Stopped(Done):
+    """STOP was sent. ``run`` is what it was for, None where nothing ran; the first press for a run counts."""
+
+    run: str | None
+    by: str
+    pressed_at_ns: int
+
+
 class Taken(BaseModel):
-    """The controls are yours; ``secret`` proves it."""
+    """The controls are yours: ``secret`` proves it, ``id`` is how the state names this holder, whatever their name."""
 
     secret: str
+    id: str
 
 
 class RunAnswer(BaseModel):

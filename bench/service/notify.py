@@ -48,5 +48,8 @@ class Notifier:
 
     def _send(self, alarm: Alarm, bench: str) -> None:
         title = f"Bench {bench}: {alarm.cause.replace('_', ' ').lower()}"
-        if not self._sender.notify(title=title, body=f"{alarm.text}\n\n{alarm.what_to_do}\n\n{alarm.at} (UTC)"):
+        if not self._sender.notify(
+            title=title,
+            body=f"{alarm.text}\n\n{alarm.what_to_do}\n\n{alarm.point + chr(10) if alarm.point else ''}{alarm.at}",
+        ):
             _LOG.warning("an alarm could not be sent to every address of --notify: %s", alarm.text)

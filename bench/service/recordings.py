@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sqlite3
 from contextlib import closing
 from pathlib import Path
@@ -12,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import RecordingError
-from bench.recording import Recording, RecordingFolder
+from bench.names import require_name
+from bench.recording import Recording, RecordingFolder, guarded
 from bench.recording.statistics import shown_unit
 
 PLOTTED: tuple[str, ...] = (
@@ -38,27 +40,43 @@ def inside(root: Path, name: str) -> Path:
     Raises
     ------
     UnknownPlace
-        If it is not there, or if the name leads out of ``root``.
+        If it is not there, or if the name, or a link of this name, leads out of ``root``.
     """
-    if name in ("", ".", "..") or "/" in name or "\\" in name or "\0" in name or name.startswith("."):
-        raise UnknownPlace(f'"{name}" is not the name of something in {root}')
+    require_name(name, f"what is asked for in {root},", UnknownPlace)
     path = root / name
     try:
-        exists = path.exists()
-    except OSError:
-        exists = False
-    if not exists:
-        raise UnknownPlace(f'there is no "{name}" in {root}')
+        place = path.resolve(strict=True)
+    except (OSError, RuntimeError):
+        raise UnknownPlace(f'there is no "{name}" in {root}') from None
+    if not place.is_relative_to(root.resolve()):
+        raise UnknownPlace(f'"{name}" is a link that leads out of {root}; copy what it leads to')
     return path
+
+
+def recordings_of(root: Path, folder: str) -> list[dict[str, Any]]:
+    """Return what a folder of ``root`` holds; its files are opened in a child process."""
+    return recordings(inside(root, folder))
+
+
+def plot_of(root: Path, folder: str, file: str) -> dict[str, Any]:
+    """Return a recording as a page plots it, read in a child process: a damaged file ends that one only."""
+    path = inside(inside(root, folder), file)
+    return guarded.call(path, plot, path)
+
+
+def revolution_of(root: Path, folder: str, file: str) -> dict[str, Any]:
+    """Return transmission error and order spectrum of a recording, read in a child process."""
+    path = inside(inside(root, folder), file)
+    return guarded.call(path, revolution, path)
 
 
 def folders(root: Path) -> list[dict[str, Any]]:
     """Return the campaign folders, newest first, from names and sizes alone."""
     out = []
     for path in root.iterdir() if root.is_dir() else ():
-        if not path.is_dir() or path.name.startswith("."):
+        if path.name.startswith(".") or not path.is_dir() or not path.resolve().is_relative_to(root.resolve()):
             continue
-        files = [entry.stat() for entry in path.iterdir() if entry.suffix == ".h5"]
+        files = _sizes(path)
         if not files and not (path / "journal.sqlite").exists():
             continue
         manifest = _manifest(path)
@@ -84,6 +102,9 @@ def folders(root: Path) -> list[dict[str, Any]]:
 def recordings(folder: Path) -> list[dict[str, Any]]:
     """Return what a folder holds, in the order it was made: set point, quality, and why a file is of no use."""
     found = RecordingFolder.open(folder)
+    root = folder.resolve()
+    here = [recording for recording in found.recordings if recording.path.resolve().is_relative_to(root)]
+    out = [recording.path.name for recording in found.recordings if recording not in here]
     return [
         *(
             {
@@ -100,14 +121,15 @@ def recordings(folder: Path) -> list[dict[str, Any]]:
                 "temperature": _number(recording.setpoint.temperature),
                 "why": None,
             }
-            for recording in found.recordings
+            for recording in here
         ),
         *({"id": None, "file": rejected.file.name, "why": rejected.why} for rejected in found.rejected),
+        *({"id": None, "file": name, "why": "a link that leads out of the folder"} for name in out),
     ]
 
 
 def plot(path: Path) -> dict[str, Any]:
-    """Return a recording as a page plots it: minimum and maximum in 800 stretches of time, events, segments.
+    """Return a recording as a page plots it: minimum, mean and maximum in 800 stretches of time, events, segments.
 
     Raises
     ------
@@ -119,6 +141,7 @@ def plot(path: Path) -> dict[str, Any]:
     edges = np.linspace(0, recording.size, min(_BUCKETS, max(1, recording.size)) + 1).astype(np.int64)
     low = {name: np.full(edges.size - 1, np.nan) for name in names}
     high = {name: np.full(edges.size - 1, np.nan) for name in names}
+    mean = {name: np.full(edges.size - 1, np.nan) for name in names}
     # whole stretches of at most a million rows, so that an hour of recording costs little memory
     group = max(1, _BLOCK_ROWS * (edges.size - 1) // max(1, recording.size))
     for first in range(0, edges.size - 1, group):
@@ -128,13 +151,14 @@ def plot(path: Path) -> dict[str, Any]:
         for name in names if rows and recording.size else ():
             low[name][first:last] = np.minimum.reduceat(rows[name], starts)
             high[name][first:last] = np.maximum.reduceat(rows[name], starts)
+            mean[name][first:last] = np.add.reduceat(rows[name], starts) / np.diff(edges[first : last + 1])
     rate = recording.sample_rate
     return {
         "id": recording.recording_id,
         "kind": recording.kind,
         "started_at": recording.started_at.isoformat(),
         "time": [round(float(value), 4) for value in (edges[:-1] + edges[1:]) / 2.0 / rate],
-        "channels": {name: _channel(recording, name, low[name], high[name]) for name in names},
+        "channels": {name: _channel(recording, name, low[name], mean[name], high[name]) for name in names},
         "segments": [{"name": s.name, "start": s.start / rate, "stop": s.stop / rate} for s in recording.segments],
         "events": [{"time": e.time, "level": e.level, "text": e.text} for e in recording.events],
         "quality": recording.quality,
@@ -165,18 +189,20 @@ def revolution(path: Path) -> dict[str, Any]:
         "amplitude": _short(order_amplitudes(error)[1 : HIGHEST_ORDER + 1]),
         "curve": _short(error.reshape(512, -1).mean(axis=1)),
         "rms": float(np.sqrt(np.mean(error**2))),
-        "torque": means.get("load_torque", 0.0),
-        "velocity": means.get("motor_velocity", 0.0) / ratio,
-        "temperature": means.get("temperature", 25.0),
+        "torque": means.get("load_torque"),
+        "velocity": means["motor_velocity"] / ratio if "motor_velocity" in means else None,
+        "temperature": means.get("temperature"),
     }
 
 
-def _channel(recording: Recording, name: str, low: NDArray[np.float64], high: NDArray[np.float64]) -> dict[str, Any]:
+def _channel(
+    recording: Recording, name: str, low: NDArray[np.float64], mean: NDArray[np.float64], high: NDArray[np.float64]
+) -> dict[str, Any]:
     unit, factor = shown_unit(recording.specs[name].unit)
     if name == "motor_velocity" and recording.gearbox.ratio and unit == "°/s":
         # at the load side, where set points are
         factor /= recording.gearbox.ratio
-    return {"unit": unit, "low": _short(low * factor), "high": _short(high * factor)}
+    return {"unit": unit, "low": _short(low * factor), "mean": _short(mean * factor), "high": _short(high * factor)}
 
 
 def _short(values: NDArray[np.float64]) -> list[float | None]:
@@ -185,6 +211,20 @@ def _short(values: NDArray[np.float64]) -> list[float | None]:
 
 def _number(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
+
+
+def _sizes(folder: Path) -> list[os.stat_result]:
+    """What is said of the recordings of a folder by their directory entries; links are none."""
+    found = []
+    for entry in folder.iterdir():
+        if entry.suffix != ".h5" or entry.is_symlink():
+            continue
+        try:
+            found.append(entry.stat())
+        except OSError:
+            # taken away between listing and looking
+            continue
+    return found
 
 
 def _states(folder: Path) -> dict[str, int]:

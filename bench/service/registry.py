@@ -6,7 +6,6 @@ import fcntl
 import hashlib
 import json
 import os
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -14,17 +13,9 @@ from typing import Any
 
 from bench.configuration import BenchFile
 from bench.errors import DeviceError
+from bench.safety.runtime import RUNTIME, open_here, runtime_folder
 
-RUNTIME = "BENCH_RUNTIME"
-"""Environment variable: folder of the locks; default a folder of this user's below the temporary one."""
-
-
-def runtime_folder() -> Path:
-    """Return the folder of the locks, made if it is not there."""
-    given = os.environ.get(RUNTIME)
-    folder = Path(given) if given else Path(tempfile.gettempdir()) / f"gearbench-{os.getuid()}"
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    return folder
+__all__ = ["RUNTIME", "bus_in_use", "bus_name", "folder_in_use", "runtime_folder", "service_for", "serving"]
 
 
 def bus_name(file: BenchFile) -> str:
@@ -110,7 +101,7 @@ def service_for(file: BenchFile) -> dict[str, Any] | None:
 @contextmanager
 def _locked(path: Path, content: dict[str, Any] | None) -> Iterator[dict[str, Any] | None]:
     """Lock a file and yield None, or yield what its holder wrote; ``content`` None only looks."""
-    descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o600)
+    descriptor = open_here(path)
     try:
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends
 from fastapi import Path as InPath
 
+from bench.campaigns.remark import clean_remark
 from bench.service import models as m
 from bench.service.refusals import NotNow, Unknown
 from bench.service.service import Service
@@ -38,10 +39,11 @@ async def _held(service: Service, what: str, body: m.Act, do: Callable[[str], An
 
 
 @router.post("/stop", summary="STOP: bring the bench to rest")
-async def stop(body: m.Stop, service: The) -> m.Done:
+async def stop(body: m.Stop, service: The) -> m.Stopped:
     """Whoever asks, whatever is going on, without the controls. Nothing begins by itself afterwards."""
-    ran = service.stop(body.by)
-    return m.Done(done="the bench is brought to rest" if ran else "nothing runs; the queue is held")
+    press = service.stop(body.by, body.pressed_at_ns)
+    done = "nothing runs; the queue is held" if press.run is None else "the bench is being brought to rest"
+    return m.Stopped(done=done, run=press.run, by=press.by, pressed_at_ns=press.pressed_at_ns)
 
 
 @router.post("/controls/take", summary="Take the controls")
@@ -49,9 +51,9 @@ async def take(body: m.Take, service: The) -> m.Taken:
     """Take the controls, where they are free, offered, or from somebody who is named."""
 
     async def act() -> m.Taken:
-        secret = service.lease.take(body.name, body.taken_from, time.monotonic())
+        holder = service.lease.take(body.name, body.taken_from, time.monotonic())
         service.tell_state()
-        return m.Taken(secret=secret)
+        return m.Taken(secret=holder.secret, id=holder.id)
 
     answer: m.Taken = await _once(service, "take", body, act)
     return answer
@@ -128,7 +130,7 @@ async def withdraw(run_id: RunId, body: m.Act, service: The) -> m.RunAnswer:
         end = {"kind": "withdrawn", "text": f"taken out of the queue by {name}"}
         return _answer(service.change_run(waiting, state="ended", end=end))
 
-    answer: m.RunAnswer = await _held(service, "start", body, do, run_id)
+    answer: m.RunAnswer = await _held(service, "withdraw", body, do, run_id)
     return answer
 
 
@@ -140,9 +142,13 @@ async def again(run_id: RunId, body: m.Act, service: The) -> m.RunAnswer:
 
 
 @router.post("/reset", summary="Reset the bench after a stop")
-async def reset(body: m.Act, service: The) -> m.RunAnswer:
+async def reset(body: m.ResetAct, service: The) -> m.RunAnswer:
     """The drives lose their faults, and it is looked whether the cause is gone; no torque is given."""
-    answer: m.RunAnswer = await _held(service, "reset", body, lambda name: _answer(service.after_stop.reset(name)))
+
+    def do(name: str) -> m.RunAnswer:
+        return _answer(service.after_stop.reset(name, body.run))
+
+    answer: m.RunAnswer = await _held(service, "reset", body, do)
     return answer
 
 
@@ -159,22 +165,22 @@ async def queue(body: m.Act, service: The) -> m.Done:
     return answer
 
 
-async def _wish(service: Service, wish: str, body: m.Act, **more: str) -> m.Done:
+async def _wish(service: Service, wish: str, body: m.RunAct, **more: str) -> m.Done:
     def do(name: str) -> m.Done:
-        return m.Done(done=service.wish(name, wish, **more))
+        return m.Done(done=service.wish(name, wish, body.run, **more))
 
     answer: m.Done = await _held(service, wish, body, do)
     return answer
 
 
 @router.post("/run/pause", summary="Pause after the point that runs")
-async def pause(body: m.Act, service: The) -> m.Done:
+async def pause(body: m.RunAct, service: The) -> m.Done:
     """The point that runs is finished; the next waits."""
     return await _wish(service, "pause", body)
 
 
 @router.post("/run/go-on", summary="End a pause")
-async def go_on(body: m.Act, service: The) -> m.Done:
+async def go_on(body: m.RunAct, service: The) -> m.Done:
     """Go on with the next point."""
     return await _wish(service, "go_on", body)
 
@@ -182,29 +188,30 @@ async def go_on(body: m.Act, service: The) -> m.Done:
 @router.post("/run/skip", summary="Skip a point")
 async def skip(body: m.PointAct, service: The) -> m.Done:
     """A point that runs is brought to rest and cut short; one still to come is left out of this run."""
-    return await _wish(service, "skip", body, identity=_known_point(service, body.point, _SKIPPABLE))
+    return await _on_point(service, "skip", body, _SKIPPABLE)
 
 
 @router.post("/run/repeat", summary="Repeat a point")
 async def repeat(body: m.PointAct, service: The) -> m.Done:
     """The point is measured once more, after the one that runs; every take is kept."""
-    return await _wish(service, "repeat", body, identity=_known_point(service, body.point, _REPEATABLE))
+    return await _on_point(service, "repeat", body, _REPEATABLE)
 
 
 @router.post("/run/note", summary="Write a remark into the recording")
 async def note(body: m.NoteAct, service: The) -> m.Done:
     """It stands in the events of the recording that runs, or of the next."""
-    return await _wish(service, "note", body, text=body.text)
+    return await _wish(service, "note", body, text=clean_remark(body.text))
 
 
 @router.post("/run/abort", summary="End the run in order")
-async def abort(body: m.Act, service: The) -> m.Done:
+async def abort(body: m.RunAct, service: The) -> m.Done:
     """The bench is brought to rest, the recording finished; what is missing can be measured later."""
 
     def do(name: str) -> m.Done:
-        service.keeper.stop()
-        service.book.write("abort", name, "run aborted")
-        return m.Done(done="the bench is brought to rest")
+        title = service.require_running(body.run).title
+        service.keeper.stop(name)
+        service.book.write("abort", name, f"{title} aborted", run=body.run)
+        return m.Done(done="the bench is being brought to rest")
 
     answer: m.Done = await _held(service, "abort", body, do)
     return answer
@@ -216,21 +223,31 @@ async def acknowledge(number: AlarmNumber, body: m.Act, service: The) -> m.Done:
 
     def do(name: str) -> m.Done:
         if service.alarms.acknowledge(number, name) is None:
-            raise Unknown(f"there is no alarm {number}")
+            raise Unknown(f"there is no alarm {number} to be acknowledged")
         service.after_stop.acknowledge(name)
+        service.keeper.changed()
         return m.Done(done=f"acknowledged by {name}")
 
     answer: m.Done = await _held(service, "acknowledge", body, do, str(number))
     return answer
 
 
-def _known_point(service: Service, identity: str, states: frozenset[str]) -> str:
-    point = service.keeper.points.get(identity)
+async def _on_point(service: Service, wish: str, body: m.PointAct, states: frozenset[str]) -> m.Done:
+    def do(name: str) -> m.Done:
+        service.require_running(body.run)
+        _require_point(service, body.point, states)
+        return m.Done(done=service.wish(name, wish, body.run, identity=body.point))
+
+    answer: m.Done = await _held(service, wish, body, do)
+    return answer
+
+
+def _require_point(service: Service, identity: str, states: frozenset[str]) -> None:
+    point = service.keeper.shown.points.get(identity)
     if point is None:
         raise NotNow(f"the run has no point {identity}")
     if point["state"] not in states:
         raise NotNow(f"point {point['number']} is {point['state']} already")
-    return identity
 
 
 def _answer(run: Any) -> m.RunAnswer:

@@ -12,7 +12,7 @@ from fastapi.responses import FileResponse, StreamingResponse
 
 from bench.service import models as m
 from bench.service import recordings
-from bench.service.refusals import Unknown
+from bench.service.refusals import NotNow, Unknown
 from bench.service.security import REPORT_HEADERS
 from bench.service.service import Service
 from bench.service.wiring import PROBLEMS, service_of
@@ -22,6 +22,7 @@ The = Annotated[Service, Depends(service_of)]
 Place = Annotated[str, InPath(pattern=r"^[\w][\w .+\-]{0,99}$")]
 AnalysisId = Annotated[str, InPath(pattern=r"^[0-9A-Za-z\-]{1,40}$")]
 Answer = dict[str, Any]
+_MOST_PAGES = 64
 
 
 @router.get("/state", summary="Everything a page starts with")
@@ -38,6 +39,8 @@ async def state(service: The) -> list[Answer]:
 )
 async def events(service: The) -> StreamingResponse:
     """The state now, then every change; a beat at least every two seconds."""
+    if service.stream.pages >= _MOST_PAGES:
+        raise NotNow(f"{_MOST_PAGES} pages look on already; close one")
     stream = service.stream.events(service.greeting())
     headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
     return StreamingResponse(stream, media_type="text/event-stream", headers=headers)
@@ -46,46 +49,44 @@ async def events(service: The) -> StreamingResponse:
 @router.get("/history/{detail}", summary="Live values so far")
 async def history(detail: Literal["fine", "coarse"], service: The) -> list[Answer]:
     """``fine``: the last minutes as they came; ``coarse``: the last hours in stretches of ten seconds."""
-    return service.keeper.history.fine() if detail == "fine" else service.keeper.history.coarse()
+    return service.keeper.shown.history.fine() if detail == "fine" else service.keeper.shown.history.coarse()
 
 
 @router.get("/campaigns", summary="Campaigns that may be started")
 async def campaigns(service: The) -> list[Answer]:
     """Shipped ones and those of the campaigns folder; ``problem`` says why one cannot be."""
-    return await asyncio.to_thread(service.catalog.list)
+    return await service.plans(service.catalog.list)
 
 
 @router.get("/campaigns/{name}/plan", summary="The plan of a campaign")
 async def plan(name: Place, service: The) -> Answer:
     """Every point with time, temperature and energy, from room temperature."""
-    return await asyncio.to_thread(service.catalog.plan, name)
+    return await service.plans(service.catalog.plan, name)
 
 
 @router.get("/folders", summary="Folders of recordings")
 async def folders(service: The) -> list[Answer]:
     """Newest first."""
-    return await asyncio.to_thread(recordings.folders, service.settings.folder)
+    return await service.reading(recordings.folders, service.settings.folder)
 
 
 @router.get("/folders/{folder}", summary="Recordings of a folder")
 async def folder_recordings(folder: Place, service: The) -> list[Answer]:
     """In the order they were made; ``why`` says what is wrong with a file that is of no use."""
-    return await asyncio.to_thread(recordings.recordings, recordings.inside(service.settings.folder, folder))
+    return await service.reading(recordings.recordings_of, service.settings.folder, folder)
 
 
 @router.get("/folders/{folder}/{file}/plot", summary="A recording for plotting")
 async def plot(folder: Place, file: Place, service: The) -> Answer:
     """Minimum and maximum of each channel in 800 stretches of time."""
-    path = recordings.inside(recordings.inside(service.settings.folder, folder), file)
-    return await asyncio.to_thread(recordings.plot, path)
+    return await service.reading(recordings.plot_of, service.settings.folder, folder, file)
 
 
 @router.get("/folders/{folder}/{file}/revolution", summary="Transmission error of a recording")
 async def revolution(folder: Place, file: Place, service: The) -> Answer:
     """Curve and order spectrum over a revolution, with the chosen model over it."""
-    path = recordings.inside(recordings.inside(service.settings.folder, folder), file)
-    measured = await asyncio.to_thread(recordings.revolution, path)
-    return await asyncio.to_thread(service.overlay.add, measured)
+    measured = await service.reading(recordings.revolution_of, service.settings.folder, folder, file)
+    return await service.reading(service.overlay.add, measured)
 
 
 @router.get("/analyses", summary="Identifications and mismatch reports")

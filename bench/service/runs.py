@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
-import os
 import secrets
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
+
+from bench.service.disk import Disk
+from bench.service.kept import Broken
 
 State = Literal["proposed", "queued", "running", "ended"]
 _KEPT = 200
@@ -61,13 +63,23 @@ def following(run: Run, by: str, **changes: Any) -> Run:
 
 
 class Runs:
-    """All runs, oldest first; every change is on the disk before it is answered."""
+    """All runs, oldest first. A change holds at once; the disk follows.
 
-    def __init__(self, path: Path) -> None:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        self._path = path
-        entries = json.loads(path.read_text("utf-8")) if path.exists() else []
-        self._runs: dict[str, Run] = {entry["id"]: Run(**entry) for entry in entries}
+    Parameters
+    ----------
+    path : file the runs are kept in; where it cannot be read they are rebuilt from the folders of their jobs.
+    """
+
+    def __init__(self, path: Path, disk: Disk, broken: Broken) -> None:
+        self._path, self._disk = path, disk
+        had = path.exists()
+        kept = broken.load(path, lambda entries: [Run(**entry) for entry in entries])
+        self.rebuilt = had and kept is None
+        """Whether the file was broken, so that nobody knows what was waiting."""
+        found = rebuild(path.parent / "runs") if self.rebuilt else kept or []
+        self._runs: dict[str, Run] = {run.id: run for run in found}
+        if self.rebuilt:
+            self._save()
 
     def put(self, run: Run) -> Run:
         """Add or replace a run."""
@@ -75,9 +87,7 @@ class Runs:
         ended = [other.id for other in self._runs.values() if other.state == "ended"]
         for old in ended[:-_KEPT]:
             del self._runs[old]
-        part = self._path.with_suffix(".part")
-        part.write_text(json.dumps([other.as_dict() for other in self._runs.values()], indent=1), encoding="utf-8")
-        os.replace(part, self._path)
+        self._save()
         return run
 
     def change(self, id_: str, **changes: Any) -> Run:
@@ -99,3 +109,50 @@ class Runs:
     def next(self) -> Run | None:
         """The run whose turn it is."""
         return next((run for run in self._runs.values() if run.state == "queued"), None)
+
+    def _save(self) -> None:
+        self._disk.replace(self._path, json.dumps([run.as_dict() for run in self._runs.values()], indent=1))
+
+
+def rebuild(folder: Path) -> list[Run]:
+    """Return the runs whose jobs were written, oldest first: those whose process lives run, the others have ended."""
+    found = []
+    for path in sorted(folder.glob("*/job.json")):
+        try:
+            job = json.loads(path.read_text("utf-8"))
+            run = Run(
+                id=path.parent.name,
+                campaign=str(job["campaign"]),
+                title=Path(job["folder"]).name,
+                bench=str(job["bench"]),
+                folder=str(job["folder"]),
+                by=str(job.get("resumed_by") or job.get("reset_by") or "somebody"),
+                asked_at=datetime.fromtimestamp(path.stat().st_mtime, UTC).isoformat(timespec="seconds"),
+                interface=job.get("interface"),
+                real_time=bool(job.get("real_time")),
+                seed=int(job.get("seed", 0)),
+                resets=job.get("reset_by") is not None,
+            )
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            # neither is the job of any use; recordings stay, and a run of them can be started anew
+            continue
+        pid = process_of(path)
+        if pid is not None:
+            found.append(replace(run, state="running", pid=pid))
+        else:
+            end = {"kind": "unknown", "text": "how it ended was lost with runs.json"}
+            found.append(replace(run, state="ended", end=end))
+    return found
+
+
+def process_of(job: Path, pid: int | None = None) -> int | None:
+    """Return the process that does a job, by its command line; ``pid`` is the only one looked at, None for all."""
+    wanted = str(job.absolute()).encode()
+    for path in Path("/proc").glob(f"{'[0-9]*' if pid is None else pid}/cmdline"):
+        try:
+            if wanted in path.read_bytes().split(b"\0"):
+                return int(path.parent.name)
+        except OSError:
+            # ended between listing and looking
+            continue
+    return None

@@ -20,15 +20,15 @@ COOKIE = "bench_session"
 LONGEST_BODY = 300_000
 HEADERS: dict[str, str] = {
     "Content-Security-Policy": (
-        "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors 'none';"
-        " base-uri 'none'; form-action 'none'"
+        "default-src 'self'; connect-src 'self' http://127.0.0.1:*; img-src 'self' data:;"
+        " style-src 'self' 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
     ),
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
     "X-Frame-Options": "DENY",
     "Cache-Control": "no-cache",
 }
-"""On every answer; plots set styles, nothing else comes from elsewhere."""
+"""On every answer; plots set styles, a run's own stop listener is asked, nothing else comes from elsewhere."""
 REPORT_HEADERS: dict[str, str] = {
     "Content-Security-Policy": (
         "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'self'"

@@ -12,7 +12,6 @@ from bench.errors import ConfigurationError
 from bench.service.launcher import Launcher
 from bench.service.privileges import drop
 from bench.service.registry import folder_in_use, serving
-from bench.service.runs import Runs
 from bench.service.settings import Settings
 
 
@@ -73,6 +72,9 @@ def _serve(settings: Settings, launcher: Launcher, listening: socket.socket) -> 
     import uvicorn
 
     from bench.service.app import create_app
+    from bench.service.patient import PatientProtocol, allow_descriptors
+
+    allow_descriptors()
 
     # into a terminal only: what a service manager keeps may be read by others
     secret = settings.token is not None and sys.stdout.isatty()
@@ -95,9 +97,11 @@ def _serve(settings: Settings, launcher: Launcher, listening: socket.socket) -> 
         ssl_certfile=settings.certificate,
         ssl_keyfile=settings.key,
         server_header=False,
+        http=PatientProtocol,
+        ws="none",
         timeout_graceful_shutdown=3,
     )
     Server(config).run(sockets=[listening])
-    running = Runs(settings.state / "runs.json").running()
+    running = app.state.service.keeper.runs.running()
     if running is not None:
         sys.stdout.write(f"A run goes on in process {running.pid}; start bench serve again to watch or stop it.\n")

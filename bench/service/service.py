@@ -10,32 +10,41 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from bench.campaigns import load_campaign, make_plan
-from bench.campaigns.journal import require_same
-from bench.configuration import BenchFile, load_bench, on_interface
+from bench.configuration import BenchFile, concealing, load_bench, on_interface
 from bench.service import recordings
 from bench.service.after_stop import AfterStop
 from bench.service.alarms import Alarm, Alarms
-from bench.service.allowed import DONE, Situation, allowed, why_not
+from bench.service.allowed import BEGINS, DONE, Situation, allowed, why_not
 from bench.service.analyses import Analyses
 from bench.service.book import Book
 from bench.service.catalog import Catalog
-from bench.service.keeper import Keeper
+from bench.service.disk import Disk
+from bench.service.keeper import Keeper, local_time_of
+from bench.service.kept import Broken
 from bench.service.launcher import Launcher
 from bench.service.lease import Lease
 from bench.service.models import NewAnalysis, NewRun
 from bench.service.notify import Notifier
 from bench.service.once import Once
 from bench.service.overlay import Overlay
+from bench.service.planning import require_possible
+from bench.service.readers import Readers
 from bench.service.refusals import NotNow, Unknown
 from bench.service.runs import Run, Runs, following, new_id, now
+from bench.service.seen import last_seen
 from bench.service.settings import Settings
+from bench.service.stopper import Press
 from bench.service.storage import storage
 from bench.service.stream import Stream
+from bench.service.watches import DISK_EVERY_S, LOOK_EVERY_S, look_at_disk, look_at_itself, watch
 
 Message = dict[str, Any]
 _STOP_MARGIN_S = 10.0
-_DISK_EVERY_S = 60.0
+_SETTLE_S = 1.0
+_LAST_WRITES_S = 3.0
+_TELL_AFTER_S = 0.02
+"""Pages hear of a STOP this much later than its answer is on its way."""
+_IS = {"proposed": "is proposed", "queued": "waits", "running": "runs", "ended": "has ended"}
 _ENDED = "the service ended"
 
 
@@ -46,26 +55,41 @@ class Service:
         self.settings = settings
         file = load_bench(settings.bench)
         self.bench: BenchFile = file if settings.interface is None else on_interface(file, settings.interface)
+        hidden = None if settings.conceal is None else concealing(file, settings.conceal)
+        plant = None if hidden is None else hidden.configuration.bus.plant
         settings.state.mkdir(parents=True, exist_ok=True)
-        self.book = Book(settings.state / "log.jsonl")
+        self.disk = Disk()
+        self._broken = Broken()
+        self.book = Book(settings.state / "log.jsonl", self.disk)
+        self.seen = settings.state / "seen"
+        self.said_seen = 0.0
+        """When the file that says so was written last, s of the monotonic clock."""
+        self.stop_port: int | None = None
+        """Of the run's own stop listener, for the pages."""
         self.lease = Lease(self.book)
         self.stream = Stream()
-        self.once = Once()
+        self.once = Once(self._settle, settings.state / "requests.json", self.disk, self._broken)
         self.notifier = Notifier(settings.notify)
-        self.alarms = Alarms(self.book, self._tell_alarm, settings.state / "alarms.json")
+        alarms = settings.state / "alarms.json"
+        self.alarms = Alarms(self.book, self._tell_alarm, self.tell_state, alarms, self.disk, self._broken)
         self.overlay = Overlay(self.stream.publish)
-        self.analyses = Analyses(settings.state, self.stream.publish)
+        self.analyses = Analyses(settings.state, self.stream.publish, self._broken)
         stopping = self.bench.configuration.stopping
         deadline = stopping.controlled_ramp + stopping.quick_stop + stopping.disable_voltage + _STOP_MARGIN_S
-        runs = Runs(settings.state / "runs.json")
-        self.keeper = Keeper(settings.state, runs, launcher, self.stream, self.book, self.alarms, deadline)
+        port = settings.stop_port
+        runs = Runs(settings.state / "runs.json", self.disk, self._broken)
+        self.keeper = Keeper(
+            settings.state, runs, launcher, self.stream, self.book, self.alarms, self.disk, deadline, port, plant
+        )
         self.after_stop = AfterStop(self.bench, settings, self.keeper, self.book)
-        self.keeper.on_spectrum = self.overlay.take
-        self.keeper.on_phase = self.tell_state
+        self.keeper.shown.on_spectrum = self.overlay.take
+        self.keeper.shown.on_phase = self.tell_state
         if settings.model is not None:
             self.overlay.choose(settings.model)
         self._launcher = launcher
-        self.catalog = Catalog(settings, self.bench.configuration)
+        self.catalog = Catalog(settings, self.bench)
+        self.plans = Readers("plans", at_once=2, most_waiting=6)
+        self.reading = Readers("recordings", at_once=2, most_waiting=30)
 
     # -- life ----------------------------------------------------------------------------------------------------------
 
@@ -75,39 +99,47 @@ class Service:
         if before is not None and before["text"] != _ENDED:
             running = self.keeper.runs.running()
             what = "" if running is None else f"; {running.title} went on without it"
-            self.book.write("service", "service", f"it ended without a word since {before['at'][:19]} UTC{what}")
+            self.book.write("service", "service", f"it ended without a word, {last_seen(self.seen)}{what}")
         self.book.write("service", "service", f"the service begins, process {os.getpid()}")
+        for sentence in self._broken.sentences:
+            self.alarms.raise_("STATE_FILE", sentence)
         stopped = self.after_stop.latch()
         if stopped["due"] == "acknowledge" and not self.alarms.standing():
             # stopped by a run this service knows nothing of; the alarm is what it is acknowledged with
             self.alarms.raise_(stopped["cause"], stopped["text"])
         self.keeper.open()
-        self._disk = asyncio.get_running_loop().create_task(self._watch_disk())
+        loop = asyncio.get_running_loop()
+        self._watching = [
+            loop.create_task(watch(lambda: look_at_disk(self), DISK_EVERY_S)),
+            loop.create_task(watch(lambda: look_at_itself(self), LOOK_EVERY_S)),
+        ]
 
     async def close(self) -> None:
         """End; a run goes on in its own process."""
         self.stream.close()
-        self._disk.cancel()
+        for task in self._watching:
+            task.cancel()
         await self.keeper.close()
         await self.analyses.close()
         await asyncio.to_thread(self._launcher.close)
         self.book.write("service", "service", _ENDED)
+        await asyncio.to_thread(self.disk.close, _LAST_WRITES_S)
 
     # -- what is shown -------------------------------------------------------------------------------------------------
 
     def situation(self) -> Situation:
         """What decides what may be done now."""
         runs = self.keeper.runs.all()
-        phase = "free" if self.keeper.runs.running() is None else self.keeper.status["phase"]
+        phase = "free" if self.keeper.runs.running() is None else self.keeper.shown.status["phase"]
         return Situation(
             phase,
-            pausing=bool(self.keeper.status.get("pausing")),
+            pausing=bool(self.keeper.shown.status.get("pausing")),
             held=self.keeper.held,
             waiting=any(run.state == "queued" for run in runs),
             proposed=any(run.state == "proposed" for run in runs),
             ended=any(run.state == "ended" for run in runs),
             due=self.after_stop.latch()["due"],
-            alarms=bool(self.alarms.standing()),
+            alarms=self.alarms.to_acknowledge(),
         )
 
     def state(self) -> Message:
@@ -120,6 +152,8 @@ class Service:
             "pages": self.stream.pages,
             "alive": self.keeper.is_alive(),
             "latch": self.after_stop.latch(),
+            "stop": None if self.keeper.stopper.press is None else self.keeper.stopper.press.as_dict(),
+            "stop_port": self.stop_port,
             "model": None if self.overlay.path is None else str(self.overlay.path),
         }
 
@@ -138,13 +172,14 @@ class Service:
                 "temperature": configuration.limits.temperature,
             },
         }
-        maybe = (self.keeper.plan_message(), self.overlay.last if self.keeper.spectrum is not None else None)
+        shown = self.keeper.shown
+        maybe = (shown.plan_message(), self.overlay.last if shown.spectrum is not None else None)
         return [
             about,
             self.state(),
             self.keeper.runs_message(),
             *(message for message in maybe if message is not None),
-            self.keeper.status,
+            self.keeper.shown.status,
             self.analyses.message(),
         ]
 
@@ -179,21 +214,49 @@ class Service:
         situation = self.situation()
         if what not in allowed(situation):
             raise NotNow(why_not(what, situation))
+        if what in BEGINS and self.disk.trouble is not None:
+            raise NotNow(f"nothing begins now: {self.disk.trouble}; make room or mend it first")
 
-    def stop(self, by: str) -> bool:
-        """Bring the bench to rest, whoever asks; False if nothing ran."""
-        ran = self.keeper.stop()
-        self.book.write("stop", by, f"{by} pressed STOP" + ("" if ran else ", nothing ran"))
-        self.keeper.changed()
-        self.tell_state()
-        return ran
+    def stop(self, by: str, pressed_at_ns: int | None = None) -> Press:
+        """Bring the bench to rest, whoever asks; return the press that counts. Its ``run`` is None if nothing ran.
 
-    def wish(self, by: str, wish: str, **more: str) -> str:
-        """Pass an operator's wish on to the run, with an entry in the book."""
-        if not self.keeper.tell_run(wish, **more):
+        The run is told first. Nothing here waits for a file, and telling the pages comes after the answer.
+        """
+        press, first = self.keeper.stop(by, pressed_at_ns)
+        at = local_time_of(press.pressed_at_ns)
+        if press.run is None:
+            self.book.write("stop", by, f"{by} pressed STOP, nothing ran")
+        elif first:
+            self.book.write("stop", by, f"{by} pressed STOP at {at}", run=press.run)
+        else:
+            self.book.write("stop", by, f"{by} pressed STOP too, after {press.by} at {at}", run=press.run)
+        asyncio.get_running_loop().call_later(_TELL_AFTER_S, self.keeper.changed)
+        return press
+
+    def require_running(self, run_id: str) -> Run:
+        """Return the run an act was meant for.
+
+        Raises
+        ------
+        NotNow
+            If it does not run (any more): what was meant for one run is not done to the next.
+        """
+        run = self.keeper.runs.running()
+        if run is None or run.id != run_id:
+            meant = self.keeper.runs.get(run_id)
+            was = f'run "{run_id}"' if meant is None else f"{meant.title}, which {_IS[meant.state]}"
+            now_runs = "nothing runs" if run is None else f"{run.title} runs now"
+            raise NotNow(f"this was meant for {was}; {now_runs}, and nothing was done to it")
+        return run
+
+    def wish(self, by: str, wish: str, run_id: str, **more: str) -> str:
+        """Pass an operator's wish on to the run it is meant for, with an entry in the book."""
+        self.require_running(run_id)
+        if not self.keeper.tell_run(wish, run=run_id, **more):
             raise NotNow("the run cannot be reached at the moment; STOP works all the same")
         text = DONE[wish].format(*more.values())
-        self.book.write(wish, by, text, **({"point": more["identity"]} if "identity" in more else {}))
+        point = {"point": more["identity"]} if "identity" in more else {}
+        self.book.write(wish, by, text, run=run_id, **point)
         return text
 
     async def new_run(self, new: NewRun) -> Run:
@@ -209,18 +272,15 @@ class Service:
         if new.secret is not None:
             self.check_possible("start")
         run_id = new_id()
-        source = await asyncio.to_thread(self.catalog.source, new.campaign, new.text, run_id)
-        campaign = await asyncio.to_thread(load_campaign, source)
-        # refused here and now if it would break a limit; the run plans again from the temperature it finds
-        await asyncio.to_thread(make_plan, campaign, self.bench.configuration)
-        folder = self.settings.folder.absolute() / (new.folder or f"{campaign.name}-{run_id[:15]}")
-        await asyncio.to_thread(require_same, folder, campaign, self.bench)
+        source = await self.plans(self.catalog.source, new.campaign, new.text, run_id)
+        root = self.settings.folder.absolute()
+        planned = await self.plans(require_possible, source, self.bench, new.folder, run_id[:15], root)
         run = Run(
             id=run_id,
             campaign=source,
-            title=campaign.title,
+            title=planned.title,
             bench=self.settings.bench,
-            folder=str(folder),
+            folder=planned.folder,
             by=by,
             asked_at=now(),
             state="proposed" if new.secret is None else "queued",
@@ -232,7 +292,7 @@ class Service:
         if new.secret is not None and self.keeper.runs.running() is None:
             # whoever holds the controls and starts a run lets the queue go on
             self.keeper.held = False
-        self.book.write("ask", by, f"{campaign.title} {run.state}", run=run.id)
+        self.book.write("ask", by, f"{planned.title} {run.state}", run=run.id)
         return self.keeper.add(run)
 
     def again(self, run_id: str, by: str) -> Run:
@@ -281,14 +341,9 @@ class Service:
         self.book.write("analyse", new.name, f"{new.kind} of {new.folder}")
         return self.analyses.start(new.kind, folder, new.name, model)
 
-    async def _watch_disk(self) -> None:
-        """Say that room becomes scarce before a run has to stop for it."""
-        while True:
-            said = await asyncio.to_thread(self.storage)
-            if not said["enough"]:
-                # without the figure: the same alarm is raised once
-                self.alarms.raise_("DISK", f"the disk of {said['folder']} is nearly full")
-            await asyncio.sleep(_DISK_EVERY_S)
+    async def _settle(self) -> None:
+        """Wait a moment for the disk, so that what is answered is kept; trouble with it is an alarm of its own."""
+        await asyncio.to_thread(self.disk.settled, _SETTLE_S)
 
     def _tell_alarm(self, alarm: Alarm) -> None:
         self.notifier.tell(alarm, self.bench.configuration.name)

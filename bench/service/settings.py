@@ -27,6 +27,8 @@ class Settings:
     names : further names or ``name:port`` under which browsers may reach it.
     model : simulation file drawn over the order spectrum.
     notify : apprise URLs alarms are sent to.
+    stop_port : port on 127.0.0.1 of the runs' own stop listener; 0 for any that is free.
+    conceal : seed of a plant drawn with physics that nobody is told of, for an emulated bench.
     """
 
     bench: str = "rh380n"
@@ -41,6 +43,8 @@ class Settings:
     names: tuple[str, ...] = ()
     model: Path | None = None
     notify: tuple[str, ...] = ()
+    stop_port: int = 0
+    conceal: int | None = None
 
     def __post_init__(self) -> None:
         """Refuse an address others can reach without TLS and a token."""

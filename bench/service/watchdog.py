@@ -55,7 +55,8 @@ def is_well(service: Service) -> bool:
     run = service.keeper.runs.running()
     if run is None:
         return True
-    return service.keeper.is_alive() and writer_lives(Path(run.folder), service.keeper.status["phase"], time.time())
+    phase = service.keeper.shown.status["phase"]
+    return service.keeper.is_alive() and writer_lives(Path(run.folder), phase, time.time())
 
 
 async def feed(service: Service) -> None:

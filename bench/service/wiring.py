@@ -31,10 +31,14 @@ STATUS: tuple[tuple[type[Exception], int], ...] = (
 PROBLEMS: dict[int | str, dict[str, Any]] = {
     status: {"model": Problem, "description": description}
     for status, description in (
+        (400, "the body cannot be read"),
         (401, "the token is missing or wrong"),
         (403, "somebody else holds the controls, or another site asks"),
         (404, "there is no such thing"),
+        (405, "another method is wanted, see Allow"),
         (409, "not possible now"),
+        (411, "the length of the request is missing"),
+        (413, "the request is too long"),
         (415, "not JSON"),
         (421, "the service has another name"),
         (422, "the request is wrong"),

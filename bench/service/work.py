@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from bench.errors import BenchError
+from bench.whole import write_whole
 
 Kind = Literal["identify", "mismatch"]
 _NICE = 10
@@ -47,7 +48,7 @@ def identify(work: Work) -> str:
     tell("writing the report", 0.92)
     to_simulation(found, "refined").save(out / "model.json")
     write_report(found, out)
-    (out / "summary.json").write_text(json.dumps(to_json(found), indent=1, ensure_ascii=False), encoding="utf-8")
+    write_whole(out / "summary.json", json.dumps(to_json(found), indent=1, ensure_ascii=False))
     if found.scores:
         return verdict(found)
     return " ".join(found.sentences) or "Identified; there was nothing to validate it with."
@@ -55,11 +56,10 @@ def identify(work: Work) -> str:
 
 def mismatch(work: Work) -> str:
     """Compare simulation and recordings, write the report; return its verdict in a sentence."""
-    from bench.mismatch import run
-    from bench.mismatch.page import sentence
+    from bench.mismatch.run import run
 
     model = None if work.model is None else Path(work.model)
-    return sentence(run(Path(work.recordings), Path(work.out), model, tell))
+    return run(Path(work.recordings), Path(work.out), model, tell).sentence
 
 
 def main() -> None:

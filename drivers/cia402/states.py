@@ -48,9 +48,6 @@ for _state, _mask, _value in STATUS_PATTERNS:
     _LOOKUP[np.arange(STATE_BITS + 1) & _mask == _value] = _state
 _STATES = tuple(State(int(number)) for number in _LOOKUP)
 
-POWERED: frozenset[State] = frozenset({State.OPERATION_ENABLED, State.QUICK_STOP_ACTIVE, State.FAULT_REACTION_ACTIVE})
-"""States in which the motor may have torque."""
-
 
 def decode(statusword: int) -> State:
     """State of one status word (0x6041)."""

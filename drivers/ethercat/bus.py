@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from drivers.errors import BusError, DriverError
 from drivers.ethercat import nonblocking
 from drivers.ethercat.assignment import assign_pdos
+from drivers.ethercat.claim import Claim
 from drivers.ethercat.emergency import EmergencyLog, EmergencyMessage
 from drivers.ethercat.exchange import CycleExchanger, Exchange, Exchanger, make_exchanger
 from drivers.ethercat.identity import check_specs
@@ -89,6 +90,7 @@ class EtherCatBus:
         self._configuration_errors: dict[str, DriverError] = {}
         self._sockets: frozenset[int] = frozenset()
         self._is_open = False
+        self._claim = Claim(interface)
 
     def open(self) -> None:
         """Open the interface.
@@ -96,12 +98,14 @@ class EtherCatBus:
         Raises
         ------
         BusError
-            If it does not exist or raw sockets are not allowed.
+            If it does not exist, raw sockets are not allowed, or another master has it.
         """
+        self._claim.take()
         before = nonblocking.packet_sockets() if self._nonblocking else frozenset()
         try:
             self._master.open(self.interface)
         except ConnectionError as error:
+            self._claim.release()
             raise BusError(
                 f"network interface '{self.interface}' cannot be opened; it should exist and the process should have "
                 "CAP_NET_RAW and CAP_NET_ADMIN"
@@ -252,6 +256,7 @@ class EtherCatBus:
             self._exchanger = None
             self._is_open = False
             self._master.close()
+            self._claim.release()
 
     def __enter__(self) -> EtherCatBus:
         self.open()

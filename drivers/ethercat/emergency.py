@@ -41,7 +41,6 @@ class EmergencyLog:
     """
 
     def __init__(self, capacity: int = 256) -> None:
-        self.stale_answers = 0
         self._messages: deque[EmergencyMessage] = deque(maxlen=capacity)
 
     def listen(self, name: str, slave: Slave) -> None:
@@ -59,8 +58,7 @@ class EmergencyLog:
             try:
                 slave.mbx_receive()
             except (pysoem.SdoError, pysoem.MailboxError, pysoem.PacketError):
-                # The late answer to an SDO access that has long been given up: counted, nobody waits for it.
-                self.stale_answers += 1
+                continue  # the late answer to an SDO access that has long been given up: nobody waits for it
 
     def take(self) -> tuple[EmergencyMessage, ...]:
         """Return the messages since the last call, oldest first, and forget them."""

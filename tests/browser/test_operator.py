@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+from selenium.webdriver import ActionChains
 
 from bench.configuration import load_bench
 from bench.service.registry import service_for
@@ -85,6 +86,22 @@ def test_the_page_shows_what_the_bench_does(ann: Browser) -> None:
     ann.size(1280, 1100)
     ann.shot("operator-campaign")
     ann.view("now")
+
+
+def test_nobody_takes_the_emulated_bench_for_a_real_one(ann: Browser) -> None:
+    assert ann.text("#emulated") == "EMULATED · fast"
+
+
+def test_a_plot_is_looked_into_with_its_values_and_left_again(ann: Browser) -> None:
+    over = ann.find("#plot-torque .u-over")
+    mouse = ActionChains(ann.driver, duration=50)
+    mouse.move_to_element_with_offset(over, -60, 0).click_and_hold().move_by_offset(90, 0).release().perform()
+    ann.until(lambda: ann.all("#plot-torque.zoomed"))
+    # the values under the cursor; the live values that arrive meanwhile leave the stretch alone
+    ann.until(lambda: ann.find("#plot-torque .u-legend .u-series:nth-child(4) .u-value").text not in ("", "–", "--"))
+    assert ann.all("#plot-torque.zoomed")
+    mouse.double_click(over).perform()
+    ann.until(lambda: not ann.all("#plot-torque.zoomed"))
 
 
 def test_the_page_is_readable_in_the_dark(ann: Browser) -> None:

@@ -20,7 +20,7 @@ from bench.campaigns.recorder import Recorder
 from bench.configuration import BenchFile, load_bench, on_interface, parse_bench
 from bench.cycle.assembly import assemble
 from bench.cycle.rig import EndKind, Rig
-from bench.errors import LimitError
+from bench.errors import DeviceError, LimitError
 from bench.protocols import Segment
 from bench.recording import Gearbox, Recording, RecordingHeader
 from bench.recording.validation import validate
@@ -34,7 +34,7 @@ ROOT = Path(__file__).parents[2]
 
 def patient(file: BenchFile) -> BenchFile:
     """The same bench where a host that takes processor time away stops nothing: these tests are about other stops."""
-    text = file.text.replace("lost_cycles = 20", "lost_cycles = 4000")
+    text = file.text.replace("lost_cycles = 20", "lost_cycles = 4000\nlost_share = 1.0")
     text = text.replace('cycle_time = "0.5 ms"', 'cycle_time = "1 ms"\nhold = "500 ms"\nahead = "500 ms"')
     return parse_bench(text.replace('velocity_error = "6 rad/s"', 'velocity_error = "60 rad/s"'), file.origin)
 
@@ -119,6 +119,17 @@ def test_a_stop_of_the_bus_process_ends_the_run_and_is_not_taken_up_again(on_sta
         assert rig.run(short(file, speed=2.0, hold_s=0.1), Tape(), never).kind is EndKind.FINISHED
 
 
+def test_process_data_that_is_stopped_is_stopped_at_once(on_stand_in: tuple[BenchFile, Any]) -> None:
+    _, make = on_stand_in
+    assembly = make()
+    with Rig(on_stand_in[0], assembly=assembly) as rig:
+        rig.enable()
+        rig.go_silent()
+        wait_for(lambda: assembly.bus.ended is not None, "the bus process has ended")
+        with pytest.raises(DeviceError, match=r"open the bench anew|nobody sends"):
+            rig.enable()
+
+
 def test_a_killed_rig_leaves_drives_at_rest(veth: VethPair, emulator: Emulator, tmp_path: Path) -> None:
     path = tmp_path / "bench.toml"
     path.write_text(patient(on_interface(load_bench("rh380n"), veth.near)).text)
@@ -179,7 +190,7 @@ def test_a_killed_bus_process_is_said_and_the_recording_is_kept(
         assert (end.kind, end.cause) == (EndKind.TRIPPED, Cause.BUS_ENDED)
         assert is_device_fault(end.cause)
         assert "the bus process was killed by SIGKILL" in end.text
-        assert "the drives' own watchdogs stop them" in end.text
+        assert "whether the drives' watchdogs stop them nobody sees" in end.text
         assert said_after < 5.0
         wait_for(lambda: not powered(emulator), "the drives' watchdogs have acted")
         assert set(emulator.order("status")["drives"].values()) == {"FAULT"}

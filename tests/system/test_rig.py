@@ -1,7 +1,11 @@
 """The rig on the emulated bench, through the real drivers: motion, replay of a trip to its very cycle, the ladder."""
 
+import errno
 import math
+import threading
+import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,9 +17,9 @@ from bench.campaigns.registry import build_sequence
 from bench.configuration import BenchFile, load_bench, parse_bench
 from bench.cycle.assembly import Assembly, assemble
 from bench.cycle.rig import EndKind, Rig
-from bench.errors import DeviceError
+from bench.errors import DeviceError, LimitError
 from bench.protocols import Phase, Point, Segment
-from bench.safety import Cause, Standing
+from bench.safety import Cause, LatchFile, Standing
 
 
 class Tape:
@@ -226,3 +230,43 @@ def test_a_wrong_rated_torque_is_refused_before_anything_moves() -> None:
     text = load_bench("rh380n").text.replace('nominal_torque = "17.5 N*m"', 'nominal_torque = "18 N*m"')
     with pytest.raises(DeviceError, match="rated torque"):
         Rig(parse_bench(text, "wrong")).open()
+
+
+@pytest.mark.parametrize("disk", ["read-only", "frozen"])
+def test_a_disk_that_fails_holds_up_no_stop(disk: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    thaw = threading.Event()
+
+    def fail(_: int) -> None:
+        if disk == "read-only":
+            raise OSError(errno.EROFS, "Read-only file system")
+        thaw.wait(20.0)
+
+    monkeypatch.setattr("os.fsync", fail)
+    file, assembly = emulated(block=100)
+    began = 0.0
+
+    class Watch(Tape):
+        def event(self, level: str, text: str) -> None:
+            nonlocal began
+            super().event(level, text)
+            if text.startswith("stopped: "):
+                began = time.monotonic()
+            elif text == "bench at rest":
+                assert time.monotonic() - began < 5.0, "the disk was waited for"
+
+    tape = Watch()
+    with Rig(file, assembly=assembly, latch=LatchFile(tmp_path / "latch.json")) as rig:
+        rig.enable()
+        assembly.master.faults.apply(
+            "drive_fault", role="input_drive", value=0x7305, at_cycle=assembly.master.bench.cycle + 2000
+        )
+        end = rig.run(short(file, hold_s=3.0), tape, never)
+        assembly.master.faults.clear("drive_fault", role="input_drive")
+        assert (end.kind, end.cause) == (EndKind.TRIPPED, Cause.INPUT_DRIVE_FAULT)
+        assert rig.latch.read().standing is Standing.STOPPED
+        assert rig.stops[0].rungs
+        assert "could not be stored" in end.text
+        assert any("could not be stored" in text for text in tape.events)
+        with pytest.raises(LimitError, match="gives no torque"):
+            rig.enable()
+    thaw.set()

@@ -67,11 +67,14 @@ def _coalescing(check: str, name: str) -> list[Finding]:
     """Delays the card puts between frames and interrupts, where ethtool can tell."""
     tool = shutil.which("ethtool")
     if tool is None:
-        return [advice(f"{check}: coalescing", "not known: ethtool is not installed", "install ethtool")]
+        return [advice(f"{check}: coalescing", "not seen: ethtool is not installed", "install ethtool")]
     done = subprocess.run([tool, "-c", name], capture_output=True, text=True, check=False)
     waits = {key: int(value) for key, value in re.findall(r"^([rt]x-usecs): (\d+)$", done.stdout, re.MULTILINE)}
     late = {key: value for key, value in waits.items() if value > 0}
-    if done.returncode != 0 or not late:
+    if done.returncode != 0 or not waits:
+        why = (done.stderr.strip().splitlines() or ["it names no delay"])[-1]
+        return [advice(f"{check}: coalescing", f"not seen: ethtool says {why}", f"ethtool -c {name}")]
+    if not late:
         return [good(f"{check}: coalescing", "none")]
     text = ", ".join(f"{key} {value} µs" for key, value in late.items())
     return [advice(f"{check}: coalescing", text, f"ethtool -C {name} " + " ".join(f"{key} 0" for key in late))]

@@ -27,6 +27,10 @@ class Job:
     """Who wants torque again after a stop that was acknowledged and reset."""
     reset_by: str | None = None
     """Who wants the drives' faults taken away; nothing is run then."""
+    plant: str | None = None
+    """What plays an emulated bench in place of the plant its file names: a plant with physics concealed in it."""
+    stop_port: int = 0
+    """Port on 127.0.0.1 of the run's own stop listener; 0 for any that is free."""
 
     @classmethod
     def load(cls, path: Path) -> Job:

@@ -1,7 +1,7 @@
 """The process of one run: ``python -m bench.service.process.main JOB.json``.
 
 It is its own session and opens the bus alone. Whoever connects to its socket is told everything from the beginning; if
-nobody does, or the web process dies, the run goes on. SIGTERM and SIGINT bring the bench to rest.
+nobody does, or the web process dies, the run goes on. SIGTERM, SIGINT, SIGHUP and SIGQUIT bring the bench to rest.
 """
 
 from __future__ import annotations
@@ -17,14 +17,16 @@ from bench.campaigns.acts import reset
 from bench.campaigns.directions import Directions
 from bench.campaigns.session import run_campaign
 from bench.campaigns.taken import Summary
-from bench.configuration import BenchFile, load_bench, on_interface
+from bench.configuration import BenchFile, load_bench, on_interface, playing
 from bench.cycle.rig import EndKind
 from bench.errors import BenchError, DeviceError
 from bench.service.process.job import Job
 from bench.service.process.lines import LineServer, Message
+from bench.service.process.obey import Obedience
 from bench.service.process.reporter import Reporter
 from bench.service.process.tap import LiveTap
 from bench.service.registry import bus_in_use
+from bench.stop_button import StopButton, listening
 
 
 class Process:
@@ -34,21 +36,42 @@ class Process:
         self._job = job
         file = load_bench(job.bench)
         self._file: BenchFile = file if job.interface is None else on_interface(file, job.interface)
+        if job.plant is not None:
+            self._file = playing(self._file, job.plant)
         self._directions = Directions()
         self._reporter = Reporter(self._file.configuration, self._emit)
-        self._server = LineServer(Path(job.socket), self._reporter.greeting, self._obey)
+        self._button = StopButton(job.run)
+        self._obey = Obedience(job.run, self._directions, self._reporter)
+        self._server = LineServer(Path(job.socket), self._reporter.greeting, self._take)
 
     def run(self) -> Message:
-        """Do the job and return its end as a message; the file of the outcome is written before anybody is told."""
-        end = {"type": "end", **self._end()}
+        """Do the job and return its end as a message; the file of the outcome is written before anybody is told.
+
+        A disk that takes no file keeps nobody from hearing of the end.
+        """
+        with listening(self._button, self._job.stop_port):
+            end = {"type": "end", **self._end()}
+        if self._button.is_pressed:
+            pressed = self._button.state()
+            end |= {key: pressed[key] for key in ("pressed_by", "pressed_at_ns", "at_rest_after_s")}
         path = Path(self._job.outcome)
         part = path.with_suffix(".part")
-        part.write_text(json.dumps(end), encoding="utf-8")
-        os.replace(part, path)
+        try:
+            part.write_text(json.dumps(end), encoding="utf-8")
+            os.replace(part, path)
+        except OSError as error:
+            self._reporter.noticed(f"the end of this run is not on the disk: {error}")
         self._reporter.tell("ended", str(end["text"]), remaining_s=0.0, way=None)
         self._emit(end)
         self._server.close()
         return end
+
+    def _take(self, message: Message) -> None:
+        """Take what the service says; a stop needs nobody else's word."""
+        if message.get("do") == "stop":
+            at_ns = message.get("pressed_at_ns")
+            self._button.press(str(message.get("by") or "the service"), at_ns if isinstance(at_ns, int) else None)
+        self._obey(message)
 
     def _emit(self, message: Message) -> None:
         self._server.send(message)
@@ -59,8 +82,9 @@ class Process:
                 return self._reset() if self._job.reset_by is not None else self._campaign()
         except BenchError as error:
             kind = "device" if isinstance(error, DeviceError) else "refused"
+            cause = str(getattr(error, "cause", type(error).__name__))
             refused_reset = self._job.reset_by is not None and kind == "refused"
-            return {"kind": kind, "cause": "RESET" if refused_reset else type(error).__name__, "text": str(error)}
+            return {"kind": kind, "cause": "RESET" if refused_reset else cause, "text": str(error)}
         except Exception as error:  # noqa: BLE001 - the last floor: what it was goes to the page and to the log
             traceback.print_exc()
             return {"kind": "internal", "cause": type(error).__name__, "text": f"{type(error).__name__}: {error}"}
@@ -86,33 +110,11 @@ class Process:
                     resumed_by=job.resumed_by,
                     directions=self._directions,
                     tap=tap,
+                    button=self._button,
                 )
             )
         finally:
             tap.close()
-
-    def _obey(self, message: Message) -> None:
-        """Do what the operator asks for; what is not understood is no order."""
-        directions = self._directions
-        point, text = str(message.get("identity", "")), str(message.get("text", ""))
-        match message.get("do"):
-            case "stop":
-                directions.stop()
-                self._reporter.tell("stopping", "the bench is brought to rest")
-            case "pause":
-                directions.pause()
-                self._reporter.pausing(True)
-            case "go_on":
-                directions.go_on()
-                self._reporter.pausing(False)
-            case "skip":
-                directions.skip(point)
-                self._reporter.asked("skip", point)
-            case "repeat":
-                directions.repeat(point)
-                self._reporter.asked("repeat", point)
-            case "note":
-                directions.note(text)
 
 
 def _as_end(summary: Summary) -> Message:

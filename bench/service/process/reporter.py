@@ -59,6 +59,11 @@ class Reporter:
             message = dict(self._status)
         self._emit(message)
 
+    def points(self) -> dict[str, Message]:
+        """The points of the run by identity, as they stand."""
+        with self._lock:
+            return dict(self._points)
+
     def asked(self, wish: str, identity: str) -> None:
         """Tell at once what the operator asked for a point that does not run: it is left out, or measured once more."""
         now = self._points.get(identity, {}).get("state")
@@ -164,11 +169,11 @@ class Reporter:
         """Tell that a pause was asked for, which comes with the end of the point, or that it was taken back."""
         self.tell(self._status["phase"], self._status["label"], pausing=asked)
 
-    def paused(self, now: bool) -> None:
+    def paused(self, now: bool, why: str = "") -> None:
         """Tell of a pause, now and then as long as it lasts, and of its end."""
         if now:
             self._before_pause = self._before_pause if self._status["phase"] == "paused" else self._status["phase"]
-            self.tell("paused", "waiting for the operator between two points", pausing=False)
+            self.tell("paused", why or "waiting for the operator between two points", pausing=False)
         elif self._status["phase"] == "paused":
             self.tell(self._before_pause)
 

@@ -1,4 +1,5 @@
-// Acts of the operator: sheets that ask, the controls, STOP. Sheets are never modal: STOP stays in reach.
+// Acts of the operator: sheets that ask, the controls. Sheets are never modal: STOP stays in reach.
+// An act names the run (and point) that was on the page when it was asked for: it is refused for another.
 
 import { get, newId, post, Refused } from "./api.js";
 import { may, me, running, state, unfinished } from "./state.js";
@@ -34,22 +35,6 @@ export async function doIt(act, said) {
   try { const answer = await act(); toast(said ?? answer.done ?? "done"); return answer; } catch (error) { toast(sentence(error)); return null; }
 }
 
-// -- STOP ---------------------------------------------------------------------------------------------------------------
-
-export async function stop() {
-  const button = $("stop");
-  button.classList.add("sent");
-  button.textContent = "STOP …";
-  try {
-    const answer = await post("stop", { by: me.name || "somebody" }, { id: false, tries: 10 });
-    toast(`STOP: ${answer.done}`);
-  } catch (error) {
-    alert("STOP could not be sent. Use the emergency stop at the bench.");
-  }
-  button.classList.remove("sent");
-  button.textContent = "STOP";
-}
-
 // -- the controls -------------------------------------------------------------------------------------------------------
 
 const nameField = () => make("label", { class: "field" }, "Your name, for the record",
@@ -59,9 +44,9 @@ async function take(from = null) {
   const name = $("name").value.trim();
   const answer = await post("controls/take", from ? { name, taken_from: from } : { name });
   me.name = name;
-  me.secret = answer.secret;
+  me.hold(answer.secret, answer.id);
   // The stream may say so before this answer or after it.
-  state.holder = { name, since: new Date().toISOString(), away: false, offered_to: null };
+  state.holder = { id: answer.id, name, since: new Date().toISOString(), away: false, offered_to: null };
   document.dispatchEvent(new Event("controls"));
   toast(`${name} holds the controls`);
 }
@@ -77,7 +62,7 @@ export function controls(then = null) {
       make("label", { class: "field" }, "Hand over to (name)", to),
     ], [
       ["Hand over", () => post("controls/offer", { secret: me.secret, to: to.value.trim() })],
-      ["Let go", async () => { await post("controls/release", { secret: me.secret }); me.secret = null; document.dispatchEvent(new Event("controls")); }, ""],
+      ["Let go", async () => { await post("controls/release", { secret: me.secret }); me.letGo(); document.dispatchEvent(new Event("controls")); }, ""],
     ]);
   }
   if (!holder) return sheet("Take the controls", [make("p", {}, "One person at a time holds them; the others watch. Everybody can press STOP."), nameField()],
@@ -91,9 +76,11 @@ export function controls(then = null) {
 
 export const withControls = act => me.holds ? act() : controls(act);
 const held = more => ({ secret: me.secret, ...more });
+const current = () => running()?.id ?? "";
+const last = () => state.runs.filter(run => run.state === "ended" && run.end?.kind !== "withdrawn").pop()?.id ?? null;
 
 setInterval(() => {
-  if (me.holds) post("controls/keep", { secret: me.secret }, { id: false }).catch(error => { if (error instanceof Refused) me.secret = null; });
+  if (me.holds) post("controls/keep", { secret: me.secret }, { id: false }).catch(error => { if (error instanceof Refused) me.letGo(); });
 }, 20000);
 
 // -- a campaign ---------------------------------------------------------------------------------------------------------
@@ -127,8 +114,8 @@ export async function start(first = null) {
 const QUICK = ["All well at the bench.", "Unusual noise.", "Oil looked at.", "Somebody was at the bench.", "Door or window opened."];
 
 export function note() {
-  const field = make("input", { type: "text", maxlength: 500 });
-  const say = text => post("run/note", held({ text }));
+  const field = make("input", { type: "text", maxlength: 500 }), run = current();
+  const say = text => post("run/note", held({ run, text }));
   sheet("A remark for the recording", [
     ...QUICK.map(text => make("button", { type: "button", on: { click: () => { field.value = text; } }, style: "margin:.25rem" }, text)),
     make("label", { class: "field" }, "Remark", field),
@@ -136,14 +123,16 @@ export function note() {
 }
 
 export function point(act, one) {
+  const run = current();
   withControls(() => sheet(`${act === "skip" ? "Skip" : "Repeat"} point ${one.number}?`, [make("p", { class: "big" }, one.label),
     make("p", {}, act === "skip" ? "If it runs, the bench is brought to rest and goes on with the next point. The campaign can measure it later." : "It is measured once more after the one that runs. Every take is kept.")],
-  [[act === "skip" ? "Skip it" : "Repeat it", () => post(`run/${act}`, held({ point: one.identity }))]]));
+  [[act === "skip" ? "Skip it" : "Repeat it", () => post(`run/${act}`, held({ run, point: one.identity }))]]));
 }
 
 export function abort() {
-  sheet("End this run?", [make("p", {}, "The bench is brought to rest and the recording is finished. What is missing can be measured later: the campaign goes on where it stopped.")],
-    [["End the run", () => post("run/abort", held({})), "hard"]]);
+  const run = current();
+  sheet("End this run?", [make("p", { class: "big" }, running()?.title ?? ""), make("p", {}, "The bench is brought to rest and the recording is finished. What is missing can be measured later: the campaign goes on where it stopped.")],
+    [["End the run", () => post("run/abort", held({ run })), "hard"]]);
 }
 
 export function again(run) {
@@ -152,12 +141,14 @@ export function again(run) {
 }
 
 export function reset() {
+  const run = last();
   sheet("Reset the bench?", [make("p", {}, state.latch?.text ? `It was stopped: ${state.latch.text}.` : "No stop is on record."),
     make("p", {}, "Do it when the reason is gone. The drives lose their faults and the bench looks whether all is well; no torque is given.")],
-  [["Reset", () => post("reset", held({}))]]);
+  [["Reset", () => post("reset", held({ run }))]]);
 }
 
-export const simple = path => withControls(() => doIt(() => post(path, held({}))));
+export const simple = (path, more = {}) => withControls(() => doIt(() => post(path, held(more))));
+const ofRun = path => { const run = current(); return simple(path, { run }); };
 export const acknowledge = alarm => simple(`alarms/${alarm.number}/acknowledge`);
 
 export function buttons() {
@@ -166,8 +157,8 @@ export function buttons() {
   const ended = unfinished().pop();
   const list = [
     ["start", running() ? "Queue a campaign" : "Start a campaign", () => withControls(() => start()), may("start"), "main"],
-    ["pause", "Pause after this point", () => simple("run/pause"), may("pause")],
-    ["go_on", state.status.phase === "paused" ? "Go on" : "Do not pause", () => simple("run/go-on"), may("go_on"), "main"],
+    ["pause", "Pause after this point", () => ofRun("run/pause"), may("pause")],
+    ["go_on", state.status.phase === "paused" ? "Go on" : "Do not pause", () => ofRun("run/go-on"), may("go_on"), "main"],
     ["skip", "Skip this point", () => point("skip", now), may("skip") && Boolean(now)],
     ["repeat", "Repeat the last point", () => point("repeat", done), may("repeat") && Boolean(done)],
     ["note", "Remark", () => withControls(note), may("note")],

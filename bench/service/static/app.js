@@ -7,7 +7,8 @@ import * as campaign from "./campaign.js";
 import * as now from "./now.js";
 import * as place from "./place.js";
 import * as recordings from "./recordings.js";
-import { me, state } from "./state.js";
+import { me, running, state } from "./state.js";
+import * as stop from "./stop.js";
 import { $, make, moment, toast } from "./text.js";
 
 const VIEWS = { now: now.spectrum, campaign: () => { campaign.queue(); campaign.points(); }, recordings: recordings.folders, analysis: analysis.analyses, place: place.show };
@@ -22,6 +23,7 @@ function view(name) {
 function header() {
   $("bench").textContent = state.about.bench;
   $("bench").title = state.about.title;
+  emulated();
   document.title = `${state.alarms.length ? "⚠ " : ""}${state.about.bench || "Gearbox bench"}`;
   const { holder } = state;
   $("holder").replaceChildren(...(me.holds ? ["You hold the controls", make("small", {}, holder.name)]
@@ -29,11 +31,18 @@ function header() {
       : ["Take the controls", make("small", {}, "nobody holds them")]));
 }
 
+// Nobody may take the emulated bench for a real one, nor its hours for hours.
+function emulated() {
+  const run = running();
+  $("emulated").hidden = !state.about.emulated;
+  $("emulated").textContent = `EMULATED${run ? run.real_time ? " · real time" : " · fast" : ""}`;
+}
+
 // Controls that were taken, or that ended with the service, are not lost without a word.
 function lost() {
-  if (!me.secret || state.holder?.name === me.name) return;
-  me.secret = null;
-  toast(state.holder ? `${state.holder.name} has taken the controls` : "You no longer hold the controls");
+  if (!me.secret || me.holds) return;
+  me.letGo();
+  toast(state.holder ? `${state.holder.name} has taken the controls${state.holder.name === me.name ? " in another browser" : ""}` : "You no longer hold the controls");
 }
 
 let alarmsShown = "";
@@ -42,14 +51,15 @@ function alarms() {
   if (key === alarmsShown) return;
   alarmsShown = key;
   $("alarms").replaceChildren(...state.alarms.map(alarm => make("div", { class: "alarm-card" },
-    make("div", {}, make("b", {}, alarm.text), make("p", {}, alarm.what_to_do), make("small", { class: "quiet" }, moment(alarm.at))),
-    make("button", { type: "button", class: "hard", on: { click: () => acts.acknowledge(alarm) } }, "Acknowledge"))));
+    make("div", {}, make("b", {}, alarm.text), make("p", {}, alarm.what_to_do), make("small", { class: "quiet" }, [moment(alarm.at), alarm.point].filter(Boolean).join(" · "))),
+    alarm.clears_itself ? make("small", { class: "quiet" }, "goes when it is over")
+      : make("button", { type: "button", class: "hard", on: { click: () => acts.acknowledge(alarm) } }, "Acknowledge"))));
 }
 
 const ON = {
   about(message) { state.about = message; header(); },
   state(message) { Object.assign(state, message); lost(); header(); alarms(); now.status(); campaign.queue(); campaign.enable(); analysis.analyses(); },
-  runs(message) { state.runs = message.runs; state.held = message.held; now.status(); campaign.queue(); },
+  runs(message) { state.runs = message.runs; state.held = message.held; emulated(); now.status(); campaign.queue(); },
   plan(message) { state.plan = message; state.points = new Map(message.points.map(one => [one.identity, one])); campaign.points(); now.status(); },
   point(message) { state.points.set(message.identity, message); campaign.point(message); now.status(); },
   status(message) { state.status = message; now.status(); },
@@ -65,6 +75,7 @@ function gone(since) {
   if (since !== null) $("gone").textContent = `The service has not answered since ${moment(since)}. What you see is old. A run that was going on goes on without it. If anything is wrong at the bench, use the emergency stop.`;
   state.gone = since !== null;
   now.status();
+  stop.show();
 }
 
 async function main() {
@@ -74,14 +85,14 @@ async function main() {
   for (const part of [now, campaign, recordings, analysis, place]) part.open();
   for (const tab of $("tabs").children) tab.addEventListener("click", () => view(tab.dataset.view));
   // pointerdown: a gloved finger that slides off the button has pressed it all the same
-  $("stop").addEventListener("pointerdown", acts.stop);
-  $("stop").addEventListener("keydown", event => { if (event.key === "Enter" || event.key === " ") acts.stop(); });
+  $("stop").addEventListener("pointerdown", stop.stop);
+  $("stop").addEventListener("keydown", event => { if (event.key === "Enter" || event.key === " ") stop.stop(); });
   $("holder").addEventListener("click", () => acts.controls());
   document.addEventListener("controls", header);
   setInterval(() => { $("clock").textContent = new Date().toLocaleTimeString([], { hour12: false }); }, 500);
   view(sessionStorage.getItem("view") || "now");
   try { await showToken(); } catch (error) { toast(acts.sentence(error)); }
-  listen((type, message) => ON[type]?.(message), gone);
+  listen((type, message) => { ON[type]?.(message); if (["state", "runs", "status"].includes(type)) stop.heard(); }, gone);
   await now.load().catch(error => toast(acts.sentence(error)));
 }
 

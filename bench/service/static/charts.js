@@ -8,7 +8,7 @@ export function redraw() { for (const plot of all) plot.rebuild(); }
 
 class Plot {
   constructor(place, height, options) {
-    this.place = place; this.height = height; this.options = options; this.data = null; this.plot = null; this.range = null;
+    this.place = place; this.height = height; this.options = options; this.data = null; this.plot = null; this.range = null; this.zoom = null;
     all.add(this);
     this.watch = new ResizeObserver(() => this.fit());
     this.watch.observe(place);
@@ -26,7 +26,29 @@ class Plot {
     this.plot = null;
     const width = this.place.clientWidth;
     if (!width || !this.data) return;
-    this.plot = new (uPlot())({ width, height: this.height, ...this.options(this) }, this.data, this.place);
+    this.plot = new (uPlot())({ width, height: this.height, ...this.options(this), cursor: this.cursor(), select: { show: true }, legend: { show: true } }, this.data, this.place);
+  }
+
+  // Drag over a stretch to look into it, click twice for all of it: what arrives meanwhile leaves the stretch alone.
+  cursor() {
+    return {
+      drag: { x: true, y: false, setScale: false, dist: 8 },
+      bind: { dblclick: u => () => this.look(u, null) },
+    };
+  }
+
+  hooks(more = {}) {
+    return { ...more, setSelect: [u => {
+      if (u.select.width < 8) return;
+      this.look(u, [u.posToVal(u.select.left, "x"), u.posToVal(u.select.left + u.select.width, "x")]);
+      u.setSelect({ left: 0, top: 0, width: 0, height: 0 }, false);
+    }] };
+  }
+
+  look(u, stretch) {
+    this.zoom = stretch;
+    this.place.classList.toggle("zoomed", stretch !== null);
+    u.setData(u.data);
   }
 
   show(data, range = null) {
@@ -53,22 +75,23 @@ const padded = least => (self, low, high) => {
 // Columns: time, set or expected, low, high, mean.
 export function bandPlot(place, { title, set = "set", actual = "actual", least = 0.1, height = 170, clockTime = true }) {
   key(place, title, [["actual", actual, "stroke"], ...(set ? [["set", set, "dash"]] : []), ["band", "min … max", "area"]]);
-  const hidden = { points: { show: false } };
+  const hidden = { points: { show: false }, value: (u, v) => short(v) };
   const plot = new Plot(place, height, self => ({
-    cursor: { drag: { x: false, y: false } },
-    legend: { show: false },
     scales: {
-      x: { time: clockTime, range: (u, low, high) => self.range ?? [low, high === low ? low + 1 : high] },
+      x: { time: clockTime, range: (u, low, high) => self.zoom ?? self.range ?? [low, high === low ? low + 1 : high] },
       y: { range: padded(least) },
     },
     axes: [axis({ space: clockTime ? 95 : 60, values: clockTime ? [[3600, "{HH}:{mm}"], [60, "{HH}:{mm}"], [1, "{HH}:{mm}:{ss}"], [0.001, "{HH}:{mm}:{ss}"]] : undefined }), axis({ size: 70 })],
-    series: [{}, { stroke: colour("band"), width: 1, ...hidden }, { stroke: colour("band"), width: 1, ...hidden }, { stroke: colour("actual"), width: 2.5, ...hidden },
-      { stroke: colour("set"), width: 2.5, dash: [9, 7], spanGaps: true, ...hidden }],
+    series: [{ label: clockTime ? "time" : "s", value: (u, v) => v === null ? "–" : clockTime ? new Date(v * 1000).toLocaleTimeString([], { hour12: false }) : short(v) },
+      { label: "min", stroke: colour("band"), width: 1, ...hidden }, { label: "max", stroke: colour("band"), width: 1, ...hidden },
+      { label: actual, stroke: colour("actual"), width: 2.5, ...hidden },
+      ...(set ? [{ label: set, stroke: colour("set"), width: 2.5, dash: [9, 7], spanGaps: true, ...hidden }] : [])],
     bands: [{ series: [2, 1], fill: colour("band") }],
+    hooks: self.hooks(),
   }));
   const show = plot.show.bind(plot);
   // drawn last, the set value stays in sight over what follows it well
-  plot.show = ([time, wanted, low, high, mean], range) => show([time, low, high, mean, wanted], range);
+  plot.show = ([time, wanted, low, high, mean], range) => show([time, low, high, mean, ...(set ? [wanted] : [])], range);
   return plot;
 }
 
@@ -108,32 +131,29 @@ export function spectrumPlot(place, height = 330) {
     ctx.restore();
   };
   return new Plot(place, height, self => ({
-    cursor: { drag: { x: false, y: false } },
-    legend: { show: false },
-    scales: { x: { time: false, range: () => self.range ?? [0, 320] }, y: { range: (u, low, high) => [0, (high || 1) * 1.2] } },
+    scales: { x: { time: false, range: () => self.zoom ?? self.range ?? [0, 320] }, y: { range: (u, low, high) => [0, (high || 1) * 1.2] } },
     axes: [axis({ label: "order (times a load-side revolution)", labelSize: 22 }), axis({ label: "amplitude in µrad", size: 60, labelSize: 22 })],
     series: [
       { label: "order" },
       { label: "measured µrad", stroke: colour("actual"), fill: colour("actual"), paths: uPlot().paths.bars({ size: [0.7, 14] }), points: { show: false }, value: (u, v) => short(v) },
       { label: "model µrad", stroke: colour("model"), width: 0, paths: () => null, points: { show: true, size: 9, width: 2, stroke: colour("model"), fill: "transparent", filter: (u, s, show) => null }, value: (u, v) => short(v) },
     ],
-    hooks: { draw: [label] },
+    hooks: self.hooks({ draw: [label] }),
   }));
 }
 
 // Columns: input angle in degrees, measured, model; mrad.
 export function curvePlot(place, height = 210) {
   key(place, "Over the revolution", [["actual", "measured", "stroke"], ["model", "model", "dash"]]);
-  return new Plot(place, height, () => ({
-    cursor: { drag: { x: false, y: false } },
-    legend: { show: false },
-    scales: { x: { time: false, range: () => [0, 360] }, y: { range: padded(0.01) } },
+  return new Plot(place, height, self => ({
+    scales: { x: { time: false, range: () => self.zoom ?? [0, 360] }, y: { range: padded(0.01) } },
     axes: [axis({ label: "input angle θ in degrees", labelSize: 22, incrs: [15, 30, 45, 60, 90] }), axis({ label: "error in mrad", size: 60, labelSize: 22 })],
     series: [
       { label: "θ °", value: (u, v) => short(v) },
       { label: "measured mrad", stroke: colour("actual"), width: 1.5, points: { show: false }, value: (u, v) => short(v) },
       { label: "model mrad", stroke: colour("model"), width: 1.5, dash: [6, 4], points: { show: false }, value: (u, v) => short(v) },
     ],
+    hooks: self.hooks(),
   }));
 }
 

@@ -96,8 +96,14 @@ function withWay([time, , low, high, mean], way) {
 
 export function spectrum() {
   const message = state.spectrum;
-  if (!message) { $("te-text").textContent = "It appears as soon as a whole revolution of steady motion has been seen."; return; }
-  if (!message.amplitude) { $("te-text").textContent = `${Math.floor(100 * message.share)} % of a revolution seen; the spectrum appears with the whole.`; return; }
+  if (!message?.amplitude) {
+    $("te-text").textContent = message ? `${Math.floor(100 * message.share)} % of a revolution seen; the spectrum appears with the whole.` : "It appears as soon as a whole revolution of steady motion has been seen.";
+    // what an earlier revolution looked like is not what the text names
+    $("model-text").textContent = "";
+    plots.spectrum.show([[], [], []], plots.spectrum.range);
+    plots.curve.show([[], [], []]);
+    return;
+  }
   $("te-text").textContent = `${number(message.rms * 1e6, 1)} µrad RMS at ${number(message.torque, 0)} N·m, ${number(message.velocity * DEGREES, 1)} °/s, ${number(message.temperature, 1)} °C.`;
   $("model-text").textContent = message.model ? "Circles and dashes: the model at the same torque, speed and temperature." : "No model is drawn. Identify a campaign, then choose “Draw over the spectrum” under Analysis, or start the service with ‑‑model.";
   showSpectrum(plots.spectrum, plots.curve, message);
@@ -119,7 +125,7 @@ export function status() {
   const alarm = state.alarms.length && !run, due = run ? "" : state.latch?.due;
   box.className = `phase ${alarm ? "alarm" : due ? "paused" : phase}`;
   $("phase-name").textContent = alarm || due === "acknowledge" || due === "reset" ? "Stopped" : PHASES[phase] ?? phase;
-  $("phase-label").textContent = run ? (now.pausing ? "pauses after this point · " : "") + (now.label || run.title).replaceAll("_", " ") : alarm ? "see the alarm" : DUE[due] ? DUE[due] : state.held && state.runs.some(r => r.state === "queued") ? "the queue is held" : "nothing moves";
+  $("phase-label").textContent = run ? (now.pausing ? "pauses after this point · " : "") + (now.label || run.title).replaceAll("_", " ") : alarm ? "see the alarm" : DUE[due] ? DUE[due] : state.held && state.runs.some(r => r.state === "queued") ? "the queue is held" : "nothing runs";
   progress(run, now);
   const signature = JSON.stringify([state.allowed, Boolean(run), run?.id, [...state.points.values()].map(p => p.state).join(), state.runs.map(one => one.state).join()]);
   if (signature !== lastAct) { lastAct = signature; $("acts").replaceChildren(...buttons()); }

@@ -63,9 +63,8 @@ async function recording(folderName, one) {
   for (const [name, channel] of Object.entries(data.channels)) {
     const place = make("div", { class: "plot" });
     $("recording-plots").append(place);
-    const plot = bandPlot(place, { title: `${LABELS[name] ?? name}, ${channel.unit} over seconds`, set: null, actual: "middle", least: 1e-3, clockTime: false, height: 170 });
-    const mean = channel.low.map((low, i) => low === null ? null : (low + channel.high[i]) / 2);
-    plot.show([data.time, data.time.map(() => null), channel.low, channel.high, mean]);
+    const plot = bandPlot(place, { title: `${LABELS[name] ?? name}, ${channel.unit} over seconds`, set: null, actual: "mean", least: 1e-3, clockTime: false, height: 170 });
+    plot.show([data.time, data.time.map(() => null), channel.low, channel.high, channel.mean]);
     shown.push(plot);
   }
   $("recording-card").scrollIntoView({ behavior: "smooth", block: "start" });

@@ -1,16 +1,19 @@
 // What the page knows; changed by messages of the service only.
 export const state = {
   about: { bench: "", title: "", ratio: 1, emulated: true, limits: {} },
-  gone: false, holder: null, allowed: [], alarms: [], alive: true, model: null,
+  gone: false, holder: null, allowed: [], alarms: [], alive: true, model: null, stop: null, stop_port: null,
   runs: [], held: false, plan: null, points: new Map(), status: { phase: "free" }, spectrum: null, analyses: [],
 };
 
 export const me = {
   get name() { return localStorage.getItem("name") || ""; },
   set name(value) { localStorage.setItem("name", value); },
+  // The controls are a token, not a name: two browsers of one name are two.
   get secret() { return sessionStorage.getItem("secret"); },
-  set secret(value) { if (value) sessionStorage.setItem("secret", value); else sessionStorage.removeItem("secret"); },
-  get holds() { return Boolean(this.secret && state.holder && state.holder.name === this.name); },
+  get lease() { return sessionStorage.getItem("lease"); },
+  hold(secret, lease) { sessionStorage.setItem("secret", secret); sessionStorage.setItem("lease", lease); },
+  letGo() { sessionStorage.removeItem("secret"); sessionStorage.removeItem("lease"); },
+  get holds() { return Boolean(this.secret && state.holder && state.holder.id === this.lease); },
 };
 
 export const may = act => state.allowed.includes(act);

@@ -130,7 +130,7 @@ class Client:
 
 def _obituary(code: int) -> str:
     how = f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
-    return f"the bus process {how}: nobody sends process data, the drives' own watchdogs stop them"
+    return f"the bus process {how}: nobody sends process data, and whether the drives' watchdogs stop them nobody sees"
 
 
 def reserve_memory(size: int) -> int:

@@ -141,6 +141,9 @@ class Cyclic:
     def _attend(self) -> None:
         """Look after everything but the cycle itself."""
         words = self._words
+        if words[at.SILENCE]:
+            self.leaving = True
+            return
         if not self._look():
             self.end_when_stopped = True
             self.stop(Reason.RIG_GONE)

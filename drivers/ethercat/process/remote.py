@@ -233,6 +233,10 @@ class RemoteBus(Services):
         words = self._memory.words
         words[at.STOP_ORDER] = words[at.RESUMED] + 1
 
+    def silence(self) -> None:
+        """Have the process send no process data any more and end, within 16 cycles; nothing is waited for."""
+        self._memory.words[at.SILENCE] = 1
+
     def resume(self) -> None:
         """Follow set values again after the process has stopped the drives by itself: an operator's act.
 

@@ -51,7 +51,7 @@ class Operator(Silent):
     def finished(self, taken: Taken) -> None:
         self.ended.append(taken)
 
-    def paused(self, now: bool) -> None:
+    def paused(self, now: bool, why: str = "") -> None:
         self.pauses.append(now)
 
 
@@ -88,24 +88,16 @@ def test_a_point_is_measured_once_more_and_both_takes_are_kept(tmp_path: Path) -
 
 
 def test_a_pause_holds_the_next_point_until_the_operator_goes_on(tmp_path: Path) -> None:
-    directions_done = threading.Event()
+    class Patient(Operator):
+        def paused(self, now: bool, why: str = "") -> None:
+            super().paused(now, why)
+            # it says so as long as it lasts: a run that is silent is taken for one that hangs
+            if self.pauses == [True, True]:
+                self.directions.go_on()
 
-    def pause(operator: Operator) -> None:
-        operator.directions.pause()
-
-        def go_on() -> None:
-            directions_done.set()
-            operator.directions.go_on()
-
-        timer = threading.Timer(0.6, go_on)
-        timer.start()
-
-    operator = Operator(pause)
+    operator = Patient(lambda o: o.directions.pause())
     summary = run(operator, tmp_path)
-    assert directions_done.is_set()
-    # it says so as long as it lasts: a run that is silent is taken for one that hangs
-    assert operator.pauses[:2] == [True, True]
-    assert [pause for pause in operator.pauses if not pause] == operator.pauses[-1:] == [False]
+    assert operator.pauses == [True, True, False]
     assert len(summary.taken) == 3
 
 

@@ -18,6 +18,7 @@ def bench() -> BenchConfiguration:
 
 def good() -> SteadyFigures:
     return SteadyFigures(
+        rows=1500,
         samples=1000,
         travel=6.3,
         velocity_sum=math.radians(-5) * 1000,
@@ -50,17 +51,29 @@ def test_a_good_recording_passes(bench: BenchConfiguration) -> None:
 )
 def test_what_is_wrong_is_named(bench: BenchConfiguration, change: dict[str, float], check: str) -> None:
     gate = judge(POINT, "constant_velocity", replace(good(), **change), bench)  # type: ignore[arg-type]
-    assert [c.name for c in gate.checks if not c.passed] == [check]
+    assert [c.name for c in gate.checks if c.passed is False] == [check]
     assert check in gate.failures
 
 
 def test_a_recording_without_steady_motion_fails(bench: BenchConfiguration) -> None:
     gate = judge(POINT, "constant_velocity", SteadyFigures(), bench)
-    assert {c.name for c in gate.checks if not c.passed} >= {"travel", "velocity", "load_torque"}
+    assert {c.name for c in gate.checks if c.passed is False} >= {"travel", "velocity", "load_torque"}
 
 
-def test_as_found_has_no_temperature_band_and_other_kinds_no_revolution(bench: BenchConfiguration) -> None:
+UNSEEN = {"passed": None, "value": None, "low": None, "high": None}
+
+
+def test_what_nobody_looked_at_is_not_said_to_have_passed(bench: BenchConfiguration) -> None:
     found = judge(replace(POINT, temperature=None), "constant_velocity", good(), bench)
-    assert not any(check.name.startswith("temperature") for check in found.checks)
-    heating = judge(Point("heating", temperature=30.0), "heating", SteadyFigures(), bench)
+    assert found.passed
+    unseen = {name for name, check in found.as_dict().items() if check == UNSEEN}
+    assert unseen == {"temperature_low", "temperature_high"}
+    heating = judge(Point("heating", temperature=30.0), "heating", SteadyFigures(rows=1000), bench)
     assert heating.passed
+    made = {name for name, check in heating.as_dict().items() if check["passed"]}
+    assert made == {"lost_cycles", "saturated_samples"}
+    assert all(check == UNSEEN for name, check in heating.as_dict().items() if name not in made)
+
+
+def test_a_recording_without_rows_does_not_pass(bench: BenchConfiguration) -> None:
+    assert not judge(Point("dwell"), "dwell", SteadyFigures(), bench).passed

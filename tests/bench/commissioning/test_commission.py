@@ -3,13 +3,14 @@
 import json
 import re
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from typer.testing import CliRunner
 
 from bench.cli.app import make_app
-from bench.commissioning import Commissioned, commission, require_commissioned
+from bench.commissioning import Commissioned, commission, require_commissioned, slaves
 from bench.commissioning.guide import Nobody
 from bench.commissioning.record import digest, record_path
 from bench.commissioning.session import STEPS
@@ -18,7 +19,7 @@ from bench.commissioning.zero import mark, require_zero
 from bench.configuration import BenchFile, load_bench, on_interface, parse_bench
 from bench.cycle.assembly import Assembly, assemble
 from bench.cycle.rig import Rig
-from bench.errors import BenchError, ConfigurationError, LimitError
+from bench.errors import BenchError, ConfigurationError, DeviceError, LimitError
 from bench.safety import Act, LatchFile, Standing
 from bench.safety.places import VARIABLE
 
@@ -52,6 +53,10 @@ def test_a_bench_that_is_right_passes_every_step(name: str) -> None:
     assert [step.name for step in record.steps] == [*(step.name for step in STEPS), "zero"]
     assert record.zero.spread < 1e-5
     assert record.digest == digest(load_bench(name).configuration)
+    seen = record.steps[0].values
+    assert {role for role, values in seen.items() if values is None} <= {"safety_terminal"}
+    assert all(values["vendor"] and values["product"] for values in seen.values() if values is not None)
+    assert "watchdog_s" not in record.steps[1].values
     torques = record.steps[6].values
     assert torques["load_torque"] == pytest.approx(torques["load_nm"], rel=0.1)
     assert len(guide.said) >= 2 * len(record.steps) - 1
@@ -232,3 +237,18 @@ def test_a_stop_while_a_bench_is_tried_out_is_latched(monkeypatch: pytest.Monkey
     with pytest.raises(LimitError, match="while it was tried out"):
         commission(fast, Nobody(), "me")
     assert latch.read().cause == "VELOCITY_ERROR"
+
+
+def test_a_slave_that_says_it_is_another_is_refused() -> None:
+    slave = SimpleNamespace(role="x", vendor=1, product=2)
+    sdo = SimpleNamespace(read=lambda index, subindex, kind: 7)
+    bus = SimpleNamespace(specs=[SimpleNamespace(name="x", coe=True)], sdo=lambda _: sdo)
+    assembly = SimpleNamespace(bus=bus)
+    trial: Any = SimpleNamespace(
+        rig=SimpleNamespace(link=SimpleNamespace(assembly=assembly)),
+        bench=SimpleNamespace(bus=SimpleNamespace(slaves=[slave])),
+        values={},
+    )
+    with pytest.raises(DeviceError, match="00000007 00000007, the bench file has 00000001 00000002"):
+        slaves.identities(trial)
+    assert trial.values["x"]["serial"] == 7, "what was read, not what was wanted"

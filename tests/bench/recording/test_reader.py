@@ -130,6 +130,7 @@ def test_what_no_reader_can_use_is_one_sentence(
         (_change("/", "take", "first"), "'take' is 'first', it should be a whole number"),
         (_change("gearbox", "ratio", 0.0), "'ratio' is 0.0"),
         (_change("channels/cycle", "scale", "x"), "the channel is left out"),
+        (_change("channels/motor_torque", "scale", 0.0175000001), "'scale_factor' 0.0175, one is wrong"),
         (lambda file: file["segments/stop"].__setitem__(1, 9999), "outside rows 0 to 3000"),
         (lambda file: file["channels"].create_dataset("table", data=np.zeros((3, 3))), "/channels/table is not a one-"),
     ],

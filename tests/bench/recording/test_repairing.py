@@ -42,7 +42,8 @@ def whole_part(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_part_becomes_a_valid_recording_that_was_cut_short(tmp_path: Path, whole_part: Path) -> None:
     source = Path(shutil.copy(whole_part, tmp_path))
     done = repair(source)
-    assert [file.name for file in tmp_path.iterdir()] == ["a.h5"]
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["a.h5", "a.h5.part.repaired"]
+    assert done.source.read_bytes() == whole_part.read_bytes()
     assert (done.rows, done.rows_lost, done.complete) == (_ROWS, 0, False)
     recording = Recording.open(done.path)
     assert not recording.complete
@@ -137,3 +138,31 @@ def test_no_recording_at_all(tmp_path: Path, content: bytes, message: str) -> No
 def test_a_finished_file_needs_a_target(tmp_path: Path) -> None:
     with pytest.raises(RecordingError, match="name the file"):
         repair(builders.write(tmp_path / "a.h5"))
+
+
+def test_an_invalid_result_is_said_and_the_source_keeps_its_name(tmp_path: Path) -> None:
+    path = builders.write(tmp_path / "a.h5", config="this is [not TOML")
+    source = path.rename(tmp_path / "a.h5.part")
+    before = source.read_bytes()
+    done = repair(source)
+    assert not done.valid
+    assert "is not TOML" in done.violations[0]
+    assert source.read_bytes() == before
+
+
+def test_a_repaired_file_is_set_aside_beside_an_earlier_one(tmp_path: Path) -> None:
+    (tmp_path / "a.h5.part.repaired").write_bytes(b"precious")
+    builders.write(tmp_path / "a.h5").rename(tmp_path / "a.h5.part")
+    assert repair(tmp_path / "a.h5.part").source.name == "a.h5.part.repaired.2"
+    assert (tmp_path / "a.h5.part.repaired").read_bytes() == b"precious"
+
+
+def test_a_complete_file_that_lacks_a_chunk_becomes_its_prefix(tmp_path: Path) -> None:
+    path = builders.write(tmp_path / "a.h5", rows=20_000)
+    with h5py.File(path, "r+") as file:
+        file["channels/load_angle"].resize((8192,))
+        file["channels/load_angle"].resize((20_000,))
+    with pytest.raises(RecordingError, match="those from index 8192 on were never stored"):
+        Recording.open(path)
+    done = repair(path, tmp_path / "b.h5", keep=True)
+    assert (done.rows, done.rows_lost, done.complete) == (8192, 20_000 - 8192, False)

@@ -72,7 +72,7 @@ class Client:
     def ask(self, path: str, status: int = 200, **body: Any) -> Any:
         """POST with a request id of its own."""
         self.number += 1
-        answer = self.http.post(f"/api/{path}", json={"request_id": f"request-{self.number:04d}", **body})
+        answer = self.http.post(f"/api/{path}", json={"request_id": f"request-{self.number:04d}-{id(self):x}", **body})
         assert answer.status_code == status, answer.text
         return answer.json()
 
@@ -94,6 +94,7 @@ class Client:
 def own_locks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("BENCH_RUNTIME", str(tmp_path / "locks"))
     monkeypatch.setenv("BENCH_STATE", str(tmp_path / "state"))
+    monkeypatch.setenv("BENCH_MACHINE", str(tmp_path / "machine"))
 
 
 @pytest.fixture

@@ -6,13 +6,17 @@ import asyncio
 import signal
 import subprocess
 import sys
+import time
+from datetime import datetime
 from pathlib import Path
 
 import pytest
 
 from bench.service.book import Book
+from bench.service.disk import Disk
 from bench.service.lease import LOST_S, SILENT_S, Lease, NotHeld
 from bench.service.service import Service
+from bench.service.watches import look_at_disk, watch
 from tests.bench.service.conftest import Client
 
 
@@ -44,8 +48,8 @@ def test_a_secret_never_leaves_with_the_state(client: Client) -> None:
 
 
 def test_a_holder_who_is_gone_loses_the_controls(tmp_path: Path) -> None:
-    lease = Lease(Book(tmp_path / "log.jsonl"))
-    secret = lease.take("Ann", None, 0.0)
+    lease = Lease(Book(tmp_path / "log.jsonl", Disk()))
+    secret = lease.take("Ann", None, 0.0).secret
     assert lease.as_dict(SILENT_S + 1.0) is not None
     shown = lease.as_dict(SILENT_S + 1.0)
     assert shown is not None
@@ -59,20 +63,115 @@ def test_a_holder_who_is_gone_loses_the_controls(tmp_path: Path) -> None:
 
 def test_the_book_outlives_a_torn_line(tmp_path: Path) -> None:
     path = tmp_path / "log.jsonl"
-    Book(path).write("note", "Ann", "first")
-    with path.open("a", encoding="utf-8") as file:
-        file.write('{"at": "20')
-    book = Book(path)
-    assert [entry["text"] for entry in book.last()] == ["first"]
+    disk = Disk()
+    (first,) = [Book(path, disk).write("note", "Ann", "first")]
+    assert disk.close(10.0)
+    with path.open("ab") as file:
+        file.write(b'[1, 2]\n\xff\xfe{"at": "20')
+    assert Book(path, Disk()).last() == [first]
+    # the clock on the wall, with its offset to UTC
+    assert datetime.fromisoformat(first["at"]).utcoffset() == datetime.now().astimezone().utcoffset()
 
 
 @pytest.mark.parametrize(
-    "path", ["run/pause", "run/go-on", "run/abort", "queue/go-on", "reset", "runs/none/again", "alarms/1/acknowledge"]
+    ("path", "more"),
+    [
+        ("run/pause", {"run": "x"}),
+        ("run/go-on", {"run": "x"}),
+        ("run/abort", {"run": "x"}),
+        ("queue/go-on", {}),
+        ("reset", {"run": None}),
+        ("runs/none/again", {}),
+        ("alarms/1/acknowledge", {}),
+    ],
 )
-def test_nothing_moves_without_the_controls(client: Client, path: str) -> None:
-    assert "controls" in client.ask(path, 403, secret="not-it")["problem"]
+def test_nothing_moves_without_the_controls(client: Client, path: str, more: dict[str, str | None]) -> None:
+    assert "controls" in client.ask(path, 403, secret="not-it", **more)["problem"]
     client.take()
-    assert "controls" in client.ask(path, 403, secret="not-it")["problem"]
+    assert "controls" in client.ask(path, 403, secret="not-it", **more)["problem"]
+
+
+def test_two_browsers_of_one_name_do_not_both_hold_the_controls(client: Client) -> None:
+    first = client.ask("controls/take", name="Ann")
+    assert "Ann holds the controls" in client.ask("controls/take", 403, name="Ann")["problem"]
+    second = client.ask("controls/take", name="Ann", taken_from="Ann")
+    assert first["id"] != second["id"]
+    assert client.state("state")["holder"]["id"] == second["id"]
+    refused = client.ask("controls/release", 403, secret=first["secret"])
+    assert "in another browser" in refused["problem"]
+    client.ask("controls/release", secret=second["secret"])
+
+
+ACTS = ["run/pause", "run/go-on", "run/abort", "run/note", "run/skip", "run/repeat"]
+
+
+@pytest.mark.parametrize("path", ACTS)
+def test_an_act_meant_for_one_run_is_not_done_to_the_next(client: Client, path: str) -> None:
+    client.take()
+    more = {"text": "all well"} if path == "run/note" else {"point": "0" * 16} if path in ACTS[-2:] else {}
+    # without the run it is not taken at all
+    client.ask(path, 422, secret=client.secret, **more)
+    first = client.ask("runs", name="Ann", secret=client.secret, campaign="quick")["id"]
+    client.until(lambda: client.launcher.processes)
+    client.launcher.processes[0].kill()
+    client.until(lambda: client.state("state")["alarms"])
+    client.ask(f"alarms/{client.state('state')['alarms'][0]['number']}/acknowledge", secret=client.secret)
+    client.ask("runs", name="Ann", secret=client.secret, campaign="quick")
+    client.until(lambda: len(client.launcher.processes) == 2)
+    service: Service = client.http.app.state.service  # type: ignore[attr-defined]
+    service.keeper.shown.status = {"type": "status", "phase": "paused" if path == "run/go-on" else "measuring"}
+    refused = client.ask(path, 409, secret=client.secret, run=first, **more)["problem"]
+    assert "which has ended" in refused
+    assert "nothing was done" in refused
+    assert client.launcher.processes[1].poll() is None
+
+
+def test_an_alarm_nobody_has_read_gives_no_torque(client: Client) -> None:
+    client.take()
+    run = client.ask("runs", name="Ann", secret=client.secret, campaign="quick")["id"]
+    client.until(lambda: client.launcher.processes)
+    client.launcher.processes[0].kill()
+    client.until(lambda: client.state("state")["alarms"])
+    proposed = client.ask("runs", name="Bob", campaign="quick")["id"]
+    for path in (f"runs/{run}/again", "queue/go-on", f"runs/{proposed}/approve"):
+        assert "acknowledge" in client.ask(path, 409, secret=client.secret)["problem"]
+    client.ask("runs", 409, name="Ann", secret=client.secret, campaign="quick")
+    client.ask("reset", 409, secret=client.secret, run=run)
+    assert len(client.launcher.processes) == 1
+    (alarm,) = client.state("state")["alarms"]
+    client.ask(f"alarms/{alarm['number']}/acknowledge", secret=client.secret)
+    client.ask(f"runs/{run}/again", secret=client.secret)
+    client.until(lambda: len(client.launcher.processes) == 2)
+
+
+def test_a_reset_is_of_the_stop_that_was_seen(client: Client) -> None:
+    client.take()
+    run = client.ask("runs", name="Ann", secret=client.secret, campaign="quick")["id"]
+    client.until(lambda: client.launcher.processes)
+    client.http.post("/api/stop", json={})
+    client.until(lambda: client.state("runs")["runs"][0]["state"] == "ended")
+    assert "has ended since" in client.ask("reset", 409, secret=client.secret, run=None)["problem"]
+    client.ask("reset", secret=client.secret, run=run)
+
+
+def test_the_first_press_of_stop_is_named_and_stamped_once(client: Client) -> None:
+    client.take()
+    client.ask("runs", name="Ann", secret=client.secret, campaign="quick")
+    client.until(lambda: client.state("runs")["runs"][0]["state"] == "running")
+    pressed = time.time_ns() - 3 * 10**9
+    first = client.http.post("/api/stop", json={"by": "Bob", "pressed_at_ns": pressed}).json()
+    again = client.http.post("/api/stop", json={"by": "Cleo", "pressed_at_ns": time.time_ns()}).json()
+    assert (first["by"], first["pressed_at_ns"]) == (again["by"], again["pressed_at_ns"]) == ("Bob", pressed)
+    client.until(lambda: client.state("runs")["runs"][0]["state"] == "ended")
+    # every page is told who it was; nobody saw the shafts of a process that only waits
+    said = client.state("state")["stop"]
+    assert (said["by"], said["pressed_at_ns"], said["at_rest_after_s"], said["over"]) == ("Bob", pressed, None, True)
+    texts = [entry["text"] for entry in client.get("book") if entry["act"] == "stop"]
+    assert "nobody saw the shafts at rest" in texts[0]
+    assert any(text.startswith("Cleo pressed STOP too, after Bob") for text in texts)
+    # a clock that is wrong by hours stamps nothing
+    wrong = client.http.post("/api/stop", json={"pressed_at_ns": 10**18}).json()
+    assert abs(wrong["pressed_at_ns"] - time.time_ns()) < 60 * 10**9
 
 
 def test_stop_works_for_anybody_and_holds_the_queue(client: Client) -> None:
@@ -80,7 +179,7 @@ def test_stop_works_for_anybody_and_holds_the_queue(client: Client) -> None:
     client.ask("runs", name="Ann", secret=client.secret, campaign="quick")
     client.until(lambda: client.launcher.jobs)
     answer = client.http.post("/api/stop", json={})
-    assert answer.json()["done"] == "the bench is brought to rest"
+    assert answer.json()["done"] == "the bench is being brought to rest"
     # the process ends by the signal even though it never listened
     client.until(lambda: client.launcher.processes[0].poll() is not None)
     client.until(lambda: client.state("runs")["runs"][0]["state"] == "ended")
@@ -108,7 +207,7 @@ def test_stop_while_a_run_is_being_started_stops_it(client: Client, monkeypatch:
 
     async def slow(job: Path, log: Path) -> int:
         client_answer = await asyncio.to_thread(lambda: client.http.post("/api/stop", json={}))
-        assert client_answer.json()["done"].startswith("nothing runs")
+        assert client_answer.json()["run"] is not None
         return await started(job, log)
 
     monkeypatch.setattr(client.launcher, "start", slow)
@@ -138,7 +237,7 @@ def test_a_run_that_does_not_come_to_rest_is_ended_hard_with_an_alarm(
 
     monkeypatch.setattr(client.launcher, "start", start)
     service: Service = client.http.app.state.service  # type: ignore[attr-defined]
-    monkeypatch.setattr(service.keeper, "_stop_deadline_s", 0.3)
+    monkeypatch.setattr(service.keeper.stopper, "deadline_s", 0.3)
     client.take()
     client.ask("runs", name="Ann", secret=client.secret, campaign="quick")
     client.until(lambda: client.state("runs")["runs"][0]["state"] == "running")
@@ -155,11 +254,29 @@ def test_a_disk_that_fills_up_is_an_alarm_before_a_run_stops_for_it(client: Clie
 
     async def look() -> None:
         service.storage = lambda: said  # type: ignore[method-assign]
-        task = asyncio.get_running_loop().create_task(service._watch_disk())
-        await asyncio.sleep(0.1)
-        task.cancel()
+        await look_at_disk(service)
 
     client.http.portal.call(look)  # type: ignore[union-attr]
     (alarm,) = client.state("state")["alarms"]
     assert alarm["cause"] == "DISK"
     assert "backup" in alarm["what_to_do"]
+    # it goes when there is room again
+    said["enough"] = True
+    client.http.portal.call(look)  # type: ignore[union-attr]
+    assert client.state("state")["alarms"] == []
+
+
+def test_an_error_of_one_look_does_not_end_the_watch() -> None:
+    looks: list[int] = []
+
+    async def look() -> None:
+        looks.append(1)
+        raise OSError("no such folder")
+
+    async def scene() -> None:
+        task = asyncio.create_task(watch(look, 0.01))
+        await asyncio.sleep(0.1)
+        task.cancel()
+
+    asyncio.run(scene())
+    assert len(looks) > 1

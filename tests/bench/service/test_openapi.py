@@ -67,3 +67,29 @@ def test_changes_are_posts_and_every_path_is_described() -> None:
             assert method["summary"]
             assert method["description"]
     assert {"/api/stop", "/api/runs", "/api/events", "/api/controls/take"} <= set(PATHS)
+
+
+@pytest.mark.parametrize("method", ["DELETE", "PUT", "PATCH", "OPTIONS", "HEAD", "TRACE"])
+def test_a_method_that_is_not_there_is_refused_with_those_that_are(app: Any, method: str) -> None:
+    client = TestClient(app, base_url=BASE)
+    for path, methods in PATHS.items():
+        answer = client.request(method, path.replace("{", "").replace("}", ""))
+        # a path that does not match its pattern is refused for that
+        assert answer.status_code == 405, path
+        assert {one.strip().lower() for one in answer.headers["allow"].split(",")} == set(methods), path
+
+
+@pytest.mark.parametrize("body", [b"", b"{", b"\xff\xfe", b"[]", b"null", b'"x"', b"1e999", b'{"a":NaN}', b"[" * 5000])
+def test_a_body_that_is_none_is_refused_as_described(app: Any, body: bytes) -> None:
+    client = TestClient(app, base_url=BASE)
+    for path, methods in PATHS.items():
+        if "post" not in methods:
+            continue
+        answer = client.post(
+            path.replace("{number}", "1").replace("{", "").replace("}", ""),
+            content=body,
+            headers={"content-type": "application/json"},
+        )
+        assert str(answer.status_code) in methods["post"]["responses"], (path, answer.status_code)
+        assert answer.status_code in (400, 422), (path, answer.text)
+        assert answer.json()["problem"]

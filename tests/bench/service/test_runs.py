@@ -138,10 +138,10 @@ def test_a_stop_by_a_run_from_elsewhere_is_acknowledged_and_reset_on_the_page(tm
         (alarm,) = client.state("state")["alarms"]
         assert (alarm["cause"], alarm["text"]) == ("MOTOR_SPEED", "too fast")
         assert "start" not in client.state("state")["allowed"]
-        client.ask("reset", 409, secret=client.secret)
+        client.ask("reset", 409, secret=client.secret, run=None)
         client.ask(f"alarms/{alarm['number']}/acknowledge", secret=client.secret)
         assert "reset" in client.state("state")["allowed"]
-        client.ask("reset", secret=client.secret)
+        client.ask("reset", secret=client.secret, run=None)
         client.until(lambda: launcher.jobs)
         job = launcher.jobs[0]
         assert (job["reset_by"], job["interface"], job["bench"]) == ("Ann", "eth9", "rh380n")
@@ -187,5 +187,25 @@ def test_what_may_be_done_is_refused_and_shown_alike(client: Client) -> None:
     client.take()
     shown = client.state("state")["allowed"]
     assert "pause" not in shown
-    assert "nothing runs" in client.ask("run/pause", 409, secret=client.secret)["problem"]
-    client.ask("run/skip", 409, secret=client.secret, point="0123456789abcdef")
+    assert "nothing runs" in client.ask("run/pause", 409, secret=client.secret, run="none")["problem"]
+    client.ask("run/skip", 409, secret=client.secret, run="none", point="0123456789abcdef")
+
+
+def test_a_request_repeated_after_a_restart_makes_no_second_run(tmp_path: Path) -> None:
+    body = {"request_id": "request-again-1", "name": "Bo", "campaign": "quick"}
+    settings = Settings(folder=tmp_path / "recordings")
+    answers = []
+    for content in (body, body):
+        with TestClient(create_app(settings, NoLauncher()), base_url=BASE) as http:
+            answers.append(http.post("/api/runs", json=content).json())
+            other = http.post("/api/runs", json={**content, "campaign": "short"})
+            assert "was used for another request" in other.json()["problem"]
+            runs = Client(http, NoLauncher()).state("runs")["runs"]
+    assert answers[0] == answers[1]
+    assert [(run["id"], run["state"]) for run in runs] == [(answers[0]["id"], "proposed")]
+    # a broken file is kept aside, and the service begins all the same
+    path = settings.state / "requests.json"
+    path.write_text("{")
+    with TestClient(create_app(settings, NoLauncher()), base_url=BASE) as http:
+        assert http.post("/api/runs", json={**body, "request_id": "request-again-2"}).status_code == 200
+    assert list(settings.state.glob("requests.json.broken-*"))

@@ -122,7 +122,8 @@ def test_answers_carry_the_safe_headers_and_long_bodies_are_refused(client: Clie
 def test_the_page_asks_nothing_of_any_other_host() -> None:
     static = Path(sys.modules["bench.service"].__file__ or "").parent / "static"
     for file in static.glob("*.*"):
-        text = file.read_text("utf-8").replace("http://www.w3.org/2000/svg", "")
+        # the run's own stop listener is on this computer
+        text = file.read_text("utf-8").replace("http://www.w3.org/2000/svg", "").replace("http://127.0.0.1:${port}", "")
         assert "http://" not in text, file
         assert "https://" not in text, file
     assert "MIT License" in (static / "vendor" / "uplot" / "LICENSE").read_text("utf-8")

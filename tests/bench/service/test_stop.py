@@ -32,14 +32,14 @@ class Operator:
         request = urllib.request.Request(f"{self._address}/api/{path}", content)
         request.add_header("Content-Type", "application/json")
         try:
-            with urllib.request.urlopen(request, timeout=30) as answer:
+            with urllib.request.urlopen(request, timeout=DEADLINE_S) as answer:
                 return json.load(answer)
         except urllib.error.HTTPError as error:
             with error:
                 return {"status": error.code, **json.load(error)}
 
-    def act(self, path: str) -> Any:
-        return self.post(path, secret=self.secret)
+    def act(self, path: str, **more: Any) -> Any:
+        return self.post(path, secret=self.secret, **more)
 
     def message(self, kind: str) -> Any:
         with urllib.request.urlopen(f"{self._address}/api/state", timeout=30) as answer:
@@ -71,13 +71,13 @@ def test_acknowledge_reset_and_go_on_after_a_stop(tmp_path: Path) -> None:
         (alarm,) = ann.message("state")["alarms"]
         assert "limits.velocity_error" in alarm["text"]
         assert "does not follow" in alarm["what_to_do"]
-        for path in (f"runs/{run['id']}/again", "reset"):
-            refused = ann.act(path)
+        for path, more in ((f"runs/{run['id']}/again", {}), ("reset", {"run": run["id"]})):
+            refused = ann.act(path, **more)
             assert (refused["status"], "next is to acknowledge" in refused["problem"]) == (409, True)
         ann.act(f"alarms/{alarm['number']}/acknowledge")
         assert ann.message("state")["latch"]["due"] == "reset"
         assert "next is to reset" in ann.act(f"runs/{run['id']}/again")["problem"]
-        ann.act("reset")
+        ann.act("reset", run=run["id"])
         assert ann.until(lambda: ann.ended(1))["end"]["kind"] == "finished"
         assert ann.message("state")["latch"]["due"] == "resume"
         ann.act(f"runs/{run['id']}/again")

@@ -11,6 +11,8 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -20,9 +22,12 @@ import pytest
 from bench.errors import ConfigurationError
 from bench.safety import Cause
 from bench.safety.places import state_root
-from bench.service.alarms import OTHERWISE, WHAT_TO_DO, Alarm, Alarms
-from bench.service.allowed import PHASES, RUNNING, Situation, allowed, why_not
+from bench.service.alarm_kinds import KINDS, kind_of
+from bench.service.alarms import Alarm, Alarms
+from bench.service.allowed import BEGINS, PHASES, RUNNING, Situation, allowed, why_not
 from bench.service.book import Book
+from bench.service.disk import Disk
+from bench.service.kept import Broken
 from bench.service.notify import Notifier
 from bench.service.storage import storage
 from bench.service.watchdog import feed, is_well, notify, writer_lives
@@ -61,7 +66,8 @@ def test_the_unit_is_one_and_its_watchdog_and_privileges_are_set(tmp_path: Path)
 
 def service_with(folder: Path, alive: bool, phase: str) -> Any:
     run = SimpleNamespace(folder=str(folder))
-    keeper = SimpleNamespace(runs=SimpleNamespace(running=lambda: run), is_alive=lambda: alive, status={"phase": phase})
+    shown = SimpleNamespace(status={"phase": phase})
+    keeper = SimpleNamespace(runs=SimpleNamespace(running=lambda: run), is_alive=lambda: alive, shown=shown)
     return SimpleNamespace(keeper=keeper)
 
 
@@ -109,23 +115,64 @@ def test_a_manager_that_does_not_read_holds_nothing_up(tmp_path: Path, monkeypat
 
 
 @pytest.mark.parametrize("cause", [cause.name for cause in Cause if cause is not Cause.NONE])
-def test_every_cause_of_a_stop_says_what_to_do(cause: str) -> None:
-    assert WHAT_TO_DO.get(cause, OTHERWISE).endswith(".")
-    assert len(WHAT_TO_DO.get(cause, OTHERWISE)) > 40
+def test_every_cause_of_a_stop_has_its_own_next_act(cause: str) -> None:
+    assert cause in KINDS
+    assert not KINDS[cause].clears_itself
+    text = KINDS[cause].next_act
+    assert text.endswith(".")
+    # in the order in which the bench wants it
+    acts = [text.index(word) for word in ("cknowledge", "reset the bench", "go on") if word in text]
+    assert acts == sorted(acts)
 
 
-def test_the_same_alarm_is_raised_once(tmp_path: Path) -> None:
+def test_no_alarm_says_what_nobody_has_seen() -> None:
+    for cause, kind in KINDS.items():
+        assert "has moved" not in kind.next_act, cause
+        assert "have stopped by" not in kind.next_act, cause
+        assert "at rest" not in kind.next_act or "come to rest" in kind.next_act, cause
+
+
+@pytest.fixture
+def alarms(tmp_path: Path) -> Iterator[Alarms]:
+    disk = Disk()
+    yield new_alarms(tmp_path, disk)
+    assert disk.close(10.0)
+
+
+def new_alarms(folder: Path, disk: Disk, told: list[Alarm] | None = None) -> Alarms:
+    tell = (told if told is not None else []).append
+    book = Book(folder / "log.jsonl", disk)
+    return Alarms(book, tell, lambda: None, folder / "alarms.json", disk, Broken())
+
+
+def test_the_same_alarm_is_raised_once_and_told_once(tmp_path: Path) -> None:
     told: list[Alarm] = []
-    alarms = Alarms(Book(tmp_path / "log.jsonl"), told.append, tmp_path / "alarms.json")
-    first = alarms.raise_("SILENT", "no word")
-    assert alarms.raise_("SILENT", "no word") is first
-    second = alarms.raise_("DISK", "full")
+    disk = Disk()
+    alarms = new_alarms(tmp_path, disk, told)
+    first = alarms.raise_("DIED", "no word", "point 3 of 9")
+    assert alarms.raise_("DIED", "no word") is first
+    second = alarms.raise_("RECORDER", "full")
     assert [alarm["number"] for alarm in alarms.standing()] == [second.number, first.number]
-    assert [alarm.cause for alarm in told] == ["SILENT", "DISK"]
-    acknowledged = alarms.acknowledge(first.number, "Ann")
-    assert acknowledged is not None
-    assert acknowledged.acknowledged_by == "Ann"
+    assert [alarm.cause for alarm in told] == ["DIED", "RECORDER"]
+    assert alarms.to_acknowledge()
+    assert alarms.acknowledge(first.number, "Ann") == first
     assert alarms.acknowledge(first.number, "Ann") is None
+    assert disk.settled(10.0)
+    # a service that was killed comes back with what stands
+    assert new_alarms(tmp_path, disk).standing() == alarms.standing()
+    assert disk.close(10.0)
+
+
+def test_an_alarm_that_is_over_goes_by_itself_and_stands_in_the_book(alarms: Alarms) -> None:
+    alarms.set("SILENT", "no word for 10 s")
+    alarms.set("SILENT", "no word for 10 s")
+    (alarm,) = alarms.standing()
+    assert alarm["clears_itself"]
+    assert not alarms.to_acknowledge()
+    assert alarms.acknowledge(alarm["number"], "Ann") is None
+    alarms.set("SILENT", None)
+    assert alarms.standing() == []
+    assert kind_of("nobody knows it").clears_itself is False
 
 
 @pytest.mark.filterwarnings("ignore:'imghdr' is deprecated:DeprecationWarning")
@@ -147,9 +194,9 @@ def test_alarms_reach_those_who_are_not_there(monkeypatch: pytest.MonkeyPatch) -
 @pytest.mark.parametrize("phase", sorted(PHASES))
 @pytest.mark.parametrize("due", ["", "acknowledge", "reset", "resume"])
 def test_what_may_be_done_in_every_state(phase: str, due: str) -> None:
-    now = Situation(phase, held=True, waiting=True, proposed=True, ended=True, alarms=True, due=due)
+    now = Situation(phase, held=True, waiting=True, proposed=True, ended=True, due=due)
     acts = allowed(now)
-    assert "stop" in acts
+    assert {"stop", "withdraw", "queue", "approve"} <= acts
     assert ("start" in acts) == (due in ("", "resume"))
     assert ("again" in acts) == (phase == "free" and due in ("", "resume"))
     assert ("reset" in acts) == (phase == "free" and due in ("", "reset"))
@@ -158,6 +205,10 @@ def test_what_may_be_done_in_every_state(phase: str, due: str) -> None:
     assert not {"pause", "skip", "repeat", "note", "abort"} & acts or phase not in ("free", "stopping", "resetting")
     for act in {"pause", "again", "reset", "skip"} - acts:
         assert why_not(act, now).startswith(act)
+    # as long as an alarm stands that nobody has read, nothing gives torque
+    alarmed = replace(now, alarms=True)
+    assert allowed(alarmed) == acts - BEGINS | {"acknowledge"}
+    assert all("acknowledge" in why_not(act, alarmed) for act in BEGINS)
 
 
 def test_storage_says_how_long_it_lasts(tmp_path: Path) -> None:

@@ -118,3 +118,17 @@ def test_reset_forgets() -> None:
     monitor.reset()
     few = counts[:100]
     assert not monitor.update(few, SCALE.torque(few), SCALE.torque(few), turning[:100]).frozen.any()
+
+
+@settings(max_examples=50)
+@given(st.integers(1, 30_000), st.floats(0.001, 60.0), st.integers(0, 2**32 - 1))
+def test_the_difference_is_smoothed_by_a_first_order_low_pass(rows: int, time_constant_s: float, seed: int) -> None:
+    from scipy.signal import lfilter
+
+    torque = 300.0 * np.random.default_rng(seed).standard_normal(rows)
+    limits = replace(LIMITS, smoothing_s=time_constant_s)
+    still = np.zeros(rows, np.bool_)
+    found = PlausibilityMonitor(limits, CYCLE).update(np.zeros(rows, np.int16), torque, np.zeros(rows), still)
+    a = np.exp(-CYCLE / time_constant_s)
+    expected, _ = lfilter([1.0 - a], [1.0, -a], torque, zi=[a * torque[0]])
+    np.testing.assert_allclose(found.difference_nm, expected, rtol=1e-9, atol=1e-9)

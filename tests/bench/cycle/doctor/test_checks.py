@@ -137,6 +137,22 @@ def test_coalescing_is_read_from_ethtool(tmp_path: Path, monkeypatch: pytest.Mon
     assert (found.state, found.change) == (State.ADVICE, "ethtool -C eth1 rx-usecs 0")
 
 
+@pytest.mark.parametrize(
+    ("script", "says"),
+    [("echo 'netlink error: Operation not supported' >&2; exit 95", "not supported"), ("echo Coalesce", "no delay")],
+)
+def test_what_ethtool_does_not_say_is_not_called_good(
+    script: str, says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tool = write(tmp_path / "ethtool", f"#!/bin/sh\n{script}\n")
+    tool.chmod(0o755)
+    monkeypatch.setattr(interface.shutil, "which", lambda _: str(tool))
+    found = interface.interface("eth1", port(tmp_path), tmp_path)[-1]
+    assert found.state is State.ADVICE
+    assert "not seen" in found.found
+    assert says in found.found
+
+
 def test_disk(tmp_path: Path) -> None:
     found = disk.disk(tmp_path / "not" / "yet", 0.0)
     assert found[0].state is State.GOOD

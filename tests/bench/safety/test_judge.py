@@ -19,6 +19,7 @@ from bench.safety import (
     SafetySettings,
     SafetyState,
     climb,
+    describe,
     first_rung,
     is_device_fault,
     settings,
@@ -146,9 +147,8 @@ def test_trips_within_its_filter_time(
 def test_what_both_sides_agree_on_is_still_limited(
     limits: SafetySettings, changes: dict[str, float], cause: Cause
 ) -> None:
-    values = limits.values.copy()
-    values[[Cause.MOTOR_ACCELERATION, Cause.LOAD_TORQUE_RATE, Cause.FRICTION, Cause.TORQUE_ERROR]] = np.inf
-    limits = replace(limits, values=values)
+    unwatched = (Cause.MOTOR_ACCELERATION, Cause.LOAD_TORQUE_RATE, Cause.FRICTION, Cause.TORQUE_ERROR)
+    limits = limits.with_limits(dict.fromkeys(unwatched))
     inputs = healthy()
     changed = {name: np.where(np.arange(N) < 500, getattr(inputs, name), value) for name, value in changes.items()}
     _, verdict = step(SafetyState.fresh(), replace(inputs, **changed), True, limits)
@@ -254,3 +254,37 @@ def test_a_good_stop_ends_without_voltage() -> None:
 def test_a_dead_bus_leaves_only_silence() -> None:
     state = climb(LadderState(Rung.CONTROLLED_RAMP), Observation(False, False, False, bus_alive=False), 0.1, DEADLINES)
     assert state.rung is Rung.STOP_SENDING
+
+
+@pytest.mark.parametrize(
+    ("cause", "value", "limit", "text"),
+    [
+        (Cause.LOAD_TORQUE, 356.2, 355.0, "load torque 356.2 N·m is beyond limits.load_torque = 355 N·m by 1.2 N·m"),
+        (
+            Cause.LOAD_TORQUE,
+            -355.04,
+            355.0,
+            "load torque -355.04 N·m is beyond limits.load_torque = 355 N·m by 0.04 N·m",
+        ),
+        (
+            Cause.LOAD_TORQUE,
+            355.0001,
+            355.0,
+            "load torque 355.0001 N·m is beyond limits.load_torque = 355 N·m by 0.0001",
+        ),
+        (Cause.TEMPERATURE_LOW, -3.0, 5.0, "temperature -3 °C is beyond limits.temperature_minimum = 5 °C by 8 °C"),
+        (Cause.LOST_CYCLES, 20.0, 20.0, "number of lost cycles in a row 20 has reached limits.lost_cycles = 20"),
+        (Cause.MOTOR_SPEED, 1234.5, 105.0, "is beyond limits.motor_speed = 105 rad/s by 1130 rad/s"),
+    ],
+)
+def test_a_sentence_tells_how_far_with_numbers_that_differ(cause: Cause, value: float, limit: float, text: str) -> None:
+    assert text in describe(cause, value, limit)
+
+
+@given(st.floats(1e-3, 1e4), st.floats(1e-9, 10.0), st.sampled_from([-1.0, 1.0]))
+def test_the_two_numbers_of_a_sentence_always_differ(limit: float, beyond: float, sign: float) -> None:
+    value = sign * (limit + beyond)
+    if value != sign * limit:
+        seen, _, rest = describe(Cause.LOAD_TORQUE, value, limit).removeprefix("load torque ").partition(" ")
+        allowed = rest.partition("= ")[2].partition(" ")[0]
+        assert abs(float(seen)) > float(allowed)

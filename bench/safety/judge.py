@@ -6,15 +6,19 @@ takes blocks goes back to the start of the block on a trip and replays up to tha
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bench.configuration.operation import Limits
-from bench.safety._scan import LIVE, STATE_SIZE, scan
+from bench.safety._observe import gains
+from bench.safety._scan import gather, scan
+from bench.safety._slots import LIVE, STATE_SIZE
 from bench.safety.causes import Cause, describe
+from bench.safety.rules import bounds, compiled
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.integer[Any]]
@@ -68,6 +72,12 @@ class Inputs:
         return Inputs(**{f.name: getattr(self, f.name)[start:stop] for f in fields(self)})
 
 
+_FIELDS = tuple(field.name for field in fields(Inputs))
+_RULES = compiled()
+_PIECE = 512
+"""Cycles looked at in one go: few enough for their signals to stay in the processor's cache."""
+
+
 @dataclass(frozen=True, slots=True)
 class SafetyState:
     """Memory of the safety step between blocks: filters, counters, references. Values are not for outside use."""
@@ -108,7 +118,17 @@ class SafetySettings:
     ratio: float
     cycle_time_s: float
     standstill: float
-    values: FloatArray
+    limits: Mapping[Cause, float | None]
+    """By cause, SI; None or absent where nothing is watched, or nothing is asked for."""
+    bounds: FloatArray
+    """Of each rule (:func:`bench.safety.rules.bounds`)."""
+    follow: FloatArray
+    """Gains of the filters."""
+
+    def with_limits(self, changed: Mapping[Cause, float | None]) -> SafetySettings:
+        """Return settings with some limits changed."""
+        limits = {**self.limits, **changed}
+        return replace(self, limits=limits, bounds=bounds(limits))
 
 
 def settings(limits: Limits, ratio: float, cycle_time_s: float, standstill: float) -> SafetySettings:
@@ -127,6 +147,7 @@ def settings(limits: Limits, ratio: float, cycle_time_s: float, standstill: floa
         Cause.ENCODER_DISAGREEMENT: limits.encoder_disagreement,
         Cause.TEMPERATURE_AGE: limits.slow_reading_age,
         Cause.LOST_CYCLES: float(limits.lost_cycles),
+        Cause.LOST_SHARE: limits.lost_share,
         Cause.LOAD_SPEED: limits.load_speed or _LOAD_SPEED_MARGIN * limits.motor_speed / ratio,
         Cause.MOTOR_ACCELERATION: limits.motor_acceleration,
         Cause.LOAD_TORQUE_RATE: limits.load_torque_rate,
@@ -137,11 +158,7 @@ def settings(limits: Limits, ratio: float, cycle_time_s: float, standstill: floa
         **dict.fromkeys(LIVE, limits.frozen_signal),
         Cause.TEMPERATURE_FROZEN: limits.frozen_temperature,
     }
-    # what is not given is not watched; causes without a limit do not ask for one
-    values = np.full(max(Cause) + 1, np.inf)
-    for cause, value in chosen.items():
-        values[cause] = np.inf if value is None else value
-    return SafetySettings(ratio, cycle_time_s, standstill, values)
+    return SafetySettings(ratio, cycle_time_s, standstill, chosen, bounds(chosen), gains(cycle_time_s))
 
 
 def step(state: SafetyState, inputs: Inputs, operating: bool, limits: SafetySettings) -> tuple[SafetyState, Verdict]:
@@ -152,35 +169,22 @@ def step(state: SafetyState, inputs: Inputs, operating: bool, limits: SafetySett
     """
     if state.tripped or inputs.size == 0:
         return state, Verdict()
-    memory = state.memory.copy()
-    cycle, cause, value = scan(
-        memory,
-        inputs.motor_counts,
-        inputs.load_counts,
-        inputs.torque_counts,
-        inputs.motor_angle,
-        inputs.load_angle,
-        inputs.motor_velocity,
-        inputs.load_velocity,
-        inputs.motor_torque,
-        inputs.load_torque,
-        inputs.load_motor_torque,
-        inputs.temperature,
-        inputs.temperature_age_s,
-        inputs.velocity_setpoint,
-        inputs.torque_setpoint,
-        inputs.input_status,
-        inputs.load_status,
-        inputs.torque_bad,
-        inputs.emergency_stop,
-        inputs.safe_torque_off,
-        inputs.good,
-        operating,
-        limits.ratio,
-        limits.cycle_time_s,
-        limits.standstill,
-        limits.values,
-    )
-    if cause == 0:
-        return SafetyState(memory), Verdict()
-    return SafetyState(memory, tripped=True), Verdict(cycle, Cause(cause), value, float(limits.values[cause]))
+    memory, arrays = state.memory.copy(), tuple(getattr(inputs, name) for name in _FIELDS)
+    for start in range(0, inputs.size, _PIECE):
+        signals = np.empty((len(_FIELDS), min(_PIECE, inputs.size - start)))
+        gather(arrays, start, signals)
+        cycle, cause, value = scan(
+            memory,
+            signals,
+            operating,
+            limits.ratio,
+            limits.cycle_time_s,
+            limits.standstill,
+            limits.follow,
+            _RULES,
+            limits.bounds,
+        )
+        if cause:
+            verdict = Verdict(start + cycle, Cause(cause), value, limits.limits.get(Cause(cause)) or 0.0)
+            return SafetyState(memory, tripped=True), verdict
+    return SafetyState(memory), Verdict()

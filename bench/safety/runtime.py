@@ -1,0 +1,60 @@
+"""The folder of what lives as long as a process does: sockets of runs, locks, addresses. One function gives it.
+
+Whoever can write there, or chose where it leads, could have a run of root truncate a file of their choice. So the
+folder belongs to the user of this process, nobody else may enter it, and it is never reached through a link.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+import tempfile
+from pathlib import Path
+
+from bench.errors import DeviceError
+
+RUNTIME = "BENCH_RUNTIME"
+"""Environment variable: the folder; default a folder of this user's below the temporary one."""
+_OTHERS = 0o077
+
+
+def runtime_folder() -> Path:
+    """Return the runtime folder, made (0700) if it is not there.
+
+    Raises
+    ------
+    DeviceError
+        If it is a link or no folder, belongs to somebody else, or others may enter the one that was given.
+    """
+    given = os.environ.get(RUNTIME)
+    folder = Path(given) if given else Path(tempfile.gettempdir()) / f"gearbench-{os.geteuid()}"
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    except (FileExistsError, NotADirectoryError) as error:
+        raise _refused(folder, "is a link or no folder") from error
+    except OSError as error:
+        raise _refused(folder, f"cannot be opened ({error.strerror})") from error
+    try:
+        found = os.fstat(descriptor)
+        if found.st_uid != os.geteuid():
+            raise _refused(folder, f"belongs to user {found.st_uid}")
+        if stat.S_IMODE(found.st_mode) & _OTHERS:
+            if given:
+                # not changed unasked: it may be a folder that others need, such as the temporary one
+                raise _refused(folder, "can be entered by other users (it needs mode 0700)")
+            os.fchmod(descriptor, 0o700)
+    finally:
+        os.close(descriptor)
+    return folder
+
+
+def open_here(path: Path) -> int:
+    """Open a file of the runtime folder for reading and writing, made (0600) if it is not there; a link is refused."""
+    return os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
+
+
+def _refused(folder: Path, why: str) -> DeviceError:
+    return DeviceError(
+        f"the runtime folder {folder} {why} and is not used; remove it, or name a folder of your own with {RUNTIME}"
+    )

@@ -1,0 +1,96 @@
+"""The button of one run: pressed once, by the first who does, and told what became of it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+
+class Stopped(Protocol):
+    """What is asked of the record of a stop."""
+
+    @property
+    def to_rest_s(self) -> float | None:
+        """From the begin of the stop until both shafts were seen at rest, s; None where nobody saw it."""
+        ...
+
+    @property
+    def lasted_s(self) -> float | None:
+        """How long the stop took, s; None where nobody led it."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Press:
+    """A press: by whom, when by the clock of whoever took it first (Unix time, ns), and when it arrived (monotonic)."""
+
+    by: str
+    at_ns: int
+    arrived_s: float
+
+
+class StopButton:
+    """Stops one run. May be pressed from any thread and from a signal handler; nothing here takes a lock for long.
+
+    Parameters
+    ----------
+    run : id of the run.
+    """
+
+    def __init__(self, run: str) -> None:
+        self.run = run
+        # setdefault is one step: of two presses the first one stays, whoever interrupts whom
+        self._first: dict[str, Press] = {}
+        self._pressed = threading.Event()
+        self._at_rest_after_s: float | None = None
+        self._over = False
+
+    def press(self, by: str, at_ns: int | None = None) -> Press:
+        """Bring the run's bench to rest; return the press that counts, the first."""
+        press = Press(by, time.time_ns() if at_ns is None else at_ns, time.monotonic())
+        press = self._first.setdefault("press", press)
+        self._pressed.set()
+        return press
+
+    @property
+    def is_pressed(self) -> bool:
+        """Whether the run has to end at rest."""
+        return self._pressed.is_set()
+
+    @property
+    def at_rest_after_s(self) -> float | None:
+        """From the press until both shafts were seen at rest, s; None where nobody saw it, or not yet."""
+        return self._at_rest_after_s
+
+    def stopped(self, record: Stopped) -> None:
+        """Take the record of a stop of the bench that has just ended."""
+        press = self._first.get("press")
+        if press is None:
+            return
+        self._over = True
+        if record.to_rest_s is not None and record.lasted_s is not None:
+            since_rest_s = record.lasted_s - record.to_rest_s
+            self._at_rest_after_s = max(0.0, time.monotonic() - press.arrived_s - since_rest_s)
+
+    def ended(self) -> None:
+        """The run has ended: what was not seen by now will not be."""
+        self._over = True
+
+    def state(self) -> dict[str, Any]:
+        """What may be asked: ``running``, ``stopping``, ``at_rest`` (both shafts were seen at rest) or ``not_seen``."""
+        press = self._first.get("press")
+        if press is None:
+            state = "running"
+        elif self._at_rest_after_s is not None:
+            state = "at_rest"
+        else:
+            state = "not_seen" if self._over else "stopping"
+        return {
+            "run": self.run,
+            "state": state,
+            "pressed_at_ns": None if press is None else press.at_ns,
+            "pressed_by": None if press is None else press.by,
+            "at_rest_after_s": self._at_rest_after_s,
+        }

@@ -1,0 +1,59 @@
+"""The runtime folder: the user's own, closed to others, never reached through a link."""
+
+import os
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from bench.errors import DeviceError
+from bench.safety.runtime import RUNTIME, open_here, runtime_folder
+
+
+def test_it_is_made_for_its_owner_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(RUNTIME, str(tmp_path / "locks"))
+    assert runtime_folder() == tmp_path / "locks"
+    assert (tmp_path / "locks").stat().st_mode & 0o777 == 0o700
+    assert runtime_folder() == tmp_path / "locks"
+
+
+def test_a_link_that_somebody_prepared_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(RUNTIME)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    (tmp_path / "victim").mkdir(mode=0o700)
+    (tmp_path / f"gearbench-{os.geteuid()}").symlink_to(tmp_path / "victim")
+    with pytest.raises(DeviceError, match="is a link"):
+        runtime_folder()
+
+
+def test_one_of_another_user_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(RUNTIME, str(tmp_path / "locks"))
+    (tmp_path / "locks").mkdir(mode=0o700)
+    monkeypatch.setattr(os, "geteuid", lambda: os.getuid() + 1)
+    with pytest.raises(DeviceError, match=f"belongs to user {os.getuid()}"):
+        runtime_folder()
+
+
+def test_one_that_others_may_enter_is_refused_or_closed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "open").mkdir()
+    (tmp_path / "open").chmod(0o755)
+    monkeypatch.setenv(RUNTIME, str(tmp_path / "open"))
+    with pytest.raises(DeviceError, match="needs mode 0700"):
+        runtime_folder()
+    assert (tmp_path / "open").stat().st_mode & 0o777 == 0o755
+    # the default one is nobody else's business
+    monkeypatch.delenv(RUNTIME)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    own = tmp_path / f"gearbench-{os.geteuid()}"
+    own.mkdir()
+    own.chmod(0o755)
+    assert runtime_folder() == own
+    assert own.stat().st_mode & 0o777 == 0o700
+
+
+def test_a_link_among_its_files_is_not_followed(tmp_path: Path) -> None:
+    (tmp_path / "victim").write_text("precious")
+    (tmp_path / "bus-eth0").symlink_to(tmp_path / "victim")
+    with pytest.raises(OSError, match="symbolic links"):
+        open_here(tmp_path / "bus-eth0")
+    assert (tmp_path / "victim").read_text() == "precious"

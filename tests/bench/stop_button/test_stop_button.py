@@ -1,0 +1,196 @@
+"""The button, its listener, and whoever presses it from outside; the run is a process that only waits."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+import urllib.request
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from bench.stop_button import StopButton, listener, listening
+from bench.stop_button.find import Found, bus_processes, runs
+from bench.stop_button.press import stop
+
+ROOT = Path(__file__).parents[3]
+RUN = """
+import signal, sys, time
+from types import SimpleNamespace
+from bench.stop_button import StopButton, listening
+button = StopButton("run-1")
+signal.signal(signal.SIGTERM, lambda *_: button.press("SIGTERM"))
+with listening(button) as there:
+    if "deaf" in sys.argv:
+        there.close()
+    print(there.port, flush=True)
+    while not button.is_pressed:
+        time.sleep(0.01)
+    time.sleep(0.05)
+    button.stopped(SimpleNamespace(to_rest_s=None if "unseen" in sys.argv else 0.04, lasted_s=0.05))
+    time.sleep(0.5)
+"""
+
+
+@pytest.fixture(autouse=True)
+def runtime(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    folder = tmp_path / "runtime"
+    folder.mkdir(mode=0o700)
+    monkeypatch.setenv("BENCH_RUNTIME", str(folder))
+    return folder
+
+
+@pytest.fixture
+def processes() -> Iterator[list[subprocess.Popen[str]]]:
+    started: list[subprocess.Popen[str]] = []
+    yield started
+    for process in started:
+        process.kill()
+        process.communicate()
+
+
+def start(processes: list[subprocess.Popen[str]], *options: str) -> int:
+    process = subprocess.Popen([sys.executable, "-c", RUN, *options], stdout=subprocess.PIPE, text=True, cwd=ROOT)
+    processes.append(process)
+    assert process.stdout is not None
+    process.stdout.readline()
+    return process.pid
+
+
+def found(pid: int) -> Found:
+    return next(run for run in runs() if run.pid == pid)
+
+
+def ask(port: int | None, method: str, what: str) -> Any:
+    with urllib.request.urlopen(urllib.request.Request(f"http://127.0.0.1:{port}{what}", method=method)) as answer:
+        assert answer.headers["Access-Control-Allow-Origin"] == "*"
+        return json.load(answer)
+
+
+def test_the_first_press_counts_and_its_time_is_that_of_whoever_pressed(runtime: Path) -> None:
+    button = StopButton("run-1")
+    with listening(button) as there:
+        said = json.loads((runtime / listener.FILE).read_text())
+        assert said == {"pid": os.getpid(), "port": there.port, "run": "run-1"}
+        assert ask(there.port, "GET", "/state")["state"] == "running"
+        state = ask(there.port, "POST", "/stop?by=Ann%20B&pressed_at_ns=123")
+        assert (state["state"], state["pressed_by"], state["pressed_at_ns"]) == ("stopping", "Ann B", 123)
+        assert button.is_pressed
+        assert ask(there.port, "POST", "/stop?by=Bob")["pressed_by"] == "Ann B"
+        button.stopped(SimpleNamespace(to_rest_s=0.4, lasted_s=0.4))
+        state = ask(there.port, "GET", "/state")
+        assert state["state"] == "at_rest"
+        assert 0.0 <= state["at_rest_after_s"] < 5.0
+    assert not (runtime / listener.FILE).exists()
+
+
+@pytest.mark.parametrize(("to_rest_s", "lasted_s"), [(None, 3.0), (None, None)])
+def test_rest_that_nobody_saw_is_not_said(to_rest_s: float | None, lasted_s: float | None) -> None:
+    button = StopButton("run-1")
+    button.press("Ann")
+    assert button.state()["state"] == "stopping"
+    button.stopped(SimpleNamespace(to_rest_s=to_rest_s, lasted_s=lasted_s))
+    assert (button.state()["state"], button.at_rest_after_s) == ("not_seen", None)
+
+
+def test_a_stop_that_nobody_pressed_for_is_none_of_the_button() -> None:
+    button = StopButton("run-1")
+    button.stopped(SimpleNamespace(to_rest_s=0.1, lasted_s=0.1))
+    assert button.state()["state"] == "running"
+
+
+@pytest.mark.parametrize(
+    "line", ["", "GET", "POST /state HTTP/1.1", "GET /stop HTTP/1.1", "POST //[", "POST /etc/passwd", "\xff" * 9000]
+)
+def test_nothing_else_is_answered_and_nothing_stops(line: str) -> None:
+    button = StopButton("run-1")
+    with listening(button) as there, socket.create_connection(("127.0.0.1", there.port or 0), 5.0) as connection:
+        connection.sendall(line.encode("latin-1") + b"\r\n\r\n")
+        assert connection.recv(64).split()[1] in (b"400", b"404")
+    assert not button.is_pressed
+
+
+def test_half_open_requests_hold_nothing_up() -> None:
+    button = StopButton("run-1")
+    with listening(button) as there, ExitStack() as stack:
+        for _ in range(200):
+            stack.enter_context(socket.create_connection(("127.0.0.1", there.port or 0), 5.0)).sendall(b"POST /st")
+        began = time.monotonic()
+        ask(there.port, "POST", "/stop?by=Ann")
+        assert time.monotonic() - began < 5.0
+    assert button.is_pressed
+
+
+def test_it_listens_though_its_folder_is_gone(runtime: Path) -> None:
+    runtime.rmdir()
+    runtime.write_text("no folder")
+    button = StopButton("run-1")
+    with listening(button):
+        timer = threading.Timer(0.2, lambda: button.stopped(SimpleNamespace(to_rest_s=0.1, lasted_s=0.1)))
+        timer.start()
+        outcome = stop(found(os.getpid()), "Ann", 10.0)
+    assert outcome.at_rest
+    assert "both shafts were seen at rest" in outcome.text
+
+
+def test_a_run_that_lives_says_when_it_is_at_rest(processes: list[subprocess.Popen[str]]) -> None:
+    told: list[str] = []
+    outcome = stop(found(start(processes)), "Ann", 10.0, told.append)
+    assert outcome.at_rest
+    assert "run-1" in told[0]
+
+
+def test_a_run_whose_rest_nobody_saw_is_said_to_be_so(processes: list[subprocess.Popen[str]]) -> None:
+    outcome = stop(found(start(processes, "unseen")), "Ann", 10.0)
+    assert not outcome.at_rest
+    assert "nobody saw" in outcome.text
+
+
+def test_a_run_without_ears_is_told_by_a_signal(processes: list[subprocess.Popen[str]], runtime: Path) -> None:
+    pid = start(processes, "deaf")
+    assert runs() == [Found(pid, ())], "known by the file only"
+    told: list[str] = []
+    outcome = stop(found(pid), "Ann", 10.0, told.append)
+    assert "told by a signal" in told[0]
+    assert not outcome.at_rest
+
+
+def test_a_run_that_hangs_is_left_aside_and_its_bus_process_told(
+    processes: list[subprocess.Popen[str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bus = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(60)  # drivers.ethercat.process"], text=True)
+    processes.append(bus)
+    assert bus_processes(os.getpid()) == [bus.pid]
+    pid = start(processes)
+    run = found(pid)
+    os.kill(pid, signal.SIGSTOP)
+    monkeypatch.setattr("bench.stop_button.press.bus_processes", lambda _: [bus.pid])
+    told: list[str] = []
+    outcome = stop(run, "Ann", 10.0, told.append)
+    assert not outcome.at_rest
+    assert "its bus process is told" in told[-1]
+    assert bus.wait(5.0) == -signal.SIGTERM
+    assert "look at the bench" in outcome.text
+
+
+def test_a_run_that_hangs_alone_says_use_the_emergency_stop(processes: list[subprocess.Popen[str]]) -> None:
+    pid = start(processes)
+    run = found(pid)
+    os.kill(pid, signal.SIGSTOP)
+    outcome = stop(run, "Ann", 10.0)
+    assert (outcome.at_rest, "use the emergency stop" in outcome.text) == (False, True)
+
+
+def test_the_command_stops_whatever_runs(processes: list[subprocess.Popen[str]]) -> None:
+    pid, code = start(processes), "from bench.cli import main; main()"
+    done = subprocess.run([sys.executable, "-c", code, "stop", "--by", "Ann", "--json"], capture_output=True, cwd=ROOT)
+    (said,) = json.loads(done.stdout)
+    assert (said["pid"], said["at_rest"], done.returncode) == (pid, True, 0)
