@@ -26,6 +26,7 @@ ELSEWHERE = {
 
 LONG = {
     "bench import docs/examples/emps.toml --data FOLDER": "needs the measured files, which a test of leave-one-out has",
+    "bench import --ask": "asks; tests/bench/importing/test_looking.py answers",
     "bench mismatch emps": "needs the import above",
     "bench run paper": "minutes; bench benchmark campaign measures it",
     "bench identify paper": "needs the campaign above",
@@ -33,9 +34,11 @@ LONG = {
     "bench benchmark identify paper": "needs the campaign above",
     **{
         f"bench prove --{option}": "minutes; bench prove --quick runs in its own tests"
-        for option in ("set", "held-back", "severity", "peers", "quick")
+        for option in ("set", "held-back", "clutter", "severity", "peers", "quick")
     },
-    "bench mismatch hidden/seed-1/recordings/quick-000 --out again": "tests/bench/mismatch/test_loop.py does it",
+    "bench prove --real": "needs recordings of others, and minutes; tests/bench/proof/real has what needs none",
+    "bench mismatch hidden/seed-1/recordings/e9339ad6d5a4 --out again": "test_end_to_end.py does it",
+    "python docs/examples/mismatch_pictures.py": "needs the folder above, and draws the pictures of the docs",
     "bench serve": "runs until it is stopped; tests/browser and tests/bench/service do it",
     "bench emulate": "runs until it is stopped; tests/fakes/ethercat/wire does it",
     "bench commission --b": "needs a wire or hardware; tests/bench/commissioning does it in process",

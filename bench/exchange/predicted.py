@@ -1,0 +1,122 @@
+"""What a simulation file predicts of recordings, channel by channel, beside what was measured."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.errors import ConfigurationError, RecordingError
+from bench.mismatch.prediction import Told, told_of
+from bench.mismatch.problem import CHANNELS
+from bench.recording import Recording, RecordingFolder
+from bench.simulation import Simulation
+from bench.simulation.frame import FloatArray
+from bench.simulation.terms import CHANNEL_UNITS, TRANSMISSION_ERROR
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """A channel of a recording, SI units, one value a sample: ``measured``, ``simulated``; ``counts``: samples that
+    are compared (in motion, no wild ones).
+    """
+
+    name: str
+    unit: str
+    measured: FloatArray
+    simulated: FloatArray
+    counts: NDArray[np.bool_]
+
+    @property
+    def residual(self) -> FloatArray:
+        """Measured less simulated (n,)."""
+        return np.asarray(self.measured - self.simulated)
+
+    @property
+    def rms(self) -> float | None:
+        """Root mean square of the residual over the samples that are compared; None where there are none."""
+        left = self.residual[self.counts]
+        left = left[np.isfinite(left)]
+        return float(np.sqrt(np.mean(left**2))) if left.size else None
+
+
+@dataclass(frozen=True, slots=True)
+class Predicted:
+    """A recording with its predicted channels; ``refused``: a sentence for each channel that cannot be predicted."""
+
+    recording: Recording
+    channels: tuple[Channel, ...]
+    refused: tuple[str, ...]
+
+
+def predict_recordings(model: Path, path: Path) -> Iterator[Predicted]:
+    """Predict a recording, or all of a folder, from the simulation file ``model``.
+
+    Recordings of the same campaign that lie beside a single one are read, too, if they were made before it: states that
+    one recording hands on to the next (a hysteresis, the distance run) go through them.
+
+    Raises
+    ------
+    ConfigurationError
+        The simulation file is wrong, or predicts nothing of any recording.
+    RecordingError
+        There is no such recording, or it cannot be read.
+    """
+    simulation = Simulation.load(model)
+    if path.is_dir():
+        recordings: Sequence[Recording] = RecordingFolder.open(path).recordings
+        if not recordings:
+            raise RecordingError(f"{path}: holds no recording that can be read; see `bench validate` for each file.")
+        told = told_of(simulation, recordings)
+    else:
+        own = Recording.open(path)
+        before = [
+            r
+            for r in RecordingFolder.open(path.resolve().parent).recordings
+            if r.campaign_id == own.campaign_id and r.started_at < own.started_at
+        ]
+        told = told_of(simulation, [*before, own], only=len(before))
+    any_at_all = False
+    refused: tuple[str, ...] = ()
+    for recording, channels in told:
+        one = _predicted(model, recording, channels)
+        any_at_all |= bool(one.channels)
+        refused = refused or one.refused
+        yield one
+    if not any_at_all:
+        raise ConfigurationError(f"{model} predicts nothing of {path}: {'; '.join(refused)}.")
+
+
+def _predicted(model: Path, recording: Recording, told: dict[str, Told]) -> Predicted:
+    channels, refused = [], []
+    for name, spec in CHANNELS.items():
+        lacking = [own for own in spec.made_of if own not in recording.specs]
+        if lacking:
+            refused.append(f"{name} is not predicted: {recording.recording_id} has no {', '.join(lacking)}")
+        elif name not in told:
+            refused.append(f"{name} is not predicted: {recording.recording_id} cannot be compared in it")
+        elif told[name].missing:
+            terms = ", ".join(told[name].missing)
+            refused.append(f"{name} is not predicted: {model.name} has no numbers for {terms}; calibrate it first")
+        else:
+            own = told[name]
+            unit = _unit(name, recording)
+            channels.append(Channel(name, unit, measured(recording, name), own.values, own.counts))
+    return Predicted(recording, tuple(channels), tuple(refused))
+
+
+def measured(recording: Recording, name: str) -> FloatArray:
+    """A compared channel as it was measured (n,), SI; the transmission error in rad (of a linear axis in m)."""
+    if name != TRANSMISSION_ERROR:
+        return recording.si(name)
+    values = recording.read_si(("load_angle", "motor_angle"))
+    return np.asarray(values["load_angle"] - values["motor_angle"] / float(recording.gearbox.ratio or 1.0))
+
+
+def _unit(name: str, recording: Recording) -> str:
+    if name == TRANSMISSION_ERROR:
+        return "m" if recording.linear else "rad"
+    return recording.specs[name].unit or CHANNEL_UNITS[name]

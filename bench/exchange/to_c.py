@@ -1,0 +1,257 @@
+"""A simulation as C99 without allocation: one file of source, one header; nothing but ``math.h``."""
+
+from __future__ import annotations
+
+from bench.exchange.formula import Written
+from bench.exchange.written import STATES, Formulas, identifier
+
+_INFIX = {
+    "add": "+", "sub": "-", "mul": "*", "div": "/", "gt": ">", "ge": ">=", "lt": "<", "le": "<=", "eq": "==",
+    "ne": "!=",
+}  # fmt: skip
+_CALLS = {
+    "abs": "fabs", "sin": "sin", "cos": "cos", "exp": "exp", "tanh": "tanh", "atan": "atan", "asinh": "asinh",
+    "log": "log", "log1p": "log1p", "log10": "log10", "sqrt": "sqrt", "max": "fmax", "min": "fmin", "sign": "sign",
+    "pow": "pow", "mod": "modulo",
+}  # fmt: skip
+CELLS = 3
+"""doubles that a state keeps: a mark that it has begun, and two numbers"""
+
+_RUNTIME = """
+static double sign(double x) { return (x > 0.0) - (x < 0.0); }
+
+static double modulo(double x, double period)
+{
+    double rest = fmod(x, period);
+    return rest != 0.0 && (rest < 0.0) != (period < 0.0) ? rest + period : rest;
+}
+
+/* Linear between knots of n quantities, constant beyond the outermost; the last quantity runs fastest. */
+static double table(int n, const int *sizes, const double *const *knots, const double *values, const double *at)
+{
+    if (n == 0) return values[0];
+    int k = 0, step = 1;
+    for (int i = 1; i < n; i++) step *= sizes[i];
+    double x = fmin(fmax(at[0], knots[0][0]), knots[0][sizes[0] - 1]);
+    while (k < sizes[0] - 2 && knots[0][k + 1] <= x) k++;
+    double share = (x - knots[0][k]) / (knots[0][k + 1] - knots[0][k]);
+    return (1.0 - share) * table(n - 1, sizes + 1, knots + 1, values + k * step, at + 1)
+        + share * table(n - 1, sizes + 1, knots + 1, values + (k + 1) * step, at + 1);
+}
+
+/* States: z[0] is 1 once they have begun; each is called once a sample, dt is the time since the sample before. */
+static double relaxing(double *z, double dt, double x, double scale, double from_zero)
+{
+    (void)dt;
+    if (z[0] == 0.0) { z[0] = 1.0; z[1] = from_zero != 0.0 ? 0.0 : x; z[2] = 0.0; }
+    double step = x - z[1];
+    z[1] = x;
+    if (step != 0.0) {
+        double target = step > 0.0 ? 1.0 : -1.0;
+        z[2] = target + (z[2] - target) * exp(-fabs(step) / scale);
+    }
+    return z[2];
+}
+
+static double play(double *z, double dt, double x, double half_width)
+{
+    (void)dt;
+    z[1] = fmin(fmax(z[1], x - half_width), x + half_width);
+    return z[1];
+}
+
+static double lag(double *z, double dt, double x, double constant)
+{
+    if (z[0] == 0.0) { z[0] = 1.0; z[1] = x; }
+    z[1] = x + (z[1] - x) * exp(-dt / constant);
+    return z[1];
+}
+
+static double integral(double *z, double dt, double x)
+{
+    if (z[0] == 0.0) { z[0] = 1.0; z[1] = x; z[2] = 0.0; }
+    z[2] += 0.5 * (x + z[1]) * dt;
+    z[1] = x;
+    return z[2];
+}
+
+static double campaign_lag(double *z, double dt, double x, double constant)
+{
+    if (z[0] == 0.0) { z[0] = 1.0; z[1] = x; z[2] = x; }
+    if (dt > 0.0) {
+        double slope = (x - z[1]) / dt;
+        double steady = x - slope * constant, begin = z[1] - slope * constant;
+        z[2] = steady + (z[2] - begin) * exp(-dt / constant);
+    }
+    z[1] = x;
+    return z[2];
+}
+
+static double held(double *z, double dt, double x)
+{
+    (void)dt;
+    if (x != 0.0) z[1] = x;
+    return z[1];
+}
+
+static double distance(double *z, double dt, double x)
+{
+    (void)dt;
+    if (z[0] == 0.0) { z[0] = 1.0; z[1] = x; }
+    z[2] += fabs(x - z[1]);
+    z[1] = x;
+    return z[2];
+}
+
+static double begun(double *z, double dt, double x, double direction)
+{
+    (void)dt;
+    if (z[0] == 0.0) { z[0] = 1.0; z[1] = x; }
+    if (direction != 0.0 && direction != z[2]) z[1] = x;
+    z[2] = direction;
+    return z[1];
+}
+
+static double reversals(double *z, double dt, double x)
+{
+    (void)dt;
+    if (x != z[1] && z[1] != 0.0) z[2] = 1.0;
+    z[1] = x;
+    return z[2];
+}
+"""
+
+
+def number(value: float) -> str:
+    """A double as C reads it again without loss."""
+    text = repr(float(value))
+    return text if any(c in text for c in ".en") else text + ".0"
+
+
+def header(formulas: Formulas) -> str:
+    """The header: numbers of inputs, outputs and parameters, what is kept, and the function."""
+
+    def places(kind: str, names: list[str]) -> list[str]:
+        return [f"#define {kind}_{identifier(name).upper()} {k}" for k, name in enumerate(names)]
+
+    states = sum(own.op in STATES for own in formulas.steps)
+    return "\n".join(
+        [
+            "/* A simulation, written by `bench export-model` from a simulation file. SI units, rad, degC. */",
+            "#ifndef MODEL_H",
+            "#define MODEL_H",
+            *places("INPUT", list(formulas.inputs)),
+            *places("OUTPUT", list(formulas.outputs)),
+            *places("PARAMETER", [p.name for p in formulas.parameters]),
+            f"#define INPUTS {len(formulas.inputs)}",
+            f"#define OUTPUTS {len(formulas.outputs)}",
+            f"#define PARAMETERS {len(formulas.parameters)}",
+            f"#define STATES {states}",
+            "",
+            "typedef struct {",
+            "    double p[PARAMETERS + 1];",
+            f"    double z[STATES + 1][{CELLS}];",
+            "    double time;",
+            "    int begun;",
+            "} Model;",
+            "",
+            "/* Parameters as they were found, states as at the beginning. */",
+            "void model_begin(Model *m);",
+            "/* Outputs y at a time in s from inputs u; samples are given in their order, each once. */",
+            "void model_step(Model *m, double time, const double *u, double *y);",
+            "#endif",
+            "",
+        ]
+    )
+
+
+def source(formulas: Formulas) -> str:
+    """The source."""
+    steps = formulas.steps
+    place = {id(own): f"v{k}" for k, own in enumerate(steps)}
+    tables: list[str] = []
+    lines: list[str] = []
+    state = 0
+    for own in steps:
+        if own.op == "const":
+            continue
+        args = [_of(a, place) for a in own.args]
+        if own.op == "table":
+            tables += _table(place[id(own)], own)
+            expression = _look_up(place[id(own)], own, args)
+        elif own.op in STATES:
+            more = ", ".join([*args, *(number(c) for c in own.extra)])
+            expression = f"{own.op}(m->z[{state}], dt, {more})"
+            state += 1
+        else:
+            expression = _expression(own, args, formulas)
+        lines.append(f"    const double {place[id(own)]} = {expression};")
+    for k, own in enumerate(formulas.outputs.values()):
+        lines.append(f"    y[{k}] = {_of(own, place)};")
+    defaults = ", ".join([*(number(p.value) for p in formulas.parameters), "0.0"])
+    return "\n".join(
+        [
+            '#include "model.h"',
+            "#include <math.h>",
+            "#include <string.h>",
+            "#if defined(__GNUC__)",
+            '#pragma GCC diagnostic ignored "-Wunused-function"',
+            "#endif",
+            _RUNTIME,
+            *tables,
+            "",
+            "void model_begin(Model *m)",
+            "{",
+            f"    static const double found[PARAMETERS + 1] = {{{defaults}}};",
+            "    memset(m, 0, sizeof *m);",
+            "    memcpy(m->p, found, sizeof m->p);",
+            "}",
+            "",
+            "void model_step(Model *m, double time, const double *u, double *y)",
+            "{",
+            "    const double dt = m->begun ? time - m->time : 0.0;",
+            "    (void)dt; (void)u;",
+            "    m->begun = 1;",
+            "    m->time = time;",
+            *lines,
+            "}",
+            "",
+        ]
+    )
+
+
+def _of(own: Written, place: dict[int, str]) -> str:
+    return f"({number(own.extra[0])})" if own.op == "const" else place[id(own)]
+
+
+def _expression(own: Written, args: list[str], formulas: Formulas) -> str:
+    if own.op == "input":
+        return "time" if own.extra[0] == "time" else f"u[{formulas.inputs.index(own.extra[0])}]"
+    if own.op == "parameter":
+        return f"m->p[{[p.name for p in formulas.parameters].index(own.extra[0])}]"
+    if own.op in _INFIX:
+        return f"{args[0]} {_INFIX[own.op]} {args[1]}"
+    if own.op == "neg":
+        return f"-{args[0]}"
+    if own.op == "where":
+        return f"{args[0]} != 0.0 ? {args[1]} : {args[2]}"
+    return f"{_CALLS[own.op]}({', '.join(args)})"
+
+
+def _table(name: str, own: Written) -> list[str]:
+    knots, values = own.extra
+
+    def array(kind: str, numbers: tuple[float, ...]) -> str:
+        return f"static const double {name}_{kind}[] = {{{', '.join(number(v) for v in numbers)}}};"
+
+    return [
+        *(array(f"knots{k}", one) for k, one in enumerate(knots)),
+        array("values", values),
+        f"static const double *const {name}_knots[] = {{{', '.join(f'{name}_knots{k}' for k in range(len(knots)))}}};",
+        f"static const int {name}_sizes[] = {{{', '.join(str(len(one)) for one in knots)}}};",
+    ]
+
+
+def _look_up(name: str, own: Written, args: list[str]) -> str:
+    at = f"(const double[]){{{', '.join(args)}}}"
+    return f"table({len(own.extra[0])}, {name}_sizes, {name}_knots, {name}_values, {at})"

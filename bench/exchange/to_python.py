@@ -1,0 +1,181 @@
+"""A simulation as a Python file that needs nothing but Python."""
+
+from __future__ import annotations
+
+from bench.exchange.formula import Written
+from bench.exchange.written import STATES, Formulas
+
+_INFIX = {
+    "add": "+", "sub": "-", "mul": "*", "div": "/", "gt": ">", "ge": ">=", "lt": "<", "le": "<=", "eq": "==",
+    "ne": "!=",
+}  # fmt: skip
+_CALLS = {
+    "abs": "abs", "sin": "math.sin", "cos": "math.cos", "exp": "math.exp", "tanh": "math.tanh", "atan": "math.atan",
+    "asinh": "math.asinh", "log": "math.log", "log1p": "math.log1p", "log10": "math.log10", "sqrt": "math.sqrt",
+    "max": "max", "min": "min", "sign": "_sign", "pow": "_power", "mod": "_mod",
+}  # fmt: skip
+
+_RUNTIME = """
+
+def _sign(x):
+    return float(x > 0) - float(x < 0)
+
+
+def _mod(x, period):
+    return x % period
+
+
+def _power(x, exponent):
+    return x**exponent
+
+
+def _table(knots, values, places):
+    if not places:
+        return values[0]
+    own, step = knots[0], len(values) // len(knots[0])
+    at = min(max(places[0], own[0]), own[-1])
+    k = 0
+    while k < len(own) - 2 and own[k + 1] <= at:
+        k += 1
+    share = (at - own[k]) / (own[k + 1] - own[k])
+    low = _table(knots[1:], values[k * step : (k + 1) * step], places[1:])
+    high = _table(knots[1:], values[(k + 1) * step : (k + 2) * step], places[1:])
+    return (1.0 - share) * low + share * high
+
+
+# States: each is called once a sample with what it keeps (a list), the step of time, and its input.
+
+
+def _relaxing(s, dt, x, scale, from_zero):
+    if not s:
+        s += [0.0 if from_zero else x, 0.0]
+    step, s[0] = x - s[0], x
+    if step != 0.0:
+        target = 1.0 if step > 0 else -1.0
+        s[1] = target + (s[1] - target) * math.exp(-abs(step) / scale)
+    return s[1]
+
+
+def _play(s, dt, x, half_width):
+    if not s:
+        s.append(0.0)
+    s[0] = min(max(s[0], x - half_width), x + half_width)
+    return s[0]
+
+
+def _lag(s, dt, x, constant):
+    if not s:
+        s.append(x)
+    s[0] = x + (s[0] - x) * math.exp(-dt / constant)
+    return s[0]
+
+
+def _integral(s, dt, x):
+    if not s:
+        s += [x, 0.0]
+    s[1] += 0.5 * (x + s[0]) * dt
+    s[0] = x
+    return s[1]
+
+
+def _campaign_lag(s, dt, x, constant):
+    if not s:
+        s += [x, x]
+    if dt > 0.0:
+        slope = (x - s[0]) / dt
+        steady, begin = x - slope * constant, s[0] - slope * constant
+        s[1] = steady + (s[1] - begin) * math.exp(-dt / constant)
+    s[0] = x
+    return s[1]
+
+
+def _held(s, dt, x):
+    if not s:
+        s.append(0.0)
+    if x != 0.0:
+        s[0] = x
+    return s[0]
+
+
+def _distance(s, dt, x):
+    if not s:
+        s += [x, 0.0]
+    s[1] += abs(x - s[0])
+    s[0] = x
+    return s[1]
+
+
+def _begun(s, dt, x, direction):
+    if not s:
+        s += [x, 0.0]
+    if direction != 0.0 and direction != s[1]:
+        s[0] = x
+    s[1] = direction
+    return s[0]
+
+
+def _reversals(s, dt, x):
+    if not s:
+        s += [x, 0.0]
+    if x != s[0] and s[0] != 0.0:
+        s[1] = 1.0
+    s[0] = x
+    return s[1]
+"""
+
+
+def to_python(formulas: Formulas, name: str = "Model") -> str:
+    """Source of a class that is asked sample by sample: ``Model().step(time, {input: value})`` gives the outputs."""
+    lines = [
+        '"""A simulation, written by `bench export-model` from a simulation file; SI units, angles in rad, degC."""',
+        "",
+        "import math",
+        _RUNTIME,
+        "",
+        f"class {name}:",
+        f"    INPUTS = {list(formulas.inputs)!r}",
+        f"    OUTPUTS = {list(formulas.outputs)!r}",
+        f"    PARAMETERS = {{{', '.join(f'{p.name!r}: {p.value!r}' for p in formulas.parameters)}}}",
+        "",
+        "    def __init__(self, **parameters):",
+        "        self.p = {**self.PARAMETERS, **parameters}",
+        "        self.states = {}",
+        "        self.before = None",
+        "",
+        "    def step(self, time, u):",
+        '        """Outputs by name at a time in s; samples are given in their order, each once."""',
+        "        dt = 0.0 if self.before is None else time - self.before",
+        "        self.before = time",
+        "        p, z = self.p, self.states",
+    ]
+    place = {id(own): f"v{k}" for k, own in enumerate(formulas.steps)}
+    for own in formulas.steps:
+        if own.op != "const":
+            lines.append(f"        {place[id(own)]} = {_expression(own, place)}")
+    ends = ", ".join(f"{output!r}: {_of(own, place)}" for output, own in formulas.outputs.items())
+    lines += [f"        return {{{ends}}}", ""]
+    return "\n".join(lines)
+
+
+def _of(own: Written, place: dict[int, str]) -> str:
+    return f"({own.extra[0]!r})" if own.op == "const" else place[id(own)]
+
+
+def _expression(own: Written, place: dict[int, str]) -> str:
+    args = [_of(a, place) for a in own.args]
+    if own.op == "input":
+        return "time" if own.extra[0] == "time" else f"u[{own.extra[0]!r}]"
+    if own.op == "parameter":
+        return f"p[{own.extra[0]!r}]"
+    if own.op in _INFIX:
+        return f"{args[0]} {_INFIX[own.op]} {args[1]}"
+    if own.op == "neg":
+        return f"-{args[0]}"
+    if own.op == "where":
+        return f"{args[1]} if {args[0]} else {args[2]}"
+    if own.op == "table":
+        return f"_table({own.extra[0]!r}, {own.extra[1]!r}, [{', '.join(args)}])"
+    if own.op in STATES:
+        more = [*args, *(repr(c) for c in own.extra)]
+        return f"_{own.op}(z.setdefault({place[id(own)]!r}, []), dt, {', '.join(more)})"
+    return f"{_CALLS[own.op]}({', '.join(args)})"

@@ -1,0 +1,57 @@
+"""From what stands behind ``--simulation``, or in a simulation file, to a simulation that can be asked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from bench.errors import ConfigurationError
+from bench.foreign.base import Base, Values
+from bench.foreign.columns import WORD, Columns
+from bench.foreign.python import Function, free_of
+
+FMU_SUFFIXES = (".fmu", ".toml")
+
+
+def open_base(source: str, values: Values | None = None) -> Base | None:
+    """Open ``columns``, an FMU or its mapping, or ``module:name``; None for anything else, such as a ``model.json``.
+
+    Raises
+    ------
+    ConfigurationError
+        It is one of these, and cannot be opened.
+    """
+    if source == WORD:
+        return Base.of(Columns())
+    if Path(source).suffix.lower() in FMU_SUFFIXES:
+        from bench.foreign.fmu import open_fmu
+
+        return open_fmu(Path(source), values)
+    if ":" in source and not Path(source).exists():
+        return Base.of(Function(source), free_of(source), values)
+    return None
+
+
+def base_of(content: Mapping[str, Any], beside: Path, store: Path | None = None) -> Base | None:
+    """The simulation on which a simulation file in the folder ``beside`` stands; None where it stands alone.
+
+    ``content``: what the file holds beside its terms. Raises ConfigurationError where it cannot be opened.
+    """
+    told = content.get("base")
+    if told is None:
+        return None
+    try:
+        source, kind = str(told["source"]), str(told["kind"])
+        values = {str(name): float(own["value"]) for name, own in told.get("parameters", {}).items()}
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise ConfigurationError(
+            f"the simulation's base should have kind, source and parameters, each with a value ({error!r})."
+        ) from error
+    base = open_base(str(beside / source) if kind == "fmu" else source, values)
+    if base is None or base.simulator.kind != kind:
+        raise ConfigurationError(
+            f"the simulation's base '{source}' of kind '{kind}' should be {WORD}, an FMU, or module:name."
+        )
+    return replace(base, store=store)

@@ -1,0 +1,177 @@
+"""One channel from its columns: raw values as the file has them, with what makes SI of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.errors import ConfigurationError, RecordingError
+from bench.importing.channel_mapping import ChannelMapping, PartMapping
+from bench.importing.files import Files
+from bench.importing.formats import Source
+from bench.importing.units import Unit, product_unit, quantity, unit_of
+from bench.recording.header import ChannelSpec
+from bench.signals import BY_NAME
+
+LINEAR = {"rad": "m", "rad/s": "m/s", "N·m": "N"}
+"""What stands for the rotary units of the channel table on a linear axis (ratio 1)."""
+
+
+@dataclass(frozen=True, slots=True)
+class Channel:
+    """Raw values (N,) and what they are; ``source`` is the file they stand in."""
+
+    raw: NDArray[Any]
+    spec: ChannelSpec
+    source: Source
+
+    @property
+    def si(self) -> NDArray[np.float64]:
+        """Values in SI units."""
+        return np.asarray(self.raw * self.spec.scale + self.spec.offset, dtype=np.float64)
+
+    def with_si(self, values: NDArray[np.float64]) -> Channel:
+        """The same channel with other values, given in SI units."""
+        return replace(self, raw=values, spec=replace(self.spec, dtype="float64", scale=1.0, offset=0.0))
+
+    def taken(self, rows: NDArray[Any] | slice) -> Channel:
+        """The rows chosen."""
+        return replace(self, raw=self.raw[rows])
+
+
+def read_channel(name: str, wanted: ChannelMapping, files: Files, where: str, linear: bool | None) -> Channel:
+    """Read a channel.
+
+    Parameters
+    ----------
+    where : mapping file and key, for the sentence of an error.
+    linear : whether it is a linear axis; None: either, whichever its unit is of.
+
+    Raises
+    ------
+    ConfigurationError, RecordingError
+        The mapping or the file is wrong.
+    """
+    parts: tuple[PartMapping, ...] = wanted.sum or (wanted,)
+    keys = [f"{where}.sum.{index}" for index in range(len(parts))] if wanted.sum else [where]
+    read = [_part(name, part, files, key, linear) for part, key in zip(parts, keys, strict=True)]
+    units = {channel.spec.unit for channel in read}
+    if len(units) > 1:
+        raise ConfigurationError(f"{where}.sum: adds {' and '.join(sorted(units))}, its parts should be of one unit.")
+    sizes = {channel.raw.size for channel in read}
+    if len(sizes) > 1:
+        listed = ", ".join(f"{part.variable or part.column}: {c.raw.size}" for part, c in zip(parts, read, strict=True))
+        raise RecordingError(f"{files.main}: the parts of {name} differ in length ({listed}), they should be alike.")
+    signal = BY_NAME.get(name)
+    description = wanted.description or (signal.description if signal is not None else name.removeprefix("aux/"))
+    first = read[0]
+    if len(read) > 1:
+        first = first.with_si(np.sum([channel.si for channel in read], axis=0))
+    origin = " + ".join(channel.spec.origin for channel in read)
+    return replace(first, spec=replace(first.spec, description=description, origin=origin))
+
+
+def _part(name: str, part: PartMapping, files: Files, where: str, linear: bool | None) -> Channel:
+    source = files.source(part.file)
+    raw = source.read(part.variable, part.column, part.row)
+    if raw.dtype.kind == "M":
+        raise ConfigurationError(f"{where}: '{part.variable}' holds dates, only 'time' should.")
+    if raw.dtype.kind == "f":
+        raw = raw.astype(np.float64)
+    if part.wraps_at is not None:
+        raw = _unwrapped(raw, part.wraps_at)
+    number, text = _conversion(part, where, linear)
+    unit = _unit(name, text, where, linear)
+    scale = _constant(part.scale, source, where, "scale")
+    offset = _constant(part.offset, source, where, "offset")
+    if scale == 0.0:
+        raise ConfigurationError(f"{where}.scale: is 0, a number that leaves something of the values would be right.")
+    place = part.variable or f"{'column' if part.column else 'row'} {part.column or part.row}"
+    spec = ChannelSpec(
+        name=name,
+        unit=unit.si,
+        dtype=str(raw.dtype.newbyteorder("=")),
+        scale=scale * number * unit.factor,
+        offset=offset * number * unit.factor + unit.offset,
+        origin=f"{files.path(part.file).name}/{place}",
+    )
+    channel = Channel(raw.astype(spec.dtype, copy=False), spec, source)
+    for other in part.times:
+        by = source.read(other)
+        if by.size not in (1, raw.size) or by.dtype.kind not in "iuf":
+            raise ConfigurationError(f"{where}.times: '{other}' holds {by.size} values, it should hold {raw.size}.")
+        channel = channel.with_si(channel.si * by)
+        channel = replace(channel, spec=replace(channel.spec, origin=f"{channel.spec.origin} * {other}"))
+    return channel
+
+
+def _conversion(part: PartMapping, where: str, linear: bool | None) -> tuple[float, str]:
+    """Factor and unit of what a channel's numbers are turned into."""
+    if part.counts_per_revolution is not None:
+        if part.unit not in ("1", "counts", "count"):
+            raise ConfigurationError(
+                f"{where}.unit: is '{part.unit}', with 'counts_per_revolution' it should be 'counts', or left out."
+            )
+        return 1.0 / part.counts_per_revolution, "revolution"
+    if part.torque_constant is not None:
+        plain = "N/A" if linear else "N*m/A"
+        given = part.torque_constant
+        number, own = (given, plain) if not isinstance(given, str) else quantity(given, f"{where}.torque_constant")
+        return number, product_unit("A" if part.unit == "1" else part.unit, plain if own == "1" else own)
+    if part.factor is None:
+        return 1.0, part.unit
+    given = part.factor
+    number, own = (given, "1") if not isinstance(given, str) else quantity(given, f"{where}.factor")
+    return number, part.unit if own == "1" else product_unit(part.unit, own)
+
+
+def _unit(name: str, text: str, where: str, linear: bool | None) -> Unit:
+    """The unit of a channel; on a linear axis metres and newtons stand for radians and newton metres."""
+    signal = BY_NAME.get(name)
+    if signal is None:
+        return unit_of(text, where)
+    allowed = [signal.unit] if not linear else []
+    if linear is not False and signal.unit in LINEAR:
+        allowed.insert(0, LINEAR[signal.unit])
+    for like in allowed:
+        try:
+            return unit_of(text, where, like)
+        except ConfigurationError:
+            continue
+    if text == "1" and signal.unit in LINEAR:
+        raise ConfigurationError(f"{where}.unit: is missing, it should be one that becomes '{signal.unit}'.")
+    return unit_of(text, where, LINEAR.get(signal.unit, signal.unit) if linear else signal.unit)
+
+
+def _unwrapped(raw: NDArray[Any], period: float) -> NDArray[Any]:
+    """Count overflows: integers stay integers, and become int64."""
+    if raw.dtype.kind in "iu":
+        return np.unwrap(raw.astype(np.int64), period=int(period))
+    return np.unwrap(raw, period=period)
+
+
+def _constant(value: float | str, source: Source, where: str, key: str) -> float:
+    if not isinstance(value, str):
+        return value
+    found = source.read(value)
+    if found.size != 1:
+        raise ConfigurationError(
+            f"{where}.{key}: variable '{value}' holds {found.size} values, it should hold one; "
+            "'times' multiplies sample by sample."
+        )
+    return float(found[0])
+
+
+def filled(channel: Channel, how: str) -> Channel:
+    """Fill samples that are not there: the last one held, or a straight line between those on both sides."""
+    missing = ~np.isfinite(channel.raw)
+    if how == "refuse" or not missing.any() or missing.all():
+        return channel
+    index = np.arange(channel.raw.size)
+    if how == "interpolate":
+        return channel.with_si(np.interp(index, index[~missing], channel.si[~missing]))
+    last = np.maximum.accumulate(np.where(missing, -1, index))
+    return replace(channel, raw=channel.raw[np.where(last >= 0, last, index[~missing][0])])

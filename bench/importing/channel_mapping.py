@@ -1,0 +1,79 @@
+"""What a mapping says of one channel: where it stands, in which unit, and how raw values become that unit."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+
+class Strict(BaseModel):
+    """A table of a mapping: unknown keys are refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class PartMapping(Strict):
+    """One column, or one of several that are added.
+
+    Value in ``unit`` = raw · ``scale`` + ``offset``. ``scale`` and ``offset`` are numbers, or names of variables of the
+    same file that hold one number. What turns one quantity into another comes on top: ``torque_constant``,
+    ``counts_per_revolution``, or any ``factor``.
+    """
+
+    variable: str | None = None
+    """Name in the file: ``qm``, ``data.qm`` (MAT structure), ``group/qm`` (HDF5, TDMS) or the heading of a column."""
+    column: int | None = Field(default=None, ge=1)
+    """Column of a matrix variable, or of a text file without headings; counted from 1."""
+    row: int | None = Field(default=None, ge=1)
+    """Row of a matrix variable whose data lie in rows; counted from 1."""
+    file: str | None = None
+    """Another file it stands in, from the recording's folder; ``*`` is what it was there, ``{stem}`` its stem."""
+    unit: str = "1"
+    scale: float | str = 1.0
+    offset: float | str = 0.0
+    factor: float | str | None = None
+    """A number, or one with a unit: ``35.15 N/V``, ``10 mm/rev``."""
+    torque_constant: float | str | None = None
+    """Of a current: N·m/A, on a linear axis N/A."""
+    counts_per_revolution: float | None = Field(default=None, gt=0)
+    times: tuple[str, ...] = ()
+    """Variables of the same file it is multiplied with, sample by sample."""
+    wraps_at: float | None = Field(default=None, gt=0)
+    """Raw counts (or angle, in raw units) after which the value starts again; it is unwrapped."""
+
+    @property
+    def placed(self) -> bool:
+        """Whether it says where it stands."""
+        return self.variable is not None or self.column is not None or self.row is not None
+
+    @model_validator(mode="after")
+    def _one_conversion(self) -> PartMapping:
+        if sum(own is not None for own in (self.factor, self.torque_constant, self.counts_per_revolution)) > 1:
+            raise ValueError("has more than one of 'factor', 'torque_constant', 'counts_per_revolution'")
+        return self
+
+
+class ChannelMapping(PartMapping):
+    """One channel: a column, or the ``sum`` of several."""
+
+    sum: tuple[PartMapping, ...] = ()
+    time: str | None = None
+    """Variable that holds this channel's own time stamps, in the unit of the common ones."""
+    missing: Literal["refuse", "hold", "interpolate"] = "refuse"
+    """What to do with samples that are not there (NaN)."""
+    rate: float | None = Field(default=None, gt=0)
+    """Only for ``time`` that stands in no variable: samples per second."""
+    timezone: str | None = None
+    """Only for ``time``: zone of dates that say none, such as ``Europe/Berlin``."""
+    description: str = ""
+
+    @model_validator(mode="after")
+    def _has_a_place(self) -> ChannelMapping:
+        if not self.placed and not self.sum and self.rate is None:
+            raise ValueError("needs 'variable' or 'column' (or 'sum', or for time 'rate')")
+        if self.sum and self.placed:
+            raise ValueError("has a 'sum' and a place of its own, one of them is enough")
+        if any(not part.placed for part in self.sum):
+            raise ValueError("every part of 'sum' needs 'variable' or 'column'")
+        return self

@@ -1,0 +1,76 @@
+"""The files a recording comes from: found by pattern, opened once."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from bench.errors import ConfigurationError
+from bench.importing.formats import Source, open_source
+from bench.importing.formats.text_layout import TextOptions
+from bench.importing.mapping import RecordingMapping
+from bench.names import require_name
+
+
+@dataclass(slots=True)
+class Files:
+    """The main file of a recording, and those that single channels stand in; ``stars`` what ``*`` stood for."""
+
+    main: Path
+    options: TextOptions
+    stars: tuple[str, ...] = ()
+    _open: dict[Path, Source] = field(default_factory=dict)
+
+    def path(self, name: str | None) -> Path:
+        """The file of a channel; the main one where it names none."""
+        if name is None:
+            return self.main
+        for star in self.stars:
+            name = name.replace("*", star, 1)
+        return self.main.parent / name.replace("{stem}", self.main.stem)
+
+    def source(self, name: str | None = None) -> Source:
+        """Open the file of a channel, once."""
+        path = self.path(name)
+        if path not in self._open:
+            self._open[path] = open_source(path, self.options)
+        return self._open[path]
+
+
+def found(folder: Path, entry: RecordingMapping) -> list[tuple[Path, tuple[str, ...]]]:
+    """Find the files of a recording's entry, with what the stars of its pattern stand for.
+
+    Raises
+    ------
+    ConfigurationError
+        No file fits the pattern, or one id would name several.
+    """
+    if not any(mark in entry.file for mark in "*?["):
+        return [(folder / entry.file, ())]
+    files = sorted(path for path in folder.glob(entry.file) if path.is_file())
+    if not files:
+        raise ConfigurationError(f"{folder / entry.file}: no file fits this pattern of recordings.file.")
+    if len(files) > 1 and entry.recording_id is not None:
+        raise ConfigurationError(
+            f"recordings.recording_id '{entry.recording_id}' would name {len(files)} files of the pattern "
+            f"'{entry.file}'; leave it out, each then has the name of its file."
+        )
+    return [(path, _stars(path.relative_to(folder).as_posix(), entry.file)) for path in files]
+
+
+def _stars(name: str, pattern: str) -> tuple[str, ...]:
+    parts = [re.escape(part).replace(r"\?", ".") for part in pattern.split("*")]
+    match = re.fullmatch("(.*)".join(parts), name)
+    return match.groups() if match else ()
+
+
+def ids(files: list[tuple[Path, tuple[str, ...]]], entry: RecordingMapping) -> list[str]:
+    """Name the recordings of an entry: by its id, by the files' stems, or where these are alike by their folders."""
+    if entry.recording_id is not None:
+        names = [entry.recording_id]
+    else:
+        names = [path.stem for path, _ in files]
+        if len(set(names)) != len(names):
+            names = [f"{path.parent.name}-{path.stem}" for path, _ in files]
+    return [require_name(name, "recordings.recording_id") for name in names]

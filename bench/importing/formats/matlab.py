@@ -1,0 +1,77 @@
+"""MATLAB files up to version 7 (4 and 5 inside); fields of structures as ``structure.field``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from datetime import datetime
+from pathlib import Path
+from struct import unpack_from
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.errors import RecordingError
+from bench.importing.formats.source import Variable, at_index, one_dimensional, unknown
+
+_HEADER = 20
+_LONGEST_NAME = 256
+
+
+def is_version_4(head: bytes) -> bool:
+    """Whether a file begins as MATLAB 4 files do, which have no signature: five integers that fit, and a name."""
+    if len(head) < _HEADER + 1:
+        return False
+    for order in "<>":
+        kind, rows, columns, imaginary, length = unpack_from(f"{order}5i", head)
+        digits = [kind // 1000, kind // 100 % 10, kind // 10 % 10, kind % 10]
+        fits = 0 <= kind < 5000 and digits[1] == 0 and digits[2] <= 5 and digits[3] <= 2
+        if fits and rows >= 0 and columns >= 0 and imaginary in (0, 1) and 1 < length <= _LONGEST_NAME:
+            name = head[_HEADER : _HEADER + length]
+            if name[-1:] == b"\0" and name[:-1].decode("ascii", "replace").isidentifier():
+                return True
+    return False
+
+
+class MatlabSource:
+    """A MATLAB file that SciPy reads."""
+
+    started_at: datetime | None = None
+
+    def __init__(self, path: Path) -> None:
+        import scipy.io
+
+        self._path = path
+        try:
+            contents = scipy.io.loadmat(path, squeeze_me=False, struct_as_record=False)
+        except Exception as error:
+            raise RecordingError(f"{path}: is not a readable MAT file ({error}).") from error
+        self._arrays: dict[str, NDArray[Any]] = {}
+        for name, value in contents.items():
+            if not name.startswith("__"):
+                self._arrays.update(_flat(name, value))
+
+    def variables(self) -> list[Variable]:
+        """Name the variables, and the fields of structures."""
+        return [Variable(name, array.shape, str(array.dtype)) for name, array in self._arrays.items()]
+
+    def read(self, variable: str | None, column: int | None = None, row: int | None = None) -> NDArray[Any]:
+        """Read a variable, or a field of a structure."""
+        if variable not in self._arrays:
+            raise unknown(self._path, variable, self._arrays)
+        return one_dimensional(self._arrays[variable], column, row, f"{self._path}: {variable}")
+
+    place = staticmethod(at_index)
+
+
+def _flat(name: str, value: Any) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Give the arrays of numbers under a name; of an array of structures ``name(2).field``, as MATLAB writes it."""
+    if hasattr(value, "_fieldnames"):
+        for field in value._fieldnames:
+            yield from _flat(f"{name}.{field}", getattr(value, field))
+    elif isinstance(value, np.ndarray) and value.dtype.kind == "O":
+        items = value.reshape(-1)
+        for index, item in enumerate(items):
+            yield from _flat(name if items.size == 1 else f"{name}({index + 1})", item)
+    elif isinstance(value, np.ndarray) and value.dtype.kind in "biuf":
+        yield name, value

@@ -1,0 +1,54 @@
+"""Which reader a file needs: by its first bytes, never by its name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from bench.errors import RecordingError
+from bench.importing.formats.hdf5 import Hdf5Source
+from bench.importing.formats.matlab import MatlabSource, is_version_4
+from bench.importing.formats.mdf import MdfSource
+from bench.importing.formats.parquet import ParquetSource
+from bench.importing.formats.source import Source
+from bench.importing.formats.tdms import TdmsSource
+from bench.importing.formats.text import TextSource
+from bench.importing.formats.text_layout import TextOptions
+
+_HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
+_MAT73_USER_BLOCK = 512
+_HEAD = 4096
+_UTF16 = (b"\xff\xfe", b"\xfe\xff")
+
+
+def open_source(path: Path, options: TextOptions | None = None) -> Source:
+    """Open a file of measurements.
+
+    Raises
+    ------
+    RecordingError
+        The file is missing, empty, damaged, or of a kind that is not known.
+    """
+    if path.is_dir():
+        raise RecordingError(f"{path}: is a folder, it should be one file of measurements.")
+    try:
+        with path.open("rb") as file:
+            head = file.read(_HEAD)
+    except OSError as error:
+        raise RecordingError(f"{path}: cannot be read ({error.strerror}).") from error
+    if not head:
+        raise RecordingError(f"{path}: is empty, it should hold measurements.")
+    if head.startswith(_HDF5_SIGNATURE) or head[_MAT73_USER_BLOCK:].startswith(_HDF5_SIGNATURE):
+        return Hdf5Source(path, transposed=head.startswith(b"MATLAB"))
+    if head.startswith(b"MATLAB 5.0") or is_version_4(head):
+        return MatlabSource(path)
+    if head.startswith((b"TDSm", b"TDSh")):
+        return TdmsSource(path)
+    if head.startswith(b"PAR1"):
+        return ParquetSource(path)
+    if head.startswith((b"MDF     ", b"UnFinMF ")):
+        return MdfSource(path)
+    if head.startswith(_UTF16) or b"\0" not in head:
+        return TextSource(path, options or TextOptions())
+    raise RecordingError(
+        f"{path}: is none of MAT, HDF5, TDMS, Parquet, MDF or text (CSV of any separator); it should be one of them."
+    )

@@ -1,0 +1,181 @@
+"""How a text file is laid out: separator, decimal mark, headings, units, and where its data begin."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+
+from bench.importing.formats.text_stamps import is_stamp
+from bench.importing.units import is_unit, split_unit
+
+_SAMPLE = 200
+_STEADY = 4
+_HEADINGS = 3
+_FEW_LINES, _MANY_FIELDS = 64, 50
+_MISSING = frozenset(("", "nan", "na", "n/a", "null", "none", "-", "--", "inf", "-inf"))
+_SEPARATORS = (";", "\t", ",", "|", None)
+_NUMBERS = {mark: re.compile(rf"[+-]?(\d+({mark}\d*)?|{mark}\d+)([eEdD][+-]?\d+)?") for mark in (r"\.", ",")}
+
+
+@dataclass(frozen=True, slots=True)
+class TextOptions:
+    """What a mapping says of a text file; None: found from the file.
+
+    ``comment`` begins a line of remarks; ``skip_lines`` are passed over before anything is looked at; ``data_in`` is
+    ``columns`` or ``rows``; ``encoding`` as Python names it.
+    """
+
+    delimiter: str | None = None
+    decimal: str | None = None
+    comment: str = "#"
+    skip_lines: int = 0
+    data_in: str | None = None
+    encoding: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class TextLayout:
+    """What was found. ``delimiter`` None is any white space; ``first`` counts the lines given; ``rows``: a variable a
+    line.
+    """
+
+    delimiter: str | None
+    decimal: str
+    first: int
+    width: int
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    rows: bool = False
+
+
+def split(line: str, delimiter: str | None) -> list[str]:
+    """Split a line into fields without the space around them."""
+    if delimiter is None:
+        return line.split()
+    return [field.strip() for field in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
+
+
+def is_number(field: str, decimal: str) -> bool:
+    """Whether a field is a number, written with this decimal mark."""
+    return _NUMBERS[r"\." if decimal == "." else ","].fullmatch(field) is not None
+
+
+def find_layout(lines: Sequence[str], remarks: Sequence[str], options: TextOptions) -> TextLayout | None:
+    """Find the layout of a file from its lines (without empty ones and ``remarks``); None where nothing is a table."""
+    middle = min(len(lines) // 2, max(len(lines) - _SAMPLE, 0))
+    sample = lines[middle : middle + _SAMPLE]
+    separators = _SEPARATORS if options.delimiter is None else (_given(options.delimiter),)
+    marks = (".", ",") if options.decimal is None else (options.decimal,)
+    best: tuple[tuple[float, bool, int], str | None, str, int] | None = None
+    for delimiter in separators:
+        for mark in marks:
+            if delimiter == mark:
+                continue
+            rating = _rated(lines, sample, delimiter, mark)
+            if rating is not None and (best is None or rating[0] > best[0]):
+                best = (rating[0], delimiter, mark, rating[1])
+    if best is None:
+        return None
+    _, delimiter, mark, width = best
+    first = _first(lines, delimiter, mark, width)
+    few = len(lines) - first <= _FEW_LINES and width >= _MANY_FIELDS and width > 3 * (len(lines) - first)
+    if options.data_in == "rows" or (options.data_in is None and few):
+        return _in_rows(lines[first:], delimiter, mark, first, width)
+    names, units = _headings(lines[:first], remarks, delimiter, mark, width)
+    return TextLayout(delimiter, mark, first, width, names, units)
+
+
+def _given(delimiter: str) -> str | None:
+    """The separator a mapping gives; a space is any white space."""
+    return {" ": None, "\\t": "\t", "tab": "\t"}.get(delimiter, delimiter)
+
+
+def _rated(
+    lines: Sequence[str], sample: Sequence[str], delimiter: str | None, mark: str
+) -> tuple[tuple[float, bool, int], int] | None:
+    """Rate a separator: share of fields that are data, whether the headings have as many, number of columns."""
+    fields = [split(line, delimiter) for line in sample]
+    widths = Counter(len(own) for own in fields)
+    width, often = max(widths.items(), key=lambda item: (item[1], item[0]))
+    every = [field for own in fields for field in own]
+    numbers = sum(is_number(field, mark) for field in every)
+    good = numbers + sum(field.lower() in _MISSING or is_stamp(field) for field in every)
+    if not numbers or not width:
+        return None
+    first = _first(lines, delimiter, mark, width)
+    agrees = first == 0 or len(split(lines[first - 1], delimiter)) >= width
+    return (round(good / len(every) * often / len(sample), 3), agrees, width), width
+
+
+def _first(lines: Sequence[str], delimiter: str | None, mark: str, width: int) -> int:
+    """Index of the first line of data: it and the next few look like data."""
+    looks = partial(_is_data, delimiter=delimiter, mark=mark, width=width)
+    return next(
+        (
+            index
+            for index in range(len(lines))
+            if len(split(lines[index], delimiter)) == width
+            and all(looks(line) for line in lines[index : index + _STEADY])
+        ),
+        0,
+    )
+
+
+def _is_data(line: str, *, delimiter: str | None, mark: str, width: int) -> bool:
+    fields = split(line, delimiter)
+    numbers = sum(is_number(field, mark) for field in fields)
+    good = numbers + sum(field.lower() in _MISSING or is_stamp(field) for field in fields)
+    return numbers > 0 and len(fields) <= width and 2 * good >= max(len(fields), 1)
+
+
+def _headings(
+    above: Sequence[str], remarks: Sequence[str], delimiter: str | None, mark: str, width: int
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names and units of the columns from the lines above the data, or from the last remark."""
+    block: list[list[str]] = []
+    for line in reversed(above[-_HEADINGS:]):
+        fields = split(line, delimiter)
+        if len(fields) < width or any(is_number(field, mark) for field in fields):
+            break
+        block.insert(0, fields[:width])
+    if not block and remarks:
+        fields = split(remarks[-1], delimiter)
+        fields = fields if len(fields) == width else split(remarks[-1], None)
+        block = [fields] if len(fields) == width and not any(is_number(field, mark) for field in fields) else []
+    if not block:
+        return (), ("",) * width
+    units = [""] * width
+    if len(block) > 1 and _all_units(block[-1]):
+        units = [field.strip("[]() ") for field in block.pop()]
+    names = _distinct(block[-1])
+    return names, tuple(unit or split_unit(name)[1] for name, unit in zip(names, units, strict=True))
+
+
+def _all_units(fields: Sequence[str]) -> bool:
+    told = [field for field in fields if field]
+    fits = sum(is_unit(field.strip("[]() ")) or (field[0] in "[(" and field[-1] in ")]") for field in told)
+    return bool(told) and 2 * fits > len(told)
+
+
+def _distinct(names: Sequence[str]) -> tuple[str, ...]:
+    seen: Counter[str] = Counter()
+    out = []
+    for index, name in enumerate(names):
+        own = name or f"column {index + 1}"
+        seen[own] += 1
+        out.append(own if seen[own] == 1 else f"{own}_{seen[own]}")
+    return tuple(out)
+
+
+def _in_rows(lines: Sequence[str], delimiter: str | None, mark: str, first: int, width: int) -> TextLayout:
+    """A variable a line: its name stands before the numbers, and its unit perhaps between."""
+    fields = [split(line, delimiter) for line in lines]
+    named = all(not is_number(own[0], mark) for own in fields)
+    names = _distinct([own[0] if named else f"row {index + 1}" for index, own in enumerate(fields)])
+    second = named and all(len(own) > 1 and not is_number(own[1], mark) for own in fields)
+    units = [own[1].strip("[]() ") if second else split_unit(name)[1] for own, name in zip(fields, names, strict=True)]
+    return TextLayout(delimiter, mark, first, width, names, tuple(units), rows=True)

@@ -1,0 +1,239 @@
+"""Files of other tools become recordings, as a mapping file says."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.errors import ConfigurationError, RecordingError
+from bench.importing.cutting import LEAST_REVOLUTIONS, Cut, cut, travelled
+from bench.importing.files import Files, found, ids
+from bench.importing.mapping import (
+    Mapping,
+    RecordingMapping,
+    SegmentMapping,
+    as_utc,
+    load_mapping,
+)
+from bench.importing.plausible import implausible
+from bench.importing.table import ChannelTable, read_table
+from bench.recording.folder import Rejected
+from bench.recording.header import Event, Gearbox, RecordingHeader, Segment, Setpoint
+from bench.recording.missing import consequences
+from bench.recording.one_shot import write_recording
+from bench.recording.reader import Recording
+
+_OF_FILE = "started_at is the modification time of the imported file"
+
+
+@dataclass(frozen=True, slots=True)
+class Imported:
+    """A recording made from ``source``; ``notes`` what was done to it, ``consequences`` what its missing channels
+    rule out, ``warnings`` what cannot be (a wrong sign or scale), one sentence each.
+    """
+
+    source: Path
+    recording: Recording
+    consequences: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+
+def import_recordings(
+    mapping_path: str | Path,
+    out: str | Path,
+    data: str | Path | None = None,
+    changes: dict[str, Any] | None = None,
+) -> Iterator[Imported | Rejected]:
+    """Import all files of a mapping, one after another, into the folder ``out``; a file that is no use stops no other.
+
+    Parameters
+    ----------
+    data : folder in which the files are sought; by default the mapping file's own.
+    changes : values by key (``gearbox.ratio``) that come before those of the file.
+
+    Raises
+    ------
+    ConfigurationError
+        The mapping file is wrong.
+    """
+    mapping_path, out = Path(mapping_path), Path(out)
+    mapping, text = load_mapping(mapping_path, changes)
+    folder = Path(data) if data is not None else mapping_path.parent
+    out.mkdir(parents=True, exist_ok=True)
+    for entry in mapping.recordings:
+        files = found(folder, entry)
+        for (file, stars), name in zip(files, ids(files, entry), strict=True):
+            try:
+                targets, notes, warnings = _import_one(
+                    mapping, text, mapping_path, entry, Files(file, mapping.csv.options(), stars), out / name
+                )
+            except RecordingError as error:
+                yield Rejected(file, str(error))
+                continue
+            for index, target in enumerate(targets):
+                recording = Recording.open(target)
+                first = index == 0
+                if first:
+                    yield Imported(file, recording, consequences(recording), notes, warnings)
+                else:
+                    yield Imported(file, recording, ())
+
+
+def _import_one(
+    mapping: Mapping, text: str, mapping_path: Path, entry: RecordingMapping, files: Files, stem: Path
+) -> tuple[list[Path], tuple[str, ...], tuple[str, ...]]:
+    """Write the recordings of one file; gives their paths, what was done to the data, and what of them cannot be."""
+    table = read_table(mapping, {**mapping.columns, **entry.channels}, files, f"{mapping_path}")
+    segments = [
+        _segment(own, table.time, files.main)
+        for own in (entry.segments if entry.segments is not None else mapping.segments)
+    ]
+    whole = _bounds(entry, table, files.main)
+    stretches = _stretches(mapping, entry, table, whole, files.main)
+    width = max(2, len(str(len(stretches))))
+    targets = [
+        stem.with_name(f"{stem.name}.h5" if len(stretches) == 1 else f"{stem.name}-{index:0{width}d}.h5")
+        for index in range(1, len(stretches) + 1)
+    ]
+    for target in targets:
+        if target.exists():
+            raise RecordingError(
+                f"{target}: is there already, an import does not overwrite recordings; "
+                "--out should name another folder."
+            )
+    warnings = tuple(implausible(table, mapping.gearbox.ratio, f"{mapping_path}"))
+    rate = mapping.sample_rate or 1 / float(np.median(np.diff(table.time)))
+    started = entry.started_at or mapping.started_at or table.started_at
+    if started is None:
+        started = datetime.fromtimestamp(files.main.stat().st_mtime, UTC)
+        table.notes.append(_OF_FILE)
+    for number, (target, rows) in enumerate(zip(targets, stretches, strict=True), 1):
+        header = RecordingHeader(
+            recording_id=target.stem,
+            campaign_id=mapping.campaign_id,
+            kind=entry.kind or mapping.kind,
+            started_at=as_utc(started) + timedelta(seconds=float(table.time[rows.start])),
+            sample_rate=rate,
+            source="import",
+            setpoint=Setpoint(**entry.setpoint.model_dump()),
+            gearbox=Gearbox(**mapping.gearbox.model_dump(exclude={"axis"})),
+            zero_id=mapping.zero_id,
+            gearbox_serial=mapping.gearbox_serial,
+            axis="linear" if table.linear else "rotary",
+            config=text,
+            software=_software(),
+            attributes=_provenance(files.main, rows, number, len(stretches)),
+        )
+        _write(target, header, table, rows, segments, warnings)
+    return targets, tuple(table.notes), warnings
+
+
+def _write(
+    target: Path,
+    header: RecordingHeader,
+    table: ChannelTable,
+    rows: slice,
+    segments: list[Segment],
+    warnings: tuple[str, ...],
+) -> None:
+    channels = {name: (channel.raw[rows], channel.spec) for name, channel in table.channels.items()}
+    stamps, spec = channels["time"]
+    channels["time"] = (stamps - stamps[0], spec)
+    inside = [
+        Segment(own.name, max(own.start, rows.start) - rows.start, min(own.stop, rows.stop) - rows.start)
+        for own in segments
+        if own.start < rows.stop and own.stop > rows.start
+    ]
+    events = [Event(0.0, "info" if note == _OF_FILE else "warning", note) for note in (*table.notes, *warnings)]
+    write_recording(target, header, channels, inside, events)
+
+
+def _provenance(file: Path, rows: slice, number: int, count: int) -> dict[str, Any]:
+    attributes: dict[str, Any] = {"imported_from": file.name}
+    if count > 1:
+        attributes |= {"piece": f"{number} of {count}", "first_row": int(rows.start), "rows_end": int(rows.stop)}
+    return attributes
+
+
+def _bounds(entry: RecordingMapping, table: ChannelTable, file: Path) -> slice:
+    time = table.time
+    start = entry.start if entry.start_s is None else int(np.searchsorted(time, entry.start_s))
+    stop = entry.stop if entry.stop_s is None else int(np.searchsorted(time, entry.stop_s))
+    rows = slice(start or 0, time.size if stop is None else min(stop, time.size) if entry.stop_s is not None else stop)
+    if not rows.start + 1 < rows.stop <= time.size:
+        raise RecordingError(
+            f"{file}: recordings.start and stop cut rows {rows.start} to {rows.stop} out of rows 0 to {time.size} "
+            f"({time[-1]:.6g} s), two should be left."
+        )
+    return rows
+
+
+def _stretches(mapping: Mapping, entry: RecordingMapping, table: ChannelTable, whole: slice, file: Path) -> list[slice]:
+    """The rows of each recording: what stands between gaps, and pieces of that; every row of ``whole`` once."""
+    edges = [whole.start, *(start for start in table.starts if whole.start < start < whole.stop), whole.stop]
+    stretches = [slice(a, b) for a, b in itertools.pairwise(edges)]
+    if len(stretches) > 1:
+        table.notes.append(f"nothing stands in {len(stretches) - 1} gaps, the recording was cut there")
+        short = [own for own in stretches if own.stop - own.start < 2]
+        stretches = [own for own in stretches if own not in short]
+        if short:
+            table.notes.append(f"{len(short)} single samples between gaps were left out")
+    pieces = entry.pieces or mapping.pieces
+    if pieces is None:
+        return stretches
+    out = []
+    for own in stretches:
+        time = table.time[own]
+        wanted = max(1, round(pieces.at_least * (own.stop - own.start) / (whole.stop - whole.start)))
+        if pieces.seconds is not None:
+            made: Cut = cut(time - time[0], pieces.seconds, wanted, 0.0, "s")
+        else:
+            assert pieces.revolutions is not None
+            made = cut(
+                _revolutions(mapping, table, own, file), pieces.revolutions, wanted, LEAST_REVOLUTIONS, "revolutions"
+            )
+        if made.note and made.note not in table.notes:
+            table.notes.append(made.note)
+        out += [slice(own.start + piece.start, own.start + piece.stop) for piece in made.pieces]
+    return out
+
+
+def _revolutions(mapping: Mapping, table: ChannelTable, rows: slice, file: Path) -> NDArray[np.float64]:
+    """Revolutions of the output run through since the first of the rows."""
+    if table.linear:
+        raise ConfigurationError(f"{file}: pieces.revolutions: a linear axis has none, pieces.seconds would be right.")
+    per = {"load_angle": 1.0, "motor_angle": abs(mapping.gearbox.ratio)}
+    name = next((own for own in per if own in table.channels), None)
+    if name is None:
+        raise ConfigurationError(f"{file}: pieces.revolutions: no angle was recorded, pieces.seconds would be right.")
+    angle = table.channels[name].si[rows] / per[name]
+    return travelled(angle, table.time[rows]) / (2 * np.pi)
+
+
+def _segment(segment: SegmentMapping, time: NDArray[np.float64], file: Path) -> Segment:
+    start = segment.start if segment.start_s is None else int(np.searchsorted(time, segment.start_s))
+    stop = segment.stop if segment.stop_s is None else int(np.searchsorted(time, segment.stop_s))
+    made = Segment(segment.name, start or 0, time.size if stop is None else stop)
+    if not made.start < made.stop <= time.size:
+        raise ConfigurationError(
+            f"{file}: segment '{made.name}' would run from row {made.start} to {made.stop}, "
+            f"it should lie within rows 0 to {time.size}."
+        )
+    return made
+
+
+def _software() -> dict[str, str]:
+    try:
+        release = version("gearbench")
+    except PackageNotFoundError:
+        release = "unknown"
+    return {"name": "gearbench", "version": release, "revision": "unknown"}

@@ -1,0 +1,68 @@
+"""Numbers a mapping needs that the data themselves tell: rates, units of time, overflows, the gear ratio."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.importing.looking.inventory import Column
+
+FloatArray = NDArray[np.float64]
+_POSIX = 4e8, 5e9
+_EPOCHS = (("s", 1.0), ("ms", 1e3), ("us", 1e6), ("ns", 1e9))
+_TURNS = {"deg": 360.0, "°": 360.0, "degree": 360.0, "rad": 2 * math.pi, "rev": 1.0}
+_FULL = 0.97
+_JUMP = 0.5
+_LEAST_JUMPS = 1
+_SLOW_STEP = 1.0
+_CLOSE = 0.02
+
+
+def step_of(column: Column) -> float | None:
+    """Usual step of a column that rises, in its own unit; None where it does not."""
+    steps = np.diff(column.seconds)
+    steps = steps[np.isfinite(steps)]
+    rising = steps[steps > 0]
+    if not steps.size or rising.size < 0.5 * steps.size or np.sum(steps < 0) > max(2, 0.01 * steps.size):
+        return None
+    return float(np.median(rising))
+
+
+def unit_of_time(column: Column) -> tuple[str, bool]:
+    """Unit of a clock that says none, and whether that is sure; ``?`` where it may be several."""
+    if column.stamps:
+        return "s", True
+    first, step = float(column.seconds[0]), step_of(column) or 0.0
+    for unit, factor in _EPOCHS:
+        if _POSIX[0] * factor < first < _POSIX[1] * factor:
+            return unit, True
+    return ("?", False) if step >= _SLOW_STEP else ("s", False)
+
+
+def overflow(column: Column, unit: str, counted: bool) -> float | None:
+    """After how much an angle starts again, in its own unit; None where it does not."""
+    values = column.seconds
+    low, high = column.span
+    span = high - low
+    jumps = int(np.sum(np.abs(np.diff(values)) > _JUMP * span)) if span > 0 else 0
+    if jumps < _LEAST_JUMPS or jumps > 0.1 * values.size:
+        return None
+    if counted:
+        return float(2 ** math.ceil(math.log2(span + 1)))
+    turn = _TURNS.get(unit)
+    return turn if turn is not None and _FULL * turn < span <= 1.001 * turn else None
+
+
+def ratio_of(motor: FloatArray, load: FloatArray) -> float | None:
+    """Gear ratio from the motor's angle and the output's, both in rad; None where they do not go together."""
+    good = np.isfinite(motor) & np.isfinite(load)
+    if np.sum(good) < 10 or np.ptp(load[good]) == 0.0:
+        return None
+    slope, start = np.polyfit(load[good], motor[good], 1)
+    left = motor[good] - start - slope * load[good]
+    if np.std(left) > _CLOSE * np.std(motor[good]) or abs(slope) < 1e-3:
+        return None
+    whole = round(float(slope))
+    return float(whole) if whole and abs(slope / whole - 1.0) < 1e-3 else float(f"{slope:.6g}")

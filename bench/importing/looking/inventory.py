@@ -1,0 +1,132 @@
+"""Everything a file holds, read once: names, shapes, units, ranges, rates, and a picture of a line each."""
+
+from __future__ import annotations
+
+import glob
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.errors import RecordingError
+from bench.importing.formats import Source, Variable, open_source
+from bench.importing.formats.text_layout import TextOptions
+
+_MOST_COLUMNS = 40
+_BLOCKS = "▁▂▃▄▅▆▇█"
+PICTURE_WIDTH = 24
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Column:
+    """One line of numbers or of time stamps (N,) in a file, and how a mapping names it.
+
+    ``number`` counts columns or rows (``along`` says which) of a matrix from 1; ``numeric`` is False for stamps.
+    """
+
+    variable: Variable
+    values: NDArray[Any]
+    number: int | None = None
+    along: str = "column"
+
+    @property
+    def name(self) -> str:
+        """Its name, with the number of its column or row."""
+        return self.variable.name if self.number is None else f"{self.variable.name} {self.along} {self.number}"
+
+    @property
+    def stamps(self) -> bool:
+        """Whether it holds dates."""
+        return self.values.dtype.kind == "M"
+
+    @property
+    def seconds(self) -> NDArray[np.float64]:
+        """Values as numbers; dates as seconds since the first."""
+        if self.stamps:
+            return np.asarray((self.values - self.values[0]) / np.timedelta64(1, "ns"), dtype=np.float64) * 1e-9
+        return np.asarray(self.values, dtype=np.float64)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Smallest and largest value; NaN where there is none."""
+        numbers = self.seconds[np.isfinite(self.seconds)]
+        return (float(numbers.min()), float(numbers.max())) if numbers.size else (float("nan"), float("nan"))
+
+
+@dataclass(frozen=True, slots=True)
+class Inventory:
+    """A file and what it holds: ``columns`` of samples, ``constants`` of one number, ``others`` that are neither.
+
+    ``pattern`` is what was asked for, where several files fit it.
+    """
+
+    file: Path
+    pattern: str
+    source: Source
+    columns: tuple[Column, ...]
+    constants: dict[str, float]
+    others: tuple[tuple[Variable, str], ...]
+
+
+def take_inventory(file: str | Path, options: TextOptions | None = None) -> Inventory:
+    """Read a file; of a pattern such as ``run*.csv`` the first that fits.
+
+    Raises
+    ------
+    RecordingError
+        There is no such file, it cannot be read, or holds no samples.
+    """
+    pattern, path = str(file), Path(file)
+    if any(mark in pattern for mark in "*?[") and not path.exists():
+        fitting = sorted(glob.glob(pattern))
+        if not fitting:
+            raise RecordingError(f"{pattern}: no file fits this pattern, it should name at least one.")
+        path = Path(fitting[0])
+    source = open_source(path, options)
+    columns: list[Column] = []
+    constants: dict[str, float] = {}
+    others: list[tuple[Variable, str]] = []
+    for variable in source.variables():
+        try:
+            if _lines(variable) is None:
+                others.append((variable, f"{len(variable.shape)} dimensions"))
+            elif int(np.prod(variable.shape)) == 1:
+                constants[variable.name] = float(source.read(variable.name)[0])
+            else:
+                columns += _columns(source, variable)
+        except RecordingError as error:
+            others.append((variable, str(error)))
+    if not columns:
+        raise RecordingError(f"{path}: holds no variable with more than one number, there should be samples.")
+    return Inventory(path, pattern, source, tuple(columns), constants, tuple(others))
+
+
+def _lines(variable: Variable) -> int | None:
+    """How many lines of samples a variable has; None where it is no matrix of few."""
+    sides = [side for side in variable.shape if side != 1]
+    if len(sides) <= 1:
+        return 1
+    return min(sides) if len(variable.shape) == 2 and min(sides) <= _MOST_COLUMNS else None
+
+
+def _columns(source: Source, variable: Variable) -> list[Column]:
+    count = _lines(variable) or 1
+    if count == 1:
+        return [Column(variable, source.read(variable.name))]
+    if variable.shape[0] >= variable.shape[1]:
+        return [Column(variable, source.read(variable.name, column=k), k) for k in range(1, count + 1)]
+    return [Column(variable, source.read(variable.name, row=k), k, "row") for k in range(1, count + 1)]
+
+
+def picture(values: NDArray[np.float64], width: int = PICTURE_WIDTH) -> str:
+    """Draw values as a line of blocks, each the mean of its share; empty where nothing is finite."""
+    numbers = values[np.isfinite(values)]
+    if not numbers.size:
+        return ""
+    edges = np.linspace(0, numbers.size, min(width, numbers.size) + 1).astype(np.int64)
+    means = np.add.reduceat(numbers, edges[:-1]) / np.diff(edges)
+    low, high = float(means.min()), float(means.max())
+    share = (means - low) / (high - low) if high > low else np.full(means.size, 0.0)
+    return "".join(_BLOCKS[round(own * (len(_BLOCKS) - 1))] for own in share)

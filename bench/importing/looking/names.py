@@ -1,0 +1,100 @@
+"""What a column may be, from its name and its unit."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from bench.errors import ConfigurationError
+from bench.importing.looking.inventory import Column
+from bench.importing.units import split_unit, unit_of
+
+_QUANTITIES: tuple[tuple[str, str], ...] = (
+    ("time", r"^t$|time|zeit|stamp|^date|datum|^x_value$|sekunden|seconds"),
+    ("velocity", r"vel|speed|omega|drehzahl|rpm|geschw|^n$|^n_|^w$|^w_|^v$|^qd\d*$|^dq\d*$|qdot|thetadot"),
+    ("current", r"curr|strom|^i$|^i_|_i$|^iq|ampere"),
+    ("torque", r"torq|moment|^m$|^m_|tau|force|kraft|^f$|^f_|^tq|^mot_?m$"),
+    ("temperature", r"temp|thermo|pt100|^t_?oil|^t_?oel"),
+    ("angle", r"pos|angle|winkel|theta|phi|lage|enc|^q\d*$|^q_|^qm$|weg|displ|^x$|stroke|counts|rotation"),
+)
+"""Quantities by what their names look like, the likelier first."""
+_BY_UNIT = {
+    "s": "time", "rad": "angle", "m": "angle", "rad/s": "velocity", "m/s": "velocity", "N·m": "torque", "N": "torque",
+    "°C": "temperature", "A": "current", "Hz": "velocity",
+}  # fmt: skip
+_COUNTED = re.compile(r"count|inc|tick|cts|cnt")
+_SETPOINT = re.compile(r"set|ref(?!er)|cmd|command|soll|desired|_des$|target|^qg$|demand")
+_LOAD = re.compile(r"load|last|abtrieb|output|_out|^out|link|joint|arm_|secondary|sensor|messwelle|flange|brake|bremse")
+_AMBIENT = re.compile(r"amb|room|umgeb|air|luft|raum")
+_UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ß": "ss"})
+_BRAKE = re.compile(r"brake|bremse|load_?mot|last_?mot")
+
+
+@dataclass(frozen=True, slots=True)
+class Meaning:
+    """What a column may be: ``quantity`` ("" unknown), on the ``load`` side, ``setpoint``, of the ``ambient`` air."""
+
+    quantity: str
+    unit: str
+    load: bool
+    setpoint: bool
+    ambient: bool
+    brake: bool
+    counted: bool
+    sure: bool
+
+
+def meaning(column: Column) -> Meaning:
+    """Guess what a column is; ``sure`` where its unit says the quantity and not its name alone."""
+    bare, in_name = split_unit(column.variable.name)
+    unit = column.variable.unit or in_name
+    name = bare.rsplit("/", 1)[-1].strip().lower().replace(" ", "_")
+    by_name = next((quantity for quantity, form in _QUANTITIES if re.search(form, name)), "")
+    by_unit = "time" if column.stamps else _by_unit(unit)
+    counted = bool(_COUNTED.search(unit.lower()) or (not unit and _COUNTED.search(name)))
+    quantity = by_unit or ("angle" if counted else by_name)
+    if by_unit == "time" and by_name != "time" and not column.stamps:
+        quantity = by_name  # a rise time or an age is no clock
+    if by_unit == "velocity" and unit in ("Hz", "1/s") and by_name != "velocity":
+        quantity = ""
+    if by_unit and by_name and by_unit != by_name and {by_unit, by_name} != {"current", "torque"}:
+        quantity = by_unit
+    return Meaning(
+        quantity,
+        unit,
+        bool(_LOAD.search(name)),
+        bool(_SETPOINT.search(name)),
+        bool(_AMBIENT.search(name)),
+        bool(_BRAKE.search(name)),
+        counted,
+        bool(by_unit) and by_unit == by_name,
+    )
+
+
+def _by_unit(unit: str) -> str:
+    if not unit:
+        return ""
+    try:
+        return _BY_UNIT.get(unit_of(unit, "").si, "other" if unit not in ("1", "-", "counts") else "")
+    except ConfigurationError:
+        return ""
+
+
+def channel_of(own: Meaning) -> str | None:
+    """The channel of the bench that a meaning stands for; None where there is none."""
+    side = "load" if own.load else "motor"
+    if own.quantity in ("angle", "velocity"):
+        return f"{side}_{own.quantity}"
+    if own.quantity in ("torque", "current"):
+        if own.brake:
+            return "load_motor_torque"
+        return "load_torque" if own.load and own.quantity == "torque" else "motor_torque"
+    if own.quantity == "temperature":
+        return "ambient_temperature" if own.ambient else "temperature"
+    return None
+
+
+def plain(name: str) -> str:
+    """A name a mapping may use for a quantity: letters, digits and underscores."""
+    bare = split_unit(name)[0].rsplit("/", 1)[-1].translate(_UMLAUTS)
+    return re.sub(r"[^A-Za-z0-9]+", "_", bare).strip("_") or "quantity"

@@ -1,0 +1,146 @@
+"""Checks of one table of channels; each gives sentences with file, key, what is wrong and what is likely right."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.importing.plausible.factors import reason
+from bench.importing.plausible.motion import Blocks, Law, blocks, law
+from bench.importing.table import ChannelTable
+
+FloatArray = NDArray[np.float64]
+_SURE = 5.0
+_EXPLAINED = 0.2
+_TOGETHER = 0.9
+_SPEEDS = 0.05
+_ANGLES = 0.005
+_FASTEST = 5000.0
+_COLDEST, _HOTTEST = -60.0, 220.0
+
+
+def implausible(table: ChannelTable, ratio: float, where: str) -> list[str]:
+    """Say what cannot be, one sentence each; ``where`` is the mapping file."""
+    found: list[str] = []
+    values = {name: channel.si for name, channel in table.channels.items()}
+    measured = {n for n, c in table.channels.items() if not c.spec.origin.startswith("integral of")}
+    for side in ("motor", "load"):
+        if {f"{side}_angle", f"{side}_velocity"} <= measured:
+            found += _speeds(values, side, ratio, where)
+    if {"motor_angle", "load_angle"} <= measured:
+        found += _angles(values, ratio, where)
+    found += _temperatures(values, where)
+    if not table.linear:
+        found += _too_fast(values, where)
+    found += _torques(values, ratio, where, linear=table.linear)
+    return found
+
+
+def _slope(x: FloatArray, y: FloatArray) -> tuple[float, float]:
+    """Slope of y over x, and their correlation; zeros where one of them rests."""
+    if float(np.std(x)) == 0.0 or float(np.std(y)) == 0.0:
+        return 0.0, 0.0
+    correlation = float(np.corrcoef(x, y)[0, 1])
+    return correlation * float(np.std(y) / np.std(x)), correlation
+
+
+def _speeds(values: dict[str, FloatArray], side: str, ratio: float, where: str) -> Iterator[str]:
+    """A velocity is the rate of its angle."""
+    velocity = f"{side}_velocity"
+    own = blocks(values["time"], values[f"{side}_angle"], {velocity: values[velocity]})
+    if own is None:
+        return
+    x, y = own.speed, own.channels[velocity]
+    # a speed that hardly varies tells its factor by its mean
+    steady = abs(float(np.mean(x))) > 3 * float(np.std(x))
+    factor, together = (float(np.mean(y) / np.mean(x)), 1.0) if steady else _slope(x, y)
+    if abs(together) > _TOGETHER and factor != 0.0 and abs(factor - 1.0) > _SPEEDS:
+        yield (
+            f"{where}: channels.{velocity} is {factor:.4g} times the rate of {side}_angle, it should be 1: "
+            f"{reason(factor, ratio)} (of it, or the inverse of {side}_angle)."
+        )
+
+
+def _angles(values: dict[str, FloatArray], ratio: float, where: str) -> Iterator[str]:
+    """Both ends of a gearbox turn together."""
+    x, y = values["motor_angle"] / ratio, values["load_angle"]
+    factor, together = _slope(x, y)
+    if abs(together) < 0.999 or factor == 0.0 or abs(factor - 1.0) < _ANGLES:
+        return
+    yield (
+        f"{where}: channels.load_angle turns {factor:.4g} times as far as motor_angle over gearbox.ratio {ratio:g}, it "
+        f"should be 1: {reason(factor, ratio)} of load_angle, or gearbox.ratio = {ratio / factor:.6g}."
+    )
+
+
+def _temperatures(values: dict[str, FloatArray], where: str) -> Iterator[str]:
+    for name in ("temperature", "ambient_temperature"):
+        if name not in values:
+            continue
+        usual = float(np.median(values[name]))
+        if not _COLDEST < usual < _HOTTEST:
+            likely = "unit = 'K'" if 230.0 < usual < 420.0 else "a unit or scale that makes degrees Celsius of it"
+            yield f"{where}: channels.{name} is {usual:.4g} °C, which no lubricant is; {likely} would be right."
+
+
+def _too_fast(values: dict[str, FloatArray], where: str) -> Iterator[str]:
+    if "motor_angle" not in values:
+        return
+    own = blocks(values["time"], values["motor_angle"], {})
+    if own is None:
+        return
+    fastest = float(np.percentile(np.abs(own.speed), 99))
+    if fastest > _FASTEST:
+        yield (
+            f"{where}: channels.motor_angle turns at {fastest:.4g} rad/s ({fastest * 30 / np.pi:.4g} rpm), "
+            "faster than motors do; a unit such as 'deg', or another unit of channels.time, would be right."
+        )
+
+
+def _torques(values: dict[str, FloatArray], ratio: float, where: str, *, linear: bool) -> Iterator[str]:
+    """Inertia is positive, and friction takes power."""
+    if not {"motor_angle", "motor_torque"} <= values.keys():
+        return
+    load = next((name for name in ("load_torque", "load_motor_torque") if name in values), None)
+    wanted = {name: values[name] for name in ("motor_torque", load) if name is not None}
+    own: Blocks | None = blocks(values["time"], values["motor_angle"], wanted)
+    fit: Law | None = None if own is None else law(own, "motor_torque", load)
+    if fit is None or fit.share < _EXPLAINED:
+        return
+    unit = "kg" if linear else "kg·m²"
+    if load == "load_torque" and fit.load is not None and abs(fit.load_t) > _SURE:
+        yield from _load(fit.load * ratio, ratio, where)
+        if fit.load * ratio < 0:
+            return
+    negative_inertia, negative_loss = fit.inertia_t < -_SURE, fit.loss_t < -_SURE
+    if negative_inertia and not (fit.loss_t > _SURE):
+        yield (
+            f"{where}: channels.motor_torque gives a negative inertia ({fit.inertia:.4g} {unit}) and "
+            f"friction that takes {fit.loss:.4g} W, both should be positive: likely a wrong sign; scale "
+            "times -1 of motor_torque (or of motor_angle) would be right."
+        )
+    elif negative_inertia:
+        yield (
+            f"{where}: channels.motor_torque gives a negative inertia ({fit.inertia:.4g} {unit}) though "
+            "friction takes power: likely it lags behind motor_angle; the same filter and clock for both "
+            "would be right."
+        )
+    elif negative_loss:
+        driven = "" if load is not None else ", unless a load that no channel holds drives the motor"
+        likely = "motor_torque" if load is None else f"motor_torque or of {load}"
+        yield (
+            f"{where}: channels.motor_torque gives friction that takes {fit.loss:.4g} W, which should be "
+            f"positive{driven}: likely a wrong sign; scale times -1 of {likely} would be right."
+        )
+
+
+def _load(factor: float, ratio: float, where: str) -> Iterator[str]:
+    """The motor carries the load: over the ratio, and with the same sign."""
+    if factor > 0 and 0.4 < factor < 2.5:
+        return  # efficiency, and a load that comes with the speed
+    yield (
+        f"{where}: channels.load_torque over gearbox.ratio is found {factor:.4g} times in motor_torque, "
+        f"it should be 1: {reason(1.0 / factor, ratio)} of load_torque."
+    )

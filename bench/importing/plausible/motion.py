@@ -1,0 +1,100 @@
+"""Torque, speed and acceleration of a recording in blocks, and the plainest law of motion fitted to them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+_BLOCKS_PER_SECOND = 50.0
+_CHUNKS = 8
+_MOST_BLOCKS = 20_000
+_LEAST_BLOCKS = 80
+_STANDING = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Blocks:
+    """Means over blocks (M,): ``speed`` and ``acceleration`` of an angle, and the channels asked for."""
+
+    speed: FloatArray
+    acceleration: FloatArray
+    channels: dict[str, FloatArray]
+
+    @property
+    def moving(self) -> NDArray[np.bool_]:
+        """Blocks in which it moves."""
+        return np.asarray(np.abs(self.speed) > _STANDING * float(np.percentile(np.abs(self.speed), 99)))
+
+
+def blocks(time: FloatArray, angle: FloatArray, channels: dict[str, FloatArray]) -> Blocks | None:
+    """Average over about a fiftieth of a second; None where there are too few blocks to say anything."""
+    rate = (time.size - 1) / (time[-1] - time[0])
+    size = max(1, round(rate / _BLOCKS_PER_SECOND), time.size // _MOST_BLOCKS)
+    count = time.size // size
+    if count < _LEAST_BLOCKS:
+        return None
+
+    def mean(values: FloatArray) -> FloatArray:
+        return np.asarray(values[: count * size].reshape(count, size).mean(axis=1))
+
+    moment, place = mean(time), mean(angle)
+    speed = np.gradient(place, moment)
+    acceleration = np.gradient(speed, moment)
+    inner = slice(2, -2)
+    return Blocks(speed[inner], acceleration[inner], {name: mean(own)[inner] for name, own in channels.items()})
+
+
+@dataclass(frozen=True, slots=True)
+class Law:
+    """Torque = inertia·acceleration + friction + load·(load torque) + constant, with the spread of each (t-values).
+
+    ``loss`` is the mean power that friction takes, W; ``share`` of the torque's variance that the law explains.
+    """
+
+    inertia: float
+    inertia_t: float
+    loss: float
+    loss_t: float
+    load: float | None
+    load_t: float
+    share: float
+
+
+def law(own: Blocks, torque: str, load: str | None) -> Law | None:
+    """Fit the law; the spreads are those over eight stretches, each left out once. None where nothing moves."""
+    moving = own.moving
+    if np.sum(moving) < _LEAST_BLOCKS // 2 or float(np.std(own.channels[torque][moving])) == 0.0:
+        return None
+    speed = own.speed[moving]
+    columns = [own.acceleration[moving], speed, np.ones(speed.size)]
+    both = min(float(np.mean(speed > 0)), float(np.mean(speed < 0))) > _STANDING
+    if both:
+        columns.append(np.sign(speed))
+    if load is not None and float(np.std(own.channels[load][moving])) > 0.0:
+        columns.append(own.channels[load][moving])
+    else:
+        load = None
+    design = np.column_stack(columns)
+    y = own.channels[torque][moving]
+
+    def numbers(rows: NDArray[np.bool_]) -> FloatArray:
+        scale = np.abs(design[rows]).max(axis=0)
+        scale = np.where(scale > 0, scale, 1.0)
+        beta = np.linalg.lstsq(design[rows] / scale, y[rows], rcond=1e-9)[0] / scale
+        # one direction: friction cannot be told from a constant, and both together have to take power
+        terms = [1, 3] if both else [1, 2]
+        loss = float(np.mean((design[:, terms] @ beta[terms]) * speed))
+        return np.array([beta[0], loss, beta[-1] if load is not None else 0.0])
+
+    whole = numbers(np.ones(y.size, dtype=bool))
+    chunk = np.arange(y.size) * _CHUNKS // y.size
+    left_out = np.array([numbers(chunk != k) for k in range(_CHUNKS)])
+    spread = np.sqrt((_CHUNKS - 1) / _CHUNKS * np.sum((left_out - left_out.mean(axis=0)) ** 2, axis=0))
+    t = whole / np.where(spread > 0, spread, np.inf)
+    beta = np.linalg.lstsq(design, y, rcond=None)[0]
+    share = 1.0 - float(np.var(y - design @ beta) / np.var(y))
+    inertia, loss, of_load = (float(value) for value in whole)
+    return Law(inertia, float(t[0]), loss, float(t[1]), of_load if load else None, float(t[2]), share)

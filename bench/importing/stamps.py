@@ -1,0 +1,103 @@
+"""What is wrong with time stamps: doubled, backward, irregular, or nothing recorded for a while."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.errors import RecordingError
+
+GAP = 10.0
+"""Steps of time that are longer than so many usual ones are gaps."""
+_JITTER = 0.25
+"""Share of a usual step by which stamps may be off an even clock and still be taken as they are."""
+_WHOLE = 0.05
+_HOUR = 3600.0
+_MANY = 0.2
+
+FloatArray = NDArray[np.float64]
+Place = Callable[[int], str]
+
+
+def in_order(time: FloatArray) -> NDArray[np.bool_]:
+    """Mark the stamps that are later than all before them."""
+    return np.asarray(time > np.maximum.accumulate(np.concatenate(([-np.inf], time[:-1]))))
+
+
+def why_not_in_order(time: FloatArray, place: Place) -> str | None:
+    """Say in half a sentence where stamps are doubled or go backward, and what would be right; None: nowhere."""
+    steps = np.diff(time)
+    wrong = np.flatnonzero(~(steps > 0))
+    if not wrong.size:
+        return None
+    index = int(wrong[0]) + 1
+    doubled, backward = int(np.sum(steps == 0)), int(np.sum(steps < 0))
+    step = steps[index - 1]
+    what = "the same as" if step == 0 else f"{-step:g} s before"
+    counts = " and ".join(f"{count} {word}" for count, word in ((doubled, "doubled"), (backward, "backward")) if count)
+    right = "time should strictly increase; invalid_rows = 'drop' leaves such rows out"
+    if doubled > _MANY * steps.size:
+        right = "the stamps are coarser than the samples, channels.time.rate (samples per second) would be right"
+    elif backward == 1 and abs(step + _HOUR) < 0.05 * _HOUR:
+        right = "an hour back is the end of summer time: channels.time.timezone would be right"
+    elif backward and -step > 0.5 * float(np.ptp(time)):
+        right = "the clock begins anew: start and stop of two recordings should cut there"
+    return f"time in {place(index)} is {what} the stamp before ({counts} stamps in all); {right}"
+
+
+@dataclass(frozen=True, slots=True)
+class Evenness:
+    """How even a clock is: usual ``step`` in s; ``even`` (lost samples allowed); ``gaps`` indices after a gap."""
+
+    step: float
+    even: bool
+    gaps: NDArray[np.int64]
+    shortest: float
+    longest: float
+
+
+def evenness(time: FloatArray) -> Evenness:
+    """Look at the steps of a clock that strictly increases."""
+    steps = np.diff(time)
+    usual = float(np.median(steps))
+    gaps = np.flatnonzero(steps > GAP * usual) + 1
+    inside = steps[steps <= GAP * usual]
+    # samples that were lost leave whole numbers of steps, which is no unevenness
+    off = np.abs(inside / usual - np.maximum(np.round(inside / usual), 1.0))
+    drift = np.abs(_drift(time, usual))
+    even = bool(off.size == 0 or np.max(off) <= _WHOLE or (np.max(off) <= _JITTER and np.max(drift) <= _JITTER))
+    return Evenness(usual, even, gaps, float(steps.min()), float(inside.max()) if inside.size else usual)
+
+
+def _drift(time: FloatArray, usual: float) -> FloatArray:
+    """Deviation of each stamp from an even clock of the best rate, in usual steps."""
+    index = np.arange(time.size)
+    slope, start = np.polyfit(index, time - time[0], 1)
+    return np.asarray((time - time[0] - start - slope * index) / usual)
+
+
+def gap_sentence(time: FloatArray, found: Evenness, place: Place) -> str:
+    """Say where the first gap is."""
+    index = int(found.gaps[0])
+    step = time[index] - time[index - 1]
+    return (
+        f"nothing stands between {time[index - 1]:.6g} and {time[index]:.6g} s ({place(index)}), "
+        f"{step / found.step:.0f} times the usual step of {found.step:g} s ({found.gaps.size} such gaps)"
+    )
+
+
+def even_clock(time: FloatArray, step: float) -> FloatArray:
+    """An even clock of this step over the time of another."""
+    count = int(np.floor((time[-1] - time[0]) / step + 1e-6)) + 1
+    return np.asarray(time[0] + step * np.arange(count))
+
+
+def refuse_uneven(found: Evenness, where: str) -> RecordingError:
+    """Refuse a clock whose steps differ, in one sentence."""
+    return RecordingError(
+        f"{where}: steps of time differ ({found.shortest:g} to {found.longest:g} s), they should be even; "
+        "irregular = 'resample' brings the channels onto an even clock."
+    )

@@ -1,0 +1,282 @@
+"""All channels of one file on one clock: read, put in order, brought together, with notes of what had to be done."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping as Table
+from dataclasses import dataclass, field, replace
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.errors import ConfigurationError, RecordingError
+from bench.importing.channel import LINEAR, Channel, filled, read_channel
+from bench.importing.channel_mapping import ChannelMapping
+from bench.importing.clock import read_clock
+from bench.importing.files import Files
+from bench.importing.mapping import Mapping
+from bench.importing.stamps import (
+    even_clock,
+    evenness,
+    gap_sentence,
+    in_order,
+    refuse_uneven,
+    why_not_in_order,
+)
+from bench.recording.header import ChannelSpec
+from bench.signals import BY_NAME
+
+_WORDS = ("word", "count")
+_LEAST_ROWS = 2
+_OTHER_RATE = 0.02
+"""Share by which a stated rate may be off the stamps' own and still be the same: stamps are rounded."""
+
+
+@dataclass(slots=True)
+class ChannelTable:
+    """Channels of equal length by name, ``time`` among them; ``starts`` where each stretch without a gap begins."""
+
+    channels: dict[str, Channel]
+    started_at: datetime | None
+    linear: bool
+    notes: list[str] = field(default_factory=list)
+    starts: list[int] = field(default_factory=list)
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Seconds since the first sample."""
+        return self.channels["time"].si
+
+    @property
+    def size(self) -> int:
+        """Number of rows."""
+        return int(self.channels["time"].raw.size)
+
+    def keep(self, rows: NDArray[np.bool_] | slice) -> None:
+        """Keep the rows chosen."""
+        self.channels = {name: channel.taken(rows) for name, channel in self.channels.items()}
+
+
+def read_table(mapping: Mapping, wanted: Table[str, ChannelMapping], files: Files, where: str) -> ChannelTable:
+    """Read the channels of one recording, in the order of their mapping, and make one table of them.
+
+    Raises
+    ------
+    ConfigurationError, RecordingError
+        The mapping or the file is wrong.
+    """
+    linear = {"linear": True, "rotary": False, None: None if mapping.gearbox.ratio == 1.0 else False}[
+        mapping.gearbox.axis
+    ]
+    keys = {name: f"{where}: {_key(name)}" for name in wanted}
+    others = {name: own for name, own in wanted.items() if name != "time"}
+    read = {
+        name: filled(read_channel(name, own, files, keys[name], linear), own.missing) for name, own in others.items()
+    }
+    size = next(channel.raw.size for channel in read.values())
+    clock = read_clock(wanted["time"], files, keys["time"], size)
+    table = ChannelTable({}, clock.started_at, _is_linear(read, where, linear), list(clock.notes))
+    table.channels["time"] = clock.channel
+    own_clocks = {name: own for name, own in others.items() if own.time is not None}
+    table.channels.update({name: channel for name, channel in read.items() if name not in own_clocks})
+    _check_lengths(table, files.main)
+    _check_rows(table, mapping.invalid_rows, files.main)
+    _regular(table, mapping, files.main)
+    for name, own in own_clocks.items():
+        _join(table, name, read[name], own, wanted["time"], files)
+    _from_zero(table)
+    _integrated(table)
+    return table
+
+
+def _key(name: str) -> str:
+    return name.replace("/", ".", 1) if name.startswith("aux/") else f"channels.{name}"
+
+
+def _is_linear(read: dict[str, Channel], where: str, linear: bool | None) -> bool:
+    """Whether the units are those of a linear axis; refuse a mixture of both."""
+    units = {name: channel.spec.unit for name, channel in read.items() if name in BY_NAME}
+    metric = [name for name, unit in units.items() if unit in LINEAR.values()]
+    turning = [name for name, unit in units.items() if unit in LINEAR]
+    if metric and turning:
+        raise ConfigurationError(
+            f"{where}: channels.{turning[0]} becomes {units[turning[0]]} and channels.{metric[0]} "
+            f"{units[metric[0]]}; on a linear axis all should be of metres and newtons, 'factor' or "
+            "'torque_constant' with a unit makes them so, such as '10 mm/rev' or '80 N/A'."
+        )
+    return bool(metric) or linear is True
+
+
+def _check_lengths(table: ChannelTable, file: Path) -> None:
+    lengths = {name: channel.raw.size for name, channel in table.channels.items()}
+    if len(set(lengths.values())) != 1:
+        listed = ", ".join(f"{name} {length}" for name, length in lengths.items())
+        raise RecordingError(
+            f"{file}: the variables differ in length ({listed}), they should be equally long; a channel with a "
+            "clock of its own has it in 'time'."
+        )
+
+
+def _check_rows(table: ChannelTable, invalid_rows: str, file: Path) -> None:
+    """Find rows that no recording may hold, and drop or refuse them."""
+    time = table.channels["time"]
+    if table.size < _LEAST_ROWS:
+        raise RecordingError(f"{file}: has {table.size} rows, a recording should have at least {_LEAST_ROWS}.")
+    good = np.ones(table.size, dtype=bool)
+    for name, channel in table.channels.items():
+        finite = np.isfinite(channel.raw)
+        if invalid_rows == "refuse" and not finite.all():
+            index = int(np.argmin(finite))
+            raise RecordingError(
+                f"{file}: {name} is {channel.raw[index]} in {channel.source.place(index)}, every sample should be a "
+                f"number; missing = 'hold' or 'interpolate' of the channel fills it, invalid_rows = 'drop' "
+                "leaves it out."
+            )
+        good &= finite
+    stamps = np.where(good, time.si, -np.inf)
+    later = in_order(stamps)
+    if invalid_rows == "refuse" and not later.all():
+        raise RecordingError(f"{file}: {why_not_in_order(time.si, time.source.place)}.")
+    good &= later
+    if good.all():
+        return
+    if not good.any():
+        raise RecordingError(f"{file}: holds no row without NaN and with increasing time, such rows should be there.")
+    place = time.source.place(int(np.argmin(good)))
+    table.notes.append(
+        f"{int(np.sum(~good))} rows with NaN or without increasing time were left out, the first in {place}"
+    )
+    table.keep(good)
+
+
+def _regular(table: ChannelTable, mapping: Mapping, file: Path) -> None:
+    """Find gaps, and bring uneven stamps onto an even clock, or refuse them."""
+    time = table.time
+    if time.size <= _LEAST_ROWS:
+        table.starts = [0]
+        return
+    found = evenness(time)
+    if found.gaps.size and mapping.gaps == "refuse":
+        raise RecordingError(
+            f"{file}: {gap_sentence(time, found, table.channels['time'].source.place)}; gaps = 'cut' makes "
+            "recordings of what stands between them."
+        )
+    table.starts = [0, *(int(index) for index in found.gaps)] if mapping.gaps == "cut" else [0]
+    wanted = mapping.sample_rate
+    if (
+        found.even
+        and wanted is not None
+        and abs(found.step * wanted - 1.0) > _OTHER_RATE
+        and mapping.irregular != "keep"
+    ):
+        _at_rate_asked_for(table, found.step, wanted, mapping.irregular == "refuse", file)
+        return
+    if found.even or mapping.irregular == "keep":
+        if not found.even:
+            table.notes.append(f"steps of time differ ({found.shortest:g} to {found.longest:g} s) and were kept so")
+        return
+    if mapping.irregular == "refuse":
+        raise refuse_uneven(found, str(file))
+    _resample(table, 1.0 / mapping.sample_rate if mapping.sample_rate else found.step)
+    table.notes.append(
+        f"steps of time differ ({found.shortest:g} to {found.longest:g} s): all channels were brought onto an even "
+        f"clock of {1 / found.step if mapping.sample_rate is None else mapping.sample_rate:g} Hz by straight lines"
+    )
+
+
+def _at_rate_asked_for(table: ChannelTable, step: float, wanted: float, refuse: bool, file: Path) -> None:
+    """Bring channels whose stamps are even, but at another rate than the mapping says, onto that rate."""
+    if refuse:
+        raise RecordingError(
+            f"{file}: sample_rate is {wanted:g} Hz and the stamps are {1.0 / step:.6g} Hz, they should agree; "
+            "irregular = 'resample' brings the channels onto the rate asked for."
+        )
+    _resample(table, 1.0 / wanted)
+    table.notes.append(
+        f"the stamps are {1.0 / step:.6g} Hz: all channels were brought onto the {wanted:g} Hz asked for by straight "
+        "lines"
+    )
+
+
+def _resample(table: ChannelTable, step: float) -> None:
+    """Bring all channels onto an even clock, each stretch between gaps by itself; words are held, not interpolated."""
+    time = table.time
+    edges = [*table.starts, time.size]
+    clocks = [even_clock(time[a:b], step) for a, b in itertools.pairwise(edges)]
+    clock = np.concatenate(clocks)
+    for name, channel in table.channels.items():
+        table.channels[name] = _at(name, channel, time, clock)
+    table.starts = [0, *(int(end) for end in np.cumsum([own.size for own in clocks])[:-1])]
+
+
+def _at(name: str, channel: Channel, time: NDArray[np.float64], clock: NDArray[np.float64]) -> Channel:
+    signal = BY_NAME.get(name)
+    if name == "time":
+        return channel.with_si(clock)
+    if signal is not None and signal.quantity in _WORDS:
+        rows = np.clip(np.searchsorted(time, clock, side="right") - 1, 0, time.size - 1)
+        return channel.taken(rows)
+    return channel.with_si(np.interp(clock, time, channel.si))
+
+
+def _join(
+    table: ChannelTable, name: str, channel: Channel, own: ChannelMapping, common: ChannelMapping, files: Files
+) -> None:
+    """Bring a channel with a clock of its own onto the common one; what is outside of its time is cut off."""
+    stamps = ChannelMapping(variable=own.time, unit=common.unit, timezone=common.timezone, file=own.file)
+    clock = read_clock(stamps, files, f"{files.main}: {name}.time", channel.raw.size)
+    if clock.channel.raw.size != channel.raw.size:
+        raise RecordingError(
+            f"{files.main}: {name} has {channel.raw.size} samples and its time '{own.time}' {clock.channel.raw.size}, "
+            "they should be equally many."
+        )
+    theirs = clock.channel.si
+    why = why_not_in_order(theirs, channel.source.place)
+    if why is not None:
+        raise RecordingError(f"{files.main}: of {name}, {why}.")
+    if clock.started_at is not None and table.started_at is not None:
+        theirs = theirs + (clock.started_at - table.started_at).total_seconds()
+    time = table.time
+    inside = (time >= theirs[0]) & (time <= theirs[-1])
+    if np.sum(inside) < _LEAST_ROWS:
+        raise RecordingError(
+            f"{files.main}: {name} was recorded from {theirs[0]:g} to {theirs[-1]:g} s and the others from "
+            f"{time[0]:g} to {time[-1]:g} s, they should overlap."
+        )
+    if not inside.all():
+        first = int(np.argmax(inside))
+        kept = slice(first, first + int(np.sum(inside)))
+        table.keep(kept)
+        table.starts = [0, *(start - first for start in table.starts if kept.start < start < kept.stop)]
+        table.notes.append(f"{int(np.sum(~inside))} rows outside of the time of {name} were left out")
+    table.channels[name] = _at(name, channel, theirs, table.time)
+    rate = 1.0 / float(np.median(np.diff(theirs)))
+    table.notes.append(f"{name} has a clock of its own ({rate:.6g} Hz) and was brought onto the common one")
+
+
+def _from_zero(table: ChannelTable) -> None:
+    """Count time from the first sample."""
+    channel = table.channels["time"]
+    raw: NDArray[Any] = channel.raw - channel.raw[0]
+    table.channels["time"] = replace(channel, raw=raw, spec=replace(channel.spec, offset=0.0))
+
+
+def _integrated(table: ChannelTable) -> None:
+    """Where speed was measured and no angle, the angle run through: what comes once a revolution needs it."""
+    if "motor_velocity" not in table.channels or {"motor_angle", "load_angle"} & table.channels.keys():
+        return
+    speed, time = table.channels["motor_velocity"], table.time
+    values = speed.si
+    angle = np.concatenate(([0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time))))
+    signal = BY_NAME["motor_angle"]
+    unit = LINEAR[signal.unit] if table.linear else signal.unit
+    spec = ChannelSpec(
+        "motor_angle", unit, description=signal.description, origin=f"integral of {speed.spec.origin}, from 0"
+    )
+    table.channels["motor_angle"] = Channel(angle, spec, speed.source)
+    table.notes.append(
+        "motor_angle is the integral of motor_velocity: it has no zero of its own and drifts with that of the velocity"
+    )

@@ -1,0 +1,195 @@
+"""Units as other laboratories write them, and what makes SI of them; :mod:`pint` knows them."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from bench.errors import ConfigurationError
+
+_NAMES: dict[str, str] = {
+    "": "dimensionless",
+    "-": "dimensionless",
+    "1": "dimensionless",
+    "1/min": "rpm",
+    "min^-1": "rpm",
+    "min-1": "rpm",
+    "U/min": "rpm",
+    "r/min": "rpm",
+    "upm": "rpm",
+    "RPM": "rpm",
+    "u": "revolution",
+    "sec": "s",
+    "Sec": "s",
+    "msec": "ms",
+    "S": "s",
+    "°C": "degC",
+    "C": "degC",
+    "°F": "degF",
+    "°K": "K",
+    "°": "degree",
+    "Grad": "degree",
+    "Deg": "degree",
+    "Ohm": "ohm",
+    "g": "gram",
+    "g0": "standard_gravity",
+    "Hz": "Hz",
+}
+"""Spellings that pint does not know, or takes for something else."""
+
+_SI: tuple[str, ...] = (
+    "rad", "rad/s", "rad/s**2", "m", "m/s", "m/s**2", "s", "N", "N*m", "kg", "A", "V", "W", "Pa", "Hz", "ohm", "T",
+    "kg*m**2", "N*s/m", "N*m*s/rad", "N/m", "N*m/rad", "m**3/s", "kg/s", "N*m/s", "N/s", "V*s/rad",
+)  # fmt: skip
+"""What quantities are kept in, where no channel says it."""
+
+_SHOWN = {"N*m": "N·m", "ohm": "Ω", "degC": "°C", "delta_degC": "K", "dimensionless": "1"}
+_TEMPERATURES = ("kelvin", "degree_Celsius", "degree_Fahrenheit", "degree_Rankine")
+_AS_ANGULAR = {"1/s", "Hz"}
+_BRACKETS = re.compile(
+    r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*)\)|\s/\s*(?P<c>\S+)|\s+in\s+(?P<d>\S+))\s*$"
+)
+_SUFFIX = re.compile(r"^(?P<name>.+?)_(?P<unit>deg|rad|rpm|Nm|N|A|V|s|ms|us|mm|m|degC|C|rad_s|deg_s|rads|counts)$")
+_SUFFIXES = {"rad_s": "rad/s", "rads": "rad/s", "deg_s": "deg/s", "C": "degC"}
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """SI value = value · ``factor`` + ``offset``, in ``si`` (temperatures in °C, as the recording format has them)."""
+
+    si: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+@cache
+def _registry() -> Any:
+    import pint
+
+    registry: Any = pint.UnitRegistry(cache_folder=None, on_redefinition="ignore")
+    registry.define("@alias revolution = rev = revs = revolutions")
+    registry.define("@alias count = inc = incs = increment = increments = tick = ticks = cts = cnt = counts")
+    return registry
+
+
+def _spelled(name: str) -> str:
+    """A spelling pint reads: products with a mark between, powers and signs of degrees as it knows them."""
+    text = _NAMES.get(name.strip(), name.strip())
+    text = text.replace("·", "*").replace("⋅", "*").replace("•", "*").replace("μ", "µ").replace("^", "**")
+    text = re.sub(r"(?<![A-Za-zµ°])([mkMGµu]?)N[ -]?m(?![A-Za-z])", r"\1N*m", text)
+    text = re.sub(r"°(?![CFK])", "degree", text)
+    text = text.replace("°C", "degC").replace("°F", "degF").replace("°K", "K")
+    return re.sub(r"\bU(?=/)", "revolution", text)
+
+
+@cache
+def _parsed(name: str) -> Any:
+    """The unit pint makes of a name, or None."""
+    import pint
+
+    try:
+        return _registry().Unit(_spelled(name))
+    except (pint.errors.PintError, ValueError, TypeError, AttributeError, KeyError, SyntaxError, AssertionError):
+        return None
+    except Exception as error:
+        if type(error).__module__.startswith(("tokenize", "pint")):
+            return None
+        raise
+
+
+def is_unit(name: str) -> bool:
+    """Whether a text is a unit."""
+    return bool(name) and not name.isdigit() and _parsed(name) is not None
+
+
+def split_unit(heading: str) -> tuple[str, str]:
+    """Split a heading such as ``Torque [N·m]``, ``speed (rpm)`` or ``angle / deg`` into name and unit ("": none)."""
+    match = _BRACKETS.match(heading)
+    if match:
+        unit = next((own for own in match.group("a", "b", "c", "d") if own is not None), "").strip()
+        if is_unit(unit) or (match["a"] is not None and unit in ("-", "")):
+            return match["name"], unit
+    match = _SUFFIX.match(heading)
+    if match:
+        return match["name"], _SUFFIXES.get(match["unit"], match["unit"])
+    return heading, ""
+
+
+def unit_of(name: str, where: str, like: str | None = None) -> Unit:
+    """Say what makes SI of a unit.
+
+    Parameters
+    ----------
+    where : file and key, for the sentence of an error.
+    like : SI unit of the channel it is meant for; None: whatever SI unit fits.
+
+    Raises
+    ------
+    ConfigurationError
+        The unit is not known, or is none of that quantity.
+    """
+    unit = _parsed(name)
+    if unit is None:
+        raise ConfigurationError(
+            f"{where}: unit '{name}' is not known; 'deg', 'rpm', 'cm/s', 'N*m', 'mA', 'degC', 'counts' are such."
+        )
+    target = _target(name, unit, like)
+    if target is None:
+        raise ConfigurationError(f"{where}: unit '{name}' should be one that becomes '{like}'.")
+    registry = _registry()
+    # a rate of 1/s or Hz that is meant as a speed counts revolutions
+    turning = like == "rad/s" and str(registry.get_base_units(unit)[1]) == "1 / second"
+    unit = unit * registry.revolution if turning else unit
+    zero = float(registry.Quantity(0.0, unit).to(target).magnitude)
+    one = float(registry.Quantity(1.0, unit).to(target).magnitude)
+    return Unit(_SHOWN.get(target, target).replace("**2", "²").replace("**3", "³").replace("*", "·"), one - zero, zero)
+
+
+def _target(name: str, unit: Any, like: str | None) -> str | None:
+    """The SI unit, as pint spells it, that a unit becomes; None where it is not of the quantity ``like``."""
+    registry = _registry()
+    base = str(registry.get_base_units(unit)[1])
+    if len(unit._units) == 1 and next(iter(unit._units)) in _TEMPERATURES:
+        return "degC" if like in (None, "°C") else None
+    if like is None:
+        fits = (si for si in _SI if str(registry.get_base_units(registry.Unit(si))[1]) == base)
+        return next(
+            fits, "dimensionless" if base in ("dimensionless", "count") else f"{registry.get_base_units(unit)[1]:~P}"
+        )
+    wanted = like.replace("·", "*").replace("°C", "degC").replace("1", "dimensionless")
+    own = str(registry.get_base_units(registry.Unit(wanted))[1])
+    angular = like == "rad/s" and base == "1 / second"
+    counted = like == "1" and base == "count"
+    return wanted if own == base or angular or counted or _same(registry, own, base) else None
+
+
+def _same(registry: Any, own: str, base: str) -> bool:
+    """Whether two base units are the same but for radians in a torque (N·m/rad · rad)."""
+    if "radian" in own:
+        return False
+    return own == base.replace(" * radian", "").replace("radian * ", "").replace(" / radian", "")
+
+
+def quantity(text: str, where: str) -> tuple[float, str]:
+    """Split ``0.12 N*m/A`` into number and unit.
+
+    Raises
+    ------
+    ConfigurationError
+        It is not a number with a unit.
+    """
+    match = re.fullmatch(r"\s*([+-]?[0-9.]+(?:[eE][+-]?\d+)?)\s*(\S.*?)?\s*", text)
+    try:
+        number = float(match[1]) if match else None
+    except ValueError:
+        number = None
+    if match is None or number is None or not is_unit(match[2] or "dimensionless"):
+        raise ConfigurationError(f"{where}: '{text}' should be a number with a unit, such as '0.12 N*m/A'.")
+    return number, match[2] or "1"
+
+
+def product_unit(first: str, second: str) -> str:
+    """Name the product of two units."""
+    return f"({_spelled(first)})*({_spelled(second)})"

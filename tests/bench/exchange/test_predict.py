@@ -1,0 +1,87 @@
+"""``bench predict``: predicted channels and residuals beside the measured ones, and what cannot be predicted."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from bench.cli.app import make_app
+from bench.errors import ConfigurationError, RecordingError
+from bench.exchange.beside import write_copy
+from bench.exchange.predicted import predict_recordings
+from bench.recording import Recording
+from bench.recording.validation import validate
+from bench.simulation import Simulation
+from bench.simulation.model import Parameter, Term
+from tests.bench.mismatch.test_folders import write
+
+TRUE = {
+    "friction.coulomb": {"f_c": 0.5 - 8.0 / 185.0},
+    "friction.viscous": {"f_v": 0.006},
+    "friction.viscous_temperature_linear": {"f_vT": 0.0},
+    "friction.load_dependent": {"f_l": 0.0},
+    "motor.inertia": {"J": 0.0},
+    "motor.torque_offset": {"tau_0": 0.0},
+}
+"""of the motor torque that ``write`` makes"""
+
+
+def model(folder: Path) -> Path:
+    own = Simulation.nominal()
+    for effect, values in TRUE.items():
+        own = own.with_term(Term(effect, True, {s: Parameter(v) for s, v in values.items()}))
+    own.save(folder / "model.json")
+    return folder / "model.json"
+
+
+@pytest.fixture
+def recording(tmp_path: Path) -> Path:
+    (tmp_path / "in").mkdir()
+    return write(tmp_path / "in", 1, seconds=3.0)
+
+
+def test_a_copy_holds_prediction_and_residual_beside_what_was_measured(recording: Path, tmp_path: Path) -> None:
+    before, out = recording.read_bytes(), tmp_path / "out"
+    told = CliRunner().invoke(make_app(), ["predict", str(model(tmp_path)), str(recording), "--out", str(out)])
+    assert told.exit_code == 0, told.output
+    assert recording.read_bytes() == before
+    copy = Recording.open(out / "r001.h5")
+    measured, simulated, residual = (copy.si(f"{kind}motor_torque") for kind in ("", "simulated/", "residual/"))
+    np.testing.assert_allclose(residual, measured - simulated, atol=1e-12)
+    assert 0.015 < np.std(residual) < 0.025  # the noise put in
+    assert copy.specs["simulated/motor_torque"].unit == "N·m"
+    about = validate(copy.path)
+    assert not [text for text in (*about.violations, *about.notes) if "simulated" in text or "residual" in text]
+    assert (out / "r001.png").stat().st_size > 5000
+    assert "motor_torque 0.02" in told.output
+    assert "transmission_error is not predicted: model.json has no numbers for te.offset, te.fourier" in told.output
+
+
+def test_a_table_has_the_same_numbers(recording: Path, tmp_path: Path) -> None:
+    arguments = ["predict", str(model(tmp_path)), str(recording), "--out", str(tmp_path), "--to", "csv", "--no-plot"]
+    told = CliRunner().invoke(make_app(), [*arguments, "--json"])
+    row = json.loads(told.output)["recordings"][0]
+    with open(row["files"][0], encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    left = [float(r["residual/motor_torque [N·m]"]) for r in rows]
+    assert np.std(left) == pytest.approx(row["residual"]["motor_torque"]["rms"], rel=0.1)
+
+
+def test_what_cannot_be_predicted_is_refused(recording: Path, tmp_path: Path) -> None:
+    Simulation.nominal().save(tmp_path / "empty.json")
+    with pytest.raises(ConfigurationError, match=r"motor_torque is not predicted: empty.json has no numbers for fric"):
+        list(predict_recordings(tmp_path / "empty.json", recording))
+    lean = write(tmp_path, 2, seconds=3.0, without=("motor_torque", "load_angle"))
+    with pytest.raises(ConfigurationError, match="r002 has no motor_torque"):
+        list(predict_recordings(model(tmp_path), lean))
+
+
+def test_the_recording_itself_is_never_written(recording: Path, tmp_path: Path) -> None:
+    (told,) = predict_recordings(model(tmp_path), recording)
+    with pytest.raises(RecordingError, match="is the recording itself"):
+        write_copy(told, recording.parent)

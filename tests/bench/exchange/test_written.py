@@ -1,0 +1,112 @@
+"""Formulas that go out are those the analysis evaluates: every form of every term, tables, waves, laws, pulses."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bench.errors import ConfigurationError
+from bench.exchange.to_python import to_python
+from bench.exchange.written import frame_of, written
+from bench.simulation.model import Simulation
+from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR
+from tests.bench.exchange.samples import RATIO, STANDSTILL, inputs, name_of, ours, row_of, with_rows
+
+FRAME = frame_of(inputs(), RATIO, STANDSTILL)
+FORMS = [
+    (term, channel, form)
+    for term in LIBRARY.values()
+    for channel, forms in term.forms.items()
+    for form in forms
+    if not term.effect.startswith(("te.harmonic", "te.sideband", "te.resonance", "te.local_defect", "te.fourier"))
+    and term.effect != "te.offset"
+]
+LAW = {"orders": [3.0], "strength": {"3": [0.3, 0.2]}, "reference": {"largest": 500.0}}
+MADE: dict[str, list[dict[str, Any]]] = {
+    "series": [
+        {
+            "effect": "te.fourier",
+            "parameters": {
+                side: {
+                    "a0": [0.0] * 9 + [size],
+                    "1": {"A": [0.0] * 9 + [3e-5], "phi": [0.0] * 9 + [0.4]},
+                    "3": {"A": [1e-11, 0, 0, 1e-8, 0, 0, 0, 0, 0, size], "phi": [0.0] * 8 + [0.02, -0.7]},
+                }
+                for side, size in (("positive", 1e-5), ("negative", 2e-5))
+            },
+        }
+    ],
+    "table": [
+        {
+            "effect": "unknown",
+            "channels": ["motor_torque"],
+            "form": "table",
+            "over": ["aux/pressure", "temperature"],
+            "times": "d*abs_tau",
+            "knots": [[2.0, 3.0, 3.5], [20.0, 35.0]],
+            "values": [[0.1, 0.2], [0.4, 0.3], [0.5, 0.9]],
+        }
+    ],
+    "waves": [
+        {"effect": "unknown", "channels": ["load_torque"], "waves": [{"order": 6, "times": "d*tau", "c": 0.3, "s": 1}]}
+    ],
+    "pulse": [{"effect": "te.local_defect", "parameters": {"theta_p": 0.1, "w_p": 0.02, "p": 1e-5}}],
+    "ripple": [{"effect": "motor.torque_ripple", "parameters": {"n": 6.0, "a_rc": 0.1, "a_rs": 0.2, "tau_r": 3.0}}],
+    "sensor": [
+        {"effect": "sensor.torque_zero_temperature", "channels": ["load_torque"], "parameters": {"z_T": 3.0}},
+        {"effect": "friction.load_dependent", "parameters": {"f_l": 0.2}},
+    ],
+}  # fmt: skip
+CHANNEL = {"table": "motor_torque", "waves": "load_torque", "ripple": "motor_torque", "sensor": "motor_torque"}
+
+
+def run(simulation: Simulation, name: str) -> np.ndarray[Any, Any]:
+    formulas = written(simulation, STANDSTILL)
+    scope: dict[str, Any] = {}
+    exec(to_python(formulas), scope)  # what was written is what is tested
+    model, given = scope["Model"](), inputs()
+    rows = [model.step(float(t), {n: float(given[n][k]) for n in formulas.inputs}) for k, t in enumerate(given["time"])]
+    return np.array([row[name] for row in rows])
+
+
+def same(simulation: Simulation, channel: str) -> None:
+    own = ours(simulation, channel, 25.0)
+    assert np.abs(own).max() > 0
+    np.testing.assert_allclose(run(simulation, name_of(channel)), own, rtol=1e-9, atol=1e-11 * np.abs(own).max())
+
+
+@pytest.mark.parametrize(
+    ("term", "channel", "form"), FORMS, ids=lambda v: getattr(v, "effect", None) or getattr(v, "name", v)
+)
+def test_every_form_is_written_as_it_is_evaluated(term: Any, channel: str, form: Any) -> None:
+    if form.name == "nominal" and term.effect in ("load.reaction", "motor.load_reaction"):
+        same(with_rows({"effect": term.effect}), channel)  # by geometry, without a number
+    else:
+        same(with_rows(row_of(term, channel, form, FRAME)), channel)
+
+
+@pytest.mark.parametrize("what", [*MADE])
+def test_what_is_no_term_of_the_bank_is_written_too(what: str) -> None:
+    same(with_rows(*MADE[what]), CHANNEL.get(what, TRANSMISSION_ERROR))
+
+
+@pytest.mark.parametrize(
+    "law",
+    [
+        {"effect": "te.velocity_nonlinear", "law": {**LAW, "form": "exponential", "point": [0.05]}},
+        {"effect": "te.drift_time", "law": {**LAW, "form": "creep", "point": [0.3]}},
+        {"effect": "te.resonance", "law": {"form": "second_order", "point": [0.2, 0.1, 0.7], "orders": [3.0]}},
+    ],
+    ids=["film", "drift", "resonance"],
+)
+def test_laws_that_orders_follow_are_written(law: dict[str, Any]) -> None:
+    same(with_rows(*MADE["series"], law), TRANSMISSION_ERROR)
+
+
+def test_what_cannot_go_out_is_said() -> None:
+    with pytest.raises(ConfigurationError, match=r"no numbers for friction.coulomb"):
+        written(Simulation.nominal())
+    with pytest.raises(ConfigurationError, match="stands on one from elsewhere"):
+        written(Simulation(extra={"base": {"kind": "fmu"}}))

@@ -1,0 +1,186 @@
+"""What a mapping makes of columns: units, constants, sums, products, auxiliary quantities, axes of metres."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bench.errors import ConfigurationError
+from bench.importing import Imported
+from bench.recording import Rejected
+from bench.recording.validation import validate
+from tests.bench.importing import builders
+
+_T = np.round(np.arange(200) * 0.01, 6)
+_COUNTS = (np.arange(200) * 37) % 4096
+_I = np.sin(_T)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    builders.csv(tmp_path / "a.csv", t=_T, n=_COUNTS, i=_I, left=_T + 1, right=2 * _T, p=3.0 + _T, v=np.full(200, 60.0))
+    return tmp_path
+
+
+def test_constants_make_angles_of_counts_and_torques_of_currents(folder: Path) -> None:
+    channels = """
+motor_angle = {variable = "n", counts_per_revolution = 4096, wraps_at = 4096}
+motor_torque = {variable = "i", unit = "mA", torque_constant = 0.12}
+load_torque = {variable = "i", unit = "V", factor = "-50 N*m/V", offset = 0.5}
+"""
+    recording = builders.one(folder, channels, ratio="50.0").recording
+    np.testing.assert_allclose(recording.si("motor_angle"), np.arange(200) * 37 * 2 * np.pi / 4096, rtol=1e-12)
+    np.testing.assert_allclose(recording.si("motor_torque"), 0.12e-3 * _I, rtol=1e-12)
+    np.testing.assert_allclose(recording.si("load_torque"), -50.0 * (_I + 0.5), rtol=1e-12)
+    assert recording.raw("motor_angle").dtype.kind == "i"
+    assert (recording.axis, recording.linear) == ("rotary", False)
+    assert validate(recording.path).violations == ()
+
+
+def test_columns_are_added_and_multiplied(folder: Path) -> None:
+    channels = """
+motor_velocity = {variable = "v", unit = "rpm"}
+load_torque = {sum = [
+    {variable = "left", unit = "kN", factor = "0.4 m"}, {variable = "right", unit = "N", factor = "-400 mm"}]}
+motor_torque = {variable = "i", times = ["p"], unit = "N*m"}
+"""
+    recording = builders.one(folder, channels, ratio="50.0").recording
+    np.testing.assert_allclose(recording.si("load_torque"), 400.0 * (_T + 1) - 0.4 * 2 * _T, rtol=1e-12)
+    np.testing.assert_allclose(recording.si("motor_torque"), _I * (3.0 + _T), rtol=1e-12)
+    np.testing.assert_allclose(recording.si("motor_velocity"), 2 * np.pi)
+
+
+def test_an_angle_that_was_not_measured_is_the_integral_of_the_speed_and_says_so(folder: Path) -> None:
+    done = builders.one(folder, 'motor_velocity = {variable = "v", unit = "rpm"}', ratio="50.0")
+    np.testing.assert_allclose(done.recording.si("motor_angle"), 2 * np.pi * _T, atol=1e-12)
+    assert any(note.startswith("motor_angle is the integral of motor_velocity") for note in done.notes)
+    assert any("is the integral" in event.text for event in done.recording.events)
+    (folder / "out/a.h5").unlink()
+    channels = 'motor_velocity = {variable = "v", unit = "rpm"}\nload_angle = {variable = "p", unit = "rad"}'
+    assert "motor_angle" not in builders.one(folder, channels, ratio="50.0").recording.channels
+
+
+def test_what_is_no_channel_is_kept_as_aux_with_its_unit(folder: Path) -> None:
+    done = builders.one(
+        folder, 'motor_torque = {variable = "i", unit = "N*m"}', aux='oil_pressure = {variable = "p", unit = "bar"}'
+    )
+    assert done.recording.specs["aux/oil_pressure"].unit == "Pa"
+    np.testing.assert_allclose(done.recording.si("aux/oil_pressure"), 1e5 * (3.0 + _T))
+
+
+def test_a_linear_axis_speaks_of_metres_and_newtons(folder: Path) -> None:
+    channels = """
+motor_angle = {variable = "n", unit = "counts", factor = "0.25 um/count", wraps_at = 4096}
+motor_torque = {variable = "i", unit = "A", torque_constant = 80.0}
+"""
+    recording = builders.one(folder, channels.replace("80.0", '"80 N/A"')).recording
+    assert (recording.axis, recording.linear) == ("linear", True)
+    assert [recording.specs[name].unit for name in ("motor_angle", "motor_torque")] == ["m", "N"]
+    (folder / "out/a.h5").unlink()
+    screw = 'motor_angle = {variable = "p", unit = "rad", factor = "10 mm/rev"}\n' + channels.splitlines()[2]
+    recording = builders.one(folder, screw, changes={"gearbox.axis": "linear"}).recording
+    np.testing.assert_allclose(recording.si("motor_angle"), (3.0 + _T) * 0.01 / (2 * np.pi))
+    np.testing.assert_allclose(recording.si("motor_torque"), 80.0 * _I)
+    assert validate(recording.path).violations == ()
+
+
+def test_a_file_a_channel_is_found_by_the_recordings_star(tmp_path: Path) -> None:
+    for run in ("3", "7"):
+        builders.csv(tmp_path / f"run{run}_angle.csv", t=_T, q=_T * int(run))
+        builders.csv(tmp_path / f"run{run}_torque.csv", M=_I)
+    channels = """
+motor_angle = {variable = "q", unit = "rad"}
+motor_torque = {variable = "M", unit = "N*m", file = "run*_torque.csv"}
+"""
+    done = builders.run(tmp_path, channels, file="run*_angle.csv", ratio="5.0")
+    found = [item.recording for item in done if isinstance(item, Imported)]
+    assert [recording.recording_id for recording in found] == ["run3_angle", "run7_angle"]
+    np.testing.assert_allclose(found[1].si("motor_angle"), 7 * _T)
+    np.testing.assert_allclose(found[1].si("motor_torque"), _I)
+
+
+def test_recordings_of_the_same_name_in_several_folders_get_that_of_the_folder(tmp_path: Path) -> None:
+    for run in ("a", "b"):
+        (tmp_path / run).mkdir()
+        builders.csv(tmp_path / run / "log.csv", t=_T, M=_I)
+    done = builders.run(tmp_path, 'motor_torque = {variable = "M", unit = "N*m"}', file="*/log.csv")
+    assert [item.recording.recording_id for item in done if isinstance(item, Imported)] == ["a-log", "b-log"]
+
+
+def test_samples_that_are_not_there_are_held_where_the_mapping_says_so(tmp_path: Path) -> None:
+    slow: list[object] = [20.0 + i if i % 10 == 0 else "" for i in range(200)]
+    builders.csv(tmp_path / "a.csv", t=_T, M=_I, T=np.array(slow, dtype=object))
+    channels = 'motor_torque = {variable = "M", unit = "N*m"}\ntemperature = {variable = "T", unit = "degC"%s}'
+    assert "missing = 'hold' or 'interpolate'" in builders.why(tmp_path, channels % "")
+    recording = builders.one(tmp_path, channels % ', missing = "hold"').recording
+    assert recording.si("temperature", 8, 12).tolist() == [20.0, 20.0, 30.0, 30.0]
+
+
+@pytest.mark.parametrize(
+    ("channels", "sentence"),
+    [
+        (
+            'motor_torque = {variable = "i", unit = "A"}',
+            "channels.motor_torque: unit 'A' should be one that becomes 'N·m'",
+        ),
+        (
+            'motor_torque = {variable = "i"}',
+            "channels.motor_torque.unit: is missing, it should be one that becomes 'N·m'",
+        ),
+        (
+            'motor_torque = {variable = "i", unit = "A", torque_constant = "high"}',
+            "channels.motor_torque.torque_constant: 'high' should be a number with a unit, such as '0.12 N*m/A'",
+        ),
+        (
+            'motor_angle = {variable = "n", unit = "deg", counts_per_revolution = 4096}',
+            "channels.motor_angle.unit: is 'deg', with 'counts_per_revolution' it should be 'counts', or left out",
+        ),
+        (
+            'motor_torque = {sum = [{variable = "i", unit = "N*m"}, {column = 9, unit = "N*m"}]}',
+            "a.csv: has 7 columns, column 9 was asked for",
+        ),
+        (
+            'load_torque = {sum = [{variable = "i", unit = "N*m"}, {variable = "p", unit = "N"}]}',
+            "unit 'N' should be one that becomes 'N·m'",
+        ),
+        (
+            'motor_torque = {variable = "i", unit = "N*m", times = ["q"]}',
+            "there is no variable 'q'; the file has t, n, i",
+        ),
+        ('motor_torque = {variable = "?", unit = "N*m"}', "channels.motor_torque.variable is still '?'"),
+        ('motor_torque = {variable = "i", unit = "N*m", torque_constant = 1.0, factor = 2.0}', "has more than one of"),
+        ('motor_torque = {variable = "i", unit = "N*m", scale = 0.0}', "scale: is 0"),
+        ('"a/b" = {variable = "i"}', "channels.a/b should have a name without '/'; [aux.NAME] is the table of others"),
+    ],
+)
+def test_a_wrong_channel_is_one_sentence_with_key_and_what_would_be_right(
+    folder: Path, channels: str, sentence: str
+) -> None:
+    try:
+        (done,) = builders.run(folder, channels, ratio="50.0")
+        assert isinstance(done, Rejected)
+        told = done.why
+    except ConfigurationError as error:
+        told = str(error)
+    assert sentence in told
+    assert "\n" not in told
+
+
+def test_axes_and_units_have_to_agree(folder: Path) -> None:
+    channels = 'motor_angle = {variable = "p", unit = "rad"}\nmotor_torque = {variable = "i", unit = "N"}'
+    with pytest.raises(ConfigurationError, match=r"channels.motor_angle becomes rad and channels.motor_torque N; on a"):
+        builders.run(folder, channels)
+    with pytest.raises(ConfigurationError, match="ratio should be 1 on a linear axis"):
+        builders.run(folder, channels, ratio="5.0", changes={"gearbox.axis": "linear"})
+
+
+def test_scripts_see_a_linear_axis_in_metres(folder: Path) -> None:
+    from bench.api import to_xarray
+
+    channels = 'motor_angle = {variable = "p", unit = "mm"}\nload_angle = {variable = "left", unit = "mm"}'
+    data = to_xarray(builders.one(folder, channels, aux='oil = {variable = "i", unit = "bar"}').recording)
+    assert data.attrs["axis"] == "linear"
+    assert data["transmission_error"].attrs["units"] == data["motor_angle"].attrs["units"] == "m"
+    assert data["aux/oil"].attrs["units"] == "Pa"

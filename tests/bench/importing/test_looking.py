@@ -1,0 +1,180 @@
+"""What ``--look`` sees in a file, the mapping it begins, and what ``--ask`` asks."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.io
+from typer.testing import CliRunner, Result
+
+from bench.cli.app import make_app
+from bench.errors import ConfigurationError, RecordingError
+from bench.importing.looking import Draft, ask, draft, take_inventory
+from bench.importing.looking.inventory import picture
+from bench.recording import Recording
+from tests.bench.importing import builders
+
+_T = np.arange(2000) / 200
+_Q = 50 * np.sin(_T) + 10 * _T
+
+
+def _machine(folder: Path) -> Path:
+    path = folder / "rig.csv"
+    return builders.csv(
+        path,
+        **{
+            "Zeit [s]": _T,
+            "Winkel Motor [°]": np.round(np.degrees(_Q) % 360, 6),
+            "Winkel Abtrieb [°]": np.degrees(_Q) / 101,
+            "Motorstrom [A]": np.cos(_T),
+            "Öltemperatur [°C]": 30 + _T / 10,
+            "Solldrehzahl [1/min]": 10 * _T,
+            "Öldruck [bar]": 2 + 0.1 * np.sin(_T),
+        },
+    )
+
+
+def _draft(path: Path) -> Draft:
+    return draft(take_inventory(path), path.with_suffix(".toml"))
+
+
+def _content(made: Draft) -> dict[str, Any]:
+    return tomllib.loads(made.text())
+
+
+def test_names_and_units_give_channels_and_the_data_give_ratio_and_overflow(tmp_path: Path) -> None:
+    made = _draft(_machine(tmp_path))
+    content = _content(made)
+    assert content["gearbox"]["ratio"] == 101.0
+    assert content["channels"]["time"] == {"variable": "Zeit [s]", "unit": "s"}
+    assert content["channels"]["motor_angle"] == {"variable": "Winkel Motor [°]", "unit": "°", "wraps_at": 360.0}
+    assert content["channels"]["load_angle"]["variable"] == "Winkel Abtrieb [°]"
+    assert content["channels"]["motor_torque"]["torque_constant"] == "?"
+    assert content["channels"]["temperature"]["unit"] == "°C"
+    assert content["channels"]["Solldrehzahl"] == {"variable": "Solldrehzahl [1/min]", "unit": "1/min"}
+    assert content["aux"]["Oeldruck"]["unit"] == "bar"
+    assert made.open() == ["channels.motor_torque.torque_constant"]
+    assert made.rate == pytest.approx(200.0)
+    assert "# a guess" in made.text()
+
+
+def test_a_linear_axis_a_matrix_in_rows_and_a_constant(tmp_path: Path) -> None:
+    scipy.io.savemat(tmp_path / "a.mat", {"x": np.vstack([_T, _Q]), "pos_mm": _Q, "t": _T, "k": 35.0})
+    found = take_inventory(tmp_path / "a.mat")
+    assert [column.name for column in found.columns] == ["x row 1", "x row 2", "pos_mm", "t"]
+    assert found.constants == {"k": 35.0}
+    content = _content(draft(found, tmp_path / "a.toml"))
+    assert content["gearbox"] == {"ratio": 1.0, "axis": "linear"}
+    assert content["channels"]["motor_angle"] == {"variable": "pos_mm", "unit": "mm"}
+
+
+def test_counts_are_asked_for_unless_they_overflow_where_encoders_do(tmp_path: Path) -> None:
+    builders.csv(tmp_path / "a.csv", t=_T, enc_counts=(np.arange(2000) * 37) % 4096, load_counts=np.arange(2000) * 3)
+    content = _content(_draft(tmp_path / "a.csv"))["channels"]
+    assert content["motor_angle"]["counts_per_revolution"] == content["motor_angle"]["wraps_at"] == 4096
+    assert content["load_angle"]["counts_per_revolution"] == "?"
+
+
+@pytest.mark.parametrize(
+    ("stamps", "expected"),
+    [
+        (np.arange(100) * 5, {"unit": "?"}),
+        (1.78e12 + np.arange(100) * 5, {"unit": "ms"}),
+        (np.arange(100) / 50, {"unit": "s"}),
+        ([str(np.datetime64("2026-03-01T12:00") + np.timedelta64(i, "s")) for i in range(100)], {"timezone": "UTC"}),
+    ],
+)
+def test_time_is_found_and_its_unit_guessed_or_left_open(tmp_path: Path, stamps: Any, expected: dict[str, str]) -> None:
+    builders.csv(tmp_path / "a.csv", time=stamps, M=np.sin(np.arange(100)))
+    assert _content(_draft(tmp_path / "a.csv"))["channels"]["time"] == {"variable": "time", **expected}
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::FutureWarning", "ignore::UserWarning")
+def test_groups_with_clocks_of_their_own(tmp_path: Path) -> None:
+    from asammdf import MDF, Signal
+
+    with MDF(version="4.10") as file:
+        file.append([Signal(_Q, _T, name="motor_angle", unit="rad")])
+        file.append([Signal(20 + _T[::100], _T[::100], name="oil_temp", unit="degC")])
+        file.save(tmp_path / "a.mf4")
+    made = _draft(tmp_path / "a.mf4")
+    content = _content(made)["channels"]
+    assert content["time"]["variable"] == "0/time"
+    assert content["temperature"] == {"variable": "oil_temp", "unit": "degC", "time": "1/time"}
+    made.set("gearbox.ratio", 5.0, "")
+    made.write(tmp_path / "a.toml")
+    result = _bench("import", tmp_path / "a.toml", "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    recording = Recording.open(tmp_path / "out/a.h5")
+    np.testing.assert_allclose(recording.si("temperature"), 20 + recording.si("time"), atol=1e-9)
+
+
+def test_the_questions_are_those_of_what_is_open_or_guessed_and_a_wrong_answer_is_asked_again(tmp_path: Path) -> None:
+    made = _draft(_machine(tmp_path))
+    answers = iter(["a lot", "0.12"])
+    asked: list[str] = []
+    said: list[str] = []
+
+    def prompt(question: str, guess: str | None) -> str:
+        asked.append(question.partition(":")[0])
+        assert guess is None
+        return next(answers)
+
+    ask(made, prompt, said.append)
+    assert asked == ["channels.motor_torque.torque_constant"] * 2
+    assert "'a lot' should be a number with a unit" in said[0]
+    assert _content(made)["channels"]["motor_torque"]["torque_constant"] == 0.12
+    assert made.open() == []
+
+
+def test_pictures_are_one_line() -> None:
+    assert picture(np.linspace(0, 1, 1000), 8) == "▁▂▃▄▅▆▇█"
+    assert picture(np.zeros(100), 4) == "▁▁▁▁"
+    assert picture(np.full(5, np.nan)) == ""
+
+
+def _bench(*arguments: object, **more: Any) -> Result:
+    return CliRunner().invoke(make_app(), [str(argument) for argument in arguments], **more)
+
+
+def test_from_look_to_a_recording_on_the_command_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    _machine(tmp_path)
+    result = _bench("import", "--look", "rig.csv")
+    assert result.exit_code == 0, result.output
+    for text in (
+        "7 columns of 2000 samples, 200 Hz",
+        "▁",
+        "load_angle",
+        "torque_constant is open",
+        "mapping: rig.toml",
+    ):
+        assert text in result.output
+    assert isinstance(_bench("import", "--look", "rig.csv").exception, ConfigurationError)
+    told = json.loads(_bench("import", "--look", "rig.csv", "--mapping", "b.toml", "--json").stdout)
+    assert told["open"] == ["channels.motor_torque.torque_constant"]
+    still_open = _bench("import", "rig.toml", "--out", tmp_path / "out").exception
+    assert "torque_constant is still '?', it should be a number in N·m/A" in str(still_open)
+    result = _bench(
+        "import", "rig.toml", "--out", tmp_path / "out", "--set", "channels.motor_torque.torque_constant=0.12"
+    )
+    assert result.exit_code == 0, result.output
+    recording = Recording.open(tmp_path / "out/rig.h5")
+    np.testing.assert_allclose(recording.si("motor_torque"), 0.12 * np.cos(_T), atol=1e-9)
+    assert "torque_constant" in (recording.config or "")
+    result = _bench("import", "--ask", "rig.csv", "--mapping", "c.toml", "--out", tmp_path / "asked", input="0.5\n")
+    assert result.exit_code == 0, result.output
+    assert Recording.open(tmp_path / "asked/rig.h5").size == 2000
+
+
+def test_the_command_wants_one_thing_to_do(tmp_path: Path) -> None:
+    assert _bench("import").exit_code == 2
+    assert _bench("import", tmp_path / "a.toml").exit_code == 2
+    assert isinstance(_bench("import", "--look", tmp_path / "no*.csv").exception, RecordingError)
+    wrong = _bench("import", "--look", _machine(tmp_path), "--set", "ratio").exception
+    assert "should be KEY=VALUE, such as gearbox.ratio=50" in str(wrong)

@@ -1,0 +1,112 @@
+"""Signs and scales that physics rules out are told with the likely right one, and nothing is told of what can be."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from bench.importing.plausible.factors import reason
+from tests.bench.importing import builders
+
+_RATIO = 50.0
+
+
+def _machine(folder: Path, load_share: float = 1.0, **factors: float) -> None:
+    """A motor with inertia and friction that drives a load through a gearbox; factors spoil columns."""
+    rng = np.random.default_rng(2)
+    time = np.arange(6000) / 200
+    speed = 60 * np.sin(1.1 * time) + 25 * np.sin(2.9 * time) + 5
+    angle = np.concatenate(([0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) / 200)))
+    load = load_share * 100 * np.sin(0.37 * time) + load_share * 30 * np.sin(1.7 * time)
+    torque = 2e-3 * np.gradient(speed, time) + 0.02 * speed + 0.4 * np.sign(speed) + load / _RATIO
+    columns: dict[str, NDArray[Any]] = {
+        "q": angle,
+        "w": speed,
+        "p": angle / _RATIO,
+        "M": torque + rng.normal(0, 0.05, time.size),
+        "L": load + rng.normal(0, 0.5, time.size),
+        "T": 30 + time / 10,
+    }
+    spoilt = {name: values * factors.get(name, 1.0) for name, values in columns.items()}
+    builders.csv(folder / "a.csv", t=time, **spoilt)
+
+
+_CHANNELS = """
+motor_angle = {variable = "q", unit = "rad"}
+motor_velocity = {variable = "w", unit = "rad/s"}
+load_angle = {variable = "p", unit = "rad"}
+motor_torque = {variable = "M", unit = "N*m"}
+load_torque = {variable = "L", unit = "N*m"}
+temperature = {variable = "T", unit = "degC"}
+"""
+
+
+def _told(
+    folder: Path, without: str = "", channels: str = _CHANNELS, load_share: float = 1.0, **factors: float
+) -> tuple[str, ...]:
+    _machine(folder, load_share, **factors)
+    kept = "\n".join(line for line in channels.splitlines() if not without or not line.startswith(without))
+    done = builders.one(folder, kept, ratio=f"{_RATIO}")
+    warned = [event.text for event in done.recording.events if event.level == "warning"]
+    assert list(done.warnings) == warned
+    return done.warnings
+
+
+def test_nothing_is_told_of_a_machine_that_can_be(tmp_path: Path) -> None:
+    assert _told(tmp_path) == ()
+
+
+@pytest.mark.parametrize("without", ["load", "motor_velocity", "motor_torque", "motor_angle"])
+def test_nor_where_a_channel_is_missing(tmp_path: Path, without: str) -> None:
+    if without == "load":
+        channels = _CHANNELS.replace("load_torque", "load_torque_setpoint")
+        assert _told(tmp_path, "load_angle", channels) == ()
+    else:
+        assert not any("wrong" in sentence for sentence in _told(tmp_path, without))
+
+
+@pytest.mark.parametrize(
+    ("factors", "sentences"),
+    [
+        ({"M": -1.0}, ["channels.load_torque over gearbox.ratio is found -0.99", "a wrong sign"]),
+        ({"L": -1.0}, ["channels.load_torque over gearbox.ratio is found -", "a wrong sign; scale times -"]),
+        ({"L": 1000.0}, ["a thousand too much or too little"]),
+        (
+            {"w": -1.0},
+            ["channels.motor_velocity is -1 times the rate of motor_angle", "likely a wrong sign; scale times -1"],
+        ),
+        ({"w": 9.5493}, ["rpm taken for rad/s", "scale times 0.1047 would be right"]),
+        ({"w": 0.02}, ["the other side of the gearbox", "scale times 50 would be right"]),
+        ({"p": 57.29578}, ["load_angle turns 57.3 times as far", "degrees taken for radians"]),
+        ({"p": 50.0 / 47.0}, ["gearbox.ratio = 47"]),
+        ({"T": 10.0}, ["channels.temperature is 315 °C, which no lubricant is; unit = 'K' would be right"]),
+    ],
+)
+def test_a_wrong_sign_or_scale_is_told_with_the_likely_one(
+    tmp_path: Path, factors: dict[str, float], sentences: list[str]
+) -> None:
+    told = " ".join(_told(tmp_path, **factors))
+    for sentence in sentences:
+        assert sentence in told
+
+
+def test_negative_inertia_and_friction_are_a_wrong_sign_of_the_torque(tmp_path: Path) -> None:
+    (told,) = _told(tmp_path, "load_torque", load_share=0.1, M=-1.0)
+    assert "map.toml: channels.motor_torque gives a negative inertia (-0.00" in told
+    assert "scale times -1 of motor_torque (or of motor_angle) would be right" in told
+
+
+def test_an_angle_in_degrees_taken_for_radians_turns_too_fast(tmp_path: Path) -> None:
+    channels = 'motor_angle = {variable = "q", unit = "rad"}\nmotor_torque = {variable = "M", unit = "N*m"}'
+    told = _told(tmp_path, "", channels, q=57.29578 * 5)
+    assert any("faster than motors do" in sentence for sentence in told)
+
+
+def test_factors_have_names() -> None:
+    assert reason(-1.0) == "likely a wrong sign; scale times -1 would be right"
+    assert "other side of the gearbox" in reason(1 / 185.0, 185.0)
+    assert "a wrong scale" in reason(3.3)
