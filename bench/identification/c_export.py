@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from bench.errors import ConfigurationError
 from bench.simulation import TERM_COUNT, FourierSet, Simulation, TransmissionErrorModel
+from bench.whole import write_whole
 
 FloatArray = NDArray[np.float64]
 
@@ -170,5 +171,5 @@ def export_c(simulation: Simulation, folder: Path) -> tuple[Path, ...]:
     }
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in contents.items():
-        (folder / name).write_text(text, encoding="utf-8")
+        write_whole(folder / name, text)
     return tuple(folder / name for name in contents)

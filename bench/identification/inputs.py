@@ -57,12 +57,16 @@ def _varies(values: FloatArray, index: int) -> bool:
 
 
 def make_design(inputs: FloatArray) -> Design:
-    """Choose the monomials that points (R, 3) determine; inputs that are NaN throughout count as not varying."""
+    """Choose the monomials that points (R, 3) determine; inputs that are NaN throughout count as not varying.
+
+    One point less than there are, so that the scatter between them is seen; a single one determines the constant.
+    """
     clean = np.where(np.isfinite(inputs), inputs, 0.0)
     standardisation = Standardisation.of(clean[:, 0], clean[:, 1], clean[:, 2])
     full = standardisation.basis(clean[:, 0], clean[:, 1], clean[:, 2])
     alive = [_varies(clean[:, j], j) for j in range(3)]
     kept: list[int] = []
+    most = max(inputs.shape[0] - 1, 1)
     basis = np.empty((inputs.shape[0], 0))
     for index in ENTRY_ORDER:
         if not all(alive[j] or power == 0 for j, power in enumerate(EXPONENTS[index])):
@@ -70,7 +74,7 @@ def make_design(inputs: FloatArray) -> Design:
         column = full[:, index]
         rest = column - basis @ (basis.T @ column)
         norm = float(np.linalg.norm(rest))
-        if len(kept) < inputs.shape[0] - 1 and norm > MIN_INDEPENDENT_SHARE * max(float(np.linalg.norm(column)), 1e-12):
+        if len(kept) < most and norm > MIN_INDEPENDENT_SHARE * max(float(np.linalg.norm(column)), 1e-12):
             kept.append(index)
             basis = np.column_stack([basis, rest / norm])
     chosen = np.asarray(sorted(kept), dtype=np.int64)

@@ -17,7 +17,6 @@ SPIKE_SIGMA = 10.0
 GAP_REVOLUTIONS = 0.01
 """A gap that spans more of the output's turn than this splits a steady segment."""
 REVOLUTION = 2.0 * np.pi
-TRANSMISSION_CHANNELS = ("motor_angle", "load_angle")
 
 
 @dataclass(frozen=True, slots=True)

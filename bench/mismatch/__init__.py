@@ -1,5 +1,1 @@
-"""Mismatch analysis: noise floor, location, hypotheses, selection, report, next experiment. Sees recordings only."""
-
-from bench.mismatch.run import Report, run
-
-__all__ = ["Report", "run"]
+"""What physics a simulation leaves out."""

@@ -16,8 +16,8 @@ from bench.mismatch.run import run
 from bench.recording import Recording, RecordingFolder
 
 READING, SEARCHING, SCORING = "reading", "searching", "scoring"
-_PHASES = {"reading": READING, "searching the channels": SEARCHING, "scoring what was held out": SCORING}
-"""what a run says of its progress -> phase; the report's writing counts to the scoring"""
+_PHASES = (("reading", READING), ("searching", SEARCHING), ("", SCORING))
+"""how what a run says of its progress begins -> phase; the report's writing counts to the scoring"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +63,7 @@ class _Clock:
         """Take note that a run says what it does now."""
         now = time.perf_counter()
         self.spent[self._phase] += now - self._since
-        self._phase, self._since = _PHASES.get(what, SCORING), now
+        self._phase, self._since = next(phase for begin, phase in _PHASES if what.startswith(begin)), now
 
 
 def measure_mismatch(folder: Path, simulation: Path | None = None, jobs: int = 1) -> MismatchFigures:

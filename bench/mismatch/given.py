@@ -1,4 +1,8 @@
-"""What a simulation file says of the comparison: terms switched off, terms in force beyond the nominal."""
+"""The simulation that recordings are compared with, as the analysis needs it: what is in force in each channel.
+
+A simulation file's rows become regressors with their coefficients, waves, pulses and laws; what it does not say is as
+in the nominal simulation.
+"""
 
 from __future__ import annotations
 
@@ -6,142 +10,200 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from bench.errors import ConfigurationError
-from bench.mismatch.motor_ripple import Ripple
-from bench.mismatch.periodic import NOTHING, Periodic, Pulse
-from bench.simulation.laws import from_json as law_from_json
-from bench.simulation.model import Simulation, Term
-from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR, Form, Point
-from bench.simulation.terms import Term as LibraryTerm
-from bench.simulation.terms.nominal.transmission_error import PAPER_ORDERS
+import numpy as np
 
-WITH_ORDERS = ("te.harmonic", "te.sideband", "sensor.motor_encoder")
-"""terms that give the series further orders, each with polynomials of its own"""
+from bench.errors import ConfigurationError
+from bench.foreign.base import Base
+from bench.mismatch.orders.periodic import Pulse
+from bench.mismatch.regression.regressors import Free, Named, Regressor
+from bench.simulation import tables, waves
+from bench.simulation.frame import FloatArray
+from bench.simulation.laws import Law
+from bench.simulation.laws import from_json as law_from_json
+from bench.simulation.model import NOMINAL_ORDERS, Simulation, Term
+from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR
+from bench.simulation.waves import Wave
+
+Row = Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
-class KnownTerm:
-    """A term in force in a channel; without ``point``, form and nonlinear parameters are chosen on the recordings."""
+class Known:
+    """A regressor in force in a channel; its coefficients (k,), None where the file does not say them."""
 
-    term: LibraryTerm
-    form: Form | None = None
-    point: Point | None = None
+    regressor: Regressor
+    coefficients: FloatArray | None
 
 
 @dataclass(frozen=True, slots=True)
 class Given:
-    """The simulation that recordings are compared with; the nominal one, calibrated, where nothing is said."""
+    """What a simulation has in force.
 
-    switched_off: tuple[str, ...] = ()
-    orders: tuple[float, ...] = tuple(float(f) for f in PAPER_ORDERS)
-    known: Mapping[str, tuple[KnownTerm, ...]] = field(default_factory=dict)
-    periodic: Periodic = NOTHING
-    ripples: tuple[Ripple, ...] = ()
+    ``known[channel]``: regressors beyond the nominal terms; ``orders``: of the series, by which its polynomials are
+    calibrated; ``waves[channel]``: over the output angle, in the transmission error over the input angle in load-side
+    scaling; ``ripples``: of the motor torque, over that angle as well.
+    """
+
+    simulation: Simulation
+    switched_off: tuple[str, ...]
+    orders: tuple[float, ...]
+    known: Mapping[str, tuple[Known, ...]] = field(default_factory=dict)
+    waves: Mapping[str, tuple[Wave, ...]] = field(default_factory=dict)
+    pulses: tuple[Pulse, ...] = ()
+    laws: tuple[Law, ...] = ()
+    ripples: tuple[Wave, ...] = ()
+    unsettled: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    """by channel, effects in force of which the file says no numbers: they are calibrated on the recordings"""
+    base: Base | None = None
+    """a simulation from elsewhere on which the terms stand; its channels are taken off when recordings are read"""
 
     @classmethod
-    def of(cls, model: Simulation) -> Given:
+    def of(cls, model: Simulation, base: Base | None = None) -> Given:
         """Read a simulation. Raises ConfigurationError where a term's form or numbers are not the library's."""
         off = tuple(effect for effect, term in LIBRARY.items() if term.nominal and not model.enabled(effect))
-        rows = [t for e, t in model.terms.items() if e in LIBRARY and not LIBRARY[e].nominal and t.enabled]
-        orders = _orders(model, "te.fourier" in off)
-        for row in rows:
-            orders |= {f for item in instances(row) for f in _own_orders(row.effect, item)}
-        known: dict[str, list[KnownTerm]] = {}
+        orders = _series_orders(model, "te.fourier" in off)
+        known: dict[str, list[Known]] = {}
+        wave_rows: dict[str, list[Wave]] = {}
         pulses: list[Pulse] = []
-        laws = []
-        ripples: list[Ripple] = []
-        for row in rows:
-            for item in instances(row):
-                if "law" in item:
-                    laws.append(law_from_json(row.effect, item["law"]))
-                elif row.effect == "te.local_defect":
-                    p = numbers(row.effect, item, ("theta_p", "w_p", "p"))
+        laws: list[Law] = []
+        ripples: list[Wave] = []
+        unsettled: dict[str, list[str]] = {}
+        for effect, term in model.terms.items():
+            if not term.enabled or (effect in LIBRARY and LIBRARY[effect].nominal and "also" not in term.extra):
+                continue
+            for row in instances(term):
+                if "law" in row:
+                    laws.append(law_from_json(effect, row["law"]))
+                elif "waves" in row:
+                    where = f"the simulation's term {effect}"
+                    for channel in row.get("channels", [TRANSMISSION_ERROR]):
+                        wave_rows.setdefault(channel, []).extend(waves.from_json(row["waves"], where))
+                elif effect == "te.local_defect":
+                    p = numbers(effect, row, ("theta_p", "w_p", "p"))
                     pulses.append(Pulse(p[0], p[1], p[2]))
-                elif row.effect == "motor.torque_ripple":
-                    n, cosine, sine = numbers(row.effect, item, ("n", "a_rc", "a_rs"))
-                    at = float(item["parameters"].get("tau_r", 0.0))
-                    ripples.append(Ripple(round(n), complex(cosine, sine), 0.0, at))
-                elif not _own_orders(row.effect, item):
-                    for channel, term in _linear(row.effect, item):
-                        known.setdefault(channel, []).append(term)
+                elif row.get("form") == "ripple" or effect == "motor.torque_ripple":
+                    ripples += _ripple(effect, row, model.gearbox.ratio)
+                elif row.get("form") == "table":
+                    grid, values = tables.from_json(row, f"the simulation's term {effect}")
+                    for channel in row.get("channels", []):
+                        known.setdefault(channel, []).append(Known(Free(channel, (grid,), effect), values))
+                elif "orders" in row or effect in ("te.harmonic", "te.sideband"):
+                    orders |= set(_own_orders(row))
+                elif effect == "te.resonance":
+                    raise ConfigurationError("the simulation's term te.resonance has neither orders nor a law")
+                elif effect in LIBRARY and not LIBRARY[effect].nominal and not row["parameters"] and "form" not in row:
+                    for channel in row.get("channels", list(LIBRARY[effect].forms)):
+                        unsettled.setdefault(channel, []).append(effect)
+                elif effect in LIBRARY and not LIBRARY[effect].nominal:
+                    for channel, own in _linear(effect, row):
+                        known.setdefault(channel, []).append(own)
         return cls(
+            model,
             off,
             tuple(sorted(orders)),
-            {channel: tuple(terms) for channel, terms in known.items()},
-            Periodic(tuple(pulses), tuple(laws)),
+            {channel: tuple(own) for channel, own in known.items()},
+            {channel: tuple(own) for channel, own in wave_rows.items()},
+            tuple(pulses),
+            tuple(laws),
             tuple(ripples),
+            {channel: tuple(own) for channel, own in unsettled.items()},
+            base,
         )
 
+    def nominal_coefficients(self, named: Named) -> FloatArray | None:
+        """Coefficients (k,) of a nominal term as the file has them; None where it does not say them all."""
+        return _coefficients(named, self.simulation.terms.get(named.effect))
 
-def instances(row: Term) -> Iterator[dict[str, Any]]:
+
+def _coefficients(named: Named, term: Term | None) -> FloatArray | None:
+    if term is None or any(s.symbol not in term.parameters for s in named.form.linear):
+        return None
+    return np.array([term.parameters[s.symbol].value for s in named.form.linear])
+
+
+def instances(term: Term) -> Iterator[dict[str, Any]]:
     """A term's rows: itself and those under ``also``, each with ``parameters`` by symbol (numbers)."""
-    first = {key: value for key, value in row.extra.items() if key != "also"}
-    if row.orders is not None:
-        first["orders"] = list(row.orders)
-    yield {**first, "parameters": {symbol: p.value for symbol, p in row.parameters.items()}}
-    for item in row.extra.get("also", []):
-        given = {s: p["value"] if isinstance(p, dict) else p for s, p in item.get("parameters", {}).items()}
-        yield {**item, "parameters": given}
+    first = {key: value for key, value in term.extra.items() if key != "also"}
+    if term.orders is not None:
+        first["orders"] = list(term.orders)
+    if first or term.parameters or "also" not in term.extra:
+        yield {**first, "parameters": {symbol: p.value for symbol, p in term.parameters.items()}}
+    for item in term.extra.get("also", []):
+        told = {s: p["value"] if isinstance(p, dict) else p for s, p in item.get("parameters", {}).items()}
+        yield {**item, "parameters": told}
 
 
-def numbers(effect: str, item: Mapping[str, Any], symbols: tuple[str, ...]) -> list[float]:
+def numbers(effect: str, row: Row, symbols: tuple[str, ...]) -> list[float]:
     """Values of the parameters ``symbols``. Raises ConfigurationError where one is missing."""
-    missing = [s for s in symbols if s not in item["parameters"]]
+    missing = [s for s in symbols if s not in row["parameters"]]
     if missing:
         raise ConfigurationError(
             f"the simulation's term {effect} has no {', '.join(missing)}; it should have {', '.join(symbols)}"
         )
-    return [float(item["parameters"][s]) for s in symbols]
+    return [float(row["parameters"][s]) for s in symbols]
 
 
-def _orders(model: Simulation, off: bool) -> set[float]:
-    series = model.terms.get("te.fourier")
+def _series_orders(model: Simulation, off: bool) -> set[float]:
     if off:
         return set()
+    series = model.terms.get("te.fourier")
     if series is not None and series.orders is not None:
         return {float(f) for f in series.orders}
-    return {float(f) for f in PAPER_ORDERS}
+    if series is not None and series.coefficients is not None:
+        sets = (series.coefficients.positive, series.coefficients.negative)
+        return {float(f) for s in sets if s is not None for f in s.orders}
+    return {float(f) for f in NOMINAL_ORDERS}
 
 
-def _own_orders(effect: str, item: Mapping[str, Any]) -> list[float]:
-    if effect not in WITH_ORDERS:
-        return []
-    if "orders" in item:
-        return [float(f) for f in item["orders"]]
-    p = item["parameters"]
-    if effect == "te.sideband" and {"f", "m"} <= set(p):
+def _own_orders(row: Row) -> list[float]:
+    if "orders" in row:
+        return [float(f) for f in row["orders"]]
+    p = row["parameters"]
+    if {"f", "m"} <= set(p):
         return [p["f"] - p["m"], p["f"] + p["m"]]
     return [float(p["f"])] if "f" in p else []
 
 
-def _linear(effect: str, item: Mapping[str, Any]) -> Iterator[tuple[str, KnownTerm]]:
+def _ripple(effect: str, row: Row, ratio: float) -> list[Wave]:
+    n, cosine, sine = numbers(effect, row, ("n", "a_rc", "a_rs"))
+    at = float(row["parameters"].get("tau_r", 0.0))
+    order = n * ratio
+    if at:  # its amplitude grows with the motor's torque; ``a_rc`` and ``a_rs`` are those at ``tau_r``
+        return [Wave(order, "motor_torque", cosine / at, sine / at)]
+    return [Wave(order, "1", cosine, sine)]
+
+
+def _linear(effect: str, row: Row) -> Iterator[tuple[str, Known]]:
     """A term that is a regressor: form by name or by its parameters' symbols, in the channels named, else in all."""
     term = LIBRARY[effect]
-    parameters = item["parameters"]
-    for channel in item.get("channels", list(term.forms)):
+    parameters = row["parameters"]
+    for channel in row.get("channels", list(term.forms)):
         forms = term.forms.get(channel, ())
-        named = [f for f in forms if f.name == item["form"]] if "form" in item else list(forms)
-        if not named:
+        chosen = [f for f in forms if f.name == row["form"]] if "form" in row else list(forms)
+        if not chosen:
             raise ConfigurationError(
-                f"the simulation's term {effect} has the form {item.get('form')!r} in {channel}, it should be one of "
+                f"the simulation's term {effect} has the form {row.get('form')!r} in {channel}, it should be one of "
                 f"{', '.join(f.name for f in forms) or 'those of a channel it shows in'}"
             )
-        if "point" in item and "form" in item:
-            point = tuple(float(v) for v in item["point"])
-            if len(point) != len(named[0].nonlinear):
+        if "point" in row and "form" in row:
+            point = tuple(float(v) for v in row["point"])
+            form = chosen[0]
+            if len(point) != len(form.nonlinear):
                 raise ConfigurationError(
                     f"the simulation's term {effect} has {len(point)} numbers in 'point', it should have one for each "
-                    f"of {', '.join(s.symbol for s in named[0].nonlinear) or 'nothing'}"
+                    f"of {', '.join(s.symbol for s in form.nonlinear) or 'nothing'}"
                 )
-            yield channel, KnownTerm(term, named[0], point)
-            continue
-        full = [f for f in named if all(s.symbol in parameters for s in f.nonlinear)]
-        alike = [f for f in full if all(s.symbol in parameters for s in f.linear)] or full
-        if alike and (parameters or not alike[0].nonlinear):
-            yield channel, KnownTerm(term, alike[0], tuple(float(parameters[s.symbol]) for s in alike[0].nonlinear))
-        elif channel == TRANSMISSION_ERROR and effect in ("te.resonance", *WITH_ORDERS):
-            raise ConfigurationError(
-                f"the simulation's term {effect} has neither orders nor a law; it should say which orders it touches"
-            )
         else:
-            yield channel, KnownTerm(term)
+            full = [f for f in chosen if all(s.symbol in parameters for s in f.nonlinear)]
+            alike = [f for f in full if all(s.symbol in parameters for s in f.linear)] or full
+            if not alike:
+                raise ConfigurationError(
+                    f"the simulation's term {effect} lacks parameters in {channel}; it should have "
+                    f"{', '.join(s.symbol for s in (*chosen[0].linear, *chosen[0].nonlinear))}"
+                )
+            form = alike[0]
+            point = tuple(float(parameters[s.symbol]) for s in form.nonlinear)
+        told = None
+        if all(s.symbol in parameters for s in form.linear):
+            told = np.array([float(parameters[s.symbol]) for s in form.linear])
+        yield channel, Known(Named(term, channel, form, point), told)

@@ -13,8 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from bench.errors import BenchError, ConfigurationError
-from bench.mismatch.leave_one_out import LeftOut, Question
+from bench.mismatch.leave_one_out import Question
 from bench.mismatch.mapping import over
+from bench.mismatch.report.left_out import LeftOut
 from bench.mismatch.run import run
 
 
@@ -57,14 +58,12 @@ def tasks_of(
 
 def compare(task: Task) -> Told:
     """Compare one folder; an error of the folder is told, not raised, so that the others go on."""
-    from bench.mismatch.page import sentence
-
     try:
         report = run(task.recordings, task.out, task.simulation, leaving_out=task.leaving_out)
     except BenchError as error:
         return Told(task, None, str(error))
     content: dict[str, Any] = json.loads((task.out / "report.json").read_text(encoding="utf-8"))
-    return Told(task, content, sentence(report))
+    return Told(task, content, report.sentence)
 
 
 def compare_all(tasks: Sequence[Task], jobs: int = 1, dask: str | None = None) -> Iterator[Told]:

@@ -3,68 +3,30 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, field
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from tempfile import TemporaryDirectory
 
-from bench.mismatch.assess import FEWEST, Progress, assess, channels_of
-from bench.mismatch.channels import Analysis
-from bench.mismatch.dataset import Dataset, load
-from bench.mismatch.evaluate import FLOOR_METHOD, Scores
-from bench.mismatch.experiment import propose
-from bench.mismatch.findings import Finding
+from bench.foreign.base import Base
+from bench.mismatch import score, simulation_file
+from bench.mismatch.analysis import Analysis, Progress, analyse, compared_channels
 from bench.mismatch.given import Given
-from bench.mismatch.improved import improved
-from bench.mismatch.leave_one_out import LeftOut, Map, leave_one_out
-from bench.mismatch.unexplained import undetermined
+from bench.mismatch.leave_one_out import Map, leave_one_out
+from bench.mismatch.recordings.dataset import Dataset, enough, load
+from bench.mismatch.report.experiment import proposed
+from bench.mismatch.report.finding import conclude
+from bench.mismatch.report.page import page
+from bench.mismatch.report.report import Compared, Report
+from bench.mismatch.report.verdict import UNDETERMINED, judged
+from bench.mismatch.standing import MOST_ROUNDS, Standing, bent, standing_on, stood, values_of
+from bench.mismatch.unnamed.rest import unexplained
+from bench.mismatch.wrong_parameters import told_of, wrong_parameters
 from bench.simulation.model import Simulation
-from bench.simulation.terms import CHANNEL_UNITS
+from bench.simulation.terms import LIBRARY
+from bench.whole import write_whole
 
-
-@dataclass(slots=True)
-class Report:
-    """Everything the report says, and what it was made from."""
-
-    verdict: str
-    why: str
-    data: Dataset
-    scores: dict[str, Scores] = field(default_factory=dict)
-    findings: list[Finding] = field(default_factory=list)
-    analysis: Analysis | None = None
-    skipped: list[str] = field(default_factory=list)
-    left_out: list[LeftOut] = field(default_factory=list)
-
-    def to_json(self) -> dict[str, Any]:
-        """The mismatch report 1.0."""
-        members = self.data.members
-        out: dict[str, Any] = {
-            "format": "bench-mismatch-report",
-            "format_version": "1.0",
-            "verdict": self.verdict,
-            "recordings": {
-                "train": [m.name for m in members if not m.held_out],
-                "held_out": [m.name for m in members if m.held_out],
-                "rejected": [{"file": file, "why": why} for file, why in self.data.rejected],
-            },
-            "channels": [
-                {
-                    "channel": channel,
-                    "unit": CHANNEL_UNITS[channel],
-                    "noise_floor": score.floor,
-                    "noise_floor_method": FLOOR_METHOD,
-                    "held_out_rmse_before": score.before,
-                    "held_out_rmse_after": score.after,
-                }
-                for channel, score in self.scores.items()
-            ],
-            "findings": [finding.to_json() for finding in self.findings],
-            "notes": [*self.data.notes, *self.skipped],
-        }
-        if self.why:
-            out["why"] = self.why
-        if self.left_out:
-            out["leave_one_out"] = [asdict(row) for row in self.left_out]
-        return out
+AS_GIVEN, BEFORE, AFTER = "as_given", "before", "after"
 
 
 def run(
@@ -82,41 +44,123 @@ def run(
     With ``leaving_out`` every nominal term is switched off in turn as well (``elsewhere`` maps them over other
     processes). Raises RecordingError where nothing can be read, ConfigurationError where the simulation file is wrong.
     """
+    with TemporaryDirectory() as store:
+        return _run(recordings, out, standing_on(simulation, Path(store)), progress, leaving_out, elsewhere, jobs)
+
+
+def _run(
+    recordings: Path,
+    out: Path,
+    standing: Standing,
+    progress: Progress | None,
+    leaving_out: bool,
+    elsewhere: Map | None,
+    jobs: int,
+) -> Report:
     tell = progress or (lambda _what, _share: None)
-    model = Simulation.load(simulation) if simulation is not None else Simulation.nominal()
-    given = Given.of(model)
-    data = load(Path(recordings), lambda what, share: tell(what, 0.3 * share), jobs)
-    report = Report("undetermined", "", data)
-    channels, report.skipped = channels_of(data)
-    train = sum(not m.held_out for m in data.members)
-    if train < FEWEST:
-        report.why = f"{train} recordings can be fitted, at least {FEWEST} are needed to tell noise from structure"
-    elif not channels:
-        report.why = "no channel is there to compare: " + "; ".join(report.skipped)
-    else:
-        found = assess(data, given, channels, lambda what, share: tell(what, 0.35 + 0.55 * share))
-        report.analysis, report.scores, report.findings = found.analysis, found.scores, found.findings
-        report.why = "" if report.findings else undetermined(found.analysis, found.scores)
-        if not report.why:
-            report.verdict = "mismatch" if report.findings else "match"
-        for number, finding in enumerate(f for f in report.findings if f.status != "named"):
-            propose(finding, found.analysis, out, number + 1, data)
+    base = standing.base
+    data = load(Path(recordings), lambda what, share: tell(what, 0.3 * share), jobs, base)
+    given = standing.given(data)
+    channels, skipped = compared_channels(data)
+    report = Report(UNDETERMINED, enough(data), data, skipped=skipped)
+    report.simulation = Compared(standing.kind, standing.file)
+    made = given
+    if not channels and not report.why:
+        report.why = "no channel is there to compare: " + "; ".join(skipped)
+    if not report.why:
+        searching: Progress = lambda what, share: tell(what, 0.3 + 0.5 * share)  # noqa: E731
+        analysis = analyse(data, Given.of(given, base), channels, searching)
+        for _ in range(MOST_ROUNDS):
+            if base is None or not bent(data, analysis, values_of(analysis, base)[0]):
+                break
+            base = base.at(values_of(analysis, base)[0])
+            data = load(Path(recordings), None, jobs, base)
+            report.data = data
+            analysis = analyse(data, Given.of(given, base), channels, searching)
+        # what is scored is what the file will say
+        made = Simulation.from_json(json.loads(json.dumps(simulation_file.improved(analysis, data.gearbox).to_json())))
+        tell("scoring what was held out", 0.8)
+        scored(analysis, data, given if standing.kind != "nominal" else None, made, standing.base)
+        if base is not None and standing.base is not None:
+            made = stood(made, base.at(values_of(analysis, base)[0]), out)
+            for channel, wrong in told_of(wrong_parameters(analysis, standing.base, base)).items():
+                analysis.outcomes[channel].discoveries += wrong
+        report.outcomes = tuple(analysis.outcomes.values())
+        for outcome in report.outcomes:
+            unexplained(outcome)
+        anew = () if base is None else tuple(p.name for p in base.free)
+        report.simulation = replace(report.simulation, recalibrated=(*_calibrated(made, given), *anew))
+        findings = conclude(report.outcomes, data)
+        report.findings = proposed(findings, data, out)
+        report.verdict, report.why = judged(report.outcomes, report.findings)
         if leaving_out:
-            better = improved(report.findings, report.analysis, model)
             report.left_out = leave_one_out(
-                data, better, channels, found, Path(recordings), lambda what, _: tell(f"without {what}", 0.9), elsewhere
+                data,
+                given,
+                channels,
+                report.findings,
+                Path(recordings),
+                lambda what, _: tell(f"without {what}", 0.9),
+                elsewhere,
             )
-    tell("writing the report", 0.92)
-    write(report, model, out)
+    tell("writing the report", 0.95)
+    out.mkdir(parents=True, exist_ok=True)
+    made.save(out / "model.json")
+    write_whole(out / "report.json", json.dumps(report.to_json(), indent=1, allow_nan=False) + "\n")
+    write_whole(out / "report.html", page(report))
     tell("done", 1.0)
     return report
 
 
-def write(report: Report, model: Simulation, out: Path) -> None:
-    """Write report.json, model.json and report.html."""
-    from bench.mismatch.page import page
+def scored(
+    analysis: Analysis, data: Dataset, given: Simulation | None, made: Simulation, handed: Base | None = None
+) -> None:
+    """Put root mean squares per sample into the outcomes: of held-out recordings, or of those fitted where none is.
 
-    out.mkdir(parents=True, exist_ok=True)
-    improved(report.findings, report.analysis, model).save(out / "model.json")
-    (out / "report.json").write_text(json.dumps(report.to_json(), indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    (out / "report.html").write_text(page(report), encoding="utf-8")
+    ``handed``: a simulation from elsewhere as it was handed over; each score is of its values at that stage.
+    """
+    models = {BEFORE: simulation_file.recalibrated(analysis, data.gearbox), AFTER: made}
+    if given is not None:
+        models[AS_GIVEN] = given
+    held = [m for m in data.members if m.held_out]
+    found: dict[str, dict[str, float | None]] = {channel: {} for channel in analysis.outcomes}
+    for names, on in _stages(analysis, data, tuple(models), handed):
+        told = score.rmse(on, analysis, {name: models[name] for name in names}, held or data.members)
+        for channel, own in told.items():
+            found[channel] |= own
+    for channel, outcome in analysis.outcomes.items():
+        own = {AS_GIVEN: None, **found[channel]}
+        if held:
+            outcome.rmse = own
+        else:
+            outcome.in_sample = own
+
+
+def _stages(
+    analysis: Analysis, data: Dataset, names: tuple[str, ...], handed: Base | None
+) -> Iterator[tuple[tuple[str, ...], Dataset]]:
+    """Models that are scored together, and the recordings less what the simulation from elsewhere says of them then."""
+    base = data.folder.base
+    if base is None or handed is None:
+        yield names, data
+        return
+    values = {
+        AS_GIVEN: handed.named,
+        BEFORE: values_of(analysis, base, False)[0],
+        AFTER: values_of(analysis, base)[0],
+    }
+    for name in names:
+        yield (name,), replace(data, folder=replace(data.folder, base=base.at(values[name])))
+
+
+def _calibrated(made: Simulation, given: Simulation) -> tuple[str, ...]:
+    """Symbols of nominal terms whose values are not those of the given simulation."""
+    out = []
+    for effect, term in made.terms.items():
+        if effect not in LIBRARY or not LIBRARY[effect].nominal or not term.enabled:
+            continue
+        before = given.terms.get(effect)
+        out += [f"{effect}.{s}" for s, p in term.parameters.items() if before is None or before.parameters.get(s) != p]
+        if term.coefficients is not None and (before is None or before.coefficients is None):
+            out.append(effect)
+    return tuple(out)

@@ -26,6 +26,11 @@ def _numbers(values: Any, shape: tuple[int, ...], where: str) -> FloatArray:
     return array
 
 
+def order_key(order: float) -> str:
+    """An order as a key: without a point where it is whole, else with all its digits (turns multiply it)."""
+    return str(int(order)) if order.is_integer() else repr(order)
+
+
 def _order(key: str, where: str) -> float:
     try:
         return float(key)
@@ -109,7 +114,7 @@ def fourier_to_json(model: TransmissionErrorModel, *, series: bool) -> dict[str,
         joint: dict[str, Any] = {}
         if series:
             for i, order in enumerate(fourier.orders):
-                key = f"{order:g}"
+                key = order_key(float(order))
                 values[key] = {"A": fourier.amplitude[i].tolist(), "phi": fourier.phase[i].tolist()}
                 if fourier.amplitude_std is not None and fourier.phase_std is not None:
                     spread[key] = {"A": fourier.amplitude_std[i].tolist(), "phi": fourier.phase_std[i].tolist()}

@@ -6,8 +6,8 @@ that terms with a memory (play, lag, pre-sliding) can be simulated along them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -48,12 +48,17 @@ class Frame:
     last_direction: FloatArray
     """sign of the last motion (at standstill: of the motion before)"""
     torque: FloatArray
-    """load_torque of the sensor, smoothed: the simulation's input tau"""
+    """load_torque of the sensor, where it keeps its level smoothed: the simulation's input tau"""
+    torque_level: FloatArray
+    """the same, in a steady segment that keeps its load its mean: noise of the sensor is no place on a curve"""
     torque_rate: FloatArray
     """rate of the load torque, N·m/s"""
     temperature: FloatArray
     motor_torque: FloatArray
     load_motor_torque: FloatArray
+    """as the load motor's drive reports it, where it keeps its level smoothed"""
+    load_motor_level: FloatArray
+    """the same, in a steady segment that keeps its load its mean"""
     power: FloatArray
     """loss abs(tau_m*w_m - tau*dq/dt) in W, of smoothed factors"""
     travel: FloatArray
@@ -68,6 +73,8 @@ class Frame:
     """1 inside a steady segment"""
     step: FloatArray
     """time from the row before to this one; 0 in the first row of a recording"""
+    aux: Mapping[str, FloatArray] = field(default_factory=dict)
+    """quantities that are no channel of the bench, by name"""
 
     @property
     def size(self) -> int:
@@ -82,16 +89,17 @@ class Frame:
     def take(self, rows: NDArray[np.bool_] | IntArray | slice) -> Frame:
         """Return the frame of the rows chosen."""
         taken: dict[str, Any] = {name: getattr(self, name)[rows] for name in ARRAYS}
-        return replace(self, **taken)
+        return replace(self, aux={name: values[rows] for name, values in self.aux.items()}, **taken)
 
 
-ARRAYS = tuple(f.name for f in fields(Frame) if f.name != "ratio")
+ARRAYS = tuple(f.name for f in fields(Frame) if f.name not in ("ratio", "aux"))
 
 
 def concatenate(frames: Sequence[Frame]) -> Frame:
     """Join frames of one bench, in their order."""
     joined: dict[str, Any] = {name: np.concatenate([getattr(f, name) for f in frames]) for name in ARRAYS}
-    return replace(frames[0], **joined)
+    names = [name for name in frames[0].aux if all(name in f.aux for f in frames)]
+    return replace(frames[0], aux={name: np.concatenate([f.aux[name] for f in frames]) for name in names}, **joined)
 
 
 def recording_starts(frame: Frame) -> IntArray:

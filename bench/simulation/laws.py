@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import ConfigurationError
+from bench.simulation._coefficients import order_key
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms.te.resonance import response
 
@@ -63,7 +64,7 @@ class Law:
     def to_json(self) -> dict[str, Any]:
         """The law as a simulation file has it."""
         strength = {
-            f"{f:g}": [float(e.real), float(e.imag)]
+            order_key(float(f)): [float(e.real), float(e.imag)]
             for f, e in zip(self.series, self.strength, strict=True)
             if self.effect != RESONANCE and e != 0
         }
@@ -112,6 +113,8 @@ FUNCTIONS: dict[tuple[str, str], Function] = {
     ("te.velocity_nonlinear", "rational"): lambda v, m, c, t, p, r: 1.0 / (1.0 + v / p[0]),
     ("te.temperature_nonlinear", "exponential"): lambda v, m, c, t, p, r: np.exp(-(c - r.coldest) / p[0]),
     ("te.temperature_nonlinear", "threshold"): lambda v, m, c, t, p, r: np.tanh((c - p[0]) / 3.0),
+    ("te.velocity_nonlinear", "band"): lambda v, m, c, t, p, r: np.exp(-(((v - p[0]) / p[1]) ** 2)),
+    ("te.temperature_nonlinear", "band"): lambda v, m, c, t, p, r: np.exp(-(((c - p[0]) / p[1]) ** 2)),
     ("te.drift_time", "linear"): lambda v, m, c, t, p, r: (t - r.start) / r.span,
     ("te.drift_time", "creep"): lambda v, m, c, t, p, r: 1.0 - np.exp(-np.maximum(t - r.start, 0.0) / r.span / p[0]),
     ("unknown", "amplitude in a band of load"): lambda v, m, c, t, p, r: np.exp(-(((m - p[0]) / p[1]) ** 2)),

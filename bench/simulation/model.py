@@ -16,14 +16,13 @@ from typing import Any
 from bench.errors import ConfigurationError
 from bench.simulation._coefficients import fourier_from_json, fourier_to_json
 from bench.simulation.fourier import FourierSet, TransmissionErrorModel
+from bench.whole import write_whole
 
 FORMAT = "bench-simulation"
 FORMAT_VERSION = "1.0"
 
 NOMINAL_ORDERS: tuple[int, ...] = (1, 3, 4, 6, 9, 12, 13, 14, 18, 19, 24, 27, 46, 90, 92, 135, 138, 180, 184, 276)
 """The paper's 20 harmonic orders."""
-NOTCH_ORDERS: tuple[int, ...] = (150, 300)
-"""Torque ripple of the paper's load motor: 6 and 12 times its 25 pole pairs."""
 
 NOMINAL_TERMS: tuple[str, ...] = (
     "te.fourier",
@@ -150,7 +149,7 @@ class Simulation:
 
     def save(self, path: str | Path) -> None:
         """Write the simulation file."""
-        Path(path).write_text(json.dumps(self.to_json(), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        write_whole(Path(path), json.dumps(self.to_json(), indent=1, allow_nan=False) + "\n")
 
     def enabled(self, effect: str) -> bool:
         """Whether a term is in force; a nominal term that is not listed is, any other is not."""

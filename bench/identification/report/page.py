@@ -14,6 +14,7 @@ from bench.identification.summary import SYMBOL_TERMS, parameters, sensitivities
 from bench.identification.validation import PAPER_TABLE, table
 from bench.simulation import TERM_COUNT, basis
 from bench.simulation.polynomial import TERM_NAMES
+from bench.whole import write_whole
 
 STYLE = """
 body{font:15px/1.5 system-ui,sans-serif;max-width:1080px;margin:2em auto;padding:0 1em;color:#1b1b1b}
@@ -138,5 +139,5 @@ def write_report(found: Identification, folder: Path) -> Path:
         f"<h1>{title}</h1>{''.join(parts)}</html>"
     )
     path = folder / "report.html"
-    path.write_text(page, encoding="utf-8")
+    write_whole(path, page)
     return path

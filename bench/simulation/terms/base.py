@@ -15,6 +15,8 @@ import numpy as np
 from bench.simulation.frame import FloatArray, Frame
 
 Point = tuple[float, ...]
+Shape = tuple[str, str]
+"""quantity that a function is of, and the factor it is multiplied with (:mod:`bench.simulation.quantities`)"""
 Columns = Callable[[Frame, Point], FloatArray]
 Grid = Callable[[Frame], tuple[Point, ...]]
 
@@ -55,6 +57,8 @@ class Form:
     nonlinear: tuple[Symbol, ...] = ()
     grid: Grid = _no_grid
     one_sign: bool = False
+    remembers: bool = False
+    """whether its state goes on from one recording to the next"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +74,10 @@ class Term:
     nominal: bool = False
     variables: tuple[str, ...] = field(default=())
     """quantities of the frame the effect depends on, the most telling first; used to say where it shows"""
+    shape: Mapping[str, tuple[Shape, ...]] = field(default_factory=dict)
+    """in each channel, the functions by which nature's form may differ from those here"""
+    any_function: bool = False
+    """whether a free function of ``shape`` is the effect by definition, whatever it looks like"""
 
 
 def columns(*parts: FloatArray) -> FloatArray:

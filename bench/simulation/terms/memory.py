@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from typing import Literal
 
 import numba
@@ -12,6 +11,8 @@ from bench.simulation.frame import FloatArray, Frame, recording_starts
 
 Between = Literal["fresh", "kept", "released"]
 """what a state does between recordings: begins at 0 in each; stays; or follows the input to 0 and on from there"""
+NOISE_SHARE = 0.1
+"""of the width of a loop: play that keeps a sensor's noise from turning it"""
 _CODES: dict[Between, int] = {"fresh": 0, "kept": 1, "released": 2}
 
 
@@ -75,37 +76,29 @@ def _lag(x: FloatArray, dt: FloatArray, starts: np.ndarray, constant: float) -> 
 
 def relaxing(x: FloatArray, frame: Frame, scale: float, between: Between = "fresh") -> FloatArray:
     """State z that relaxes to the sign of dx over a distance ``scale``: dz = (1 − z·sgn dx)·dx/scale (Dahl, i = 1)."""
+    if not isinstance(x, np.ndarray):
+        return x.remembered("relaxing", scale, float(between == "released"))
     return np.asarray(_relaxing(np.ascontiguousarray(x), recording_starts(frame), scale, _CODES[between]))
 
 
 def play(x: FloatArray, frame: Frame, half_width: float, between: Between = "fresh") -> FloatArray:
     """Play (backlash) operator of half width ``half_width`` in the unit of x."""
+    if not isinstance(x, np.ndarray):
+        return x.remembered("play", half_width)
     return np.asarray(_play(np.ascontiguousarray(x), recording_starts(frame), half_width, _CODES[between]))
 
 
 def lag(x: FloatArray, frame: Frame, constant: float) -> FloatArray:
     """First-order lag of x with the time constant ``constant`` in s, from the recording's first value."""
+    if not isinstance(x, np.ndarray):
+        return x.remembered("lag", constant)
     return np.asarray(_lag(np.ascontiguousarray(x), frame.step, recording_starts(frame), constant))
-
-
-def settled(x: FloatArray, frame: Frame, share: float = 0.02) -> FloatArray:
-    """Values of a recording that rests at a level (within ``share`` of the whole range) put to that level.
-
-    Between the few levels of a design a curved function has no data: it would follow the noise about each level.
-    """
-    near = share * float(np.ptp(x)) if x.size else 0.0
-    starts = recording_starts(frame)
-    out = x.copy()
-    for a, b in itertools.pairwise(starts):
-        part = x[a:b]
-        steady = frame.steady[a:b] > 0.5
-        level = float(np.median(part[steady])) if steady.any() else float(np.median(part))
-        out[a:b] = np.where(np.abs(part - level) < near, level, part)
-    return out
 
 
 def integral(x: FloatArray, frame: Frame) -> FloatArray:
     """Time integral of x within each recording (trapezoids), 0 in its first row."""
+    if not isinstance(x, np.ndarray):
+        return x.remembered("integral")
     before = np.concatenate((x[:1], x[:-1]))
     area = 0.5 * (x + before) * frame.step
     starts = recording_starts(frame)[:-1]
@@ -117,6 +110,8 @@ def integral(x: FloatArray, frame: Frame) -> FloatArray:
 
 def campaign_lag(x: FloatArray, frame: Frame, constant: float) -> FloatArray:
     """First-order lag that goes on between recordings: over a gap x runs straight from one value to the next."""
+    if not isinstance(x, np.ndarray):
+        return x.remembered("campaign_lag", constant)
     return np.asarray(_campaign_lag(np.ascontiguousarray(x), frame.time, constant))
 
 

@@ -66,6 +66,22 @@ def test_one_temperature_and_one_speed_leave_polynomial_terms_undetermined(small
     assert to_json(found)["refined_better_on_validation"] is None
 
 
+@pytest.mark.parametrize("torque", [0.0, 300.0])
+def test_a_single_recording_is_identified_as_far_as_it_goes(tmp_path: Path, torque: float) -> None:
+    folder = tmp_path / "one"
+    folder.mkdir()
+    Bench(folder, rate=200.0).write(torque, float(np.deg2rad(10.0)), 30.0)
+    found = identify_folder(folder, Options())
+    assert "the load torque covers" in " ".join(found.sentences)
+    model = to_simulation(found).transmission_error()
+    assert model is not None
+    assert model.positive is not None
+    assert model.negative is None
+    assert np.isfinite(model.positive.offset).all()
+    # nothing but the constant is determined by one point
+    assert not model.positive.offset[:9].any()
+
+
 def test_less_than_a_revolution_is_skipped_and_its_friction_used(small: Path, tmp_path: Path) -> None:
     folder = tmp_path / "short"
     shutil.copytree(small, folder)

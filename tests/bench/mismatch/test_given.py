@@ -7,11 +7,9 @@ from typing import Any
 import pytest
 
 from bench.errors import ConfigurationError
-from bench.mismatch.assess import assess
 from bench.mismatch.given import Given
 from bench.simulation.model import Simulation
 from bench.simulation.terms.nominal.transmission_error import PAPER_ORDERS
-from tests.bench.mismatch.synthetic import effect, torques
 
 
 def given(*terms: dict[str, Any]) -> Given:
@@ -22,7 +20,7 @@ def test_the_nominal_simulation_says_nothing_beyond_the_paper() -> None:
     nominal = Given.of(Simulation.nominal())
     assert nominal.orders == tuple(float(f) for f in PAPER_ORDERS)
     assert (nominal.switched_off, nominal.known, nominal.ripples) == ((), {}, ())
-    assert nominal.periodic.pulses == nominal.periodic.laws == ()
+    assert nominal.pulses == nominal.laws == ()
 
 
 def test_terms_switched_off_orders_chosen_and_added() -> None:
@@ -48,9 +46,9 @@ def test_pulses_ripples_and_laws_keep_their_numbers() -> None:
         {"effect": "motor.torque_ripple", **ripple},
         {"effect": "te.drift_time", "law": law},
     )
-    assert [p.height for p in told.periodic.pulses] == [2e-5, 1e-5]
-    assert (told.ripples[0].order, told.ripples[0].amplitude) == (24, 0.1 - 0.2j)
-    assert told.periodic.laws[0].reference.span == 3600.0
+    assert [p.height for p in told.pulses] == [2e-5, 1e-5]
+    assert (told.ripples[0].order, told.ripples[0].cosine, told.ripples[0].sine) == (24 * 185.0, 0.1, -0.2)
+    assert told.laws[0].reference.span == 3600.0
     assert told.known == {}
 
 
@@ -73,11 +71,18 @@ def test_what_is_wrong_is_said(term: dict[str, Any], message: str) -> None:
         given(term)
 
 
-def test_a_term_without_numbers_is_calibrated_on_the_recordings() -> None:
-    data = torques(lambda f: effect("friction.stribeck", "motor_torque", "gaussian", f, (0.3,), (8.0,)))
-    named = given({"effect": "friction.stribeck"})
-    assert named.known["motor_torque"][0].point is None
-    found = assess(data, named, ("motor_torque",))
-    assert "friction.stribeck" not in {f.effect for f in found.findings}
-    score = found.scores["motor_torque"]
-    assert score.before < 1.1 * score.floor
+def test_a_term_without_numbers_is_left_to_the_recordings() -> None:
+    assert given({"effect": "friction.stribeck"}).unsettled == {"motor_torque": ("friction.stribeck",)}
+
+
+def test_tables_and_waves_are_what_they_were() -> None:
+    table = {"form": "table", "over": ["speed"], "times": "d", "knots": [[0.0, 0.1]], "values": [0.2, 0.0]}
+    wave = {"order": 37.0, "times": "p*tau", "c": 1e-6, "s": -2e-6}
+    told = given(
+        {"effect": "unknown", **table, "channels": ["motor_torque"]},
+        {"effect": "te.harmonic", "channels": ["transmission_error"], "waves": [wave]},
+    )
+    (known,) = told.known["motor_torque"]
+    assert known.coefficients is not None
+    assert known.coefficients.tolist() == [0.2, 0.0]
+    assert [w.to_json() for w in told.waves["transmission_error"]] == [wave]

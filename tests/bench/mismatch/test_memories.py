@@ -1,4 +1,4 @@
-"""A stack of plays counts as hysteresis only where the recordings exercise its memory."""
+"""A hysteresis counts as one only where the recordings drive its loops."""
 
 import itertools
 from dataclasses import replace
@@ -6,10 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.mismatch.bank import Bank, Noise
-from bench.mismatch.columns import layout
-from bench.mismatch.linear import starts_and_folds
-from bench.mismatch.memories import exercised
+from bench.mismatch.regression.candidates import exercised
+from bench.mismatch.regression.regressors import named
 from bench.simulation.frame import Frame, concatenate
 from bench.simulation.terms import TRANSMISSION_ERROR
 from tests.bench.simulation.terms.frames import frame
@@ -30,6 +28,7 @@ def _campaign(path: np.ndarray) -> Frame:
                 recording=np.full(EACH, number),
                 time=one.elapsed + 100.0 * number,
                 torque=load * path,
+                torque_level=load * path,
                 velocity=np.full(EACH, turn * speed),
                 direction=np.full(EACH, turn),
                 last_direction=np.full(EACH, turn),
@@ -40,15 +39,11 @@ def _campaign(path: np.ndarray) -> Frame:
     return concatenate(parts)
 
 
-@pytest.mark.parametrize(("path", "kept"), [("steady", False), ("up and down", True)])
-def test_stacks_stay_where_the_load_goes_up_and_down(path: str, kept: bool) -> None:
+@pytest.mark.parametrize(("path", "driven"), [("steady", False), ("up and down", True)])
+def test_loops_are_driven_where_the_load_goes_up_and_down(path: str, driven: bool) -> None:
     rise = np.linspace(0.0, 1.0, EACH // 2)
     rows = _campaign(np.ones(EACH) if path == "steady" else np.concatenate([rise, rise[::-1]]))
-    whole = layout(TRANSMISSION_ERROR, rows)
-    starts, folds = starts_and_folds(rows, np.arange(48))
-    noise = Noise(np.full(rows.size, 1e-6), np.zeros(rows.size), (0.0,))
-    bank = Bank(np.zeros(rows.size), starts, folds, whole.columns, whole.prior, noise, whole.precision)
-    left = exercised(bank, whole, whole.named)
-    assert any(e.form == "stack" for e in left) is kept
-    assert any(e.form == "play" for e in left)
-    assert {e.effect for e in left} == {e.effect for e in whole.named}
+    loop = named("te.hysteresis", TRANSMISSION_ERROR, "play", (200.0,))
+    assert exercised(loop, loop.columns(rows), rows) is driven
+    plain = named("te.lost_motion", TRANSMISSION_ERROR, "tanh", (100.0,))
+    assert exercised(plain, plain.columns(rows), rows)

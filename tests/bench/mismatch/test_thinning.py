@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bench.mismatch import thinning as module
-from bench.mismatch.dataset import Dataset, load
-from bench.mismatch.thinning import Thinning, group_of
+from bench.mismatch.recordings import thinning as module
+from bench.mismatch.recordings.dataset import load
+from bench.mismatch.recordings.thinning import Thinning, group_of
 from bench.recording import write_recording
 from bench.recording.header import ChannelSpec, Gearbox, RecordingHeader, Segment, Setpoint
 
@@ -90,33 +90,26 @@ def _write(folder: Path, number: int) -> None:
     write_recording(folder / f"r{number}.h5", header, channels, [Segment("steady", 0, n)], [])
 
 
-def _per_sample(data: Dataset, channel: str) -> float:
-    rows = data.slow[channel]
-    return float(np.sqrt(np.sum(rows.within * np.maximum(rows.number - 1.0, 0.0)) / rows.number.sum()))
-
-
 def test_a_recording_at_2_khz_says_the_same_in_groups(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for number in range(6):
         _write(tmp_path, number)
     grouped = load(tmp_path)
     monkeypatch.setattr(module, "SAMPLES_A_WINDOW", 1e9)
     whole = load(tmp_path)
-    assert grouped.angle is not None
-    assert whole.angle is not None
     for channel in ("motor_torque", "load_torque"):
-        assert _per_sample(grouped, channel) == pytest.approx(_per_sample(whole, channel), rel=5e-3)
         # samples that make no group at the end, and the wild ones
-        assert grouped.slow[channel].number.sum() == pytest.approx(whole.slow[channel].number.sum(), rel=2e-3)
-        means = [np.average(d.slow[channel].y, weights=d.slow[channel].number) for d in (grouped, whole)]
+        assert grouped.rows[channel].number.sum() == pytest.approx(whole.rows[channel].number.sum(), rel=2e-3)
+        means = [np.average(d.rows[channel].y, weights=d.rows[channel].number) for d in (grouped, whole)]
         assert means[0] == pytest.approx(means[1], rel=2e-3)
     # inside rows over the angle a fast order leans on the angle: groups keep that, too
-    slopes = [np.sum(d.angle.lean * d.angle.number) / np.sum(d.angle.sweep * d.angle.number) for d in (grouped, whole)]
+    angles = [d.rows["transmission_error"] for d in (grouped, whole)]
+    slopes = [np.sum(r.lean * r.number) / np.sum(r.sweep * r.number) for r in angles]
     assert slopes[0] == pytest.approx(slopes[1], rel=0.05, abs=2e-5)
     # ripple and tones are read from the samples themselves
     order = [np.array([s.amplitude[24] for s in d.shaft]) for d in (grouped, whole)]
     assert np.abs(order[0] - order[1]).max() < 2e-4
     assert np.abs(order[0]).min() > 0.04
-    tones = [d.tones["motor_torque"][0] for d in (grouped, whole)]
-    assert tones[0].bin_hz == tones[1].bin_hz
-    assert tones[0].relative[370] > 5.0
-    assert tones[0].relative[370] == pytest.approx(tones[1].relative[370], rel=0.01)
+    heard = [d.density["motor_torque"] for d in (grouped, whole)]
+    assert len(heard[0]) == len(heard[1])
+    for one, other in zip(*heard, strict=True):
+        assert np.median(one.power) == pytest.approx(np.median(other.power), rel=0.02)

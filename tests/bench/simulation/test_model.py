@@ -143,3 +143,13 @@ def test_missing_and_broken_files_get_a_sentence(tmp_path: Path) -> None:
     broken.write_text("{")
     with pytest.raises(ConfigurationError, match="JSON"):
         Simulation.load(broken)
+
+
+def test_orders_between_whole_ones_keep_all_their_digits() -> None:
+    orders = np.array([46.0, 123.0 + 1.0 / 3.0])
+    one = FourierSet(orders, np.full((2, 10), 1e-6), np.zeros((2, 10)), np.zeros(10))
+    told = Simulation.nominal().with_transmission_error(TransmissionErrorModel(one, one)).to_json()
+    again = Simulation.from_json(json.loads(json.dumps(told))).transmission_error()
+    assert again is not None
+    assert again.positive is not None
+    assert again.positive.orders.tolist() == orders.tolist()

@@ -7,8 +7,8 @@ import numpy as np
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms.base import MOTOR_TORQUE, Form, Point, Symbol, Term, columns
 
-# what is seen in blocks of a tenth of a second; higher orders come from the order spectrum
-_ORDERS = (1, 2, 3, 4, 5, 6, 8, 9, 12, 13, 14, 18, 19, 24, 27, 45, 46)
+_ORDERS = range(1, 13)
+"""orders that rows of a sixth of a radian show; higher ones come from the order spectrum"""
 
 
 def _grid(_: Frame) -> tuple[Point, ...]:
@@ -43,4 +43,6 @@ TERM = Term(
         )
     },
     variables=("angle",),
+    shape={MOTOR_TORQUE: (("angle", "d"),)},
+    any_function=True,
 )

@@ -45,4 +45,5 @@ TERM = Term(
         )
     },
     variables=("since_reversal",),
+    shape={MOTOR_TORQUE: (("since_reversal", "d*reversed"),)},
 )

@@ -19,23 +19,23 @@ def _times(frame: Frame) -> tuple[Point, ...]:
 
 
 def _by_distance(frame: Frame, point: Point) -> FloatArray:
-    return columns(frame.direction * np.exp(-(frame.travel - frame.travel.min()) / point[0]))
+    return columns(frame.direction * np.exp(-frame.travel / point[0]))
 
 
 def _by_time(frame: Frame, point: Point) -> FloatArray:
-    return columns(frame.direction * np.exp(-(frame.time - frame.time.min()) / point[0]))
+    return columns(frame.direction * np.exp(-frame.time / point[0]))
 
 
 def _hyperbolic(frame: Frame, point: Point) -> FloatArray:
-    return columns(frame.direction / (1.0 + (frame.travel - frame.travel.min()) / point[0]))
+    return columns(frame.direction / (1.0 + frame.travel / point[0]))
 
 
 def _viscous(frame: Frame, point: Point) -> FloatArray:
-    return columns(frame.omega * np.exp(-(frame.travel - frame.travel.min()) / point[0]))
+    return columns(frame.omega * np.exp(-frame.travel / point[0]))
 
 
 def _logarithmic(frame: Frame, point: Point) -> FloatArray:
-    return columns(-frame.direction * np.log1p((frame.travel - frame.travel.min()) / point[0]))
+    return columns(-frame.direction * np.log1p(frame.travel / point[0]))
 
 
 F_R = Symbol("f_r", "N*m", "extra friction of the new gearbox")
@@ -59,4 +59,5 @@ TERM = Term(
         )
     },
     variables=("time",),
+    shape={MOTOR_TORQUE: (("travel", "d"),)},
 )

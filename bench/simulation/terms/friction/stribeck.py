@@ -52,4 +52,5 @@ TERM = Term(
         )
     },
     variables=("speed",),
+    shape={MOTOR_TORQUE: (("speed", "d"),)},
 )

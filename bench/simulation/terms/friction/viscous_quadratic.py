@@ -37,4 +37,5 @@ TERM = Term(
         )
     },
     variables=("speed",),
+    shape={MOTOR_TORQUE: (("speed", "d"),)},
 )

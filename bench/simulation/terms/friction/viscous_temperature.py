@@ -46,4 +46,5 @@ TERM = Term(
         )
     },
     variables=("temperature", "speed"),
+    shape={MOTOR_TORQUE: (("temperature", "w"),)},
 )

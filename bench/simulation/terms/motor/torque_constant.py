@@ -6,20 +6,19 @@ import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms.base import MOTOR_TORQUE, Form, Point, Symbol, Term, columns
-from bench.simulation.terms.memory import settled
 
 
 def _gain(frame: Frame, _: Point) -> FloatArray:
-    return columns(settled(frame.torque, frame) / frame.ratio)
+    return columns(frame.torque_level / frame.ratio)
 
 
 def _saturation(frame: Frame, _: Point) -> FloatArray:
-    shaft = settled(frame.torque, frame) / frame.ratio
+    shaft = frame.torque_level / frame.ratio
     return columns(shaft, shaft * np.abs(shaft))
 
 
 def _cubic(frame: Frame, _: Point) -> FloatArray:
-    shaft = settled(frame.torque, frame) / frame.ratio
+    shaft = frame.torque_level / frame.ratio
     return columns(shaft, shaft**3)
 
 
@@ -41,4 +40,5 @@ TERM = Term(
         )
     },
     variables=("torque",),
+    shape={MOTOR_TORQUE: (("torque", "1"),)},
 )

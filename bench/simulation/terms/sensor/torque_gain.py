@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms.base import LOAD_TORQUE, MOTOR_TORQUE, Form, Point, Symbol, Term, columns
-from bench.simulation.terms.memory import settled
 
 
 def _gain(frame: Frame, _: Point) -> FloatArray:
-    return columns(settled(frame.load_motor_torque, frame))
+    return columns(frame.load_motor_level)
 
 
 def _trace(frame: Frame, _: Point) -> FloatArray:

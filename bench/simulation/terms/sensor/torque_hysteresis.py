@@ -4,35 +4,38 @@ from __future__ import annotations
 
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms.base import LOAD_TORQUE, Form, Point, Symbol, Term, columns, logarithmic, top
-from bench.simulation.terms.memory import play, relaxing, settled
+from bench.simulation.terms.memory import NOISE_SHARE, play, relaxing
+
+WIDEST = 0.4
+"""of the largest torque: a loop that is wider is hardly turned, and looks like a gain"""
 
 
 def _widths(frame: Frame) -> tuple[Point, ...]:
     largest = top(frame.load_motor_torque)
-    return logarithmic(0.06 * largest, 0.8 * largest, 9)
+    return logarithmic(0.06 * largest, WIDEST * largest, 8)
 
 
 def _play(frame: Frame, point: Point) -> FloatArray:
-    x = settled(frame.load_motor_torque, frame)
+    x = frame.load_motor_level
     return columns((x - play(x, frame, point[0])) / point[0])
 
 
 def _play_kept(frame: Frame, point: Point) -> FloatArray:
-    x = settled(frame.load_motor_torque, frame)
+    x = frame.load_motor_level
     return columns((x - play(x, frame, point[0], "kept")) / point[0])
 
 
 def _dahl(frame: Frame, point: Point) -> FloatArray:
-    return columns(relaxing(_quiet(frame), frame, point[0]))
+    return columns(relaxing(_quiet(frame, point[0]), frame, point[0]))
 
 
 def _dahl_kept(frame: Frame, point: Point) -> FloatArray:
-    return columns(relaxing(_quiet(frame), frame, point[0], "kept"))
+    return columns(relaxing(_quiet(frame, point[0]), frame, point[0], "kept"))
 
 
-def _quiet(frame: Frame) -> FloatArray:
+def _quiet(frame: Frame, width: float) -> FloatArray:
     """Load torque without the noise that would turn the relaxing state to and fro."""
-    return play(settled(frame.load_motor_torque, frame), frame, 0.03 * top(frame.load_motor_torque))
+    return play(frame.load_motor_level, frame, NOISE_SHARE * width)
 
 
 H_S = Symbol("h_s", "N*m", "half width of the loop")
@@ -47,9 +50,9 @@ TERM = Term(
     forms={
         LOAD_TORQUE: (
             Form("play", _play, (H_S,), (W_H,), _widths),
-            Form("play_kept", _play_kept, (H_S,), (W_H,), _widths),
+            Form("play_kept", _play_kept, (H_S,), (W_H,), _widths, remembers=True),
             Form("dahl", _dahl, (H_S,), (W_H,), _widths),
-            Form("dahl_kept", _dahl_kept, (H_S,), (W_H,), _widths),
+            Form("dahl_kept", _dahl_kept, (H_S,), (W_H,), _widths, remembers=True),
         )
     },
     variables=("torque_path",),

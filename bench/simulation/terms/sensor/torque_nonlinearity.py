@@ -6,12 +6,10 @@ import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms.base import LOAD_TORQUE, Form, Point, Symbol, Term, columns, top
-from bench.simulation.terms.memory import settled
 
 
 def _load(frame: Frame) -> FloatArray:
-    # at rest at its level: the noise of the load motor's torque is no place on a curve
-    return settled(frame.load_motor_torque, frame)
+    return frame.load_motor_level
 
 
 def _square(frame: Frame, _: Point) -> FloatArray:
@@ -78,4 +76,5 @@ TERM = Term(
         )
     },
     variables=("torque",),
+    shape={LOAD_TORQUE: (("load_motor_torque", "1"),)},
 )

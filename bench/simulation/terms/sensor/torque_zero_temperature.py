@@ -33,4 +33,5 @@ TERM = Term(
         MOTOR_TORQUE: (Form("linear", _trace, (Z_T,)),),
     },
     variables=("temperature",),
+    shape={LOAD_TORQUE: (("temperature", "1"),)},
 )

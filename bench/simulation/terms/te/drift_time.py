@@ -8,12 +8,8 @@ from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms.base import TRANSMISSION_ERROR, Form, Point, Symbol, Term, columns
 
 
-def _share(frame: Frame) -> FloatArray:
-    return np.asarray((frame.time - frame.time.min()) / (float(np.ptp(frame.time)) or 1.0))
-
-
 def _linear(frame: Frame, _: Point) -> FloatArray:
-    return columns((frame.time - frame.time.min()) / 3600.0)
+    return columns(frame.time / 3600.0)
 
 
 def _scales(frame: Frame) -> tuple[Point, ...]:
@@ -22,11 +18,11 @@ def _scales(frame: Frame) -> tuple[Point, ...]:
 
 
 def _creep(frame: Frame, point: Point) -> FloatArray:
-    return columns(1.0 - np.exp(-(frame.time - frame.time.min()) / point[0]))
+    return columns(1.0 - np.exp(-frame.time / point[0]))
 
 
 def _logarithmic(frame: Frame, point: Point) -> FloatArray:
-    return columns(np.log1p((frame.time - frame.time.min()) / point[0]))
+    return columns(np.log1p(frame.time / point[0]))
 
 
 def _steps(frame: Frame) -> tuple[Point, ...]:
@@ -35,15 +31,15 @@ def _steps(frame: Frame) -> tuple[Point, ...]:
 
 
 def _loosening(frame: Frame, point: Point) -> FloatArray:
-    return columns((frame.time - frame.time.min() > point[0]).astype(np.float64))
+    return columns((frame.time > point[0]).astype(np.float64))
 
 
 def _travelled(frame: Frame, _: Point) -> FloatArray:
-    return columns((frame.travel - frame.travel.min()) / 100.0)
+    return columns(frame.travel / 100.0)
 
 
 def _compliance(frame: Frame, _: Point) -> FloatArray:
-    hours = (frame.time - frame.time.min()) / 3600.0
+    hours = frame.time / 3600.0
     return columns(hours, hours * frame.torque / 1000.0)
 
 
@@ -72,4 +68,6 @@ TERM = Term(
         )
     },
     variables=("time",),
+    shape={TRANSMISSION_ERROR: (("time", "1"),)},
+    any_function=True,
 )

@@ -16,27 +16,29 @@ from bench.simulation.terms.base import (
     logarithmic,
     top,
 )
-from bench.simulation.terms.memory import Between, play, relaxing
+from bench.simulation.terms.memory import NOISE_SHARE, Between, play, relaxing
 
 BETWEEN: tuple[Between, ...] = ("fresh", "kept", "released")
 SUFFIX = {"fresh": "", "kept": "_kept", "released": "_released"}
+WIDEST = 0.4
+"""of the largest torque: a loop that is wider is hardly turned, and looks like a compliance"""
 STACK = (0.4, 1.0, 2.2)
 """widths of a stack of plays, in units of its parameter"""
 
 
 def _torques(frame: Frame) -> tuple[Point, ...]:
     largest = top(frame.torque)
-    return logarithmic(0.06 * largest, 0.8 * largest, 9)
+    return logarithmic(0.06 * largest, WIDEST * largest, 8)
 
 
 def _wide_torques(frame: Frame) -> tuple[Point, ...]:
     largest = top(frame.torque)
-    return logarithmic(0.08 * largest, 0.6 * largest, 5)
+    return logarithmic(0.08 * largest, WIDEST * largest, 4)
 
 
 def _play(between: Between) -> Columns:
     def regressors(frame: Frame, point: Point) -> FloatArray:
-        return columns((frame.torque - play(frame.torque, frame, point[0], between)) / point[0])
+        return columns((frame.torque_level - play(frame.torque_level, frame, point[0], between)) / point[0])
 
     return regressors
 
@@ -44,19 +46,19 @@ def _play(between: Between) -> Columns:
 def _stack(between: Between) -> Columns:
     def regressors(frame: Frame, point: Point) -> FloatArray:
         widths = [share * point[0] for share in STACK]
-        return columns(*((frame.torque - play(frame.torque, frame, w, between)) / w for w in widths))
+        return columns(*((frame.torque_level - play(frame.torque_level, frame, w, between)) / w for w in widths))
 
     return regressors
 
 
-def _quiet(frame: Frame) -> FloatArray:
+def _quiet(frame: Frame, width: float) -> FloatArray:
     """The torque without the sensor's noise, which would turn the loop by itself."""
-    return play(frame.torque, frame, 0.03 * top(frame.torque))
+    return play(frame.torque_level, frame, NOISE_SHARE * width)
 
 
 def _bouc_wen(between: Between) -> Columns:
     def regressors(frame: Frame, point: Point) -> FloatArray:
-        return columns(relaxing(_quiet(frame), frame, point[0], between))
+        return columns(relaxing(_quiet(frame, point[0]), frame, point[0], between))
 
     return regressors
 
@@ -93,9 +95,17 @@ TERM = Term(
     where="transmission_error's offset, by whether the torque rises or falls, or after reversal",
     forms={
         TRANSMISSION_ERROR: (
-            *(Form(f"play{SUFFIX[b]}", _play(b), (H,), (W,), _torques) for b in BETWEEN),
-            *(Form(f"bouc_wen{SUFFIX[b]}", _bouc_wen(b), (H,), (W,), _torques) for b in BETWEEN),
-            *(Form(f"stack{SUFFIX[b]}", _stack(b), H_STACK, (W,), _wide_torques, one_sign=True) for b in BETWEEN),
+            *(Form(f"play{SUFFIX[b]}", _play(b), (H,), (W,), _torques, remembers=b != "fresh") for b in BETWEEN),
+            *(
+                Form(f"bouc_wen{SUFFIX[b]}", _bouc_wen(b), (H,), (W,), _torques, remembers=b != "fresh")
+                for b in BETWEEN
+            ),
+            *(
+                Form(
+                    f"stack{SUFFIX[b]}", _stack(b), H_STACK, (W,), _wide_torques, one_sign=True, remembers=b != "fresh"
+                )
+                for b in BETWEEN
+            ),
             Form("reversal", _after_reversal, (H,), (S,), _travels),
             Form("angle_play", _angle_play, (H,), (S,), _travels),
         )

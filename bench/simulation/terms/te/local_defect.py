@@ -17,7 +17,8 @@ def _places(_: Frame) -> tuple[Point, ...]:
 
 
 def _distance(frame: Frame, angle: float) -> FloatArray:
-    return np.asarray(np.mod(frame.theta - angle + np.pi, 2.0 * np.pi) - np.pi)
+    distance: FloatArray = np.mod(frame.theta - angle + np.pi, 2.0 * np.pi) - np.pi
+    return distance
 
 
 def _gaussian(frame: Frame, point: Point) -> FloatArray:

@@ -14,15 +14,15 @@ def _scales(frame: Frame) -> tuple[Point, ...]:
 
 
 def _tanh(frame: Frame, point: Point) -> FloatArray:
-    return columns(-np.tanh(frame.torque / point[0]))
+    return columns(-np.tanh(frame.torque_level / point[0]))
 
 
 def _arctan(frame: Frame, point: Point) -> FloatArray:
-    return columns(-2.0 / np.pi * np.arctan(frame.torque / point[0]))
+    return columns(-2.0 / np.pi * np.arctan(frame.torque_level / point[0]))
 
 
 def _piecewise(frame: Frame, point: Point) -> FloatArray:
-    return columns(-np.clip(frame.torque / (1.5 * point[0]), -1.0, 1.0))
+    return columns(-np.clip(frame.torque_level / (1.5 * point[0]), -1.0, 1.0))
 
 
 J = Symbol("j_2", "rad", "half of the lost motion, by the sign of the torque")
@@ -42,4 +42,5 @@ TERM = Term(
         )
     },
     variables=("torque",),
+    shape={TRANSMISSION_ERROR: (("torque", "1"),)},
 )

@@ -9,12 +9,12 @@ from bench.simulation.terms.base import TRANSMISSION_ERROR, Form, Point, Symbol,
 
 
 def _cubic(frame: Frame, _: Point) -> FloatArray:
-    x = frame.torque / 1000.0
+    x = frame.torque_level / 1000.0
     return columns(x**3)
 
 
 def _odd_square(frame: Frame, _: Point) -> FloatArray:
-    x = frame.torque / 1000.0
+    x = frame.torque_level / 1000.0
     return columns(x * np.abs(x))
 
 
@@ -24,7 +24,7 @@ def _knees(frame: Frame) -> tuple[Point, ...]:
 
 
 def _piecewise(frame: Frame, point: Point) -> FloatArray:
-    return columns(np.sign(frame.torque) * np.maximum(np.abs(frame.torque) - point[0], 0.0) / 1000.0)
+    return columns(np.sign(frame.torque_level) * np.maximum(np.abs(frame.torque_level) - point[0], 0.0) / 1000.0)
 
 
 def _exponents(_: Frame) -> tuple[Point, ...]:
@@ -32,7 +32,7 @@ def _exponents(_: Frame) -> tuple[Point, ...]:
 
 
 def _power(frame: Frame, point: Point) -> FloatArray:
-    return columns(np.sign(frame.torque) * np.abs(frame.torque / 1000.0) ** point[0])
+    return columns(np.sign(frame.torque_level) * np.abs(frame.torque_level / 1000.0) ** point[0])
 
 
 def _soft_scales(frame: Frame) -> tuple[Point, ...]:
@@ -41,7 +41,7 @@ def _soft_scales(frame: Frame) -> tuple[Point, ...]:
 
 
 def _softening(frame: Frame, point: Point) -> FloatArray:
-    return columns(np.arctan(frame.torque / point[0]))
+    return columns(np.arctan(frame.torque_level / point[0]))
 
 
 B_3 = Symbol("b_3", "rad", "cubic part at 1 kN*m")
@@ -68,4 +68,6 @@ TERM = Term(
         )
     },
     variables=("torque",),
+    shape={TRANSMISSION_ERROR: (("torque", "1"),)},
+    any_function=True,
 )

@@ -14,12 +14,12 @@ def _scales(frame: Frame) -> tuple[Point, ...]:
 
 
 def _exponential(frame: Frame, point: Point) -> FloatArray:
-    rise = np.exp(-(frame.temperature - frame.temperature.min()) / point[0])
+    rise = np.exp(-(frame.temperature - 25.0) / point[0])
     return columns(rise, frame.last_direction * rise)
 
 
 def _growing(frame: Frame, point: Point) -> FloatArray:
-    rise = np.exp((frame.temperature - frame.temperature.max()) / point[0])
+    rise = np.exp((frame.temperature - 45.0) / point[0])
     return columns(rise, frame.last_direction * rise)
 
 
@@ -46,7 +46,7 @@ T_M = Symbol("T_m", "degC", "temperature of the change")
 TERM = Term(
     effect="te.temperature_nonlinear",
     name="dependence of the transmission error on temperature beyond the quadratic",
-    equation="TE += (t_e + d*t_o)*exp(-(T - T_min)/T_s), or cubic, or a change at T_m",
+    equation="TE += (t_e + d*t_o)*exp(-(T - 25 degC)/T_s), or growing, or cubic, or a change at T_m",
     reference="viscosity laws, Vogel, Phys. Z. 22 (1921) 645",
     where="transmission_error's offset over temperature",
     forms={
@@ -58,4 +58,6 @@ TERM = Term(
         )
     },
     variables=("temperature",),
+    shape={TRANSMISSION_ERROR: (("temperature", "p"), ("temperature", "n"))},
+    any_function=True,
 )

@@ -46,4 +46,6 @@ TERM = Term(
         )
     },
     variables=("speed",),
+    shape={TRANSMISSION_ERROR: (("speed", "p"), ("speed", "n"))},
+    any_function=True,
 )

@@ -10,7 +10,7 @@ from bench.simulation.terms.memory import integral
 
 
 def _hours(frame: Frame) -> FloatArray:
-    return np.asarray((frame.time - frame.time.min()) / 3600.0)
+    return frame.time / 3600.0
 
 
 def _linear(frame: Frame, _: Point) -> FloatArray:
@@ -52,4 +52,5 @@ TERM = Term(
         )
     },
     variables=("time",),
+    shape={TEMPERATURE: (("time", "1"),)},
 )

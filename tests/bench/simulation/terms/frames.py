@@ -39,6 +39,8 @@ def _recording(number: int, speed: float, temperature: float, reverses: bool = F
         "direction": direction,
         "last_direction": direction,
         "torque": torque,
+        "torque_level": torque,
+        "load_motor_level": torque - 8.0 * direction,
         "torque_rate": 120.0 * np.cos(0.4 * elapsed + number),
         "temperature": temperature + 0.02 * elapsed,
         "motor_torque": torque / 185.0 + 0.5 * direction,

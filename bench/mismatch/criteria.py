@@ -1,0 +1,103 @@
+"""Every number that decides something in the mismatch analysis: its meaning, its source."""
+
+STANDSTILL_RAD_S = 0.3
+"""motor speed below which the bench counts as standing; a fifth of one count of a 13-bit encoder at 2 kHz"""
+SPEED_NOISE = 2e-3
+"""noise of the speed, over the speed of standstill, below which a shorter smoothing window is taken"""
+SPIKE = 9.0
+"""standard deviations of the difference to a running median from which a sample is wild; chance: 1 in 1e18"""
+KEEPS_ITS_LOAD = 0.02
+"""standard deviation of the load in a steady segment, over the largest load, below which it is one level"""
+REFERENCE_CELSIUS = 25.0
+"""temperature to which f_vT and the cooling are referred (bench-physics, "Nominal simulation")"""
+KEPT_LOAD_S = 1.0
+"""over which the load is averaged where it keeps its level: what a torque sensor's noise does within is no load"""
+LINE_POWER = 25.0
+"""power of a ripple line over the noise about it; chance e^-25 a line, some hundred lines are looked at"""
+FEWEST_RECORDINGS = 6
+"""recordings that can be fitted below which noise and structure are not told apart"""
+ERROR_RATE = 0.01
+"""chance of a false finding in a folder without any, chosen once"""
+ERROR_RATE_OF_A_CHANNEL = ERROR_RATE / 4.0
+"""the same in one of four channels"""
+SHAPE = 0.2
+"""how far nature's form of an effect may be from the library's, over the effect's own size: standard deviation of the
+correction that stands beside each name"""
+BLOCK_S = 5.0
+"""length of the blocks whose signs are drawn, some correlation times of a bench's noise"""
+WAVERING = 0.08
+"""standard deviation of load (speed) inside a revolution, over the largest load (its mean), that still is one state"""
+FEWEST_TURNS = 5
+"""steady revolutions below which an order with one phase and one with a new phase each time are not told apart"""
+RICHER = 3.0
+"""log-likelihood that a dependence on direction, load, speed and temperature must gain over a plainer model of an
+order: odds of twenty to one
+"""
+AS_GOOD = 0.2
+"""probability of a rival, over that of the effect told, from which the two are not told apart: odds of five to one"""
+LEAST_POWER = 1e-3
+"""mean square of an order's wave over that of the noise of a sample, below which it is passed over: it adds half a
+thousandth to what is left
+"""
+LOUDEST = 10.0
+"""mean square of a block's residual, over the median block's, that counts in a surrogate: more is a place where the
+model is off, no noise
+"""
+STRONG_ACCELERATION = 0.5
+"""1/s: change of speed a second, over the fastest steady speed, from which the angles are not compared: they have
+dynamics then that the simulation has not
+"""
+LEAST_STRENGTH = 0.15
+"""size of an effect where it acts, over the noise of a sample, below which it is not told: a report of such would be
+long and of no use, and no calibration is that good
+"""
+LEAST_OVERALL = 0.05
+"""the same over all samples: less changes what is left by an eighth of a percent, and is told to be noise"""
+ACTIVE_ENERGY = 0.95
+"""share of an effect's energy that tells where it acts"""
+LEAST_ACTIVE = 0.02
+"""share of all samples in which an effect acts at least"""
+FLOOR_ERRORS = 2.0
+"""standard errors of the noise floor by which what is left may lie above it and still be noise: one in forty by
+chance
+"""
+MORE_THAN_NOISE = 1.25
+"""what is left, over the noise floor, from which it is told as structure whatever else says: half as much energy again,
+more than slow noise that a floor misses and the calibration's own doubt come to
+"""
+EXERCISED = 0.02
+"""share of the energy of a hysteresis' regressor that is no function of the torque, from which its loops were driven"""
+HIGHEST_MODULATION = 12
+"""order per output revolution of a modulation: what turns slowly in a gearbox"""
+NARROW = 4.0
+"""times a modulation's order that its carrier's is at least: a sideband lies close to its carrier"""
+SIDES_ALIKE = 0.35
+"""standard deviation of the logarithm of the sizes' ratio of two sidebands: one side is half as large now and then
+(amplitude and phase modulation together, McFadden 1987)
+"""
+PAIR_ALONE = 0.05
+"""chance of a pair about a known order that is accepted where no other order stands: two plain orders and nothing else
+are rarer than one modulation. Where others stand it is ``ERROR_RATE``
+"""
+SPOILED = -2.0
+"""log-likelihood below which an order does not belong to a resonance's mode: odds of seven to one against it"""
+USUAL_DAMPING, DAMPING_SPREAD = 0.06, 0.7
+"""damping ratio of structures that resonate: median, and standard deviation of the logarithm; decides only where no
+speed meets the mode
+"""
+SURE = 3.0
+"""standard deviations of its own from which a law's strength is no accident of the calibration"""
+NAMELESS = 2.0
+"""how much stronger an order of the motor's shaft that no name fits has to be than a named one: encoders and control
+loops
+make small ones in every drive
+"""
+LEAST_P = 1e-4
+"""smallest p-value that is told: a law through some hundred surrogates is trusted for little more than a decade
+beyond them
+"""
+RIGHT_WHEN_SURE = 0.95
+"""what all confidences are scaled by: (18 + 1)/(18 + 2) by Laplace's rule, for 18 of 18 findings of weight over 0.9
+were right in the compound, unknown and null folders of ``bench prove --seed 3003 --count 6``; in designs that cannot
+tell two effects apart (set ``ambiguous``) it is too high
+"""

@@ -1,0 +1,117 @@
+"""What an analysis hands on: a discovery, and all that is known of a compared channel.
+
+Rooms of the analysis make these; nothing of the report asks how.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.mismatch.recordings.rows import Rows
+from bench.simulation.frame import FloatArray
+
+NAMED, AMBIGUOUS, UNKNOWN = "named", "ambiguous", "unknown"
+UNNAMED = "unknown"
+"""id of an effect that no name fits"""
+
+
+@dataclass(frozen=True, slots=True)
+class Rival:
+    """Another explanation, really refitted in a discovery's place.
+
+    ``loss``: log predictive density of the points left out that it loses against the discovery, with its standard
+    ``error``; ``weight``: probability that it predicts best (:func:`bench.mismatch.regression.folds.weights`);
+    ``left`` (n,): what the model with it leaves of the channel's rows, None where it was not evaluated there.
+    """
+
+    effect: str
+    words: str
+    loss: float
+    error: float
+    weight: float
+    as_good: bool
+    left: FloatArray | None = field(default=None, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Discovery:
+    """Something the simulation leaves out, in one channel.
+
+    ``variables``: quantities it depends on (names of :data:`bench.simulation.quantities.QUANTITIES`), the most telling
+    first; ``orders`` per output revolution, ``angle_windows`` in rad of the output, ``time_window`` in s of the
+    campaign, each empty or None where it is no matter of such; ``parameters``: symbol, value, unit, std each;
+    ``added`` (n,): the channel's whole model less the model without it, refitted, on all rows of the channel; ``gain``
+    of log predictive density on points left out; ``p_value`` against surrogates, None where none were drawn;
+    ``simulation_rows``: rows of a simulation file, each with its ``effect``; ``table``: a row an order, where it has
+    many.
+    """
+
+    effect: str
+    status: str
+    confidence: float | None
+    channel: str
+    words: str
+    equation: str
+    variables: tuple[str, ...]
+    parameters: tuple[Mapping[str, Any], ...]
+    added: FloatArray = field(repr=False)
+    gain: float
+    p_value: float | None
+    simulation_rows: tuple[Mapping[str, Any], ...] = field(repr=False)
+    rivals: tuple[Rival, ...] = ()
+    orders: tuple[float, ...] = ()
+    angle_windows: tuple[tuple[float, float], ...] = ()
+    time_window: tuple[float, float] | None = None
+    table: tuple[Mapping[str, Any], ...] = ()
+    also_in: tuple[str, ...] = ()
+    numbers: int = 1
+    squares: tuple[float, float] | None = None
+    """mean square per held-out sample without and with it, where rows are too coarse to show it"""
+
+
+@dataclass(frozen=True, slots=True)
+class Structure:
+    """Omnibus test of what is left: chance that pure noise looks as structured, and how that was found."""
+
+    p_value: float | None
+    method: str
+
+
+@dataclass(slots=True)
+class ChannelOutcome:
+    """A compared channel: its ``rows`` (every recording's), who may be scored, what models say on them.
+
+    ``usable`` (n,) rows that are compared, ``held_out`` (n,) those of them that nothing was fitted to; ``whole`` (n,)
+    the final model, ``before`` (n,) the recalibrated simulation. ``rmse`` per sample on held-out recordings, from the
+    simulation file: "as_given", "before", "after" (None: nothing held out, or nothing given); ``in_sample`` the same
+    on recordings that were fitted, where nothing could be held out.
+    """
+
+    channel: str
+    rows: Rows = field(repr=False)
+    usable: NDArray[np.bool_] = field(repr=False)
+    held_out: NDArray[np.bool_] = field(repr=False)
+    whole: FloatArray = field(repr=False)
+    before: FloatArray = field(repr=False)
+    floor: float
+    floor_std: float | None
+    floor_method: str
+    discoveries: list[Discovery] = field(default_factory=list)
+    structure: Structure | None = None
+    rmse: dict[str, float | None] = field(default_factory=dict)
+    in_sample: dict[str, float | None] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+    doubt: float = 0.0
+    """mean variance of the prediction of a held-out sample by what the calibration leaves uncertain, in squares of
+    the unit
+    """
+
+    @property
+    def left(self) -> FloatArray:
+        """What the final model leaves (n,)."""
+        return np.asarray(self.rows.y - self.whole)

@@ -1,0 +1,152 @@
+"""What is periodic in the transmission error and not in its simulation, as discoveries.
+
+Plain orders come first. Then hypotheses that say the same with less, or more with a structure of their own: pulses at
+fixed angles, laws that the amplitudes follow, errors of the motor's encoder, sidebands. What none of them explains
+stays one list of orders, ``te.harmonic``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Protocol
+
+import numpy as np
+
+from bench.mismatch import criteria
+from bench.mismatch.discovery import Discovery
+from bench.mismatch.orders import defects, laws, modulation
+from bench.mismatch.orders.model import TransmissionModel
+from bench.mismatch.orders.sight import Sight, rebuilt
+from bench.mismatch.orders.told import (
+    modulation_parameters,
+    of_law,
+    of_orders,
+    of_pulses,
+    order_p_value,
+    probability,
+)
+from bench.simulation import Gearbox
+from bench.simulation.laws import RESONANCE
+
+
+class Teeth(Protocol):
+    """A gearbox as headers have it."""
+
+    @property
+    def ratio(self) -> float | None:
+        """Gear ratio u."""
+        ...
+
+    @property
+    def z1(self) -> int | None:
+        """Teeth of the input gear."""
+        ...
+
+    @property
+    def z2(self) -> int | None:
+        """Teeth of the planets' spur gears."""
+        ...
+
+    @property
+    def z3(self) -> int | None:
+        """Lobes of the cycloid discs."""
+        ...
+
+    @property
+    def z4(self) -> int | None:
+        """Pins."""
+        ...
+
+
+def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Discovery]:
+    """Everything periodic in the transmission error beyond the simulation; ``model.periodic`` then holds it.
+
+    ``model`` has been through :func:`bench.mismatch.orders.model.analyse`.
+    """
+    sight = Sight.of(model)
+    if sight is None:
+        return []
+    teeth = Gearbox(float(gearbox.ratio or 1.0), gearbox.z1, gearbox.z2, gearbox.z3, gearbox.z4)
+    out: list[Discovery | None] = []
+    places = defects.search(sight, seed)
+    if places:
+        rebuilt(model, defects.all_pulses(places))
+        told = of_pulses(model, places)
+        if told is None:
+            rebuilt(model, ())
+        out.append(told)
+        sight = Sight.of(model)
+        assert sight is not None
+    out.append(_law(model, seed))
+    shaft = _of_motor(model, sight, teeth.ratio)
+    rest = [f for f in sight.found if f not in shaft]
+    if shaft:
+        gain = max(sight.gains(sight.at(model, f), f)[0] for f in shaft)
+        p_value = order_p_value(model, gain)
+        words = {"words": "the motor's encoder: multiples of the ratio, the same at every load, speed and temperature"}
+        told = of_orders(model, sight, "sensor.motor_encoder", shaft, teeth, p_value, probability(p_value), words)
+        out.append(told)
+        rest += [] if told is not None else list(shaft)
+    pair = modulation.search(model, sight, shaft, seed)
+    if pair is not None:
+        first = pair.pairs[0]
+        extra = {
+            "words": f"order {first.carrier:g} modulated {first.modulation:g} times a revolution",
+            "parameters": modulation_parameters(model, sight, pair),
+        }
+        confidence = probability(pair.p_value)
+        told = of_orders(model, sight, "te.sideband", pair.orders, teeth, pair.p_value, confidence, extra)
+        out.append(told)
+        if told is not None:
+            rest = [f for f in rest if f not in pair.orders]
+    out.append(_plain(model, sight, rest, teeth))
+    return [d for d in out if d is not None]
+
+
+def _law(model: TransmissionModel, seed: int) -> Discovery | None:
+    """A law that the amplitudes follow, the series calibrated under it."""
+    found = laws.search(model, seed)
+    if found is None or not _sure(found):
+        return None
+    before = model.periodic
+    assert before is not None
+    model.periodic = replace(before, series=laws.joined(before.series, found.series), laws=(*before.laws, found.law))
+    told = of_law(model, found, before)
+    if told is None:
+        model.periodic = before
+    return told
+
+
+def _sure(found: laws.FoundLaw) -> bool:
+    """Whether some order's strength stands above its own uncertainty; a resonance has none of its own."""
+    size = np.abs(found.law.strength)
+    told = found.strength_std > 0.0
+    if found.law.effect == RESONANCE or not told.any():
+        return True
+    return bool(np.max(size[told] / found.strength_std[told]) > criteria.SURE)
+
+
+def _of_motor(model: TransmissionModel, sight: Sight, ratio: float) -> tuple[float, ...]:
+    """Found orders that are multiples of the ratio and have one vector whatever the direction, load, speed,
+    temperature.
+    """
+    out = []
+    for f in sight.found:
+        multiple = f / ratio
+        if ratio <= 1.0 or round(multiple) < 1 or abs(multiple - round(multiple)) > 1e-6:
+            continue
+        if sight.gains(sight.at(model, f), f)[1] == 0:
+            out.append(f)
+    return tuple(out)
+
+
+def _plain(model: TransmissionModel, sight: Sight, orders: list[float], teeth: Gearbox) -> Discovery | None:
+    if not orders:
+        return None
+    gain = max(sight.gains(sight.at(model, f), f)[0] for f in orders)
+    p_value = order_p_value(model, gain)
+    # with a model of noise that holds, the best of many orders at such a gain is real; a rival is another name
+    words = f"{len(orders)} orders that the simulation does not have" if len(orders) > 1 else ""
+    extra = {"words": words} if words else {}
+    found = of_orders(model, sight, "te.harmonic", orders, teeth, p_value, probability(p_value), extra)
+    return found

@@ -1,0 +1,206 @@
+"""Laws that amplitudes may follow, scored on the vectors of the revolutions: what each gains beside the polynomials."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from bench.mismatch import criteria
+from bench.mismatch.orders.model import TransmissionModel
+from bench.mismatch.orders.series import RELATIVE_NOISE, Series
+from bench.mismatch.orders.turns import Complex, directions, states
+from bench.simulation.frame import FloatArray
+from bench.simulation.laws import RESONANCE, Law, Reference, value
+from bench.simulation.terms.te.resonance import response
+
+PRIOR_TURNS = 20.0
+"""revolutions' worth of evidence that the noise is that of the spectra"""
+DAMPINGS = (0.03, 0.06, 0.12, 0.25)
+
+
+@dataclass(frozen=True, slots=True)
+class Amplitudes:
+    """Vectors (turns, orders) of the series' orders in the training turns, noise of a component, states, times."""
+
+    vectors: Complex
+    sigma: FloatArray
+    x: FloatArray
+    direction: FloatArray
+    time: FloatArray
+    orders: tuple[float, ...]
+    series: Series
+    reference: Reference
+
+    @property
+    def frequency(self) -> FloatArray:
+        """f·|v| of each order in each turn, rad/s."""
+        return np.asarray(np.abs(self.x[:, 1])[:, None] * np.asarray(self.orders)[None, :])
+
+
+def amplitudes(model: TransmissionModel) -> Amplitudes | None:
+    """The amplitudes of a model's series but the load motor's ripple; None where revolutions are too few."""
+    if model.seen is None or model.periodic is None:
+        return None
+    series = model.periodic.series.less(model.given.notch)
+    if not series.orders or len(model.own_turns) < 2 * criteria.FEWEST_TURNS:
+        return None
+    place = [model.seen.orders.index(f) for f in series.orders]
+    turns = model.own_turns
+    vectors = model.seen.vectors[model.train][:, place]
+    sigma = model.seen.noise(series.orders)[model.train]
+    sigma = np.sqrt(sigma**2 + (RELATIVE_NOISE * np.sqrt(np.mean(np.abs(vectors) ** 2, axis=0))) ** 2)
+    x = states(turns)
+    time = np.array([t.time for t in turns])
+    return Amplitudes(vectors, sigma, x, directions(turns), time, series.orders, series, Reference.of(x, time))
+
+
+def stacked(values: Complex) -> FloatArray:
+    """Real parts, then imaginary ones."""
+    return np.concatenate([values.real, values.imag])
+
+
+def tangent(data: Amplitudes, k: int) -> tuple[FloatArray, Complex]:
+    """Columns (2*turns, 40) by which order k's vectors may move, scaled by their spread; and the series' vectors with
+    the coefficients but the constants at zero in the linear sense (turns,).
+    """
+    blocks = []
+    begin = data.series.vectors(data.x, data.direction)[:, k].astype(np.complex128)
+    centre = begin.copy()
+    for side in data.series.amplitude:
+        own = data.direction * side > 0
+        basis = np.where(own[:, None], data.series.scaling[side].monomials(data.x), 0.0)
+        phase, amplitude = data.series.phase[side][k], data.series.amplitude[side][k]
+        turn = np.exp(1j * (basis @ phase))
+        size = float(np.sqrt(np.mean(np.abs(begin[own]) ** 2))) if own.any() else 1.0
+        spread = np.concatenate([data.series.prior[:9] * size, [10.0 * size], data.series.prior[9:], [10.0]])
+        columns = np.hstack([turn[:, None] * basis, (1j * (basis @ amplitude) * turn)[:, None] * basis])
+        columns[~own] = 0.0
+        centre -= columns @ np.concatenate([amplitude, phase])
+        blocks.append(np.vstack([columns.real, columns.imag]) * spread)
+    return np.hstack(blocks), centre
+
+
+def whitened(data: Amplitudes) -> tuple[list[FloatArray], list[FloatArray]]:
+    """Cholesky factor of each order's covariance, polynomials' freedom in it; its residual, whitened."""
+    lowers, flat = [], []
+    for k in range(len(data.orders)):
+        columns, centre = tangent(data, k)
+        sigma = np.concatenate([data.sigma[:, k]] * 2)
+        lower = np.linalg.cholesky(columns @ columns.T + np.diag(sigma**2))
+        lowers.append(np.asarray(lower))
+        flat.append(np.asarray(solve_triangular(lower, stacked(data.vectors[:, k] - centre), lower=True)))
+    return lowers, flat
+
+
+def _law(effect: str, form: str, point: tuple[float, ...], variables: tuple[str, ...], data: Amplitudes) -> Law:
+    ones = np.ones(len(data.orders), dtype=np.complex128)
+    return Law(effect, form, point, 0.0, data.orders, ones, variables, data.reference, data.orders)
+
+
+def resonances(data: Amplitudes) -> list[Law]:
+    """Modes that are tried: natural frequencies the orders pass, and dampings."""
+    low, high = max(float(np.percentile(data.frequency, 10)), 0.05), 1.5 * float(data.frequency.max())
+    naturals = np.geomspace(low, high, 40)
+    return [_law(RESONANCE, "second_order", (float(w), z, 1.0), ("speed",), data) for w in naturals for z in DAMPINGS]
+
+
+def factors(data: Amplitudes) -> list[Law]:
+    """Laws of the form 1 + e*g that are tried, each with its points."""
+    speed, load, heat = np.abs(data.x[:, 1]), data.x[:, 0], data.x[:, 2]
+    span, coldest = max(float(np.ptp(heat)), 1.0), float(heat.min())
+    tried: list[tuple[str, str, str, Sequence[tuple[float, ...]]]] = [
+        (f"te.{name}_nonlinear", form, name, points)
+        for name, form, points in (
+            ("velocity", "exponential", [(float(v),) for v in np.geomspace(0.08, 0.8, 7) * speed.max()]),
+            ("velocity", "rational", [(float(v),) for v in np.geomspace(0.08, 0.8, 7) * speed.max()]),
+            ("temperature", "exponential", [(float(s * span),) for s in (0.08, 0.15, 0.3, 0.6)]),
+            ("temperature", "threshold", [(float(coldest + s * span),) for s in (0.2, 0.35, 0.5, 0.65, 0.8)]),
+        )
+    ]
+    tried += [
+        ("te.drift_time", "linear", "time", [()]),
+        ("te.drift_time", "creep", "time", [(0.05,), (0.15,), (0.4,)]),
+        ("unknown", "amplitude over load", "torque", [()]),
+        ("unknown", "amplitude about zero load", "torque", [(0.05,), (0.15,), (0.3,)]),
+    ]
+    # a swelling in a band of speed or temperature is a function of that quantity: these names are defined so
+    for effect, form, name, values in (
+        ("unknown", "amplitude in a band of load", "torque", load),
+        ("te.velocity_nonlinear", "band", "speed", speed),
+        ("te.temperature_nonlinear", "band", "temperature", heat),
+    ):
+        width = float(np.ptp(values))
+        if width > 0.0:
+            centres = float(values.min()) + np.linspace(0.0, 1.0, 13) * width
+            tried.append((effect, form, name, [(float(c), w * width) for c in centres for w in (0.06, 0.12)]))
+    names = {"velocity": "speed"}
+    return [
+        _law(effect, form, point, (names.get(name, name),), data)
+        for effect, form, name, points in tried
+        for point in points
+    ]
+
+
+def changes_of(data: Amplitudes, white: Sequence[FloatArray], law: Law) -> list[FloatArray]:
+    """What a law's strength does to each order's whitened vectors: one column of all for a resonance, else two of each.
+
+    Orthonormal for the latter.
+    """
+    smooth = data.series.vectors(data.x, data.direction)
+    out = []
+    if law.effect == RESONANCE:
+        change = (response(data.frequency, law.point[0], law.point[1]) - 1.0) * smooth
+        for k, lower in enumerate(white):
+            out.append(np.asarray(solve_triangular(lower, stacked(change[:, k]), lower=True))[:, None])
+        return out
+    g = value(law.effect, law.form, law.point, data.x, data.time, law.reference)
+    for k, lower in enumerate(white):
+        own = g * smooth[:, k]
+        z = solve_triangular(lower, np.column_stack([stacked(own), stacked(1j * own)]), lower=True)
+        # with a weak prior: a law changes an amplitude by less than ten times itself
+        q, r = np.linalg.qr(np.vstack([z, 0.1 * np.eye(2)]))
+        del r
+        out.append(np.asarray(q[:-2]))
+    return out
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """Gain of a law net of its numbers' price: in ``total`` and of ``each`` order; a resonance's participation."""
+
+    total: float
+    each: FloatArray
+    participation: float = 0.0
+
+
+def score(law: Law, changes: Sequence[FloatArray], flat: Sequence[FloatArray]) -> Score:
+    """Score a law whose changes of the whitened vectors are given on the orders' residuals."""
+    turns = 0.5 * len(flat[0])
+    prior = 2.0 * PRIOR_TURNS
+    before = np.array([float(r @ r) for r in flat])
+    price = float(np.log(2.0 * turns))
+
+    def gained(after: FloatArray) -> FloatArray:
+        return np.asarray((turns + PRIOR_TURNS) * np.log((before + prior) / (np.maximum(after, 0.0) + prior)))
+
+    if law.effect == RESONANCE:
+        energy = np.array([float(z[:, 0] @ z[:, 0]) for z in changes])
+        product = np.array([float(z[:, 0] @ r) for z, r in zip(changes, flat, strict=True)])
+        p = min(float(product.sum()) / max(float(energy.sum()) + 0.01, 1e-300), 1.5)
+        if p <= 0.0:
+            return Score(-np.inf, np.zeros(before.size))
+        each = gained(before - 2.0 * p * product + p**2 * energy)
+        # three numbers (BIC), of which the place is searched
+        return Score(float(each.sum()) - 1.5 * price - unusual(law.point[1]), each, p)
+    after = before - np.array([float(np.sum((z.T @ r) ** 2)) for z, r in zip(changes, flat, strict=True)])
+    # two numbers an order (BIC), where it takes part
+    each = np.maximum(gained(after) - price, 0.0)
+    return Score(float(each.sum()), each)
+
+
+def unusual(damping: float) -> float:
+    """How unusual a resonance's damping is (log-likelihood): where no speed meets the mode, nothing else tells it."""
+    return float(0.5 * (np.log(damping / criteria.USUAL_DAMPING) / criteria.DAMPING_SPREAD) ** 2)

@@ -1,0 +1,217 @@
+"""Orders of a torque that stand in its revolutions, with what their vectors are in proportion to.
+
+An order's vector may be the same always, change its sign with the direction, or grow with the load. Each is scored by
+how well each revolution is predicted by the others; how much the best of all orders and all of these gains in noise is
+measured on the same revolutions with the phase of every vector drawn at random.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+
+from bench.mismatch import criteria
+from bench.mismatch.regression.folds import weights
+from bench.mismatch.regression.scan import tail, tail_rate
+from bench.simulation.frame import FloatArray, IntArray
+
+Complex = NDArray[np.complex128]
+Model = tuple[str, ...]
+
+SURROGATES = 100
+NEIGHBOURS = 9
+"""orders whose median tells the noise at an order"""
+NEIGHBOUR_REVOLUTIONS = 20.0
+"""revolutions' worth of evidence that they give of it"""
+
+
+@dataclass(frozen=True, slots=True)
+class Turns:
+    """Vectors a + j·b (turns, orders) of some revolutions, not a number where an order was not seen; their ``sigma``
+    (turns,); factors of each revolution by name, (turns,) each; ``fold`` of each, -1 where it is held out.
+    """
+
+    vectors: Complex
+    sigma: FloatArray
+    factors: Mapping[str, FloatArray]
+    fold: IntArray
+
+    @property
+    def train(self) -> NDArray[np.bool_]:
+        """Revolutions that may be fitted."""
+        return np.asarray(self.fold >= 0)
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """An order that stands: factors of its waves, amplitudes a + j·b (k,), variance of a component (k,), gain, p-value;
+    ``shares``: weight of each model that was tried.
+    """
+
+    order: int
+    model: Model
+    amplitude: Complex
+    variance: FloatArray
+    gain: float
+    p_value: float
+    shares: Mapping[Model, float]
+    losses: Mapping[Model, tuple[float, float]]
+
+    def at(self, factors: Mapping[str, FloatArray]) -> Complex:
+        """Vectors at revolutions of given factors (turns,)."""
+        return np.asarray(np.column_stack([factors[t] for t in self.model]) @ self.amplitude)
+
+
+def standing(turns: Turns, models: Sequence[Model], seed: int) -> list[Line]:
+    """Orders of the training revolutions that stand, strongest first."""
+    own = turns.train
+    if int(own.sum()) < criteria.FEWEST_TURNS:
+        return []
+    scale = turns.sigma[own]
+    vectors = turns.vectors[own] / scale[:, None]
+    seen = np.isfinite(vectors)
+    vectors = np.where(seen, vectors, 0.0)
+    usable = seen.sum(axis=0) >= criteria.FEWEST_TURNS
+    usable[0] = False
+    noise = _noise(vectors, seen)
+    bases = {m: b for m in models if (b := _basis(turns, own, m)) is not None}
+    gains, _ = _gains(vectors, seen, scale, bases, noise)
+    best = _choice(gains, [len(m) for m in bases])
+    nulls = _nulls(vectors, seen, scale, bases, noise, usable, seed)
+    price = tail(nulls, criteria.ERROR_RATE_OF_A_CHANNEL)
+    out = []
+    names = list(bases)
+    for f in np.flatnonzero(usable & (gains[best, np.arange(usable.size)] > price)):
+        model = names[int(best[f])]
+        out.append(_estimated(turns, own, int(f), model, bases, noise[f], float(gains[best[f], f]), nulls, seed))
+    return sorted(out, key=lambda line: -line.gain)
+
+
+def _basis(turns: Turns, own: NDArray[np.bool_], model: Model) -> FloatArray | None:
+    """Columns (turns, k) of a model; None where the revolutions do not tell them apart."""
+    x = np.column_stack([turns.factors[t][own] for t in model])
+    unit = np.sqrt(np.sum(x**2, axis=0))
+    if np.any(unit == 0.0) or len(x) < 2 * x.shape[1] + 2:
+        return None
+    if np.linalg.svd(x / unit, compute_uv=False)[-1] < 0.1:
+        return None
+    return np.asarray(x)
+
+
+def _noise(vectors: Complex, seen: NDArray[np.bool_]) -> FloatArray:
+    """Standard deviation of a component at each order (orders,), over the revolutions' scale."""
+    # the expected median of noise where an order was not seen at all
+    middle = np.full(vectors.shape[1], 2.0 * np.log(2.0))
+    for f in np.flatnonzero(seen.any(axis=0)):
+        middle[f] = float(np.median(np.abs(vectors[seen[:, f], f]) ** 2))
+    middle[0] = middle[1]
+    level = median_filter(middle, NEIGHBOURS, mode="nearest") / np.log(2.0)
+    return np.asarray(np.sqrt(np.maximum(level, 1e-12) / 2.0))
+
+
+def _gains(
+    vectors: Complex,
+    seen: NDArray[np.bool_],
+    scale: FloatArray,
+    bases: Mapping[Model, FloatArray],
+    noise: FloatArray,
+) -> tuple[FloatArray, list[FloatArray]]:
+    """Gain of each model at each order (models, orders); squares left out of each revolution (turns, orders)."""
+    before = np.sum(np.abs(vectors) ** 2, axis=0)
+    prior = 2.0 * NEIGHBOUR_REVOLUTIONS * noise**2
+    number = seen.sum(axis=0) + NEIGHBOUR_REVOLUTIONS
+    gains, squares = [], []
+    for x in bases.values():
+        left = _left_out(x / scale[:, None], vectors, seen)
+        squares.append(left)
+        gains.append(number * np.log((before + prior) / (left.sum(axis=0) + prior)))
+    return np.asarray(gains), squares
+
+
+def _left_out(x: FloatArray, vectors: Complex, seen: NDArray[np.bool_]) -> FloatArray:
+    """Square of what each revolution differs from what all others say of it (turns, orders)."""
+    whole = seen.all(axis=0)
+    out = np.zeros(vectors.shape)
+    for rows, columns in [(seen[:, 0] | True, np.flatnonzero(whole))] + [
+        (seen[:, f], np.array([f])) for f in np.flatnonzero(~whole)
+    ]:
+        if not columns.size or rows.sum() <= x.shape[1]:
+            continue
+        left, values, _ = np.linalg.svd(x[rows], full_matrices=False)
+        basis = left[:, values > 1e-6 * values.max()]
+        own = vectors[np.ix_(rows, columns)]
+        leverage = np.minimum(np.sum(basis**2, axis=1), 0.99)
+        out[np.ix_(rows, columns)] = np.abs((own - basis @ (basis.T @ own)) / (1.0 - leverage)[:, None]) ** 2
+    return out
+
+
+def _choice(gains: FloatArray, sizes: Sequence[int]) -> IntArray:
+    """The best model of each order (orders,); one of more factors than the best before it has to gain clearly more."""
+    best = np.zeros(gains.shape[1], dtype=np.int64)
+    value = np.full(gains.shape[1], -np.inf)
+    size = np.asarray(sizes)
+    for k, own in enumerate(gains):
+        margin = np.where((size[k] > size[best]) & np.isfinite(value), criteria.RICHER, 0.0)
+        better = own > value + margin
+        best, value = np.where(better, k, best), np.where(better, own, value)
+    return best
+
+
+def _nulls(
+    vectors: Complex,
+    seen: NDArray[np.bool_],
+    scale: FloatArray,
+    bases: Mapping[Model, FloatArray],
+    noise: FloatArray,
+    usable: NDArray[np.bool_],
+    seed: int,
+) -> FloatArray:
+    rng = np.random.default_rng([seed, 4])
+    out = []
+    for _ in range(SURROGATES):
+        drawn = vectors * np.exp(2j * np.pi * rng.random(vectors.shape))
+        out.append(float(_gains(drawn, seen, scale, bases, noise)[0][:, usable].max()))
+    return np.asarray(out)
+
+
+def _estimated(
+    turns: Turns,
+    own: NDArray[np.bool_],
+    order: int,
+    model: Model,
+    bases: Mapping[Model, FloatArray],
+    noise: float,
+    gain: float,
+    nulls: FloatArray,
+    seed: int,
+) -> Line:
+    vectors = turns.vectors[own, order]
+    seen = np.isfinite(vectors)
+    scale = turns.sigma[own][seen]
+    target = vectors[seen] / scale
+    x = bases[model][seen] / scale[:, None]
+    inverse = np.linalg.inv(x.T @ x)
+    amplitude = inverse @ x.T @ target
+    left = float(np.sum(np.abs(target - x @ amplitude) ** 2))
+    freedom = max(target.size - x.shape[1], 1)
+    variance = (left + 2.0 * NEIGHBOUR_REVOLUTIONS * noise**2) / (2.0 * (freedom + NEIGHBOUR_REVOLUTIONS))
+    fold = np.unique(turns.fold[own][seen], return_inverse=True)[1]
+    densities = {}
+    for other, columns in bases.items():
+        squares = _left_out(columns[seen] / scale[:, None], target[:, None], np.ones((target.size, 1), dtype=bool))[
+            :, 0
+        ]
+        densities[other] = -0.5 * np.bincount(fold, squares / variance)
+    shares = weights(np.asarray(list(densities.values())), seed)
+    losses = {}
+    for other, own_density in densities.items():
+        gap = densities[model] - own_density
+        error = float(np.std(gap, ddof=1) * np.sqrt(gap.size)) if gap.size > 1 else 0.0
+        losses[other] = (float(gap.sum()), error)
+    share = dict(zip(densities, (float(s) for s in shares), strict=True))
+    diagonal = variance * np.diag(inverse)
+    return Line(order, model, amplitude, diagonal, gain, tail_rate(nulls, gain), share, losses)

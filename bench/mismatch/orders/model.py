@@ -1,0 +1,232 @@
+"""The transmission error's model: what is periodic in the angle, and the offset, found in turns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.mismatch import criteria
+from bench.mismatch.orders import offset_rows as slow
+from bench.mismatch.orders.bounds import Bounds
+from bench.mismatch.orders.periodic import Periodic
+from bench.mismatch.orders.series import Series, calibrate
+from bench.mismatch.orders.turns import HIGHEST_ORDER, Seen, Turn, found_in, seen, states
+from bench.mismatch.orders.weak import Stage, WeakOrder, search, search_between
+from bench.mismatch.problem import BaseTerm, ChannelProblem
+from bench.mismatch.recordings.rows import Rows
+from bench.mismatch.regression.model import add_base, fit_blocks, plain_residual, prepare_bank
+from bench.mismatch.regression.noise import Mixture
+from bench.mismatch.regression.prior import settled
+from bench.mismatch.regression.scan import tail
+from bench.mismatch.regression.search import Search, searched
+from bench.simulation.frame import FloatArray, IntArray
+from bench.simulation.laws import Law, factor
+from bench.simulation.terms import TRANSMISSION_ERROR
+
+ROUNDS = 8
+FOLLOWED = 2.0
+"""variance of what a plain model leaves of an order's vectors, over the noise's, from which the order gets
+polynomials of its own"""
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """What the given simulation has of the transmission error: orders of its series, the ripple's, laws of the
+    series.
+    """
+
+    orders: tuple[float, ...]
+    notch: tuple[float, ...] = ()
+    laws: tuple[Law, ...] = ()
+
+
+@dataclass(slots=True)
+class TransmissionModel:
+    """The transmission error's model on the rows over the angle."""
+
+    rows: Rows
+    inside: NDArray[np.bool_]
+    turns: list[Turn]
+    train: NDArray[np.bool_]
+    """which turns may be fitted"""
+    given: Given
+    folds: IntArray
+    base: tuple[BaseTerm, ...]
+    switched_off: tuple[str, ...] = ()
+    periodic: Periodic | None = None
+    plain: Series | None = None
+    """the given orders alone"""
+    seen: Seen | None = None
+    noise: Mixture | None = None
+    price: float | None = None
+    """gain that an order reaches in noise"""
+    nulls: FloatArray | None = field(default=None, repr=False)
+    """what the best of all orders gains in surrogates"""
+    offset: Search | None = None
+    quiet: FloatArray | None = field(default=None, repr=False)
+    """the rows without their offset (n,): what the orders were found in"""
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def own_turns(self) -> list[Turn]:
+        """Turns that may be fitted."""
+        return [t for t, chosen in zip(self.turns, self.train, strict=True) if chosen]
+
+
+def begun(
+    rows: Rows,
+    folds: IntArray,
+    given: Given,
+    base: Sequence[BaseTerm],
+    switched_off: Sequence[str] = (),
+) -> TransmissionModel:
+    """A model with nothing calibrated yet."""
+    turns = found_in(rows.frame)
+    inside = (rows.number > 0) & (rows.frame.direction != 0)
+    bounds = Bounds.of([t.velocity for t in turns])
+    if bounds is not None:
+        inside &= bounds.inside(rows.frame)
+    train = np.array([folds[t.recording] >= 0 for t in turns], dtype=bool)
+    return TransmissionModel(rows, inside, turns, train, given, folds, tuple(base), tuple(switched_off))
+
+
+def analyse(model: TransmissionModel, seed: int) -> TransmissionModel:
+    """Find what the transmission error's simulation lacks."""
+    periodic_free = np.zeros(model.rows.size)
+    if int(model.train.sum()) >= 4:
+        quiet = model.rows.y - _wavering(model, model.rows.y)
+        _orders(model, quiet, seed)
+        assert model.periodic is not None
+        periodic_free = model.periodic.evaluate(model.rows.frame)
+        level = _offset_alone(model, model.rows.y - periodic_free)
+        model.quiet = model.rows.y - level
+        _orders(model, model.quiet, seed)
+        periodic_free = model.periodic.evaluate(model.rows.frame)
+    model.offset = searched(_problem(model, model.rows.y - periodic_free), seed)
+    return model
+
+
+def _rate(rows: Rows) -> float:
+    frame = rows.frame
+    return float(np.sum(frame.count) / max(float(np.sum(frame.step)), 1e-9))
+
+
+def _orders(model: TransmissionModel, y: FloatArray, seed: int) -> None:
+    """Find and calibrate everything periodic in ``y`` (n,): the rows without their offset."""
+    rows, given = model.rows, model.given
+    known = [*given.orders, *(f for f in given.notch if f not in given.orders)]
+    found: dict[float, WeakOrder] = {}
+    now = seen(rows, model.turns, y, known)
+    stage = Stage.of(now, model.turns, model.train)
+    if stage is not None and model.price is None:
+        model.nulls = stage.maxima(seed, False)
+        model.price = tail(model.nulls, criteria.ERROR_RATE_OF_A_CHANNEL)
+    for _ in range(ROUNDS if model.price is not None else 0):
+        assert model.price is not None
+        model.noise = slow.mixture(now, model.turns, rows, rows.within, _rate(rows))
+        fresh = search(now, model.turns, model.train, now.orders, _floor(model), model.price)
+        fresh = [w for w in fresh if w.order not in found]
+        if not fresh:
+            fresh = search_between(now, model.turns, model.train, now.orders, _floor(model), model.price)
+        if not fresh:
+            break
+        found |= {w.order: w for w in fresh}
+        now = seen(rows, model.turns, y, [*known, *sorted(found)])
+    calibrated(model, now, known, found)
+    assert model.periodic is not None
+    slope = model.periodic.slope(rows.frame.take(steady_rows(model)))
+    own = rows.take(steady_rows(model))
+    inner = np.maximum(own.within - 2.0 * slope * own.lean + slope**2 * own.sweep, 0.0)
+    model.noise = slow.mixture(now, model.turns, own, inner, _rate(rows))
+
+
+def steady_rows(model: TransmissionModel) -> NDArray[np.bool_]:
+    """Rows inside the bounds, in steady motion."""
+    return np.asarray(model.inside & (model.rows.frame.steady > 0.5))
+
+
+def _floor(model: TransmissionModel) -> float:
+    assert model.noise is not None
+    return float(np.sqrt(model.noise.variance))
+
+
+def calibrated(model: TransmissionModel, now: Seen, known: Sequence[float], found: dict[float, WeakOrder]) -> None:
+    """Calibrate the series and the further orders on what the turns show of them all."""
+    stage = Stage.of(now, model.turns, model.train)
+    polynomial = list(known)
+    weak: list[WeakOrder] = []
+    for f, order in found.items():
+        k = now.orders.index(f)
+        if stage is None:
+            continue
+        vectors = now.vectors[model.train, k] / stage.scale
+        sigma = float(stage.shape[min(round(f), HIGHEST_ORDER)])
+        own = stage.estimated(f, order.model, vectors, sigma, order.gain)
+        if stage.misfit(own, vectors, sigma) > FOLLOWED and int(model.train.sum()) > 20:
+            polynomial.append(f)
+        weak.append(own)
+    turns = model.own_turns
+    place = np.array([now.orders.index(f) for f in polynomial], dtype=np.int64)
+    noise = now.noise(polynomial)[model.train]
+    vectors = now.vectors[model.train][:, place]
+    time = np.array([t.time for t in turns])
+    for law in model.given.laws:
+        by = factor(law, states(turns), time, polynomial)
+        vectors, noise = vectors / by, noise / np.abs(by)
+    series = calibrate(turns, vectors, noise, polynomial)
+    model.plain = series.less([f for f in polynomial if f not in known])
+    model.seen = now
+    model.periodic = Periodic(series, tuple(w for w in weak if w.order not in polynomial), laws=model.given.laws)
+
+
+def _wavering(model: TransmissionModel, y: FloatArray) -> FloatArray:
+    """What the offset's polynomial makes of torque and speed that waver inside a revolution, roughly (n,).
+
+    Taken off before the orders are fitted, so that a wavering load is not read as an order.
+    """
+    blocks, means = [], []
+    regressor = next((b.regressor for b in model.base if b.regressor.effect == "te.offset"), None)
+    if regressor is None:
+        return np.zeros(y.size)
+    columns = regressor.columns(model.rows.frame)
+    for turn in model.own_turns:
+        blocks.append(columns[turn.rows].mean(axis=0))
+        means.append(float(np.mean(y[turn.rows])))
+    x = np.asarray(blocks)
+    scale = np.maximum(np.sqrt(np.mean(x**2, axis=0)), 1e-9)
+    normal = (x / scale).T @ (x / scale) / len(blocks) + 1e-5 * np.eye(x.shape[1])
+    beta = np.linalg.solve(normal, (x / scale).T @ np.asarray(means) / len(blocks)) / scale
+    return np.asarray(columns @ beta)
+
+
+def _problem(model: TransmissionModel, y: FloatArray) -> ChannelProblem:
+    rows, usable, _ = slow.offset_rows(model.rows, y, model.inside)
+    doubt = None
+    if model.periodic is not None:
+        frame = rows.frame
+        x = np.column_stack([frame.torque, frame.velocity, frame.temperature])
+        doubt = model.periodic.series.variance(x, frame.last_direction)
+        # where the series, at a state that no revolution has shown, is as uncertain as a sample is noisy, it says
+        # nothing
+        usable &= doubt < _floor(model) ** 2
+    return ChannelProblem(
+        TRANSMISSION_ERROR, rows, usable, model.folds, model.base, model.noise, doubt, model.switched_off
+    )
+
+
+def _offset_alone(model: TransmissionModel, y: FloatArray) -> FloatArray:
+    """The simulation's offset calibrated on ``y`` (n,), at the rows."""
+    problem = _problem(model, y)
+    bank, _, _, _ = prepare_bank(problem, plain_residual(problem))
+    blocks = settled(problem, bank, add_base(problem, bank))
+    fit = fit_blocks(bank, blocks, bank.variances())
+    out = np.zeros(y.size)
+    for block in blocks:
+        out += block.regressor.columns(model.rows.frame) @ fit.of(block.place)[0]
+    return out
+
+
+__all__ = ["Given", "TransmissionModel", "analyse", "begun", "replace"]

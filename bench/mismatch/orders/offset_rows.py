@@ -1,0 +1,68 @@
+"""The transmission error's slow part: its rows without what is periodic, averaged in time, and their noise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.mismatch.orders.turns import Seen, Turn
+from bench.mismatch.recordings.rows import LIVELY_S, SLOW_S, Rows, lively, reduced
+from bench.mismatch.regression.noise import MEMORIES_S, Mixture, fitted
+from bench.simulation.frame import FloatArray, IntArray
+
+LOWEST_ORDER = 3
+"""below it a revolution cannot tell noise from drift"""
+
+
+def offset_rows(rows: Rows, y: FloatArray, inside: NDArray[np.bool_]) -> tuple[Rows, NDArray[np.bool_], IntArray]:
+    """Average rows in time, ``y`` (n,) in place of what was measured; which blocks are ``inside``; each block's first
+    row.
+    """
+    frame = rows.frame
+    width = np.where(lively(frame), LIVELY_S, SLOW_S)
+    number = np.floor(np.cumsum(frame.step / width))
+    change = np.ones(frame.size, dtype=bool)
+    change[1:] = np.diff(number) != 0
+    for values in (frame.recording, frame.steady, frame.direction, inside):
+        change[1:] |= values[1:] != values[:-1]
+    edges = np.flatnonzero(change).astype(np.int64)
+    total = np.add.reduceat(rows.number, edges)
+    mean = np.add.reduceat(y * rows.number, edges) / np.maximum(total, 1.0)
+    return Rows(reduced(frame, edges), mean, total), inside[edges], edges
+
+
+def mixture(seen: Seen, turns: Sequence[Turn], rows: Rows, inner: FloatArray, rate: float) -> Mixture:
+    """Noise of the samples from what the revolutions leave at every order, and inside the rows.
+
+    Medians over orders and revolutions: a line that is not known yet is in one of them. ``inner`` (n,): variance of the
+    samples inside each row about what is known there; ``rate``: samples a second.
+    """
+    frequency: list[FloatArray] = []
+    density: list[FloatArray] = []
+    orders = np.arange(seen.left.shape[1])
+    known = [round(f) for f in seen.orders if f < orders.size - 0.5]
+    free = np.setdiff1d(orders[LOWEST_ORDER:], known)
+    for turn, left in zip(turns, seen.left, strict=True):
+        hertz = abs(turn.velocity) / (2.0 * np.pi)
+        frequency.append(free * hertz)
+        # a component of the spectrum is noise of density P over the time T: |R|^2 = 2*P/T
+        density.append(0.5 * np.abs(left[free]) ** 2 * turn.revolutions / hertz)
+    at, level = np.concatenate(frequency), np.concatenate(density)
+    edges = np.geomspace(at.min(), at.max() * 1.0001, 25)
+    number = np.digitize(at, edges) - 1
+    centre, median = [], []
+    for b in range(edges.size - 1):
+        own = level[number == b]
+        if own.size >= 20:
+            centre.append(float(np.sqrt(edges[b] * edges[b + 1])))
+            median.append(float(np.median(own)) / np.log(2.0))
+    found = fitted(np.asarray(centre), np.asarray(median), rate)
+    good = rows.number > 1.5
+    spread = float(np.median((inner * rows.number / np.maximum(rows.number - 1.0, 1.0))[good])) if good.any() else 0.0
+    # parts that change slowly against a row do not scatter inside it
+    duration = float(np.median(rows.frame.count[good])) / rate if good.any() else 0.0
+    slow = sum(v for v, m in zip(found.parts, MEMORIES_S, strict=True) if m > duration)
+    quick = sum(found.parts) - slow
+    return Mixture(max(found.white, spread - quick), found.parts, rate)

@@ -1,0 +1,143 @@
+"""Everything in the transmission error that is periodic in the angle, as one function of the rows of a frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from bench.mismatch.orders.series import Series
+from bench.mismatch.orders.turns import Complex, Turn, directions, states
+from bench.mismatch.orders.weak import WeakOrder, design
+from bench.simulation import waves
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.laws import Law, factor
+from bench.simulation.waves import ROWS_AT_ONCE, Wave
+
+SLOPE_STEP = 3e-4
+"""rad to either side over which a slope is taken where it is not known in closed form"""
+
+
+@dataclass(frozen=True, slots=True)
+class Pulse:
+    """A Gaussian pulse of the transmission error: angle and width (standard deviation) in rad, height in rad; with
+    their standard deviations where they were estimated.
+    """
+
+    angle: float
+    width: float
+    height: float
+    std: tuple[float, float, float] | None = None
+
+    def evaluate(self, theta: FloatArray) -> FloatArray:
+        """The pulse at angles (n,), rad."""
+        distance = np.mod(theta - self.angle + np.pi, 2.0 * np.pi) - np.pi
+        return np.asarray(self.height * np.exp(-0.5 * (distance / self.width) ** 2))
+
+    def vectors(self, orders: FloatArray) -> Complex:
+        """Vectors b + j*a of the pulse at orders (k,), the constant left out."""
+        shape = self.height * self.width * np.sqrt(2.0 / np.pi) * np.exp(-0.5 * (orders * self.width) ** 2)
+        out = shape * (np.sin(orders * self.angle) + 1j * np.cos(orders * self.angle))
+        return np.asarray(np.where(orders > 0, out, 0.0))
+
+
+@dataclass(frozen=True, slots=True)
+class Sideband:
+    """Modulation of a carrier by order m: vectors at carrier - m and carrier + m, in units of the carrier's own."""
+
+    carrier: float
+    modulation: float
+    lower: complex
+    upper: complex
+    std: tuple[float, float] | None = None
+
+    @property
+    def orders(self) -> tuple[float, float]:
+        """The pair."""
+        return self.carrier - self.modulation, self.carrier + self.modulation
+
+
+@dataclass(frozen=True, slots=True)
+class Periodic:
+    """The series (whose orders the laws multiply), further orders, pulses and sidebands of its orders."""
+
+    series: Series
+    weak: tuple[WeakOrder, ...] = ()
+    waves: tuple[Wave, ...] = ()
+    pulses: tuple[Pulse, ...] = ()
+    sidebands: tuple[Sideband, ...] = ()
+    laws: tuple[Law, ...] = field(default=())
+
+    def evaluate(self, frame: Frame) -> FloatArray:
+        """Sum of everything periodic at the rows of a frame (n,), rad."""
+        out = self.series.evaluate(frame) if not self.laws else self._by_vectors(frame)
+        if self.sidebands:
+            out = out + self._modulated(frame)
+        for pulse in self.pulses:
+            out = out + pulse.evaluate(frame.theta)
+        further = [*self.waves, *(w for order in self.weak for w in order.waves())]
+        return out + waves.evaluate(further, frame.theta, frame) if further else out
+
+    def slope(self, frame: Frame) -> FloatArray:
+        """Change of everything periodic with the angle at the rows of a frame (n,), rad/rad."""
+        if self.laws or self.pulses or self.sidebands:
+            ahead, behind = (replace(frame, theta=frame.theta + step) for step in (SLOPE_STEP, -SLOPE_STEP))
+            return (self.evaluate(ahead) - self.evaluate(behind)) / (2.0 * SLOPE_STEP)
+        further = [*self.waves, *(w for order in self.weak for w in order.waves())]
+        steeper = [replace(w, cosine=w.order * w.cosine, sine=w.order * w.sine) for w in further]
+        out = self.series.slope(frame)
+        return out + waves.evaluate(steeper, frame.theta, frame, 0.5 * np.pi) if steeper else out
+
+    def at_turns(self, turns: Sequence[Turn], orders: Sequence[float]) -> Complex:
+        """Vectors b + j*a of some orders in the turns (turns, k)."""
+        out = np.zeros((len(turns), len(orders)), dtype=np.complex128)
+        place = {float(f): k for k, f in enumerate(orders)}
+        x, side = states(turns), directions(turns)
+        own = self.series.vectors(x, side)
+        time = np.array([t.time for t in turns])
+        for law in self.laws:
+            own = own * factor(law, x, time, self.series.orders)
+        for k, f in enumerate(self.series.orders):
+            if f in place:
+                out[:, place[f]] += own[:, k]
+        for order in self.weak:
+            if order.order in place:
+                out[:, place[order.order]] += order.at(design(order.model, turns))
+        for band in self.sidebands:
+            carrier = own[:, self.series.orders.index(band.carrier)]
+            for f, ratio in zip(band.orders, (band.lower, band.upper), strict=True):
+                if f in place:
+                    out[:, place[f]] += ratio * carrier
+        for pulse in self.pulses:
+            out += pulse.vectors(np.asarray(orders))[None, :]
+        return out
+
+    def _by_vectors(self, frame: Frame) -> FloatArray:
+        out = np.zeros(frame.size)
+        for a in range(0, frame.size, ROWS_AT_ONCE):
+            own = slice(a, a + ROWS_AT_ONCE)
+            vectors = self._vectors(frame.take(own))
+            for k, order in enumerate(self.series.orders):
+                angle = order * frame.theta[own]
+                out[own] += vectors[:, k].real * np.sin(angle) + vectors[:, k].imag * np.cos(angle)
+        return out
+
+    def _vectors(self, frame: Frame) -> Complex:
+        x = np.column_stack([frame.torque, frame.velocity, frame.temperature])
+        out = self.series.vectors(x, frame.last_direction)
+        for law in self.laws:
+            out = out * factor(law, x, frame.time, self.series.orders)
+        return out
+
+    def _modulated(self, frame: Frame) -> FloatArray:
+        out = np.zeros(frame.size)
+        for a in range(0, frame.size, ROWS_AT_ONCE):
+            own = slice(a, a + ROWS_AT_ONCE)
+            vectors = self._vectors(frame.take(own))
+            for band in self.sidebands:
+                carrier = vectors[:, self.series.orders.index(band.carrier)]
+                for f, ratio in zip(band.orders, (band.lower, band.upper), strict=True):
+                    value, angle = ratio * carrier, f * frame.theta[own]
+                    out[own] += value.real * np.sin(angle) + value.imag * np.cos(angle)
+        return out

@@ -1,0 +1,82 @@
+"""A torque's revolutions and rows, and what waves over an angle make of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bench.mismatch.orders.lines import Line, Turns
+from bench.mismatch.recordings.output_orders import OutputSpectrum
+from bench.mismatch.recordings.rows import Rows
+from bench.mismatch.recordings.vibration import ShaftSpectrum
+from bench.simulation.frame import FloatArray, IntArray
+from bench.simulation.waves import Wave, evaluate
+
+Parts = Sequence[tuple[Line, tuple[int, ...]]]
+"""orders, with the numbers of those of their factors that belong to an effect"""
+
+
+@dataclass(frozen=True, slots=True)
+class Periodicity:
+    """A torque's revolutions and its rows: what :func:`torque_discoveries` looks at.
+
+    ``output`` of :attr:`Dataset.output`, ``shaft`` of :attr:`Dataset.shaft` (the motor's torque alone), ``rows`` of the
+    channel, ``folds`` of each recording by its index, ``ratio`` u, ``floor`` noise of a sample, N·m.
+    """
+
+    channel: str
+    output: Sequence[OutputSpectrum]
+    shaft: Sequence[ShaftSpectrum]
+    rows: Rows
+    folds: IntArray
+    ratio: float
+    floor: float
+
+
+def wave_of(line: Line, k: int) -> Wave:
+    """An order in proportion to the k-th of its factors."""
+    vector, std = complex(line.amplitude[k]), float(np.sqrt(line.variance[k]))
+    return Wave(float(line.order), line.model[k], vector.real, vector.imag, std, std)
+
+
+def equation(waves: Sequence[Wave]) -> str:
+    """Waves as an equation, for people."""
+    parts = [f"{w.times}*({w.cosine:.3g}*cos({w.order:g}*q) + {w.sine:.3g}*sin({w.order:g}*q))" for w in waves[:4]]
+    return "+= " + " + ".join(parts)
+
+
+def on_rows(waves: Sequence[Wave], rows: Rows) -> FloatArray:
+    """Waves of a torque averaged over the rows (n,)."""
+    out = np.zeros(rows.size)
+    turned = np.abs(rows.frame.velocity) * rows.frame.step
+    for wave in waves:
+        # the mean of a wave over the angle that a row turns through
+        out += evaluate([wave], rows.frame.q, rows.frame) * np.sinc(wave.order * turned / (2.0 * np.pi))
+    return out
+
+
+def power(turns: Turns, parts: Parts) -> float:
+    """Mean square that some orders add to the training revolutions."""
+    total = 0.0
+    for line, own in parts:
+        x = np.column_stack([turns.factors[line.model[k]][turns.train] for k in own])
+        total += 0.5 * float(np.mean(np.abs(x @ line.amplitude[list(own)]) ** 2))
+    return total
+
+
+def squares_of(seen: Periodicity, turns: Turns, parts: Parts) -> tuple[float, float] | None:
+    """Mean square of a held-out sample without and with some orders, from the held-out revolutions."""
+    out = ~turns.train
+    if not out.any():
+        return None
+    gone = 0.0
+    for line, own in parts:
+        vectors = turns.vectors[out, line.order]
+        whole = np.column_stack([turns.factors[t][out] for t in line.model]) @ line.amplitude
+        part = np.column_stack([turns.factors[line.model[k]][out] for k in own]) @ line.amplitude[list(own)]
+        ok = np.isfinite(vectors)
+        if ok.any():
+            gone += 0.5 * float(np.mean(np.abs((vectors - whole + part)[ok]) ** 2 - np.abs((vectors - whole)[ok]) ** 2))
+    return seen.floor**2 + gone, seen.floor**2

@@ -1,0 +1,286 @@
+"""Calibration of the paper's polynomial Fourier series on the vectors of the revolutions.
+
+Amplitude and phase of an order are quadratic polynomials of torque, speed and temperature, a set a direction
+(Bauer et al., ICIT 2025, eq. 4). They are fitted to the vector A*exp(j*phi), which knows no wrapping, by scipy's
+Levenberg-Marquardt; a normal prior, whose spread all orders share and tell, keeps what the design does not determine
+near zero (empirical Bayes, MacKay, Neural Comput. 4 (1992) 415).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numba
+import numpy as np
+from scipy.optimize import least_squares
+
+from bench.mismatch.orders.turns import Complex, Turn, directions, states
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.waves import ROWS_AT_ONCE
+
+FIRST_PRIOR = np.array([0.3, 0.3, 0.3, 0.6, 0.6, 0.6, 0.3, 0.3, 0.3])
+"""spread of the polynomials' coefficients before anything is known: of the amplitude (relative); of the phase half as
+much again, rad
+"""
+LEAST_SPREAD, LARGEST_SPREAD = 5e-4, 2.0
+ROUNDS = 4
+"""in which orders tell the prior and the prior the orders"""
+RELATIVE_NOISE = 1e-3
+"""of an order's size: what no polynomial is asked to follow"""
+WILD = 4.0
+"""variance over the noise's from which an order's polynomials are begun afresh"""
+
+
+@dataclass(frozen=True, slots=True)
+class Scaling:
+    """Centre and spread of torque, velocity and temperature that keep the polynomials well conditioned."""
+
+    centre: FloatArray
+    spread: FloatArray
+
+    def monomials(self, x: FloatArray) -> FloatArray:
+        """The ten monomials (n, 10) of scaled states (n, 3), constant last."""
+        z = (x - self.centre) / self.spread
+        a, b, c = z.T
+        return np.column_stack([a * a, b * b, c * c, a, b, c, a * b, a * c, b * c, np.ones(len(z))])
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """A calibrated series. ``amplitude`` and ``phase`` (orders, 10) a direction, in scaled monomials; ``prior``
+    spread of the coefficients over the orders (18,): nine of the amplitude (relative), nine of the phase; ``doubt``
+    (2, orders) variance by which an order misses its polynomials, over its noise; ``loss`` (orders,) weighted squares
+    and prior; ``covariance`` a direction (orders, 20, 20) of amplitude and phase together.
+    """
+
+    orders: tuple[float, ...]
+    scaling: Mapping[int, Scaling]
+    amplitude: Mapping[int, FloatArray]
+    phase: Mapping[int, FloatArray]
+    covariance: Mapping[int, FloatArray]
+    prior: FloatArray
+    doubt: FloatArray
+    loss: FloatArray
+
+    def vectors(self, x: FloatArray, direction: FloatArray) -> Complex:
+        """A*exp(j*phi) of every order (n, orders) for states (n, 3) and directions (n,)."""
+        out = np.zeros((len(x), len(self.orders)), dtype=np.complex128)
+        for side in self.amplitude:
+            rows = direction * side > 0
+            if rows.any():
+                basis = self.scaling[side].monomials(x[rows])
+                out[rows] = (basis @ self.amplitude[side].T) * np.exp(1j * (basis @ self.phase[side].T))
+        return out
+
+    def variance(self, x: FloatArray, direction: FloatArray) -> FloatArray:
+        """Variance (n,) of the series at states (n, 3), over all angles, by what its coefficients are known to,
+        rad².
+        """
+        out = np.zeros(len(x))
+        for side in self.amplitude:
+            rows = direction * side > 0
+            if not rows.any():
+                continue
+            basis = self.scaling[side].monomials(x[rows])
+            amplitude = basis @ self.amplitude[side].T
+            for k in range(len(self.orders)):
+                of_amplitude = np.einsum("ni,ij,nj->n", basis, self.covariance[side][k, :10, :10], basis)
+                of_phase = np.einsum("ni,ij,nj->n", basis, self.covariance[side][k, 10:, 10:], basis)
+                # a phase that is not known at all turns a wave by its own size at most
+                out[rows] += 0.5 * (of_amplitude + amplitude[:, k] ** 2 * np.minimum(of_phase, 2.0))
+        return out
+
+    def less(self, orders: Collection[float]) -> Series:
+        """The same series without some orders."""
+        keep = [k for k, f in enumerate(self.orders) if f not in orders]
+
+        def rows(table: Mapping[int, FloatArray]) -> dict[int, FloatArray]:
+            return {side: values[keep] for side, values in table.items()}
+
+        return replace(
+            self,
+            orders=tuple(self.orders[k] for k in keep),
+            amplitude=rows(self.amplitude),
+            phase=rows(self.phase),
+            covariance=rows(self.covariance),
+            doubt=self.doubt[:, keep],
+            loss=self.loss[keep],
+        )
+
+    def evaluate(self, frame: Frame) -> FloatArray:
+        """The series at the rows of a frame, rad; 0 in a direction that was never calibrated."""
+        return self._summed(frame, np.ones(len(self.orders)), 0.0)
+
+    def slope(self, frame: Frame) -> FloatArray:
+        """Change of the series with the angle, rad/rad: an order's wave a quarter period ahead, times the order."""
+        return self._summed(frame, np.asarray(self.orders), 0.5 * np.pi)
+
+    def _summed(self, frame: Frame, factor: FloatArray, ahead: float) -> FloatArray:
+        out = np.zeros(frame.size)
+        orders = np.asarray(self.orders)
+        for side in self.amplitude:
+            rows = np.flatnonzero(frame.last_direction * side > 0)
+            for a in range(0, rows.size, ROWS_AT_ONCE):
+                own = rows[a : a + ROWS_AT_ONCE]
+                x = np.column_stack([frame.torque[own], frame.velocity[own], frame.temperature[own]])
+                basis = self.scaling[side].monomials(x)
+                amplitude = basis @ (self.amplitude[side] * factor[:, None]).T
+                out[own] = _sum(frame.theta[own], orders, amplitude, basis @ self.phase[side].T + ahead)
+        return out
+
+
+@numba.njit(cache=True)
+def _sum(theta: FloatArray, orders: FloatArray, amplitude: FloatArray, phase: FloatArray) -> FloatArray:
+    out = np.zeros(theta.size)
+    for i in range(theta.size):
+        for k in range(orders.size):
+            out[i] += amplitude[i, k] * np.sin(orders[k] * theta[i] + phase[i, k])
+    return out
+
+
+def calibrate(
+    turns: Sequence[Turn],
+    vectors: Complex,
+    noise: FloatArray,
+    orders: Sequence[float],
+    known: Series | None = None,
+) -> Series:
+    """Fit amplitude and phase polynomials to ``vectors`` (turns, orders) whose components have ``noise`` (turns,
+    orders).
+
+    With a ``known`` series its prior stands and its coefficients are begun with; else both are learnt in some rounds.
+    """
+    x, direction = states(turns), directions(turns)
+    sides = [s for s in (1, -1) if np.any(direction * s > 0)]
+    scalings: dict[int, Scaling] = {}
+    for side in sides:
+        rows = direction * side > 0
+        scalings[side] = Scaling(x[rows].mean(axis=0), np.maximum(x[rows].std(axis=0), [1.0, 1e-3, 0.3]))
+    number = len(orders)
+    amplitude = {s: np.zeros((number, 10)) for s in sides}
+    phase = {s: np.zeros((number, 10)) for s in sides}
+    covariance = {s: np.zeros((number, 20, 20)) for s in sides}
+    prior = np.concatenate([FIRST_PRIOR, 1.5 * FIRST_PRIOR]) if known is None else known.prior
+    doubt = np.ones((2, number)) if known is None else known.doubt.copy()
+    loss = np.zeros(number)
+    for step in range(ROUNDS if known is None else 1):
+        loss[:] = 0.0
+        found, determined = [], []
+        for side in sides:
+            rows = direction * side > 0
+            basis = scalings[side].monomials(x[rows])
+            place = 0 if side > 0 else 1
+            for k in range(number):
+                begin = None
+                if (step or known is not None) and doubt[place, k] < WILD:
+                    source = (amplitude, phase) if step else (known.amplitude, known.phase)  # type: ignore[union-attr]
+                    begin = np.concatenate([source[0][side][k], source[1][side][k]])
+                own = noise[rows, k] * np.sqrt(doubt[place, k])
+                fit = fit_order(basis, vectors[rows, k], own, prior, begin)
+                loss[k] += fit.loss
+                amplitude[side][k], phase[side][k], covariance[side][k] = fit.amplitude, fit.phase, fit.covariance
+                size = _size(vectors[rows, k])
+                found.append(np.concatenate([fit.amplitude[:9] / size, fit.phase[:9]]))
+                determined.append(fit.determined)
+                if known is None:
+                    left = vectors[rows, k] - (basis @ fit.amplitude) * np.exp(1j * (basis @ fit.phase))
+                    free = max(2.0 * rows.sum() - 2.0 - fit.determined.sum(), 2.0)
+                    square = np.sum(np.abs(left) ** 2 / (noise[rows, k] ** 2 + (RELATIVE_NOISE * size) ** 2))
+                    doubt[place, k] = max(1.0, float(square / free))
+        if known is None and found:
+            prior = _empirical_prior(np.asarray(found), np.asarray(determined))
+    return Series(
+        tuple(float(f) for f in orders), scalings, amplitude, phase, covariance, np.asarray(prior), doubt, loss
+    )
+
+
+def _size(vector: Complex) -> float:
+    return float(np.sqrt(np.mean(np.abs(vector) ** 2))) or 1e-12
+
+
+def _empirical_prior(found: FloatArray, determined: FloatArray) -> FloatArray:
+    """Spread of each monomial's coefficient over all orders and directions (18,): the orders tell one another what is
+    usual.
+
+    ``found`` (sets, 18) coefficients; ``determined`` (sets, 18) the share of each that the data say and not the prior
+    (MacKay's effective number of parameters): what the prior alone holds at zero is no evidence for a small spread.
+    """
+    limit = np.maximum(3.0 * np.median(np.abs(found), axis=0) / 0.6745, 1e-9)
+    # a mean of squares that a single wild order does not rule
+    squares = np.minimum(np.abs(found), limit) ** 2
+    usual = np.sqrt(squares.sum(axis=0) / np.maximum(determined.sum(axis=0), 0.5))
+    return np.asarray(np.clip(usual, LEAST_SPREAD, LARGEST_SPREAD))
+
+
+@dataclass(frozen=True, slots=True)
+class OrderFit:
+    """Polynomials of one order: amplitude (10,) rad, phase (10,) rad, the loss, covariance (20, 20) of both, and how
+    far (0 to 1) the data rather than the prior determine each coefficient but the constants (18,).
+    """
+
+    amplitude: FloatArray
+    phase: FloatArray
+    loss: float
+    covariance: FloatArray
+    determined: FloatArray
+
+
+def fit_order(
+    basis: FloatArray, vector: Complex, sigma: FloatArray, spread: FloatArray, begin: FloatArray | None = None
+) -> OrderFit:
+    """Fit one order's ``vector`` (n,) at the states of ``basis`` (n, 10); ``sigma`` (n,) noise of a component,
+    ``spread`` (18,) of the coefficients; from ``begin`` (20,), or from a level vector and from a smooth one.
+    """
+    size = _size(vector)
+    weight = 1.0 / np.sqrt(sigma**2 + (RELATIVE_NOISE * size) ** 2)
+    prior = np.concatenate([1.0 / (spread[:9] * size), [0.0], 1.0 / spread[9:], [0.0]])
+    scale = np.where(prior > 0.0, 1.0 / np.maximum(prior, 1e-300), np.repeat([size, 1.0], 10))
+
+    def value(x: FloatArray) -> Complex:
+        return np.asarray((basis @ x[:10]) * np.exp(1j * (basis @ x[10:])))
+
+    def residual(z: FloatArray) -> FloatArray:
+        x = z * scale
+        left = (value(x) - vector) * weight
+        return np.concatenate([left.real, left.imag, prior * x])
+
+    def jacobian(z: FloatArray) -> FloatArray:
+        x = z * scale
+        turn = np.exp(1j * (basis @ x[10:])) * weight
+        columns = np.hstack([turn[:, None] * basis, (1j * (basis @ x[:10]) * turn)[:, None] * basis])
+        return np.vstack([columns.real, columns.imag, np.diag(prior)]) * scale
+
+    starts = [begin] if begin is not None else [_level(vector, size), _smooth(basis, vector, size)]
+    runs = [least_squares(residual, s / scale, jac=jacobian, method="lm", xtol=1e-7, ftol=1e-8) for s in starts]
+    best = min(runs, key=lambda r: float(r.cost))
+    x = np.asarray(best.x) * scale
+    jac = jacobian(np.asarray(best.x))
+    inner = np.linalg.pinv(jac.T @ jac, rcond=1e-12)
+    keep = [*range(9), *range(10, 19)]
+    return OrderFit(
+        x[:10].copy(),
+        x[10:].copy(),
+        2.0 * float(best.cost),
+        inner * np.outer(scale, scale),
+        np.clip(1.0 - np.diag(inner)[keep], 0.0, 1.0),
+    )
+
+
+def _level(vector: Complex, size: float) -> FloatArray:
+    return np.concatenate([np.append(np.zeros(9), size), np.append(np.zeros(9), np.angle(np.sum(vector)))])
+
+
+def _smooth(basis: FloatArray, vector: Complex, size: float) -> FloatArray:
+    """Start from a smooth linear fit of the vectors: its modulus and unwrapped phase, fitted each."""
+    few = basis[:, [3, 4, 5, 9]]
+    ridge = 0.05 * np.eye(4) * len(vector)
+    ridge[3, 3] = 1e-6
+    smooth = few @ np.linalg.solve(few.T @ few + ridge, few.T @ vector)
+    middle = np.angle(np.sum(smooth))
+    angle = np.angle(smooth * np.exp(-1j * middle)) + middle
+    heavy = 0.3 * np.eye(10)
+    heavy[9, 9] = 1e-6
+    inverse = np.linalg.inv(basis.T @ basis + heavy)
+    del size
+    return np.concatenate([inverse @ basis.T @ np.abs(smooth), inverse @ basis.T @ angle])

@@ -1,0 +1,314 @@
+"""From what is periodic in a model to discoveries: what each adds, its parameters, its rows of a simulation file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from bench.identification.orders import part_of
+from bench.mismatch import criteria
+from bench.mismatch.discovery import NAMED, UNKNOWN, Discovery, Rival
+from bench.mismatch.orders.defects import Defect
+from bench.mismatch.orders.laws import FoundLaw
+from bench.mismatch.orders.model import TransmissionModel
+from bench.mismatch.orders.modulation import Modulation
+from bench.mismatch.orders.periodic import Periodic, Pulse
+from bench.mismatch.orders.sight import Sight
+from bench.mismatch.orders.weak import MODELS, WeakOrder
+from bench.mismatch.regression.scan import tail_rate
+from bench.mismatch.regression.search import active_size
+from bench.simulation import Gearbox, waves
+from bench.simulation.frame import FloatArray
+from bench.simulation.laws import RESONANCE, Law
+from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR
+
+Row = dict[str, Any]
+_DEPENDS = {"p": "direction", "tau": "load", "v": "speed", "T": "temperature"}
+ANGLE_REACH = 2.5
+"""widths to either side that hold a pulse's window"""
+
+
+def parameter(symbol: str, value: float, unit: str, std: float | None) -> Row:
+    """A parameter as reports have it."""
+    return {"symbol": symbol, "value": value, "unit": unit, "std": std}
+
+
+def probability(p_value: float | None) -> float | None:
+    """Probability that what was found is real, at even odds beforehand (Berger and Sellke, JASA 82 (1987) 112).
+
+    The evidence against chance is at most 1/(-e*p*ln p).
+    """
+    if p_value is None:
+        return None
+    if p_value >= np.exp(-1.0):
+        return 0.5
+    odds = -np.e * p_value * np.log(max(p_value, 1e-300))
+    return float(1.0 / (1.0 + odds))
+
+
+def strong(model: TransmissionModel, added: FloatArray) -> bool:
+    """Whether what a discovery adds is strong enough, where it acts, to be told."""
+    assert model.noise is not None
+    train = model.inside & (model.folds[model.rows.frame.recording] >= 0)
+    size = active_size(added[train], model.rows.number[train])
+    return bool(size >= criteria.LEAST_STRENGTH * np.sqrt(model.noise.variance))
+
+
+def of_orders(
+    model: TransmissionModel,
+    sight: Sight,
+    effect: str,
+    orders: Sequence[float],
+    gearbox: Gearbox,
+    p_value: float | None,
+    confidence: float | None,
+    extra: Mapping[str, Any],
+) -> Discovery | None:
+    """A discovery of plain orders, strongest first; ``extra``: what else the :class:`Discovery` says. None if it is
+    weak.
+    """
+    if not orders:
+        return None
+    told = sorted((_order(model, sight, f) for f in orders), key=lambda w: -w[1])
+    values = _evaluated(model, orders)
+    if not strong(model, values):
+        return None
+    rows: list[Row] = []
+    polynomial = [f for f in orders if model.periodic is not None and f in model.periodic.series.orders]
+    alone = [w for w, _ in told if w.order not in polynomial]
+    if alone:
+        told_waves = [wave.to_json() for w in alone for wave in w.waves()]
+        rows.append({"effect": effect, "channels": [TRANSMISSION_ERROR], "waves": told_waves})
+    if polynomial:
+        rows.append({"effect": effect, "orders": sorted(polynomial)})
+    table = tuple(_table_row(model, w, size, gearbox) for w, size in told)
+    term = LIBRARY[effect]
+    out = Discovery(
+        effect=effect,
+        status=NAMED,
+        confidence=confidence,
+        channel=TRANSMISSION_ERROR,
+        words=term.name,
+        equation=term.equation,
+        variables=("angle",),
+        parameters=tuple(_parameters(told[0][0], told[0][1])),
+        added=values,
+        gain=float(sum(w.gain for w, _ in told)),
+        p_value=p_value,
+        simulation_rows=tuple(rows),
+        orders=tuple(w.order for w, _ in told),
+        table=table,
+        numbers=sum(2 * len(w.model) for w, _ in told),
+    )
+    return replace(out, **extra)
+
+
+def _order(model: TransmissionModel, sight: Sight, order: float) -> tuple[WeakOrder, float]:
+    """An order as waves, and its root mean square amplitude over the training turns (rad)."""
+    assert model.periodic is not None
+    vectors = sight.at(model, order)
+    gain, which = sight.gains(vectors, order)
+    own = next((w for w in model.periodic.weak if w.order == order), None)
+    own = own or sight.estimated(vectors, order, which, gain)
+    own = replace(own, gain=gain)
+    shown = model.periodic.at_turns(model.own_turns, [order])[:, 0]
+    return own, float(np.sqrt(np.mean(np.abs(shown) ** 2)))
+
+
+def _evaluated(model: TransmissionModel, orders: Sequence[float]) -> FloatArray:
+    """Sum of some found orders at the model's rows (n,)."""
+    assert model.periodic is not None
+    periodic, frame = model.periodic, model.rows.frame
+    wanted = [wave for w in periodic.weak if w.order in orders for wave in w.waves()]
+    out = waves.evaluate(wanted, frame.theta, frame) if wanted else np.zeros(frame.size)
+    own = [f for f in periodic.series.orders if f in orders]
+    if own:
+        part = periodic.series.less([f for f in periodic.series.orders if f not in own])
+        out = out + Periodic(part, laws=periodic.laws).evaluate(frame)
+    return np.asarray(out)
+
+
+def _table_row(model: TransmissionModel, order: WeakOrder, size: float, gearbox: Gearbox) -> Row:
+    part = part_of(order.order, gearbox, [round(f) for f in model.given.notch])
+    names = {
+        name for times in order.model for factor in times.split("*") for key, name in _DEPENDS.items() if factor == key
+    }
+    depends = [name for name in _DEPENDS.values() if name in names]
+    return {
+        "order": order.order,
+        "amplitude": size,
+        "unit": "rad",
+        "std": float(np.sqrt(np.mean(order.variances))),
+        "part": part,
+        "depends_on": ", ".join(depends) or "nothing",
+    }
+
+
+def _parameters(order: WeakOrder, size: float) -> list[Row]:
+    """The strongest order's parameters."""
+    std = float(np.sqrt(np.mean(order.variances)))
+    out = [parameter("f", order.order, "1", None), parameter("a", size, "rad", std)]
+    if order.model == MODELS[0]:
+        vector = complex(order.vectors[0])
+        out += [parameter("c", vector.imag, "rad", std), parameter("s", vector.real, "rad", std)]
+    return out
+
+
+def of_pulses(model: TransmissionModel, defects: Sequence[Defect]) -> Discovery | None:
+    """Local defects as one discovery."""
+    pulses = tuple(p for d in defects for p in d.form)
+    if not pulses:
+        return None
+    values = _beyond_orders(model, pulses)
+    if not strong(model, values):
+        return None
+    term = LIBRARY["te.local_defect"]
+    parameters: list[Row] = []
+    for number, defect in enumerate(defects):
+        first, mark = defect.first, f"_{number + 1}" if len(defects) > 1 else ""
+        angle, width, height = first.std or (None, None, None)
+        parameters += [
+            parameter(f"p{mark}", first.height, "rad", height),
+            parameter(f"theta_p{mark}", first.angle, "rad", angle),
+            parameter(f"w_p{mark}", first.width, "rad", width),
+        ]
+    p_value = max(d.p_value for d in defects)
+    return Discovery(
+        effect="te.local_defect",
+        status=NAMED,
+        confidence=probability(p_value),
+        channel=TRANSMISSION_ERROR,
+        words=term.name,
+        equation=term.equation,
+        variables=("angle",),
+        parameters=tuple(parameters),
+        added=values,
+        gain=float(sum(d.gain for d in defects)),
+        p_value=p_value,
+        simulation_rows=tuple(_pulse_row(p) for p in pulses),
+        angle_windows=tuple(
+            (d.first.angle - ANGLE_REACH * d.first.width, d.first.angle + ANGLE_REACH * d.first.width) for d in defects
+        ),
+        numbers=3 * len(pulses),
+    )
+
+
+def _beyond_orders(model: TransmissionModel, pulses: Sequence[Pulse]) -> FloatArray:
+    """Pulses less what the model's orders would take of them if the pulses were not there (n,)."""
+    assert model.periodic is not None
+    theta = model.rows.frame.theta
+    orders = [*model.periodic.series.orders, *(w.order for w in model.periodic.weak)]
+    out = np.asarray(sum((p.evaluate(theta) for p in pulses), np.zeros(theta.size)))
+    drawn = sum((p.vectors(np.array(orders)) for p in pulses), np.zeros(len(orders), dtype=np.complex128))
+    taken = [
+        waves.Wave(f, "1", float(v.imag), float(v.real))
+        for f, v in zip(orders, np.asarray(drawn), strict=True)
+        if f == round(f)
+    ]
+    level = sum(p.height * p.width for p in pulses) / np.sqrt(2.0 * np.pi)
+    return np.asarray(out - waves.evaluate(taken, theta, model.rows.frame) - level)
+
+
+def _pulse_row(pulse: Pulse) -> Row:
+    angle, width, height = pulse.std or (None, None, None)
+    told = {
+        "p": {"value": pulse.height, "unit": "rad", "std": height},
+        "theta_p": {"value": pulse.angle, "unit": "rad", "std": angle},
+        "w_p": {"value": pulse.width, "unit": "rad", "std": width},
+    }
+    return {
+        "effect": "te.local_defect",
+        "form": "gaussian",
+        "channels": [TRANSMISSION_ERROR],
+        "parameters": told,
+    }
+
+
+def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Discovery | None:
+    """A law that the amplitudes follow; ``before``: what is periodic without it, calibrated."""
+    assert model.periodic is not None
+    frame, law = model.rows.frame, found.law
+    values = np.asarray(model.periodic.evaluate(frame) - before.evaluate(frame))
+    if not strong(model, values):
+        return None
+    term = LIBRARY.get(law.effect)
+    quantity = law.variables[0]
+    rivals = tuple(
+        Rival(other.effect, _law_words(other), loss, error, share, loss < error)
+        for other, loss, error, share in found.rivals
+    )
+    real = probability(found.p_value)
+    touched = law.orders if law.effect != RESONANCE else _moved(model, before, law.orders)
+    return Discovery(
+        effect=law.effect,
+        status=NAMED if term is not None else UNKNOWN,
+        confidence=None if real is None else real * found.share,
+        channel=TRANSMISSION_ERROR,
+        words=_law_words(law),
+        equation=RESONANT if law.effect == RESONANCE else f"A_f -> A_f*(1 + e_f*g({quantity}))",
+        variables=(quantity,),
+        parameters=tuple(_law_parameters(found)),
+        added=values,
+        gain=law.gain,
+        p_value=found.p_value,
+        simulation_rows=({"effect": law.effect, "channels": [TRANSMISSION_ERROR], "law": law.to_json()},),
+        rivals=rivals,
+        orders=touched,
+        numbers=len(law.point) + (0 if law.effect == RESONANCE else 2 * len(law.orders)),
+    )
+
+
+RESONANT = "A_f -> A_f*(1 + p*(H(f*abs(dtheta)) - 1)), H(w) = 1/(1 - (w/w_0)**2 + 2j*zeta*w/w_0)"
+
+
+def _law_words(law: Law) -> str:
+    if law.effect in LIBRARY:
+        return LIBRARY[law.effect].name
+    return f"{law.form}: orders {', '.join(f'{f:g}' for f in law.orders[:6])}"
+
+
+def _moved(model: TransmissionModel, before: Periodic, orders: Sequence[float]) -> tuple[float, ...]:
+    """Orders that a law changes most: those with nine tenths of the squares, the most first."""
+    assert model.periodic is not None
+    now = model.periodic.at_turns(model.own_turns, orders)
+    then = before.at_turns(model.own_turns, orders)
+    energy = np.sum(np.abs(now - then) ** 2, axis=0)
+    order = np.argsort(-energy)
+    enough = int(np.searchsorted(np.cumsum(energy[order]), 0.9 * energy.sum())) + 1
+    return tuple(float(orders[k]) for k in order[:enough])
+
+
+def _law_parameters(found: FoundLaw) -> list[Row]:
+    law = found.law
+    if law.effect == RESONANCE:
+        names = (("w_0", "rad/s"), ("zeta", "1"), ("p", "1"))
+        return [
+            parameter(symbol, value, unit, std)
+            for (symbol, unit), value, std in zip(names, law.point, found.std, strict=True)
+        ]
+    out = [parameter(f"g_{k + 1}", value, _UNITS.get(law.variables[0], "1"), None) for k, value in enumerate(law.point)]
+    place = int(np.argmax(np.abs(law.strength)))
+    std = float(found.strength_std[place])
+    out.append(parameter("f", law.series[place], "1", None))
+    return [*out, parameter("e_f", float(np.abs(law.strength[place])), "1", std)]
+
+
+_UNITS = {"speed": "rad/s", "temperature": "degC", "torque": "N*m"}
+
+
+def modulation_parameters(model: TransmissionModel, sight: Sight, found: Modulation) -> tuple[Row, ...]:
+    """Carrier, modulation, and the size of either side."""
+    pair = found.pairs[0]
+    out = [parameter("f", pair.carrier, "1", None), parameter("m", pair.modulation, "1", None)]
+    for name, f in zip(("lower", "upper"), pair.orders, strict=True):
+        own, size = _order(model, sight, f)
+        out.append(parameter(f"a_{name}", size, "rad", float(np.sqrt(np.mean(own.variances)))))
+    return tuple(out)
+
+
+def order_p_value(model: TransmissionModel, gain: float) -> float | None:
+    """Chance that the best of all orders gains as much in noise: a Gumbel law through surrogates of this folder."""
+    return None if model.nulls is None else tail_rate(model.nulls, gain)

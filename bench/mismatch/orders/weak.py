@@ -1,0 +1,249 @@
+"""Orders that stand in the revolutions and that the simulation's series has not: a gearbox is full of them.
+
+An order is a vector b + j*a that all revolutions share: the same in all, one in each direction, or moving in proportion
+to load, speed and temperature. Its gain of log-likelihood is that of a complex Gaussian whose variance is known from
+the neighbouring orders only so well. What the best of all orders gains in noise is measured on the revolutions
+themselves, with the phase of each drawn at random.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.mismatch import criteria
+from bench.mismatch.orders.turns import PARTS, Complex, Seen, Turn, directions, states
+from bench.simulation.frame import FloatArray
+from bench.simulation.quantities import FACTORS
+from bench.simulation.waves import Wave
+
+SURROGATES = 16
+NEIGHBOUR_REVOLUTIONS = 20.0
+"""revolutions' worth of evidence that the neighbouring orders give of an order's noise"""
+LEAK = 8.0
+"""orders within which what stands between the whole ones may be the leakage of something stronger"""
+WEAK = 1e-3
+"""prior of the vectors, in units of what all revolutions together say of one"""
+MODELS: tuple[tuple[str, ...], ...] = (
+    ("1",),
+    ("p", "n"),
+    ("p", "n", "p*tau", "n*tau"),
+    ("p", "n", "p*tau", "n*tau", "p*v", "n*v", "p*T", "n*T"),
+)
+"""factors of an order's waves, from the plainest on"""
+
+
+@dataclass(frozen=True, slots=True)
+class WeakOrder:
+    """An order that was found: the factors of its waves, their vectors b + j*a with covariances (k,), net gain."""
+
+    order: float
+    model: tuple[str, ...]
+    vectors: Complex
+    variances: FloatArray
+    gain: float
+
+    def waves(self) -> list[Wave]:
+        """The order as waves of a simulation file."""
+        return [
+            Wave(self.order, times, float(v.imag), float(v.real), float(np.sqrt(s)), float(np.sqrt(s)))
+            for times, v, s in zip(self.model, self.vectors, self.variances, strict=True)
+        ]
+
+    def at(self, design: FloatArray) -> Complex:
+        """Vectors at states of which ``design`` (turns, k) has the factors."""
+        return np.asarray(design @ self.vectors)
+
+    @property
+    def amplitude(self) -> float:
+        """Root mean square over the directions of the constant parts' size."""
+        constant = [abs(v) for v, times in zip(self.vectors, self.model, strict=True) if times in ("1", "p", "n")]
+        return float(np.sqrt(np.mean(np.square(constant))))
+
+
+def design(model: Sequence[str], turns: Sequence[Turn]) -> FloatArray:
+    """Factors of a model at the states of the turns (turns, k)."""
+    x, side = states(turns), directions(turns)
+    values = {
+        "1": np.ones(len(turns)),
+        "p": (side > 0).astype(np.float64),
+        "n": (side <= 0).astype(np.float64),
+        "tau": x[:, 0] / 1000.0,
+        "v": x[:, 1] / 0.1,
+        "T": (x[:, 2] - 35.0) / 15.0,
+    }
+    assert set(values) <= set(FACTORS)
+    columns = []
+    for times in model:
+        column = np.ones(len(turns))
+        for part in times.split("*"):
+            column = column * values[part]
+        columns.append(column)
+    return np.column_stack(columns)
+
+
+def search(
+    seen: Seen,
+    turns: Sequence[Turn],
+    train: NDArray[np.bool_],
+    fitted: Sequence[float],
+    floor: float,
+    price: float,
+) -> list[WeakOrder]:
+    """Orders that stand in the training revolutions beside those that are ``fitted`` already; strongest first.
+
+    ``floor``: noise of a sample, rad: what adds next to nothing to it is passed over. ``price``: what noise
+    gains (:meth:`Stage.maxima`).
+    """
+    stage = Stage.of(seen, turns, train)
+    if stage is None:
+        return []
+    usable = np.ones(stage.vectors.shape[1], dtype=bool)
+    usable[[0, *(round(f) for f in fitted if f < usable.size - 0.5)]] = False
+    gain, which = stage.gains(stage.vectors)
+    found = np.flatnonzero(usable & (gain > price))
+    # what is strong leaks into its neighbours until it has been fitted: only summits are taken in one round
+    out = []
+    for f in found:
+        if gain[f] < gain[max(f - 2, 0) : f + 3].max():
+            continue
+        order = stage.estimated(float(f), MODELS[which[f]], stage.vectors[:, f], float(stage.shape[f]), float(gain[f]))
+        if stage.power(order) > criteria.LEAST_POWER * floor**2:
+            out.append(order)
+    return sorted(out, key=lambda w: -w.gain)
+
+
+def search_between(
+    seen: Seen,
+    turns: Sequence[Turn],
+    train: NDArray[np.bool_],
+    fitted: Sequence[float],
+    floor: float,
+    price: float,
+) -> list[WeakOrder]:
+    """The same between the whole orders, at parts of an order; of those that leak into each other the strongest."""
+    whole = Stage.of(seen, turns, train)
+    if whole is None:
+        return []
+    orders = np.arange(seen.between.shape[1]) / PARTS
+    shape = whole.shape[np.round(orders).astype(np.int64)]
+    stage = replace(whole, vectors=seen.between[train] / whole.scale[:, None], shape=shape)
+    usable = np.round(orders) != orders
+    for f in fitted:
+        usable &= np.abs(orders - f) > 0.5 / PARTS
+    usable[: PARTS + 1] = False
+    gain, which = stage.gains(stage.vectors)
+    gain = np.where(usable, gain, -np.inf)
+    out: list[WeakOrder] = []
+    # as many times more are looked at than there are whole orders
+    while gain.max() > price + np.log(PARTS):
+        k = int(np.argmax(gain))
+        own = stage.estimated(float(orders[k]), MODELS[which[k]], stage.vectors[:, k], float(shape[k]), float(gain[k]))
+        gain[np.abs(orders - orders[k]) < LEAK] = -np.inf
+        if stage.power(own) > criteria.LEAST_POWER * floor**2:
+            out.append(own)
+    return out
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """The training revolutions, their residual vectors over their own level ``scale`` (turns,), and the ``shape`` of
+    the noise over the order (orders,).
+    """
+
+    turns: tuple[Turn, ...]
+    vectors: Complex
+    scale: FloatArray
+    shape: FloatArray
+
+    @classmethod
+    def of(cls, seen: Seen, turns: Sequence[Turn], train: NDArray[np.bool_]) -> Stage | None:
+        """The training revolutions; None where they are too few."""
+        own = tuple(t for t, chosen in zip(turns, train, strict=True) if chosen)
+        if len(own) < criteria.FEWEST_TURNS:
+            return None
+        sigma = seen.sigma[train]
+        shape = np.median(sigma, axis=0)
+        scale = np.median(sigma / shape, axis=1)
+        return cls(own, seen.left[train] / scale[:, None], scale, shape)
+
+    def gains(self, vectors: Complex) -> tuple[FloatArray, NDArray[np.int64]]:
+        """Gain of each order's best model on revolutions left out, and which it is (orders,)."""
+        energy = np.sum(np.abs(vectors) ** 2, axis=0)
+        best = np.full(vectors.shape[1], -np.inf)
+        which = np.zeros(vectors.shape[1], dtype=np.int64)
+        for number, model in enumerate(MODELS):
+            basis = _basis(design(model, self.turns) / self.scale[:, None])
+            if len(self.turns) < 2 * basis.shape[1] + 2:
+                continue
+            gain = _gain(energy, _left_out(basis, vectors), len(self.turns), self.shape)
+            better = gain > best + (0.0 if number == 0 else criteria.RICHER)
+            best, which = np.where(better, gain, best), np.where(better, number, which)
+        return best, which
+
+    def maxima(self, seed: int, shuffled: bool) -> FloatArray:
+        """Gain that the best of all orders reaches in surrogates of noise (SURROGATES,).
+
+        Noise is that of the revolutions themselves with the phase of each drawn (``shuffled``), right where nothing but
+        noise is left in them; else of their level.
+        """
+        rng = np.random.default_rng(seed)
+        best = []
+        for _ in range(SURROGATES):
+            if shuffled:
+                drawn = self.vectors * np.exp(2j * np.pi * rng.random((len(self.turns), 1)))
+            else:
+                drawn = self.shape * (rng.normal(size=self.vectors.shape) + 1j * rng.normal(size=self.vectors.shape))
+            best.append(float(self.gains(drawn)[0][1:].max()))
+        return np.asarray(best)
+
+    def estimated(
+        self, order: float, model: tuple[str, ...], vectors: Complex, sigma: float, gain: float = 0.0
+    ) -> WeakOrder:
+        """An order's waves from its ``vectors`` (turns,) over the turns' scale; a component's noise is ``sigma``."""
+        whole = design(model, self.turns)
+        alive = np.any(whole != 0.0, axis=0)
+        x = whole[:, alive] / self.scale[:, None]
+        unit = np.sqrt(np.sum(x**2, axis=0))
+        # what a design cannot tell apart is shared out: a weak prior, in units of what all revolutions say
+        inverse = np.linalg.inv((x / unit).T @ (x / unit) + WEAK * np.eye(unit.size)) / np.outer(unit, unit)
+        beta = inverse @ x.T @ vectors
+        left = float(np.sum(np.abs(vectors - x @ beta) ** 2))
+        freedom = max(len(self.turns) - x.shape[1], 1)
+        prior = NEIGHBOUR_REVOLUTIONS
+        variance = (left + 2.0 * prior * sigma**2) / (2.0 * (freedom + prior))
+        kept = tuple(times for times, here in zip(model, alive, strict=True) if here)
+        return WeakOrder(order, kept, beta, variance * np.diag(inverse), gain)
+
+    def power(self, order: WeakOrder) -> float:
+        """Mean square of an order's wave over the revolutions, rad²."""
+        return float(0.5 * np.mean(np.abs(order.at(design(order.model, self.turns))) ** 2))
+
+    def misfit(self, order: WeakOrder, vectors: Complex, sigma: float) -> float:
+        """Variance of what an order's model leaves of its vectors, over the noise's."""
+        left = vectors - order.at(design(order.model, self.turns)) / self.scale
+        freedom = max(len(self.turns) - len(order.model), 1)
+        return float(np.sum(np.abs(left) ** 2) / (2.0 * freedom * sigma**2))
+
+
+def _basis(x: FloatArray) -> FloatArray:
+    """Orthonormal basis (turns, k) of a design's columns; what a design cannot tell apart counts once."""
+    left, values, _ = np.linalg.svd(x / np.maximum(np.sqrt(np.sum(x**2, axis=0)), 1e-300), full_matrices=False)
+    return np.asarray(left[:, values > 1e-3 * values.max()])
+
+
+def _left_out(basis: FloatArray, vectors: Complex) -> FloatArray:
+    """Squares (orders,) of what each revolution differs from what all others say of it."""
+    left = vectors - basis @ (basis.T @ vectors)
+    # a revolution that alone determines a coefficient says nothing of another
+    leverage = np.minimum(np.sum(basis**2, axis=1), 0.99)
+    return np.asarray(np.sum(np.abs(left / (1.0 - leverage)[:, None]) ** 2, axis=0))
+
+
+def _gain(before: FloatArray, after: FloatArray, turns: int, sigma: FloatArray) -> FloatArray:
+    """Gain of log-likelihood of complex Gaussians whose variance the neighbouring orders tell as well."""
+    prior = 2.0 * NEIGHBOUR_REVOLUTIONS * sigma**2
+    return np.asarray((turns + NEIGHBOUR_REVOLUTIONS) * (np.log(before + prior) - np.log(after + prior)))

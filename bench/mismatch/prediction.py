@@ -1,0 +1,265 @@
+"""What a simulation file says of a recording's channels: the file and the recording's inputs, and nothing else.
+
+Inputs are the angle, the load torque, the temperature and, for the temperature itself, its first reading: the state
+from which it starts. Nothing of the predicted channel is fitted.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.foreign.opening import base_of
+from bench.mismatch.given import Given, Known
+from bench.mismatch.problem import CHANNELS, fixed_part, nominal_base
+from bench.mismatch.recordings.beginning import START_S, at_start, risen
+from bench.mismatch.recordings.dataset import Collected
+from bench.mismatch.recordings.motion import Manner
+from bench.mismatch.recordings.notch import ripple_orders
+from bench.mismatch.recordings.prepared import Folder, Prepared, prepare
+from bench.mismatch.recordings.rows import join
+from bench.mismatch.regression.regressors import Named
+from bench.recording import Recording
+from bench.simulation import waves
+from bench.simulation.frame import FloatArray, Frame, recording_starts
+from bench.simulation.laws import factor
+from bench.simulation.model import Simulation
+from bench.simulation.polynomial import basis
+from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
+
+SENSOR = "sensor.torque"
+"""begins the ids of errors of the torque sensor: what it reads beyond the torque is taken off before others use it"""
+SLIGHT = 1e-12
+"""largest column of a nominal term from which recordings depend on it"""
+
+
+@dataclass(frozen=True, slots=True)
+class Predictor:
+    """Evaluates a simulation on frames; ``missing`` are nominal terms in force of whose coefficients it says
+    nothing.
+    """
+
+    given: Given
+
+    @property
+    def remembers(self) -> bool:
+        """Whether some state goes on from one recording to the next."""
+        own = [k.regressor for known in self.given.known.values() for k in known]
+        return any(getattr(r, "form", None) is not None and r.form.remembers for r in own)  # type: ignore[attr-defined]
+
+    def missing(self, channel: str, frame: Frame) -> list[str]:
+        """Nominal terms in force that matter on a frame and have no coefficients in the file."""
+        given = self.given
+        out = []
+        for term in nominal_base(channel, given.switched_off):
+            named = term.regressor
+            assert isinstance(named, Named)
+            if named.effect == "te.offset":
+                if given.simulation.transmission_error() is None:
+                    out.append(named.effect)
+                continue
+            if given.nominal_coefficients(named) is None and np.abs(named.columns(frame)).max(initial=0.0) > SLIGHT:
+                out.append(named.effect)
+        if channel == TRANSMISSION_ERROR and given.orders and given.simulation.transmission_error() is None:
+            out.append("te.fourier")
+        return out
+
+    def channel(
+        self, channel: str, frame: Frame, start: FloatArray | None = None, campaign: Mapping[str, Frame] | None = None
+    ) -> FloatArray:
+        """A channel at the rows of a frame (n,).
+
+        ``start`` (recordings,): temperature at each recording's beginning, the mean of its first seconds.
+        ``campaign``: by channel, rows of all its recordings, through which states run that one recording hands on to
+        the next; without it each begins afresh.
+        """
+        given = self.given
+        rows = dict(campaign or {})
+        sensor = given.known.get(LOAD_TORQUE, ())
+        if channel != LOAD_TORQUE:
+            frame = corrected(frame, sensor, rows.get(LOAD_TORQUE))
+            if channel in rows:
+                rows[channel] = corrected(rows[channel], sensor, rows.get(LOAD_TORQUE))
+        out = fixed_part(channel, frame, given.switched_off)
+        for term in nominal_base(channel, given.switched_off):
+            named = term.regressor
+            assert isinstance(named, Named)
+            told = None if named.effect == "te.offset" else given.nominal_coefficients(named)
+            if told is not None:
+                out = out + named.columns(frame) @ told
+        for known in given.known.get(channel, ()):
+            if known.coefficients is not None:
+                out = out + evaluated(known, frame, rows.get(channel))
+        own = given.waves.get(channel, ())
+        if own:
+            angle = frame.theta if channel == TRANSMISSION_ERROR else frame.q
+            out = out + waves.evaluate(own, angle, frame)
+        if given.ripples and channel == MOTOR_TORQUE:
+            out = out + waves.evaluate(given.ripples, frame.theta, frame)
+        if channel == TRANSMISSION_ERROR:
+            out = out + self._series(frame)
+        if channel == TEMPERATURE:
+            level = np.zeros(recording_starts(frame).size - 1) if start is None else start
+            out = out + risen(frame, level - at_start(frame, out))
+        return out
+
+    def _series(self, frame: Frame) -> FloatArray:
+        """Series with its laws, offset, and pulses."""
+        out = np.zeros(frame.size)
+        model = self.given.simulation.transmission_error()
+        x = np.column_stack([frame.torque, frame.velocity, frame.temperature])
+        for sign in (1.0, -1.0):
+            own = None if model is None else model.direction(sign)
+            rows = np.flatnonzero(frame.last_direction > 0 if sign > 0 else frame.last_direction <= 0)
+            if own is None or rows.size == 0:
+                continue
+            monomials = basis(*x[rows].T)
+            amplitude, phase = monomials @ own.amplitude.T, monomials @ own.phase.T
+            vectors = amplitude * np.exp(1j * phase)
+            for law in self.given.laws:
+                vectors = vectors * factor(law, x[rows], frame.time[rows], [float(f) for f in own.orders])
+            total = monomials @ own.offset
+            for k, order in enumerate(own.orders):
+                angle = order * frame.theta[rows]
+                total = total + vectors[:, k].real * np.sin(angle) + vectors[:, k].imag * np.cos(angle)
+            out[rows] = total
+        for pulse in self.given.pulses:
+            out = out + pulse.evaluate(frame.theta)
+        return out
+
+
+def evaluated(known: Known, frame: Frame, campaign: Frame | None) -> FloatArray:
+    """What a regressor adds at the rows of a frame (n,); one that remembers runs through the ``campaign``."""
+    assert known.coefficients is not None
+    form = getattr(known.regressor, "form", None)
+    if campaign is None or form is None or not form.remembers:
+        return np.asarray(known.regressor.columns(frame) @ known.coefficients)
+    values = known.regressor.columns(campaign) @ known.coefficients
+    starts = recording_starts(frame)
+    out = np.zeros(frame.size)
+    for a, b in itertools.pairwise(starts):
+        own = np.flatnonzero(campaign.recording == frame.recording[a])
+        if own.size:
+            out[a:b] = np.interp(frame.time[a:b], campaign.time[own], values[own])
+    return out
+
+
+def corrected(frame: Frame, sensor: Sequence[Known], campaign: Frame | None = None) -> Frame:
+    """The frame with the load torque less the errors of its sensor; ``campaign``: see :meth:`Predictor.channel`."""
+    off = np.zeros(frame.size)
+    for known in sensor:
+        if known.regressor.effect.startswith(SENSOR) and known.coefficients is not None:
+            off += evaluated(known, frame, campaign)
+    if not off.any():
+        return frame
+    # the loss follows the torque: its sign before it was taken is that of the power the motor puts in beyond the load's
+    sign = np.sign(frame.motor_torque * frame.omega - frame.torque * frame.velocity)
+    power = np.abs(sign * frame.power + off * frame.velocity)
+    return replace(frame, torque=frame.torque - off, torque_level=frame.torque_level - off, power=power)
+
+
+@dataclass(frozen=True, slots=True)
+class Compared:
+    """A channel of one recording, sample by sample: what was ``measured``, which samples count, the frame."""
+
+    measured: FloatArray
+    counts: NDArray[np.bool_]
+    frame: Frame
+    start: FloatArray | None
+
+
+def compared(prepared: Prepared, channel: str) -> Compared:
+    """A channel of a recording that was prepared at its own rate."""
+    own, frame = prepared.measured[channel], prepared.frame
+    counts = own.valid & (own.number > 0)
+    if channel != TEMPERATURE:
+        counts &= frame.direction != 0
+    start = None
+    if channel == TEMPERATURE:
+        first = own.samples[: max(1, round(START_S * prepared.sample_rate))]
+        valid = own.valid[: first.size]
+        start = np.array([float(first[valid].mean()) if valid.any() else np.nan])
+    return Compared(own.samples, counts, frame, start)
+
+
+def predict(
+    model: Simulation | Mapping[str, Any] | str | Path, recording: Recording, before: Sequence[Recording] = ()
+) -> dict[str, FloatArray]:
+    """Predict the compared channels of a recording that it has the inputs for, on its own samples.
+
+    ``before``: recordings of the same campaign before it, in order; states that one hands on to the next (a
+    hysteresis, a housing's temperature), the campaign's time and the distance run go through them. Raises
+    RecordingError where a recording cannot be read, ConfigurationError for a wrong model.
+    """
+    *_, last = predict_all(model, [*before, recording], only=len(before))
+    return last[1]
+
+
+def predict_all(
+    model: Simulation | Mapping[str, Any] | str | Path, recordings: Sequence[Recording], only: int | None = None
+) -> Iterator[tuple[Recording, dict[str, FloatArray]]]:
+    """Predict the recordings of a campaign, in the order in which they began; or the one of number ``only``.
+
+    At the orders of the load motor's ripple the simulation is silent (bench-physics, "Nominal simulation" 1): what the
+    recording has there stands in the prediction, so that it may be compared with the channel as it was measured.
+    """
+    for part, told in told_of(model, recordings, only):
+        yield part, {channel: own.values for channel, own in told.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class Told:
+    """What a simulation says of a channel of one recording, sample by sample: ``values`` (n,), which samples are
+    compared; ``missing`` terms in force without numbers, for want of which it says too little.
+    """
+
+    values: FloatArray
+    counts: NDArray[np.bool_]
+    missing: tuple[str, ...] = ()
+
+
+def told_of(
+    model: Simulation | Mapping[str, Any] | str | Path, recordings: Sequence[Recording], only: int | None = None
+) -> Iterator[tuple[Recording, dict[str, Told]]]:
+    """As :func:`predict_all`, with what a prediction lacks."""
+    if isinstance(model, Mapping):
+        simulation = Simulation.from_json(model)
+    else:
+        simulation = model if isinstance(model, Simulation) else Simulation.load(model)
+    whole = sorted(recordings, key=lambda r: r.started_at) if only is None else list(recordings)
+    beside = Path(model).resolve().parent if isinstance(model, str | Path) else Path.cwd()
+    base = base_of(simulation.extra, beside)
+    own = Folder(whole[0].started_at.timestamp(), Manner.of(whole), ripple_orders(whole), base)
+    predictor = Predictor(Given.of(simulation))
+    speeds = [abs(r.setpoint.velocity) for r in whole if np.isfinite(r.setpoint.velocity)]
+    largest = max(own.manner.torque, 1.0), max(speeds, default=0.0) or 1.0
+    travelled = [0.0]
+    rows = Collected()
+    if predictor.remembers or only:
+        for number, part in enumerate(whole):
+            ready = prepare(part, number, own, travelled[-1])
+            travelled.append(float(ready.frame.travel[-1]))
+            rows.add(ready, frozenset(CHANNELS), *largest)
+    campaign = {channel: join(parts).frame for channel, parts in rows.rows.items()}
+    for number, part in enumerate(whole):
+        if only is not None and number != only:
+            continue
+        ready = prepare(part, number, own, travelled[number], group=1)
+        if number + 1 >= len(travelled):
+            travelled.append(float(ready.frame.travel[-1]))
+        out = {}
+        for channel, spec in CHANNELS.items():
+            if channel in ready.measured and all(name in part.specs for name in spec.made_of):
+                side = compared(ready, channel)
+                values = predictor.channel(channel, ready.frame, side.start, campaign)
+                if channel in ready.ripple:  # the simulation is silent at these orders, as a notch is
+                    values = values + ready.ripple[channel]
+                values = values + ready.simulated.get(channel, 0.0)
+                out[channel] = Told(values, side.counts, tuple(predictor.missing(channel, ready.frame)))
+        yield part, out

@@ -1,0 +1,164 @@
+"""What there is to explain: one channel's rows, what the simulation says of them, who may be fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.mismatch.recordings.comparable import INPUTS
+from bench.mismatch.recordings.rows import Rows
+from bench.mismatch.regression.noise import Mixture
+from bench.mismatch.regression.regressors import Named, Regressor
+from bench.simulation.frame import FloatArray, Frame, IntArray, recording_starts
+from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
+from bench.simulation.terms.memory import integral
+
+TORQUE_ZERO = 0.01
+"""N·m at the motor: how far the zero of a torque may wander from recording to recording, by data sheets"""
+CAPACITY = 2.0e4
+"""J/K, only to turn that into a rate of the temperature"""
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelSpec:
+    """A compared channel: channels it is made of, those its simulation needs where the campaign has them, what is taken
+    off it before anything is fitted (an id), whether its regressors are integrals over each recording.
+    """
+
+    name: str
+    made_of: tuple[str, ...]
+    inputs: tuple[str, ...]
+    fixed: str = ""
+    integral: bool = False
+
+
+CHANNELS: dict[str, ChannelSpec] = {
+    LOAD_TORQUE: ChannelSpec(LOAD_TORQUE, *INPUTS[LOAD_TORQUE], "load.reaction"),
+    MOTOR_TORQUE: ChannelSpec(MOTOR_TORQUE, *INPUTS[MOTOR_TORQUE], "motor.load_reaction"),
+    TEMPERATURE: ChannelSpec(TEMPERATURE, *INPUTS[TEMPERATURE], integral=True),
+    TRANSMISSION_ERROR: ChannelSpec(TRANSMISSION_ERROR, *INPUTS[TRANSMISSION_ERROR]),
+}
+"""in the order in which they are analysed: what is found of the torque sensor changes what the others are compared
+with
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class BaseTerm:
+    """A part of the simulation that is calibrated: regressors with the prior precision (k,) of their coefficients."""
+
+    regressor: Regressor
+    precision: tuple[float, ...] = ()
+
+    def precisions(self, size: int) -> FloatArray:
+        """Prior precision of each of ``size`` coefficients."""
+        return np.asarray(self.precision) if self.precision else np.zeros(size)
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelProblem:
+    """One channel to explain.
+
+    ``rows``: all rows of all recordings (memories run through every one of them), ``y`` less what is fixed; ``usable``
+    rows that may be compared; ``folds`` fold of each recording by its index, -1 where it is held out; ``base`` what the
+    simulation has; ``noise`` of its samples, where spectra tell it; ``doubt``
+    variance of each row by what was taken off it; ``switched_off`` nominal terms it lacks; ``banned`` effects that
+    are not looked for; ``unsettled`` effects in force whose form and numbers are the recordings' to say.
+    """
+
+    channel: str
+    rows: Rows
+    usable: NDArray[np.bool_]
+    folds: IntArray
+    base: tuple[BaseTerm, ...]
+    noise: Mixture | None = None
+    doubt: FloatArray | None = None
+    switched_off: tuple[str, ...] = ()
+    banned: tuple[str, ...] = ()
+    unsettled: tuple[str, ...] = ()
+
+    @property
+    def spec(self) -> ChannelSpec:
+        """The channel's row of the table."""
+        return CHANNELS[self.channel]
+
+    @property
+    def train(self) -> NDArray[np.bool_]:
+        """Rows that may be fitted."""
+        return np.asarray(self.usable & (self.folds[self.rows.frame.recording] >= 0) & (self.rows.number > 0))
+
+    @property
+    def held_out(self) -> NDArray[np.bool_]:
+        """Rows that are scored and never fitted."""
+        return np.asarray(self.usable & (self.folds[self.rows.frame.recording] < 0) & (self.rows.number > 0))
+
+
+def starts_and_folds(frame: Frame, folds: IntArray) -> tuple[IntArray, IntArray]:
+    """First rows of the recordings in a frame (recordings + 1,), and the fold of each, numbered from 0 without gaps."""
+    starts = recording_starts(frame)
+    own = folds[frame.recording[starts[:-1]]]
+    return starts, np.unique(own, return_inverse=True)[1].astype(np.int64)
+
+
+def nominal_base(channel: str, switched_off: Sequence[str]) -> list[BaseTerm]:
+    """Nominal terms with free parameters that the simulation has in a channel."""
+    out = []
+    for term in LIBRARY.values():
+        if not term.nominal or channel not in term.forms or term.effect in switched_off or term.effect == "te.fourier":
+            continue
+        if term.effect == CHANNELS[channel].fixed:
+            continue
+        out.append(BaseTerm(Named(term, channel, term.forms[channel][0])))
+    return out
+
+
+def fixed_part(channel: str, frame: Frame, switched_off: Sequence[str]) -> FloatArray:
+    """What geometry says of a channel (n,): taken off before anything is fitted."""
+    effect = CHANNELS[channel].fixed
+    if not effect or effect in switched_off:
+        return np.zeros(frame.size)
+    return np.asarray(LIBRARY[effect].forms[channel][0].columns(frame, ())[:, 0])
+
+
+@dataclass(frozen=True, slots=True)
+class WanderingZero:
+    """Heat that never was: the zero of the motor's torque, integrated over the speed, is a recording's own.
+
+    One regressor for all recordings together, and one for each in which it is large enough to matter. Not a finding,
+    and not part of any simulation file: zeros of another day are others.
+    """
+
+    effect: str = "nuisance"
+    words: str = "zero of the motor torque in the heat balance"
+    equation: str = "dT/dt += z_r*w_m/C"
+    variables: tuple[str, ...] = ()
+    numbers: int = 0
+
+    def columns(self, frame: Frame) -> FloatArray:
+        """Integral of the motor's speed: for all recordings, then for each alone (zero elsewhere)."""
+        turned = integral(frame.omega, frame)
+        starts = recording_starts(frame)
+        out = np.zeros((frame.size, starts.size))
+        out[:, 0] = turned
+        for r in range(starts.size - 1):
+            out[starts[r] : starts[r + 1], r + 1] = turned[starts[r] : starts[r + 1]]
+        return out
+
+    def parameters(self, coefficients: FloatArray, std: FloatArray) -> list[dict[str, object]]:
+        """None: it is told to nobody."""
+        del coefficients, std
+        return []
+
+    def row(self, coefficients: FloatArray, std: FloatArray) -> dict[str, object]:
+        """Empty: it stands in no file."""
+        del coefficients, std
+        return {}
+
+
+def zero_precisions(recordings: int) -> tuple[float, ...]:
+    """Prior precisions of the wandering zero's coefficients: one shared by all recordings, one for each."""
+    own = (CAPACITY / TORQUE_ZERO) ** 2
+    return (own / 100.0, *([own] * recordings))

@@ -1,0 +1,103 @@
+"""How the bench moves: directions, distance since a reversal, corners of the speed profile, and when it stands."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.mismatch import criteria
+from bench.mismatch.recordings.smoothing import local_quadratic, repaired, span_for, window
+from bench.recording import Recording
+from bench.simulation.frame import FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Manner:
+    """How a folder's motion is read.
+
+    ``standstill``: motor speed below which the bench stands, rad/s (a linear axis: m/s); ``smoothing``: window of the
+    rates in s; ``torque``: largest load torque of the folder, N·m, to which "hardly moves" is referred.
+    """
+
+    standstill: float
+    smoothing: float
+    torque: float
+
+    @classmethod
+    def of(cls, recordings: Sequence[Recording]) -> Manner:
+        """Read it from a folder's recordings.
+
+        The bench stands below the speed of a geared motor's crawl, unless nothing in the folder ever moves ten times
+        as fast: then below a fiftieth of the fastest speed.
+        """
+        standstill = standstill_speed(recordings)
+        smoothing = 0.06
+        for recording in recordings:
+            if "motor_angle" in recording.specs:
+                smoothing = span_for(_angle(recording), float(recording.sample_rate), standstill)
+                break
+        loads = [abs(r.setpoint.load_torque) for r in recordings if np.isfinite(r.setpoint.load_torque)]
+        return cls(standstill, smoothing, max(loads, default=0.0))
+
+
+def _angle(recording: Recording) -> FloatArray:
+    angle = recording.si("motor_angle")
+    return repaired(angle, ~np.isfinite(angle))
+
+
+def standstill_speed(recordings: Sequence[Recording]) -> float:
+    """Motor speed in rad/s (a linear axis: m/s) below which the bench counts as standing."""
+    fastest = 0.0
+    for recording in recordings:
+        velocity, ratio = recording.setpoint.velocity, float(recording.gearbox.ratio or 1.0)
+        if np.isfinite(velocity) and velocity != 0.0:
+            fastest = max(fastest, abs(velocity) * ratio)
+        elif "motor_angle" in recording.specs and recording.size > 1:
+            _, speed, _ = local_quadratic(_angle(recording), float(recording.sample_rate), 0.06)
+            fastest = max(fastest, float(np.percentile(np.abs(speed), 99.0)))
+        elif "motor_velocity" in recording.specs and recording.size > 1:
+            fastest = max(fastest, float(np.nanpercentile(np.abs(recording.si("motor_velocity")), 99.0)))
+        if fastest > 10.0 * criteria.STANDSTILL_RAD_S:
+            return criteria.STANDSTILL_RAD_S
+    return max(0.02 * fastest, 1e-9) if fastest > 0.0 else criteria.STANDSTILL_RAD_S
+
+
+def corners(acceleration: FloatArray, rate: float, span: float) -> NDArray[np.bool_]:
+    """Mark the surroundings of jumps of the acceleration: rates smoothed over a corner say nothing of the moment."""
+    half = max(1, window(rate, span) // 2 + 1)
+    # a recording that begins or ends while the speed changes has a corner there: what was before is not known
+    padded = np.pad(acceleration, half)
+    jump = np.abs(padded[2 * half :] - padded[: -2 * half])
+    noise = 1.4826 * float(np.median(jump))
+    largest = float(np.percentile(np.abs(acceleration), 99.5))
+    marked = jump > max(6.0 * noise, 0.1 * largest, 0.5)
+    if marked.mean() > 0.3:  # no trapezoids here: a speed that never rests has no corners
+        return np.zeros(acceleration.size, dtype=bool)
+    spread = np.convolve(marked.astype(np.float64), np.ones(2 * (half // 2) + 1), mode="same")
+    return np.asarray(spread > 0.5)
+
+
+def directions(omega: FloatArray, standstill: float) -> tuple[FloatArray, FloatArray]:
+    """Sign of the motion, 0 at standstill; and of the last motion, which at standstill is the one before."""
+    direction = np.where(np.abs(omega) > standstill, np.sign(omega), 0.0)
+    moving = np.flatnonzero(direction)
+    if moving.size == 0:
+        return direction, direction
+    before = np.maximum.accumulate(np.where(direction != 0, np.arange(direction.size), -1))
+    return direction, direction[np.where(before >= 0, before, moving[0])]
+
+
+def since_change(
+    theta: FloatArray, time: FloatArray, direction: FloatArray, last: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Travel and time since the motion last began, and 1 where it went the other way before (else 0)."""
+    moving = direction != 0
+    begins = moving & ~np.concatenate(([False], moving[:-1] & (direction[:-1] == direction[1:])))
+    start = np.maximum.accumulate(np.where(begins, np.arange(theta.size), 0))
+    run = np.cumsum(np.abs(np.diff(theta, prepend=theta[0])))
+    # a start without a change of direction (after a stop) is no reversal
+    reversed_at = np.cumsum(np.concatenate(([False], last[1:] != last[:-1])))
+    return run - run[start], time - time[start], (reversed_at > 0).astype(np.float64)

@@ -1,0 +1,150 @@
+"""The load motor's torque ripple: its orders read from the recordings, and taken off the channels that see them.
+
+A permanent-magnet motor ripples at six and twelve times its pole pairs. The simulation knows that and leaves it out,
+as a notch (bench-physics, "Nominal simulation" 1); how many pole pairs there are, the recordings say.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import finufft
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.mismatch import criteria
+from bench.recording import Recording
+from bench.simulation.frame import FloatArray
+
+Complex = NDArray[np.complex128]
+
+MOST_POLE_PAIRS = 120
+_LOOKED_AT = 12
+"""recordings whose spectra are averaged"""
+_ENOUGH = 20_000
+"""samples that the ripple is fitted to"""
+_NEIGHBOURS = 15
+"""orders on either side whose median tells the noise at an order"""
+
+
+def spectrum(theta: FloatArray, values: FloatArray, highest: int) -> Complex:
+    """Sum of values·exp(j·f·theta) for the orders f = 0 … highest (non-uniform FFT, relative accuracy 1e-9)."""
+    full = finufft.nufft1d1(
+        np.ascontiguousarray(np.mod(theta, 2.0 * np.pi)),
+        np.ascontiguousarray(values.astype(np.complex128)),
+        2 * highest + 1,
+        eps=1e-9,
+        isign=1,
+        nthreads=1,
+    )
+    return np.asarray(full[highest:])
+
+
+def ripple_orders(recordings: Sequence[Recording]) -> tuple[float, ...]:
+    """Orders per output revolution of the load motor's ripple; none where nothing of the kind stands out.
+
+    Looked for in what the torque sensor reads beyond the load motor's torque, with one phase in all recordings.
+    """
+    seen: list[Complex] = []
+    highest = 12 * MOST_POLE_PAIRS + 2 * _NEIGHBOURS
+    steady = [r for r in recordings if {"load_torque", "load_angle"} <= set(r.specs) and r.steady()]
+    for recording in steady[:: max(1, len(steady) // _LOOKED_AT)]:
+        part = max(recording.steady(), key=lambda s: s.stop - s.start)
+        values = recording.read_si(("load_angle", "load_torque"), part.start, part.stop)
+        angle, torque = values["load_angle"], values["load_torque"]
+        if angle.size < 200 or not np.isfinite(angle).all() or not np.isfinite(torque).all():
+            continue
+        if np.ptp(angle) < 2.0 * np.pi / 6.0:
+            continue
+        torque = torque - np.median(torque)
+        limit = 6.0 * float(np.median(np.abs(torque))) or 1.0
+        own = np.clip(torque, -limit, limit) * np.hanning(angle.size)
+        line = 2.0 * spectrum(angle, own, highest) / max(float(np.hanning(angle.size).sum()), 1.0)
+        seen.append(line / max(float(np.median(np.abs(line))), 1e-300))
+    if len(seen) < criteria.FEWEST_RECORDINGS:
+        return ()
+    mean = np.mean(seen, axis=0)
+    power = np.abs(mean) ** 2
+    pairs = np.arange(1, MOST_POLE_PAIRS + 1)
+    standing = np.array([[_stands(power, 6 * k * int(p)) for k in (1, 2)] for p in pairs])
+    best = int(np.argmax(standing.max(axis=1)))
+    if standing[best].max() < criteria.LINE_POWER:
+        return ()
+    p = int(pairs[best])
+    if standing[best, 0] < criteria.LINE_POWER and p % 2 == 0 and standing[best, 1] == standing.max():
+        p = 2 * p  # only twelve times p stands out: it is six times twice as many
+    return (6.0 * p, 12.0 * p)
+
+
+def _stands(power: FloatArray, order: int) -> float:
+    """Power at an order over the mean noise about it (the median of an exponential variable is ln 2 of its mean)."""
+    near = np.concatenate([power[order - _NEIGHBOURS : order - 1], power[order + 2 : order + _NEIGHBOURS + 1]])
+    if order - _NEIGHBOURS < 1:
+        near = power[order + 2 : order + 2 * _NEIGHBOURS]
+    return float(power[order] / max(float(np.median(near)) / np.log(2.0), 1e-300))
+
+
+def notched(
+    angle: FloatArray,
+    torque: FloatArray,
+    direction: FloatArray,
+    bad: NDArray[np.bool_],
+    orders: Sequence[float],
+) -> FloatArray:
+    """The ripple in a recording's torque at ``orders`` over the output angle; 0 where it stands or hardly turns.
+
+    All arrays (n,). The slow part stands beside the waves: a constant, the direction, a line over time.
+    """
+    out = np.zeros(angle.size)
+    moving = (direction != 0) & ~bad
+    if not orders or moving.sum() < 200 or float(np.ptp(angle[moving])) * min(orders) < 6.0 * np.pi:
+        return out
+    off = np.abs(torque[moving] - np.median(torque[moving]))
+    chosen: NDArray[np.bool_] = moving.copy()
+    chosen[moving] = off <= np.percentile(off[:: max(1, off.size // _ENOUGH)], 99)
+    if chosen.sum() > _ENOUGH:  # a wave of a million samples is as well known from some ten thousand
+        chosen[np.flatnonzero(chosen)[np.arange(int(chosen.sum())) % (chosen.sum() // _ENOUGH) != 0]] = False
+    frequencies = np.asarray(orders, dtype=np.float64)
+    line: FloatArray = np.linspace(-1.0, 1.0, angle.size)
+    normal, right = _products(angle, torque, direction, line, chosen, frequencies)
+    normal[np.diag_indices_from(normal)] *= 1.0 + 1e-9
+    beta: FloatArray = np.asarray(np.linalg.lstsq(normal, right, rcond=1e-12)[0], dtype=np.float64)
+    return np.where(moving, _waves(angle, beta, frequencies), 0.0)
+
+
+@numba.njit(cache=True)
+def _products(
+    angle: FloatArray,
+    torque: FloatArray,
+    direction: FloatArray,
+    line: FloatArray,
+    chosen: NDArray[np.bool_],
+    orders: FloatArray,
+) -> tuple[FloatArray, FloatArray]:
+    size = 2 * orders.size + 3
+    normal, right = np.zeros((size, size)), np.zeros(size)
+    row = np.empty(size)
+    for i in range(angle.size):
+        if not chosen[i]:
+            continue
+        for k in range(orders.size):
+            row[2 * k], row[2 * k + 1] = np.cos(orders[k] * angle[i]), np.sin(orders[k] * angle[i])
+        row[size - 3], row[size - 2], row[size - 1] = 1.0, direction[i], line[i]
+        for a in range(size):
+            right[a] += row[a] * torque[i]
+            for b in range(a, size):
+                normal[a, b] += row[a] * row[b]
+    for a in range(size):
+        for b in range(a):
+            normal[a, b] = normal[b, a]
+    return normal, right
+
+
+@numba.njit(cache=True)
+def _waves(angle: FloatArray, beta: FloatArray, orders: FloatArray) -> FloatArray:
+    out = np.zeros(angle.size)
+    for i in range(angle.size):
+        for k in range(orders.size):
+            out[i] += beta[2 * k] * np.cos(orders[k] * angle[i]) + beta[2 * k + 1] * np.sin(orders[k] * angle[i])
+    return out

@@ -1,0 +1,112 @@
+"""Orders per output revolution in the torques of steady revolutions.
+
+Rows of a torque average over a second; what turns with the output is looked at here instead: in the samples of each
+steady revolution, less what the torque must be by geometry (tau/u in the motor's, the load motor's torque in the
+sensor's).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.mismatch.recordings.prepared import Prepared
+from bench.simulation.frame import FloatArray
+
+Complex = NDArray[np.complex128]
+
+HIGHEST_OUTPUT_ORDER = 60
+_BINS = 720
+"""a revolution: twelve a period of the highest order"""
+_LEAST_TURN = 0.97 * 2.0 * np.pi
+"""rad: a segment that falls short of a revolution by a smoothing window still counts"""
+_SMOOTHED = 40
+"""orders from which on a revolution shows little but noise"""
+
+
+@dataclass(frozen=True, slots=True)
+class OutputSpectrum:
+    """Amplitudes a + j·b of a·cos(f·q) + b·sin(f·q) in one steady segment's torque, f = 0 … HIGHEST_OUTPUT_ORDER.
+
+    ``sigma``: standard deviation of each part by the segment's noise at high orders; ``spread``: noise of a sample;
+    ``torque`` at the output N·m, ``velocity`` rad/s, ``temperature`` °C, ``time`` s of the campaign, means of the
+    segment; ``direction`` of motion; ``revolutions`` it has.
+    """
+
+    recording: int
+    amplitude: Complex
+    sigma: float
+    spread: float
+    torque: float
+    velocity: float
+    temperature: float
+    time: float
+    direction: float
+    revolutions: float
+
+
+def output_spectra(prepared: Prepared, channel: str) -> list[OutputSpectrum]:
+    """Spectra over the output angle of a torque's steady segments of a revolution or more."""
+    frame, own = prepared.frame, prepared.measured[channel]
+    if channel == "motor_torque":
+        load = prepared.measured.get("load_torque")
+        values = own.mean - (frame.torque if load is None else load.mean) / frame.ratio
+    else:
+        values = own.mean - frame.load_motor_torque
+    steady = (frame.steady > 0.5) & (frame.direction != 0)
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], steady.astype(np.int8), [0])))).reshape(-1, 2)
+    out = []
+    for a, b in edges.tolist():
+        good = own.number[a:b] > 0
+        angle = frame.q[a:b][good]
+        if angle.size < 2 * HIGHEST_OUTPUT_ORDER or abs(float(angle[-1] - angle[0])) < _LEAST_TURN:
+            continue
+        amplitude, sigma, spread = _fitted(angle, values[a:b][good])
+        rows = slice(a, b)
+        turned = abs(float(angle[-1] - angle[0])) / (2.0 * np.pi)
+        out.append(
+            OutputSpectrum(
+                int(frame.recording[a]),
+                amplitude,
+                sigma,
+                spread * float(np.sqrt(prepared.thinning.group)),
+                float(np.mean(frame.torque[rows])),
+                float(np.mean(frame.velocity[rows])),
+                float(np.mean(frame.temperature[rows])),
+                float(np.mean(frame.time[rows])),
+                float(np.sign(np.mean(frame.velocity[rows]))),
+                turned,
+            )
+        )
+    return out
+
+
+def _fitted(angle: FloatArray, values: FloatArray) -> tuple[Complex, float, float]:
+    """Orders beside a constant and a line, by least squares on means over small angles; their noise, a sample's
+    noise.
+    """
+    place = np.floor((angle - angle.min()) / (2.0 * np.pi) * _BINS).astype(np.int64)
+    number = np.bincount(place)
+    filled = number > 0
+    count = number[filled].astype(np.float64)
+    mean = np.bincount(place, values)[filled] / count
+    centre = np.bincount(place, angle)[filled] / count
+    orders = np.arange(1, HIGHEST_OUTPUT_ORDER + 1)
+    line = (centre - centre.mean()) / max(float(np.ptp(centre)), 1e-12)
+    waves = orders[None, :] * centre[:, None]
+    x = np.column_stack([np.ones(centre.size), line, np.cos(waves), np.sin(waves)])
+    root = np.sqrt(count)
+    beta = np.linalg.lstsq(x * root[:, None], mean * root, rcond=1e-9)[0]
+    amplitude = np.zeros(HIGHEST_OUTPUT_ORDER + 1, dtype=np.complex128)
+    amplitude[1:] = beta[2 : 2 + orders.size] + 1j * beta[2 + orders.size :]
+    high = np.abs(amplitude[_SMOOTHED:]) ** 2
+    sigma = float(np.sqrt(np.median(high) / np.log(2.0) / 2.0))
+    left = values - np.interp(angle, *_rising(centre, x @ beta))
+    return amplitude, sigma, float(1.4826 * np.median(np.abs(left - np.median(left))))
+
+
+def _rising(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    order = np.argsort(x)
+    return x[order], y[order]

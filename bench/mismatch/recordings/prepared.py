@@ -1,0 +1,287 @@
+"""From a recording to the quantities that physics terms ask for: smoothed rates, direction, travel, levels.
+
+Rates come from a local quadratic over some tens of milliseconds: one count of a 13-bit encoder at 2 kHz is 1.5 rad/s,
+so differences of single samples say nothing. Wild samples are found against a running median and left out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.errors import ConfigurationError, RecordingError
+from bench.foreign.base import BY, Base
+from bench.foreign.inputs import inputs_of
+from bench.mismatch import criteria
+from bench.mismatch.recordings.motion import Manner, corners, directions, since_change
+from bench.mismatch.recordings.notch import notched
+from bench.mismatch.recordings.smoothing import local_quadratic, repaired, spikes
+from bench.mismatch.recordings.thinning import Measured, Thinning, group_of
+from bench.recording import SIMULATED, Recording
+from bench.simulation.frame import FloatArray, Frame, IntArray
+from bench.simulation.quantities import AUXILIARY
+
+_READ = (
+    "motor_angle",
+    "load_angle",
+    "motor_velocity",
+    "motor_torque",
+    "load_torque",
+    "load_motor_torque",
+    "temperature",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Prepared:
+    """One recording, at its own rate or in groups of samples (:mod:`bench.mismatch.recordings.thinning`).
+
+    ``frame`` has a row a group; ``measured`` the compared channels in SI units (those the file has); ``swept`` variance
+    of the input angle inside each group, times its valid samples; ``leaning`` the same of input angle and transmission
+    error together, rad²; ``angle`` input angle of every sample, rad at the output; ``label`` number of each group's
+    segment (-1: none); ``corner`` where the acceleration jumps; ``dead`` channels that hold no number at all.
+    """
+
+    kind: str
+    sample_rate: float
+    frame: Frame
+    thinning: Thinning
+    measured: dict[str, Measured]
+    swept: FloatArray
+    leaning: FloatArray
+    angle: FloatArray
+    label: IntArray
+    corner: NDArray[np.bool_]
+    dead: frozenset[str]
+    ripple: dict[str, FloatArray] = field(default_factory=dict)
+    """the load motor's ripple that was taken off a channel, a value a group"""
+    simulated: dict[str, FloatArray] = field(default_factory=dict)
+    """what a simulation from elsewhere says of a channel, taken off it, a value a group"""
+
+
+@dataclass(frozen=True, slots=True)
+class Folder:
+    """What all recordings of a folder share while they are read.
+
+    ``start``: POSIX time of the campaign's first sample; ``notch``: orders of the load motor's ripple; ``base``: a
+    simulation from elsewhere, whose channels are taken off those measured.
+    """
+
+    start: float
+    manner: Manner
+    notch: tuple[float, ...]
+    base: Base | None = None
+
+
+class _Signals:
+    """Channels of one recording in SI units, repaired, averaged over groups; with what is bad of them."""
+
+    def __init__(self, recording: Recording, thinning: Thinning) -> None:
+        names = [n for n in _READ if n in recording.specs]
+        names += [n for n in recording.specs if n.startswith(AUXILIARY)]
+        self._raw = recording.read_si(["time", *names])
+        self._size = recording.size
+        self._thinning = thinning
+        self.bad: dict[str, NDArray[np.bool_]] = {}
+        self.samples: dict[str, FloatArray] = {}
+        for name in names:
+            self.bad[name] = spikes(self._raw[name])
+            self.samples[name] = repaired(self._raw[name], self.bad[name])
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.samples
+
+    def time(self) -> FloatArray:
+        return self._thinning.mean(self._raw["time"])
+
+    def mean(self, name: str) -> FloatArray:
+        """Means of the groups; zeros for a channel the file has not."""
+        if name not in self.samples:
+            return np.zeros(self._size // self._thinning.group)
+        return self._thinning.mean(self.samples[name])
+
+    def wild(self, name: str) -> NDArray[np.bool_]:
+        """Groups with a bad sample."""
+        return ~self._thinning.every(~self.bad[name])
+
+
+def prepare(
+    recording: Recording, index: int, folder: Folder, travelled: float = 0.0, group: int | None = None
+) -> Prepared:
+    """Read a recording and derive what the terms need.
+
+    ``index``: its number in the folder; ``travelled``: distance run before it in this campaign, rad at the output;
+    ``group``: samples averaged into one, chosen by the smoothing window where it is not given.
+    Raises RecordingError where the file cannot be read or names no gear ratio.
+    """
+    if recording.gearbox.ratio is None:
+        raise RecordingError(f"{recording.path}: gearbox.ratio is missing; a linear axis has ratio 1")
+    ratio, manner = float(recording.gearbox.ratio), folder.manner
+    span = manner.smoothing
+    thinning = Thinning(group_of(float(recording.sample_rate), span) if group is None else group)
+    rate = float(recording.sample_rate) / thinning.group
+    signals = _Signals(recording, thinning)
+    time = signals.time()
+    n = time.size
+    motor, load = signals.mean("motor_angle"), signals.mean("load_angle")
+    if "motor_angle" in signals:
+        motor, omega, acceleration = motor, *local_quadratic(motor, rate, span)[1:]
+    else:
+        omega, acceleration, _ = local_quadratic(signals.mean("motor_velocity"), rate, span)
+        motor = np.cumsum(omega) / rate
+    theta = motor / ratio
+    q = load if "load_angle" in signals else theta
+    _, q_rate, q_acceleration = local_quadratic(q, rate, span)
+    direction, last = directions(omega, manner.standstill)
+    reversal_travel, reversal_time, reversed_before = since_change(theta, time, direction, last)
+    label, steady = _segments(recording, thinning)
+
+    load_motor = signals.mean("load_motor_torque")
+    load_torque, motor_torque = signals.mean("load_torque"), signals.mean("motor_torque")
+    taken: dict[str, FloatArray] = {}
+    if "load_torque" in signals:
+        taken["load_torque"] = notched(
+            q, load_torque - load_motor, direction, signals.wild("load_torque"), folder.notch
+        )
+        load_torque = load_torque - taken["load_torque"]
+    # a bench without torque sensor takes what the load motor reports, or else what was asked for
+    acting = load_torque if "load_torque" in signals else load_motor
+    if "load_torque" not in signals and "load_motor_torque" not in signals:
+        asked = recording.setpoint.load_torque
+        acting = np.full(n, asked if np.isfinite(asked) else 0.0)
+    torque_rate = local_quadratic(acting, rate, span)[1]
+    rests = _rests(recording, thinning, n)
+    torque, torque_level = _levelled(acting, label, rests, manner.torque, rate)
+    load_motor, load_motor_level = _levelled(load_motor, label, rests, manner.torque, rate)
+    if "motor_torque" in signals and "load_torque" in signals:  # without it there is no load motor to ripple
+        # the ripple acts on the gearbox, so the input motor sees it through the ratio
+        wild = signals.wild("motor_torque")
+        taken["motor_torque"] = notched(q, motor_torque - torque / ratio, direction, wild, folder.notch)
+        motor_torque = motor_torque - taken["motor_torque"]
+    # without a thermometer nothing can depend on temperature: the value to which the nominal terms are referred
+    temperature = signals.mean("temperature") if "temperature" in signals else np.full(n, criteria.REFERENCE_CELSIUS)
+    frame = Frame(
+        ratio=ratio,
+        recording=np.full(n, index, dtype=np.int64),
+        count=np.full(n, float(thinning.group)),
+        time=time + (recording.started_at.timestamp() - folder.start),
+        elapsed=time,
+        theta=theta,
+        q=q,
+        velocity=omega / ratio,
+        acceleration=acceleration,
+        load_acceleration=q_acceleration,
+        direction=direction,
+        last_direction=last,
+        torque=torque,
+        torque_level=torque_level,
+        torque_rate=torque_rate,
+        temperature=temperature,
+        motor_torque=motor_torque,
+        load_motor_torque=load_motor,
+        load_motor_level=load_motor_level,
+        power=np.abs(local_quadratic(motor_torque, rate, span)[0] * omega - torque * q_rate),
+        travel=travelled + np.cumsum(np.abs(np.diff(theta, prepend=theta[0]))),
+        reversal_travel=reversal_travel,
+        reversal_time=reversal_time,
+        reversed_before=reversed_before,
+        steady=steady,
+        step=np.diff(time, prepend=time[0]),
+        aux={
+            name.removeprefix(AUXILIARY): signals.mean(name) for name in signals.samples if name.startswith(AUXILIARY)
+        },
+    )
+    corner = corners(acceleration, rate, span)
+    told = _told(recording, folder)
+    by = {SIMULATED + name: thinning.mean(own) for name, own in told.items() if BY in name}
+    frame = replace(frame, aux={**frame.aux, **by})
+    measured, swept, leaning = _measured(signals, thinning, ratio, taken, corner, told)
+    simulated = {name: thinning.mean(own) for name, own in told.items() if name in measured}
+    dead = frozenset(name for name, marked in signals.bad.items() if marked.all())
+    angle = (
+        signals.samples["motor_angle"] / ratio if "motor_angle" in signals else thinning.spread(theta, recording.size)
+    )
+    kind = recording.kind
+    return Prepared(kind, rate, frame, thinning, measured, swept, leaning, angle, label, corner, dead, taken, simulated)
+
+
+def _measured(
+    signals: _Signals,
+    thinning: Thinning,
+    ratio: float,
+    taken: dict[str, FloatArray],
+    corner: NDArray[np.bool_],
+    told: dict[str, FloatArray],
+) -> tuple[dict[str, Measured], FloatArray, FloatArray]:
+    """The compared channels, less what is ``told`` of them sample by sample; and how input angle and transmission
+    error scatter together inside the groups.
+    """
+    out: dict[str, Measured] = {}
+    swept = leaning = np.zeros(corner.size)
+    if "motor_angle" in signals and "load_angle" in signals:
+        angle = signals.samples["motor_angle"] / ratio
+        error = signals.samples["load_angle"] - angle - told.get("transmission_error", 0.0)
+        good = ~(signals.bad["motor_angle"] | signals.bad["load_angle"] | spikes(error))
+        out["transmission_error"] = thinning.measured(error, good)
+        swept, leaning = thinning.inner(angle, angle, good), thinning.inner(angle, error, good)
+    for name in ("motor_torque", "temperature", "load_torque"):
+        if name in signals:
+            own = thinning.measured(signals.samples[name] - told.get(name, 0.0), ~signals.bad[name])
+            out[name] = own.less(taken.get(name), thinning).without(corner if name != "temperature" else None)
+    return out, swept, leaning
+
+
+def _told(recording: Recording, folder: Folder) -> dict[str, FloatArray]:
+    """What the simulation from elsewhere says of each sample, where there is one."""
+    if folder.base is None:
+        return {}
+    plain = replace(folder, base=None)
+    try:
+        return folder.base.told(recording, lambda: inputs_of(recording, prepare(recording, 0, plain, group=1).frame))
+    except ConfigurationError as error:
+        raise RecordingError(str(error)) from error
+
+
+def _segments(recording: Recording, thinning: Thinning) -> tuple[IntArray, FloatArray]:
+    """Number of the segment of each group's first sample (-1: none); and 1 where all its samples are steady."""
+    label = np.full(recording.size, -1, dtype=np.int64)
+    steady = np.zeros(recording.size, dtype=bool)
+    for number, segment in enumerate(recording.segments):
+        label[segment.start : segment.stop] = number
+        steady[segment.start : segment.stop] |= segment.name == "steady"
+    return thinning.first(label), thinning.every(steady).astype(np.float64)
+
+
+def _rests(recording: Recording, thinning: Thinning, size: int) -> NDArray[np.bool_]:
+    """Groups inside segments in which the load may rest at a level: no ramps."""
+    out = np.zeros(recording.size, dtype=bool)
+    for segment in recording.segments:
+        if segment.name in ("steady", "heat", "dwell"):
+            out[segment.start : segment.stop] = True
+    return np.asarray(thinning.every(out)[:size])
+
+
+def _levelled(
+    torque: FloatArray, label: IntArray, rests: NDArray[np.bool_], largest: float, rate: float
+) -> tuple[FloatArray, FloatArray]:
+    """A torque with the noise of its sensor kept down where a segment keeps its load: smoothed over a second, and as
+    the segment's mean; unchanged elsewhere.
+    """
+    smooth, level = torque.copy(), torque.copy()
+    for number in _numbers(label):
+        rows = np.flatnonzero((label == number) & rests)
+        if rows.size < 2:
+            continue
+        own = torque[rows]
+        # a staircase or a ramp spreads over far more than a controller's wavering
+        if float(np.std(own)) < criteria.KEEPS_ITS_LOAD * max(largest, float(np.abs(own.mean()))):
+            level[rows] = own.mean()
+            smooth[rows] = local_quadratic(own, rate, criteria.KEPT_LOAD_S)[0]
+    return smooth, level
+
+
+def _numbers(label: IntArray) -> Sequence[int]:
+    return [int(v) for v in np.unique(label) if v >= 0]

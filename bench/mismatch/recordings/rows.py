@@ -1,0 +1,175 @@
+"""Rows of one channel: what a block of samples says. Three reductions of the same recordings.
+
+Torques are reduced in time, finer where speed or load change; the transmission error over the angle, finer than any
+order it is asked for; the temperature in blocks of two seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.mismatch.recordings.prepared import Prepared
+from bench.simulation.frame import ARRAYS, FloatArray, Frame, IntArray, concatenate
+
+SLOW_S = 1.0
+"""longest block of a torque's rows: noise of a bench forgets itself in about as long"""
+LIVELY_S = 0.02
+"""longest block just after a start or a reversal"""
+HEAT_S = 2.0
+"""block of the temperature's rows: its time constants are minutes"""
+TORQUE_STEP = 0.17
+"""rad at the output: longest row of a torque, a sixth of a period of order six"""
+ANGLE_STEP = 1.2e-3
+"""rad at the output: 5,236 rows a revolution, two a period of order 2,618"""
+ANGLE_STEP_S = 0.1
+"""longest row of the transmission error where the bench hardly turns"""
+_CHANGES = 40
+"""parts of the largest speed, and of the largest load, by which they may change inside a block"""
+_JUST_AFTER_S, _JUST_AFTER_RAD = 1.5, 0.05
+"""time and distance after a start or reversal in which blocks are short"""
+
+
+@dataclass(frozen=True, slots=True)
+class Rows:
+    """Rows of one channel: frame, means ``y`` over the valid samples of each block, how ``number`` they are.
+
+    ``within``: variance of the samples inside a block, where it is kept. Where the channel is compared over the angle:
+    ``lean``, their covariance with the angle there; ``sweep``, variance of the angle there. Empty where it is not.
+    """
+
+    frame: Frame
+    y: FloatArray
+    number: FloatArray
+    within: FloatArray = field(default_factory=lambda: np.zeros(0))
+    lean: FloatArray = field(default_factory=lambda: np.zeros(0))
+    sweep: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    def take(self, rows: NDArray[np.bool_] | IntArray | slice) -> Rows:
+        """Return the rows chosen (mask, indices or slice)."""
+        inner = [a[rows] if a.size else a for a in (self.within, self.lean, self.sweep)]
+        return Rows(self.frame.take(rows), self.y[rows], self.number[rows], *inner)
+
+    @property
+    def size(self) -> int:
+        """Number of rows."""
+        return int(self.y.size)
+
+
+def join(parts: Sequence[Rows]) -> Rows:
+    """Rows of several recordings as one."""
+    names = ("y", "number", "within", "lean", "sweep")
+    return Rows(concatenate([p.frame for p in parts]), *(np.concatenate([getattr(p, n) for p in parts]) for n in names))
+
+
+def lively(frame: Frame) -> NDArray[np.bool_]:
+    """Rows just after a start or a reversal."""
+    return np.asarray((frame.reversal_time < _JUST_AFTER_S) & (frame.reversal_travel < _JUST_AFTER_RAD))
+
+
+def slow_rows(prepared: Prepared, channel: str, torque: float, speed: float) -> Rows:
+    """Rows of a torque; ``torque`` (N·m) and ``speed`` (rad/s) are the folder's largest, by whose parts blocks end."""
+    frame, rate = prepared.frame, prepared.sample_rate
+    width = np.where(lively(frame), max(1.0, round(LIVELY_S * rate)), max(1.0, round(SLOW_S * rate)))
+    turning = TORQUE_STEP * rate / np.maximum(np.abs(frame.velocity), 1e-12)
+    width = np.minimum(width, np.maximum(turning, max(1.0, round(LIVELY_S * rate))))
+    parting: IntArray = np.cumsum(_changes(frame.direction, prepared.label, prepared.corner))
+    limits = np.array([speed / _CHANGES, torque / _CHANGES])
+    edges = _blocks(1.0 / width, parting, frame.velocity, frame.torque_level, limits)
+    own = prepared.measured[channel]
+    mean, number = block_mean(own.mean, own.number, edges)
+    return Rows(reduced(frame, edges), mean, number)
+
+
+def heat_rows(prepared: Prepared) -> Rows:
+    """Rows of the temperature."""
+    edges = np.arange(0, prepared.frame.size, max(1, round(HEAT_S * prepared.sample_rate)))
+    own = prepared.measured["temperature"]
+    mean, number = block_mean(own.mean, own.number, edges)
+    width = np.diff(np.append(edges, own.number.size))
+    inner = np.where(own.number > 0, own.mean - np.repeat(mean, width), 0.0)
+    within = np.add.reduceat(inner**2 * own.number + own.scatter, edges) / np.maximum(number, 1.0)
+    return Rows(reduced(prepared.frame, edges), mean, number, within)
+
+
+def angle_rows(prepared: Prepared) -> Rows:
+    """Rows of the transmission error, with how the samples inside a row follow the angle."""
+    frame = prepared.frame
+    step = np.abs(frame.velocity) / prepared.sample_rate / ANGLE_STEP
+    slowest = 1.0 / (ANGLE_STEP_S * prepared.sample_rate)
+    edges = _edges(np.cumsum(np.maximum(step, slowest)), frame.direction, prepared.label)
+    own = prepared.measured["transmission_error"]
+    mean, number = block_mean(own.mean, own.number, edges)
+    width = np.diff(np.append(edges, own.number.size))
+    inner = np.where(own.number > 0, own.mean - np.repeat(mean, width), 0.0)
+    angle, _ = block_mean(frame.theta, own.number, edges)
+    turned = np.where(own.number > 0, frame.theta - np.repeat(angle, width), 0.0)
+    at_least = np.maximum(number, 1.0)
+    within = np.add.reduceat(inner**2 * own.number + own.scatter, edges) / at_least
+    lean = np.add.reduceat(inner * turned * own.number + prepared.leaning, edges) / at_least
+    sweep = np.add.reduceat(turned**2 * own.number + prepared.swept, edges) / at_least
+    return Rows(reduced(frame, edges), mean, number, within, lean, sweep)
+
+
+def _changes(*values: NDArray[Any]) -> NDArray[np.bool_]:
+    """Where any of the values differs from the one before (n,)."""
+    out = np.zeros(values[0].size, dtype=bool)
+    for own in values:
+        out[1:] |= own[1:] != own[:-1]
+    return out
+
+
+def _edges(progress: FloatArray, *parting: NDArray[Any]) -> IntArray:
+    """First index of each block: one ends where ``progress`` passes a whole number or a ``parting`` value changes."""
+    change = _changes(np.floor(progress), *parting)
+    change[0] = True
+    return np.flatnonzero(change).astype(np.int64)
+
+
+@numba.njit(cache=True)
+def _blocks(
+    share: FloatArray, parting: IntArray, speed: FloatArray, torque: FloatArray, limits: FloatArray
+) -> IntArray:
+    """First index of each block: one ends when its shares make a whole, or speed or torque have changed by a limit."""
+    out = np.empty(share.size, dtype=np.int64)
+    number = 0
+    total, v, t = 2.0, 0.0, 0.0
+    for i in range(share.size):
+        changed = abs(speed[i] - v) > limits[0] or abs(torque[i] - t) > limits[1]
+        if total > 1.0 - 1e-9 or changed or parting[i] != parting[i - 1]:
+            out[number] = i
+            number += 1
+            total, v, t = 0.0, speed[i], torque[i]
+        total += share[i]
+    return out[:number]
+
+
+_FIRST = ("recording", "direction", "last_direction", "steady", "reversed_before")
+
+
+def reduced(frame: Frame, edges: IntArray) -> Frame:
+    """Average a frame over blocks; counts and steps add up, flags are those of the first row."""
+    count = np.add.reduceat(frame.count, edges)
+    out: dict[str, Any] = {}
+    for name in ARRAYS:
+        values = getattr(frame, name)
+        if name in _FIRST:
+            out[name] = values[edges]
+        elif name in ("count", "step"):
+            out[name] = np.add.reduceat(values, edges)
+        else:
+            out[name] = np.add.reduceat(values * frame.count, edges) / count
+    aux = {name: np.add.reduceat(values * frame.count, edges) / count for name, values in frame.aux.items()}
+    return replace(frame, aux=aux, **out)
+
+
+def block_mean(signal: FloatArray, number_of: FloatArray, edges: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Mean over the valid samples of each block, of which each row has ``number_of``; and how many (0: none valid)."""
+    number = np.add.reduceat(number_of, edges)
+    total = np.add.reduceat(signal * number_of, edges)
+    return total / np.maximum(number, 1.0), number

@@ -1,0 +1,134 @@
+"""Smoothing of signals: value and rates from a local quadratic; wild samples found against a running median."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.mismatch import criteria
+from bench.simulation.frame import FloatArray
+
+ENOUGH_SAMPLES = 1 << 13
+"""samples from which the usual size of a deviation is read: more of a long recording say no more"""
+_WINDOWS_S = (0.015, 0.03, 0.06)
+"""lengths of the window that are tried, the shortest first; the last is taken for a coarse encoder"""
+
+_AFRESH = 256
+"""samples after which moving sums are made afresh"""
+
+
+def window(rate: float, span: float) -> int:
+    """Samples in a window of ``span`` s at a sample rate in Hz, odd, five at least."""
+    return max(5, round(span * rate) // 2 * 2 + 1)
+
+
+def span_for(angle: FloatArray, rate: float, standstill: float) -> float:
+    """Window in s for rates of an angle: the shortest whose noise hides nothing as slow as ``standstill`` (rad/s).
+
+    The angle's noise is read from its third differences, whose variance is 20 times its own.
+    """
+    if angle.size < 100:
+        return _WINDOWS_S[-1]
+    sigma = float(np.std(np.diff(angle, 3))) / np.sqrt(20.0)
+    for span in _WINDOWS_S[:-1]:
+        width = window(rate, span)
+        if sigma * rate * np.sqrt(12.0 / width**3) < criteria.SPEED_NOISE * standstill:
+            return span
+    return _WINDOWS_S[-1]
+
+
+def local_quadratic(signal: FloatArray, rate: float, span: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Value, first and second derivative in time of the quadratic fitted about each sample (Savitzky and Golay 1964).
+
+    ``signal`` (n,) at ``rate`` Hz; the window lasts ``span`` s. At the ends the first and the last whole window's
+    quadratic is evaluated.
+    """
+    n = signal.size
+    width = min(window(rate, span), (n - 1) // 2 * 2 + 1)
+    if width < 5:
+        slope = np.gradient(signal) * rate if n > 1 else np.zeros(n)
+        return signal.astype(np.float64), slope, np.zeros(n)
+    value, slope, curve = _quadratic(np.ascontiguousarray(signal, dtype=np.float64), width // 2)
+    return value, slope * rate, curve * rate**2
+
+
+@numba.njit(cache=True)
+def _quadratic(y: FloatArray, m: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    n = y.size
+    value, slope, curve = np.empty(n), np.empty(n), np.empty(n)
+    count = 2 * m + 1
+    s2 = 0.0
+    s4 = 0.0
+    for i in range(1, m + 1):
+        s2 += 2.0 * i * i
+        s4 += 2.0 * float(i) ** 4
+    det = count * s4 - s2 * s2
+    zero = a = b = d = 0.0
+    for c in range(m, n - m):
+        if (c - m) % _AFRESH == 0:  # sums about a centre nearby, so that rounding does not add up
+            zero = y[c]
+            a = b = d = 0.0
+            for i in range(-m, m + 1):
+                own = y[c + i] - zero
+                a += own
+                b += i * own
+                d += i * i * own
+        else:  # the window moves on by one sample
+            gone, come = y[c - m - 1] - zero, y[c + m] - zero
+            d += (m + 1) * (m + 1) * come - m * m * gone
+            b += (m + 1) * come + m * gone
+            a += come - gone
+            d += a - 2.0 * b
+            b -= a
+        two = (count * d - s2 * a) / det
+        value[c] = zero + (a - two * s2) / count
+        slope[c] = b / s2
+        curve[c] = 2.0 * two
+    for end in range(2):
+        c = m if end == 0 else n - 1 - m
+        for i in range(1, m + 1):
+            place = c - i if end == 0 else c + i
+            x = float(place - c)
+            value[place] = value[c] + slope[c] * x + 0.5 * curve[c] * x * x
+            slope[place] = slope[c] + curve[c] * x
+            curve[place] = curve[c]
+    return value, slope, curve
+
+
+def spikes(signal: FloatArray) -> NDArray[np.bool_]:
+    """Mark samples that are no number or (at most two in a row) stand far off a running median of five."""
+    bad = ~np.isfinite(signal)
+    if signal.size < 16 or bad.all():
+        return bad
+    off = _off_median(np.where(bad, np.nanmedian(signal), signal) if bad.any() else signal)
+    told = off[:: max(1, off.size // ENOUGH_SAMPLES)]
+    above = told[told > 0]
+    scale = 1.4826 * float(np.median(above)) if above.size else 0.0
+    spread = max(scale, 0.5 * float(np.percentile(told, 95)), 1e-300)
+    return np.asarray((off > criteria.SPIKE * spread) | bad)
+
+
+@numba.njit(cache=True)
+def _off_median(x: FloatArray) -> FloatArray:
+    """How far each sample is from the median of itself and its two neighbours on either side."""
+    n = x.size
+    out = np.empty(n)
+    for i in range(n):
+        a, b = x[max(i - 2, 0)], x[max(i - 1, 0)]
+        c = x[i]
+        d, e = x[min(i + 1, n - 1)], x[min(i + 2, n - 1)]
+        # the median of five is that of e and what is left of the other four without their least and largest
+        low, high = max(min(a, b), min(c, d)), min(max(a, b), max(c, d))
+        out[i] = abs(c - max(min(low, high), min(max(low, high), e)))
+    return out
+
+
+def repaired(signal: FloatArray, bad: NDArray[np.bool_]) -> FloatArray:
+    """The signal with its bad samples bridged by straight lines; 0 where all are bad."""
+    if not bad.any():
+        return signal
+    if bad.all():
+        return np.zeros_like(signal)
+    index = np.arange(signal.size)
+    return np.asarray(np.interp(index, index[~bad], signal[~bad]))

@@ -1,0 +1,94 @@
+"""Which recordings are held out: whole operating points, never the outermost, the validation points always."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bench.mismatch.recordings.pieces import Piece
+from bench.recording import Recording
+
+Point = tuple[str, float, float, float]
+HELD_OUT_SHARE = 0.2
+FEWEST_OF_A_KIND = 6
+"""kinds with fewer recordings (heatings, reversals, ramps) all train: each of them is too telling to be spared"""
+HELD_OUT_BESIDE_VALIDATION = 0.1
+_Own = tuple[str, float, float, float, int]
+"""a point, and the number of the recording where that is a point by itself, else ``REPEATED``"""
+REPEATED = -1
+
+
+def point_of(recording: Recording) -> Point:
+    """The operating point of a recording: kind, load torque, velocity and temperature, rounded."""
+    setpoint = recording.setpoint
+    clean = [v if np.isfinite(v) else 0.0 for v in (setpoint.load_torque, setpoint.velocity, setpoint.temperature)]
+    return recording.kind, round(clean[0], 0), round(clean[1], 4), round(clean[2] / 4.0)
+
+
+def _named(recording: Recording) -> bool:
+    """Whether a recording says what it was set to."""
+    setpoint = recording.setpoint
+    return any(np.isfinite(v) for v in (setpoint.load_torque, setpoint.velocity, setpoint.temperature))
+
+
+def split(recordings: Sequence[Recording]) -> tuple[list[bool], list[int]]:
+    """Choose held-out recordings by whole operating points, and a fold for each of the others.
+
+    Validation points are always held out. Of the other kinds a fifth of the points is (a tenth of
+    the constant-velocity points where there are five validation points or more), spread evenly, never the outermost of
+    a kind with few points, and none of a kind that has fewer than six recordings. A recording that names no setpoint
+    (most imported ones) is a point by itself: nothing says that it repeats another.
+    """
+    points = [(*point_of(r), REPEATED if _named(r) else number) for number, r in enumerate(recordings)]
+    held: list[bool] = [r.kind == "validation" for r in recordings]
+    validation = sum(held)
+    if all(held):
+        held = [i % 3 == 1 for i in range(len(held))]
+    kinds: dict[str, list[_Own]] = {}
+    for i, point in enumerate(points):
+        if not held[i] and point not in kinds.setdefault(point[0], []):
+            kinds[point[0]].append(point)
+    chosen: set[_Own] = set()
+    for kind, members in kinds.items():
+        count = sum(1 for i, p in enumerate(points) if p[0] == kind and not held[i])
+        if count < FEWEST_OF_A_KIND or len(members) < 3:
+            continue
+        # repeats of a point tell the noise: points with repeats stay in training
+        single = [p for p in members if sum(q == p for q in points) == 1 or len(members) < 6]
+        single = single if len(single) >= 3 else members  # where all points are repeated, some go with their repeats
+        enough = kind == "constant_velocity" and validation >= 5
+        share = HELD_OUT_BESIDE_VALIDATION if enough else HELD_OUT_SHARE
+        number = max(1, round(share * len(members)))
+        order = _spread(single, number)
+        chosen.update(order)
+    held = [h or points[i] in chosen for i, h in enumerate(held)]
+    folds: dict[_Own, int] = {}
+    fold = [folds.setdefault(points[i], len(folds)) if not held[i] else -1 for i in range(len(points))]
+    return held, fold
+
+
+def _spread(members: Sequence[_Own], number: int) -> list[_Own]:
+    """A number of points, evenly along the campaign but inside the bounds of torque and speed where possible."""
+    torque = [abs(p[1]) for p in members]
+    speed = [abs(p[2]) for p in members]
+    inner = [
+        p
+        for p, t, v in zip(members, torque, speed, strict=True)
+        if not (t >= 0.99 * max(torque) and v in (max(speed), min(speed)))
+    ]
+    pool = inner if len(inner) >= number + 2 else list(members)
+    step = len(pool) / number
+    return [pool[int((i + 0.5) * step)] for i in range(number)]
+
+
+HELD_OUT_BLOCK = 4
+"""every fourth block of a folder that has too few recordings to hold any out"""
+
+
+def split_blocks(pieces: Sequence[Piece]) -> tuple[list[bool], list[int]]:
+    """Held-out blocks where recordings are cut: the validation recordings, else every fourth block; a fold a block."""
+    held = [piece.recording.kind == "validation" for piece in pieces]
+    if not any(held) or all(held):
+        held = [number % HELD_OUT_BLOCK == HELD_OUT_BLOCK - 2 for number in range(len(pieces))]
+    return held, [-1 if out else number for number, out in enumerate(held)]

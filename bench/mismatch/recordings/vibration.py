@@ -1,0 +1,125 @@
+"""Power spectral densities of the recordings' steady parts, over frequency and over the motor's angle.
+
+They tell how large noise is without any model (a line is in a few bins, noise in all), and hold what is too fast for
+block means: tones of the surroundings, ripple of the motor.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.mismatch.recordings.notch import spectrum
+from bench.mismatch.recordings.prepared import Prepared
+from bench.simulation.frame import FloatArray
+
+Complex = NDArray[np.complex128]
+
+SEGMENTS_S = (10.0, 5.0, 2.0)
+"""lengths of the segments that are averaged, the longest that fits; 10 s give bins of a tenth of a hertz"""
+HIGHEST_SHAFT_ORDER = 120
+"""per motor revolution: 6k for twenty pole pairs"""
+NYQUIST_SHARE = 0.42
+"""of the sample rate: orders that come closer to half of it are not looked at"""
+
+
+@dataclass(frozen=True, slots=True)
+class Density:
+    """Power spectral density of one recording's steady part (K,), unit² per Hz, at multiples of ``step`` Hz.
+
+    ``averaged`` segments; ``rate`` sample rate in Hz; ``turning`` output revolutions a second.
+    """
+
+    recording: int
+    power: FloatArray
+    step: float
+    averaged: float
+    rate: float
+    turning: float
+
+
+@dataclass(frozen=True, slots=True)
+class ShaftSpectrum:
+    """Amplitudes a + j·b of a·cos(nθ_m) + b·sin(nθ_m) in one recording's motor torque, n = 0 … HIGHEST_SHAFT_ORDER.
+
+    Not a number where an order is too fast for the recording's rate. ``sigma``: standard deviation of each part;
+    ``torque``: mean torque of the motor, N·m; ``velocity``: rad/s at the output; ``temperature``: °C.
+    """
+
+    recording: int
+    amplitude: Complex
+    sigma: float
+    torque: float
+    velocity: float
+    temperature: float
+
+
+def longest_run(marked: NDArray[np.bool_]) -> tuple[int, int]:
+    """Begin and end of the longest run of marked samples; an empty one where there is none."""
+    runs = np.flatnonzero(np.diff(np.concatenate(([0], marked.astype(np.int8), [0])))).reshape(-1, 2)
+    if runs.size == 0:
+        return 0, 0
+    a, b = runs[np.argmax(runs[:, 1] - runs[:, 0])].tolist()
+    return a, b
+
+
+def density(prepared: Prepared, channel: str) -> Density | None:
+    """Density of a channel's longest steady run (Welch's method, Hann window); None where that is too short."""
+    frame, own, thinning = prepared.frame, prepared.measured[channel], prepared.thinning
+    rate = prepared.sample_rate * thinning.group
+    a, b = longest_run((frame.steady > 0.5) & (frame.direction != 0))
+    a, b = a * thinning.group, b * thinning.group
+    sizes = [round(length * rate) for length in SEGMENTS_S if b - a >= round(length * rate)]
+    if not sizes:
+        return None
+    size = sizes[0]
+    valid = own.valid[a:b]
+    signal = own.samples[a:b]
+    signal = np.where(valid, signal, float(np.median(signal[valid])) if valid.any() else 0.0)
+    number = 1 + (b - a - size) // (size // 2)
+    parts = np.lib.stride_tricks.sliding_window_view(signal, size)[:: size // 2][:number]
+    line = np.linspace(-1.0, 1.0, size)
+    level, slope = parts.mean(axis=1), parts @ line / (line @ line)
+    taper = np.hanning(size)
+    lines = np.fft.rfft((parts - level[:, None] - slope[:, None] * line) * taper, axis=1)
+    power = 2.0 * np.mean(np.abs(lines) ** 2, axis=0) / (rate * float(np.sum(taper**2)))
+    turning = abs(float(np.median(frame.velocity[a // thinning.group : b // thinning.group]))) / (2.0 * np.pi)
+    return Density(
+        int(frame.recording[0]), power.astype(np.float32), rate / size, max(0.9 * number, 1.0), rate, turning
+    )
+
+
+def shaft_spectrum(prepared: Prepared) -> ShaftSpectrum | None:
+    """Spectrum over the motor's angle of the steady samples of a recording's motor torque, less its slow part."""
+    frame, own, thinning = prepared.frame, prepared.measured["motor_torque"], prepared.thinning
+    groups = (frame.steady > 0.5) & (own.number > 0) & (frame.direction != 0)
+    rows = thinning.spread(groups, own.samples.size) & own.valid
+    if rows.sum() < 500:
+        return None
+    angle = prepared.angle[rows] * frame.ratio
+    if np.ptp(angle) < 4.0 * np.pi:
+        return None
+    inner = own.samples[rows] - thinning.spread(_slow(own.mean, prepared.sample_rate), own.samples.size)[rows]
+    amplitude = 2.0 / rows.sum() * spectrum(angle, inner, HIGHEST_SHAFT_ORDER)
+    fastest = float(np.percentile(np.abs(frame.omega[groups]), 95)) * np.arange(HIGHEST_SHAFT_ORDER + 1) / (2.0 * np.pi)
+    amplitude = np.where(fastest < NYQUIST_SHARE * prepared.sample_rate * thinning.group, amplitude, np.nan)
+    amplitude[0] = np.nan
+    return ShaftSpectrum(
+        int(frame.recording[0]),
+        amplitude,
+        float(np.std(inner)) / np.sqrt(float(rows.sum())),
+        float(np.mean(frame.motor_torque[groups])),
+        float(np.mean(frame.velocity[groups])),
+        float(np.mean(frame.temperature[groups])),
+    )
+
+
+def _slow(signal: FloatArray, rate: float) -> FloatArray:
+    """Running mean over a second: what of a torque is no order of the motor."""
+    width = max(1, round(rate) // 2 * 2 + 1)
+    if signal.size < 2 * width:
+        return np.full(signal.size, float(signal.mean()))
+    total = np.cumsum(np.concatenate(([0.0], np.pad(signal, width // 2, mode="edge"))))
+    return np.asarray((total[width:] - total[:-width]) / width)

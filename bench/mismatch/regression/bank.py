@@ -1,0 +1,231 @@
+"""A bank of regressors of one channel, whitened once, and the products that every model of them needs.
+
+Rows are whitened by their noise (:mod:`bench.mismatch.regression.noise`); an offset a recording of variance v is
+marginalised in closed form: G - w*g*g' with g the columns' products with the whitened one of the recording, e its
+energy, w = v/(1 + v*e). So models for any v, candidates by the hundred and surrogates of the recordings cost products
+of small matrices only.
+"""
+
+from __future__ import annotations
+
+import itertools
+from bisect import bisect_right
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bench.mismatch.regression.noise import RowNoise
+from bench.simulation.frame import FloatArray, IntArray
+
+RIDGE = 1e-9
+"""relative to a column's own energy: keeps absent columns (a speed never driven) from breaking a solve"""
+LADDER = (0.0, *(float(v) for v in np.geomspace(0.1, 3e4, 23)))
+"""variances of the offsets that are tried, over the variance that noise gives a recording's mean"""
+
+
+@dataclass(frozen=True, slots=True)
+class Whitening:
+    """Makes rows of unit variance without correlation; ``starts`` (recordings + 1,) are the recordings' first rows."""
+
+    noise: RowNoise
+    starts: IntArray
+
+    def apply(self, columns: FloatArray) -> FloatArray:
+        """Whiten columns (n, k) or one (n,)."""
+        flat = columns.ndim == 1
+        scaled = (columns[:, None] if flat else columns) / self.noise.sigma[:, None]
+        rho = self.noise.correlation.copy()
+        rho[self.starts[:-1]] = 0.0
+        out = scaled.copy()
+        out[1:] -= rho[1:, None] * scaled[:-1]
+        out /= np.sqrt(1.0 - rho**2)[:, None]
+        return np.asarray(out[:, 0] if flat else out)
+
+    def by_recording(self, values: FloatArray) -> FloatArray:
+        """Sums over the rows of each recording (recordings, k)."""
+        return np.asarray(np.add.reduceat(values, self.starts[:-1], axis=0))
+
+
+@dataclass(frozen=True, slots=True)
+class Normal:
+    """Normal equations of some columns with the offsets marginalised: Gram matrix (k, k), right side (k,), squares of
+    y, logarithm of the offsets' determinant.
+    """
+
+    gram: FloatArray
+    right: FloatArray
+    squares: float
+    cost: float
+
+
+class Bank:
+    """Whitened columns, their products with a few that stand in models, and with y.
+
+    ``y`` (n,); ``free_offsets``: the offsets have no prior (their variance is infinite).
+    """
+
+    def __init__(self, y: FloatArray, whitening: Whitening, free_offsets: bool = False) -> None:
+        self.whitening = whitening
+        self.y = whitening.apply(y)
+        self.one = whitening.apply(np.ones(y.size))
+        self.energy = whitening.by_recording(self.one**2)
+        self.free_offsets = free_offsets
+        self._columns: list[FloatArray] = []
+        self._ones: list[FloatArray] = []
+        self._right: list[FloatArray] = []
+        self._stacked: tuple[FloatArray, FloatArray, FloatArray] | None = None
+        self._own: dict[tuple[int, int], FloatArray] = {}
+        self._cross: dict[int, FloatArray] = {}
+        self.size = 0
+        self._edges: list[int] = [0]
+        self.likeliest = len(LADDER) // 2
+        """place on the ladder of the variance that was likeliest last"""
+        self._one_y = whitening.by_recording(self.one * self.y)
+
+    def add(self, columns: FloatArray) -> tuple[int, ...]:
+        """Whiten columns (n, k) and keep them; returns their numbers."""
+        white = self.whitening.apply(np.where(np.isfinite(columns), columns, 0.0))
+        kept = {i: self.column(i) for i in self._cross}
+        self._columns.append(white)
+        self._ones.append(self.whitening.by_recording(self.one[:, None] * white))
+        self._right.append(white.T @ self.y)
+        place = tuple(range(self.size, self.size + white.shape[1]))
+        self.size += white.shape[1]
+        self._edges.append(self.size)
+        self._stacked = None
+        for i, own in self._cross.items():
+            self._cross[i] = np.concatenate([own, white.T @ kept[i]])
+        return place
+
+    def all(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """All columns (n, p), their products with the ones (recordings, p) and with y (p,)."""
+        if self._stacked is None:
+            columns = np.empty((self.y.size, self.size), order="F")
+            at = 0
+            for part in self._columns:
+                columns[:, at : at + part.shape[1]] = part
+                at += part.shape[1]
+            stacked = columns, np.hstack(self._ones), np.concatenate(self._right)
+            # one copy is enough
+            edges = np.cumsum([0, *(part.shape[1] for part in self._columns)])
+            self._columns = [columns[:, a:b] for a, b in itertools.pairwise(edges)]
+            self._stacked = stacked
+        return self._stacked
+
+    def column(self, number: int) -> FloatArray:
+        """One whitened column (n,)."""
+        part = bisect_right(self._edges, number) - 1
+        return np.asarray(self._columns[part][:, number - self._edges[part]])
+
+    def variances(self) -> tuple[float, ...]:
+        """Variances of the offsets to try; infinite alone where they are free."""
+        if self.free_offsets:
+            return (np.inf,)
+        unit = 1.0 / max(float(np.median(self.energy)), 1e-300)
+        return tuple(unit * share for share in LADDER)
+
+    def shrunk(self, variance: float) -> FloatArray:
+        """What of each recording's mean its offset takes, over its energy (recordings,)."""
+        if np.isinf(variance):
+            return np.asarray(np.where(self.energy > 0, 1.0 / np.maximum(self.energy, 1e-300), 0.0))
+        return np.asarray(variance / (1.0 + variance * self.energy))
+
+    def cost(self, variance: float) -> float:
+        """Logarithm of the determinant of the offsets' covariance."""
+        return 0.0 if np.isinf(variance) else float(np.sum(np.log1p(variance * self.energy)))
+
+    def _crossed(self, index: Sequence[int]) -> None:
+        """Make the products of some columns with all columns, where they are not made yet."""
+        missing = [i for i in dict.fromkeys(index) if i not in self._cross]
+        if missing:
+            columns = self.all()[0]
+            own = columns.T @ columns[:, missing]
+            for k, i in enumerate(missing):
+                self._cross[i] = np.ascontiguousarray(own[:, k])
+
+    def cross(self, index: Sequence[int]) -> FloatArray:
+        """Products of all columns with some, (p, k), without offsets."""
+        self._crossed(index)
+        return np.column_stack([self._cross[i] for i in index]) if index else np.zeros((self.size, 0))
+
+    def own(self, place: tuple[int, ...]) -> FloatArray:
+        """Products of a few neighbouring columns among themselves (k, k), without offsets."""
+        key = (place[0], place[-1])
+        if key not in self._own:
+            part = self.all()[0][:, place[0] : place[-1] + 1]
+            self._own[key] = part.T @ part
+        return self._own[key]
+
+    def normal(self, index: Sequence[int], variance: float) -> Normal:
+        """Normal equations of the columns ``index`` for a variance of the offsets."""
+        chosen = list(index)
+        _, ones, right = self.all() if self.size else (None, np.zeros((self.energy.size, 0)), np.zeros(0))
+        weight = self.shrunk(variance)
+        g = ones[:, chosen]
+        self._crossed(chosen)
+        gram = np.array([self._cross[i][chosen] for i in chosen]).reshape(len(chosen), len(chosen))
+        gram = gram - (weight[:, None] * g).T @ g
+        own = right[chosen] - g.T @ (weight * self._one_y)
+        squares = float(self.y @ self.y - np.sum(weight * self._one_y**2))
+        return Normal(0.5 * (gram + gram.T), own, squares, self.cost(variance))
+
+    def residual(self, index: Sequence[int], coefficients: FloatArray) -> FloatArray:
+        """Whitened residual (n,) of a model; the recordings' offsets are left in it."""
+        columns = self.all()[0] if self.size else np.zeros((self.y.size, 0))
+        return np.asarray(self.y - columns[:, list(index)] @ coefficients)
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """Coefficients (k,) of a model with their covariance (k, k), the offsets' variance, and its log-likelihood."""
+
+    index: tuple[int, ...]
+    coefficients: FloatArray
+    covariance: FloatArray
+    variance: float
+    likelihood: float
+
+    def of(self, place: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+        """Coefficients and covariance of some columns."""
+        own = [self.index.index(i) for i in place]
+        return self.coefficients[own], self.covariance[np.ix_(own, own)]
+
+
+def solve(normal: Normal, precision: FloatArray | float = 0.0) -> tuple[FloatArray, FloatArray, float]:
+    """Coefficients, covariance and log-likelihood (offsets marginalised, coefficients at their best) of a model.
+
+    ``precision`` (k,): prior precision of each coefficient in its own unit.
+    """
+    k = normal.right.size
+    if k == 0:
+        return np.zeros(0), np.zeros((0, 0)), -0.5 * (normal.squares + normal.cost)
+    scale = np.sqrt(np.where(np.diag(normal.gram) > 1e-200, np.diag(normal.gram), 1.0))
+    prior = np.broadcast_to(np.asarray(precision, dtype=np.float64), (k,)) / scale**2 + RIDGE
+    inverse = np.linalg.inv(normal.gram / np.outer(scale, scale) + np.diag(prior))
+    right = normal.right / scale
+    beta = inverse @ right
+    squares = normal.squares - float(beta @ right) - float(beta @ (RIDGE * beta)) * 0.0
+    return beta / scale, inverse / np.outer(scale, scale), -0.5 * (squares + normal.cost)
+
+
+def fit(bank: Bank, index: Sequence[int], variances: Sequence[float], precision: FloatArray | float = 0.0) -> Fit:
+    """Fit the columns ``index`` with the likeliest of the offsets' ``variances`` (ascending), uphill from the last
+    one.
+    """
+    tried: dict[int, Fit] = {}
+
+    def at(place: int) -> float:
+        if place not in tried:
+            coefficients, covariance, likelihood = solve(bank.normal(index, variances[place]), precision)
+            tried[place] = Fit(tuple(index), coefficients, covariance, variances[place], likelihood)
+        return tried[place].likelihood
+
+    here = min(bank.likeliest, len(variances) - 1)
+    while True:
+        around = range(max(here - 1, 0), min(here + 2, len(variances)))
+        best = max(around, key=lambda k: (at(k), k == here))
+        if best == here:
+            bank.likeliest = here
+            return tried[here]
+        here = best

@@ -1,0 +1,292 @@
+"""Everything that may enter a channel's model: the library's terms at grid points, and free functions.
+
+The free functions know no physics. They say what the residual depends on where no name fits, compete with every name,
+and are the effect itself where it is defined by what it depends on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import combinations_with_replacement
+
+import numpy as np
+
+from bench.mismatch import criteria
+from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.quantities import FACTOR_OF, factor, quantity
+from bench.simulation.tables import Grid, hats
+from bench.simulation.terms import (
+    LIBRARY,
+    LOAD_TORQUE,
+    MOTOR_TORQUE,
+    TEMPERATURE,
+    TRANSMISSION_ERROR,
+    for_channel,
+)
+
+PERIODIC = (
+    "te.harmonic",
+    "te.sideband",
+    "te.local_defect",
+    "te.resonance",
+    "te.fourier",
+    "sensor.motor_encoder",
+    "motor.torque_ripple",
+)
+"""effects periodic in the angle: looked for in order spectra (:mod:`bench.mismatch.orders`), not among rows"""
+PATH = "torque_path"
+"""variable of terms that depend on whether the torque rises or falls"""
+BY_GEOMETRY = ("motor.load_reaction", "load.reaction")
+"""terms without a free parameter: they are taken off the measured channel"""
+KNOTS = (6, 12)
+"""knots of free functions of one quantity: coarse and fine"""
+KNOTS_OF_SEVERAL = {2: 5, 3: 4}
+"""knots of each quantity in functions of two, and of three"""
+LEAST_VARIATION = 1e-9
+"""relative spread of a quantity below which it is constant"""
+
+# functions of one quantity: (quantity, factors of the tables that stand together)
+_ONE: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
+    MOTOR_TORQUE: (
+        ("speed", ("d",)),
+        ("velocity", ("1",)),
+        ("load", ("d",)),
+        ("torque", ("1",)),
+        ("torque", ("p", "n")),
+        ("temperature", ("d",)),
+        ("temperature", ("w",)),
+        ("temperature", ("1",)),
+        ("temperature", ("d*abs_tau",)),
+        ("time", ("d",)),
+        ("time", ("w",)),
+        ("time", ("1",)),
+        ("since_reversal", ("d",)),
+        ("elapsed", ("d",)),
+        ("speeding_up", ("d",)),
+        ("angle", ("d",)),
+        ("angle", ("1",)),
+    ),
+    LOAD_TORQUE: (
+        ("load_motor_torque", ("1",)),
+        ("load_motor_torque", ("d",)),
+        ("speed", ("d",)),
+        ("velocity", ("1",)),
+        ("temperature", ("1",)),
+        ("temperature", ("load_motor",)),
+        ("temperature", ("d",)),
+        ("time", ("1",)),
+        ("time", ("load_motor",)),
+        ("time", ("d",)),
+        ("since_reversal", ("d",)),
+        ("elapsed", ("1",)),
+        ("speeding_up", ("d",)),
+        ("angle", ("1",)),
+        ("angle", ("d",)),
+    ),
+    TRANSMISSION_ERROR: (
+        ("torque", ("1",)),
+        ("torque", ("p", "n")),
+        ("speed", ("p", "n")),
+        ("temperature", ("p", "n")),
+        ("time", ("1",)),
+        ("time", ("tau",)),
+        ("since_reversal", ("last_d*reversed",)),
+        ("elapsed", ("1",)),
+    ),
+    TEMPERATURE: (
+        ("speed", ("1",)),
+        ("temperature", ("1",)),
+        ("time", ("1",)),
+        ("load", ("1",)),
+        ("elapsed", ("1",)),
+    ),
+}
+# functions of two or three quantities together
+_MORE: dict[str, tuple[tuple[tuple[str, ...], str], ...]] = {
+    MOTOR_TORQUE: (
+        (("load", "temperature"), "d"),
+        (("load", "speed"), "d"),
+        (("speed", "temperature"), "d"),
+        (("torque", "velocity"), "1"),
+        (("torque", "temperature"), "1"),
+        (("load", "speed", "temperature"), "d"),
+    ),
+    LOAD_TORQUE: (
+        (("load_motor_torque", "temperature"), "1"),
+        (("load_motor_torque", "velocity"), "1"),
+        (("speed", "temperature"), "d"),
+    ),
+    TRANSMISSION_ERROR: (
+        (("torque", "temperature"), "1"),
+        (("torque", "temperature"), "last_d"),
+        (("torque", "speed"), "1"),
+        (("torque", "speed"), "last_d"),
+        (("speed", "temperature"), "1"),
+        (("speed", "temperature"), "last_d"),
+        (("torque", "speed", "temperature"), "1"),
+        (("torque", "speed", "temperature"), "last_d"),
+    ),
+    TEMPERATURE: ((("load", "speed"), "1"),),
+}
+# products beyond the polynomials that the simulation has: a number each
+_PRODUCTS: dict[str, tuple[str, ...]] = {
+    MOTOR_TORQUE: (
+        *("*".join(("d", *own)) for n in (2, 3) for own in combinations_with_replacement(("abs_tau", "abs_v", "T"), n)),
+        *("*".join(own) for n in (2, 3) for own in combinations_with_replacement(("tau", "abs_v", "T"), n)),
+    ),
+    LOAD_TORQUE: tuple("*".join(("load_motor", *own)) for own in combinations_with_replacement(("abs_v", "T"), 2)),
+    TRANSMISSION_ERROR: tuple(
+        "*".join((*side, *own))
+        for side in ((), ("last_d",))
+        for own in combinations_with_replacement(("tau", "v", "T"), 3)
+    ),
+    TEMPERATURE: (),
+}
+_SPELLS: dict[str, tuple[str, ...]] = {
+    MOTOR_TORQUE: ("d", "1"),
+    LOAD_TORQUE: ("1", "d", "load_motor"),
+    TRANSMISSION_ERROR: ("1",),
+    TEMPERATURE: (),
+}
+"""what may be there for a spell of the campaign's time only"""
+SPELL_ENDS = 16
+
+
+def named_candidates(
+    channel: str, frame: Frame, switched_off: Sequence[str], banned: Sequence[str] = ()
+) -> Iterator[Named]:
+    """Terms beyond the nominal simulation, and nominal ones that the given simulation lacks, at their grid points."""
+    effects = [t for t in for_channel(channel) if t.effect not in PERIODIC]
+    effects += [LIBRARY[e] for e in switched_off if channel in LIBRARY[e].forms and e not in PERIODIC]
+    for term in effects:
+        if term.effect in banned or term.effect in BY_GEOMETRY:
+            continue
+        for form in term.forms[channel]:
+            for point in form.grid(frame):
+                yield Named(term, channel, form, point)
+
+
+def free_candidates(channel: str, frame: Frame) -> Iterator[Free]:
+    """Free functions of the quantities that vary in the rows of ``frame``."""
+    for name, factors in _ONE[channel]:
+        for number in KNOTS:
+            knots = knots_of(quantity(name, frame), number)
+            if knots is not None and (number == KNOTS[0] or len(knots) > KNOTS[0]):
+                grids = tuple(Grid((name,), times, (knots,)) for times in factors)
+                yield Free(channel, grids, _by_definition(channel, name, factors))
+    for names, times in _MORE[channel]:
+        each = [knots_of(quantity(name, frame), KNOTS_OF_SEVERAL[len(names)]) for name in names]
+        known = tuple(knots for knots in each if knots is not None)
+        if len(known) == len(names):
+            yield Free(channel, (Grid(names, times, known),))
+    constant = {part for part, name in FACTOR_OF.items() if knots_of(quantity(name, frame), KNOTS[0]) is None}
+    for times in _PRODUCTS[channel]:
+        if constant & set(times.split("*")):
+            continue
+        yield Free(channel, (Grid((), times, ()),))
+    for times in _SPELLS[channel]:
+        yield from _spells(channel, frame, times)
+
+
+def exercised(regressor: Regressor, columns: FloatArray, frame: Frame) -> bool:
+    """Whether the recordings have driven the loops of a regressor whose ``columns`` (n, k) depend on the torque's path.
+
+    Where the torque never turns back inside a recording, a hysteresis is a function of the torque like any other.
+    """
+    if PATH not in regressor.variables:
+        return True
+    own = "load_motor_torque" if regressor_channel(regressor) == LOAD_TORQUE else "torque"
+    values = quantity(own, frame)
+    knots = knots_of(values, KNOTS[1])
+    if knots is None:
+        return False
+    basis = hats(values, np.asarray(knots))
+    left = columns - basis @ np.linalg.lstsq(basis, columns, rcond=1e-9)[0]
+    energy = np.sum(columns**2, axis=0)
+    return bool(np.max(np.sum(left**2, axis=0) / np.maximum(energy, 1e-300)) > criteria.EXERCISED)
+
+
+def regressor_channel(regressor: Regressor) -> str:
+    """Channel of a term or a free function."""
+    return regressor.channel if isinstance(regressor, Named | Free) else ""
+
+
+def _by_definition(channel: str, name: str, factors: tuple[str, ...]) -> str:
+    """The effect that any such function is, where one is defined so."""
+    own = {(name, times) for times in factors}
+    for term in LIBRARY.values():
+        if term.any_function and own <= set(term.shape.get(channel, ())):
+            return term.effect
+    return UNKNOWN
+
+
+def shape_of(channel: str, effect: str, frame: Frame, number: int = KNOTS[0]) -> Free | None:
+    """The function by which nature's form of an effect may differ from the library's; None where it has none."""
+    grids = []
+    for name, times in LIBRARY[effect].shape.get(channel, ()):
+        knots = knots_of(quantity(name, frame), number)
+        if knots is not None:
+            grids.append(Grid((name,), times, (knots,)))
+    return Free(channel, tuple(grids), effect) if grids else None
+
+
+def knots_of(values: FloatArray, number: int) -> tuple[float, ...] | None:
+    """Knots half by the quantiles of the values and half evenly, apart by a part of the range; None if constant."""
+    spread = float(np.ptp(values)) if values.size else 0.0
+    if spread <= LEAST_VARIATION * (1.0 + float(np.abs(values).max(initial=0.0))):
+        return None
+    levels = np.unique(np.round(values / spread, 4)) * spread
+    if levels.size < 3:
+        return None
+    if levels.size <= number:
+        return tuple(float(v) for v in levels)
+    sample = np.quantile(values, np.linspace(0.005, 0.995, number))
+    even = np.linspace(sample[0], sample[-1], number)
+    kept: list[float] = []
+    for knot in np.unique(0.5 * sample + 0.5 * even):
+        if not kept or knot - kept[-1] >= spread / (3.0 * number):
+            kept.append(float(knot))
+    return tuple(kept) if len(kept) >= 3 else None
+
+
+def _spells(channel: str, frame: Frame, times: str) -> Iterator[Free]:
+    """Something that is there between two moments of the campaign: a table over time with two steep sides."""
+    first = np.flatnonzero(np.diff(frame.recording, prepend=frame.recording[0] - 1))
+    if first.size < 8:
+        return
+    before = frame.time[first[1:] - 1]
+    gaps = 0.5 * (before + frame.time[first[1:]])
+    chosen = np.unique(np.round(np.linspace(0, gaps.size - 1, SPELL_ENDS)).astype(int))
+    ends = [float(frame.time.min()) - 1.0, *(float(gaps[k]) for k in chosen), float(frame.time.max()) + 1.0]
+    steep = 1e-3
+    for i in range(len(ends) - 1):
+        for j in range(i + 1, len(ends)):
+            if (i, j) == (0, len(ends) - 1):
+                continue
+            yield Free(channel, (Spell(("time",), times, ((ends[i], ends[i] + steep, ends[j], ends[j] + steep),)),))
+
+
+class Spell(Grid):
+    """A table over time that is 0 before and after two moments and one value between: a single regressor."""
+
+    __slots__ = ()
+
+    @property
+    def size(self) -> int:
+        """One value."""
+        return 1
+
+    def places(self) -> FloatArray:
+        """The moment at which it begins (1, 1)."""
+        return np.array([[self.knots[0][1]]])
+
+    def columns(self, frame: Frame) -> FloatArray:
+        """The regressor (n, 1)."""
+        begin, _, end, _ = self.knots[0]
+        inside = (frame.time > begin) & (frame.time <= end)
+        return np.asarray((inside * factor(self.times, frame))[:, None])
+
+    def to_json(self, values: FloatArray) -> dict[str, object]:
+        """As a table of four knots."""
+        return Grid(self.over, self.times, self.knots).to_json(np.array([0.0, values[0], values[0], 0.0]))

@@ -1,0 +1,121 @@
+"""What a channel's search found, as the report's makers take it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from bench.mismatch.discovery import AMBIGUOUS, NAMED, Discovery, Rival
+from bench.mismatch.discovery import UNKNOWN as UNKNOWN_STATUS
+from bench.mismatch.problem import ChannelProblem
+from bench.mismatch.recordings.beginning import at_start, risen
+from bench.mismatch.regression.bank import Fit
+from bench.mismatch.regression.candidates import Spell
+from bench.mismatch.regression.model import ChannelModel, Chosen
+from bench.mismatch.regression.regressors import UNKNOWN, Free
+from bench.mismatch.regression.search import Search
+from bench.mismatch.regression.slots import Contender, Slot
+from bench.simulation.frame import FloatArray, Frame
+
+
+def of_start(problem: ChannelProblem, prediction: FloatArray) -> FloatArray:
+    """A prediction (n,) of an integral with the level of each recording's first readings; others as they are."""
+    if not problem.spec.integral:
+        return prediction
+    frame = problem.rows.frame
+    return np.asarray(prediction + risen(frame, at_start(frame, problem.rows.y) - at_start(frame, prediction)))
+
+
+def discoveries(
+    search: Search,
+    slots: Sequence[Slot],
+    whole: FloatArray,
+    frame: Frame | None = None,
+    y: FloatArray | None = None,
+) -> list[Discovery]:
+    """Every effect of the found model, with its rivals in ``slots``, as a discovery.
+
+    ``whole`` (n,): the model's prediction on the channel's rows, of which ``frame`` is the frame and ``y`` (n,) the
+    measured values less all else, where these are not the search's own rows.
+    """
+    problem = search.model.problem
+    rows = problem.rows.frame if frame is None else frame
+    measured = problem.rows.y if y is None else y
+    return [_discovery(search, slot, whole, rows, measured) for slot in slots]
+
+
+def _discovery(search: Search, slot: Slot, whole: FloatArray, frame: Frame, y: FloatArray) -> Discovery:
+    model, own = search.model, slot.chosen
+    others = [c for c in model.chosen if c is not own]
+
+    def predicted(chosen: Sequence[Chosen], fitted: Fit) -> FloatArray:
+        out = model.predict(frame, chosen, fitted)
+        return of_start(model.problem, out) if frame is model.problem.rows.frame else out
+
+    without = predicted(others, model.refitted(others))
+    rivals = [r for r in slot.rivals if r.chosen.effect != own.effect]
+    as_good = [r for r in rivals if r.as_good and r.chosen.effect != UNKNOWN]
+    status = UNKNOWN_STATUS if own.effect == UNKNOWN else (AMBIGUOUS if as_good else NAMED)
+    regressor = own.main.regressor
+    coefficients, covariance = model.fit.of(own.main.place)
+    std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return Discovery(
+        effect=own.effect,
+        status=status,
+        confidence=_confidence(slot, status, as_good),
+        channel=model.channel,
+        words=regressor.words,
+        equation=regressor.equation,
+        variables=regressor.variables,
+        parameters=tuple(regressor.parameters(coefficients, std)),
+        added=whole - without,
+        gain=slot.gain,
+        p_value=slot.p_value,
+        simulation_rows=tuple(rows_of(model, own)),
+        rivals=tuple(_rival(model, r, others, predicted, y) for r in rivals),
+        time_window=_window(own),
+        numbers=regressor.numbers,
+    )
+
+
+def _rival(model: ChannelModel, rival: Contender, others: Sequence[Chosen], predicted: Any, y: FloatArray) -> Rival:
+    chosen = [*others, rival.chosen]
+    regressor = rival.chosen.main.regressor
+    left = y - predicted(chosen, model.refitted(chosen))
+    return Rival(regressor.effect, regressor.words, rival.loss, rival.error, rival.weight, rival.as_good, left)
+
+
+def _confidence(slot: Slot, status: str, as_good: Sequence[Contender]) -> float:
+    """Weight of all models that say the same of the effect: its name, the names not told apart, or no name."""
+    if status == AMBIGUOUS:
+        share = slot.weight + sum(r.weight for r in as_good)
+    elif status == UNKNOWN_STATUS:
+        share = slot.weight + sum(r.weight for r in slot.rivals if r.chosen.effect == UNKNOWN)
+    else:
+        share = slot.weight
+    return float(min(max(share * (1.0 - slot.p_value), 0.0), 1.0))
+
+
+def _window(own: Chosen) -> tuple[float, float] | None:
+    """Begin and end in s of the campaign of what is there for a spell only."""
+    regressor = own.main.regressor
+    if isinstance(regressor, Free) and isinstance(regressor.grids[0], Spell):
+        begin, _, end, _ = regressor.grids[0].knots[0]
+        return begin, end
+    return None
+
+
+def rows_of(model: ChannelModel, own: Chosen, fitted: Fit | None = None) -> list[dict[str, Any]]:
+    """Rows of a simulation file that hold an effect, its shape's correction included."""
+    fit = model.fit if fitted is None else fitted
+    out: list[dict[str, Any]] = []
+    for block in own.blocks:
+        coefficients, covariance = fit.of(block.place)
+        std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        if isinstance(block.regressor, Free):
+            out += [{"effect": own.effect, **row} for row in block.regressor.rows(coefficients)]
+        else:
+            out.append({"effect": own.effect, **block.regressor.row(coefficients, std)})
+    return out

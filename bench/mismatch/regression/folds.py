@@ -1,0 +1,82 @@
+"""Predictive densities of recordings left out, and what they say of models that compete.
+
+Every operating point is left out in turn, all else fitted, the point's rows predicted: log p(y) - log p(y without the
+point), both in closed form. Models are weighted by how often each would be the best if the points were drawn again
+(pseudo-BMA with the Bayesian bootstrap: Yao, Vehtari, Simpson and Gelman, Bayesian Anal. 13 (2018) 917).
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+
+import numpy as np
+
+from bench.mismatch.regression.bank import RIDGE, Bank
+from bench.mismatch.regression.model import Block
+from bench.simulation.frame import FloatArray, IntArray
+
+DRAWS = 2000
+
+
+def predictive(bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: float) -> FloatArray:
+    """Log predictive density of each fold (folds,) for a ``variance`` of the offsets.
+
+    ``folds`` (recordings,): fold of each recording of the bank, from 0 without gaps.
+    """
+    index = [i for b in blocks for i in b.place]
+    data = np.column_stack([bank.all()[0][:, index], bank.y])
+    starts = bank.whitening.starts
+    grams = np.array([data[a:b].T @ data[a:b] for a, b in itertools.pairwise(starts)])
+    ones = bank.whitening.by_recording(bank.one[:, None] * data)
+    precision = np.concatenate([b.precision for b in blocks]) if blocks else np.zeros(0)
+    weight = bank.shrunk(variance)
+    grams -= weight[:, None, None] * ones[:, :, None] * ones[:, None, :]
+    cost = np.zeros(bank.energy.size) if np.isinf(variance) else np.log1p(variance * bank.energy)
+    return _densities(grams, cost, folds, precision)
+
+
+def _densities(grams: FloatArray, cost: FloatArray, folds: IntArray, precision: FloatArray) -> FloatArray:
+    number = int(folds.max()) + 1
+    own = np.zeros((number, *grams.shape[1:]))
+    np.add.at(own, folds, grams)
+    costs = np.bincount(folds, cost, number)
+    total = own.sum(axis=0)
+    k = precision.size
+    scale = np.append(np.sqrt(np.where(np.diag(total)[:k] > 1e-200, np.diag(total)[:k], 1.0)), 1.0)
+    prior = np.append(precision / scale[:k] ** 2 + RIDGE, 0.0)
+    whole = total / np.outer(scale, scale) + np.diag(prior)
+    without = whole - own / np.outer(scale, scale)
+    everything = _evidence(whole[None], k)[0] - 0.5 * costs.sum()
+    return np.asarray(everything - (_evidence(without, k) - 0.5 * (costs.sum() - costs)))
+
+
+def _evidence(grams: FloatArray, k: int) -> FloatArray:
+    """Log marginal likelihoods, up to what all models share, of scaled Gram matrices (m, k + 1, k + 1) with y last."""
+    squares = grams[:, k, k]
+    if k == 0:
+        return np.asarray(-0.5 * squares)
+    inner, right = grams[:, :k, :k], grams[:, :k, k]
+    lower = np.linalg.cholesky(inner)
+    half = np.linalg.solve(lower, right[:, :, None])[:, :, 0]
+    volume = np.log(np.einsum("mkk->mk", lower)).sum(axis=1)
+    return np.asarray(-0.5 * (squares - np.sum(half**2, axis=1)) - volume)
+
+
+def weights(densities: FloatArray, seed: int) -> FloatArray:
+    """Weight of each model (models,) from the densities (models, folds) of the points left out."""
+    models, number = densities.shape
+    if models == 1:
+        return np.ones(1)
+    share = np.random.default_rng(seed).dirichlet(np.ones(number), size=DRAWS)
+    drawn = number * share @ densities.T
+    drawn -= drawn.max(axis=1, keepdims=True)
+    odds = np.exp(drawn)
+    return np.asarray((odds / odds.sum(axis=1, keepdims=True)).mean(axis=0))
+
+
+def apart(first: FloatArray, second: FloatArray) -> tuple[float, float]:
+    """By how much ``first`` predicts better than ``second`` (folds,), and the standard error of that."""
+    difference = first - second
+    error = float(np.std(difference, ddof=1) * np.sqrt(difference.size)) if difference.size > 1 else np.inf
+    return float(difference.sum()), error

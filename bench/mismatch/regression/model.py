@@ -1,0 +1,210 @@
+"""A channel's calibrated simulation with what was found beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from bench.mismatch.problem import ChannelProblem, starts_and_folds
+from bench.mismatch.regression.bank import Bank, Fit, Whitening, fit
+from bench.mismatch.regression.noise import Mixture, RowNoise, of_rows, plain_mixture
+from bench.mismatch.regression.regressors import Free, Regressor
+from bench.simulation.frame import FloatArray, Frame, IntArray
+
+WINDOW = 9
+"""rows of two seconds through which a parabola is laid"""
+WEAK = 1e-6
+"""relative to a column's mean energy: prior of free functions, where a design leaves a value of them undetermined"""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Block:
+    """A regressor in a bank: numbers of its columns, prior precision of its coefficients (k,)."""
+
+    regressor: Regressor
+    place: tuple[int, ...]
+    precision: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Chosen:
+    """An effect in a model, with the correction of its shape where it has one."""
+
+    main: Block
+    shape: Block | None = None
+
+    @property
+    def effect(self) -> str:
+        """Id of the vocabulary."""
+        return self.main.regressor.effect
+
+    @property
+    def blocks(self) -> tuple[Block, ...]:
+        """Its blocks."""
+        return (self.main,) if self.shape is None else (self.main, self.shape)
+
+
+@dataclass(slots=True)
+class ChannelModel:
+    """A channel's model: the simulation's blocks, then what was chosen, fitted together on the training rows."""
+
+    problem: ChannelProblem
+    bank: Bank
+    samples: Mixture
+    noise: RowNoise
+    base: list[Block]
+    chosen: list[Chosen]
+    fit: Fit
+    variances: tuple[float, ...]
+    folds: IntArray
+    price: float = 0.0
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def channel(self) -> str:
+        """Name of the channel."""
+        return self.problem.channel
+
+    @property
+    def floor(self) -> float:
+        """Noise of a single sample, free of the model."""
+        if self.problem.spec.integral:
+            return scattered(self.problem)[0]
+        return float(np.sqrt(self.samples.variance))
+
+    def blocks(self, chosen: Sequence[Chosen] | None = None) -> list[Block]:
+        """Blocks of a model: the simulation's and those of what is chosen (default: the model's own)."""
+        return [*self.base, *(b for c in (self.chosen if chosen is None else chosen) for b in c.blocks)]
+
+    def refitted(self, chosen: Sequence[Chosen]) -> Fit:
+        """Fit the simulation with some effects."""
+        return fit_blocks(self.bank, self.blocks(chosen), self.variances)
+
+    def contribution(self, chosen: Chosen, frame: Frame, fitted: Fit | None = None) -> FloatArray:
+        """What an effect adds at the rows of a frame (n,)."""
+        own = self.fit if fitted is None else fitted
+        out = np.zeros(frame.size)
+        for block in chosen.blocks:
+            out += block.regressor.columns(frame) @ own.of(block.place)[0]
+        return out
+
+    def predict(self, frame: Frame, chosen: Sequence[Chosen] | None = None, fitted: Fit | None = None) -> FloatArray:
+        """The channel, less what is fixed, as the model says on the rows of a frame (n,)."""
+        own = self.fit if fitted is None else fitted
+        out = np.zeros(frame.size)
+        for block in self.blocks(chosen):
+            if block.regressor.effect == "nuisance":
+                continue
+            out += block.regressor.columns(frame) @ own.of(block.place)[0]
+        return out
+
+
+def scattered(problem: ChannelProblem) -> tuple[float, float | None]:
+    """Noise of a sample where the channel changes slowly, and its standard error.
+
+    Its scatter inside the rows, and that of the rows about a parabola through each few of them: no balance of heat
+    bends
+    more within a quarter of a minute. Medians over the recordings.
+    """
+    rows = problem.rows
+    own = problem.usable & (rows.number > 1.5)
+    variance = rows.within * rows.number / np.maximum(rows.number - 1.0, 0.5)
+    recordings = rows.frame.recording
+    level = []
+    for r in np.unique(recordings[own]):
+        chosen = own & (recordings == r)
+        level.append(float(np.median(variance[chosen])) + _about_parabolas(rows.y[chosen]))
+    squares = np.asarray(level)
+    spread = float(1.4826 * np.median(np.abs(squares - np.median(squares))) / np.sqrt(max(squares.size, 1)))
+    floor = float(np.sqrt(np.median(squares)))
+    return floor, (1.2533 * spread / (2.0 * floor) if floor > 0.0 and squares.size > 2 else None)
+
+
+def _about_parabolas(y: FloatArray) -> float:
+    """Variance of values (n,) about a parabola through each window of them; 0 where they are too few."""
+    if y.size < WINDOW:
+        return 0.0
+    line = np.linspace(-1.0, 1.0, WINDOW)
+    basis = np.linalg.qr(np.column_stack([np.ones(WINDOW), line, line**2]))[0]
+    parts = np.lib.stride_tricks.sliding_window_view(y, WINDOW)[:: WINDOW // 2]
+    left = parts - parts @ basis @ basis.T
+    return float(np.median(np.sum(left**2, axis=1)) / (WINDOW - 3))
+
+
+def fit_blocks(bank: Bank, blocks: Sequence[Block], variances: Sequence[float]) -> Fit:
+    """Fit blocks of columns together."""
+    index = [i for b in blocks for i in b.place]
+    precision = np.concatenate([b.precision for b in blocks]) if blocks else np.zeros(0)
+    return fit(bank, index, variances, precision)
+
+
+def prepare_bank(problem: ChannelProblem, residual: FloatArray) -> tuple[Bank, Mixture, RowNoise, IntArray]:
+    """Whiten a problem's training rows by the noise that a ``residual`` (training rows,) shows."""
+    train = problem.train
+    own = problem.rows.take(train)
+    starts, folds = starts_and_folds(own.frame, problem.folds)
+    samples = problem.noise or plain_mixture(own, residual)
+    doubt = None if problem.doubt is None else problem.doubt[train]
+    noise = of_rows(own, samples, residual, doubt)
+    return Bank(own.y, Whitening(noise, starts), problem.spec.integral), samples, noise, folds
+
+
+def plain_residual(problem: ChannelProblem) -> FloatArray:
+    """Residual (training rows,) of the simulation fitted by plain weighted least squares, an offset a recording
+    free.
+    """
+    train = problem.train
+    own = problem.rows.take(train)
+    blocks = [b.regressor.columns(problem.rows.frame)[train] for b in problem.base]
+    columns = np.hstack(blocks) if blocks else np.zeros((own.size, 0))
+    recording = own.frame.recording
+    weight = np.sqrt(np.maximum(own.number, 0.0))
+    count = np.maximum(np.bincount(recording, own.number), 1e-9)
+
+    def centred(values: FloatArray) -> FloatArray:
+        return np.asarray(values - (np.bincount(recording, values * own.number) / count)[recording])
+
+    if columns.shape[1] == 0:
+        return centred(own.y)
+    scale = np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-300)
+    inner = np.column_stack([centred(c) for c in (columns / scale).T])
+    left = inner * weight[:, None]
+    normal = left.T @ left + 1e-6 * np.trace(left.T @ left) / left.shape[1] * np.eye(left.shape[1])
+    beta = np.linalg.solve(normal, left.T @ (weight * centred(own.y)))
+    return np.asarray(centred(own.y) - inner @ beta)
+
+
+def add_base(problem: ChannelProblem, bank: Bank) -> list[Block]:
+    """Put the simulation's regressors into a bank."""
+    train = problem.train
+    out = []
+    for term in problem.base:
+        columns = term.regressor.columns(problem.rows.frame)[train]
+        place = bank.add(columns)
+        out.append(Block(term.regressor, place, term.precisions(len(place))))
+    return out
+
+
+def add_block(problem: ChannelProblem, bank: Bank, regressor: Regressor, precision: float = 0.0) -> Block:
+    """Put a regressor into a bank."""
+    place = bank.add(regressor.columns(problem.rows.frame)[problem.train])
+    if precision == 0.0 and isinstance(regressor, Free):
+        precision = weak_precision(bank, place)
+    return Block(regressor, place, np.full(len(place), precision))
+
+
+def weak_precision(bank: Bank, place: Sequence[int]) -> float:
+    """Prior precision of a free function's values that only keeps undetermined ones from running away."""
+    return WEAK * float(np.mean([np.sum(bank.column(i) ** 2) for i in place]))
+
+
+def with_shape(problem: ChannelProblem, bank: Bank, main: Block, shape: Free | None, size: float) -> Chosen:
+    """An effect with the correction of its shape: a function whose values are drawn with standard deviation
+    ``size``.
+    """
+    if shape is None or size <= 0.0:
+        return Chosen(main)
+    block = add_block(problem, bank, shape, 1.0 / size**2)
+    return Chosen(main, block)

@@ -1,0 +1,221 @@
+"""Noise of a channel: a mixture of parts that remember themselves for different times, read from the recordings'
+spectra.
+
+The power spectral densities of all steady parts are laid over each other in hertz. A wave of the gearbox stands in a
+few bins and moves with the speed; noise is in every bin of every recording. So the median over recordings and
+neighbouring bins is that of the noise, whatever physics the recordings hold, and it does not grow with what a model
+leaves out.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import nnls
+from scipy.stats import chi2
+
+from bench.mismatch.recordings.rows import Rows, lively
+from bench.mismatch.recordings.vibration import NYQUIST_SHARE, Density
+from bench.simulation.frame import FloatArray, Frame, IntArray, recording_starts
+
+MEMORIES_S = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
+"""correlation times of the parts, s"""
+BINS = 40
+"""bins of the pooled spectrum, even in the logarithm of the frequency"""
+LOWEST_HZ = 0.15
+"""below it a spectrum of ten seconds tells noise and drift no more apart"""
+FEWEST_SPECTRA = 3
+ALIKE_RAD = 0.1
+"""angle over which an error of a series stays alike: a period of order sixty"""
+CLASSES = 3
+"""kinds of motion with a scatter of their own: steady, changing, just after a start or reversal"""
+_FEWEST = 30
+_LAGS = (1, 2, 3, 4, 6)
+_RUNNING = 9
+"""rows of a running mean, and rows of a kind from which its scatter is told apart"""
+
+
+@dataclass(frozen=True, slots=True)
+class Mixture:
+    """Noise of single samples: ``white`` variance, and ``parts`` (variance each) with the correlation times above.
+
+    ``rate``: sample rate in Hz that the white part belongs to.
+    """
+
+    white: float
+    parts: tuple[float, ...]
+    rate: float
+
+    @property
+    def variance(self) -> float:
+        """Variance of a single sample."""
+        return self.white + sum(self.parts)
+
+    def of_means(self, number: FloatArray, duration: FloatArray) -> FloatArray:
+        """Variance of means over ``number`` samples, spread over ``duration`` s (n,)."""
+        out = self.white / np.maximum(number, 1.0)
+        for variance, memory in zip(self.parts, MEMORIES_S, strict=True):
+            x = np.maximum(duration / memory, 1e-6)
+            out = out + variance * np.where(x < 1e-3, 1.0 - x / 3.0, 2.0 * (x - 1.0 + np.exp(-x)) / x**2)
+        return np.asarray(out)
+
+    def across(self, first: FloatArray, second: FloatArray, gap: FloatArray) -> FloatArray:
+        """Covariance of means over two durations, ``gap`` s apart (n,)."""
+        out = np.zeros(first.size)
+        for variance, memory in zip(self.parts, MEMORIES_S, strict=True):
+            a, b = np.maximum(first / memory, 1e-6), np.maximum(second / memory, 1e-6)
+            out += variance * (1.0 - np.exp(-a)) * (1.0 - np.exp(-b)) / (a * b) * np.exp(-gap / memory)
+        return out
+
+
+@dataclass(frozen=True, slots=True)
+class RowNoise:
+    """Noise of rows (n,): standard deviation, and correlation with the row before (0 in a recording's first)."""
+
+    sigma: FloatArray
+    correlation: FloatArray
+    memory: float
+    """time after which noise has mostly forgotten itself, s"""
+
+
+def mixture(densities: Sequence[Density]) -> Mixture | None:
+    """Noise of the samples from the recordings' spectra; None where too few have one."""
+    kinds_of = [(d.rate, d.power.size) for d in densities]
+    if len(kinds_of) < FEWEST_SPECTRA:
+        return None
+    usual = max(set(kinds_of), key=kinds_of.count)
+    rate = usual[0]
+    own = [d for d in densities if (d.rate, d.power.size) == usual]
+    step = own[0].step
+    frequency = step * np.arange(own[0].power.size)
+    edges = np.geomspace(LOWEST_HZ, NYQUIST_SHARE * rate, BINS + 1)
+    # a median of averaged periodograms lies below their mean by that of a chi-square variable
+    bias = np.array([chi2.median(2.0 * d.averaged) / (2.0 * d.averaged) for d in own])
+    table = np.array([d.power / b for d, b in zip(own, bias, strict=True)])
+    at: list[float] = []
+    level: list[float] = []
+    for low, high in itertools.pairwise(edges):
+        chosen = (frequency >= low) & (frequency < high)
+        if chosen.any():
+            at.append(float(np.sqrt(low * high)))
+            level.append(float(np.median(np.median(table[:, chosen], axis=1))))
+    return fitted(np.asarray(at), np.asarray(level), rate)
+
+
+def fitted(frequency: FloatArray, level: FloatArray, rate: float) -> Mixture:
+    """Mixture whose spectrum comes nearest to a one-sided density ``level`` (k,) at ``frequency`` (k,) Hz."""
+    good = level > 0.0
+    frequency, level = frequency[good], level[good]
+    columns = [np.full(frequency.size, 2.0 / rate)]
+    columns += [4.0 * m / (1.0 + (2.0 * np.pi * frequency * m) ** 2) for m in MEMORIES_S]
+    design = np.column_stack(columns) / level[:, None]
+    scale = np.maximum(np.abs(design).max(axis=0), 1e-300)
+    found = nnls(design / scale, np.ones(level.size))[0] / scale
+    return Mixture(float(found[0]), tuple(float(v) for v in found[1:]), rate)
+
+
+def kinds(frame: Frame) -> IntArray:
+    """Kind of motion of each row: 0 steady, 1 changing, 2 just after a start or reversal."""
+    out = np.where(frame.steady > 0.5, 0, 1)
+    return np.asarray(np.where(lively(frame) & (frame.steady < 0.5), 2, out), dtype=np.int64)
+
+
+def robust_spread(values: FloatArray) -> float:
+    """Standard deviation of the bulk: values beyond four spreads (by the median) are clipped to that."""
+    if values.size < 4:
+        return float(np.std(values)) if values.size else 0.0
+    middle = float(np.median(values))
+    spread = 1.4826 * float(np.median(np.abs(values - middle)))
+    if spread == 0.0:
+        return float(np.std(values))
+    return float(np.sqrt(np.mean(np.clip(values - middle, -4.0 * spread, 4.0 * spread) ** 2)))
+
+
+def plain_mixture(rows: Rows, residual: FloatArray) -> Mixture:
+    """Noise from how much rows a few steps apart differ: where recordings are too short, or too slow, for spectra.
+
+    What changes slowly, physics above all, hardly differs over a few rows (structure function, Cressie, Statistics for
+    Spatial Data, 1993, ch. 2).
+    """
+    frame = rows.frame
+    span = float(np.sum(frame.step)) or 1.0
+    rate = float(np.sum(frame.count)) / span
+    number = float(np.median(rows.number)) or 1.0
+    step = number / rate
+    differ = []
+    for lag in _LAGS:
+        near = frame.recording[lag:] == frame.recording[:-lag]
+        near &= np.abs(frame.elapsed[lag:] - frame.elapsed[:-lag] - lag * step) < 0.5 * step
+        change = (residual[lag:] - residual[:-lag])[near]
+        differ.append(0.5 * robust_spread(change) ** 2 if change.size >= _FEWEST else np.nan)
+    measured = np.asarray(differ)
+    good = np.isfinite(measured) & (measured > 0.0)
+    if good.sum() < 3:
+        spread = robust_spread(np.diff(residual)) ** 2 / 2.0 if residual.size > 1 else 1.0
+        return Mixture(max(spread * number, 1e-300), (0.0,) * len(MEMORIES_S), rate)
+    duration = np.full(len(_LAGS), step)
+    columns = [np.full(len(_LAGS), 1.0 / number)]
+    for k in range(len(MEMORIES_S)):
+        alone = Mixture(0.0, tuple(float(j == k) for j in range(len(MEMORIES_S))), rate)
+        own = alone.of_means(np.full(1, number), np.full(1, step))[0]
+        columns.append(own - alone.across(duration, duration, (np.asarray(_LAGS) - 1.0) * step))
+    # the slow rest of a residual grows with the square of the lag: it is fitted beside the noise
+    columns.append(np.asarray(_LAGS, dtype=np.float64) ** 2 * float(np.nanmax(measured)))
+    design = np.column_stack(columns)[good] / measured[good, None]
+    scale = np.maximum(np.abs(design).max(axis=0), 1e-300)
+    found = nnls(design / scale, np.ones(int(good.sum())))[0] / scale
+    return Mixture(float(found[0]), tuple(float(v) for v in found[1:-1]), rate)
+
+
+def of_rows(rows: Rows, noise: Mixture, residual: FloatArray, doubt: FloatArray | None = None) -> RowNoise:
+    """Noise of rows from that of the samples; a kind of motion whose ``residual`` (n,) scatters more has more.
+
+    Rows are of several recordings, in order. ``doubt`` (n,): variance of what was taken off the rows before; it is the
+    same for rows near each other in the angle.
+    """
+    frame = rows.frame
+    starts = recording_starts(frame)
+    duration = frame.count / noise.rate
+    variance = noise.of_means(rows.number, duration)
+    gap = np.zeros(frame.size)
+    gap[1:] = np.maximum(np.diff(frame.elapsed) - 0.5 * (duration[1:] + duration[:-1]), 0.0)
+    shared = np.zeros(frame.size)
+    shared[1:] = noise.across(duration[1:], duration[:-1], gap[1:])
+    if doubt is not None:
+        variance = variance + doubt
+        apart = np.abs(np.diff(frame.theta))
+        shared[1:] += np.sqrt(doubt[1:] * doubt[:-1]) * np.exp(-apart / ALIKE_RAD)
+    shared[starts[:-1]] = 0.0
+    sigma = np.sqrt(np.maximum(variance, 1e-300))
+    correlation = np.zeros(frame.size)
+    correlation[1:] = np.clip(shared[1:] / (sigma[1:] * sigma[:-1]), 0.0, 0.98)
+    kind = kinds(frame)
+    scale = np.ones(frame.size)
+    steps = innovations(residual, sigma, correlation, starts)
+    for k in range(CLASSES):
+        own = kind == k
+        if own.sum() >= _FEWEST:
+            # differences to neighbours: a kind of motion is not noisier for the physics that shows in it
+            spread = robust_spread(steps[own] - _running(steps[own])) / np.sqrt(1.0 - 1.0 / _RUNNING)
+            scale[own] = max(spread, 0.5)
+    heavy = [m for v, m in zip(noise.parts, MEMORIES_S, strict=True) if v > 0.02 * noise.variance]
+    return RowNoise(sigma * scale, correlation, max(heavy, default=MEMORIES_S[0]))
+
+
+def innovations(values: FloatArray, sigma: FloatArray, correlation: FloatArray, starts: IntArray) -> FloatArray:
+    """Values (n,) in units of their noise, less what the row before says of them."""
+    scaled = values / sigma
+    rho = correlation.copy()
+    rho[starts[:-1]] = 0.0
+    out = scaled.copy()
+    out[1:] -= rho[1:] * scaled[:-1]
+    return np.asarray(out / np.sqrt(1.0 - rho**2))
+
+
+def _running(values: FloatArray) -> FloatArray:
+    """Running mean over a few rows: the slow part of a residual."""
+    total = np.cumsum(np.concatenate(([0.0], np.pad(values, _RUNNING // 2, mode="edge"))))
+    return np.asarray((total[_RUNNING:] - total[:-_RUNNING]) / _RUNNING)

@@ -1,0 +1,78 @@
+"""How far the offset's polynomial may bend: spread of its coefficients by the evidence of the recordings themselves.
+
+Some twenty recordings a direction determine ten coefficients badly: free ones follow the noise and go astray at the
+corners of the design that were held out. Linear coefficients (of speed and temperature) and those of second order get a
+normal prior each, whose spread is where the marginal likelihood of all training recordings is highest (empirical Bayes,
+MacKay, Neural Comput. 4 (1992) 415). The compliance and the constant stay free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from bench.mismatch.problem import ChannelProblem
+from bench.mismatch.regression.bank import Bank
+from bench.mismatch.regression.model import Block
+from bench.simulation.frame import FloatArray
+
+_MONOMIALS = 10
+_GROUPS = ((4, 5), (0, 1, 2, 6, 7, 8))
+"""numbers of the monomials that are linear in speed and temperature, and of second order"""
+_SPREADS = np.geomspace(0.003, 30.0, 13)
+"""root mean square of what a coefficient contributes, in units of a row's noise, that is tried"""
+
+
+def settled(problem: ChannelProblem, bank: Bank, base: Sequence[Block]) -> list[Block]:
+    """The simulation's blocks with the likeliest prior of the offset's coefficients; others as they are."""
+    del problem
+    place = next((k for k, b in enumerate(base) if b.regressor.effect == "te.offset"), None)
+    if place is None:
+        return list(base)
+    block = base[place]
+    own = np.array([float(np.mean(bank.column(i) ** 2)) for i in block.place])
+    groups = [np.array([k for k in range(len(own)) if k % _MONOMIALS in g and own[k] > 0.0]) for g in _GROUPS]
+    index = [i for b in base for i in b.place]
+    first = sum(len(b.place) for b in base[:place])
+    best, kept = -np.inf, np.zeros(len(own))
+    plain = np.concatenate([b.precision for b in base])
+    coarse = bank.variances()[::3]
+    for variance in coarse:
+        normal = bank.normal(index, variance)
+        for linear in _SPREADS:
+            for second in _SPREADS:
+                tried = np.zeros(len(own))
+                for group, spread in zip(groups, (linear, second), strict=True):
+                    if group.size:
+                        tried[group] = own[group] / spread**2
+                whole = plain.copy()
+                whole[first : first + len(own)] = tried
+                shrunk = np.zeros(whole.size, dtype=bool)
+                shrunk[first : first + len(own)] = tried > 0.0
+                found = _evidence(normal.gram, normal.right, normal.squares, whole, shrunk) - 0.5 * normal.cost
+                if found > best:
+                    best, kept = found, tried
+    out = list(base)
+    out[place] = replace(block, precision=kept)
+    return out
+
+
+def _evidence(
+    gram: FloatArray,
+    right: FloatArray,
+    squares: float,
+    precision: FloatArray,
+    shrunk: np.ndarray[tuple[int], np.dtype[np.bool_]],
+) -> float:
+    """Logarithm of the marginal likelihood of a model with prior precisions (k,), those of ``shrunk`` coefficients
+    proper.
+    """
+    energy = np.diag(gram) + precision
+    scale = np.sqrt(np.where(energy > 0.0, energy, 1.0))
+    normal = gram / scale[:, None] / scale[None, :] + np.diag(precision / scale**2 + 1e-9)
+    lower = np.linalg.cholesky(normal)
+    half = np.linalg.solve(lower, right / scale)
+    volume = float(np.sum(np.log(np.diag(lower))) + np.sum(np.log(scale)))
+    return float(-0.5 * (squares - half @ half) - volume + 0.5 * np.sum(np.log(precision[shrunk])))

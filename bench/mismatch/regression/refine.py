@@ -1,0 +1,176 @@
+"""Nonlinear parameters of a term, refined between the points of its grid by variable projection.
+
+Golub and Pereyra, SIAM J. Numer. Anal. 10 (1973) 413: for each point everything linear is solved for, and what is
+left is minimised by scipy's trust-region least squares. How sure the point is follows from the slope of what is left,
+with the linear parts free to make up for it (Kaufman, BIT 15 (1975) 49).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from bench.mismatch.problem import ChannelProblem
+from bench.mismatch.regression.bank import RIDGE, Bank
+from bench.mismatch.regression.model import Block
+from bench.mismatch.regression.regressors import Named, Regressor
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.terms import Form
+
+_EVALUATIONS = 25
+_SLOPE = 1e-3
+"""step, over the parameter or its range, by which slopes are taken"""
+_BEYOND = 1.5
+"""factor by which a point may leave its grid"""
+
+
+@dataclass(frozen=True, slots=True)
+class _Projector:
+    """Whitens columns, marginalises the offsets, and takes off what the model's own columns say."""
+
+    bank: Bank
+    shrink: FloatArray
+    basis: FloatArray
+
+    def __call__(self, white: FloatArray) -> FloatArray:
+        columns = white[:, None] if white.ndim == 1 else white
+        starts = self.bank.whitening.starts
+        mean = self.bank.whitening.by_recording(self.bank.one[:, None] * columns) * self.shrink[:, None]
+        out = columns - np.repeat(mean, np.diff(starts), axis=0) * self.bank.one[:, None]
+        if self.basis.shape[1]:
+            out = out - self.basis @ (self.basis.T @ out)
+        return np.asarray(out[:, 0] if white.ndim == 1 else out)
+
+
+def projector(bank: Bank, blocks: Sequence[Block], variance: float) -> _Projector:
+    """Projector off the columns of ``blocks`` for a variance of the offsets."""
+    energy = np.maximum(bank.energy, 1e-300)
+    share = np.ones(energy.size) if np.isinf(variance) else 1.0 - 1.0 / np.sqrt(1.0 + variance * energy)
+    shrink = share / energy
+    plain = _Projector(bank, shrink, np.zeros((bank.y.size, 0)))
+    index = [i for b in blocks for i in b.place]
+    if not index:
+        return plain
+    own = bank.all()[0][:, index]
+    columns = plain(own)
+    # of a column that the offsets say altogether only rounding is left
+    said = np.sum(columns**2, axis=0) > RIDGE * np.sum(own**2, axis=0)
+    columns = columns[:, said]
+    precision = np.concatenate([b.precision for b in blocks])[said]
+    if not said.any():
+        return plain
+    # what the columns leave of the sum of squares is y'(I - B*B')y with B = X*(X'X + P)^(-1/2); a residual whose
+    # squares sum up to that is the root of it times y
+    energy = np.sum(columns**2, axis=0) + precision
+    scale = np.sqrt(np.where(energy > 1e-200, energy, 1.0))
+    values, vectors = np.linalg.eigh((columns / scale).T @ (columns / scale) + np.diag(precision / scale**2))
+    alive = values > 1e-9 * values.max()
+    half = (columns / scale) @ (vectors[:, alive] / np.sqrt(values[alive]))
+    squares, turned = np.linalg.eigh(half.T @ half)
+    kept = squares > 1e-12
+    squares = np.clip(squares[kept], 0.0, 1.0)
+    basis = half @ (turned[:, kept] / np.sqrt(squares)) * np.sqrt(1.0 - np.sqrt(1.0 - squares))
+    return _Projector(bank, shrink, basis)
+
+
+def refined(problem: ChannelProblem, bank: Bank, others: Sequence[Block], start: Named, variance: float) -> Named:
+    """The term with its nonlinear parameters where they fit best beside ``others``, and their standard deviations; as
+    it is where it has none.
+    """
+    if not start.point:
+        return start
+    frame, train = problem.rows.frame, problem.train
+    project = projector(bank, others, variance)
+    target = project(bank.y)
+    lower, upper = bounds(start.form, frame)
+    positive = bool(np.all(lower > 0))
+    first, low, high = (np.log(v) if positive else np.asarray(v) for v in (np.asarray(start.point), lower, upper))
+    first = np.clip(first, low + 1e-6 * (high - low), high - 1e-6 * (high - low))
+
+    def left(x: FloatArray) -> FloatArray:
+        point = tuple(float(v) for v in (np.exp(x) if positive else x))
+        columns = start.form.columns(frame, point)[train]
+        white = project(bank.whitening.apply(np.where(np.isfinite(columns), columns, 0.0)))
+        scale = np.sqrt(np.maximum(np.sum(white**2, axis=0), 1e-300))
+        white = white / scale
+        normal = white.T @ white + 1e-9 * np.eye(white.shape[1])
+        return np.asarray(target - white @ np.linalg.solve(normal, white.T @ target))
+
+    found = least_squares(
+        left,
+        first,
+        bounds=(low, high),
+        x_scale=np.maximum(0.1 * (high - low), 1e-9),
+        diff_step=np.full(first.size, 1e-3),
+        max_nfev=_EVALUATIONS,
+    )
+    better = start
+    if 2.0 * found.cost < float(np.sum(left(first) ** 2)):
+        better = replace(start, point=tuple(float(v) for v in (np.exp(found.x) if positive else found.x)))
+    return replace(better, deviation=_deviation(better, problem, project, target))
+
+
+def _deviation(
+    term: Named, problem: ChannelProblem, project: _Projector, target: FloatArray
+) -> tuple[float | None, ...]:
+    """Standard deviation of each nonlinear parameter in its own unit, everything linear and the other parameters free.
+
+    None where one stands at the end of its range, and where the recordings do not tell it within that range.
+    """
+    frame, train = problem.rows.frame, problem.train
+    lower, upper = bounds(term.form, frame)
+    point = np.asarray(term.point)
+    free = np.flatnonzero(~_at_end(point, lower, upper))
+
+    def white(at: FloatArray) -> FloatArray:
+        columns = term.form.columns(frame, tuple(float(v) for v in at))[train]
+        return project(project.bank.whitening.apply(np.where(np.isfinite(columns), columns, 0.0)))
+
+    own = white(point)
+    own = own / np.sqrt(np.maximum(np.sum(own**2, axis=0), 1e-300))
+    inverse = np.linalg.inv(own.T @ own + RIDGE * np.eye(own.shape[1]))
+    size = np.sqrt(np.maximum(np.sum(white(point) ** 2, axis=0), 1e-300))
+    beta = inverse @ (own.T @ target) / size
+    slopes = []
+    for k in free:
+        step = np.zeros(point.size)
+        step[k] = _SLOPE * (point[k] if lower[k] > 0 else upper[k] - lower[k])
+        slope = (white(point + step) - white(point - step)) @ beta / (2.0 * step[k])
+        slopes.append(slope - own @ (inverse @ (own.T @ slope)))
+    out: list[float | None] = [None] * point.size
+    if free.size:
+        jacobian = np.array(slopes).T
+        scale = np.maximum(np.sqrt(np.sum(jacobian**2, axis=0)), 1e-300)
+        normal = (jacobian / scale).T @ (jacobian / scale)
+        spread = np.sqrt(np.maximum(np.diag(np.linalg.inv(normal + RIDGE * np.eye(free.size))), 0.0)) / scale
+        for k, value in zip(free, spread, strict=True):
+            out[int(k)] = float(value) if value < upper[k] - lower[k] else None
+    return tuple(out)
+
+
+def bounds(form: Form, frame: Frame) -> tuple[FloatArray, FloatArray]:
+    """The range of a form's grid, a little widened: beyond it a term turns into something else."""
+    grid = np.asarray(form.grid(frame))
+    low, high = grid.min(axis=0), grid.max(axis=0)
+    margin = 0.1 * (high - low) + 1e-9
+    return (
+        np.where(low > 0, low / _BEYOND, low - margin),
+        np.where(low > 0, high * _BEYOND, high + margin),
+    )
+
+
+def strained(named: Regressor, frame: Frame) -> bool:
+    """Whether a nonlinear parameter stands at the end of its range, where the term turns into something else."""
+    if not isinstance(named, Named) or not named.point:
+        return False
+    return bool(np.any(_at_end(np.asarray(named.point), *bounds(named.form, frame))))
+
+
+def _at_end(point: FloatArray, lower: FloatArray, upper: FloatArray) -> NDArray[np.bool_]:
+    """Which parameters stand within a hundredth of an end of their range."""
+    room = 0.01 * (upper - lower)
+    return np.asarray((point < lower + np.minimum(room, 0.01 * np.abs(lower))) | (point > upper - room))

@@ -1,0 +1,229 @@
+"""What may stand in a model of a channel: terms of the library, and free functions.
+
+Both give columns on any rows and a row of a simulation file; nothing else of the analysis asks which of the two it has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.quantities import FACTOR_OF, QUANTITIES, in_words, label
+from bench.simulation.tables import Grid
+from bench.simulation.terms import CHANNEL_UNITS, LIBRARY, TEMPERATURE, Form, Point, Term
+from bench.simulation.terms.memory import integral
+
+UNKNOWN = "unknown"
+STRAIGHT = 2
+"""knots of a straight line"""
+
+
+class Regressor(Protocol):
+    """A term or a free function of one channel."""
+
+    @property
+    def effect(self) -> str:
+        """Id of the vocabulary."""
+        ...
+
+    @property
+    def words(self) -> str:
+        """What it is, for people."""
+        ...
+
+    @property
+    def equation(self) -> str:
+        """Its equation."""
+        ...
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """Quantities it depends on, the most telling first."""
+        ...
+
+    @property
+    def numbers(self) -> int:
+        """Parameters by which it follows the data."""
+        ...
+
+    def columns(self, frame: Frame) -> FloatArray:
+        """Regressors (n, k) on the rows of a frame."""
+        ...
+
+    def parameters(self, coefficients: FloatArray, std: FloatArray) -> list[dict[str, Any]]:
+        """Symbol, value, unit and standard deviation of each parameter, as reports have them."""
+        ...
+
+    def row(self, coefficients: FloatArray, std: FloatArray) -> dict[str, Any]:
+        """Its row of a simulation file, but for the effect."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Named:
+    """A term of the library in one form at one point of its nonlinear parameters.
+
+    ``deviation``: standard deviations of the point, once it is refined; None where the recordings do not tell one.
+    """
+
+    term: Term
+    channel: str
+    form: Form
+    point: Point = ()
+    deviation: tuple[float | None, ...] = ()
+
+    @property
+    def effect(self) -> str:
+        """Id of the vocabulary."""
+        return self.term.effect
+
+    @property
+    def words(self) -> str:
+        """What it is, for people."""
+        return self.term.name
+
+    @property
+    def equation(self) -> str:
+        """Its equation."""
+        return self.term.equation
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """Quantities it depends on, the most telling first."""
+        return self.term.variables
+
+    @property
+    def numbers(self) -> int:
+        """Parameters by which it follows the data."""
+        return len(self.form.linear) + len(self.point)
+
+    def columns(self, frame: Frame) -> FloatArray:
+        """Regressors (n, k) on the rows of a frame."""
+        return self.form.columns(frame, self.point)
+
+    def parameters(self, coefficients: FloatArray, std: FloatArray) -> list[dict[str, Any]]:
+        """Symbol, value, unit and standard deviation of each parameter, as reports have them."""
+        out = [
+            {"symbol": s.symbol, "value": float(v), "unit": s.unit, "std": float(d)}
+            for s, v, d in zip(self.form.linear, coefficients, std, strict=True)
+        ]
+        deviation: Sequence[float | None] = self.deviation or [None] * len(self.point)
+        for s, v, spread in zip(self.form.nonlinear, self.point, deviation, strict=True):
+            out.append({"symbol": s.symbol, "value": float(v), "unit": s.unit, "std": spread})
+        return out
+
+    def row(self, coefficients: FloatArray, std: FloatArray) -> dict[str, Any]:
+        """Its row of a simulation file, but for the effect."""
+        told = {p.pop("symbol"): p for p in self.parameters(coefficients, std)}
+        return {"form": self.form.name, "point": list(self.point), "channels": [self.channel], "parameters": told}
+
+
+@dataclass(frozen=True, slots=True)
+class Free:
+    """A free function: tables over one or more quantities, each times a factor; summed.
+
+    In the heat balance it is a rate of the temperature, integrated over each recording.
+    """
+
+    channel: str
+    grids: tuple[Grid, ...]
+    effect: str = UNKNOWN
+
+    @property
+    def words(self) -> str:
+        """What it is, for people."""
+        if not self.grids[0].over:
+            return "a product: " + " and ".join(in_words(g.times) for g in self.grids)
+        of = " and ".join(label(name) for name in self.grids[0].over)
+        times = {in_words(g.times) for g in self.grids} - {""}
+        straight = all(len(knots) == STRAIGHT for g in self.grids for knots in g.knots)
+        return f"a {'straight line over' if straight else 'function of'} {of}" + (
+            f", times {' and '.join(sorted(times))}" if times else ""
+        )
+
+    @property
+    def equation(self) -> str:
+        """Its equation."""
+        parts = []
+        for number, grid in enumerate(self.grids):
+            name = "f" if len(self.grids) == 1 else f"f_{number + 1}"
+            times = in_words(grid.times)
+            if not grid.over:
+                parts.append(f"c*{times}")
+                continue
+            parts.append(f"{times + '*' if times else ''}{name}({', '.join(grid.over)})")
+        left = "dT/dt" if self.channel == TEMPERATURE else self.channel
+        return f"{left} += {' + '.join(parts)}" + (", f a table" if self.variables_of_tables else "")
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """Quantities it depends on, the most telling first."""
+        names = [name for g in self.grids for name in g.over]
+        names += [FACTOR_OF[part] for g in self.grids if not g.over for part in g.times.split("*") if part in FACTOR_OF]
+        return tuple(dict.fromkeys(names))
+
+    @property
+    def variables_of_tables(self) -> bool:
+        """Whether some part is a table."""
+        return any(g.over for g in self.grids)
+
+    @property
+    def numbers(self) -> int:
+        """Parameters by which it follows the data."""
+        return sum(g.size for g in self.grids)
+
+    def columns(self, frame: Frame) -> FloatArray:
+        """Regressors (n, k) on the rows of a frame."""
+        parts = np.hstack([g.columns(frame) for g in self.grids])
+        if self.channel != TEMPERATURE:
+            return parts
+        return np.column_stack([integral(parts[:, k], frame) for k in range(parts.shape[1])])
+
+    def parameters(self, coefficients: FloatArray, std: FloatArray) -> list[dict[str, Any]]:
+        """Value of the function at each knot."""
+        unit = "K/s" if self.channel == TEMPERATURE else CHANNEL_UNITS[self.channel]
+        out = []
+        at = 0
+        for grid in self.grids:
+            for place in grid.places():
+                where = ", ".join(f"{n}={v:.4g}" for n, v in zip(grid.over, place, strict=True))
+                times = in_words(grid.times)
+                out.append(
+                    {
+                        "symbol": f"f({where})" + (f"*{times}" if times else "") if grid.over else "c",
+                        "value": float(coefficients[at]),
+                        "unit": unit,
+                        "std": float(std[at]),
+                    }
+                )
+                at += 1
+        return out
+
+    def rows(self, coefficients: FloatArray) -> list[dict[str, Any]]:
+        """Its rows of a simulation file, but for the effect: a table each."""
+        out = []
+        at = 0
+        for grid in self.grids:
+            out.append(grid.to_json(coefficients[at : at + grid.size]) | {"channels": [self.channel]})
+            at += grid.size
+        return out
+
+    def row(self, coefficients: FloatArray, std: FloatArray) -> dict[str, Any]:
+        """The first of its rows."""
+        del std
+        return self.rows(coefficients)[0]
+
+
+def named(effect: str, channel: str, form: str, point: Point = ()) -> Named:
+    """A term of the library by its names. Raises StopIteration where there is no such form."""
+    term = LIBRARY[effect]
+    return Named(term, channel, next(f for f in term.forms[channel] if f.name == form), point)
+
+
+def unit_of(name: str) -> str:
+    """Unit of a quantity, empty for an auxiliary one."""
+    return QUANTITIES[name].unit if name in QUANTITIES else ""

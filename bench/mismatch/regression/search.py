@@ -1,0 +1,409 @@
+"""Which effects a channel needs: step by step, each the one that predicts points left out best, until none gains its
+price.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bench.mismatch import criteria
+from bench.mismatch.problem import ChannelProblem
+from bench.mismatch.regression.auxiliary import auxiliary_candidates
+from bench.mismatch.regression.bank import Bank, Fit
+from bench.mismatch.regression.candidates import exercised, free_candidates, named_candidates, shape_of
+from bench.mismatch.regression.folds import predictive, weights
+from bench.mismatch.regression.model import (
+    Block,
+    ChannelModel,
+    Chosen,
+    add_base,
+    add_block,
+    fit_blocks,
+    plain_residual,
+    prepare_bank,
+    weak_precision,
+    with_shape,
+)
+from bench.mismatch.regression.prior import settled
+from bench.mismatch.regression.refine import refined, strained
+from bench.mismatch.regression.regressors import UNKNOWN, Named, Regressor
+from bench.mismatch.regression.scan import LEAST_OWN, Scan, Units, scan, units, whole
+from bench.simulation.frame import FloatArray
+from bench.simulation.terms import LIBRARY
+
+MOST_EFFECTS = 12
+MOST_UNKNOWN = 2
+"""free functions without a name: what two do not follow depends on something else, and more only follow these
+recordings
+"""
+MOST_ALIKE = 4
+"""parts that one effect may have: two orders, two plays"""
+SHORT_LIST = 3
+"""effects, and free functions, that are refined and compared on points left out in a step"""
+BEYOND_BOUNDS = 2.0
+"""standard deviations by which a coefficient may lie on the wrong side of a physical bound"""
+
+
+@dataclass(slots=True)
+class Search:
+    """A channel's bank with all its candidates, and the model found so far."""
+
+    model: ChannelModel
+    blocks: list[Block]
+    """candidates"""
+    extra: FloatArray
+    """parameters of each candidate beyond its columns"""
+    units: Units
+    seed: int
+    scans: list[Scan]
+
+    @property
+    def bank(self) -> Bank:
+        """The bank."""
+        return self.model.bank
+
+    def density(self, chosen: Sequence[Chosen]) -> FloatArray:
+        """Log predictive density of each point left out, with some effects."""
+        model = self.model
+        blocks = model.blocks(chosen)
+        variance = fit_blocks(model.bank, blocks, model.variances).variance
+        return predictive(model.bank, blocks, model.folds, variance)
+
+    def scan(self, chosen: Sequence[Chosen], fitted: Fit, shuffled: bool = False, least: float = LEAST_OWN) -> Scan:
+        """Gains of all candidates beside some effects, and their price (``shuffled``: by the residual itself);
+        ``least``: see :func:`bench.mismatch.regression.scan.scan`.
+        """
+        model = self.model
+        blocks = model.blocks(chosen)
+        index = [i for b in blocks for i in b.place]
+        precision = np.concatenate([b.precision for b in blocks]) if blocks else np.zeros(0)
+        residual = model.bank.residual(index, fitted.coefficients)
+        places = [b.place for b in self.blocks]
+        extra, cut, seed = self.extra, self.units, self.seed
+        return scan(model.bank, index, precision, fitted.variance, residual, places, extra, cut, seed, shuffled, least)
+
+
+def begun(problem: ChannelProblem, seed: int = 0) -> Search:
+    """A search with the calibrated simulation alone."""
+    residual = plain_residual(problem)
+    bank, samples, noise, folds = prepare_bank(problem, residual)
+    base = settled(problem, bank, add_base(problem, bank))
+    variances = bank.variances()
+    model = ChannelModel(problem, bank, samples, noise, base, [], fit_blocks(bank, base, variances), variances, folds)
+    train = problem.train
+    own = problem.rows.frame.take(train)
+    regressors: list[Regressor] = [
+        *named_candidates(problem.channel, problem.rows.frame, problem.switched_off, problem.banned),
+        *free_candidates(problem.channel, own),
+        *auxiliary_candidates(problem.channel, own),
+    ]
+    blocks = []
+    for regressor in regressors:
+        columns = regressor.columns(problem.rows.frame)[train]
+        if np.isfinite(columns).all() and np.any(columns):
+            place = bank.add(columns)
+            blocks.append(Block(regressor, place, np.zeros(len(place))))
+    extra = np.array(
+        [len(b.regressor.point) if isinstance(b.regressor, Named) else 0 for b in blocks], dtype=np.float64
+    )
+    duration = max(criteria.BLOCK_S, 3.0 * noise.memory)
+    return _settle(Search(model, blocks, extra, units(own.elapsed, bank.whitening.starts, duration), seed, []))
+
+
+def _settle(search: Search) -> Search:
+    """The search with the effects that are in force, but of unknown form, part of the simulation."""
+    for effect in search.model.problem.unsettled:
+        model = search.model
+        seen = search.scan([], model.refitted([]))
+        own = [k for k, b in enumerate(search.blocks) if b.regressor.effect == effect and np.isfinite(seen.gain[k])]
+        best = max(own, key=lambda k: float(seen.gain[k]), default=None)
+        chosen = None if best is None else shaped(search, [], search.blocks[best].regressor)
+        if chosen is None:
+            model.notes.append(f"{effect} is in force without numbers, and nothing in these recordings calibrates it")
+            continue
+        base = [*model.base, chosen.main]
+        search.model = replace(model, base=base, fit=fit_blocks(model.bank, base, model.variances))
+        keep = [k for k, b in enumerate(search.blocks) if b.regressor.effect != effect]
+        search.blocks, search.extra = [search.blocks[k] for k in keep], search.extra[keep]
+    return search
+
+
+def searched(problem: ChannelProblem, seed: int = 0) -> Search:
+    """Search a channel for what the simulation lacks.
+
+    While effects are still to be found a gain is priced by noise as the model has it; when nothing more is found, by
+    the residual itself, whose noise may be of another kind, and what does not pay that price goes again.
+    """
+    search = begun(problem, seed)
+    model = search.model
+    while len(model.chosen) < MOST_EFFECTS:
+        seen = search.scan(model.chosen, model.fit)
+        search.scans.append(seen)
+        model.price = seen.price
+        found = _best(search, seen)
+        if found is None:
+            break
+        chosen = _pruned(search, [*model.chosen, found], seen.price)
+        if found not in chosen:
+            break
+        search.model = model = replace(model, chosen=chosen, fit=model.refitted(chosen))
+    # structure that nothing follows is alike for longer than a block: whole recordings are turned as well
+    looks = [search.scan(model.chosen, model.fit, shuffled=True)]
+    looks.append(replace(search, units=whole(search.units)).scan(model.chosen, model.fit, shuffled=True))
+    last = max(looks, key=lambda s: s.price)
+    search.scans.append(last)
+    price = max(last.price, model.price)
+    chosen = _believed(search, _pruned(search, model.chosen, price, keep=0))
+    chosen = _above_the_rest(search, chosen)
+    search.model = replace(model, chosen=chosen, fit=model.refitted(chosen), price=price)
+    return search
+
+
+def _nominal(candidate: Chosen) -> bool:
+    """Whether an effect is a term of the nominal simulation."""
+    return candidate.effect in LIBRARY and LIBRARY[candidate.effect].nominal
+
+
+def _believed(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
+    """Effects without those that, had other points been run, would as soon not have been found."""
+    current = list(chosen)
+    while current:
+        whole = search.density(current)
+        without = [search.density([o for o in current if o is not c]) for c in current]
+        share = [_odds(weights(np.array([whole, w]), search.seed), c) for w, c in zip(without, current, strict=True)]
+        worst = int(np.argmin(share))
+        if share[worst] > 0.5:
+            break
+        current.pop(worst)
+    return current
+
+
+def _above_the_rest(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
+    """Effects without the names that are smaller than what is left without an explanation: such a name is as likely a
+    part of that as itself.
+    """
+    model = search.model
+    if all(c.effect != UNKNOWN for c in chosen):
+        return list(chosen)
+    fitted = model.refitted(chosen)
+    own = model.problem.rows.take(model.problem.train)
+    index = [i for b in model.blocks(chosen) for i in b.place]
+    left = model.bank.residual(index, fitted.coefficients)
+    beyond = max(float(np.mean(left**2)) - 1.0, 0.0)  # whitened: noise alone has 1
+    rest = float(np.sqrt(beyond * np.sum(model.noise.sigma**2 * own.number) / own.number.sum())) / model.floor
+    at = replace(search, model=replace(model, chosen=list(chosen), fit=fitted))
+
+    def keeps(one: Chosen) -> bool:
+        others = replace(at, model=replace(at.model, chosen=[c for c in chosen if c is not one]))
+        return one.effect == UNKNOWN or strength(others, one).overall > rest
+
+    return [c for c in chosen if keeps(c)]
+
+
+def _odds(share: FloatArray, chosen: Chosen) -> float:
+    """Probability of an effect against nothing; before anything is measured a free function is less likely than a
+    name.
+    """
+    prior = np.exp(-criteria.RICHER) if chosen.effect == UNKNOWN else 1.0
+    return float(prior * share[0] / (prior * share[0] + share[1]))
+
+
+def _best(search: Search, seen: Scan) -> Chosen | None:
+    """The candidate that predicts points left out best beside the model, of those that gain their price."""
+    model = search.model
+    effects = [c.effect for c in model.chosen]
+    taken = {e for e in effects if effects.count(e) >= MOST_ALIKE} - {UNKNOWN}
+    more = effects.count(UNKNOWN) < MOST_UNKNOWN
+    order = np.argsort(-seen.gain)
+    named: dict[str, int] = {}
+    free: dict[tuple[str, ...], int] = {}
+    for k in order:
+        if seen.gain[k] < min(seen.price, 0.3 * seen.gain[order[0]]) or not np.isfinite(seen.gain[k]):
+            break
+        regressor = search.blocks[k].regressor
+        if isinstance(regressor, Named):
+            # a term of the nominal simulation that is switched off is always asked
+            if regressor.effect not in taken and (len(named) < SHORT_LIST or regressor.term.nominal):
+                named.setdefault(regressor.effect, int(k))
+        elif len(free) < SHORT_LIST and regressor.effect not in taken and (regressor.effect != UNKNOWN or more):
+            free.setdefault(regressor.variables, int(k))
+    if not named and not free:
+        return None
+    if max(seen.gain[k] for k in (*named.values(), *free.values())) < seen.price:
+        return None
+    best: tuple[float, Chosen] | None = None
+    nominal = any(LIBRARY[effect].nominal for effect in named)
+    start = float(search.density(model.chosen).sum())
+    for k in named.values():
+        candidate = shaped(search, model.chosen, search.blocks[k].regressor)
+        if candidate is None or not strength(search, candidate).enough:
+            continue
+        total = float(search.density([*model.chosen, candidate]).sum()) - handicap_of(search, candidate)
+        if not _nominal(candidate):
+            # a curve that only comes near a term that every such machine has is no discovery
+            total -= criteria.SHAPE**2 * max(total - start, 0.0) * nominal
+        if best is None or total > best[0]:
+            best = (total, candidate)
+    if best is not None and best[0] - start < seen.price:
+        best = None
+    for k in free.values():
+        if seen.gain[k] < seen.price:
+            continue
+        candidate = free_function(search, model.chosen, search.blocks[k])
+        total = float(search.density([*model.chosen, candidate]).sum())
+        if total - start < seen.price or not strength(search, candidate).enough:
+            continue
+        # a name says more than a free function, and nature's form of it need not be the library's: the free
+        # function has to predict better by more than that to take its place
+        handicap = 0.0 if candidate.effect != UNKNOWN and not nominal else criteria.SHAPE**2 * (total - start)
+        handicap += seen.price if candidate.effect == UNKNOWN else 0.0
+        if best is None or total - handicap > best[0]:
+            best = (total - handicap, candidate)
+    return None if best is None else best[1]
+
+
+def free_function(search: Search, others: Sequence[Chosen], block: Block) -> Chosen:
+    """A free function beside other effects; where no recording has been, its values are as large as elsewhere at
+    most.
+    """
+    model = search.model
+    weak = np.full(len(block.place), weak_precision(model.bank, block.place))
+    fitted = fit_blocks(model.bank, [*model.blocks(others), replace(block, precision=weak)], model.variances)
+    values = block.regressor.columns(model.problem.rows.frame)[model.problem.train] @ fitted.of(block.place)[0]
+    size = _own_size(values)
+    if model.problem.spec.integral:  # its values are rates
+        size = float(np.sqrt(np.mean(fitted.of(block.place)[0] ** 2)))
+    precision = np.maximum(weak, 1.0 / max(size, 1e-300) ** 2)
+    return Chosen(replace(block, precision=precision))
+
+
+def _own_size(values: FloatArray) -> float:
+    """Size of an effect where it acts: its mean square weighted by itself."""
+    square = values**2
+    return float(np.sqrt(np.sum(square**2) / max(float(square.sum()), 1e-300)))
+
+
+def handicap_of(search: Search, candidate: Chosen) -> float:
+    """Log density by which a term has to be better than others to be told: one at the end of its range, or a loop that
+    the recordings hardly turned, is another term in disguise.
+    """
+    problem = search.model.problem
+    regressor, frame = candidate.main.regressor, problem.rows.frame
+    own = frame.take(problem.train)
+    idle = not exercised(regressor, regressor.columns(frame)[problem.train], own)
+    return criteria.RICHER * (int(strained(regressor, frame)) + int(idle))
+
+
+def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen | None:
+    """A term refined beside other effects, with the correction of its shape; None where it is physically impossible."""
+    model = search.model
+    assert isinstance(start, Named)
+    problem, bank = model.problem, model.bank
+    beside = model.blocks(others)
+    variance = fit_blocks(bank, beside, model.variances).variance
+    better = refined(problem, bank, beside, start, variance)
+    main = add_block(problem, bank, better)
+    fitted = fit_blocks(bank, [*beside, main], model.variances)
+    if not admissible(better, *fitted.of(main.place)):
+        return None
+    train = problem.train
+    effect = better.columns(problem.rows.frame)[train] @ fitted.of(main.place)[0]
+    size = _own_size(effect)
+    shape = None
+    if all(c.effect != better.effect for c in others):
+        shape = shape_of(problem.channel, better.effect, problem.rows.frame.take(train))
+    return with_shape(problem, bank, main, shape, criteria.SHAPE * size)
+
+
+@dataclass(frozen=True, slots=True)
+class Strength:
+    """Size of what an effect adds beyond the recalibrated simulation, over the noise of a sample: where it ``acts``
+    (the smallest set of samples that holds nearly all of its energy, a fiftieth of all at least), and over ``all``
+    samples.
+    """
+
+    acts: float
+    overall: float
+
+    @property
+    def enough(self) -> bool:
+        """Whether it is told."""
+        return self.acts >= criteria.LEAST_STRENGTH and self.overall >= criteria.LEAST_OVERALL
+
+
+def strength(search: Search, candidate: Chosen) -> Strength:
+    """How strong an effect is beside the model."""
+    model = search.model
+    problem = model.problem
+    train = problem.train
+    fitted = fit_blocks(model.bank, model.blocks([*model.chosen, candidate]), model.variances)
+    own = model.contribution(candidate, problem.rows.frame, fitted)[train]
+    beyond = own - _said_by(model, own)
+    number = problem.rows.number[train]
+    floor = max(model.floor, 1e-300)
+    overall = float(np.sqrt(np.sum(beyond**2 * number) / max(float(number.sum()), 1.0)))
+    return Strength(active_size(beyond, number) / floor, overall / floor)
+
+
+def strength_of(search: Search, block: Block) -> Strength:
+    """The same of a candidate that is not refined, alone beside the model."""
+    return strength(
+        search, Chosen(replace(block, precision=np.full(len(block.place), weak_precision(search.bank, block.place))))
+    )
+
+
+def _said_by(model: ChannelModel, values: FloatArray) -> FloatArray:
+    """What the simulation's own terms can say of ``values`` (training rows,), weighted as a fit weighs rows."""
+    blocks = [b for b in model.base]
+    problem = model.problem
+    columns = [b.regressor.columns(problem.rows.frame)[problem.train] for b in blocks]
+    if not columns:
+        return np.zeros(values.size)
+    x = np.hstack(columns)
+    weight = 1.0 / model.noise.sigma
+    scale = np.maximum(np.sqrt(np.mean((x * weight[:, None]) ** 2, axis=0)), 1e-100)
+    left = x * weight[:, None] / scale
+    normal = left.T @ left
+    precision = np.concatenate([b.precision for b in blocks]) / scale**2
+    normal[np.diag_indices_from(normal)] += precision + 1e-9 * np.trace(normal) / normal.shape[0]
+    return np.asarray(x / scale @ np.linalg.solve(normal, left.T @ (values * weight)))
+
+
+def active_size(values: FloatArray, number: FloatArray) -> float:
+    """Root mean square of ``values`` (n,), of ``number`` samples each, over the smallest set of samples that holds
+    ``criteria.ACTIVE_ENERGY`` of their energy, ``criteria.LEAST_ACTIVE`` of all samples at least.
+    """
+    order = np.argsort(-(values**2))
+    energy = np.cumsum(values[order] ** 2 * number[order])
+    if energy.size == 0 or energy[-1] <= 0.0:
+        return 0.0
+    count = np.cumsum(number[order])
+    place = min(int(np.searchsorted(energy, criteria.ACTIVE_ENERGY * energy[-1])), energy.size - 1)
+    samples = max(float(count[place]), criteria.LEAST_ACTIVE * float(count[-1]))
+    return float(np.sqrt(energy[place] / samples))
+
+
+def admissible(named: Named, coefficients: FloatArray, covariance: FloatArray) -> bool:
+    """Whether a term's coefficients are physically possible: a lag that leads is no lag."""
+    doubt = BEYOND_BOUNDS * np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    low = np.array([s.lower for s in named.form.linear])
+    high = np.array([s.upper for s in named.form.linear])
+    if np.any(coefficients + doubt < low) or np.any(coefficients - doubt > high):
+        return False
+    return not (named.form.one_sign and np.any(coefficients > doubt) and np.any(coefficients < -doubt))
+
+
+def _pruned(search: Search, chosen: Sequence[Chosen], price: float, keep: int = 1) -> list[Chosen]:
+    """Effects without those that the others have made unnecessary; ``keep`` of them at least."""
+    current = list(chosen)
+    while len(current) > keep:
+        whole = float(search.density(current).sum())
+        losses = [whole - float(search.density([o for o in current if o is not c]).sum()) for c in current]
+        place = int(np.argmin(losses))
+        if losses[place] > price:
+            break
+        current.pop(place)
+    return current

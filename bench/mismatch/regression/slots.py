@@ -1,0 +1,158 @@
+"""What else could stand in an effect's place: every rival refitted there, and how sure the name is.
+
+The rivals of an effect are the other names, the free functions, and nothing at all; each is refined beside the other
+effects of the model, as the effect itself was, and predicts the points left out. Weights are those of
+:func:`bench.mismatch.regression.folds.weights`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bench.mismatch import criteria
+from bench.mismatch.regression.folds import apart, weights
+from bench.mismatch.regression.model import Chosen
+from bench.mismatch.regression.refine import strained
+from bench.mismatch.regression.regressors import UNKNOWN, Free, Named
+from bench.mismatch.regression.scan import Scan
+from bench.mismatch.regression.search import Search, free_function, shaped
+from bench.simulation.frame import FloatArray
+from bench.simulation.terms import LIBRARY
+
+MOST_RIVALS = 5
+"""names, and as many free functions, that are refitted in an effect's place"""
+RIVAL_OWN = 1e-6
+"""share of a rival's energy beside the other effects from which it is looked at: less than of an effect that is told,
+for a
+design that hardly shows a rival is the very one that cannot exclude it"""
+WORTH_A_LOOK = 0.2
+"""of the best gain beside the other effects, that a rival's has to be before it is refined"""
+
+
+@dataclass(frozen=True, slots=True)
+class Contender:
+    """A rival in an effect's place: log predictive density (folds,), what it loses in all, its standard error, weight,
+    whether the recordings cannot tell it from the effect.
+    """
+
+    chosen: Chosen
+    density: FloatArray
+    loss: float
+    error: float
+    weight: float
+    as_good: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Slot:
+    """An effect with its rivals, best first: gain of log predictive density over nothing, p-value, weight of its
+    name.
+    """
+
+    chosen: Chosen
+    gain: float
+    p_value: float
+    weight: float
+    rivals: tuple[Contender, ...]
+
+
+def slots(search: Search) -> list[Slot]:
+    """Every effect of the found model with its rivals."""
+    model = search.model
+    whole = search.density(model.chosen)
+    return [_slot(search, chosen, whole, number) for number, chosen in enumerate(model.chosen)]
+
+
+def settle(search: Search) -> list[Slot]:
+    """Let a name take the place of a free function that is less probable than it, and nothing that of one less probable
+    than nothing; the slots of the effects that are left.
+    """
+    found = slots(search)
+    for _ in range(len(search.model.chosen)):
+        model = search.model
+        for slot in found:
+            named = [r for r in slot.rivals if r.chosen.effect != UNKNOWN]
+            best = max(named, key=lambda r: r.weight, default=None)
+            nothing = 1.0 - slot.weight - sum(r.weight for r in slot.rivals)
+            if slot.chosen.effect != UNKNOWN or slot.weight >= max(nothing, 0.0 if best is None else best.weight):
+                continue
+            others = [c for c in model.chosen if c is not slot.chosen]
+            chosen = [*others, best.chosen] if best is not None and best.weight > nothing else others
+            search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
+            found = slots(search)
+            break
+        else:
+            break
+    return found
+
+
+def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
+    model = search.model
+    others = [c for c in model.chosen if c is not own]
+    fitted = model.refitted(others)
+    seen = search.scan(others, fitted, least=RIVAL_OWN)
+    without = search.density(others)
+    gain = float((whole - without).sum())
+    found = [c for c in _rivals(search, own, others, seen) if c.effect != own.effect or own.effect == UNKNOWN]
+    densities = [search.density([*others, c]) for c in found]
+    table = np.array([whole, *densities, without])
+    # before anything is measured a name is likelier than a free function
+    prior = np.array([_prior(c.effect) for c in (own, *found)] + [1.0])
+    share = prior * weights(table, search.seed + number)
+    share = share / share.sum()
+    rivals = []
+    for k, (chosen, density) in enumerate(zip(found, densities, strict=True)):
+        loss, error = apart(whole, density)
+        # at the end of its range a term turns into another
+        turned = strained(chosen.main.regressor, model.problem.rows.frame)
+        near = bool(share[k + 1] > (1.0 if turned else criteria.AS_GOOD) * share[0])
+        rivals.append(Contender(chosen, density, loss, error, float(share[k + 1]), near))
+    rivals.sort(key=lambda r: r.loss)
+    last = search.scans[-1] if search.scans else seen
+    return Slot(own, gain, last.p_value(gain), float(share[0]), tuple(rivals))
+
+
+def _prior(effect: str) -> float:
+    return float(np.exp(-criteria.RICHER)) if effect == UNKNOWN else 1.0
+
+
+def _rivals(search: Search, own: Chosen, others: Sequence[Chosen], seen: Scan) -> list[Chosen]:
+    """Other explanations that come near, refined beside the other effects."""
+    taken = {c.effect for c in others}
+    named: dict[str, int] = {}
+    free: dict[tuple[str, ...], int] = {}
+    for k in np.argsort(-seen.gain):
+        if seen.gain[k] < WORTH_A_LOOK * float(seen.gain.max()) or not np.isfinite(seen.gain[k]):
+            break
+        regressor = search.blocks[k].regressor
+        if isinstance(regressor, Named):
+            if regressor.effect not in taken and regressor.effect != own.effect and len(named) < MOST_RIVALS:
+                named.setdefault(regressor.effect, int(k))
+        elif len(free) < 2 and (own.main.regressor.variables != regressor.variables or own.effect != UNKNOWN):
+            free.setdefault(regressor.variables, int(k))
+    out = []
+    for k in named.values():
+        candidate = shaped(search, others, search.blocks[k].regressor)
+        if candidate is not None:
+            out.append(candidate)
+    for k in free.values():
+        block = search.blocks[k]
+        if isinstance(block.regressor, Free) and _of_the_name(block.regressor, {own.effect, *taken} - {UNKNOWN}):
+            continue
+        out.append(free_function(search, others, block))
+    return out
+
+
+def _of_the_name(free: Free, effects: set[str]) -> bool:
+    """Whether a free function is one of those by which nature's form of an effect may differ from the library's: it
+    says nothing against the name.
+    """
+    own = {(name, grid.times) for grid in free.grids for name in grid.over}
+    return any(
+        effect == free.effect or own <= set(LIBRARY[effect].shape.get(free.channel, ()))
+        for effect in effects
+        if effect in LIBRARY
+    )

@@ -1,0 +1,1 @@
+"""What an analysis found, told: findings with their place and figures, report.json, the page, the next experiment."""

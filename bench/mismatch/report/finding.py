@@ -1,0 +1,203 @@
+"""Findings: what was discovered in the channels, one finding an effect, with its figures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from bench.mismatch import criteria
+from bench.mismatch.discovery import AMBIGUOUS, UNKNOWN, UNNAMED, ChannelOutcome, Discovery, Rival
+from bench.mismatch.recordings.dataset import Dataset
+from bench.mismatch.regression.sensitivity import PARAMETER
+from bench.mismatch.report import figures
+from bench.mismatch.report.place import Place, place
+from bench.mismatch.report.words import text
+from bench.simulation.quantities import AUXILIARY
+from bench.simulation.terms import LIBRARY
+
+LEAST_WEIGHT = 0.001
+"""smallest probability that two thousand draws of the points left out can tell"""
+UNKNOWN_NAME = "structure that no term of the library explains"
+
+
+@dataclass(frozen=True, slots=True)
+class Alternative:
+    """Another explanation, refitted in the finding's place; ``rmse`` None where it was not evaluated on rows."""
+
+    effect: str
+    name: str
+    rmse: float | None
+    why_not: str
+    as_good: bool
+
+
+@dataclass(frozen=True, slots=True)
+class NextExperiment:
+    """Points to run next: why, the campaign file's name, the points as the report has them."""
+
+    why: str
+    file: str
+    points: tuple[Mapping[str, Any], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One finding of the report. Root mean squares are per sample, of held-out recordings (``held_out``) or, where none
+    could be held out, of those fitted; None where they could not be computed.
+    """
+
+    discovery: Discovery
+    """where it is strongest"""
+    outcome: ChannelOutcome = field(repr=False)
+    also_in: tuple[str, ...]
+    place: Place
+    text: str
+    held_out: bool
+    before: float | None
+    after: float | None
+    share_of_excess: float | None
+    alternatives: tuple[Alternative, ...]
+    next_experiment: NextExperiment | None = None
+
+    @property
+    def effect(self) -> str:
+        """Id of the vocabulary, or ``unknown``."""
+        return self.discovery.effect
+
+    @property
+    def name(self) -> str:
+        """The effect in words."""
+        if self.effect == PARAMETER:
+            return f"wrong parameter {_symbol(self.discovery)}"
+        beside = _auxiliary(self.discovery)
+        return f"something that depends on {' and '.join(beside)}" if beside else name_of(self.effect)
+
+    @property
+    def status(self) -> str:
+        """Named, ambiguous or unknown."""
+        return self.discovery.status
+
+    @property
+    def channel(self) -> str:
+        """Channel in which it is strongest."""
+        return self.discovery.channel
+
+    @property
+    def open(self) -> bool:
+        """Whether an experiment is to be proposed."""
+        return self.status in (AMBIGUOUS, UNKNOWN)
+
+
+def name_of(effect: str) -> str:
+    """An effect in words."""
+    if effect == UNNAMED:
+        return UNKNOWN_NAME
+    return LIBRARY[effect].name if effect in LIBRARY else effect
+
+
+def conclude(outcomes: Sequence[ChannelOutcome], data: Dataset) -> tuple[Finding, ...]:
+    """Findings of all channels, strongest first: by the energy of what they add, over the channel's noise floor.
+
+    An effect that shows in several channels is one finding, told where it is strongest. What has no name is one finding
+    a channel: nothing says what of it belongs together. What depends on an auxiliary quantity is one by itself.
+    """
+    groups: dict[object, list[tuple[float, Discovery, ChannelOutcome]]] = {}
+    for outcome in outcomes:
+        for found in _merged(outcome.discoveries):
+            key: object = (found.effect, _symbol(found))
+            if found.effect == UNNAMED:
+                key = (outcome.channel, _auxiliary(found))
+            groups.setdefault(key, []).append((figures.strength(found, outcome), found, outcome))
+    told = [sorted(group, key=lambda one: -one[0]) for group in groups.values()]
+    told.sort(key=lambda group: -group[0][0])
+    return tuple(_finding([one[1] for one in group], group[0][2], data) for group in told)
+
+
+def _symbol(found: Discovery) -> str:
+    """The parameter of the simulation that was wrong; each is a finding by itself."""
+    return str(found.parameters[0]["symbol"]) if found.effect == PARAMETER else ""
+
+
+def _auxiliary(found: Discovery) -> tuple[str, ...]:
+    """Auxiliary quantities that something without a name is a function of; none where it has a name."""
+    own = found.variables if found.effect == UNNAMED else ()
+    return tuple(name for name in own if name.startswith(AUXILIARY))
+
+
+def _finding(found: Sequence[Discovery], outcome: ChannelOutcome, data: Dataset) -> Finding:
+    first = calibrated(found[0])
+    also = dict.fromkeys(c for d in found for c in (d.channel, *d.also_in) if c != first.channel)
+    where = place(first, outcome, data)
+    scored = figures.Scored.of(outcome)
+    return Finding(
+        first,
+        outcome,
+        tuple(also),
+        where,
+        text(where, data.linear),
+        scored.held_out,
+        figures.without(first, outcome),
+        scored.after,
+        figures.share_of_excess(first, outcome),
+        # those that are as good first, then by what they lose
+        tuple(_alternative(r, outcome) for r in sorted(first.rivals, key=lambda r: (not r.as_good, r.loss))),
+    )
+
+
+def calibrated(found: Discovery) -> Discovery:
+    """A discovery with the confidence that findings of its weight have earned."""
+    if found.confidence is None:
+        return found
+    return replace(found, confidence=criteria.RIGHT_WHEN_SURE * found.confidence)
+
+
+def _alternative(rival: Rival, outcome: ChannelOutcome) -> Alternative:
+    return Alternative(rival.effect, rival.words, figures.with_rival(rival, outcome), _why_not(rival), rival.as_good)
+
+
+def _why_not(rival: Rival) -> str:
+    """What speaks against another explanation, from its own figures."""
+    if not np.isfinite(rival.loss):
+        return "the recordings cannot tell the two apart: nothing in them differs between these"
+    error = f" ± {rival.error:.1f}" if np.isfinite(rival.error) else ""
+    more = "less" if rival.loss >= 0 else "more"
+    told = f"refitted in its place it gives points left out {abs(rival.loss):.1f}{error} {more} log density"
+    if np.isfinite(rival.weight):
+        sure = f"below {LEAST_WEIGHT:g}" if rival.weight < LEAST_WEIGHT else f"{rival.weight:.2g}"
+        told += f"; probability {sure} that it predicts best"
+    return told + ("; the recordings cannot tell the two apart" if rival.as_good else "")
+
+
+def _merged(discoveries: Iterable[Discovery]) -> list[Discovery]:
+    """Discoveries of a channel, those of one effect as one: what they add is the sum, the strongest gives the rest."""
+    groups: dict[object, list[Discovery]] = {}
+    for own in discoveries:
+        groups.setdefault((own.effect, _symbol(own), _auxiliary(own)), []).append(own)
+    out = []
+    for group in groups.values():
+        first = max(group, key=lambda d: d.gain)
+        if len(group) == 1:
+            out.append(first)
+            continue
+        squares = [d.squares for d in group if d.squares is not None]
+        more = sum(a - b for a, b in squares)
+        out.append(
+            replace(
+                first,
+                parameters=tuple(p for d in group for p in d.parameters),
+                added=np.sum([d.added for d in group], axis=0),
+                simulation_rows=tuple(r for d in group for r in d.simulation_rows),
+                orders=tuple(dict.fromkeys(f for d in group for f in d.orders)),
+                angle_windows=tuple(w for d in group for w in d.angle_windows),
+                table=tuple(row for d in group for row in d.table),
+                numbers=sum(d.numbers for d in group),
+                squares=(squares[0][1] + more, squares[0][1]) if len(squares) == len(group) else None,
+            )
+        )
+    return out
+
+
+__all__ = ["Alternative", "Finding", "NextExperiment", "conclude", "name_of"]

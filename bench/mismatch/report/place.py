@@ -1,0 +1,196 @@
+"""Where a finding acts: the smallest ranges that hold nine tenths of the energy of what it adds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+
+from bench.mismatch.discovery import ChannelOutcome, Discovery
+from bench.mismatch.recordings.dataset import Dataset
+from bench.mismatch.report.figures import energy
+from bench.mismatch.report.smallest import interval, pieces, steps
+from bench.mismatch.report.truth import truth_of
+from bench.mismatch.report.variables import RANGES, TEMPERATURE, TIME, TORQUE, VELOCITY, levels, variable
+from bench.simulation.frame import FloatArray, Frame, recording_starts
+from bench.simulation.terms import TEMPERATURE as TEMPERATURE_CHANNEL
+
+HELD = 0.9
+"""share of the energy that a place holds: the report's contract"""
+TOLD = 0.5
+"""share of the energy that the recordings named together hold"""
+STEPS = {"te.lost_motion": TORQUE}
+"""effects that are a step, and over what: they are where they change, not where they have changed"""
+PARTS = 60
+"""of the range over which a step is looked for"""
+BOTH, POSITIVE, NEGATIVE = "both", "positive", "negative"
+
+Range = tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """The report's location of a finding; ranges in rad/s, N·m, °C. ``outside`` (range -> shares of the samples below
+    and above it) says how it is put in words.
+    """
+
+    ranges: dict[str, Range]
+    span: dict[str, Range]
+    direction: str
+    depends: tuple[str, ...]
+    outside: dict[str, Range]
+    orders: tuple[float, ...]
+    angle_windows: tuple[Range, ...]
+    time_window: Range | None
+    """POSIX times"""
+    recordings: tuple[str, ...]
+    unmeasured: tuple[str, ...] = ()
+    """ranges of quantities that no recording has: they are told to nobody"""
+    words: tuple[str, ...] = ()
+    """further words on where it acts, which no range says"""
+
+    @property
+    def time_window_iso(self) -> list[str] | None:
+        """The time window as two ISO 8601 times, UTC."""
+        return None if self.time_window is None else [_iso(t) for t in self.time_window]
+
+
+def place(discovery: Discovery, outcome: ChannelOutcome, data: Dataset) -> Place:
+    """The place of a discovery, by the energy of what it adds on the rows that are compared."""
+    own = energy(discovery, outcome)
+    told = [variable(name) for name in discovery.variables]
+    depends = tuple(name for name in RANGES if any(v.range == name for v in told))
+    acting = _rate(discovery, outcome) if discovery.channel == TEMPERATURE_CHANNEL and depends else own
+    frame, usable = outcome.rows.frame, outcome.usable & (outcome.rows.number > 0)
+    span = {name: _span(levels(frame, name)[usable]) for name in RANGES}
+    ranges = span | _ranges(discovery, outcome, acting, depends)
+    weight = np.where(usable, outcome.rows.number, 0.0)
+    return Place(
+        ranges,
+        span,
+        _direction(frame, own, weight),
+        depends,
+        {name: _outside(levels(frame, name), weight, ranges[name]) for name in depends},
+        discovery.orders,
+        discovery.angle_windows,
+        _time_window(discovery, frame, own, any(v.range == TIME for v in told), data.folder.start),
+        tuple(data.name(r) for r in strongest(frame, own)),
+        tuple(name for name, by in MEASURED_BY.items() if not set(by) & data.present),
+        tuple(dict.fromkeys(v.words for v in told if v.words)),
+    )
+
+
+def _ranges(
+    discovery: Discovery, outcome: ChannelOutcome, acting: FloatArray, depends: Sequence[str]
+) -> dict[str, Range]:
+    """Smallest ranges of the quantities a discovery depends on, that together hold nine tenths of its energy."""
+    frame = outcome.rows.frame
+    step = STEPS.get(discovery.effect)
+    if step is not None:
+        weight = np.where(outcome.usable, outcome.rows.number, 0.0)
+        # what is added changes with other quantities as well, by what the simulation, refitted, makes of them
+        term = truth_of(discovery)
+        course = discovery.added if term is None else term.on(frame)
+        found = pieces(*steps(levels(frame, step), course, weight, PARTS), HELD) if weight.any() else None
+        return {} if found is None else {step: found}
+    total = float(acting.sum())
+    values = {name: levels(frame, name) for name in depends}
+    out: dict[str, Range] = {}
+    # each alone holds so much that all together hold nine tenths; then each is tightened inside the others
+    alone = 1.0 - (1.0 - HELD) / max(len(depends), 1)
+    for name, own in values.items():
+        found = interval(own, acting, alone * total) if total > 0.0 else None
+        if found is not None:
+            out[name] = found
+    for name in list(out) if len(out) > 1 else []:
+        inside = np.ones(acting.size, dtype=bool)
+        for other in out:
+            if other != name:
+                inside &= (values[other] >= out[other][0]) & (values[other] <= out[other][1])
+        found = interval(values[name], np.where(inside, acting, 0.0), HELD * total)
+        out[name] = found or out[name]
+    return out
+
+
+def _rate(discovery: Discovery, outcome: ChannelOutcome) -> FloatArray:
+    """Energy (n,) of the rate of what is added: a temperature trails its cause, its rate does not."""
+    frame = outcome.rows.frame
+    step = np.where(frame.step > 0, frame.step, np.inf)
+    rate = np.diff(discovery.added, prepend=discovery.added[:1]) / step
+    rate[recording_starts(frame)[:-1]] = 0.0
+    usable = outcome.usable & (outcome.rows.number > 0)
+    return np.asarray(np.where(usable, rate**2 * outcome.rows.number, 0.0))
+
+
+def _span(values: FloatArray) -> Range:
+    return (float(values.min()), float(values.max())) if values.size else (0.0, 0.0)
+
+
+def _outside(values: FloatArray, weight: FloatArray, own: Range) -> Range:
+    """Shares of the samples that lie below and above a range."""
+    total = max(float(weight.sum()), 1e-300)
+    below, above = float(weight[values < own[0]].sum()), float(weight[values > own[1]].sum())
+    return below / total, above / total
+
+
+def _direction(frame: Frame, own: FloatArray, weight: FloatArray) -> str:
+    """The direction that holds nine tenths of the energy, not only because the bench ran mostly that way."""
+    forward = frame.last_direction > 0
+    energies = float(own[forward].sum()), float(own[~forward].sum())
+    samples = float(weight[forward].sum()), float(weight[~forward].sum())
+    means = [e / n if n > 0 else 0.0 for e, n in zip(energies, samples, strict=True)]
+    if min(samples) <= 0.0:
+        return POSITIVE if samples[0] > 0.0 else NEGATIVE
+    for side, name in enumerate((POSITIVE, NEGATIVE)):
+        if energies[side] >= HELD * sum(energies) > 0.0 and means[side] >= HELD * sum(means):
+            return name
+    return BOTH
+
+
+def _time_window(discovery: Discovery, frame: Frame, own: FloatArray, depends: bool, start: float) -> Range | None:
+    window = discovery.time_window
+    if window is None and depends:
+        window = interval(frame.time, own, HELD * float(own.sum()))
+    return None if window is None else (start + window[0], start + window[1])
+
+
+def strongest(frame: Frame, own: FloatArray) -> list[int]:
+    """Recordings of the largest energy, in order: the fewest that hold half of it."""
+    held = np.bincount(frame.recording, own)
+    order = np.argsort(-held, kind="stable")
+    total = np.cumsum(held[order])
+    if total.size == 0 or total[-1] <= 0.0:
+        return []
+    return [int(r) for r in order[: int(np.searchsorted(total, TOLD * total[-1])) + 1]]
+
+
+def _iso(posix: float) -> str:
+    return datetime.fromtimestamp(posix, UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
+
+
+def _told(ranges: dict[str, Range], where: Place) -> dict[str, Any]:
+    return {name: None if name in where.unmeasured else list(own) for name, own in ranges.items()}
+
+
+MEASURED_BY = {TORQUE: ("load_torque", "load_motor_torque"), TEMPERATURE: ("temperature",)}
+"""channels that tell a range's quantity; the velocity is that of what is compared"""
+
+
+def to_json(where: Place, words: str, share: float | None) -> dict[str, Any]:
+    """The location as the report has it."""
+    return {
+        "text": words,
+        "conditions": _told(where.ranges, where) | {"direction": where.direction},
+        "span": _told(where.span, where),
+        "orders": list(where.orders),
+        "angle_windows": [list(w) for w in where.angle_windows],
+        "time_window": where.time_window_iso,
+        "recordings": list(where.recordings),
+        "share_of_excess": share,
+    }
+
+
+__all__ = ["HELD", "VELOCITY", "Place", "place", "strongest", "to_json"]

@@ -1,0 +1,175 @@
+"""Points at which rival explanations differ most: T-optimality between regressors.
+
+Where one explanation were true, how far would the other, refitted to all recordings and the new points together, be
+off (Atkinson and Fedorov, Biometrika 62 (1975) 57; Hunter and Reiner, Technometrics 7 (1965) 307)? With the rival's
+design X on a point's rows, the covariance C of its parameters from the recordings, and d the difference of the two
+predictions, the expected gain of log-likelihood is dᵀ(σ²I + XCXᵀ)⁻¹d/2. Points are added one by one, each the one that
+raises the least gain over all pairs most. σ² is the mean square of what the final model leaves of a row.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bench.mismatch.discovery import ChannelOutcome
+from bench.mismatch.problem import nominal_base
+from bench.mismatch.regression.regressors import Named, Regressor
+from bench.mismatch.report.candidates import Range, candidates, frame_of
+from bench.mismatch.report.finding import Finding, name_of
+from bench.mismatch.report.rules import Proposal
+from bench.mismatch.report.truth import Truth, is_regressor, truth_of
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.terms import LIBRARY, TEMPERATURE
+
+POINTS = 4
+MOST_RIVALS = 3
+WARM = 0.5
+"""what the gain of a point counts that needs warming up: that takes an hour"""
+ENOUGH = 40.0
+"""expected gain of log-likelihood at which no further point is asked for"""
+LEAST_STEP = 1.01
+"""by which factor a further point has to raise the gain"""
+MOST_ROWS = 20_000
+"""rows of the recordings that the rivals are refitted to: every k-th where there are more"""
+RIDGE = 1e-9
+"""relative: prior precision of coefficients that the recordings do not determine"""
+
+
+def separating(finding: Finding, covered: Range, ratio: float) -> Proposal | None:
+    """The points at which a finding and its equals differ most, each refitted; None where none tells them apart."""
+    own = truth_of(finding.discovery)
+    rivals = [a.effect for a in finding.alternatives if a.as_good and is_regressor(a.effect, finding.channel)]
+    rivals = list(dict.fromkeys(e for e in rivals if e != finding.effect))[:MOST_RIVALS]
+    if own is None or not rivals or finding.channel == TEMPERATURE:
+        return None
+    measured = _Measured.of(finding, own)
+    listed = list(candidates(covered))
+    frames = [frame_of(c, covered, ratio) for c in listed]
+    looks = [look for effect in rivals for look in _both_ways(measured, own, effect, frames)]
+    if not looks:
+        return None
+    chosen: list[int] = []
+    least = 0.0
+    while len(chosen) < POINTS and least < ENOUGH:
+        gains = {k: min(look.gain([*chosen, k]) for look in looks) for k in range(len(listed)) if k not in chosen}
+        place = max(gains, key=lambda k: min(gains[k], 2.0 * ENOUGH) * (1.0 if listed[k].temperature is None else WARM))
+        if gains[place] <= LEAST_STEP * least:
+            break
+        least = gains[place]
+        chosen.append(place)
+    if not chosen:
+        return None
+    names = " and ".join(name_of(e) for e in (finding.effect, *rivals))
+    why = (
+        f"at these points {names} differ most, each refitted to everything measured: "
+        f"expected gain of log-likelihood {least:.0f} at least"
+    )
+    return Proposal(why, tuple(listed[k] for k in chosen))
+
+
+@dataclass(frozen=True, slots=True)
+class _Measured:
+    """The recordings as a design: frame of some rows, regressors of the simulation, variance of what a row leaves."""
+
+    channel: str
+    frame: Frame
+    base: tuple[Regressor, ...]
+    rows: FloatArray
+    """1 where a row of the frame was fitted, else 0"""
+    each: float
+    """how many rows one stands for"""
+    variance: float
+
+    @classmethod
+    def of(cls, finding: Finding, own: Truth) -> _Measured:
+        outcome: ChannelOutcome = finding.outcome
+        fitted = outcome.usable & ~outcome.held_out & (outcome.rows.number > 0)
+        stride = max(1, -(-outcome.rows.size // MOST_ROWS))
+        base: list[Regressor] = [t.regressor for t in nominal_base(finding.channel, (own.term.effect,))]
+        variance = float(np.mean(outcome.left[fitted] ** 2)) if fitted.any() else outcome.floor**2
+        frame = outcome.rows.frame.take(slice(None, None, stride))
+        rows = fitted[::stride].astype(np.float64)
+        return cls(finding.channel, frame, tuple(base), rows, float(stride), max(variance, 1e-300))
+
+    def design(self, frame: Frame, term: Named) -> FloatArray:
+        """Columns (n, k) of the simulation and a term; finite ones."""
+        own = [r.columns(frame) for r in (*self.base, term)]
+        stacked = np.hstack(own)
+        return np.where(np.isfinite(stacked), stacked, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class _Fit:
+    """A term fitted in place of a truth, beside the simulation: its coefficients with their covariance."""
+
+    term: Named
+    coefficients: FloatArray
+    covariance: FloatArray
+    missed: float
+    """sum of squares that it does not follow"""
+
+    def own(self) -> FloatArray:
+        return self.coefficients[self.coefficients.size - len(self.term.form.linear) :]
+
+
+def _fitted(measured: _Measured, effect: str, truth: FloatArray) -> _Fit | None:
+    """The form and point of an effect that, beside the simulation, come nearest to a truth (rows,)."""
+    best: _Fit | None = None
+    for form in LIBRARY[effect].forms[measured.channel]:
+        for point in form.grid(measured.frame):
+            found = _at(measured, Named(LIBRARY[effect], measured.channel, form, point), truth)
+            if found is not None and (best is None or found.missed < best.missed):
+                best = found
+    return best
+
+
+def _at(measured: _Measured, term: Named, truth: FloatArray) -> _Fit | None:
+    x = measured.design(measured.frame, term) * measured.rows[:, None]
+    y = truth * measured.rows
+    scale = np.sqrt(np.sum(x**2, axis=0))
+    if not np.any(scale[x.shape[1] - len(term.form.linear) :] > 0.0):
+        return None
+    scale = np.where(scale > 0.0, scale, 1.0)
+    inner = x / scale
+    inverse = np.linalg.inv(inner.T @ inner + RIDGE * np.eye(inner.shape[1]))
+    beta = inverse @ (inner.T @ y)
+    missed = float(np.sum((y - inner @ beta) ** 2))
+    covariance = inverse * measured.variance / measured.each / np.outer(scale, scale)
+    return _Fit(term, beta / scale, covariance, missed)
+
+
+def _both_ways(measured: _Measured, own: Truth, effect: str, frames: Sequence[Frame]) -> list[_Look]:
+    """The rival where the finding is true, and the finding where the rival is true."""
+    wrong = _fitted(measured, effect, own.on(measured.frame))
+    if wrong is None:
+        return []
+    other = Truth(wrong.term, wrong.own())
+    back = _fitted(measured, own.term.effect, other.on(measured.frame))
+    looks = [_Look(measured, own, wrong, frames)]
+    return looks if back is None else [*looks, _Look(measured, other, back, frames)]
+
+
+class _Look:
+    """How far an explanation would be off at each candidate if another holds; both calibrated on the recordings."""
+
+    def __init__(self, measured: _Measured, true: Truth, wrong: _Fit, frames: Sequence[Frame]) -> None:
+        self._covariance, self._variance = wrong.covariance, measured.variance
+        self._parts: list[tuple[FloatArray, FloatArray]] = []
+        for frame in frames:
+            x = measured.design(frame, wrong.term)
+            self._parts.append((x, true.on(frame) - x @ wrong.coefficients))
+
+    def gain(self, chosen: Sequence[int]) -> float:
+        """Expected log-likelihood by which the points ``chosen`` together speak against the wrong explanation."""
+        x = np.vstack([self._parts[k][0] for k in chosen])
+        d = np.concatenate([self._parts[k][1] for k in chosen])
+        # (σ²I + XCXᵀ)⁻¹ by the lemma of Woodbury: C may be large where the recordings determine little
+        scale = np.sqrt(np.maximum(np.diag(self._covariance), 1e-300))
+        inner = x * scale
+        core = np.linalg.pinv(self._covariance / scale[:, None] / scale[None, :], rcond=1e-10)
+        right = inner.T @ d / self._variance
+        left = d @ d / self._variance - right @ np.linalg.solve(core + inner.T @ inner / self._variance, right)
+        return float(max(0.5 * left, 0.0))

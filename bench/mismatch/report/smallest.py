@@ -1,0 +1,70 @@
+"""The smallest interval that holds a share of some energy."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bench.simulation.frame import FloatArray
+
+ROUNDING = 1e-9
+"""relative: energies that differ by less are the same"""
+
+
+def interval(values: FloatArray, energy: FloatArray, least: float) -> tuple[float, float] | None:
+    """The shortest interval whose rows hold ``least`` of energy; None where there is not so much.
+
+    ``values`` (n,) and ``energy`` (n,) of the rows. Its ends are values of rows.
+    """
+    own = energy > 0
+    if not own.any():
+        return None
+    places, number = np.unique(values[own], return_inverse=True)
+    held = np.bincount(number, energy[own])
+    total = np.concatenate(([0.0], np.cumsum(held)))
+    if total[-1] < least * (1.0 - ROUNDING):
+        return None
+    # the first end at which enough is held, for each begin
+    last = np.searchsorted(total, (total[:-1] + least) * (1.0 - ROUNDING))
+    possible = np.flatnonzero(last <= places.size)
+    width = places[np.maximum(last[possible], 1) - 1] - places[possible]
+    begin = possible[int(np.argmin(width))]
+    return float(places[begin]), float(places[max(int(last[begin]) - 1, begin)])
+
+
+def steps(
+    values: FloatArray, added: FloatArray, weight: FloatArray, parts: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Where a function changes: ends (k,), (k,) of its pieces, and the energy (k,) of its slope in each.
+
+    The mean of ``added`` in each of ``parts`` equal parts of the range of ``values``, weighted, joined by lines; the
+    energy of a line is its slope, less the median slope (what a straight line can say), squared, times its length.
+    """
+    own = weight > 0
+    low, high = float(values[own].min()), float(values[own].max())
+    if high <= low:
+        return np.zeros(0), np.zeros(0), np.zeros(0)
+    number = np.minimum(((values[own] - low) / (high - low) * parts).astype(int), parts - 1)
+    count = np.bincount(number, weight[own], parts)
+    full = np.flatnonzero(count > 0)
+    if full.size < 2:
+        return np.zeros(0), np.zeros(0), np.zeros(0)
+    place = np.bincount(number, values[own] * weight[own], parts)[full] / count[full]
+    mean = np.bincount(number, added[own] * weight[own], parts)[full] / count[full]
+    length = np.diff(place)
+    slope = np.diff(mean) / length
+    order = np.argsort(slope)
+    usual = slope[order[int(np.searchsorted(np.cumsum(length[order]), 0.5 * length.sum()))]]
+    return place[:-1], place[1:], np.asarray((slope - usual) ** 2 * length)
+
+
+def pieces(begins: FloatArray, ends: FloatArray, energy: FloatArray, share: float) -> tuple[float, float] | None:
+    """The shortest run of neighbouring pieces that holds a ``share`` of their energy."""
+    if energy.size == 0 or energy.sum() <= 0.0:
+        return None
+    total = np.concatenate(([0.0], np.cumsum(energy)))
+    least = share * float(energy.sum()) * (1.0 - ROUNDING)
+    last = np.searchsorted(total, total[:-1] + least)
+    possible = np.flatnonzero(last <= energy.size)
+    width = ends[np.maximum(last[possible], 1) - 1] - begins[possible]
+    begin = possible[int(np.argmin(width))]
+    return float(begins[begin]), float(ends[int(last[begin]) - 1])

@@ -1,0 +1,99 @@
+"""Quantities a finding depends on: to which range of its place each belongs, and how it is drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.quantities import QUANTITIES, SHORTEST_TRAVEL, quantity
+
+VELOCITY, TORQUE, TEMPERATURE, TIME, ANGLE = "velocity", "load_torque", "temperature", "time", "angle"
+RANGES = (VELOCITY, TORQUE, TEMPERATURE)
+"""ranges of a place"""
+SECONDS_AN_HOUR = 3600.0
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """A quantity: the range of the place it belongs to (empty: none), the axis of a plot and its values (n,), whether
+    the axis is logarithmic; and in words where the finding acts, where no range says so.
+    """
+
+    range: str
+    axis: str
+    values: Callable[[Frame], FloatArray]
+    logarithmic: bool = False
+    words: str = ""
+
+
+def _degrees(values: FloatArray) -> FloatArray:
+    return np.asarray(np.degrees(values))
+
+
+_SPEED = Variable(VELOCITY, "speed / (deg/s)", lambda f: _degrees(np.abs(f.velocity)))
+_TORQUE = Variable(TORQUE, "load torque / N·m", lambda f: f.torque_level)
+_START = Variable("", "time since the recording began / s", lambda f: f.elapsed, words="in the time after a start")
+VARIABLES: dict[str, Variable] = {
+    "speed": _SPEED,
+    "velocity": Variable(VELOCITY, "velocity / (deg/s)", lambda f: _degrees(f.velocity)),
+    "order_frequency": _SPEED,
+    "direction": Variable("", "velocity / (deg/s)", lambda f: _degrees(f.velocity)),
+    "torque": _TORQUE,
+    "torque_path": _TORQUE,
+    "load": Variable(TORQUE, "size of the load torque / N·m", lambda f: np.abs(f.torque_level)),
+    "load_motor_torque": Variable(TORQUE, "load motor's torque / N·m", lambda f: f.load_motor_level),
+    "torque_rate": Variable(
+        "", "change of the load torque / (N·m/s)", lambda f: f.torque_rate, words="where the load changes"
+    ),
+    "temperature": Variable(TEMPERATURE, "lubricant temperature / °C", lambda f: f.temperature),
+    "time": Variable(TIME, "time since the campaign began / h", lambda f: f.time / SECONDS_AN_HOUR),
+    "travel": Variable(TIME, "distance run / revolutions", lambda f: f.travel / (2.0 * np.pi)),
+    "angle": Variable(ANGLE, "output angle / deg", lambda f: _degrees(np.mod(f.theta, 2.0 * np.pi))),
+    "since_reversal": Variable(
+        "",
+        "distance since start or reversal / deg",
+        lambda f: _degrees(f.reversal_travel + SHORTEST_TRAVEL),
+        True,
+        "after a start or a reversal",
+    ),
+    "elapsed": _START,
+    "transient": _START,
+    "speeding_up": Variable(
+        "", "acceleration of the motor / (rad/s²)", lambda f: f.acceleration, words="where the speed changes"
+    ),
+    "acceleration": Variable(
+        "", "acceleration of the motor / (rad/s²)", lambda f: f.acceleration, words="where the speed changes"
+    ),
+}
+
+
+def variable(name: str) -> Variable:
+    """A quantity by its name; one of no special kind belongs to no range. Raises ConfigurationError for no quantity."""
+    if name in VARIABLES:
+        return VARIABLES[name]
+    told = f"{QUANTITIES[name].label} / {QUANTITIES[name].unit}" if name in QUANTITIES else name
+    return Variable("", told, lambda f: quantity(name, f))
+
+
+def levels(frame: Frame, name: str) -> FloatArray:
+    """Values (n,) of a range of the place: |velocity| in rad/s, load torque in N·m, temperature in °C, time in s.
+
+    A steady stretch of motion has one speed: what an encoder's counts make of it is no place.
+    """
+    if name == VELOCITY:
+        return _steady_level(frame, np.abs(frame.velocity))
+    if name == TORQUE:
+        return frame.torque_level
+    return frame.temperature if name == TEMPERATURE else frame.time
+
+
+def _steady_level(frame: Frame, values: FloatArray) -> FloatArray:
+    steady = frame.steady > 0.5
+    parted = (np.diff(frame.recording) != 0) | (np.diff(steady.astype(int)) != 0) | (np.diff(frame.direction) != 0)
+    run = np.concatenate(([0], np.cumsum(parted)))
+    weight = np.maximum(frame.count, 1e-9)
+    mean = np.bincount(run, values * weight) / np.bincount(run, weight)
+    return np.asarray(np.where(steady, mean[run], values))

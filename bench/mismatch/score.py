@@ -1,0 +1,83 @@
+"""Residuals per sample, from simulation files alone: load them, predict the recordings, subtract."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bench.mismatch.analysis import Analysis
+from bench.mismatch.given import Given
+from bench.mismatch.orders.bounds import Bounds
+from bench.mismatch.prediction import Predictor, compared
+from bench.mismatch.recordings.dataset import Dataset, Member
+from bench.mismatch.recordings.prepared import Prepared, prepare
+from bench.simulation.model import Simulation
+from bench.simulation.terms import TRANSMISSION_ERROR
+
+
+@dataclass(slots=True)
+class _Sum:
+    squares: float = 0.0
+    samples: float = 0.0
+
+    def rmse(self) -> float | None:
+        return float(np.sqrt(self.squares / self.samples)) if self.samples > 0 else None
+
+
+def rmse(
+    data: Dataset, analysis: Analysis, models: Mapping[str, Simulation], members: Sequence[Member]
+) -> dict[str, dict[str, float | None]]:
+    """Root mean square per sample that each of ``models`` leaves of some recordings, by channel and model's name.
+
+    None where a model does not say a term that matters, or where no sample can be compared.
+    """
+    predictors = {name: Predictor(Given.of(model)) for name, model in models.items()}
+    sums = {channel: {name: _Sum() for name in models} for channel in analysis.outcomes}
+    unknown: set[tuple[str, str]] = set()
+    turns = [] if analysis.transmission is None else [t.velocity for t in analysis.transmission.turns]
+    bounds = Bounds.of(turns)
+    pieces = {m.index: m for m in members}
+    campaign = {channel: rows.frame for channel, rows in data.rows.items()}
+    for part in prepared_members(data, pieces):
+        for channel, own in sums.items():
+            if channel not in part.measured or not _may(channel, part, data):
+                continue
+            side = compared(part, channel)
+            counts = side.counts
+            if channel == TRANSMISSION_ERROR and bounds is not None:
+                counts = counts & bounds.inside(side.frame)
+            if not counts.any():
+                continue
+            for name, predictor in predictors.items():
+                if (channel, name) in unknown:
+                    continue
+                if predictor.missing(channel, side.frame):
+                    unknown.add((channel, name))
+                    continue
+                left = side.measured - predictor.channel(channel, side.frame, side.start, campaign)
+                own[name].squares += float(np.sum(left[counts] ** 2))
+                own[name].samples += float(counts.sum())
+    return {
+        channel: {name: None if (channel, name) in unknown else total.rmse() for name, total in own.items()}
+        for channel, own in sums.items()
+    }
+
+
+def _may(channel: str, part: Prepared, data: Dataset) -> bool:
+    if channel == TRANSMISSION_ERROR and part.kind == "heating":
+        return False
+    recordings = data.rows[channel].frame.recording
+    return bool(np.any(recordings == part.frame.recording[0]))
+
+
+def prepared_members(data: Dataset, members: Mapping[int, Member]) -> Iterator[Prepared]:
+    """Recordings (or pieces of some) at their own rate, one after another, by their numbers."""
+    ready: tuple[object, Prepared] | None = None
+    for number in sorted(members):
+        piece = data.parts[number]
+        if ready is None or ready[0] is not piece.recording:
+            whole = prepare(piece.recording, number, data.folder, data.travelled[piece.recording.recording_id], group=1)
+            ready = (piece.recording, whole)
+        yield piece.cut(ready[1], number)

@@ -1,0 +1,148 @@
+"""On what a comparison stands: the simulation that was handed over, and where it is one from elsewhere, its values.
+
+A simulation from elsewhere takes the place of our nominal terms in the channels that it predicts. Its free parameters
+are part of the fit, by their sensitivities; where the channels are not straight in them, it is run again at the values
+found, and the recordings are compared anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from bench.foreign.base import BY, KEY, Base
+from bench.foreign.opening import base_of, open_base
+from bench.mismatch.analysis import Analysis
+from bench.mismatch.recordings.dataset import Dataset
+from bench.mismatch.recordings.prepared import prepare
+from bench.mismatch.regression.bank import Fit
+from bench.mismatch.regression.model import Block, ChannelModel, fit_blocks
+from bench.mismatch.regression.sensitivity import PARAMETER, Sensitivity
+from bench.recording import Recording
+from bench.simulation.model import Simulation, Term
+from bench.simulation.terms import LIBRARY
+
+BENT = 0.1
+"""of the noise floor: by how much the simulation may differ from the straight line in its parameters"""
+MOST_ROUNDS = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Standing:
+    """The simulation handed over: its ``kind``, its ``file``, our terms, and the simulation from elsewhere."""
+
+    kind: str
+    file: str | None
+    simulation: Simulation
+    base: Base | None = None
+
+    def given(self, data: Dataset) -> Simulation:
+        """Our terms, without the nominal ones of channels that a simulation from elsewhere predicts.
+
+        In a simulation file that stands on one, terms that the file has stay as they are.
+        """
+        out = self.simulation
+        if self.base is None or self.kind == "model":
+            return out
+        for effect, term in LIBRARY.items():
+            if term.nominal and set(term.forms) & data.simulated:
+                out = out.with_term(Term(effect, False))
+        return out
+
+
+def standing_on(simulation: Path | None, store: Path) -> Standing:
+    """Open what stands behind ``--simulation``; ``store``: folder for what a simulation from elsewhere says.
+
+    Raises ConfigurationError where it cannot be opened.
+    """
+    if simulation is None:
+        return Standing("nominal", None, Simulation.nominal())
+    base = open_base(str(simulation))
+    if base is not None:
+        return Standing(base.simulator.kind, str(simulation), Simulation.nominal(), replace(base, store=store))
+    own = Simulation.load(simulation)
+    return Standing("model", str(simulation), own, base_of(own.extra, simulation.resolve().parent, store))
+
+
+def values_of(analysis: Analysis, base: Base, whole: bool = True) -> tuple[dict[str, float], dict[str, float]]:
+    """Values of the free parameters that an analysis found, and their standard deviations, by name.
+
+    Without ``whole``: as they are with nothing added to the simulation. Where a parameter acts in several channels,
+    each counts by how sure it is.
+    """
+    weights: dict[str, list[tuple[float, float]]] = {}
+    for model in models_of(analysis):
+        fit = model.fit if whole else model.refitted([])
+        for block in parameters_in(model):
+            told, covariance = fit.of(block.place)
+            weights.setdefault(named(block), []).append((float(told[0]), float(covariance[0, 0])))
+    values, std = dict(base.named), {}
+    for name, told_by in weights.items():
+        precision = [1.0 / max(v, 1e-300) for _, v in told_by]
+        values[name] += sum(d * p for (d, _), p in zip(told_by, precision, strict=True)) / sum(precision)
+        std[name] = float(1.0 / np.sqrt(sum(precision)))
+    return values, std
+
+
+def models_of(analysis: Analysis) -> list[ChannelModel]:
+    """Models of all channels; of the transmission error that of its offset."""
+    out = [search.model for search in analysis.searches.values()]
+    if analysis.transmission is not None and analysis.transmission.offset is not None:
+        out.append(analysis.transmission.offset.model)
+    return out
+
+
+def parameters_in(model: ChannelModel) -> list[Block]:
+    """Blocks of a model that are sensitivities on which its training rows depend."""
+    train = model.problem.train
+    own = [b for b in model.base if b.regressor.effect == PARAMETER]
+    return [b for b in own if np.any(b.regressor.columns(model.problem.rows.frame)[train])]
+
+
+def named(block: Block) -> str:
+    """The parameter that a block is the sensitivity of."""
+    assert isinstance(block.regressor, Sensitivity)
+    return block.regressor.parameter
+
+
+def bent(data: Dataset, analysis: Analysis, values: Mapping[str, float]) -> bool:
+    """Whether the simulation at other values is not what its sensitivities say, beside the noise."""
+    base = data.folder.base
+    if base is None or not base.free:
+        return False
+    moved = {name: value - base.named[name] for name, value in values.items()}
+    at = replace(data.folder, base=base.at(values))
+    for member in _some(data):
+        before, after = (prepare(member, 0, folder, group=1) for folder in (data.folder, at))
+        for channel, own in before.simulated.items():
+            if channel not in analysis.outcomes:
+                continue
+            straight = own + sum(
+                before.frame.aux[f"simulated/{channel}{BY}{name}"] * step for name, step in moved.items()
+            )
+            off = after.simulated[channel] - straight
+            if np.sqrt(np.mean(off**2)) > BENT * analysis.outcomes[channel].floor:
+                return True
+    return False
+
+
+def _some(data: Dataset) -> Sequence[Recording]:
+    """The fastest and the slowest recording that is fitted."""
+    fitted = {id(m.recording): m.recording for m in data.members if not m.held_out}
+    ordered = sorted(fitted.values(), key=lambda r: abs(np.nan_to_num(r.setpoint.velocity)))
+    return [ordered[0], ordered[-1]] if len(ordered) > 1 else ordered
+
+
+def without(model: ChannelModel, block: Block) -> Fit:
+    """The model fitted with one block of the simulation left where it was."""
+    return fit_blocks(model.bank, [b for b in model.blocks() if b is not block], model.variances)
+
+
+def stood(made: Simulation, base: Base | None, out: Path) -> Simulation:
+    """A simulation that says on what it stands, for a file in the folder ``out``."""
+    if base is None:
+        return made
+    return replace(made, extra={**made.extra, KEY: base.to_json(out.resolve())})

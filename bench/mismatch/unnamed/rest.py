@@ -1,0 +1,40 @@
+"""What is left is more than noise, and nothing recorded predicts it: that is told, too."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bench.mismatch import criteria
+from bench.mismatch.discovery import UNKNOWN, UNNAMED, ChannelOutcome, Discovery
+from bench.simulation.terms import CHANNEL_UNITS
+
+
+def unexplained(outcome: ChannelOutcome) -> None:
+    """Add what an outcome leaves as a discovery without a name, where it is clearly more than the noise floor."""
+    after = outcome.rmse.get("after")
+    if after is None or outcome.floor_std is None or any(d.effect == UNNAMED for d in outcome.discoveries):
+        return
+    most = criteria.MORE_THAN_NOISE * outcome.floor + criteria.FLOOR_ERRORS * outcome.floor_std
+    # at states that the calibration hardly knows, it may be off by what it says itself
+    if after**2 < most**2 + criteria.FLOOR_ERRORS**2 * outcome.doubt:
+        return
+    left = np.where(outcome.usable, outcome.left, 0.0)
+    size = float(np.sqrt(after**2 - outcome.floor**2))
+    std = float(outcome.floor * outcome.floor_std / size)
+    outcome.discoveries.append(
+        Discovery(
+            UNNAMED,
+            UNKNOWN,
+            None,
+            outcome.channel,
+            "what is left, more than noise, that nothing recorded predicts",
+            f"{outcome.channel} += what no function of the recorded quantities follows",
+            ("speed", "torque", "temperature"),
+            ({"symbol": "rms", "value": size, "unit": CHANNEL_UNITS[outcome.channel], "std": std},),
+            left,
+            0.0,
+            None,
+            (),
+            squares=(after**2, after**2),
+        )
+    )

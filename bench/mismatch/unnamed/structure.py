@@ -1,0 +1,142 @@
+"""Is what is left noise? Three looks at it: its mean, its variance over time, its spectrum; and what they find.
+
+The mean is asked of everything recorded at once: every term and every free function of one and two quantities is tried
+on the final model's residual, and the best gain compared with the best that noise gives the same bank (signs of blocks
+drawn at random). The variance is asked for loud blocks and for tones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bench.mismatch import criteria
+from bench.mismatch.discovery import UNKNOWN, UNNAMED, ChannelOutcome, Discovery, Structure
+from bench.mismatch.recordings.vibration import Density
+from bench.mismatch.regression.search import Search, strength_of
+from bench.mismatch.unnamed.bursts import Bursts, bursts
+from bench.mismatch.unnamed.tones import Tone, tone
+from bench.simulation.terms import CHANNEL_UNITS
+
+
+def examine(
+    outcome: ChannelOutcome,
+    search: Search,
+    densities: Sequence[Density],
+    seed: int = 0,
+    orders: Sequence[float] = (),
+) -> None:
+    """Test what an outcome leaves, and add what the tests find to it; ``orders`` that it has are no tones."""
+    heard = tone(densities, seed, orders)
+    loud = bursts(search)
+    if heard is not None and heard.p_value < criteria.ERROR_RATE_OF_A_CHANNEL and _matters(heard, outcome):
+        outcome.discoveries.append(_of_tone(heard, outcome))
+    if loud is not None and loud.p_value < criteria.ERROR_RATE_OF_A_CHANNEL and _counts(loud, outcome, search):
+        found = _of_bursts(loud, outcome, search)
+        if found is not None:
+            outcome.discoveries.append(found)
+    best, what, size = _mean(search)
+    looks = [best]
+    words = (
+        f"chance that noise, with structure too small to be told ({criteria.LEAST_OVERALL:g} of the noise over all, "
+        f"{criteria.LEAST_STRENGTH:g} where it acts), gains as much in the best of "
+        f"{len(search.blocks)} functions of everything recorded ({what}, {size:.2f} of the noise)"
+    )
+    if loud is not None:
+        looks.append(loud.p_value if _counts(loud, outcome, search) else 1.0)
+        words += f"; loudest of the blocks in time (p {loud.p_value:.2g})"
+    if heard is not None:
+        looks.append(heard.p_value if _matters(heard, outcome) else 1.0)
+        words += f"; clearest tone (p {heard.p_value:.2g})"
+    outcome.structure = Structure(min(1.0, len(looks) * min(looks)), words + "; corrected for the number of looks")
+
+
+def _mean(search: Search) -> tuple[float, str, float]:
+    """Chance of the best remaining gain, what it is of, and its size over a sample's noise.
+
+    Of the gain only what an effect of the least size that is told would not have counts: a gain grows with the square
+    of the size.
+    """
+    model = search.model
+    seen = search.scan(model.chosen, model.fit, shuffled=True)
+    order = int(np.argmax(seen.gain))
+    block = search.blocks[order]
+    size = strength_of(search, block)
+    least = max(criteria.LEAST_OVERALL / max(size.overall, 1e-300), criteria.LEAST_STRENGTH / max(size.acts, 1e-300))
+    beyond = 1.0 - min(1.0, least**2)
+    gain = float(seen.gain[order]) * beyond if np.isfinite(seen.gain[order]) else 0.0
+    return seen.p_value(gain), block.regressor.words, size.overall
+
+
+def _counts(loud: Bursts, outcome: ChannelOutcome, search: Search) -> bool:
+    """Whether loud blocks hold more than the least that is told of anything."""
+    if not loud.rows.size:
+        return False
+    rows = search.model.problem.rows
+    left = rows.y - search.model.predict(rows.frame)
+    number = rows.number[loud.rows]
+    total = float(rows.number[search.model.problem.train].sum())
+    return bool(np.sum(left[loud.rows] ** 2 * number) / total > (criteria.LEAST_OVERALL * outcome.floor) ** 2)
+
+
+def _matters(heard: Tone, outcome: ChannelOutcome) -> bool:
+    return bool(heard.amplitude / np.sqrt(2.0) > criteria.LEAST_STRENGTH * outcome.floor)
+
+
+def _of_tone(heard: Tone, outcome: ChannelOutcome) -> Discovery:
+    unit = CHANNEL_UNITS[outcome.channel]
+    # a tone has a phase of its own in every recording: nothing predicts it
+    return Discovery(
+        UNNAMED,
+        UNKNOWN,
+        1.0 - heard.p_value,
+        outcome.channel,
+        f"a tone of {heard.frequency:.3g} Hz, whatever the speed",
+        f"{outcome.channel} += a*sin(2*pi*f*t + phase of each recording)",
+        ("time",),
+        (
+            {"symbol": "f", "value": heard.frequency, "unit": "Hz", "std": heard.half_bin / np.sqrt(3.0)},
+            {"symbol": "a", "value": heard.amplitude, "unit": unit, "std": heard.amplitude_std},
+        ),
+        np.zeros(outcome.rows.size),
+        0.0,
+        heard.p_value,
+        (),
+        squares=_unchanged(outcome),
+    )
+
+
+def _unchanged(outcome: ChannelOutcome) -> tuple[float, float] | None:
+    after = outcome.rmse.get("after")
+    return None if after is None else (after**2, after**2)
+
+
+def _of_bursts(loud: Bursts, outcome: ChannelOutcome, search: Search) -> Discovery | None:
+    """The loud blocks as a finding without a name; None where they are no louder than what is told of anything."""
+    rows = search.model.problem.rows
+    left = rows.y - search.model.predict(rows.frame)
+    own = np.zeros(rows.size)
+    own[loud.rows] = left[loud.rows]
+    if float(np.sqrt(np.mean(left[loud.rows] ** 2))) < criteria.LEAST_STRENGTH * outcome.floor:
+        return None
+    time = rows.frame.time[loud.rows]
+    unit = CHANNEL_UNITS[outcome.channel]
+    size = float(np.sqrt(np.mean(left[loud.rows] ** 2)))
+    added = own if own.size == outcome.rows.size else np.zeros(outcome.rows.size)
+    return Discovery(
+        UNNAMED,
+        UNKNOWN,
+        1.0 - loud.p_value,
+        outcome.channel,
+        "scatter that comes and goes",
+        f"{outcome.channel} += what nothing recorded predicts, in some blocks of time",
+        ("time",),
+        ({"symbol": "rms", "value": size, "unit": unit, "std": size / np.sqrt(2.0 * loud.rows.size)},),
+        added,
+        0.0,
+        loud.p_value,
+        (),
+        time_window=(float(time.min()), float(time.max())),
+        squares=_unchanged(outcome),
+    )

@@ -1,0 +1,116 @@
+"""A tone: a disturbance of one frequency over time, in recordings of whatever speed.
+
+An order of the gearbox moves with the speed, a tone stands at its hertz. So the spectra are compared by speed: at each
+frequency the median over the speeds of the power over the noise about it. What the largest such median is in noise is
+drawn from the law of averaged periodograms.
+"""
+
+from __future__ import annotations
+
+import itertools
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import median_filter
+
+from bench.mismatch import criteria
+from bench.mismatch.recordings.vibration import NYQUIST_SHARE, Density
+from bench.mismatch.regression.noise import LOWEST_HZ
+from bench.mismatch.regression.scan import tail_probability
+from bench.simulation.frame import FloatArray
+
+SPEEDS = 3
+"""different speeds that must have been driven for a tone to be told from an order"""
+ALIKE = 0.03
+"""relative difference of speeds that count as one"""
+SURROGATES = 200
+_LEAK = 2
+"""bins to either side of an order that its line reaches in a Hann window"""
+_ABOUT = 41
+"""frequencies whose median tells the noise at one"""
+
+
+@dataclass(frozen=True, slots=True)
+class Tone:
+    """Frequency in Hz with half a bin as its range, amplitude and its standard deviation, chance in noise, the
+    recordings by power.
+    """
+
+    frequency: float
+    half_bin: float
+    amplitude: float
+    amplitude_std: float
+    p_value: float
+    recordings: tuple[int, ...]
+
+
+def tone(densities: Sequence[Density], seed: int, orders: Sequence[float] = ()) -> Tone | None:
+    """The clearest tone of a channel; None where the spectra cannot tell one from orders.
+
+    Frequencies of ``orders`` known to be there are left out of each recording.
+    """
+    kinds = [(d.rate, d.power.size) for d in densities]
+    if not kinds:
+        return None
+    usual = max(set(kinds), key=kinds.count)
+    rate = usual[0]
+    own = [d for d in densities if (d.rate, d.power.size) == usual]
+    groups = _speeds(np.array([d.turning for d in own]))
+    if groups.max(initial=-1) + 1 < SPEEDS:
+        return None
+    step = own[0].step
+    first, last = int(np.ceil(LOWEST_HZ / step)), int(NYQUIST_SHARE * rate / step)
+    power = np.array([d.power[first:last] for d in own], dtype=np.float64)
+    # the median of an exponential variable is ln 2 of its mean; of averaged ones it comes nearer to the mean
+    level = median_filter(power, (1, _ABOUT), mode="nearest")
+    ratio = power / np.maximum(level, 1e-300)
+    for k, density in enumerate(own):
+        bins = np.round(np.asarray(orders, dtype=np.float64) * density.turning / step).astype(int) - first
+        for off in range(-_LEAK, _LEAK + 1):
+            near = bins + off
+            ratio[k, near[(near >= 0) & (near < ratio.shape[1])]] = np.nan
+    freedom = np.array([2.0 * d.averaged for d in own])
+    statistic = _by_speed(ratio, groups)
+    rng = np.random.default_rng([seed, 7])
+    largest = np.empty(SURROGATES)
+    for k in range(SURROGATES):
+        drawn = rng.chisquare(freedom[:, None], size=(freedom.size, min(ratio.shape[1], 400)))
+        drawn /= np.median(drawn, axis=1, keepdims=True)
+        largest[k] = _by_speed(drawn, groups).max()
+    if not np.isfinite(statistic).any():
+        return None
+    place = int(np.nanargmax(statistic))
+    # surrogates of 400 frequencies stand for all: the maximum of m blocks
+    blocks = max(ratio.shape[1] / 400.0, 1.0)
+    p = float(np.clip(blocks * tail_probability(largest, float(statistic[place]), 0.0), criteria.LEAST_P, 1.0))
+    excess = np.maximum(power[:, place] - level[:, place], 0.0)
+    # power density of a tone in a Hann window: a²/2 over 1.5 bins
+    squares = 2.0 * excess * 1.5 * step
+    amplitude = float(np.sqrt(np.median(squares)))
+    spread = float(np.std(np.sqrt(squares)) / np.sqrt(max(squares.size, 1)))
+    strongest = np.argsort(-excess)
+    return Tone(
+        float((first + place) * step), 0.5 * step, amplitude, spread, p, tuple(own[k].recording for k in strongest)
+    )
+
+
+def _speeds(turning: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    """Number of the speed that each recording was driven at."""
+    order = np.argsort(turning)
+    out = np.zeros(turning.size, dtype=np.int64)
+    number = 0
+    for before, here in itertools.pairwise(order):
+        number += turning[here] > (1.0 + ALIKE) * turning[before] + 1e-9
+        out[here] = number
+    return out
+
+
+def _by_speed(ratio: FloatArray, groups: np.ndarray[tuple[int], np.dtype[np.int64]]) -> FloatArray:
+    """Median over the speeds of the mean over the recordings of each speed."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # a frequency that orders cover at some speed has no mean there
+        means = np.array([np.nanmean(ratio[groups == g], axis=0) for g in range(int(groups.max()) + 1)])
+        middle = np.nanmedian(means, axis=0)
+    return np.where(np.isfinite(means).sum(axis=0) >= SPEEDS, middle, np.nan)

@@ -1,0 +1,131 @@
+"""Quantities of a frame that functions depend on, and factors they are multiplied with: by name, as files name them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from bench.errors import ConfigurationError
+from bench.simulation.frame import FloatArray, Frame
+
+AUXILIARY = "aux/"
+"""begins the name of a quantity that is no channel of the bench"""
+SHORTEST_TRAVEL = 1e-5
+"""rad at the output: distances since a reversal count by their order of magnitude from here on"""
+GENTLE = 0.3
+"""rad/s² at the motor, above which accelerations count by their order of magnitude"""
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A quantity of a frame: what it is called, its unit, its values (n,)."""
+
+    label: str
+    unit: str
+    values: Callable[[Frame], FloatArray]
+
+
+QUANTITIES: dict[str, Quantity] = {
+    "speed": Quantity("speed", "rad/s", lambda f: np.abs(f.velocity)),
+    "velocity": Quantity("velocity", "rad/s", lambda f: f.velocity),
+    "torque": Quantity("load torque", "N*m", lambda f: f.torque_level),
+    "load": Quantity("size of the load torque", "N*m", lambda f: np.abs(f.torque_level)),
+    "load_motor_torque": Quantity("load motor's torque", "N*m", lambda f: f.load_motor_level),
+    "temperature": Quantity("temperature", "degC", lambda f: f.temperature),
+    "time": Quantity("time", "s", lambda f: f.time),
+    "travel": Quantity("distance run", "rad", lambda f: f.travel),
+    "angle": Quantity("output angle", "rad", lambda f: np.mod(f.q, 2.0 * np.pi)),
+    "since_reversal": Quantity(
+        "distance since start or reversal", "log10 rad", lambda f: np.log10(f.reversal_travel + SHORTEST_TRAVEL)
+    ),
+    "elapsed": Quantity("time in the recording", "log10 s", lambda f: np.log10(f.elapsed + 1.0)),
+    "torque_rate": Quantity("change of the load torque", "N*m/s", lambda f: f.torque_rate),
+    # in steady motion the acceleration is the encoder's noise
+    "speeding_up": Quantity(
+        "acceleration in the direction of motion",
+        f"arsinh of {GENTLE:g} rad/s^2",
+        lambda f: np.where(f.steady > 0.5, 0.0, np.arcsinh(f.acceleration * f.last_direction / GENTLE)),
+    ),
+}
+
+FACTORS: dict[str, Callable[[Frame], FloatArray]] = {
+    "1": lambda f: np.ones(f.size),
+    "d": lambda f: f.direction,
+    "last_d": lambda f: f.last_direction,
+    "w": lambda f: f.omega,
+    "p": lambda f: (f.last_direction > 0).astype(np.float64),
+    "n": lambda f: (f.last_direction <= 0).astype(np.float64),
+    "tau": lambda f: f.torque_level / 1000.0,
+    "abs_tau": lambda f: np.abs(f.torque_level) / 1000.0,
+    "load_motor": lambda f: f.load_motor_level / 1000.0,
+    "v": lambda f: f.velocity / 0.1,
+    "abs_v": lambda f: np.abs(f.velocity) / 0.1,
+    "T": lambda f: (f.temperature - 35.0) / 15.0,
+    "reversed": lambda f: f.reversed_before,
+    "per_ratio": lambda f: np.full(f.size, 1.0 / f.ratio),
+    "motor_torque": lambda f: f.motor_torque,
+}
+"""factors of the order of one; a product is written with ``*``, such as ``d*abs_tau``"""
+FACTOR_WORDS: dict[str, str] = {
+    "1": "",
+    "d": "d",
+    "last_d": "d",
+    "w": "w_m",
+    "p": "[d > 0]",
+    "n": "[d < 0]",
+    "tau": "tau/(1 kN*m)",
+    "abs_tau": "abs(tau)/(1 kN*m)",
+    "load_motor": "load_motor_torque/(1 kN*m)",
+    "v": "dtheta/(0.1 rad/s)",
+    "abs_v": "abs(dtheta)/(0.1 rad/s)",
+    "T": "(T - 35 degC)/(15 K)",
+    "reversed": "[after a reversal]",
+    "per_ratio": "1/u",
+    "motor_torque": "tau_m",
+}
+
+FACTOR_OF: dict[str, str] = {
+    "w": "velocity",
+    "tau": "torque",
+    "abs_tau": "load",
+    "load_motor": "load_motor_torque",
+    "v": "velocity",
+    "abs_v": "speed",
+    "T": "temperature",
+}
+"""the quantity that a factor is made of"""
+
+
+def quantity(name: str, frame: Frame) -> FloatArray:
+    """Values (n,) of a quantity. Raises ConfigurationError where there is none of that name."""
+    if name.startswith(AUXILIARY):
+        own = name.removeprefix(AUXILIARY)
+        if own not in frame.aux:
+            raise ConfigurationError(f"the recordings have no quantity '{name}', which the simulation depends on")
+        return frame.aux[own]
+    if name not in QUANTITIES:
+        raise ConfigurationError(f"there is no quantity '{name}', it should be one of {', '.join(QUANTITIES)}")
+    return np.asarray(QUANTITIES[name].values(frame))
+
+
+def factor(name: str, frame: Frame) -> FloatArray:
+    """Values (n,) of a factor, or of a product of several. Raises ConfigurationError where one is not known."""
+    out = np.ones(frame.size)
+    for part in name.split("*"):
+        if part not in FACTORS:
+            raise ConfigurationError(f"there is no factor '{part}', it should be one of {', '.join(FACTORS)}")
+        if part != "1":
+            out = out * FACTORS[part](frame)
+    return out
+
+
+def in_words(name: str) -> str:
+    """A factor as equations have it, empty for 1."""
+    return "*".join(word for word in (FACTOR_WORDS[part] for part in name.split("*")) if word)
+
+
+def label(name: str) -> str:
+    """What a quantity is called."""
+    return name if name.startswith(AUXILIARY) else QUANTITIES[name].label

@@ -1,0 +1,91 @@
+"""Waves over the output angle: harmonic orders whose amplitude may depend on direction, load, speed and temperature."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numba
+import numpy as np
+
+from bench.errors import ConfigurationError
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.quantities import factor
+
+ROWS_AT_ONCE = 1 << 15
+
+
+@dataclass(frozen=True, slots=True)
+class Wave:
+    """``factor * (cosine*cos(order*angle) + sine*sin(order*angle))``; ``order`` per output revolution."""
+
+    order: float
+    times: str
+    cosine: float
+    sine: float
+    cosine_std: float | None = None
+    sine_std: float | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """The wave as a simulation file has it."""
+        out: dict[str, Any] = {"order": self.order, "times": self.times, "c": self.cosine, "s": self.sine}
+        if self.cosine_std is not None and self.sine_std is not None:
+            out |= {"c_std": self.cosine_std, "s_std": self.sine_std}
+        return out
+
+
+def from_json(rows: Sequence[Mapping[str, Any]], where: str) -> tuple[Wave, ...]:
+    """Read waves. Raises ConfigurationError, which begins with ``where``, for what is wrong with them."""
+    out = []
+    for number, row in enumerate(rows):
+        try:
+            std = (float(row["c_std"]), float(row["s_std"])) if "c_std" in row else (None, None)
+            out.append(Wave(float(row["order"]), str(row.get("times", "1")), float(row["c"]), float(row["s"]), *std))
+        except (KeyError, TypeError, ValueError) as error:
+            raise ConfigurationError(
+                f"{where}: waves[{number}] should have order, times, c and s ({error!r})"
+            ) from error
+    return tuple(out)
+
+
+def evaluate(waves: Sequence[Wave], angle: FloatArray, frame: Frame, ahead: float = 0.0) -> FloatArray:
+    """Sum of the waves at angles (n,) in rad, the rows of ``frame``; with their phases ``ahead`` (rad)."""
+    out = np.zeros(angle.size)
+    factors = sorted({wave.times for wave in waves})
+    orders = np.array(sorted({wave.order for wave in waves}), dtype=np.float64)
+    place = {float(f): k for k, f in enumerate(orders)}
+    table = np.zeros((len(factors), orders.size, 2))
+    for wave in waves:
+        table[factors.index(wave.times), place[wave.order]] += (wave.cosine, wave.sine)
+    turned = np.array([[np.cos(ahead), np.sin(ahead)], [-np.sin(ahead), np.cos(ahead)]])
+    table = table @ turned.T
+    for a in range(0, angle.size, ROWS_AT_ONCE):
+        rows = slice(a, min(a + ROWS_AT_ONCE, angle.size))
+        part = frame.take(rows)
+        weights = np.array([factor(name, part) for name in factors])
+        if weights.size:
+            out[rows] = _sum(np.ascontiguousarray(angle[rows]), orders, table, weights)
+    return out
+
+
+@numba.njit(cache=True)
+def _sum(angle: FloatArray, orders: FloatArray, table: FloatArray, weights: FloatArray) -> FloatArray:
+    out = np.zeros(angle.size)
+    used = np.zeros((table.shape[0], orders.size), dtype=np.bool_)
+    for f in range(table.shape[0]):
+        for k in range(orders.size):
+            used[f, k] = table[f, k, 0] != 0.0 or table[f, k, 1] != 0.0
+    for i in range(angle.size):
+        total = 0.0
+        for k in range(orders.size):
+            a = 0.0
+            b = 0.0
+            for f in range(table.shape[0]):
+                if used[f, k]:
+                    a += weights[f, i] * table[f, k, 0]
+                    b += weights[f, i] * table[f, k, 1]
+            if a != 0.0 or b != 0.0:
+                total += a * np.cos(orders[k] * angle[i]) + b * np.sin(orders[k] * angle[i])
+        out[i] = total
+    return out

@@ -1,0 +1,52 @@
+"""A pulse beats the orders that would draw it; orders with phases of their own are no pulse."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bench.mismatch.orders import defects
+from bench.mismatch.orders.periodic import Pulse
+from bench.mismatch.orders.sight import Sight
+from bench.mismatch.orders.turns import Complex, Turn
+from bench.mismatch.orders.weak import Stage
+
+ORDERS = 601
+ERROR = 2e-8
+TURNS = 12
+
+
+def sight(mean: Complex, found: tuple[float, ...]) -> Sight:
+    """Revolutions that all show the same spectrum, of noise ``ERROR`` in the mean."""
+    rng = np.random.default_rng(3)
+    noisy = mean + ERROR * (rng.normal(size=ORDERS) + 1j * rng.normal(size=ORDERS))
+    turn = Turn(0, slice(0, 1), 0.0, 0.1, 30.0, 0.0, 1.0, 1.0, 60.0)
+    stage = Stage((turn,) * TURNS, np.tile(noisy, (TURNS, 1)), np.ones(TURNS), np.full(ORDERS, ERROR * np.sqrt(TURNS)))
+    free = np.ones(ORDERS, dtype=bool)
+    free[[0, 3, 46, 92]] = False
+    return Sight((3.0, 46.0, 92.0), found, stage, noisy, np.full(ORDERS, ERROR), free)
+
+
+def test_a_pulse_is_found_with_its_angle_height_and_width() -> None:
+    """The orders that it draws do not hide it."""
+    pulse = Pulse(2.1, 0.03, 2e-5)
+    mean = pulse.vectors(np.arange(ORDERS, dtype=np.float64))
+    drawn = tuple(float(f) for f in range(1, 60) if f not in (3, 46))
+    found = defects.search(sight(mean, drawn), 0)
+    assert len(found) == 1
+    first = found[0].first
+    assert first.std is not None
+    assert first.angle == pytest.approx(pulse.angle, abs=5e-3)
+    assert first.height == pytest.approx(pulse.height, rel=0.1)
+    assert first.width == pytest.approx(pulse.width, rel=0.1)
+    assert found[0].p_value < 1e-3
+
+
+def test_many_orders_are_no_pulse() -> None:
+    """Orders of the same sizes with phases of their own."""
+    rng = np.random.default_rng(4)
+    mean = np.zeros(ORDERS, dtype=np.complex128)
+    stand = rng.choice(np.arange(5, 400), 80, replace=False)
+    stand = stand[~np.isin(stand, [46, 92])]
+    mean[stand] = 2e-6 * np.exp(0.8 * rng.normal(size=stand.size) + 2j * np.pi * rng.random(stand.size))
+    assert defects.search(sight(mean, tuple(float(f) for f in np.sort(stand))), 0) == []

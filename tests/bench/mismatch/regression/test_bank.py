@@ -1,0 +1,86 @@
+"""Products of whitened columns against dense generalised least squares, and points left out against refits."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.mismatch.regression.bank import Bank, fit
+from bench.mismatch.regression.folds import apart, predictive, weights
+from bench.mismatch.regression.model import Block
+from bench.simulation.frame import FloatArray
+from tests.bench.mismatch.regression.synthetic import banked, campaign, problem
+
+SIGMA, RHO, VARIANCE, PRIOR = 0.05, 0.4, 4e-4, 2.0
+FRAME = campaign(8)
+Y = 0.6 * FRAME.direction + 0.01 * FRAME.omega + np.random.default_rng(4).normal(scale=SIGMA, size=FRAME.size)
+
+
+def made() -> tuple[Bank, list[Block], FloatArray]:
+    """The bank, its blocks with a prior, and its columns (n, k) as they are."""
+    own = problem(FRAME, Y)
+    bank, base = banked(own, SIGMA, RHO)
+    columns = np.hstack([b.regressor.columns(FRAME) for b in base])
+    return bank, [replace(b, precision=np.full(len(b.place), PRIOR)) for b in base], columns
+
+
+def covariance(variance: float) -> FloatArray:
+    """Of all rows (n, n): each correlated with the one before in its recording, which has an offset."""
+    same = FRAME.recording[:, None] == FRAME.recording[None, :]
+    apart_by = np.abs(np.subtract.outer(np.arange(FRAME.size), np.arange(FRAME.size)))
+    return np.where(same, SIGMA**2 * RHO**apart_by + variance, 0.0)
+
+
+@pytest.mark.parametrize("variance", [0.0, VARIANCE])
+def test_a_fit_is_generalised_least_squares(variance: float) -> None:
+    bank, blocks, x = made()
+    index = [i for b in blocks for i in b.place]
+    found = fit(bank, index, (variance,), np.full(x.shape[1], PRIOR))
+    inverse = np.linalg.inv(covariance(variance))
+    spread = np.linalg.inv(x.T @ inverse @ x + PRIOR * np.eye(x.shape[1]))
+    beta = spread @ (x.T @ inverse @ Y)
+    assert found.coefficients == pytest.approx(beta, rel=1e-6)
+    assert found.covariance == pytest.approx(spread, rel=1e-5, abs=1e-12)
+    squares = float(Y @ inverse @ Y - beta @ (x.T @ inverse @ Y))
+    volume = np.linalg.slogdet(covariance(variance))[1] - np.linalg.slogdet(covariance(0.0))[1]
+    assert found.likelihood == pytest.approx(-0.5 * (squares + volume), rel=1e-6)
+
+
+def test_the_likeliest_variance_of_the_offsets_is_chosen() -> None:
+    rng = np.random.default_rng(2)
+    offset = rng.normal(scale=0.1, size=8)[FRAME.recording]
+    own = problem(FRAME, Y + offset)
+    bank, base = banked(own, SIGMA, 0.0)
+    index = [i for b in base for i in b.place]
+    ladder = bank.variances()
+    tried = [fit(bank, index, (v,)).likelihood for v in ladder]
+    assert fit(bank, index, ladder).variance == ladder[int(np.argmax(tried))]
+    assert fit(bank, index, ladder).variance == pytest.approx(0.01, rel=2.0)
+
+
+def test_points_left_out_are_predicted_as_by_a_refit() -> None:
+    bank, blocks, x = made()
+    folds = np.array([0, 1, 2, 3, 0, 1, 2, 3])
+    told = predictive(bank, blocks, folds, VARIANCE)
+    whole = covariance(VARIANCE)
+    for k in range(4):
+        out = folds[FRAME.recording] == k
+        inverse = np.linalg.inv(whole[np.ix_(~out, ~out)])
+        spread = np.linalg.inv(x[~out].T @ inverse @ x[~out] + PRIOR * np.eye(x.shape[1]))
+        missed = Y[out] - x[out] @ (spread @ (x[~out].T @ inverse @ Y[~out]))
+        total = whole[np.ix_(out, out)] + x[out] @ spread @ x[out].T
+        density = -0.5 * (missed @ np.linalg.solve(total, missed) + np.linalg.slogdet(total)[1])
+        # rows are whitened: densities are those of values in units of their own noise
+        density += 0.5 * np.linalg.slogdet(covariance(0.0)[np.ix_(out, out)])[1]
+        assert told[k] == pytest.approx(density, rel=1e-5)
+
+
+def test_a_model_that_predicts_better_everywhere_has_all_the_weight() -> None:
+    good = np.zeros(12)
+    share = weights(np.array([good, good - 3.0, good - 20.0]), 1)
+    assert share.sum() == pytest.approx(1.0)
+    assert share[0] > 0.99
+    assert weights(np.array([good, good]), 1) == pytest.approx([0.5, 0.5])
+    assert apart(good + 2.0, good) == (24.0, 0.0)

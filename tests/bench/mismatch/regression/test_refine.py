@@ -1,0 +1,77 @@
+"""Nonlinear parameters: where they are found, how sure they are said to be, what the projector takes off."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bench.mismatch.regression.refine import projector, refined, strained
+from bench.mismatch.regression.regressors import Named, named
+from bench.simulation.terms import MOTOR_TORQUE
+from tests.bench.mismatch.regression.synthetic import banked, campaign, problem
+
+SIGMA, SIZE, SPEED = 0.05, 0.4, 4.0
+"""N·m noise of a row, N·m Stribeck friction, rad/s at the motor over which it decays"""
+DRAWS = 40
+
+
+def stribeck(speed: float) -> Named:
+    return named("friction.stribeck", MOTOR_TORQUE, "gaussian", (speed,))
+
+
+def found(seed: int, true: float = SPEED, size: float = SIZE, start: float = 2.0) -> tuple[Named, bool]:
+    frame = campaign()
+    noise = np.random.default_rng(seed).normal(scale=SIGMA, size=frame.size)
+    y = 0.6 * frame.direction + 0.01 * frame.omega + size * stribeck(true).columns(frame)[:, 0] + noise
+    own = problem(frame, y)
+    bank, base = banked(own, SIGMA)
+    better = refined(own, bank, base, stribeck(start), 0.0)
+    return better, strained(better, frame)
+
+
+def test_intervals_of_a_nonlinear_parameter_cover_the_truth() -> None:
+    scores = []
+    for seed in range(DRAWS):
+        better, _ = found(seed)
+        assert better.deviation[0] is not None
+        scores.append((better.point[0] - SPEED) / better.deviation[0])
+    z = np.asarray(scores)
+    # 95 % of 40 is 38; fewer than 34 have a chance of 1 in 300
+    assert np.sum(np.abs(z) < 1.96) >= 34
+    assert 0.7 < np.sqrt(np.mean(z**2)) < 1.35
+
+
+def test_a_parameter_at_the_end_of_its_range_has_no_deviation() -> None:
+    better, at_end = found(1, true=20.0, size=8.0, start=12.0)
+    assert at_end
+    assert better.deviation == (None,)
+
+
+def test_a_deviation_stands_in_the_report_and_in_the_file() -> None:
+    better, _ = found(3)
+    told = better.parameters(np.array([0.4]), np.array([0.01]))
+    assert told[1]["symbol"] == "w_s"
+    assert told[1]["std"] == better.deviation[0]
+    assert better.row(np.array([0.4]), np.array([0.01]))["parameters"]["w_s"]["std"] == better.deviation[0]
+
+
+@pytest.mark.parametrize("precision", [0.0, 3.0e2])
+@pytest.mark.parametrize("variance", [0.0, 2e-4, np.inf])
+def test_the_projector_leaves_the_squares_of_a_dense_solution(precision: float, variance: float) -> None:
+    frame = campaign(8)
+    y = 0.6 * frame.direction + np.random.default_rng(5).normal(scale=SIGMA, size=frame.size)
+    own = problem(frame, y)
+    bank, base = banked(own, SIGMA, 0.3)
+    blocks = [type(b)(b.regressor, b.place, np.full(len(b.place), precision)) for b in base]
+    left = projector(bank, blocks, variance)(bank.y)
+    x = np.hstack([bank.all()[0][:, list(b.place)] for b in base])
+    ones = np.zeros((frame.size, 8))
+    ones[np.arange(frame.size), frame.recording] = bank.one
+    offset = 0.0 if np.isinf(variance) else 1.0 / max(variance, 1e-12)
+    prior = np.array([precision] * x.shape[1] + [offset] * 8)
+    x = np.hstack([x, ones])
+    beta = np.linalg.lstsq(
+        np.vstack([x, np.diag(np.sqrt(prior))]), np.append(bank.y, np.zeros(prior.size)), rcond=None
+    )[0]
+    squares = float(np.sum((bank.y - x @ beta) ** 2) + np.sum(prior * beta**2))
+    assert float(left @ left) == pytest.approx(squares, rel=1e-5)

@@ -1,0 +1,179 @@
+"""The place of a finding: the smallest ranges that hold nine tenths of its energy, recomputed another way."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+from datetime import UTC, datetime
+
+import numpy as np
+import pytest
+
+from bench.mismatch.discovery import ChannelOutcome, Discovery
+from bench.mismatch.report.place import Place, place, to_json
+from bench.mismatch.report.smallest import interval
+from bench.mismatch.report.words import text
+from bench.simulation.frame import Frame
+from tests.bench.mismatch.report import made
+
+
+def _placed(found: Discovery, frame: Frame) -> tuple[Place, ChannelOutcome]:
+    own = made.outcome(frame, found.channel, [found])
+    return place(found, own, made.dataset(frame, found.channel, own.rows)), own
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_shortest_interval_is_found(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    values, energy = rng.integers(0, 12, 40).astype(float), rng.exponential(1.0, 40) ** 3
+    least = 0.9 * float(energy.sum())
+    found = interval(values, energy, least)
+    places = np.unique(values)
+    possible = [
+        (b - a) for a, b in itertools.product(places, places) if energy[(values >= a) & (values <= b)].sum() >= least
+    ]
+    assert found is not None
+    assert found[1] - found[0] == min(possible)
+    assert energy[(values >= found[0]) & (values <= found[1])].sum() >= least * (1 - 1e-9)
+
+
+def test_too_little_energy_has_no_interval() -> None:
+    assert interval(np.arange(3.0), np.ones(3), 4.0) is None
+    assert interval(np.arange(3.0), np.zeros(3), 0.0) is None
+
+
+def test_slow_friction_is_below_a_speed_and_everywhere_else() -> None:
+    frame = made.campaign()
+    found = made.discovery("motor_torque", "friction.stribeck", made.stribeck(frame), ("speed",))
+    where, own = _placed(found, frame)
+    energy = np.where(own.usable, found.added**2 * own.rows.number, 0.0)
+    low, high = where.ranges["velocity"]
+    speed = np.abs(frame.velocity)
+    inside = (speed >= low - 1e-12) & (speed <= high + 1e-12)
+    assert energy[inside].sum() >= 0.9 * energy.sum()
+    assert energy[speed <= 0.021].sum() < 0.9 * energy.sum()
+    assert (low, high) == pytest.approx((0.02, 0.06))
+    assert where.ranges["load_torque"] == where.span["load_torque"] == (-1000.0, 1000.0)
+    assert where.ranges["temperature"] == (frame.temperature.min(), frame.temperature.max())
+    assert where.direction == "both"
+    assert text(where) == "below 3.44 deg/s, both directions, all loads, all temperatures"
+
+
+def test_recordings_are_those_of_the_largest_energy_in_order() -> None:
+    frame = made.campaign()
+    found = made.discovery("motor_torque", "friction.stribeck", made.stribeck(frame) * frame.temperature, ("speed",))
+    where, own = _placed(found, frame)
+    usable = np.flatnonzero(own.usable)
+    held: dict[str, float] = {}
+    for row in usable:
+        name = f"r{frame.recording[row]:02d}"
+        held[name] = held.get(name, 0.0) + float(found.added[row] ** 2 * own.rows.number[row])
+    ordered = sorted(held, key=lambda name: held[name], reverse=True)
+    assert list(where.recordings) == ordered[: len(where.recordings)]
+    told = sum(held[name] for name in where.recordings)
+    assert told >= 0.5 * sum(held.values()) > told - held[where.recordings[-1]]
+
+
+def test_two_quantities_together_hold_nine_tenths() -> None:
+    frame = made.campaign()
+    added = np.where((np.abs(frame.velocity) < 0.07) & (frame.torque > 300.0), 1.0, 0.02)
+    found = made.discovery("motor_torque", "unknown", added, ("speed", "torque"))
+    where, own = _placed(found, frame)
+    energy = np.where(own.usable, added**2 * own.rows.number, 0.0)
+    inside = np.ones(frame.size, dtype=bool)
+    for name, values in (("velocity", np.abs(frame.velocity)), ("load_torque", frame.torque)):
+        inside &= (values >= where.ranges[name][0] - 1e-9) & (values <= where.ranges[name][1] + 1e-9)
+    assert energy[inside].sum() >= 0.9 * energy.sum()
+    assert where.ranges["velocity"] == pytest.approx((0.02, 0.06))
+    assert where.ranges["load_torque"] == (400.0, 1000.0)
+    assert text(where).startswith("below 3.44 deg/s, above 400 N·m, both directions")
+
+
+def test_a_direction_is_told_where_the_energy_is_and_not_where_the_bench_ran() -> None:
+    frame = made.campaign()
+    one = made.discovery("motor_torque", "unknown", np.where(frame.direction > 0, 1.0, 0.1), ("direction",))
+    assert _placed(one, frame)[0].direction == "positive"
+    lopsided = replace(frame, last_direction=np.where(frame.recording == 0, -1.0, 1.0))
+    even = made.discovery("motor_torque", "unknown", np.ones(frame.size), ("direction",))
+    assert _placed(even, lopsided)[0].direction == "both"
+
+
+def test_lost_motion_is_where_it_changes() -> None:
+    frame = made.campaign()
+    ramp = np.linspace(-1000.0, 1000.0, frame.size)
+    frame = replace(frame, torque=ramp, torque_level=ramp)
+    step = np.tanh(ramp / 50.0)
+    added = step - ramp * float(ramp @ step) / float(ramp @ ramp)
+    where, _ = _placed(made.discovery("transmission_error", "te.lost_motion", added, ("torque",)), frame)
+    low, high = where.ranges["load_torque"]
+    assert -130.0 < low < -30.0
+    assert 30.0 < high < 130.0
+    assert "within ±" in text(where)
+
+
+def test_a_temperature_is_placed_by_its_rate() -> None:
+    frame = made.campaign()
+    fast = np.abs(frame.velocity) > 0.15
+    # a recording at high speed warms, the level stays through all recordings after it
+    added = np.cumsum(np.where(fast, 0.01, 0.0))
+    for number in range(20):
+        own = frame.recording == number
+        added[own] -= added[own][0]
+    found = made.discovery("temperature", "thermal.convection_speed", added + 5.0, ("speed",))
+    where, _ = _placed(found, frame)
+    assert where.ranges["velocity"] == pytest.approx((0.17, 0.17))
+
+
+def test_a_time_window_is_in_times() -> None:
+    frame = made.campaign()
+    added = np.where((frame.recording >= 5) & (frame.recording < 9), 1.0, 0.0)
+    where, _ = _placed(made.discovery("motor_torque", "te.drift_time", added, ("time",)), frame)
+    assert where.time_window_iso is not None
+    begin, end = (datetime.fromisoformat(t) for t in where.time_window_iso)
+    assert begin >= datetime.fromtimestamp(made.START + 5 * 600.0 - 1.0, UTC)
+    assert end <= datetime.fromtimestamp(made.START + 8 * 600.0 + 15.0, UTC)
+    assert end > datetime.fromtimestamp(made.START + 8 * 600.0, UTC)
+    told = made.discovery("motor_torque", "unknown", added, ("speed",), time_window=(0.0, 60.0))
+    assert _placed(told, frame)[0].time_window == (made.START, made.START + 60.0)
+
+
+def test_orders_and_windows_are_in_the_words() -> None:
+    frame = made.campaign()
+    orders = tuple(float(f) for f in range(1, 12))
+    found = made.discovery(
+        "transmission_error", "te.harmonic", np.ones(frame.size), ("angle",), orders=orders, angle_windows=((0.1, 0.2),)
+    )
+    told = text(_placed(found, frame)[0])
+    assert "at orders 1, 2, 3, 4, 5, 6, 7, 8 and 3 more" in told
+    assert "5.7 to 11.5°" in told
+
+
+def test_lost_motion_is_placed_by_its_own_term_where_that_is_known() -> None:
+    frame = made.campaign()
+    ramp = np.linspace(-1000.0, 1000.0, frame.size)
+    frame = replace(frame, torque=ramp, torque_level=ramp)
+    row = {
+        "effect": "te.lost_motion",
+        "form": "tanh",
+        "point": [50.0],
+        "channels": ["transmission_error"],
+        "parameters": {"j_2": {"value": 2e-5, "unit": "rad"}},
+    }
+    # what is added wavers with other quantities
+    added = 2e-5 * np.sign(np.sin(frame.temperature * 3.0)) * np.tanh(ramp / 50.0)
+    found = made.discovery("transmission_error", "te.lost_motion", added, ("torque",), simulation_rows=(row,))
+    low, high = _placed(found, frame)[0].ranges["load_torque"]
+    assert -100.0 < low < -30.0
+    assert 30.0 < high < 100.0
+
+
+def test_what_no_recording_measured_has_no_range() -> None:
+    frame = made.campaign()
+    data = made.dataset(frame, "motor_torque", made.outcome(frame, "motor_torque", []).rows)
+    for member in data.members:
+        member.recording.channels = ("motor_torque",)  # type: ignore[misc]
+    own = made.discovery("motor_torque", "friction.stribeck", np.ones(frame.size), ("speed",))
+    told = to_json(place(own, made.outcome(frame, "motor_torque", [own]), data), "", None)
+    assert told["conditions"]["temperature"] is told["conditions"]["load_torque"] is None
+    assert told["span"]["temperature"] is None
+    assert told["conditions"]["velocity"] is not None

@@ -1,0 +1,48 @@
+"""Bursts: loud blocks are found where they are, noise has none."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bench.mismatch import criteria
+from bench.mismatch.regression.bank import fit
+from bench.mismatch.unnamed.bursts import Bursts, bursts
+from tests.bench.mismatch.regression.synthetic import banked, campaign, problem
+
+SIGMA = 0.05
+LOUD = slice(310, 325)
+FRAME = campaign(24)
+
+
+def looked(seed: int, louder: float) -> Bursts:
+    noise = np.random.default_rng(seed).normal(scale=SIGMA, size=FRAME.size)
+    noise[LOUD] *= louder
+    own = problem(FRAME, 0.6 * FRAME.direction + noise)
+    bank, base = banked(own, SIGMA)
+    fitted = fit(bank, [i for b in base for i in b.place], bank.variances())
+    model: Any = SimpleNamespace(
+        problem=own, bank=bank, fit=fitted, blocks=lambda: base, noise=SimpleNamespace(memory=1.0)
+    )
+    search: Any = SimpleNamespace(model=model)
+    found = bursts(search)
+    assert found is not None
+    return found
+
+
+def test_a_burst_is_found_where_it_is() -> None:
+    found = looked(1, 6.0)
+    assert found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL
+    assert set(found.rows.tolist()) <= set(range(LOUD.start - 5, LOUD.stop + 5))
+    assert found.rows.size >= 10
+    assert 3.0 < found.louder < 10.0
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_noise_has_no_burst(seed: int) -> None:
+    found = looked(seed, 1.0)
+    assert found.p_value > criteria.ERROR_RATE_OF_A_CHANNEL
+    assert found.rows.size == 0

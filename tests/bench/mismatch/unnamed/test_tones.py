@@ -1,0 +1,37 @@
+"""Tones: found at their frequency, not in noise, and no order of the gearbox is one."""
+
+from __future__ import annotations
+
+import pytest
+
+from bench.mismatch import criteria
+from bench.mismatch.unnamed.tones import Tone, tone
+from tests.bench.mismatch.spectra import densities
+
+SEEDS = range(6)
+
+
+def heard(seed: int, orders: tuple[float, ...] = (), **what: tuple[float, float]) -> Tone:
+    found = tone(densities(seed, **what), seed, orders)  # type: ignore[arg-type]
+    assert found is not None
+    return found
+
+
+def test_a_tone_is_found_at_its_frequency() -> None:
+    found = heard(1, tone=(17.3, 0.4))
+    assert found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL
+    assert abs(found.frequency - 17.3) <= found.half_bin
+    assert found.amplitude == pytest.approx(0.4, rel=0.15)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_noise_has_no_tone(seed: int) -> None:
+    assert heard(seed).p_value > criteria.ERROR_RATE_OF_A_CHANNEL
+
+
+def test_an_order_moves_with_the_speed_and_is_no_tone() -> None:
+    assert heard(1, order=(1000.0, 3.0)).p_value > criteria.ERROR_RATE_OF_A_CHANNEL
+
+
+def test_one_speed_cannot_tell_tones_from_orders() -> None:
+    assert tone([d for d in densities(1) if d.turning == 0.005], 1) is None
