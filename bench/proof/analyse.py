@@ -15,6 +15,8 @@ from typing import Any
 
 import bench
 from bench.proof import make
+from bench.proof.recompute import recompute
+from bench.proof.through import case as through
 
 REPORTS = "reports"
 _ANALYSER_PACKAGES = ("mismatch", "simulation", "recording", "identification")
@@ -29,7 +31,7 @@ class Job:
         name: the case's name within its group; strength: overrides the case's own, for a severity sweep.
         out: folder that holds recordings, truth and reports.
         keep: leave the recordings on the disk when the report is there.
-        threads: threads the analysis may use.
+        threads: threads the analysis may use. clutter: the gearbox has weak orders.
     """
 
     group: str
@@ -42,22 +44,29 @@ class Job:
     keep: bool = False
     threads: int = 1
     time_limit_s: float = 900.0
+    clutter: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """What came of a job: the sealed truth, the report (None where the analysis failed), and how long it took."""
+    """What came of a job.
+
+    Attributes:
+        truth: sealed before. report: None where the analysis failed. seconds: how long it took, by the clock.
+        own: what the examiner works out from ``model.json`` and the recordings, before these are thrown away.
+    """
 
     truth: dict[str, Any]
     report: dict[str, Any] | None
     seconds: float
     failed: str = ""
+    own: dict[str, Any] | None = None
 
 
 def draw_case(examiner: Any, job: Job) -> Any:
     """The case of a job."""
-    count = None if not job.name.startswith("null-") else int(job.name.rsplit("-", 1)[1]) + 1
-    case = next(c for c in examiner.cases(job.group, job.seed, count, job.held_back) if c.name == job.name)
+    count = None if not job.name.startswith("null") else int(job.name.rsplit("-", 1)[1]) + 1
+    case = next(c for c in examiner.cases(job.group, job.seed, count, job.held_back, job.clutter) if c.name == job.name)
     if job.strength is not None:
         case = examiner.with_strength(case, job.strength, job.label)
     return case
@@ -66,26 +75,60 @@ def draw_case(examiner: Any, job: Job) -> Any:
 def prove_case(job: Job) -> Outcome:
     """Make the case where it is missing, run ``bench mismatch`` on its recordings, read the report."""
     name = job.label or job.name
-    done = _cached(job, name)
+    done = done_before(job)
     if done is not None:
         return done
+    if job.group == through.GROUP:
+        return _through(job)
     examiner = make.load_examiner()
+    case = draw_case(examiner, job)
     truth_path = job.out / make.TRUTHS / f"{name}.json"
-    if not (job.out / make.RECORDINGS / name).is_dir():
+    recordings = job.out / make.RECORDINGS / case.alias
+    if not recordings.is_dir():
         truth_path.unlink(missing_ok=True)
-    truth = make.read_truth(make.make_case(examiner, draw_case(examiner, job), job.out))
-    target = job.out / REPORTS / name
+    truth = make.read_truth(make.make_case(examiner, case, job.out))
+    target = job.out / REPORTS / case.alias
     shutil.rmtree(target, ignore_errors=True)
     begin = time.perf_counter()
-    failed = _run(job, name, target)
+    failed = _run(job, case.alias, target)
     seconds = time.perf_counter() - begin
     report = _read(target / "report.json") if not failed else None
     (target).mkdir(parents=True, exist_ok=True)
-    note = {"seal": make.seal_of(truth_path), "analyser": analyser_digest(), "seconds": seconds, "failed": failed}
+    own = None if report is None else recompute(truth, report, target / "model.json", recordings)
+    note = {
+        "seal": make.seal_of(truth_path),
+        "analyser": analyser_digest(),
+        "seconds": seconds,
+        "failed": failed,
+        "own": own,
+    }
     (target / "proof.json").write_text(json.dumps(note))
     if not job.keep:
-        shutil.rmtree(job.out / make.RECORDINGS / name, ignore_errors=True)
-    return Outcome(truth, report, seconds, failed)
+        shutil.rmtree(recordings, ignore_errors=True)
+    return Outcome(truth, report, seconds, failed, own)
+
+
+def _through(job: Job) -> Outcome:
+    """Prove a case whose physics is in the plant: campaign, seal, analysis; then the truth is written."""
+    truth, content = through.record(job.out, job.name, job.seed)
+    recordings = job.out / make.RECORDINGS / truth["folder"]
+    target = job.out / REPORTS / truth["folder"]
+    failed, seconds = through.timed(recordings, target)
+    truth_path = job.out / make.TRUTHS / f"{job.name}.json"
+    truth_path.write_bytes(content)
+    report = _read(target / "report.json") if not failed else None
+    own = None if report is None else recompute(truth, report, target / "model.json", recordings)
+    note = {
+        "seal": make.seal_of(truth_path),
+        "analyser": analyser_digest(),
+        "seconds": seconds,
+        "failed": failed,
+        "own": own,
+    }
+    (target / "proof.json").write_text(json.dumps(note))
+    if not job.keep:
+        shutil.rmtree(recordings, ignore_errors=True)
+    return Outcome(truth, report, seconds, failed, own)
 
 
 def analyser_digest() -> str:
@@ -99,22 +142,27 @@ def analyser_digest() -> str:
     return digest.hexdigest()
 
 
-def _cached(job: Job, name: str) -> Outcome | None:
-    note_path = job.out / REPORTS / name / "proof.json"
+def done_before(job: Job) -> Outcome | None:
+    """What came of a job the last time, None where it was not done by this analyser on this truth."""
+    name = job.label or job.name
     truth_path = job.out / make.TRUTHS / f"{name}.json"
-    if not note_path.exists() or not truth_path.exists():
+    if not truth_path.exists():
+        return None
+    truth = make.read_truth(truth_path)
+    note_path = job.out / REPORTS / truth.get("folder", name) / "proof.json"
+    if not note_path.exists():
         return None
     note = json.loads(note_path.read_text())
     if note["analyser"] != analyser_digest() or note["seal"] != make.seal_of(truth_path):
         return None
     report = _read(note_path.parent / "report.json") if not note["failed"] else None
-    return Outcome(make.read_truth(truth_path), report, note["seconds"], note["failed"])
+    return Outcome(truth, report, note["seconds"], note["failed"], note["own"])
 
 
-def _run(job: Job, name: str, target: Path) -> str:
-    """Run the analysis; returns why it failed, empty where it did not."""
-    command = [sys.executable, "-c", _RUN, "mismatch", str(job.out / make.RECORDINGS / name), "--out", str(target)]
-    simulation = make.simulation_for(job.out, name)
+def _run(job: Job, folder: str, target: Path) -> str:
+    """Run the analysis of the folder of that name; returns why it failed, empty where it did not."""
+    command = [sys.executable, "-c", _RUN, "mismatch", str(job.out / make.RECORDINGS / folder), "--out", str(target)]
+    simulation = make.simulation_for(job.out, folder)
     if simulation is not None:
         command += ["--simulation", str(simulation)]
     limits = {key: str(job.threads) for key in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")}

@@ -40,39 +40,42 @@ def load_examiner() -> Any:
     )
 
 
-def list_cases(examiner: Any, groups: list[str], seed: int, count: int | None, held_back: bool) -> list[Any]:
-    """Cases of the groups in order; ``count`` limits each group."""
+def list_cases(
+    examiner: Any, groups: list[str], seed: int, count: int | None, held_back: bool, clutter: bool = False
+) -> list[Any]:
+    """Cases of the groups in order; ``count`` limits each group; ``clutter`` adds weak orders to every bench."""
     known = tuple(examiner.GROUPS)
     unknown = [group for group in groups if group not in known]
     if unknown:
         raise ProofError(f"there is no set {unknown[0]!r}; the sets are {', '.join(known)}.")
-    return [case for group in groups for case in examiner.cases(group, seed, count, held_back)]
+    return [case for group in groups for case in examiner.cases(group, seed, count, held_back, clutter)]
 
 
 def make_case(examiner: Any, case: Any, out: Path) -> Path:
     """Make one folder unless it is already sealed; returns the path of its truth.
 
-    ``out/recordings/<case>`` holds the recordings and nothing else, ``out/truth/<case>.json`` the truth, beside it its
-    SHA-256; ``out/simulation/<case>.json`` is the simulation the analyser is given, where terms are switched off.
+    ``out/recordings/<alias>`` holds the recordings and nothing else, ``out/truth/<case>.json`` the truth, beside it its
+    SHA-256; ``out/simulation/<alias>.json`` is the simulation the analyser is given, where terms are switched off. The
+    alias, the campaign's id and those of the recordings say nothing of the case.
     """
-    folder, truth_path = out / RECORDINGS / case.name, out / TRUTHS / f"{case.name}.json"
+    folder, truth_path = out / RECORDINGS / case.alias, out / TRUTHS / f"{case.name}.json"
     if truth_path.exists() and seal_of(truth_path) is not None:
         return truth_path
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     made = examiner.open_folder(case)
     for recording in made.recordings():
-        _write(folder, case.name, recording)
+        _write(folder, case.alias, recording)
     truth = made.truth().to_dict()
     if truth["switched_off"]:
-        _write_simulation(out / SIMULATIONS / f"{case.name}.json", truth["switched_off"])
+        _write_simulation(out / SIMULATIONS / f"{case.alias}.json", truth["switched_off"])
     _seal(truth_path, truth)
     return truth_path
 
 
-def simulation_for(out: Path, name: str) -> Path | None:
-    """The simulation file a case comes with, if any."""
-    path = out / SIMULATIONS / f"{name}.json"
+def simulation_for(out: Path, folder: str) -> Path | None:
+    """The simulation file that a folder of recordings comes with, if any."""
+    path = out / SIMULATIONS / f"{folder}.json"
     return path if path.exists() else None
 
 
@@ -139,7 +142,7 @@ def _write(folder: Path, campaign: str, recording: Any) -> None:
         setpoint=Setpoint(torque, velocity, temperature),
         gearbox=Gearbox(185.0, 24, 96, 45, 46),
         zero_id="zero-1",
-        software={"name": "bench prove"},
+        software={"name": "bench"},
     )
     channels = {}
     for name, channel in recording.channels.items():

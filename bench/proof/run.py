@@ -10,9 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from bench.proof import make
-from bench.proof.analyse import Job, Outcome, draw_case, prove_case
+from bench.proof.analyse import Job, Outcome, done_before, draw_case, prove_case
 from bench.proof.score import CaseScore, score
+from bench.proof.through.case import GROUP
 
+#: Campaigns through the bench where no number is given.
+THROUGH = 20
+#: Sets of folders without effect.
+NULLS = ("null", "null_small")
 Progress = Callable[[int, int, CaseScore], None]
 
 
@@ -23,7 +28,7 @@ class Plan:
     Attributes:
         groups: names of the examiner's groups. count: at most so many of each, None for all.
         nulls: number of folders without effect, None for the group's own number.
-        held_back: draw from the forms nobody tunes on.
+        held_back: draw from the forms nobody tunes on. clutter: give every gearbox weak orders.
     """
 
     groups: tuple[str, ...]
@@ -31,16 +36,21 @@ class Plan:
     count: int | None = None
     nulls: int | None = None
     held_back: bool = False
+    clutter: bool = False
 
 
 def jobs_of(plan: Plan, out: Path, keep: bool) -> list[Job]:
     """The jobs of a plan, in the groups' order."""
+    if plan.groups == (GROUP,):
+        names = [f"{GROUP}-{number:03d}" for number in range(plan.count or THROUGH)]
+        return [Job(GROUP, name, plan.seed, False, out, keep=keep) for name in names]
     examiner = make.load_examiner()
     picked = []
     for group in plan.groups:
-        count = plan.nulls if group == "null" and plan.nulls is not None else plan.count
-        picked += [(group, case) for case in make.list_cases(examiner, [group], plan.seed, count, plan.held_back)]
-    return [Job(group, case.name, plan.seed, plan.held_back, out, keep=keep) for group, case in picked]
+        count = plan.nulls if group in NULLS and plan.nulls is not None else plan.count
+        listed = make.list_cases(examiner, [group], plan.seed, count, plan.held_back, plan.clutter)
+        picked += [(group, case.name) for case in listed]
+    return [Job(group, name, plan.seed, plan.held_back, out, keep=keep, clutter=plan.clutter) for group, name in picked]
 
 
 def prove(
@@ -49,10 +59,16 @@ def prove(
     """Prove all jobs and return their scores in the jobs' order."""
     scores: dict[int, CaseScore] = {}
     for index, outcome in _outcomes(jobs, processes, dask):
-        scores[index] = score(outcome.truth, outcome.report, outcome.seconds, outcome.failed)
+        scores[index] = score(outcome.truth, outcome.report, outcome.seconds, outcome.failed, outcome.own)
         if progress is not None:
             progress(len(scores), len(jobs), scores[index])
     return [scores[index] for index in sorted(scores)]
+
+
+def done_so_far(jobs: Sequence[Job]) -> list[CaseScore]:
+    """Scores of the jobs that are done, in the jobs' order; nothing is made or analysed."""
+    outcomes = (done_before(job) for job in jobs)
+    return [score(o.truth, o.report, o.seconds, o.failed, o.own) for o in outcomes if o is not None]
 
 
 def make_only(jobs: Sequence[Job], processes: int = 1) -> list[Path]:

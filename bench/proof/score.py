@@ -5,17 +5,19 @@ Rules
 Named right
     A finding with the true id and status ``named``.
 Ambiguous right
-    A finding with status ``ambiguous`` whose effect and alternatives hold the true id and one it cannot be told from.
+    A finding with status ``ambiguous`` that holds the true id and one it cannot be told from, each as its effect or as
+    an alternative that the report itself calls as good.
 Unknown recognised
-    A finding ``unknown`` in a channel of the effect, and no finding of another name in that channel.
+    A finding ``unknown`` in a channel of the effect, and no finding in that channel with a name nobody concealed.
 Located right
-    The finding's channel is one of the effect's, and whatever the truth claims (orders, angle windows, direction,
-    ranges of speed, load and temperature) is met: orders within half an order, half of the true ones found and half
-    of the told ones true; windows and ranges overlap. What the truth does not claim is not asked.
+    :mod:`bench.proof.place`: ranges, direction, orders, windows and recordings; what is not told is wrong.
+Parameters
+    Those of ``model.json``, with their signs.
 False companion
     Any finding that answers no concealed effect.
 Residual
-    Held-out RMSE after over the true noise, in the channels of predictable effects (in all where there is none).
+    Recomputed from ``model.json`` and the recordings (:mod:`bench.proof.recompute`), over the generator's noise in the
+    same recordings, in the channels of predictable effects (in all where there is none).
 """
 
 from __future__ import annotations
@@ -25,13 +27,16 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
+from bench.proof.place import misplaced
 
 #: Held-out RMSE over true noise between which a folder's residual is called right: the noise of the held-out recordings
 #: alone differs from the folder's by a few per cent. Below the noise lies who smooths the inputs of the prediction (the
 #: load motor's torque is noisy itself); far below it no held-out residual can lie.
 RESIDUAL_LIMITS = (0.7, 1.05)
-_ORDER_TOLERANCE = 0.5
+#: A told 95 % interval is this many told standard deviations to either side.
+INTERVAL = 1.96
+#: Words with which a report says that an alternative is as good; a key ``as_good`` says it as well.
+_AS_GOOD = ("as well", "as good", "cannot tell", "cannot be told")
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +46,11 @@ class EffectScore:
     Attributes:
         status_right: the right name (or set of names, or ``unknown``) with the right status.
         found: the true id stands in the findings, whatever the status.
+        misplaced: what is wrong with the place of the finding that answers it.
+        in_library: whether nature took a form that the analyser's library has; None where that is no question.
         parameter_errors: |told − true| / |true| of every parameter both give.
-        covered: whether each of these lies within two told standard deviations.
+        covered: whether each of these lies within its told 95 % interval.
+        share_error: |told − recomputed| share of the excess, None where either is missing.
     """
 
     effect: str
@@ -53,6 +61,9 @@ class EffectScore:
     located_right: bool
     parameter_errors: tuple[float, ...] = ()
     covered: tuple[bool, ...] = ()
+    misplaced: tuple[str, ...] = ()
+    in_library: bool | None = None
+    share_error: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,8 +72,9 @@ class CaseScore:
 
     Attributes:
         false_companions: effects of findings that answer nothing.
-        residual: worst held-out RMSE over true noise among the channels that count, NaN where none was reported.
-        confidences: (told confidence, right) of every finding.
+        residual: worst RMSE over true noise among the channels that count, NaN where nothing predicts them.
+        recomputed: whether it was worked out from ``model.json``; else it is what the report tells.
+        confidences: (told confidence, right) of every finding that tells one.
         seconds: wall time of the analysis.
     """
 
@@ -75,6 +87,7 @@ class CaseScore:
     confidences: tuple[tuple[float, bool], ...]
     seconds: float
     failed: str = ""
+    recomputed: bool = True
 
     @property
     def every_point_right(self) -> bool:
@@ -85,49 +98,60 @@ class CaseScore:
         return self.verdict_right and answered and residual and not self.false_companions and not self.failed
 
 
-def score(truth: Mapping[str, Any], report: Mapping[str, Any] | None, seconds: float, failed: str = "") -> CaseScore:
-    """Score a report (as read from JSON; None where the analysis failed) against a truth."""
+def score(
+    truth: Mapping[str, Any],
+    report: Mapping[str, Any] | None,
+    seconds: float,
+    failed: str = "",
+    own: Mapping[str, Any] | None = None,
+) -> CaseScore:
+    """Score a report (as read from JSON; None where the analysis failed) against a truth.
+
+    ``own`` is what :func:`bench.proof.recompute.recompute` works out; without it, or where this version has nothing
+    that predicts, the report's residuals are taken, and the score says so. A ``model.json`` that is missing or does not
+    predict has no residual, and is not right.
+    """
     report = report or {}
     findings: Sequence[Mapping[str, Any]] = report.get("findings", [])
+    present = {e["effect"] for e in truth["effects"]}
     used: dict[int, bool] = {}
     effects = []
     for concealed in truth["effects"]:
         index = _answer(concealed, findings, used)
-        finding = findings[index] if index is not None else None
-        result = _score_effect(concealed, finding, findings)
+        result = _score_effect(concealed, index, findings, present, own or {})
         if index is not None:
             used[index] = result.status_right
         effects.append(result)
     companions = tuple(str(f["effect"]) for i, f in enumerate(findings) if i not in used)
+    recomputed = bool(own and own["predictor"])
     return CaseScore(
         case=truth["case"],
         group=truth["group"],
         verdict_right=report.get("verdict") == truth["verdict"],
         effects=tuple(effects),
         false_companions=companions,
-        residual=_residual(truth, report),
-        confidences=tuple((float(f["confidence"]), used.get(i, False)) for i, f in enumerate(findings)),
+        residual=_residual(truth, own["residual"] if own and recomputed else _told_residuals(truth, report)),
+        confidences=tuple(
+            (float(f["confidence"]), used.get(i, False)) for i, f in enumerate(findings) if f["confidence"] is not None
+        ),
         seconds=seconds,
         failed=failed,
+        recomputed=recomputed,
     )
 
 
 def names_of(finding: Mapping[str, Any]) -> set[str]:
-    """The effect of a finding and its alternatives that are still open."""
+    """The effect of a finding and, of an ambiguous one, the alternatives that the report calls as good."""
     alternatives = finding.get("alternatives", []) if finding.get("status") == "ambiguous" else []
-    return {str(finding["effect"]), *(str(a["effect"]) for a in alternatives)}
+    return {str(finding["effect"]), *(str(a["effect"]) for a in alternatives if called_as_good(a))}
 
 
-def located(concealed: Mapping[str, Any], finding: Mapping[str, Any]) -> bool:
-    """Whether a finding's place agrees with everything the truth claims of it."""
-    if finding.get("channel") not in concealed["channels"]:
-        return False
-    true, told = concealed["location"], finding.get("location", {})
-    orders, windows = told.get("orders", []), told.get("angle_windows", [])
-    # A tight spot may be told as its window or as its orders: what is told in one way need not be told in the other.
-    orders_right = _orders_agree(true["orders"], orders) or bool(windows and not orders)
-    windows_right = _windows_overlap(true["angle_windows"], windows) or bool(orders and not windows)
-    return orders_right and windows_right and _conditions_overlap(true["conditions"], told.get("conditions", {}))
+def called_as_good(alternative: Mapping[str, Any]) -> bool:
+    """Whether the report itself says that an alternative explains the recordings as well."""
+    if alternative.get("as_good") is not None:
+        return bool(alternative["as_good"])
+    why_not = str(alternative.get("why_not") or "").lower()
+    return not why_not or any(words in why_not for words in _AS_GOOD)
 
 
 def _answer(
@@ -151,92 +175,77 @@ def _answer(
 
 
 def _score_effect(
-    concealed: Mapping[str, Any], finding: Mapping[str, Any] | None, findings: Sequence[Mapping[str, Any]]
+    concealed: Mapping[str, Any],
+    index: int | None,
+    findings: Sequence[Mapping[str, Any]],
+    present: set[str],
+    own: Mapping[str, Any],
 ) -> EffectScore:
-    own, status = concealed["effect"], concealed["status"]
+    """``index`` is that of the finding that answers; ``present`` are the ids of all effects in the folder."""
+    effect, status = concealed["effect"], concealed["status"]
+    finding = findings[index] if index is not None else None
     right = False
     if finding is not None and finding.get("status") == status:
         if status == "named":
-            right = finding["effect"] == own
+            right = finding["effect"] == effect
         elif status == "ambiguous":
             names = names_of(finding)
-            right = own in names and bool(names & set(concealed["also"]))
+            right = effect in names and bool(names & set(concealed["also"]))
         else:
-            named = [f for f in findings if f["effect"] != "unknown" and f["channel"] in concealed["channels"]]
+            false = [f for f in findings if f["effect"] not in (*present, "unknown")]
+            named = [f for f in false if f["channel"] in concealed["channels"]]
             right = finding["effect"] == "unknown" and not named
+    wrong = misplaced(concealed, finding) if finding is not None else ["not told"]
     # Where two effects cannot be told apart, neither can their parameters.
-    compared = right and status == "named" and finding is not None
-    errors, covered = _parameters(concealed, finding) if compared and finding is not None else ((), ())
+    compared = right and status == "named"
+    told = own.get("parameters", {}).get(effect, {}) if compared else {}
+    errors, covered = _parameters(concealed, told)
     return EffectScore(
-        effect=own,
+        effect=effect,
         status=status,
         strength=concealed["strength"],
-        found=any(own in names_of(f) for f in findings),
+        found=any(effect in names_of(f) for f in findings),
         status_right=right,
-        located_right=finding is not None and located(concealed, finding),
+        located_right=not wrong,
         parameter_errors=errors,
         covered=covered,
+        misplaced=tuple(wrong),
+        in_library=concealed.get("in_library"),
+        share_error=_share_error(finding, own.get("shares", {}).get(str(index))) if right else None,
     )
 
 
-def _parameters(concealed: Mapping[str, Any], finding: Mapping[str, Any]) -> tuple[tuple[float, ...], tuple[bool, ...]]:
-    told = {p["symbol"]: p for p in finding.get("parameters", [])}
+def _share_error(finding: Mapping[str, Any] | None, recomputed: float | None) -> float | None:
+    told = (finding or {}).get("location", {}).get("share_of_excess")
+    return None if told is None or recomputed is None else abs(float(told) - recomputed)
+
+
+def _parameters(
+    concealed: Mapping[str, Any], told: Mapping[str, Sequence[float | None]]
+) -> tuple[tuple[float, ...], tuple[bool, ...]]:
+    """Relative errors, and whether the told intervals cover, of the parameters (symbol → value, std) both give."""
     errors, covered = [], []
     for true in concealed["parameters"]:
-        if true["symbol"] in told and true["value"]:
-            match = told[true["symbol"]]
-            gap = abs(abs(float(match["value"])) - abs(true["value"]))
-            errors.append(gap / abs(true["value"]))
-            if match.get("std") is not None:
-                covered.append(gap <= 2.0 * float(match["std"]))
+        value, std = told.get(true["symbol"], (None, None))
+        if value is None or not true["value"]:
+            continue
+        gap = abs(value - true["value"])
+        errors.append(gap / abs(true["value"]))
+        if std is not None:
+            covered.append(gap <= INTERVAL * std)
     return tuple(errors), tuple(covered)
 
 
-def _residual(truth: Mapping[str, Any], report: Mapping[str, Any]) -> float:
+def _residual(truth: Mapping[str, Any], ratios: Mapping[str, float]) -> float:
+    """The worst ratio among the channels of predictable effects; of all where there are none."""
     counted = {e["channels"][0] for e in truth["effects"] if e["status"] != "unknown"} or set(truth["noise_rms"])
-    ratios = [
-        float(row["held_out_rmse_after"]) / truth["noise_rms"][row["channel"]]
+    picked = [ratio for channel, ratio in ratios.items() if channel in counted]
+    return max(picked) if picked else math.nan
+
+
+def _told_residuals(truth: Mapping[str, Any], report: Mapping[str, Any]) -> dict[str, float]:
+    return {
+        row["channel"]: float(row["held_out_rmse_after"]) / truth["noise_rms"][row["channel"]]
         for row in report.get("channels", [])
-        if row["channel"] in counted and row.get("held_out_rmse_after") is not None
-    ]
-    return max(ratios) if ratios else math.nan
-
-
-def _orders_agree(true: Sequence[float], told: Sequence[float]) -> bool:
-    if not true:
-        return True
-    if not told:
-        return False
-    gaps = np.abs(np.subtract.outer(np.asarray(true, float), np.asarray(told, float)))
-    near = gaps <= _ORDER_TOLERANCE
-    return bool(near.any(axis=1).mean() >= 0.5 and near.any(axis=0).mean() >= 0.5)
-
-
-def _windows_overlap(true: Sequence[Sequence[float]], told: Sequence[Sequence[float]]) -> bool:
-    if not true:
-        return True
-    grid = np.linspace(0.0, 2.0 * np.pi, 3600, endpoint=False)
-
-    def covered(windows: Sequence[Sequence[float]]) -> np.ndarray[Any, np.dtype[np.bool_]]:
-        inside = np.zeros(grid.size, dtype=bool)
-        for low, high in windows:
-            inside |= np.mod(grid - low, 2.0 * np.pi) <= min(
-                high - low if high >= low else high - low + 2 * np.pi, 6.2831
-            )
-        return inside
-
-    a, b = covered(true), covered(told)
-    return bool((a & b).any() and b.mean() <= max(0.5, 2.0 * a.mean()))
-
-
-def _conditions_overlap(true: Mapping[str, Any], told: Mapping[str, Any]) -> bool:
-    for name, claim in true.items():
-        answer = told.get(name)
-        if answer is None:
-            continue
-        if name == "direction":
-            if claim != "both" and answer != claim:
-                return False
-        elif min(claim[1], answer[1]) < max(claim[0], answer[0]):
-            return False
-    return True
+        if row.get("held_out_rmse_after") is not None and row["channel"] in truth["noise_rms"]
+    }

@@ -38,7 +38,7 @@ class GroupSummary:
 
     Attributes:
         precision: findings that answer an effect, of all findings. residual: median over cases.
-        parameter_error: median relative error. coverage: parameters within two told standard deviations.
+        parameter_error: median relative error. coverage: parameters within their 95 % intervals.
     """
 
     group: str

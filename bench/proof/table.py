@@ -1,13 +1,13 @@
-"""The proof's table, as Markdown for people and as JSON for scripts."""
+"""The proof's tables as Markdown."""
 
 from __future__ import annotations
 
 import math
+import statistics
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
-from typing import Any
 
-from bench.proof.score import CaseScore
+from bench.proof.results import Provenance
+from bench.proof.score import CaseScore, EffectScore
 from bench.proof.statistics import (
     GroupSummary,
     clopper_pearson,
@@ -18,7 +18,8 @@ from bench.proof.statistics import (
 
 _HEAD = (
     "set",
-    "folders",
+    "asked",
+    "done",
     "every point right",
     "verdict",
     "name and status",
@@ -28,64 +29,78 @@ _HEAD = (
     "residual / noise",
     "≤ 1.03",
     "parameter error",
-    "within 2σ",
+    "in 95 % interval",
     "Brier",
     "s a folder",
 )
 
 
-def markdown(scores: Sequence[CaseScore], title: str = "bench prove", seal: str = "") -> str:
-    """The whole proof as Markdown: one row a group, then every folder that is not right, then calibration."""
-    lines = [f"# {title}", ""]
-    if seal:
-        lines += [f"Truth sealed before the runs; SHA-256 over all seals: `{seal}`.", ""]
-    lines += [*summary_rows(scores), ""]
-    lines += _null_lines(scores)
-    lines += _effect_lines(scores)
-    lines += _faults(scores)
-    lines += _calibration(scores)
-    return "\n".join(lines) + "\n"
+#: Whether it is an unknown kind, whether the library has its form → how the table calls it.
+_FORMS = {
+    (False, True): "in the library",
+    (False, False): "not in the library",
+    (True, True): "unknown kind that a free function of one quantity draws",
+    (True, False): "unknown kind with a state or several quantities",
+}
 
 
-def summary_rows(scores: Sequence[CaseScore]) -> list[str]:
-    """The summary table's lines: one row a group, the last one over all."""
-    groups = list(dict.fromkeys(s.group for s in scores))
+def markdown(scores: Sequence[CaseScore], how: Provenance, severity: bool = False) -> str:
+    """The whole proof as Markdown: how it came about, one row a set, then everything that is not right."""
+    lines = ["# bench prove", "", f"{how.told}.", ""]
+    if how.seal:
+        lines += [f"Truth sealed before the runs; SHA-256 over all seals: `{how.seal}`.", ""]
+    if severity:
+        return "\n".join([*lines, *severity_lines(scores), ""]) + "\n"
+    return "\n".join([*lines, *summary_rows(scores, how.asked), "", *body(scores)]) + "\n"
+
+
+def summary_rows(scores: Sequence[CaseScore], asked: Mapping[str, int] | None = None) -> list[str]:
+    """The summary table's lines: one row a set, the last one over all; ``asked`` folders of each set."""
+    groups = list(dict.fromkeys([*(asked or {}), *(s.group for s in scores)]))
     rows = [summarise(group, [s for s in scores if s.group == group]) for group in groups]
+    wanted = {row.group: row.cases for row in rows} | dict(asked or {})
     if len(groups) > 1:
         rows.append(summarise("all", scores))
-    return [_line(_HEAD), _line(["---"] * len(_HEAD)), *(_line(_cells(row)) for row in rows)]
+        wanted["all"] = sum(wanted.values())
+    return [_line(_HEAD), _line(["---"] * len(_HEAD)), *(_line(_cells(row, wanted[row.group])) for row in rows)]
 
 
-def as_json(scores: Sequence[CaseScore], **extra: Any) -> dict[str, Any]:
-    """Everything the Markdown shows, and every score."""
-    groups = list(dict.fromkeys(s.group for s in scores))
-    return {
-        "format": "bench-proof",
-        "format_version": "1.0",
-        "groups": [_plain(asdict(summarise(g, [s for s in scores if s.group == g]))) for g in groups],
-        "calibration": reliability(scores),
-        "cases": [_plain({**asdict(s), "every_point_right": s.every_point_right}) for s in scores],
-        **extra,
-    }
+def body(scores: Sequence[CaseScore]) -> list[str]:
+    """Everything below the summary."""
+    lines: list[str] = []
+    told = sum(not s.recomputed for s in scores)
+    if told:
+        lines += [f"Residuals of {told} of {len(scores)} folders are as told by the report: nothing predicts them.", ""]
+    lines += _null_lines(scores)
+    lines += _effect_lines(scores)
+    lines += _form_lines(scores)
+    lines += _faults(scores)
+    return lines + _calibration(scores)
 
 
-def severity_markdown(scores: Sequence[CaseScore]) -> str:
+def severity_lines(scores: Sequence[CaseScore]) -> list[str]:
     """S50 and S90 of each effect and the share named at each strength."""
-    effects: dict[str, list[Any]] = {}
-    for case in scores:
-        for effect in case.effects:
-            effects.setdefault(effect.effect, []).append(effect)
-    lines = ["## Severity", "", _line(("effect", "cases", "S50", "S90")), _line(["---"] * 4)]
+    effects = _by_effect(scores)
+    lines = [_line(("effect", "cases", "S50", "S90")), _line(["---"] * 4)]
     for name, found in sorted(effects.items()):
         s50, s90 = strength_of_naming(found, 0.5), strength_of_naming(found, 0.9)
         lines.append(_line((name, str(len(found)), f"{s50:.2f}", f"{s90:.2f}")))
-    return "\n".join([*lines, ""]) + "\n"
+    return lines
 
 
-def _cells(row: GroupSummary) -> list[str]:
+def _by_effect(scores: Sequence[CaseScore]) -> dict[str, list[EffectScore]]:
+    effects: dict[str, list[EffectScore]] = {}
+    for case in scores:
+        for effect in case.effects:
+            effects.setdefault(effect.effect, []).append(effect)
+    return effects
+
+
+def _cells(row: GroupSummary, asked: int) -> list[str]:
     return [
         row.group,
-        str(row.cases) + (f" ({row.failed} failed)" if row.failed else ""),
+        str(asked),
+        str(row.cases - row.failed),
         _share(row.every_point),
         _share(row.verdict),
         _share(row.status),
@@ -102,23 +117,21 @@ def _cells(row: GroupSummary) -> list[str]:
 
 
 def _null_lines(scores: Sequence[CaseScore]) -> list[str]:
-    nulls = [s for s in scores if s.group == "null"]
+    nulls = [s for s in scores if s.group.startswith("null")]
     if not nulls:
         return []
-    alarms = sum(bool(s.false_companions) or not s.verdict_right for s in nulls)
+    # With weak orders nothing else is concealed: missing them is no alarm, anything beside them is.
+    alarms = sum(bool(s.false_companions) or (not s.verdict_right and not s.effects) for s in nulls)
     low, high = clopper_pearson(alarms, len(nulls))
     text = f"False alarms on folders without effect: {alarms} of {len(nulls)}"
     return [f"{text}, 95 % interval {100 * low:.1f} to {100 * high:.1f} % (Clopper–Pearson).", ""]
 
 
 def _effect_lines(scores: Sequence[CaseScore]) -> list[str]:
-    effects: dict[str, list[Any]] = {}
-    for case in scores:
-        for effect in case.effects:
-            effects.setdefault(effect.effect, []).append(effect)
+    effects = _by_effect(scores)
     if not effects:
         return []
-    lines = ["## By effect", "", _line(("effect", "name and status", "located", "parameter error"))]
+    lines = ["### By effect", "", _line(("effect", "name and status", "located", "parameter error"))]
     lines.append(_line(["---"] * 4))
     for name, found in sorted(effects.items()):
         right = [e for e in found if e.status_right]
@@ -129,11 +142,32 @@ def _effect_lines(scores: Sequence[CaseScore]) -> list[str]:
     return [*lines, ""]
 
 
+def _form_lines(scores: Sequence[CaseScore]) -> list[str]:
+    """Effects whose very form the library has, beside those whose form it has not."""
+    asked = [e for s in scores for e in s.effects if e.in_library is not None]
+    if not asked:
+        return []
+    head = ("nature's form", "effects", "name and status", "located", "parameter error")
+    lines = ["### By form", "", _line(head), _line(["---"] * len(head))]
+    for unknown in (False, True):
+        for inside in (True, False):
+            mine = [e for e in asked if e.in_library is inside and (e.status == "unknown") is unknown]
+            if not mine:
+                continue
+            right = [e for e in mine if e.status_right]
+            errors = [x for e in right for x in e.parameter_errors]
+            name = _FORMS[unknown, inside]
+            error = f"{100.0 * statistics.median(errors):.1f} % (median)" if errors else "–"
+            located = (sum(e.located_right for e in right), len(right))
+            lines.append(_line((name, str(len(mine)), _share((len(right), len(mine))), _share(located), error)))
+    return [*lines, ""]
+
+
 def _faults(scores: Sequence[CaseScore]) -> list[str]:
     wrong = [s for s in scores if not s.every_point_right]
     if not wrong:
         return ["Every point right in every folder.", ""]
-    lines = ["## Folders with a point that is not right", "", _line(("folder", "concealed", "what is wrong"))]
+    lines = ["### Folders with a point that is not right", "", _line(("folder", "concealed", "what is wrong"))]
     lines.append(_line(["---"] * 3))
     lines += [_line((s.case, ", ".join(e.effect for e in s.effects) or "nothing", _complaint(s))) for s in wrong]
     return [*lines, ""]
@@ -147,7 +181,7 @@ def _complaint(case: CaseScore) -> str:
         if not effect.status_right:
             parts.append(f"{effect.effect} {'told, status wrong' if effect.found else 'not told'} ({effect.status})")
         elif not effect.located_right:
-            parts.append(f"{effect.effect} misplaced")
+            parts.append(f"{effect.effect} misplaced ({', '.join(effect.misplaced)})")
     if case.false_companions:
         parts.append("false: " + ", ".join(case.false_companions))
     if math.isfinite(case.residual) and all(e.status != "unknown" for e in case.effects):
@@ -159,7 +193,7 @@ def _calibration(scores: Sequence[CaseScore]) -> list[str]:
     rows = reliability(scores)
     if not rows:
         return []
-    lines = ["## Calibration of confidence", "", _line(("confidence", "findings", "mean", "right"))]
+    lines = ["### Calibration of confidence", "", _line(("confidence", "findings", "mean", "right"))]
     lines.append(_line(["---"] * 4))
     for row in rows:
         low, high = row["confidence"]
@@ -178,8 +212,3 @@ def _number(value: float, digits: int) -> str:
 
 def _line(cells: Sequence[str]) -> str:
     return "| " + " | ".join(cells) + " |"
-
-
-def _plain(values: Mapping[str, Any]) -> dict[str, Any]:
-    """NaN has no place in JSON: None instead."""
-    return {k: None if isinstance(v, float) and math.isnan(v) else v for k, v in values.items()}

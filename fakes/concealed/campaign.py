@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from fakes.concealed import plant as nominal
 from fakes.concealed.design import Point
 from fakes.concealed.effects.base import Effect, Floats, Run, ThermalWorld
+from fakes.concealed.effects.kernels import follow
 from fakes.concealed.motion import Motion, move
 from fakes.concealed.plant import RATIO, Plant
 
@@ -19,6 +20,7 @@ _COARSE_S = 0.5  # step of the heat balance; its time constants are minutes
 _REST_S = 5.0
 _MOST_ROUNDS = 8
 _AGREED_K = 0.002
+_BLOCK = 20_000  # samples whose orders are modulated at once
 
 
 @dataclass(slots=True)
@@ -52,7 +54,7 @@ class _History:
     side: int = 1
     lubricant: float = 20.0
     house: float = 20.0
-    probe: float = 20.0
+    probe: list[float] = field(default_factory=list)
 
 
 @dataclass(slots=True)
@@ -71,7 +73,8 @@ class Campaign:
         duration = self._planned_duration()
         rng = np.random.default_rng([self.seed, 0])
         history = _History(theta=float(rng.uniform(0.0, 6.0)))
-        history.lubricant = history.house = history.probe = self.plant.ambient + float(rng.uniform(0.3, 1.5))
+        history.lubricant = history.house = self.plant.ambient + float(rng.uniform(0.3, 1.5))
+        history.probe = [history.lubricant] * sum(len(effect.probe_lags()) for effect in self.effects)
         for index, point in enumerate(self.points):
             self._rest(point.pause * float(np.random.default_rng([self.seed, 2, index]).uniform(0.8, 1.5)), history)
             if point.kind == "pause":
@@ -126,19 +129,17 @@ class Campaign:
         for effect in self.effects:
             effect.rest(world, clock)
         course = self._warm(world, step, np.zeros(count), history)
-        history.probe = float(self._lagged(course, step, history.probe)[-1])
+        history.probe = self._lagged(course, step, history.probe)[1]
         history.clock += seconds
 
-    def _lagged(self, course: Floats, step: float, start: float) -> Floats:
-        lag = max((effect.probe_lag() for effect in self.effects), default=0.0)
-        if lag <= 0.0:
-            return course
-        out = np.empty_like(course)
-        out[0] = start
-        keep = np.exp(-step / lag)
-        for n in range(1, course.size):
-            out[n] = course[n] + (out[n - 1] - course[n]) * keep
-        return out
+    def _lagged(self, course: Floats, step: float, start: list[float]) -> tuple[Floats, list[float]]:
+        """What the PT100 shows of a course of temperature, and the states of its lags at the end."""
+        ends = []
+        lags = [lag for effect in self.effects for lag in effect.probe_lags()]
+        for lag, first in zip(lags, start, strict=True):
+            course = follow(course, np.exp(-step / lag) if lag > 0.0 else 0.0, first)
+            ends.append(float(course[-1]))
+        return course, ends
 
     def _run_point(self, point: Point, index: int, rate_hz: float, history: _History, duration: float) -> Signals:
         motion = move(point, rate_hz, history.theta, np.random.default_rng([self.seed, 1, index]))
@@ -221,9 +222,9 @@ class Campaign:
         course = self._warm(world, step, mean, history)
         grid = step * np.arange(count + 1)
         run.temperature = np.interp(run.time, grid, course)
-        lagged = self._lagged(course, step, history.probe)
+        lagged, ends = self._lagged(course, step, history.probe)
         if final:
-            history.probe = float(lagged[-1])
+            history.probe = ends
         return power, np.interp(run.time, grid, lagged)
 
     def _read(
@@ -232,15 +233,8 @@ class Campaign:
         behind, before, friction = torques
         run.torque = run.torque + behind
         geared = run.torque + before
-        modulations = [m for m in (effect.modulation(run) for effect in self.effects) if m is not None]
         plain = nominal.transmission_error(self.plant, run.theta, run.side, geared, run.rate, run.temperature)
-        whole = plain
-        if modulations:
-            gain = np.prod([1.0 + m[0] for m in modulations], axis=0) - 1.0
-            shift = np.sum([m[1] for m in modulations], axis=0)
-            whole = nominal.transmission_error(
-                self.plant, run.theta, run.side, geared, run.rate, run.temperature, (gain, shift)
-            )
+        whole = self._modulated(run, geared, plain)
         te = self._added("transmission", run)
         shaft = self._added("motor_encoder", run)
         motor_error = self._added("motor_reading", run)
@@ -263,6 +257,28 @@ class Campaign:
                 "load_torque": behind + sensor_error,
             },
         )
+
+    def _modulated(self, run: Run, geared: Floats, plain: Floats) -> Floats:
+        """The series (N,) with every order as the effects change it; in blocks, for many orders take room."""
+        out = plain.copy()
+        for start in range(0, plain.size, _BLOCK):
+            part = slice(start, start + _BLOCK)
+            changes = (effect.modulation(run.theta[part], run.rate[part], self.plant.orders) for effect in self.effects)
+            modulations = [m for m in changes if m is not None]
+            if not modulations:
+                break
+            gain = np.prod([1.0 + m[0] for m in modulations], axis=0) - 1.0
+            shift = np.sum([m[1] for m in modulations], axis=0)
+            out[part] = nominal.transmission_error(
+                self.plant,
+                run.theta[part],
+                run.side[part],
+                geared[part],
+                run.rate[part],
+                run.temperature[part],
+                (gain, shift),
+            )
+        return out
 
 
 def _last_side(sign: Floats, before: int) -> NDArray[np.int64]:

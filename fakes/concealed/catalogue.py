@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from itertools import combinations
@@ -12,6 +13,7 @@ import fakes.concealed.effects.compliance
 import fakes.concealed.effects.foreign
 import fakes.concealed.effects.load_side
 import fakes.concealed.effects.motor_side
+import fakes.concealed.effects.physics
 import fakes.concealed.effects.thermal
 import fakes.concealed.effects.transmission  # noqa: F401
 from fakes.concealed.design import Design
@@ -29,6 +31,7 @@ class CaseSpec:
         status: what an honest report says of each; also: indistinguishable alternatives of each.
         shape: numbers of the forms to be set rather than drawn.
         elsewhere: another laboratory's bench: other magnitudes and sensors, now and then a lost cycle.
+        clutter: the gearbox has sixty to a hundred weak orders beside the nominal ones.
     """
 
     name: str
@@ -44,6 +47,12 @@ class CaseSpec:
     truncate: bool = False
     shape: tuple[tuple[str, float], ...] = ()
     elsewhere: bool = False
+    clutter: bool = False
+
+    @property
+    def alias(self) -> str:
+        """The name of the folder and the campaign: it says nothing of what is in it."""
+        return hashlib.sha256(f"{self.name} {self.seed} {self.clutter}".encode()).hexdigest()[:12]
 
 
 def vocabulary() -> tuple[str, ...]:
@@ -51,12 +60,18 @@ def vocabulary() -> tuple[str, ...]:
     return tuple(dict.fromkeys(f.effect for f in FORMS if f.effect != "unknown"))
 
 
-def cases(group: str, seed: int, count: int | None = None, held_back: bool = False) -> Iterator[CaseSpec]:
-    """The cases of one group; ``held_back`` draws from the forms that nobody tunes on as well."""
+def cases(
+    group: str, seed: int, count: int | None = None, held_back: bool = False, clutter: bool = False
+) -> Iterator[CaseSpec]:
+    """The cases of one group; ``held_back`` draws from the forms that nobody tunes on as well.
+
+    ``clutter`` gives every bench weak orders; cases are else the same.
+    """
     makers = {
         "clear": lambda: _single("clear", CLEAR, seed, held_back),
         "faint": lambda: _single("faint", FAINT, seed, held_back),
         "null": lambda: _nulls(seed, count or 12, held_back),
+        "null_small": lambda: _small_nulls(seed, count or 100, held_back),
         "compound": lambda: _compounds(seed, held_back),
         "unknown": lambda: _unknowns(seed, held_back),
         "ambiguous": lambda: _ambiguous(seed, held_back),
@@ -66,7 +81,7 @@ def cases(group: str, seed: int, count: int | None = None, held_back: bool = Fal
     for number, case in enumerate(makers[group]()):
         if count is not None and number >= count:
             return
-        yield case
+        yield replace(case, clutter=clutter)
 
 
 def _pick(effect: str, rng: np.random.Generator, held_back: bool) -> Form:
@@ -132,6 +147,14 @@ def _nulls(seed: int, count: int, held_back: bool) -> Iterator[CaseSpec]:
             truncate=bool(rng.random() < 0.15),
             elsewhere=held_back,
         )
+
+
+def _small_nulls(seed: int, count: int, held_back: bool) -> Iterator[CaseSpec]:
+    """Folders without effect of a few short recordings each: many can be asked, for a tight rate of false alarms."""
+    for case in _nulls(seed, count, held_back):
+        own, _rng = _seeded("null_small", seed, int(case.name.rsplit("-", 1)[1]))
+        name = case.name.replace("null", "null_small")
+        yield replace(case, name=name, group="null_small", seed=own, design=QUICK_DESIGN, truncate=False)
 
 
 def _nuisance(rng: np.random.Generator, held_back: bool) -> str:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from fakes.concealed.design import Design
 
-GROUPS = ("clear", "faint", "null", "compound", "unknown", "ambiguous", "switched_off", "quick")
+GROUPS = ("clear", "faint", "null", "compound", "unknown", "ambiguous", "switched_off", "quick", "null_small")
 #: Strength (in units of the noise floor) is drawn evenly from here.
 CLEAR, FAINT = (1.0, 1.8), (0.28, 0.42)
 

@@ -5,19 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from typing import Literal, cast
 
 import numpy as np
 
 from fakes.concealed.campaign import Campaign
 from fakes.concealed.catalogue import CaseSpec
+from fakes.concealed.clutter import clutter_truth, draw_clutter, merged
 from fakes.concealed.design import draw_points
 from fakes.concealed.effects.base import Effect
 from fakes.concealed.noise import Sensors, draw_sensors, roughen, scaled
+from fakes.concealed.place import placed
 from fakes.concealed.plant import RATIO, draw_plant, elsewhere
-from fakes.concealed.recordings import MadeRecording, NoiseTally, make_recordings
+from fakes.concealed.recordings import MadeRecording, NoiseTally, make_recordings, recording_id
 from fakes.concealed.strength import calibrate
-from fakes.concealed.truth import ConcealedEffect, Status, Truth
+from fakes.concealed.truth import ConcealedEffect, Location, Status, Truth
 
 #: Where the terms of the nominal equations show, for cases that switch one off.
 _NOMINAL_CHANNEL = {
@@ -53,9 +56,11 @@ class Folder:
             case=self.spec.name,
             group=self.spec.group,
             seed=self.spec.seed,
+            folder=self.spec.alias,
             verdict="mismatch" if self.effects else "match",
             effects=self.effects,
             noise_rms=self.tally.rms(),
+            noise_by_recording=self.tally.by_recording(),
             switched_off=self.spec.switched_off,
             note=self.spec.nuisance,
         )
@@ -72,12 +77,18 @@ def open_folder(spec: CaseSpec) -> Folder:
     floor = noise_floor(sensors)
     effects: list[Effect] = []
     strengths: list[float] = []
+    places: list[Location] = []
     for form, target in zip(spec.forms, spec.strengths, strict=True):
         effect = form.make(rng)
         effect.shape.update(spec.shape)
         alone = Campaign(plant, (effect,), points, spec.seed)
-        strengths.append(calibrate(alone, effect, target, floor[effect.channels[0]]))
+        reached, excess = calibrate(alone, effect, target, floor[effect.channels[0]])
+        strengths.append(reached)
+        places.append(placed(effect.location(), excess, partial(recording_id, spec.seed)))
         effects.append(effect)
+    if spec.clutter:
+        taken = [order for effect in effects for order in effect.location().orders]
+        plant = draw_clutter(plant, taken, np.random.default_rng([spec.seed, 9]))
     start = datetime(2026, 3, 2, 6, 30, tzinfo=UTC) + timedelta(
         days=int(rng.integers(200)), minutes=int(rng.integers(90))
     )
@@ -88,13 +99,15 @@ def open_folder(spec: CaseSpec) -> Folder:
             form=e.form,
             channels=e.channels,
             strength=round(s, 3),
-            location=e.location(),
+            location=place,
             parameters=e.parameters(),
             also=spec.also,
+            in_library=form.in_library,
         )
-        for e, s in zip(effects, strengths, strict=True)
+        for form, e, s, place in zip(spec.forms, effects, strengths, places, strict=True)
     ]
     told += [_missing(term) for term in spec.switched_off]
+    told = merged(told, clutter_truth(plant, floor["transmission_error"]))
     campaign = Campaign(plant, tuple(effects), points, spec.seed)
     return Folder(spec, campaign, sensors, start, tuple(told), NoiseTally())
 

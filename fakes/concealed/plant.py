@@ -29,13 +29,15 @@ class Plant:
     """True parameters of one bench.
 
     Attributes:
-        amplitude, phase: (2, 20, 10) coefficients (rad) of the quadratic polynomials in scaled torque, rate and
+        orders: (K,) orders of the series; the nominal ones first, weak ones that no simulation knows after them.
+        amplitude, phase: (2, K, 10) coefficients (rad) of the quadratic polynomials in scaled torque, rate and
             temperature, for direction negative (0) and positive (1).
         offset: (2, 10) the same for a₀ (rad), compliance included.
         f_c … load_zero: input friction, heat and load side in SI units, named as in the equations.
         ripple: (2,) amplitudes in N·m and (2,) phases of the load motor's ripple.
     """
 
+    orders: Floats
     amplitude: Floats
     phase: Floats
     offset: Floats
@@ -79,6 +81,7 @@ def draw_plant(rng: np.random.Generator) -> Plant:
         offset[d, 3] = -_SPAN[0] / stiffness
         offset[d, 9] += 2e-5 - sign * around(3e-5, 0.3)
     return Plant(
+        orders=order,
         amplitude=amplitude,
         phase=phase,
         offset=offset,
@@ -159,7 +162,10 @@ def _transmission(
             for i in range(10):
                 a += amplitude[d, k, i] * basis[i]
                 p += phase[d, k, i] * basis[i]
-            total += a * (1.0 + gain[k, n]) * np.cos(orders[k] * theta[n] - p - shift[k, n])
+            if gain.shape[1] > 0:
+                a *= 1.0 + gain[k, n]
+                p += shift[k, n]
+            total += a * np.cos(orders[k] * theta[n] - p)
         out[n] = total
 
 
@@ -175,19 +181,17 @@ def transmission_error(
     """The nominal transmission error (N,) in rad.
 
     ``side`` (N,) is 0 for negative and 1 for positive direction (the last one at standstill). ``modulation`` is a
-    relative gain and a phase lag, each (20, N), by which an effect may change the orders.
+    relative gain and a phase lag, each (K, N), by which an effect may change the orders.
     """
     scaled = np.empty((3, theta.size))
     for row, values in enumerate((torque, np.abs(rate), temperature)):
         low, high = _BOUNDS[row]
         scaled[row] = (np.clip(values, low, high) - _CENTRE[row]) / _SPAN[row]
     if modulation is None:
-        still = np.broadcast_to(np.zeros(1), (len(ORDERS), theta.size))
-        modulation = (np.ascontiguousarray(still), np.ascontiguousarray(still))
+        modulation = (np.empty((plant.orders.size, 0)), np.empty((plant.orders.size, 0)))
     out = np.empty(theta.size)
-    orders = np.array(ORDERS, dtype=np.float64)
     _transmission(
-        theta, side, scaled, orders, plant.amplitude, plant.phase, plant.offset, modulation[0], modulation[1], out
+        theta, side, scaled, plant.orders, plant.amplitude, plant.phase, plant.offset, modulation[0], modulation[1], out
     )
     return out
 

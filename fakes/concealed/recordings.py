@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
@@ -48,20 +49,42 @@ class MadeRecording:
 
 @dataclass(slots=True)
 class NoiseTally:
-    """Sum of squares of the true noise of each compared channel over steady samples."""
+    """The true noise of each compared channel, by recording.
 
-    squares: dict[str, float] = field(default_factory=dict)
-    count: int = 0
+    Attributes:
+        squares: recording id → channel → sum of squares over steady samples. counts: how many these were.
+        heat: recording id → RMS of the temperature's noise over every sample: heat is compared in any segment.
+    """
 
-    def add(self, errors: dict[str, Floats], steady: NDArray[np.bool_]) -> None:
-        """Count the steady samples of one recording."""
-        self.count += int(steady.sum())
-        for name, error in errors.items():
-            self.squares[name] = self.squares.get(name, 0.0) + float(np.sum(error[steady] ** 2))
+    squares: dict[str, dict[str, float]] = field(default_factory=dict)
+    counts: dict[str, int] = field(default_factory=dict)
+    heat: dict[str, float] = field(default_factory=dict)
+
+    def add(self, recording: str, errors: dict[str, Floats], steady: NDArray[np.bool_], stop: int) -> None:
+        """Count the samples of one recording up to ``stop``."""
+        self.counts[recording] = int(steady.sum())
+        self.squares[recording] = {name: float(np.sum(error[steady] ** 2)) for name, error in errors.items()}
+        self.heat[recording] = float(np.sqrt(np.mean(errors["temperature"][:stop] ** 2)))
 
     def rms(self) -> dict[str, float]:
-        """RMS of each channel."""
-        return {name: float(np.sqrt(total / max(self.count, 1))) for name, total in self.squares.items()}
+        """RMS of each channel over the steady samples of all recordings."""
+        count = max(sum(self.counts.values()), 1)
+        names = dict.fromkeys(name for squares in self.squares.values() for name in squares)
+        return {n: float(np.sqrt(sum(s[n] for s in self.squares.values()) / count)) for n in names}
+
+    def by_recording(self) -> dict[str, dict[str, float]]:
+        """RMS of each channel over each recording's steady samples, of the temperature over all its samples."""
+        out = {}
+        for recording, squares in self.squares.items():
+            count = self.counts[recording]
+            told = {name: float(np.sqrt(total / count)) for name, total in squares.items()} if count else {}
+            out[recording] = told | {"temperature": self.heat[recording]}
+        return out
+
+
+def recording_id(seed: int, number: int) -> str:
+    """An id that tells nothing of the point, the order or the case."""
+    return hashlib.sha256(f"recording {seed} {number}".encode()).hexdigest()[:10]
 
 
 def make_recordings(
@@ -79,7 +102,7 @@ def make_recordings(
     """
     for number, signals in enumerate(campaign.run(rate_hz)):
         rng = np.random.default_rng([campaign.seed, 3, number])
-        made = _measure(signals, sensors, start, tally, number, number == truncate, rng)
+        made = _measure(signals, sensors, start, tally, number, number == truncate, campaign.seed, rng)
         yield _lose_cycles(made, rng) if rng.random() < lost else made
 
 
@@ -90,6 +113,7 @@ def _measure(
     tally: NoiseTally,
     number: int,
     cut: bool,
+    seed: int,
     rng: np.random.Generator,
 ) -> MadeRecording:
     run, motion = signals.run, signals.motion
@@ -128,15 +152,14 @@ def _measure(
     if cut:
         stop = int(stop * rng.uniform(0.35, 0.8))
         steady[stop:] = False
-    tally.add(compared, steady)
+    tally.add(recording_id(seed, number), compared, steady, stop)
     segments = tuple(
         (n, a, b if b <= stop and not cut else -1 if b > stop else b) for n, a, b in motion.segments if a < stop
     )
     channels = {n: Channel(c.raw[:stop], c.unit, c.scale, c.description) for n, c in channels.items()}
     channels["time"] = Channel(motion.time[:stop], "s", 1.0, "since the first sample")
-    events = ((0.0, "info", f"point {number + 1}"),)
     return MadeRecording(
-        name=f"{number + 1:03d}_{run.point.kind}",
+        name=recording_id(seed, number),
         kind=run.point.kind,
         started_at=start + timedelta(seconds=float(run.clock[0])),
         rate_hz=run.rate_hz,
@@ -144,7 +167,6 @@ def _measure(
         channels=channels,
         segments=segments,
         complete=not cut,
-        events=events,
     )
 
 

@@ -21,27 +21,57 @@ _RATE_HZ = 50.0
 _MOST = 9000  # samples a direction in the projection of the transmission error
 
 
+#: Columns of :attr:`Excess.states`.
+STATES = ("velocity", "load_torque", "temperature", "direction")
+
+
 @dataclass(slots=True)
 class _Rows:
-    """Samples of one recording: nominal regressors (n, p) and the effect's contribution (n,)."""
+    """Samples of one recording: nominal regressors (n, p), the effect's contribution (n,), states (n, 4)."""
 
     regressors: NDArray[Any]
     excess: Floats
+    states: Floats
+
+
+@dataclass(slots=True)
+class Excess:
+    """What is left of the effects after the nominal's refit, at samples drawn from the whole campaign.
+
+    Attributes:
+        values: (M,) in the channel's unit. states: (M, 4), see :data:`STATES`. recording: (M,) its number.
+        weight: (M,) how many samples each stands for.
+    """
+
+    values: Floats
+    states: Floats
+    recording: NDArray[np.int64]
+    weight: Floats
 
 
 def measure(campaign: Campaign, channel: str, rate_hz: float = _RATE_HZ) -> Floats:
     """Excess (M,) of a campaign's effects in one channel after the nominal's refit."""
-    rows = [r for r in (_rows(signals, channel) for signals in campaign.run(rate_hz)) if r is not None]
-    excess = np.concatenate([r.excess for r in rows])
-    if channel == "transmission_error":
-        sides = np.concatenate([r.regressors[:, -1] for r in rows])
-        out = []
-        for side in (0.0, 1.0):
-            picked = np.flatnonzero(sides == side)
-            if picked.size:
-                out.append(_project(np.concatenate([r.regressors for r in rows])[picked], excess[picked]))
-        return np.concatenate(out)
-    return _project(np.concatenate([r.regressors for r in rows]), excess, expand=False)
+    return excess_of(campaign, channel, rate_hz).values
+
+
+def excess_of(campaign: Campaign, channel: str, rate_hz: float = _RATE_HZ) -> Excess:
+    """The same with the states in which it stands."""
+    numbered = enumerate(_rows(signals, channel) for signals in campaign.run(rate_hz))
+    rows = [(i, r) for i, r in numbered if r is not None]
+    excess = np.concatenate([r.excess for _i, r in rows])
+    table = np.concatenate([r.regressors for _i, r in rows])
+    states = np.concatenate([r.states for _i, r in rows])
+    recording = np.concatenate([np.full(r.excess.size, i) for i, r in rows])
+    if channel != "transmission_error":
+        return Excess(project(table, excess, expand=False)[0], states, recording, np.ones(excess.size))
+    parts = []
+    for side in (0.0, 1.0):
+        picked = np.flatnonzero(table[:, -1] == side)
+        if picked.size:
+            left, chosen = project(table[picked], excess[picked])
+            at = picked[chosen]
+            parts.append((left, states[at], recording[at], np.full(at.size, picked.size / at.size)))
+    return Excess(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
 def strength(excess: Floats, noise_rms: float) -> float:
@@ -55,16 +85,20 @@ def strength(excess: Floats, noise_rms: float) -> float:
     return float(np.sqrt(square[:count].mean()) / noise_rms)
 
 
-def calibrate(campaign: Campaign, effect: Effect, target: float, noise_rms: float) -> float:
-    """Set the effect's amplitude so that its strength alone meets the target; returns the strength reached."""
+def calibrate(campaign: Campaign, effect: Effect, target: float, noise_rms: float) -> tuple[float, Excess]:
+    """Set the effect's amplitude so that its strength alone meets the target.
+
+    Returns the strength reached and the effect's excess at it.
+    """
     alone = Campaign(campaign.plant, (effect,), campaign.points, campaign.seed)
-    reached = strength(measure(alone, effect.channels[0]), noise_rms)
+    excess = excess_of(alone, effect.channels[0])
     for _ in range(5):
+        reached = strength(excess.values, noise_rms)
         if reached <= 0.0 or abs(reached / target - 1.0) < 0.05:
             break
         effect.amplitude *= float(np.clip(target / reached, 0.05, 20.0))
-        reached = strength(measure(alone, effect.channels[0]), noise_rms)
-    return reached
+        excess = excess_of(alone, effect.channels[0])
+    return strength(excess.values, noise_rms), excess
 
 
 def _rows(signals: Signals, channel: str) -> _Rows | None:
@@ -79,7 +113,7 @@ def _rows(signals: Signals, channel: str) -> _Rows | None:
         y = (np.abs(run.rate[::every])) / 0.17
         z = (run.temperature[::every] - 35.0) / 15.0
         table = np.column_stack((run.theta[::every], x, y, z, run.side[::every]))
-        return _Rows(table, signals.added[channel][::every])
+        return _Rows(table, signals.added[channel][::every], _states(signals, every))
     every = 4
     sign, torque = run.sign[::every], run.torque[::every]
     if channel == "load_torque":
@@ -89,7 +123,13 @@ def _rows(signals: Signals, channel: str) -> _Rows | None:
         warm = rate * (run.temperature[::every] - 25.0)
         load = sign * np.abs(torque) / RATIO
         table = np.column_stack((sign, rate, warm, load, run.acceleration[::every], np.ones(sign.size)))
-    return _Rows(table, signals.added[channel][::every])
+    return _Rows(table, signals.added[channel][::every], _states(signals, every))
+
+
+def _states(signals: Signals, every: int) -> Floats:
+    run = signals.run
+    columns = (np.abs(run.rate), run.torque, run.temperature, np.where(run.side > 0, 1.0, -1.0))
+    return np.column_stack([column[::every] for column in columns])
 
 
 def _temperature_rows(signals: Signals) -> _Rows | None:
@@ -101,19 +141,19 @@ def _temperature_rows(signals: Signals) -> _Rows | None:
     table = np.column_stack((energy, course, run.time))[::every]
     rise = signals.probe[::every]
     keep = table.shape[0] > 3
-    return _Rows(table - table.mean(axis=0), rise - rise.mean()) if keep else None
+    return _Rows(table - table.mean(axis=0), rise - rise.mean(), _states(signals, every)) if keep else None
 
 
-def _project(table: NDArray[Any], excess: Floats, expand: bool = True) -> Floats:
-    """Residual of the excess after least squares on the nominal's regressors."""
+def project(table: NDArray[Any], excess: Floats, expand: bool = True) -> tuple[Floats, NDArray[np.int64]]:
+    """Residual (M,) of the excess after least squares on the nominal's regressors, and the rows (M,) it is of."""
+    chosen: NDArray[np.int64] = np.arange(excess.size)
     if not expand:
         scale = np.linalg.norm(table, axis=0)
         scale[scale == 0.0] = 1.0
         scaled = table / scale
         solution = np.linalg.lstsq(scaled, excess, rcond=1e-10)[0]
-        return np.asarray(excess - scaled @ solution)
+        return np.asarray(excess - scaled @ solution), chosen
     rng = np.random.default_rng(0)
-    chosen: NDArray[np.int64] = np.arange(excess.size)
     if excess.size > _MOST:
         chosen = np.sort(rng.choice(excess.size, _MOST, replace=False))
     theta, x, y, z = table[chosen, :4].T
@@ -126,4 +166,4 @@ def _project(table: NDArray[Any], excess: Floats, expand: bool = True) -> Floats
     gram = design.T @ design
     gram[np.diag_indices_from(gram)] += 1e-9 * np.trace(gram) / gram.shape[0]
     solution = np.linalg.solve(gram, design.T @ excess[chosen])
-    return np.asarray(excess[chosen] - design @ solution)
+    return np.asarray(excess[chosen] - design @ solution), chosen

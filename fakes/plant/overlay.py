@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.simulation import waves
 from bench.simulation.frame import Frame
 from bench.simulation.laws import factor as law_factor
 from bench.simulation.terms.base import LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR
@@ -30,6 +31,10 @@ _STANDSTILL = 0.5
 
 def value(effect: Effect, frame: Frame) -> NDArray[np.float64]:
     """Return what an effect adds to its channel on the rows of a frame."""
+    if effect.grid is not None:
+        return np.asarray(effect.grid.columns(frame) @ np.array(effect.linear))
+    if effect.waves:
+        return waves.evaluate(effect.waves, frame.theta if effect.channel == TRANSMISSION_ERROR else frame.q, frame)
     form = next(f for f in LIBRARY[effect.effect].forms[effect.channel] if f.name == effect.form)
     result: NDArray[np.float64] = form.columns(frame, effect.nonlinear) @ np.array(effect.linear)
     return result
@@ -38,7 +43,7 @@ def value(effect: Effect, frame: Frame) -> NDArray[np.float64]:
 def frame_of(size: int, ratio: float, values: dict[str, Any]) -> Frame:
     """Return a frame of ``size`` rows with the arrays given; the others are 0."""
     arrays: dict[str, Any] = {}
-    for name in (f.name for f in fields(Frame) if f.name != "ratio"):
+    for name in (f.name for f in fields(Frame) if f.name not in ("ratio", "aux")):
         kind = np.int64 if name == "recording" else np.float64
         arrays[name] = np.ascontiguousarray(np.broadcast_to(np.asarray(values.get(name, 0), dtype=kind), (size,)))
     return Frame(ratio=ratio, **arrays)
@@ -123,10 +128,12 @@ class Overlay:
                 "direction": np.where(np.abs(rows["te_velocity"]) * ratio > _STANDSTILL, last, 0.0),
                 "last_direction": last,
                 "torque": rows["torque"],
+                "torque_level": rows["torque"],
                 "torque_rate": rate,
                 "temperature": rows["temperature"],
                 "motor_torque": truth.input_drive.polarity * reported,
                 "load_motor_torque": -truth.load_drive.polarity * load,
+                "load_motor_level": -truth.load_drive.polarity * load,
                 "travel": rows["travel"],
                 "step": self._cycle_time_s,
             },

@@ -8,6 +8,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from bench.simulation.tables import Grid
+from bench.simulation.waves import Wave
+
 
 @dataclass(frozen=True, slots=True)
 class Gearbox:
@@ -182,6 +185,10 @@ class Effect:
     linear: tuple[float, ...]
     """coefficients of the form's columns"""
     nonlinear: tuple[float, ...] = ()
+    grid: Grid | None = None
+    """knots of a free function whose values are ``linear``, in place of a form"""
+    waves: tuple[Wave, ...] = ()
+    """waves over the angle, in place of a form"""
 
 
 @dataclass(frozen=True, slots=True)

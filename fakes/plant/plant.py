@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 
 from fakes.plant.errors import PlantError
 from fakes.plant.faults import FaultTable
+from fakes.plant.hidden.kinds import SHOWN, arrays
+from fakes.plant.hidden.ledger import Ledger
+from fakes.plant.hidden.spec import plant_of
 from fakes.plant.images import COMMAND_DTYPE, MEASUREMENT_DTYPE
 from fakes.plant.noise import seed_words
 from fakes.plant.records import (
@@ -71,6 +74,8 @@ class Plant:
 
             self._overlay = Overlay(truth, cycle_time_s)
             self._drag = self._overlay.drag
+        self._hidden = arrays(truth.hidden)
+        self._ledger = Ledger(truth.ledger, len(truth.hidden)) if truth.ledger else None
         self._words = seed_words(seed)
         self._begin()
 
@@ -78,10 +83,12 @@ class Plant:
     def from_file(cls, name: str | Path, seed: int = 0, cycle_time_s: float = 0.0005) -> Plant:
         """Make a plant from a plant file: a path, or the name of one that ships.
 
+        Behind a question mark the name may say what is concealed (:mod:`fakes.plant.hidden.spec`).
+
         Raises:
             PlantError: the file is missing or wrong.
         """
-        return cls(PlantTruth.from_file(name), seed, cycle_time_s)
+        return cls(plant_of(str(name)), seed, cycle_time_s)
 
     @classmethod
     def from_simulation(
@@ -128,6 +135,7 @@ class Plant:
             raise PlantError("plant measurements must be an array of MEASUREMENT_DTYPE, as long as the commands")
         trace = np.empty(commands.size if self._overlay else 0, TRACE)
         before = int(self._state["cycle"][0])
+        told = np.empty((commands.size if self._ledger else 0, len(self.truth.hidden), len(SHOWN)), np.float32)
         step_block(
             self._plant,
             self._drives,
@@ -141,12 +149,16 @@ class Plant:
             self.faults.rows,
             self._active,
             self._drag,
+            self._hidden,
             trace,
+            told,
             np.ascontiguousarray(commands),
             measurements,
         )
         if self._overlay:
             self._overlay.add(trace, before, measurements)
+        if self._ledger:
+            self._ledger.add(before, told, measurements)
         return measurements
 
     def snapshot(self) -> Snapshot:
@@ -161,7 +173,8 @@ class Plant:
     @property
     def _changing(self) -> tuple[NDArray[Any], ...]:
         """Every array that a step or a fault changes."""
-        own = (self._state, self._drive_states, self._words, self._te, self._turn, self.faults.rows)
+        hidden = self._hidden[2:]
+        own = (self._state, self._drive_states, self._words, self._te, self._turn, self.faults.rows, *hidden)
         return own if self._overlay is None else (*own, self._overlay.memory)
 
     def _begin(self) -> None:

@@ -122,7 +122,8 @@ PLANT_STATE = np.dtype(
         ("motor_velocity", "f8"),
         ("load_angle", "f8"),
         ("load_velocity", "f8"),
-        ("torque", "f8"),  # at the torque sensor, noise-free
+        ("torque", "f8"),  # in the spring of gearbox and coupling, noise-free
+        ("sensed_torque", "f8"),  # as the torque sensor has it, noise apart
         ("temperature", "f8"),
         ("housing", "f8"),
         ("surroundings", "f8"),
@@ -174,6 +175,7 @@ CONDITIONS = np.dtype(
         ("ripple", "f8"),
         ("motor_torque", "f8"),  # at the shafts, bench frame
         ("load_torque", "f8"),
+        ("before_sensor", "f8"),  # hidden torque between gearbox and torque sensor
     ]
 )
 """what holds within a cycle or tick; filled anew each time, no part of a snapshot"""

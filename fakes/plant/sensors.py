@@ -48,7 +48,7 @@ def read_encoder(p: Any, s: Any, angle: float, noise: float, active: Any, faults
 def read_torque(p: Any, s: Any, words: Any, active: Any, faults: Any) -> None:
     """Digitise the torque sensor into ``s.torque_adc``: 16 bit over ±10 V, saturated at its ends."""
     noise = p.sensor_noise * normal(words)
-    torque = s.torque * p.sensor_gain
+    torque = s.sensed_torque * p.sensor_gain
     if active[_GAIN]:
         torque *= faults[_GAIN].value
     torque += p.sensor_zero + noise

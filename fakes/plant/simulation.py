@@ -13,9 +13,11 @@ from typing import Any
 
 import numpy as np
 
+from bench.simulation import tables, waves
 from bench.simulation.fourier import FourierSet
 from bench.simulation.laws import from_json as law_from_json
 from bench.simulation.model import NOMINAL_TERMS, Simulation, Term
+from bench.simulation.terms.base import TEMPERATURE
 from bench.simulation.terms.table import LIBRARY
 from fakes.plant.errors import PlantError
 from fakes.plant.parts import Effect
@@ -44,6 +46,11 @@ def simulated(path: Path, base: PlantTruth) -> PlantTruth:
 
 def of_simulation(simulation: Simulation, base: PlantTruth, where: str = "simulation") -> PlantTruth:
     """Return the truth of a plant that obeys ``simulation``, with the hardware of ``base``."""
+    if "base" in simulation.extra:
+        raise PlantError(
+            f"{where} stands on a simulation from elsewhere ({simulation.extra['base'].get('source')}), which a plant "
+            "cannot play; one that stands alone can be"
+        )
     if simulation.gearbox.ratio != base.gearbox.ratio:
         raise PlantError(
             f"{where} is of a gearbox of ratio {simulation.gearbox.ratio:g}, the plant {base.name} has "
@@ -184,6 +191,12 @@ def _effects(term: Term, played: frozenset[float], where: str) -> Iterator[Effec
 
 def _effect(effect: str, row: dict[str, Any], where: str) -> Effect:
     """Find the library's form that has the row's parameters (and its ``form``, where the file names one)."""
+    channels = row.get("channels", [])
+    if "waves" in row and len(channels) == 1 and channels[0] != TEMPERATURE:
+        return Effect(effect, channels[0], "waves", (), waves=waves.from_json(row["waves"], f"{where}: {effect}"))
+    if row.get("form") == "table" and len(channels) == 1 and channels[0] != TEMPERATURE:
+        grid, values = tables.from_json(row, f"{where}: {effect}")
+        return Effect(effect, channels[0], "table", tuple(float(v) for v in values), grid=grid)
     if effect not in LIBRARY or effect in _WITH_MEMORY:
         why = "it depends on the path before" if effect in LIBRARY else "the library has no such term"
         raise PlantError(f"{where}: {effect} cannot be played by a plant: {why}")

@@ -17,6 +17,11 @@ from fakes.plant.drag import look_up
 from fakes.plant.drive import report_torque, run_drive
 from fakes.plant.faults import INDEX
 from fakes.plant.heat import aim_heat, warm
+from fakes.plant.hidden.drag import drag as hidden_drag
+from fakes.plant.hidden.shafts import misread, torques
+from fakes.plant.hidden.shape import shape
+from fakes.plant.hidden.twist import standing, twist
+from fakes.plant.hidden.warmth import aim_hidden_heat, sense, warm_more
 from fakes.plant.mechanics import move
 from fakes.plant.noise import normal
 from fakes.plant.records import INPUT, LOAD
@@ -74,11 +79,14 @@ def _conditions(p: Any, s: Any, drives: Any, states: Any, c: Any, now: Any, acti
 
 @njit(cache=True, error_model="numpy")
 def _run_drives(
-    s: Any, drives: Any, states: Any, c: Any, now: Any, noise: Any, active: Any, faults: Any, tick: float
+    s: Any, drives: Any, states: Any, c: Any, now: Any, noise: Any, active: Any, faults: Any, tick: float, off: float
 ) -> None:
-    """Sample both drives once and put their shafts' torques, in the bench's frame, into ``now``."""
+    """Sample both drives once and put their shafts' torques, in the bench's frame, into ``now``.
+
+    ``off`` is what the motor encoder reads beyond its shaft's angle, rad.
+    """
     p, d = drives[INPUT], states[INPUT]
-    counts = read_encoder(p, d, p.polarity * s.motor_angle, noise[INPUT], active, faults, INPUT_ENCODER)
+    counts = read_encoder(p, d, p.polarity * (s.motor_angle + off), noise[INPUT], active, faults, INPUT_ENCODER)
     stop = c.input_quick_stop != 0
     run_drive(p, d, counts, c.input_enable != 0, c.input_mode, stop, c.input_velocity, c.input_torque, tick)
     if active[_INPUT_OFF]:
@@ -100,12 +108,12 @@ def _run_drives(
 
 @njit(cache=True, error_model="numpy")
 def _measure(
-    p: Any, s: Any, drives: Any, states: Any, m: Any, noise: Any, words: Any, active: Any, faults: Any
+    p: Any, s: Any, drives: Any, states: Any, m: Any, noise: Any, words: Any, active: Any, faults: Any, off: float
 ) -> None:
-    """Fill the cycle's measurement."""
+    """Fill the cycle's measurement; ``off`` is what the motor encoder reads beyond its shaft's angle, rad."""
     read_torque(p, s, words, active, faults)
     d = drives[INPUT]
-    angle = d.polarity * s.motor_angle
+    angle = d.polarity * (s.motor_angle + off)
     m.input_position = read_encoder(d, states[INPUT], angle, noise[INPUT], active, faults, INPUT_ENCODER)
     m.input_velocity = states[INPUT].velocity
     m.input_torque = report_torque(d, states[INPUT], normal(words))
@@ -133,7 +141,9 @@ def step_block(
     faults: NDArray[Any],
     active: NDArray[np.bool_],
     drag: NDArray[np.float64],
+    hidden: Any,
     trace: NDArray[Any],
+    told: NDArray[np.float32],
     commands: NDArray[Any],
     measurements: NDArray[Any],
 ) -> None:
@@ -143,13 +153,16 @@ def step_block(
     ``te`` (3, 2, K + 1), ``turn`` (2, K) and ``faults`` (F,) make up the plant's memory; ``conditions`` (1,) and
     ``active`` (F,) are room to work in. ``table`` is the series: orders, amplitude, phase, offset, box.
     ``drag`` (W, C) is further friction over speed and temperature, empty without; ``trace`` (n,) takes the true state,
-    empty where nobody asks.
+    empty where nobody asks. ``hidden`` is the plant's physics of its own (:mod:`fakes.plant.hidden`), ``told``
+    (n, H, 4) takes what of each channel is each one's, empty where nobody asks.
     """
     p, s, now = plant[0], state[0], conditions[0]
     tick = p.cycle_time / p.drive_ticks
     step = tick / p.substeps
     motor_inertia, load_inertia = drives[INPUT].inertia, drives[LOAD].inertia
     noise = np.zeros(2)
+    hides = hidden[0].shape[0] > 0
+    off = 0.0
     active[:] = False
     first_fault = faults[0].start
     for i in range(faults.shape[0]):
@@ -163,17 +176,28 @@ def step_block(
         if slow:
             _aim_series(p, s, table, te, turn)
             aim_heat(p, s)
+            if hides:
+                aim_hidden_heat(hidden, p, s)
         now.start_theta = s.motor_angle / p.ratio
         now.te_value, now.te_first, now.te_second = series(turn, te[0], table[0])
         _conditions(p, s, drives, states, c, now, active, faults)
         if drag.shape[0] > 0:
             now.coulomb = max(now.coulomb + look_up(drag, abs(s.motor_velocity), s.temperature), 0.0)
+        if hides:
+            shape(hidden, p, s, now, te[0, 0, -1])
+            standing(hidden, now)
+            hidden_drag(hidden, p, s, now)
         for side in range(2):
             noise[side] = drives[side].encoder_noise * normal(words) if drives[side].encoder_noise > 0.0 else 0.0
 
         heat = -s.loss_gearbox
         for _ in range(p.drive_ticks):
-            _run_drives(s, drives, states, c, now, noise, active, faults, tick)
+            if hides:
+                off = misread(hidden, p, s)
+            _run_drives(s, drives, states, c, now, noise, active, faults, tick, off)
+            if hides:
+                torques(hidden, p, s, now, tick)
+                twist(hidden, s, now, tick)
             move(p, s, now, motor_inertia, load_inertia, step, p.substeps)
         heat += s.loss_gearbox
 
@@ -191,14 +215,22 @@ def step_block(
 
         if active[_HEATING]:
             heat += faults[_HEATING].value * p.cycle_time
+        before = s.temperature
         warm(p, s, heat)
+        s.sensed_torque = s.torque
+        if hides:
+            warm_more(hidden, p, s, now, s.temperature - before)
+            s.sensed_torque = sense(hidden, s, s.torque - now.before_sensor)
+            off = misread(hidden, p, s)
         s.travel += abs(turned)
         if slow:
             read_temperatures(p, s, words, active, faults)
-        _measure(p, s, drives, states, measurements[n], noise, words, active, faults)
+        _measure(p, s, drives, states, measurements[n], noise, words, active, faults, off)
         if n < trace.shape[0]:
             t = trace[n]
             t.motor_angle, t.motor_velocity, t.te_velocity = s.motor_angle, s.motor_velocity, s.te_velocity
             t.load_angle, t.torque, t.temperature = s.load_angle, s.torque, s.temperature
             t.weight, t.travel = s.te_weight, s.travel
+        if n < told.shape[0]:
+            told[n] = hidden[3]
         s.cycle += 1

@@ -15,6 +15,8 @@ from typing import Any, TypeVar, get_type_hints
 import numpy as np
 
 from fakes.plant.errors import PlantError
+from fakes.plant.hidden.kinds import Hidden
+from fakes.plant.hidden.kinds import read as read_hidden
 from fakes.plant.parts import (
     Drive,
     Effect,
@@ -35,7 +37,7 @@ FORMAT = "emulated-plant"
 _T = TypeVar("_T")
 
 
-_NOT_TABLES = ("name", "ripple", "transmission_error", "effects", "laws")
+_NOT_TABLES = ("name", "ripple", "transmission_error", "effects", "laws", "hidden", "ledger")
 """fields that are no table of a plant file"""
 
 
@@ -64,6 +66,10 @@ class PlantTruth:
     """terms of the physics library played on top; only a plant that runs a simulation file has any"""
     laws: tuple[Any, ...] = ()
     """laws (bench.simulation.laws) that the amplitudes of the orders follow, where a simulation file brings them"""
+    hidden: tuple[Hidden, ...] = ()
+    """physics of its own beyond the nominal equations"""
+    ledger: str = ""
+    """file that takes what of each channel is the hidden physics', for a sealed truth; empty for none"""
 
     @classmethod
     def from_file(cls, name: str | Path) -> PlantTruth:
@@ -105,6 +111,9 @@ class PlantTruth:
         )
         values["transmission_error"] = _transmission_error(
             rest.pop("transmission_error", None), f"{where}: transmission_error"
+        )
+        values["hidden"] = tuple(
+            read_hidden(row, f"{where}: hidden {i + 1}") for i, row in enumerate(rest.pop("hidden", []))
         )
         if rest:
             raise PlantError(f"{where}: unknown key {next(iter(rest))!r}")

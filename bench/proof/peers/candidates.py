@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +26,8 @@ class Problem:
     Attributes:
         columns: (M, K) candidates, orthogonal to the simulation and of unit RMS.
         effects, orders: what each column stands for.
-        recording: (M,) recording of each row.
+        recording: (M,) recording of each row; names: the recordings' ids.
+        states: (M,) of speed, load torque, temperature, direction, and how many samples a row stands for (weight).
     """
 
     channel: str
@@ -36,6 +37,8 @@ class Problem:
     orders: tuple[float, ...]
     recording: NDArray[np.int64]
     train: NDArray[np.bool_]
+    states: Mapping[str, Floats] = field(default_factory=dict)
+    names: tuple[str, ...] = ()
 
 
 def problems(rows: Rows, seed: int = 0) -> Iterator[Problem]:
@@ -63,6 +66,14 @@ def problems(rows: Rows, seed: int = 0) -> Iterator[Problem]:
             tuple(float(tag[2] or "nan") for tag, ok in zip(tags, good, strict=True) if ok),
             picked.recording,
             train,
+            {
+                "velocity": np.abs(picked["rate"]),
+                "load_torque": picked["torque"],
+                "temperature": picked["temperature"],
+                "direction": picked["side"],
+                "weight": picked["weight"],
+            },
+            picked.names,
         )
 
 

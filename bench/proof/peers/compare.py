@@ -15,6 +15,7 @@ from bench.proof import make
 from bench.proof.analyse import Job
 from bench.proof.peers.candidates import Problem, problems
 from bench.proof.peers.methods import METHODS, Method, held_out, pick
+from bench.proof.peers.place import place_of
 from bench.proof.peers.rows import read_rows
 from bench.proof.score import CaseScore, score
 from bench.proof.statistics import summarise
@@ -58,22 +59,23 @@ def compare_peers(jobs: Sequence[Job], methods: dict[str, Method] | None = None)
     for job in jobs:
         truth_path = job.out / make.TRUTHS / f"{job.label or job.name}.json"
         truth = make.read_truth(truth_path)
-        for name, (report, seconds) in _reports(job, chosen, make.seal_of(truth_path)).items():
+        for name, (report, seconds) in _reports(job, truth["folder"], chosen, make.seal_of(truth_path)).items():
             scores[name].append(score(truth, report, seconds))
     return Compared(scores)
 
 
-def _reports(job: Job, methods: dict[str, Method], seal: str | None) -> dict[str, tuple[dict[str, Any], float]]:
+def _reports(
+    job: Job, folder: str, methods: dict[str, Method], seal: str | None
+) -> dict[str, tuple[dict[str, Any], float]]:
     """Report and seconds of every peer on one folder; taken from the disk where the same folder was done before."""
-    case = job.label or job.name
-    path = job.out / PEER_REPORTS / f"{case}.json"
+    path = job.out / PEER_REPORTS / f"{folder}.json"
     known = json.loads(path.read_text()) if path.exists() else {}
     if known.get("seal") != seal:
         known = {"seal": seal, "reports": {}}
     missing = [name for name in methods if name not in known["reports"]]
     if missing:
         begin = time.perf_counter()
-        posed = list(problems(read_rows(job.out / make.RECORDINGS / case)))
+        posed = list(problems(read_rows(job.out / make.RECORDINGS / folder)))
         shared = time.perf_counter() - begin
         for name in missing:
             begin = time.perf_counter()
@@ -95,17 +97,17 @@ def peer_report(posed: Iterable[Problem], method: Method) -> dict[str, Any]:
             orders = sorted(
                 {problem.orders[i] for i in picked if problem.effects[i] == effect and problem.orders[i] > 0}
             )
-            findings.append(_finding(effect, problem.channel, orders))
+            findings.append(_finding(effect, problem.channel, orders, place_of(problem, picked, effect)))
     return {"verdict": "mismatch" if findings else "match", "findings": _once(findings), "channels": channels}
 
 
-def _finding(effect: str, channel: str, orders: list[float]) -> dict[str, Any]:
+def _finding(effect: str, channel: str, orders: list[float], place: dict[str, Any]) -> dict[str, Any]:
     return {
         "effect": effect,
         "status": "named",
         "confidence": 0.9,
         "channel": channel,
-        "location": {"orders": [k for k in orders if np.isfinite(k)], "angle_windows": [], "conditions": {}},
+        "location": {"orders": [k for k in orders if np.isfinite(k)], "angle_windows": [], **place},
         "parameters": [],
         "alternatives": [],
     }

@@ -38,11 +38,16 @@ class Rows:
     recording: NDArray[np.int64]
     within: NDArray[np.bool_]
     settled: NDArray[np.bool_]
+    names: tuple[str, ...] = ()
 
     def where(self, use: NDArray[np.bool_]) -> Rows:
         """Some of the rows."""
         return Rows(
-            {k: v[use] for k, v in self.values.items()}, self.recording[use], self.within[use], self.settled[use]
+            {k: v[use] for k, v in self.values.items()},
+            self.recording[use],
+            self.within[use],
+            self.settled[use],
+            self.names,
         )
 
     def __getitem__(self, name: str) -> Floats:
@@ -55,6 +60,7 @@ def read_rows(folder: Path, seed: int = 0) -> Rows:
     rng = np.random.default_rng(seed)
     parts: list[dict[str, Floats]] = []
     owners: list[NDArray[np.int64]] = []
+    names_of: list[str] = []
     within: list[NDArray[np.bool_]] = []
     settled: list[NDArray[np.bool_]] = []
     first = None
@@ -67,6 +73,8 @@ def read_rows(folder: Path, seed: int = 0) -> Rows:
         size = whole["time"].size
         chosen = np.sort(rng.choice(size, min(_ROWS_A_RECORDING, size), replace=False))
         parts.append({name: values[chosen] for name, values in whole.items()})
+        parts[-1]["weight"] = np.full(chosen.size, size / chosen.size)
+        names_of.append(recording.recording_id)
         owners.append(np.full(chosen.size, index))
         bounded = recording.kind not in ("heating", "cooling", "dwell")
         within.append((parts[-1]["sign"] != 0.0) & bounded)
@@ -74,7 +82,7 @@ def read_rows(folder: Path, seed: int = 0) -> Rows:
         settled.append(uniform_filter1d(turning.astype(np.float64), _TURN)[chosen] < 1e-9)
     names = parts[0]
     values = {name: np.concatenate([part[name] for part in parts]) for name in names}
-    return Rows(values, np.concatenate(owners), np.concatenate(within), np.concatenate(settled))
+    return Rows(values, np.concatenate(owners), np.concatenate(within), np.concatenate(settled), tuple(names_of))
 
 
 def _whole(recording: Recording, hours: float, travel: float) -> dict[str, Floats]:

@@ -102,8 +102,11 @@ class Effect:
         """Addition (N,) to one of :data:`HOOKS`, None where the effect has none there."""
         return None
 
-    def modulation(self, run: Run) -> tuple[Floats, Floats] | None:
-        """Relative gain and phase lag (20, N) of the nominal orders."""
+    def modulation(self, theta: Floats, rate: Floats, orders: Floats) -> tuple[Floats, Floats] | None:
+        """Relative gain and phase lag, each (K, N), of the series' ``orders`` (K,).
+
+        ``theta`` and ``rate`` (N,) are the input angle and its rate at the load side, rad and rad/s.
+        """
         return None
 
     def heat(self, world: ThermalWorld, run: Run, clock: Floats, coarse: slice) -> None:
@@ -112,9 +115,9 @@ class Effect:
     def rest(self, world: ThermalWorld, clock: Floats) -> None:
         """Change the heat balance while the bench stands unrecorded, at times ``clock`` (M,)."""
 
-    def probe_lag(self) -> float:
-        """Time constant in s with which the PT100 follows the lubricant."""
-        return 0.0
+    def probe_lags(self) -> tuple[float, ...]:
+        """Time constants in s with which the PT100 follows the lubricant, one lag behind the other."""
+        return ()
 
     def sensor_delay(self) -> float:
         """Delay in s of the torque sensor's channel."""

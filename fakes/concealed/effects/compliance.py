@@ -5,10 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from scipy.special import erf
 
 from fakes.concealed.effects import kernels
 from fakes.concealed.effects.base import Effect, Floats, Run
-from fakes.concealed.effects.formula import Formula, Law, form
+from fakes.concealed.effects.formula import Derived, Formula, Law, form
 from fakes.concealed.truth import Location
 
 _TE = ("transmission_error",)
@@ -17,8 +18,10 @@ Shape = dict[str, float]
 Memory = dict[str, Any]
 
 
-def _te(effect: str, name: str, law: Law, shape: Shape, place: Location | None = None) -> Formula:
-    return Formula(effect, name, _TE, 2e-5, shape, place or Location(), hook="transmission", law=law)
+def _te(
+    effect: str, name: str, law: Law, shape: Shape, place: Location | None = None, derived: Derived | None = None
+) -> Formula:
+    return Formula(effect, name, _TE, 2e-5, shape, place or Location(), hook="transmission", law=law, derived=derived)
 
 
 def _lost(rng: Rng, name: str, profile: str) -> Effect:
@@ -32,19 +35,37 @@ def _lost(rng: Rng, name: str, profile: str) -> Effect:
             return -np.clip(x / 1.5, -1.0, 1.0)
         if profile == "root":
             return -x / np.sqrt(1.0 + x**2)
-        return -x / (1.0 + np.abs(x))
+        if profile == "erf":
+            return -np.asarray(erf(x))
+        return -np.sign(x) * (1.0 - np.exp(-np.abs(x)))
 
-    return _te("te.lost_motion", name, law, {"tau_0": t0}, Location(conditions={"load_torque": [-3.0 * t0, 3.0 * t0]}))
+    place = Location(conditions={"load_torque": [-3.0 * t0, 3.0 * t0]}, core={"load_torque": [-t0, t0]})
+
+    def derived(amplitude: float, s: Shape) -> dict[str, tuple[float, str]]:
+        return {"j_2": (amplitude, "rad"), "tau_j": (s["tau_0"], "N·m")}
+
+    own = derived if profile in ("arctan", "deadzone") else None
+    return _te("te.lost_motion", name, law, {"tau_0": t0}, place, own)
 
 
-@form("te.lost_motion", "arctan")
+@form("te.lost_motion", "arctan", in_library=True)
 def _lost_arctan(rng: Rng) -> Effect:
     return _lost(rng, "arctan", "arctan")
 
 
-@form("te.lost_motion", "linear within, saturated beyond")
+@form("te.lost_motion", "linear within, saturated beyond", in_library=True)
 def _lost_deadzone(rng: Rng) -> Effect:
     return _lost(rng, "linear within, saturated beyond", "deadzone")
+
+
+@form("te.lost_motion", "exponential saturation")
+def _lost_exponential(rng: Rng) -> Effect:
+    return _lost(rng, "exponential saturation", "exponential")
+
+
+@form("te.lost_motion", "error function")
+def _lost_erf(rng: Rng) -> Effect:
+    return _lost(rng, "error function", "erf")
 
 
 @form("te.lost_motion", "algebraic sigmoid", held_back=True)
@@ -61,13 +82,19 @@ def _stiff(rng: Rng, name: str, profile: str) -> Effect:
             return np.sign(x) * np.clip(np.abs(x) - s["tau_k"] / 1000.0, 0.0, None) * 2.5
         if profile == "sinh":
             return np.asarray(np.sinh(2.5 * x) / np.sinh(2.5))
+        if profile == "contact":
+            return x**3 / (x**2 + 0.16)
         return x * np.abs(x) ** 1.5
 
     shape = {"tau_k": knee} if profile == "knee" else {}
-    return _te("te.stiffness_nonlinear", name, law, shape)
+
+    def derived(amplitude: float, s: Shape) -> dict[str, tuple[float, str]]:
+        return {"b_k": (2.5 * amplitude, "rad"), "tau_k": (s["tau_k"], "N·m")}
+
+    return _te("te.stiffness_nonlinear", name, law, shape, None, derived if profile == "knee" else None)
 
 
-@form("te.stiffness_nonlinear", "two-slope")
+@form("te.stiffness_nonlinear", "two-slope", in_library=True)
 def _stiff_knee(rng: Rng) -> Effect:
     return _stiff(rng, "two slopes with a knee", "knee")
 
@@ -77,7 +104,12 @@ def _stiff_sinh(rng: Rng) -> Effect:
     return _stiff(rng, "sinh", "sinh")
 
 
-@form("te.stiffness_nonlinear", "power 2.5", held_back=True)
+@form("te.stiffness_nonlinear", "contact that fills")
+def _stiff_contact(rng: Rng) -> Effect:
+    return _stiff(rng, "soft until the contact fills, x³/(x² + 0.16)", "contact")
+
+
+@form("te.stiffness_nonlinear", "power 2.5", held_back=True, in_library=True)
 def _stiff_power(rng: Rng) -> Effect:
     return _stiff(rng, "power 2.5", "power")
 
@@ -97,7 +129,10 @@ def _hysteresis(rng: Rng, name: str, kind: str) -> Effect:
             return -kernels.bouc_wen(path, 0.8 * width, 0.55, 1.4, state)[1:]
         return -kernels.duhem(path, 0.7 * width, state)[1:]
 
-    return _te("te.hysteresis", name, law, shape)
+    def derived(amplitude: float, s: Shape) -> dict[str, tuple[float, str]]:
+        return {"h": (-amplitude, "rad"), "w": (0.7 * s["width"], "N·m")}
+
+    return _te("te.hysteresis", name, law, shape, None, derived if kind == "duhem" else None)
 
 
 @form("te.hysteresis", "four Maxwell-slip elements on torque")
@@ -110,7 +145,7 @@ def _hysteresis_bouc(rng: Rng) -> Effect:
     return _hysteresis(rng, "Bouc–Wen on torque", "bouc_wen")
 
 
-@form("te.hysteresis", "Duhem on torque", held_back=True)
+@form("te.hysteresis", "Duhem on torque", held_back=True, in_library=True)
 def _hysteresis_duhem(rng: Rng) -> Effect:
     return _hysteresis(rng, "Duhem on torque", "duhem")
 
@@ -124,28 +159,42 @@ def _drift(rng: Rng, name: str, profile: str) -> Effect:
             return np.asarray(np.log1p(x / (0.2 * s["pace"])) / np.log1p(5.0 / s["pace"]))
         if profile == "creep":
             return 1.0 - np.exp(-x / s["pace"])
+        if profile == "power":
+            return x**0.4
+        if profile == "loosening":
+            return 1.0 / (1.0 + np.exp(-(x - 0.3 - s["pace"]) / 0.06))
         return x
 
     return _te("te.drift_time", name, law, {"pace": pace})
 
 
-@form("te.drift_time", "linear")
+@form("te.drift_time", "linear", in_library=True)
 def _drift_linear(rng: Rng) -> Effect:
     return _drift(rng, "linear in time", "linear")
 
 
-@form("te.drift_time", "creep")
+@form("te.drift_time", "creep", in_library=True)
 def _drift_creep(rng: Rng) -> Effect:
     return _drift(rng, "exponential creep", "creep")
 
 
-@form("te.drift_time", "logarithmic", held_back=True)
+@form("te.drift_time", "power of time")
+def _drift_power(rng: Rng) -> Effect:
+    return _drift(rng, "power 0.4 of time", "power")
+
+
+@form("te.drift_time", "loosens by and by")
+def _drift_loosening(rng: Rng) -> Effect:
+    return _drift(rng, "loosens within a quarter of an hour", "loosening")
+
+
+@form("te.drift_time", "logarithmic", held_back=True, in_library=True)
 def _drift_log(rng: Rng) -> Effect:
     return _drift(rng, "logarithmic settling", "log")
 
 
 def _film(rng: Rng, name: str, profile: str) -> Effect:
-    v = np.deg2rad(rng.uniform(0.6, 1.8))
+    v = float(np.deg2rad(rng.uniform(0.6, 1.8)))
 
     def law(run: Run, s: Shape, memory: Memory) -> Floats:
         x = np.abs(run.rate) / s["v_s"]
@@ -156,8 +205,12 @@ def _film(rng: Rng, name: str, profile: str) -> Effect:
             return -side * (x / (1.0 + x)) ** 0.7
         return side * np.exp(-x)
 
-    place = Location(conditions={"velocity": [0.0, 3.0 * v]})
-    return _te("te.velocity_nonlinear", name, law, {"v_s": v}, place)
+    place = Location(conditions={"velocity": [0.0, 3.0 * v]}, core={"velocity": [0.0, v]})
+
+    def derived(amplitude: float, s: Shape) -> dict[str, tuple[float, str]]:
+        return {"v_o": (amplitude, "rad"), "v_s": (s["v_s"], "rad/s")}
+
+    return _te("te.velocity_nonlinear", name, law, {"v_s": v}, place, derived if profile == "exp" else None)
 
 
 @form("te.velocity_nonlinear", "rational")
@@ -165,9 +218,9 @@ def _film_rational(rng: Rng) -> Effect:
     return _film(rng, "rational", "rational")
 
 
-@form("te.velocity_nonlinear", "exponential")
+@form("te.velocity_nonlinear", "exponential", in_library=True)
 def _film_exp(rng: Rng) -> Effect:
-    return _film(rng, "exponential", "exponential")
+    return _film(rng, "exponential", "exp")
 
 
 @form("te.velocity_nonlinear", "film thickness power", held_back=True)
@@ -189,7 +242,7 @@ def _warm(rng: Rng, name: str, profile: str) -> Effect:
     return _te("te.temperature_nonlinear", name, law, {"T_c": centre, "dT": width})
 
 
-@form("te.temperature_nonlinear", "logistic transition")
+@form("te.temperature_nonlinear", "logistic transition", in_library=True)
 def _warm_logistic(rng: Rng) -> Effect:
     return _warm(rng, "logistic transition of the grease", "logistic")
 
@@ -219,16 +272,16 @@ def _encoder(rng: Rng, name: str, multiples: tuple[int, ...]) -> Effect:
     )
 
 
-@form("sensor.motor_encoder", "eccentric disc")
+@form("sensor.motor_encoder", "eccentric disc", in_library=True)
 def _encoder_once(rng: Rng) -> Effect:
     return _encoder(rng, "eccentric disc", (1,))
 
 
-@form("sensor.motor_encoder", "eccentric and elliptic disc")
+@form("sensor.motor_encoder", "eccentric and elliptic disc", in_library=True)
 def _encoder_twice(rng: Rng) -> Effect:
     return _encoder(rng, "eccentric and elliptic disc", (1, 2))
 
 
-@form("sensor.motor_encoder", "interpolation error", held_back=True)
+@form("sensor.motor_encoder", "interpolation error", held_back=True, in_library=True)
 def _encoder_fine(rng: Rng) -> Effect:
     return _encoder(rng, "two-lobed and four-lobed disc", (2, 4))

@@ -22,7 +22,7 @@ def _foreign(
     return Formula("unknown", name, (channel,), amplitude, shape, place or Location(), hook=hook, law=law)
 
 
-@form("unknown", "floor vibration at a fixed frequency")
+@form("unknown", "floor vibration at a fixed frequency", in_library=True)
 def _floor(rng: Rng) -> Effect:
     """A machine next door: fixed in Hz, free in phase from recording to recording."""
 
@@ -55,7 +55,8 @@ def _contact(rng: Rng) -> Effect:
         swell = np.exp(-(((run.torque - s["centre"]) / s["width"]) ** 2))
         return swell * np.cos(46.0 * run.theta + s["phase"])
 
-    place = Location(conditions={"load_torque": [centre - 1.5 * width, centre + 1.5 * width]}, orders=(46.0,))
+    outer, core = ({"load_torque": [centre - k * width, centre + k * width]} for k in (1.5, 0.7))
+    place = Location(conditions=outer, core=core, orders=(46.0,))
     shape = {"centre": centre, "width": width, "phase": rng.uniform(-np.pi, np.pi)}
     return _foreign("order 46 swells in a band of load", "transmission_error", "transmission", law, shape, 1e-5, place)
 
@@ -73,18 +74,19 @@ def _cage(rng: Rng) -> Effect:
     )
 
 
-@form("unknown", "friction hump at one speed")
+@form("unknown", "friction hump at one speed", in_library=True)
 def _hump(rng: Rng) -> Effect:
-    centre = np.deg2rad(rng.uniform(4.5, 8.0))
+    centre = float(np.deg2rad(rng.uniform(4.5, 8.0)))
 
     def law(run: Run, s: Shape, memory: Memory) -> Floats:
         return np.asarray(run.sign * np.exp(-(((np.abs(run.rate) - s["centre"]) / np.deg2rad(1.0)) ** 2)))
 
-    place = Location(conditions={"velocity": [centre - np.deg2rad(1.5), centre + np.deg2rad(1.5)]})
+    outer, core = ({"velocity": [centre - k, centre + k]} for k in np.deg2rad((1.8, 0.7)).tolist())
+    place = Location(conditions=outer, core=core)
     return _foreign("friction hump at one speed", "motor_torque", "friction", law, {"centre": centre}, 0.15, place)
 
 
-@form("unknown", "seal that sticks now and then")
+@form("unknown", "seal that sticks now and then", in_library=True)
 def _seal(rng: Rng) -> Effect:
     """Two levels of drag, switched at times nobody can predict."""
     edges = np.sort(rng.uniform(0.0, 1.0, 30))
@@ -96,7 +98,7 @@ def _seal(rng: Rng) -> Effect:
     return _foreign("seal that sticks now and then", "motor_torque", "friction", law, {}, 0.1)
 
 
-@form("unknown", "drag that breathes every twenty minutes")
+@form("unknown", "drag that breathes every twenty minutes", in_library=True)
 def _breathing(rng: Rng) -> Effect:
     def law(run: Run, s: Shape, memory: Memory) -> Floats:
         return run.sign * np.sin(2.0 * np.pi * run.clock / s["period"])
@@ -145,7 +147,7 @@ def _latent(rng: Rng) -> Effect:
     return _Melting("unknown", "latent heat of the grease", ("temperature",), 1.0, {"centre": centre}, place)
 
 
-@form("unknown", "eddy-current drag of the load motor")
+@form("unknown", "eddy-current drag of the load motor", in_library=True)
 def _eddy(rng: Rng) -> Effect:
     def law(run: Run, s: Shape, memory: Memory) -> Floats:
         x = run.rate / 0.06
@@ -163,7 +165,7 @@ def _crosstalk(rng: Rng) -> Effect:
     return _foreign("bending crosstalk", "load_torque", "sensor_reading", law, shape, 4.0, Location(orders=(2.0,)))
 
 
-@form("unknown", "amplifier zero jumps for an hour", held_back=True)
+@form("unknown", "amplifier zero jumps for an hour", held_back=True, in_library=True)
 def _jump(rng: Rng) -> Effect:
     start = float(rng.integers(4, 12))
 

@@ -98,3 +98,44 @@ def lugre(rate: Floats, step: float, bristle: float, slow: float, excess: float,
         out[n] = z
     state[0] = z
     return out
+
+
+@njit(cache=True)
+def follow(drive: Floats, keep: float, start: float) -> Floats:
+    """First-order lag (N,) of ``drive`` from ``start`` on; ``keep`` is the share of the gap left after one step."""
+    out = np.empty(drive.size)
+    state = start
+    for n in range(drive.size):
+        state = drive[n] + (state - drive[n]) * keep if n > 0 else start
+        out[n] = state
+    return out
+
+
+@njit(cache=True)
+def structure(moving: Floats, step: float, breaking: float, healing: float, start: float) -> Floats:
+    """Structure (N,) of a thixotropic grease, 0 to 1: it breaks down while it is sheared and heals at rest."""
+    out = np.empty(moving.size)
+    state = start
+    down, up = np.exp(-step / breaking), np.exp(-step / healing)
+    for n in range(moving.size):
+        state = state * down if moving[n] != 0.0 else 1.0 - (1.0 - state) * up
+        out[n] = state
+    return out
+
+
+@njit(cache=True)
+def ringing(drive: Floats, moving: Floats, step: float, omega: float, decay: float, last: float) -> Floats:
+    """Decaying oscillation (N,) of unit size struck whenever ``drive`` crosses zero in motion, up or down."""
+    out = np.zeros(drive.size)
+    x, v = 0.0, 0.0
+    before = last
+    for n in range(drive.size):
+        if drive[n] * before < 0.0 and moving[n] != 0.0:
+            v += omega if drive[n] > 0.0 else -omega
+        if drive[n] != 0.0:
+            before = drive[n]
+        # exact step of the undamped oscillator, damped by its envelope
+        c, s, fade = np.cos(omega * step), np.sin(omega * step), np.exp(-step / decay)
+        x, v = fade * (c * x + s * v / omega), fade * (c * v - s * omega * x)
+        out[n] = x
+    return out

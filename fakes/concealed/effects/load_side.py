@@ -37,20 +37,24 @@ def _unbalance(rng: Rng, name: str, hook: str) -> Effect:
         return np.cos(run.theta + s["phase"])
 
     channels = ("motor_torque",) if hook == "output_torque" else ("load_torque",)
-    return Formula("load.unbalance", name, channels, 8.0, shape, hook=hook, law=law, natural=(("m_u", "", "N·m"),))
+
+    def derived(amplitude: float, s: Shape) -> dict[str, tuple[float, str]]:
+        return {"m_c": (amplitude * np.cos(s["phase"]), "N·m"), "m_s": (-amplitude * np.sin(s["phase"]), "N·m")}
+
+    return Formula("load.unbalance", name, channels, 8.0, shape, hook=hook, law=law, derived=derived)
 
 
-@form("load.unbalance", "arm before the torque sensor")
+@form("load.unbalance", "arm before the torque sensor", in_library=True)
 def _unbalance_before(rng: Rng) -> Effect:
     return _unbalance(rng, "arm before the torque sensor", "output_torque")
 
 
-@form("load.unbalance", "arm behind the torque sensor")
+@form("load.unbalance", "arm behind the torque sensor", in_library=True)
 def _unbalance_behind(rng: Rng) -> Effect:
     return _unbalance(rng, "arm behind the torque sensor", "load_side")
 
 
-@form("sensor.torque_zero_temperature", "linear in temperature")
+@form("sensor.torque_zero_temperature", "linear in temperature", in_library=True)
 def _zero(rng: Rng) -> Effect:
     def law(run: Run, s: Shape, memory: Memory) -> Floats:
         return run.temperature - 25.0
@@ -60,7 +64,7 @@ def _zero(rng: Rng) -> Effect:
     return effect
 
 
-@form("sensor.torque_zero_temperature", "slightly curved", held_back=True)
+@form("sensor.torque_zero_temperature", "slightly curved", held_back=True, in_library=True)
 def _zero_curved(rng: Rng) -> Effect:
     def law(run: Run, s: Shape, memory: Memory) -> Floats:
         x = run.temperature - 25.0
@@ -71,12 +75,22 @@ def _zero_curved(rng: Rng) -> Effect:
     return effect
 
 
-@form("sensor.torque_gain", "gain error")
+@form("sensor.torque_zero_temperature", "exponential in temperature")
+def _zero_exponential(rng: Rng) -> Effect:
+    def law(run: Run, s: Shape, memory: Memory) -> Floats:
+        return np.asarray(15.0 * np.expm1((run.temperature - 25.0) / 15.0))
+
+    effect = _sensor("sensor.torque_zero_temperature", "exponential", law, 0.3)
+    effect.channels = _LOAD
+    return effect
+
+
+@form("sensor.torque_gain", "gain error", in_library=True)
 def _gain(rng: Rng) -> Effect:
     def law(run: Run, s: Shape, memory: Memory) -> Floats:
         return run.torque
 
-    return _sensor("sensor.torque_gain", "gain error", law, 0.01, natural=(("gain_error", "", "1"),))
+    return _sensor("sensor.torque_gain", "gain error", law, 0.01, natural=(("g_s", "", "1"),))
 
 
 def _curved(rng: Rng, name: str, profile: str) -> Effect:
@@ -86,19 +100,26 @@ def _curved(rng: Rng, name: str, profile: str) -> Effect:
             return 1000.0 * x**3 - 600.0 * x
         if profile == "saturation":
             return 1000.0 * (np.tanh(0.9 * x) / 0.9 - x)
+        if profile == "bridge":
+            return 1000.0 * (x / (1.0 - 0.3 * x) - x)
         return 1000.0 * x**2
 
     return _sensor("sensor.torque_nonlinearity", name, law, 0.01)
 
 
-@form("sensor.torque_nonlinearity", "square")
+@form("sensor.torque_nonlinearity", "square", in_library=True)
 def _curved_square(rng: Rng) -> Effect:
     return _curved(rng, "square", "square")
 
 
-@form("sensor.torque_nonlinearity", "cubic with end points adjusted")
+@form("sensor.torque_nonlinearity", "cubic with end points adjusted", in_library=True)
 def _curved_cubic(rng: Rng) -> Effect:
     return _curved(rng, "cubic with end points adjusted", "cubic")
+
+
+@form("sensor.torque_nonlinearity", "unequal arms of the bridge")
+def _curved_bridge(rng: Rng) -> Effect:
+    return _curved(rng, "unequal arms of the bridge, x/(1 − 0.3 x)", "bridge")
 
 
 @form("sensor.torque_nonlinearity", "saturating amplifier", held_back=True)
@@ -117,10 +138,15 @@ def _loop(rng: Rng, name: str, profile: str) -> Effect:
             return kernels.duhem(path, s["width"], state)[1:]
         return kernels.play(path, 0.6 * s["width"], state)[1:]
 
-    return _sensor("sensor.torque_hysteresis", name, law, 3.0, {"width": rng.uniform(200.0, 450.0)})
+    def derived(amplitude: float, s: Shape) -> dict[str, tuple[float, str]]:
+        return {"h_s": (amplitude, "N·m"), "w_h": (s["width"] * (1.0 if profile == "duhem" else 0.6), "N·m")}
+
+    effect = _sensor("sensor.torque_hysteresis", name, law, 3.0, {"width": rng.uniform(200.0, 450.0)})
+    effect.derived = derived if profile in ("duhem", "play") else None
+    return effect
 
 
-@form("sensor.torque_hysteresis", "Duhem")
+@form("sensor.torque_hysteresis", "Duhem", in_library=True)
 def _loop_duhem(rng: Rng) -> Effect:
     return _loop(rng, "Duhem", "duhem")
 
@@ -130,7 +156,7 @@ def _loop_maxwell(rng: Rng) -> Effect:
     return _loop(rng, "Maxwell slip", "maxwell")
 
 
-@form("sensor.torque_hysteresis", "play", held_back=True)
+@form("sensor.torque_hysteresis", "play", held_back=True, in_library=True)
 def _loop_play(rng: Rng) -> Effect:
     return _loop(rng, "play", "play")
 
@@ -143,10 +169,10 @@ class _Skew(Effect):
         return self.amplitude
 
     def parameters(self) -> tuple[Parameter, ...]:
-        return (Parameter("delay", self.amplitude, "s"),)
+        return (Parameter("delta", self.amplitude, "s"),)
 
 
-@form("sensor.timing_skew", "constant delay of the torque sensor")
+@form("sensor.timing_skew", "constant delay of the torque sensor", in_library=True)
 def _skew(rng: Rng) -> Effect:
     channels = ("load_torque", "transmission_error", "motor_torque")
     return _Skew("sensor.timing_skew", "constant delay", channels, 0.01)

@@ -18,16 +18,22 @@ Rng = np.random.Generator
 class _Lag(Effect):
     """The PT100 follows the lubricant with a time constant, ``amplitude`` in s."""
 
-    def probe_lag(self) -> float:
-        return self.amplitude
+    def probe_lags(self) -> tuple[float, ...]:
+        return (self.amplitude, *([self.shape["element"] * self.amplitude] if "element" in self.shape else []))
 
     def parameters(self) -> tuple[Parameter, ...]:
-        return (Parameter("t_s", self.amplitude, "s"),)
+        return () if "element" in self.shape else (Parameter("tau_s", self.amplitude, "s"),)
 
 
-@form("thermal.sensor_lag", "first order")
+@form("thermal.sensor_lag", "first order", in_library=True)
 def _lag(rng: Rng) -> Effect:
     return _Lag("thermal.sensor_lag", "first order", _TEMPERATURE, 20.0)
+
+
+@form("thermal.sensor_lag", "sheath and element")
+def _lag_twice(rng: Rng) -> Effect:
+    shape = {"element": rng.uniform(0.4, 0.9)}
+    return _Lag("thermal.sensor_lag", "sheath and element, second order", _TEMPERATURE, 20.0, shape)
 
 
 @dataclass(slots=True)
@@ -45,7 +51,7 @@ class _SecondMass(Effect):
         world.house_link = self.shape["link"]
 
 
-@form("thermal.second_mass", "housing between lubricant and surroundings")
+@form("thermal.second_mass", "housing between lubricant and surroundings", in_library=True)
 def _second_mass(rng: Rng) -> Effect:
     shape = {"link": rng.uniform(15.0, 60.0)}
     return _SecondMass("thermal.second_mass", "housing in series", _TEMPERATURE, 1.0, shape)
@@ -67,21 +73,29 @@ class _Ambient(Effect):
             return x
         if self.form == "half day wave":
             return np.sin(np.pi * (x - 0.2))
+        if self.form == "door open for an hour":
+            return np.asarray(-np.exp(-(((x - self.shape["at"]) / 0.12) ** 2)))
         return 1.0 / (1.0 + np.exp(-(x - 0.5) * 12.0))
 
 
 def _ambient(rng: Rng, name: str) -> Effect:
-    return _Ambient("thermal.ambient_drift", name, _TEMPERATURE, 4.0, {"day": 5.0 * 3600.0})
+    shape = {"day": 5.0 * 3600.0, "at": rng.uniform(0.2, 0.6)}
+    return _Ambient("thermal.ambient_drift", name, _TEMPERATURE, 4.0, shape)
 
 
-@form("thermal.ambient_drift", "linear")
+@form("thermal.ambient_drift", "linear", in_library=True)
 def _ambient_linear(rng: Rng) -> Effect:
     return _ambient(rng, "linear")
 
 
-@form("thermal.ambient_drift", "half day wave")
+@form("thermal.ambient_drift", "half day wave", in_library=True)
 def _ambient_wave(rng: Rng) -> Effect:
     return _ambient(rng, "half day wave")
+
+
+@form("thermal.ambient_drift", "door open for an hour")
+def _ambient_door(rng: Rng) -> Effect:
+    return _ambient(rng, "door open for an hour")
 
 
 @form("thermal.ambient_drift", "heating of the hall switched on", held_back=True)
@@ -95,19 +109,25 @@ class _FanCooling(Effect):
 
     def heat(self, world: ThermalWorld, run: Run, clock: Floats, coarse: slice) -> None:
         share = np.abs(run.motor_rate[coarse]) / 200.0
-        world.conductance *= 1.0 + self.amplitude * share ** self.shape["power"]
+        growth = share**2 / (0.15 + share**2) if "power" not in self.shape else share ** self.shape["power"]
+        world.conductance *= 1.0 + self.amplitude * growth
 
 
-@form("thermal.convection_speed", "power 0.8 of speed")
+@form("thermal.convection_speed", "power 0.8 of speed", in_library=True)
 def _fan(rng: Rng) -> Effect:
     return _FanCooling("thermal.convection_speed", "power 0.8 of speed", _TEMPERATURE, 1.0, {"power": 0.8})
 
 
-@form("thermal.convection_speed", "linear in speed")
+@form("thermal.convection_speed", "linear in speed", in_library=True)
 def _fan_linear(rng: Rng) -> Effect:
     return _FanCooling("thermal.convection_speed", "linear in speed", _TEMPERATURE, 1.0, {"power": 1.0})
 
 
-@form("thermal.convection_speed", "root of speed", held_back=True)
+@form("thermal.convection_speed", "turbulent beyond a speed")
+def _fan_turbulent(rng: Rng) -> Effect:
+    return _FanCooling("thermal.convection_speed", "turbulent beyond a speed", _TEMPERATURE, 1.0)
+
+
+@form("thermal.convection_speed", "root of speed", held_back=True, in_library=True)
 def _fan_root(rng: Rng) -> Effect:
     return _FanCooling("thermal.convection_speed", "root of speed", _TEMPERATURE, 1.0, {"power": 0.5})

@@ -10,7 +10,7 @@ import numpy as np
 from fakes.concealed.effects.base import Effect, Floats, Run
 from fakes.concealed.effects.formula import Formula, Law, form
 from fakes.concealed.plant import ORDERS
-from fakes.concealed.truth import Location
+from fakes.concealed.truth import Location, Parameter
 
 _TE = ("transmission_error",)
 Rng = np.random.Generator
@@ -30,7 +30,7 @@ def _free_order(rng: Rng) -> float:
     return float(rng.choice([k for k in _FREE_ORDERS if k != 185]))
 
 
-@form("te.harmonic", "constant amplitude")
+@form("te.harmonic", "constant amplitude", in_library=True)
 def _harmonic(rng: Rng) -> Effect:
     k = _free_order(rng)
     shape = {"order": k, "phase": rng.uniform(-np.pi, np.pi)}
@@ -41,7 +41,7 @@ def _harmonic(rng: Rng) -> Effect:
     return _te("te.harmonic", "constant amplitude", law, shape, place=Location(orders=(k,)))
 
 
-@form("te.harmonic", "amplitude grows with load, phase differs by direction")
+@form("te.harmonic", "amplitude grows with load, phase differs by direction", in_library=True)
 def _harmonic_load(rng: Rng) -> Effect:
     k = _free_order(rng)
     shape = {
@@ -56,6 +56,18 @@ def _harmonic_load(rng: Rng) -> Effect:
         return size * np.sin(s["order"] * run.theta + s["phase"] + s["skew"] * run.side)
 
     return _te("te.harmonic", "load-dependent", law, shape, place=Location(orders=(k,)))
+
+
+@form("te.harmonic", "amplitude saturates with load")
+def _harmonic_saturating(rng: Rng) -> Effect:
+    k = _free_order(rng)
+    shape = {"order": k, "phase": rng.uniform(-np.pi, np.pi), "load": rng.uniform(120.0, 350.0)}
+
+    def law(run: Run, s: Shape, memory: Memory) -> Floats:
+        size = 1.2 + np.tanh(run.torque / s["load"])
+        return np.asarray(size * np.cos(s["order"] * run.theta + s["phase"]))
+
+    return _te("te.harmonic", "amplitude saturates with load", law, shape, place=Location(orders=(k,)))
 
 
 @form("te.harmonic", "sharp-crested wave at one order", held_back=True)
@@ -77,7 +89,7 @@ def _sides(f: int, m: int) -> Location:
     return Location(orders=tuple(float(k) for k in (f - m, f + m) if k not in ORDERS))
 
 
-@form("te.sideband", "amplitude modulation")
+@form("te.sideband", "amplitude modulation", in_library=True)
 def _sideband_am(rng: Rng) -> Effect:
     f, m = _CARRIERS[int(rng.integers(len(_CARRIERS)))]
     shape = {"f": f, "m": m, "a": rng.uniform(-np.pi, np.pi), "b": rng.uniform(-np.pi, np.pi)}
@@ -100,7 +112,7 @@ def _sideband_pm(rng: Rng) -> Effect:
     return _te("te.sideband", "phase modulation", law, shape, place=_sides(f, m))
 
 
-@form("te.sideband", "both, unequal sides", held_back=True)
+@form("te.sideband", "both, unequal sides", held_back=True, in_library=True)
 def _sideband_mixed(rng: Rng) -> Effect:
     f, m = _CARRIERS[int(rng.integers(len(_CARRIERS)))]
     shape = {
@@ -118,10 +130,28 @@ def _sideband_mixed(rng: Rng) -> Effect:
     return _te("te.sideband", "amplitude and phase modulation, unequal sides", law, shape, place=_sides(f, m))
 
 
+@dataclass(slots=True)
+class _Modulated(Effect):
+    """An order of the series swells and ebbs with the angle, whatever its amplitude is: ``amplitude`` is the share."""
+
+    def modulation(self, theta: Floats, rate: Floats, orders: Floats) -> tuple[Floats, Floats] | None:
+        gain = np.zeros((orders.size, theta.size))
+        wave = self.amplitude * np.cos(self.shape["m"] * theta + self.shape["b"])
+        gain[np.abs(orders - self.shape["f"]) < 1e-9] = wave
+        return gain, np.zeros_like(gain)
+
+
+@form("te.sideband", "the very order modulated")
+def _sideband_own(rng: Rng) -> Effect:
+    f, m = _CARRIERS[int(rng.integers(len(_CARRIERS)))]
+    shape = {"f": f, "m": m, "b": rng.uniform(-np.pi, np.pi)}
+    return _Modulated("te.sideband", "the very order modulated, load and all", _TE, 0.5, shape, _sides(f, m))
+
+
 def _pulse(rng: Rng, name: str, profile: str) -> Effect:
     at, width = rng.uniform(0.0, 2.0 * np.pi), np.deg2rad(rng.uniform(0.8, 3.0))
     shape = {"angle": at, "width": width}
-    window = ((float(at - 2.0 * width), float(at + 2.0 * width)),)
+    window, core = (((float(at - k * width), float(at + k * width)),) for k in (2.0, 0.8))
 
     def law(run: Run, s: Shape, memory: Memory) -> Floats:
         x = (np.mod(run.theta - s["angle"] + np.pi, 2.0 * np.pi) - np.pi) / s["width"]
@@ -133,7 +163,12 @@ def _pulse(rng: Rng, name: str, profile: str) -> Effect:
             return np.where(np.abs(x) < 2.0, np.sin(np.pi * x / 2.0), 0.0)
         return np.exp(-0.5 * x**2)
 
-    return _te("te.local_defect", name, law, shape, 3e-5, Location(angle_windows=window))
+    def derived(amplitude: float, s: Shape) -> dict[str, tuple[float, str]]:
+        return {"p": (amplitude, "rad"), "theta_p": (s["angle"], "rad"), "w_p": (s["width"], "rad")}
+
+    effect = _te("te.local_defect", name, law, shape, 3e-5, Location(angle_windows=window, core_windows=core))
+    effect.derived = derived if profile == "gaussian" else None
+    return effect
 
 
 @form("te.local_defect", "half sine")
@@ -146,6 +181,11 @@ def _defect_triangle(rng: Rng) -> Effect:
     return _pulse(rng, "triangle", "triangle")
 
 
+@form("te.local_defect", "Gaussian", in_library=True)
+def _defect_gauss(rng: Rng) -> Effect:
+    return _pulse(rng, "Gaussian", "gaussian")
+
+
 @form("te.local_defect", "doublet", held_back=True)
 def _defect_doublet(rng: Rng) -> Effect:
     return _pulse(rng, "pull and push of a passing pin", "doublet")
@@ -155,10 +195,17 @@ def _defect_doublet(rng: Rng) -> Effect:
 class _Resonance(Effect):
     """All orders pass a second-order mode of the frame; ``amplitude`` is the mode's participation."""
 
-    def modulation(self, run: Run) -> tuple[Floats, Floats] | None:
-        orders = np.array(ORDERS, dtype=np.float64)[:, None]
-        ratio = orders * np.abs(run.rate)[None, :] / self.shape["w_r"]
+    def parameters(self) -> tuple[Parameter, ...]:
+        if "second" in self.shape or self.shape["based"]:
+            return ()
+        return Parameter("w_0", self.shape["w_r"], "rad/s"), Parameter("zeta", self.shape["zeta"], "1")
+
+    def modulation(self, theta: Floats, rate: Floats, orders: Floats) -> tuple[Floats, Floats] | None:
+        ratio = orders[:, None] * np.abs(rate)[None, :] / self.shape["w_r"]
         response = 1.0 / (1.0 - ratio**2 + 2j * self.shape["zeta"] * ratio)
+        if "second" in self.shape:
+            other = ratio / self.shape["second"]
+            response = 0.6 * response + 0.4 / (1.0 - other**2 + 2j * self.shape["zeta"] * other)
         gain = 1.0 + self.amplitude * ((response - 1.0) if self.shape["based"] == 0 else response * ratio**2)
         return np.abs(gain) - 1.0, -np.angle(gain)
 
@@ -168,9 +215,16 @@ def _mode(rng: Rng, name: str, based: float) -> Effect:
     return _Resonance("te.resonance", name, _TE, 0.3, {"w_r": w_r, "zeta": rng.uniform(0.04, 0.12), "based": based})
 
 
-@form("te.resonance", "force-driven mode")
+@form("te.resonance", "force-driven mode", in_library=True)
 def _resonance(rng: Rng) -> Effect:
     return _mode(rng, "force-driven mode", 0.0)
+
+
+@form("te.resonance", "two modes")
+def _resonance_two(rng: Rng) -> Effect:
+    effect = _mode(rng, "two modes of the frame", 0.0)
+    effect.shape["second"] = rng.uniform(1.5, 2.2)
+    return effect
 
 
 @form("te.resonance", "base-driven mode", held_back=True)

@@ -14,9 +14,6 @@ from fakes.ethercat.wire import registers
 HOP_NS = 500
 """Time from one slave to the next."""
 
-_EPOCH_2000_S = 946_684_800
-_BASE = time.time_ns() - time.monotonic_ns() - _EPOCH_2000_S * 1_000_000_000
-
 
 def local_time_ns() -> int:
     """Return the local clock of every emulated controller."""
@@ -40,8 +37,3 @@ def latch(memory: bytearray, position: int, last: int) -> None:
     ports = (now & 0xFFFFFFFF, back & 0xFFFFFFFF if position < last else 0, 0, 0)
     struct.pack_into("<4I", memory, registers.DC_RECEIVE, *ports)
     struct.pack_into("<Q", memory, registers.DC_RECEIVE_UNIT, now)
-
-
-def dc_now_ns() -> int:
-    """Return ns since 2000 on the host's clock, for tests and logs."""
-    return local_time_ns() + _BASE

@@ -1,15 +1,20 @@
 from __future__ import annotations
 
-from collections.abc import Iterator
+import json
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
+from scipy.ndimage import uniform_filter1d
 
 import fakes.concealed as concealed
-from bench.proof import make
+from bench.proof import analyse, make, recompute
+from bench.proof.analyse import Job
+from bench.recording import Recording
 from tests.fakes.concealed.test_effects import SMALL
 
 
@@ -21,8 +26,10 @@ class SmallExaminer:
     with_strength = staticmethod(concealed.with_strength)
 
     @staticmethod
-    def cases(group: str, seed: int, count: int | None = None, held_back: bool = False) -> Iterator[Any]:
-        for case in concealed.cases(group, seed, count, held_back):
+    def cases(
+        group: str, seed: int, count: int | None = None, held_back: bool = False, clutter: bool = False
+    ) -> Iterator[Any]:
+        for case in concealed.cases(group, seed, count, held_back, clutter):
             yield replace(case, design=SMALL, truncate=group == "null")
 
 
@@ -30,6 +37,45 @@ class SmallExaminer:
 def examiner(monkeypatch: pytest.MonkeyPatch) -> type[SmallExaminer]:
     monkeypatch.setattr(make, "load_examiner", lambda: SmallExaminer)
     return SmallExaminer
+
+
+class BlindAnalyser:
+    """Calls every folder a match, in files as an analyser writes them; knows the recordings' folder and no truth."""
+
+    def __init__(self) -> None:
+        self.folders: list[str] = []
+
+    def __call__(self, job: Job, folder: str, target: Path) -> str:
+        self.folders.append(folder)
+        assert list((job.out / make.RECORDINGS / folder).glob("*.h5"))
+        target.mkdir(parents=True)
+        report = {"verdict": "match", "findings": [], "channels": [], "recordings": {"held_out": []}}
+        (target / "report.json").write_text(json.dumps(report))
+        (target / "model.json").write_text(json.dumps({"terms": []}))
+        return ""
+
+
+def smoothed(_model: object, recording: Recording) -> dict[str, np.ndarray[Any, Any]]:
+    """A prediction for lack of a better one: each channel without its fast scatter; it leaves about the white noise."""
+    out = {}
+    for channel in ("transmission_error", "motor_torque", "load_torque", "temperature"):
+        measured = recompute.measured_channel(recording, channel)
+        assert measured is not None
+        out[channel] = uniform_filter1d(measured, 1001 if channel == "temperature" else 11)
+    return out
+
+
+def each(predict: Callable[[Any, Recording], Mapping[str, Any]]) -> recompute.Predict:
+    """A prediction of whole campaigns from one of single recordings."""
+    return lambda model, recordings: ((r, predict(model, r)) for r in recordings)
+
+
+@pytest.fixture
+def blind(monkeypatch: pytest.MonkeyPatch) -> BlindAnalyser:
+    analyser = BlindAnalyser()
+    monkeypatch.setattr(analyse, "_run", analyser)
+    monkeypatch.setattr(recompute, "predictor", lambda: each(smoothed))
+    return analyser
 
 
 @pytest.fixture(scope="session")

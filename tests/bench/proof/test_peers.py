@@ -10,12 +10,13 @@ from bench.proof.analyse import Job
 from bench.proof.peers import compare_peers
 from bench.proof.peers.candidates import Problem, problems
 from bench.proof.peers.methods import METHODS, cross_validated, held_out, pick
+from bench.proof.peers.place import place_of
 from bench.proof.peers.rows import read_rows
 
 
 @pytest.fixture(scope="module")
 def posed(made) -> dict[str, Problem]:
-    return {p.channel: p for p in problems(read_rows(made.out / make.RECORDINGS / made.clear.name))}
+    return {p.channel: p for p in problems(read_rows(made.out / make.RECORDINGS / made.clear.alias))}
 
 
 def greedy(problem: Problem) -> np.ndarray:
@@ -90,3 +91,17 @@ def test_missing_peers_are_named(made) -> None:
 def test_every_peer_runs(posed, name: str) -> None:
     picked = pick(METHODS[name], posed["motor_torque"])
     assert picked.dtype == np.int64
+
+
+def test_a_peer_is_given_the_place_of_its_columns(posed) -> None:
+    motor = posed["motor_torque"]
+    picked = np.array([motor.effects.index("friction.viscous_quadratic")])
+    place = place_of(motor, picked, "friction.viscous_quadratic")
+    assert set(place["conditions"]) == {"velocity", "load_torque", "temperature", "direction"}
+    low, high = place["conditions"]["velocity"]
+    assert 0.0 <= low < high
+    energy = motor.states["weight"] * motor.columns[:, picked[0]] ** 2
+    inside = (motor.states["velocity"] >= low) & (motor.states["velocity"] <= high)
+    assert energy[inside].sum() >= 0.9 * energy.sum()
+    sums = np.bincount(motor.recording, weights=energy)
+    assert place["recordings"][0] == motor.names[int(np.argmax(sums))]

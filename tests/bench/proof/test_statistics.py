@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from bench.proof.results import Provenance
 from bench.proof.score import CaseScore, EffectScore
 from bench.proof.statistics import brier, clopper_pearson, reliability, strength_of_naming, summarise
-from bench.proof.table import as_json, markdown, severity_markdown
+from bench.proof.table import markdown
 
 
 def case(name: str, right: bool, group: str = "clear", companions: tuple[str, ...] = ()) -> CaseScore:
@@ -62,15 +63,35 @@ def test_never_named_lies_beyond_the_range() -> None:
     assert strength_of_naming(effects, 0.5) > 1.6
 
 
+HOW = Provenance("bench prove", (1,), "", "a", {"clear": 2}, "abc")
+
+
 def test_table_names_what_is_wrong() -> None:
-    text = markdown([case("good", True), case("bad", False, companions=("te.sideband",))], seal="abc")
-    assert "| clear | 2 | 1/2 |" in text
+    text = markdown([case("good", True), case("bad", False, companions=("te.sideband",))], HOW)
+    assert "| clear | 2 | 2 | 1/2 |" in text
     assert "te.harmonic not told (named); false: te.sideband" in text
     assert "| good |" not in text.split("not right")[1]
     assert "abc" in text
-    assert "te.harmonic" in severity_markdown([case("good", True)])
+    assert "commit not known" in text
+    assert "te.harmonic" in markdown([case("good", True)], HOW, severity=True)
 
 
-def test_json_has_no_nan() -> None:
-    broken = CaseScore("x", "null", False, (), (), math.nan, (), 1.0, "exit code 1")
-    assert as_json([broken])["cases"][0]["residual"] is None
+def test_forms_in_the_library_are_kept_apart_from_those_not_in_it() -> None:
+    def one(name: str, right: bool, inside: bool, status: str = "named") -> CaseScore:
+        effect = EffectScore("te.harmonic", status, 1.0, right, right, right, in_library=inside)
+        return CaseScore(name, "clear", True, (effect,), (), 1.0, (), 1.0)
+
+    scores = [one("a", True, True), one("b", False, True), one("c", False, False), one("d", True, False, "unknown")]
+    text = markdown(scores, HOW)
+    assert "| in the library | 2 | 1/2 |" in text
+    assert "| not in the library | 1 | 0/1 |" in text
+    assert "| unknown kind with a state or several quantities | 1 | 1/1 |" in text
+
+
+def test_alarms_of_a_cluttered_null_are_what_stands_beside_the_weak_orders() -> None:
+    weak = EffectScore("te.harmonic", "named", 5.0, False, False, False)
+    missed = CaseScore("null-000", "null", False, (weak,), (), 2.0, (), 1.0)
+    false = CaseScore("null-001", "null", True, (weak,), ("te.sideband",), 1.0, (), 1.0)
+    assert "False alarms on folders without effect: 1 of 2" in markdown([missed, false], HOW)
+    told = CaseScore("null-002", "null", False, (), (), 1.0, (), 1.0)
+    assert "1 of 1" in markdown([told], HOW)

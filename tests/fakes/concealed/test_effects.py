@@ -59,7 +59,9 @@ def test_nominal_plant_leaves_no_excess() -> None:
 def test_strength_hits_its_target() -> None:
     effect = next(f for f in FORMS if f.effect == "friction.stribeck").make(np.random.default_rng(5))
     campaign = small_campaign(effect)
-    assert calibrate(campaign, effect, 0.7, 0.05) == pytest.approx(0.7, rel=0.06)
+    reached, excess = calibrate(campaign, effect, 0.7, 0.05)
+    assert reached == pytest.approx(0.7, rel=0.06)
+    assert strength(excess.values, 0.05) == pytest.approx(reached)
 
 
 def test_what_the_nominal_absorbs_has_no_strength() -> None:
@@ -129,3 +131,93 @@ def test_designs_cannot_tell_their_pair_apart(pair) -> None:
         other = excess(rival.make(np.random.default_rng(2)))
         overlaps.append(float((mine @ other) ** 2 / (mine @ mine) / (other @ other)))
     assert max(overlaps) > 0.9
+
+
+def test_every_effect_that_can_has_forms_in_the_library_and_not_in_it() -> None:
+    kept = {f.effect for f in FORMS if f.in_library}, {f.effect for f in FORMS if not f.in_library}
+    one_law_only = {"sensor.motor_encoder", "sensor.torque_gain", "sensor.timing_skew", "load.unbalance"}
+    assert set(vocabulary()) - kept[1] == one_law_only | {"thermal.second_mass"}
+    assert set(vocabulary()) - kept[0] == set()
+    shown = [f for f in FORMS if not f.held_back and f.effect not in one_law_only]
+    assert sum(not f.in_library for f in shown) >= 25
+
+
+def drawn(name: str, seed: int = 5):
+    return next(f for f in FORMS if f.name == name).make(np.random.default_rng(seed))
+
+
+def friction_of(effect, rate: float = 25.0) -> list[tuple]:
+    return [(s.run, s.added["motor_torque"]) for s in small_campaign(effect).run(rate)]
+
+
+def test_grease_breaks_down_in_motion_and_heals_at_rest() -> None:
+    effect = drawn("thixotropic grease")
+    first = []
+    for run, drag in friction_of(effect):
+        moving = run.sign != 0.0
+        if run.point.kind == "constant_velocity" and moving.any():
+            size = np.abs(drag[moving]) / effect.amplitude
+            first.append(size[0])
+            assert size[-1] < 0.35 * size[0]
+    assert np.median(first) > 0.2
+
+
+def test_a_seal_dries_at_rest_and_wets_over_a_distance() -> None:
+    effect = drawn("seal that wets")
+    starts = []
+    for run, drag in friction_of(effect):
+        moving = np.flatnonzero(run.sign != 0.0)
+        if run.point.kind == "constant_velocity" and moving.size:
+            starts.append(abs(drag[moving[0]]) / effect.amplitude)
+            turned = run.travel[moving[-1]] - run.travel[moving[0]]
+            expected = starts[-1] * effect.amplitude * np.exp(-turned / effect.shape["reach"])
+            assert abs(drag[moving[-1]]) == pytest.approx(expected, rel=0.1, abs=1e-6)
+    assert max(starts) > 0.1
+
+
+def test_stick_slip_is_at_low_speed_and_has_no_order() -> None:
+    effect = drawn("stick–slip of a scraper")
+    for run, drag in friction_of(effect, 100.0):
+        assert np.abs(drag[np.abs(run.rate) > 1.05 * effect.shape["limit"]]).max(initial=0.0) == 0.0
+    turns = [np.flatnonzero(np.diff(drag) < -0.5 * effect.amplitude) for _run, drag in friction_of(effect, 100.0)]
+    ways = np.concatenate(
+        [np.diff(run.travel[at]) for (run, _d), at in zip(friction_of(effect, 100.0), turns, strict=True)]
+    )
+    assert np.std(ways) > 0.1 * np.mean(ways)
+
+
+def test_play_knocks_only_where_the_torque_crosses_zero() -> None:
+    effect = drawn("play knocks where the load torque crosses zero")
+    rang = {run.point.kind: float(np.abs(drag).max()) for run, drag in friction_of(effect, 100.0)}
+    assert rang["torque_ramp"] > 0.3 * effect.amplitude
+    for run, drag in friction_of(effect, 100.0):
+        if np.abs(run.command).min() > 20.0:
+            assert np.abs(drag).max() == 0.0
+
+
+def test_preload_follows_the_rate_of_warming() -> None:
+    parts = friction_of(drawn("bearing preload while it warms"))
+    warming = [float(np.abs(drag).max()) for run, drag in parts if run.point.kind == "heating"]
+    steady = [float(np.abs(drag).max()) for run, drag in parts if run.point.kind == "constant_velocity"]
+    assert max(warming) > 2.0 * np.median(steady)
+
+
+def test_two_lags_show_later_than_one() -> None:
+    one, two = drawn("first order"), drawn("sheath and element")
+    two.amplitude = one.amplitude
+    assert len(two.probe_lags()) == 2
+    shown = [next(s.probe for s in small_campaign(e).run(10.0) if s.run.point.kind == "heating") for e in (one, two)]
+    assert np.all(shown[1] <= shown[0] + 1e-9)
+    assert np.max(shown[0] - shown[1]) > 0.02
+
+
+def test_the_very_order_is_modulated_in_its_own_phase() -> None:
+    effect = drawn("the very order modulated")
+    for signals in small_campaign(effect).run(50.0):
+        if signals.run.point.kind != "constant_velocity":
+            continue
+        theta, extra = signals.run.theta, signals.added["transmission_error"]
+        sides = [abs(np.mean(extra * np.exp(-1j * k * theta))) for k in effect.location().orders]
+        beside = abs(np.mean(extra * np.exp(-1j * (effect.shape["f"] + 20.3) * theta)))
+        assert min(sides) > 0.0
+        assert max(sides) > 3.0 * beside

@@ -201,11 +201,16 @@ def test_a_map_that_does_not_fit_is_refused_with_its_code(master):
 
 
 def test_drive_is_enabled_and_turns(operational):
-    enable(operational)
-    before = drive(operational, 0x0F)[0]
-    began = time.monotonic()
-    while time.monotonic() - began < 0.5:
-        after = drive(operational, 0x0F, velocity=300_000)[0]
+    for _ in range(5):
+        enable(operational)
+        before = drive(operational, 0x0F)[0]
+        began = last = time.monotonic()
+        pause = 0.0
+        while (now := time.monotonic()) - began < 0.5:
+            after = drive(operational, 0x0F, velocity=300_000)[0]
+            pause, last = max(pause, now - last), now
+        if pause < 0.05:  # a host that pauses for longer trips the drive's watchdog of 100 ms
+            break
     assert after[0] & 0x6F == 0x27
     assert after[2] == pytest.approx(300_000, rel=0.2)
     turned = (after[1] - before[1]) / 8192

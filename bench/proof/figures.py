@@ -1,0 +1,93 @@
+"""Figures of the documentation, made from stored results: what stands there is what was measured, or that it was not.
+
+A page holds blocks ``<!-- proof NAME WHAT -->`` … ``<!-- /proof -->``. What is between is made from
+``docs/proof/NAME.json``: its ``table``, its ``line`` for a table of another page, or ``all`` of it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+
+from bench.proof.results import ResultsError, Stored, load
+from bench.proof.statistics import summarise
+from bench.proof.table import body, severity_lines, summary_rows
+
+RESULTS = Path("docs/proof")
+PAGES = (Path("README.md"), Path("docs/proof.md"))
+#: The examinations that the pages quote, and the command of each.
+COMMANDS = {
+    "development": "bench prove --set clear,faint,compound,unknown,ambiguous,null,switched_off --seed 5",
+    "blind": "bench prove --held-back --set clear,faint,compound,unknown --seed NEW",
+    "clutter": "bench prove --clutter --set clear,compound,unknown,null --seed 5",
+    "null": "bench prove --set null --nulls 300 --seed 7",
+    "null-small": "bench prove --set null_small --nulls 300 --seed 7",
+    "null-clutter": "bench prove --clutter --set null --nulls 100 --seed 8",
+    "severity": "bench prove --severity --repeats 3",
+    "quick": "bench prove --quick",
+}
+_BLOCK = re.compile(r"(<!-- proof (?P<name>[a-z-]+) (?P<what>[a-z]+) -->)(?P<body>.*?)(<!-- /proof -->)", re.DOTALL)
+
+
+def table(stored: Stored) -> str:
+    """How it came about, and one row a set."""
+    lines = severity_lines(stored.scores) if stored.severity else summary_rows(stored.scores, stored.provenance.asked)
+    return "\n".join(["", "", f"{stored.provenance.told}.", "", *lines, "", ""])
+
+
+def whole(stored: Stored) -> str:
+    """The same with everything below it: effects, forms, folders that are not right, calibration."""
+    return "\n".join([table(stored).rstrip("\n"), "", *body(stored.scores), ""])
+
+
+def line(stored: Stored) -> str:
+    """The result in one sentence, for a cell of another table."""
+    row = summarise("all", stored.scores)
+    asked = sum(stored.provenance.asked.values())
+    parts = [
+        f"{row.cases - row.failed} of {asked} folders done",
+        f"every point right in {row.every_point[0]} of {row.every_point[1]}",
+        f"name and status right for {row.status[0]} of {row.status[1]} effects",
+        f"a false finding in {row.alarms[0]} of {row.alarms[1]} folders",
+    ]
+    if row.residual == row.residual:
+        parts.append(f"residual {row.residual:.3f} of the noise (median)")
+    return f"{', '.join(parts)}; commit {stored.provenance.commit[:12] or 'not known'}"
+
+
+_KINDS: dict[str, Callable[[Stored], str]] = {"table": table, "all": whole, "line": line}
+
+
+def made(page: str, results: Path) -> str:
+    """The page's text with every block made from the stored results under ``results``.
+
+    Raises
+    ------
+    ResultsError
+        A block asks for what there is not.
+    """
+    return _BLOCK.sub(lambda m: f"{m[1]}{_block(m['name'], m['what'], results)}{m[5]}", page)
+
+
+def write(root: Path) -> list[Path]:
+    """Make the figures of all pages under ``root`` anew; returns the pages that changed."""
+    changed = []
+    for name in PAGES:
+        page = root / name
+        before = page.read_text(encoding="utf-8")
+        after = made(before, root / RESULTS)
+        if after != before:
+            page.write_text(after, encoding="utf-8")
+            changed.append(page)
+    return changed
+
+
+def _block(name: str, what: str, results: Path) -> str:
+    if name not in COMMANDS or what not in _KINDS:
+        raise ResultsError(f"there is no figure 'proof {name} {what}'.")
+    path = results / f"{name}.json"
+    if path.exists():
+        return _KINDS[what](load(path))
+    missing = f"not run with this examination yet (`{COMMANDS[name]} --store {RESULTS.as_posix()}/{name}.json`)"
+    return missing if what == "line" else f"\n\nThis was {missing}.\n\n"

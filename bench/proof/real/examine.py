@@ -1,0 +1,139 @@
+"""One public set: import it, let the analyser and the expert look at the same samples, compare what they say."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from bench.errors import BenchError
+from bench.importing import import_recordings
+from bench.mismatch.prediction import compared
+from bench.mismatch.recordings.dataset import Dataset, Member
+from bench.mismatch.report.finding import Finding
+from bench.mismatch.report.left_out import NAMED, LeftOut
+from bench.mismatch.run import run
+from bench.mismatch.score import prepared_members
+from bench.proof.real.expert import Regression, Stretch, regress
+from bench.proof.real.sets import AUXILIARY, RealSet
+from bench.recording.folder import Rejected
+from bench.simulation.terms import LIBRARY
+
+SURE = 0.8
+"""confidence above which a wrong name counts as a false one"""
+Tell = Callable[[str], None]
+
+
+@dataclass(slots=True)
+class Examined:
+    """A set's row: ``missing`` files, or what expert and analyser say. Root mean squares are of held-out samples."""
+
+    real: RealSet
+    missing: Sequence[str] = ()
+    failed: str = ""
+    notes: list[str] = field(default_factory=list)
+    verdict: str = ""
+    regression: Regression | None = None
+    said: list[str] = field(default_factory=list)
+    """the findings: name, status, confidence"""
+    named: dict[str, bool] = field(default_factory=dict)
+    """each of the expert's effects: whether the analyser tells it, or would have, were it not in the simulation"""
+    false_names: list[str] = field(default_factory=list)
+    rmse: float | None = None
+    before: float | None = None
+    floor: float | None = None
+    left_out: Sequence[LeftOut] = ()
+    seconds: float = 0.0
+
+
+def examine(real: RealSet, folder: Path, out: Path, leaving_out: bool = True, tell: Tell = lambda _: None) -> Examined:
+    """Examine a set whose files lie in ``folder/NAME``; recordings and report go into ``out/NAME``, made anew."""
+    row = Examined(real, real.missing(folder))
+    if row.missing:
+        return row
+    began = time.monotonic()
+    place = out / real.name
+    shutil.rmtree(place, ignore_errors=True)
+    try:
+        _compare(row, folder, place, leaving_out, tell)
+    except BenchError as error:
+        row.failed = str(error)
+    row.seconds = time.monotonic() - began
+    return row
+
+
+def _compare(row: Examined, folder: Path, place: Path, leaving_out: bool, tell: Tell) -> None:
+    real = row.real
+    place.mkdir(parents=True)
+    mapping = place / "mapping.toml"
+    mapping.write_text(real.mapping, encoding="utf-8")
+    for made in import_recordings(mapping, place / "recordings", folder / real.name):
+        if isinstance(made, Rejected):
+            row.notes.append(made.why)
+        else:
+            row.notes += [warning.removeprefix(f"{mapping}: ") for warning in made.warnings]
+    report = run(
+        place / "recordings",
+        place / "report",
+        progress=lambda what, _: tell(f"{real.name}: {what}"),
+        leaving_out=leaving_out,
+    )
+    row.verdict = report.verdict
+    row.left_out = report.left_out
+    row.said = [_told(f) for f in report.findings]
+    channel = real.expert.channel
+    outcome = next((o for o in report.outcomes if o.channel == channel), None)
+    if outcome is None:
+        row.failed = f"the analyser does not compare {channel}: {report.why or '; '.join(report.skipped)}"
+        return
+    row.rmse, row.before, row.floor = outcome.rmse.get("after"), outcome.rmse.get("before"), outcome.floor
+    row.named = {effect: _is_named(effect, report.findings, report.left_out) for effect in real.expert.effects}
+    right = {*(own for effect in real.expert.effects for own in effect.split("|")), *real.expert.also}
+    row.false_names = [
+        f.effect
+        for f in report.findings
+        if f.status == NAMED and (f.discovery.confidence or 0.0) > SURE and f.effect not in right
+    ]
+    row.regression = regress(
+        real.expert,
+        _stretches(report.data, channel, [m for m in report.data.members if not m.held_out]),
+        _stretches(report.data, channel, [m for m in report.data.members if m.held_out]),
+    )
+
+
+def _told(finding: Finding) -> str:
+    sure = finding.discovery.confidence
+    own = f"`{finding.effect}`" if finding.effect in LIBRARY else finding.name
+    if finding.effect not in LIBRARY and finding.discovery.equation:
+        own += f" ({finding.discovery.equation})"
+    return f"{own}: {finding.status}" + ("" if sure is None else f", {sure:.2f}")
+
+
+def _is_named(effects: str, findings: Sequence[Finding], left_out: Sequence[LeftOut]) -> bool:
+    return any(_one_is_named(effect, findings, left_out) for effect in effects.split("|"))
+
+
+def _one_is_named(effect: str, findings: Sequence[Finding], left_out: Sequence[LeftOut]) -> bool:
+    if effect.startswith(AUXILIARY):
+        return any(effect in f.discovery.variables for f in findings)
+    if effect in LIBRARY and LIBRARY[effect].nominal:
+        return any(own.effect == effect and own.outcome == NAMED for own in left_out)
+    return any(f.effect == effect and f.status == NAMED for f in findings)
+
+
+def _stretches(data: Dataset, channel: str, members: Sequence[Member]) -> list[Stretch]:
+    """The samples of some recordings that the analyser compares, no others."""
+    out = []
+    for part in prepared_members(data, {m.index: m for m in members}):
+        if channel not in part.measured:
+            continue
+        side = compared(part, channel)
+        piece = data.parts[int(part.frame.recording[0])]
+        first = 0 if piece.rows is None else piece.rows[0]
+        rows = np.flatnonzero(side.counts)
+        out.append(Stretch(piece.recording, rows + first, side.measured[rows]))
+    return out

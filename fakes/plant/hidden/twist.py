@@ -1,0 +1,89 @@
+"""Hidden compliance: twist beyond that of the linear spring, driven by the torque in it.
+
+Each is a contact with a film of its own: its twist follows what the torque wants within milliseconds, which keeps the
+stiff loop of spring and contact stable at the drives' tick.
+
+numba's cache knows the numbers of :mod:`kinds` as they were when this file was compiled (see :mod:`drag`).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from numba import njit
+
+from fakes.plant.hidden.kinds import NUMBER, TE
+
+FIRST, LAST = NUMBER["lost_arctan"], NUMBER["mullins"]
+_ARCTAN, _ROOT, _CUBE, _BEYOND = (
+    NUMBER["lost_arctan"],
+    NUMBER["lost_root"],
+    NUMBER["hardening"],
+    NUMBER["second_spring"],
+)
+_PLAYS, _BOUC_WEN = NUMBER["play_pair"], NUMBER["bouc_wen"]
+_SQUEEZE, _MULLINS = NUMBER["squeeze"], NUMBER["mullins"]
+_TIME = 2e-3
+"""time in which a contact's film lets it follow, s"""
+
+
+@njit(cache=True, error_model="numpy")
+def _play(state: float, drive: float, reach: float) -> float:
+    """Return the play operator: it stands until the drive has left it by ``reach``."""
+    return float(min(max(state, drive - reach), drive + reach))
+
+
+@njit(cache=True, error_model="numpy")
+def _wanted(kind: int, q: Any, m: Any, torque: float) -> float:
+    """Return the twist (rad) that ``torque`` wants; m[1], m[2] remember the path."""
+    if kind == _ARCTAN:
+        return float(q[0] * math.atan(torque / q[1]) * 2.0 / math.pi)
+    if kind == _ROOT:
+        return float(q[0] * torque / math.sqrt(torque * torque + q[1] * q[1]))
+    if kind == _CUBE:
+        return float(q[0] * (torque / q[1]) ** 3)
+    if kind == _BEYOND:
+        return float(q[0] * math.copysign(max(abs(torque) - q[1], 0.0), torque) / 1000.0)
+    if kind == _PLAYS:
+        m[1], m[2] = _play(m[1], torque, q[1]), _play(m[2], torque, q[2])
+        # what lags behind the torque: a spring that slips has no twist of its own in the mean
+        return float(-q[0] * (0.6 * (torque - m[1]) / q[1] + 0.4 * (torque - m[2]) / q[2]))
+    if kind == _BOUC_WEN:
+        change = torque - m[1]
+        m[1] = torque
+        way = math.copysign(1.0, change)
+        m[2] = way + (m[2] - way) * math.exp(-abs(change) / q[1])
+        return float(-q[0] * m[2])
+    # _MULLINS: m[1] is the largest torque there ever was
+    m[1] = max(m[1], abs(torque))
+    return float(q[0] * torque / 1000.0 * (1.0 - math.exp(-m[1] / q[1])))
+
+
+@njit(cache=True, error_model="numpy")
+def twist(hidden: Any, s: Any, now: Any, step: float) -> None:
+    """Advance every contact by ``step`` (s); m[0] is its twist, taken off the transmission error."""
+    kinds, parameters, memory, shown = hidden
+    for i in range(kinds.shape[0]):
+        kind = kinds[i]
+        if kind < FIRST or kind > LAST:
+            continue
+        q, m = parameters[i], memory[i]
+        before = m[0]
+        if kind == _SQUEEZE:
+            # oil leaves the gap at a rate in proportion to the torque, slower the thinner it is cold
+            rate = q[1] * s.torque * math.exp(0.03 * (s.temperature - 30.0))
+            m[0] = min(max(m[0] + step * rate, -q[0]), q[0])
+        else:
+            m[0] += step / _TIME * (_wanted(kind, q, m, s.torque) - m[0])
+        now.te_value -= m[0] - before
+        shown[i, TE] = -m[0]
+
+
+@njit(cache=True, error_model="numpy")
+def standing(hidden: Any, now: Any) -> None:
+    """Take the twist there is off the transmission error, at a cycle's begin."""
+    kinds, _parameters, memory, _shown = hidden
+    for i in range(kinds.shape[0]):
+        if FIRST <= kinds[i] <= LAST:
+            now.te_value -= memory[i, 0]

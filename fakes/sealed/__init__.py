@@ -1,0 +1,11 @@
+"""What the examiner knows of a plant with physics concealed in it: the truth to be sealed before anybody analyses.
+
+It stands above the plant and the generator's own measures of strength and place, and knows nothing of the bench:
+recordings come as arrays.
+"""
+
+from fakes.plant.hidden.ledger import EVERY
+from fakes.sealed.telling import concealed_in
+from fakes.sealed.truth import noise_of, truth_of
+
+__all__ = ["EVERY", "concealed_in", "noise_of", "truth_of"]

@@ -1,0 +1,200 @@
+"""The truth about recordings of a bench with physics concealed in its plant.
+
+What an effect adds to a channel was written down while the plant ran (its ledger). Strength and place are those of the
+excess: what is left of it once the nominal simulation is fitted to it. What is noise is found on a twin: the same
+campaign on a bench that conceals nothing, from which the fitted nominal simulation is taken off. So noise is
+everything that no model of this structure predicts, the unrest of the drives' own loops included.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fakes.concealed.clutter import merged
+from fakes.concealed.place import placed
+from fakes.concealed.strength import Excess, project, strength
+from fakes.concealed.truth import CHANNELS, ConcealedEffect, Location, Truth
+from fakes.plant.hidden.kinds import SHOWN, Hidden
+from fakes.plant.hidden.ledger import EVERY, read_ledger
+from fakes.plant.hidden.spec import plant_of
+from fakes.plant.truth import PlantTruth
+
+Floats = NDArray[np.float64]
+Samples = Sequence[Mapping[str, Any]]
+"""one mapping a recording: ``id`` and arrays (n,) of ``cycle``, ``steady`` and channels, every EVERY-th bus cycle"""
+_RIPPLE = (150.0, 300.0)
+_TIED = {"ripple": (4440.0,), "eccentric": (185.0,)}
+"""orders of what is tied to the motor's shaft, per output revolution"""
+_STILL = 0.5
+"""rad/s at the motor below which a shaft has no direction"""
+
+
+def noise_of(samples: Samples) -> dict[str, dict[str, float]]:
+    """Return recording → channel → noise RMS of a bench that conceals nothing."""
+    out: dict[str, dict[str, float]] = {one["id"]: {} for one in samples}
+    for channel in CHANNELS:
+        left = _fitted(samples, channel, [_measured(one, channel) for one in samples])
+        for number, one in enumerate(samples):
+            own = left.values[left.recording == number]
+            if own.size:
+                out[one["id"]][channel] = float(np.sqrt(np.mean(own**2)))
+    return out
+
+
+def truth_of(
+    plant: str,
+    ledger: str,
+    samples: Samples,
+    noise: Mapping[str, Mapping[str, float]],
+    case: str,
+    seed: int,
+    folder: str,
+) -> dict[str, Any]:
+    """Return the truth as a score reads it.
+
+    Args:
+        plant: the name the plant was run under. ledger: what it wrote. samples: of its recordings.
+        noise: recording → channel → noise RMS (:func:`noise_of`). case, seed, folder: as they are called.
+    """
+    bench = plant_of(plant)
+    shown = read_ledger(ledger, len(bench.hidden))["shown"]
+    level = {
+        channel: float(np.sqrt(np.mean([row[channel] ** 2 for row in noise.values() if channel in row])))
+        for channel in CHANNELS
+    }
+    told = [_told(one, number, shown, samples, level) for number, one in enumerate(bench.hidden)]
+    told = merged(told, _weak(bench, level["transmission_error"]))
+    ids = {one["id"] for one in samples}
+    truth = Truth(
+        case=case,
+        group="through",
+        seed=seed,
+        folder=folder,
+        verdict="mismatch" if told else "match",
+        effects=tuple(told),
+        noise_rms=level,
+        noise_by_recording={key: dict(row) for key, row in noise.items() if key in ids},
+        note="in the plant's dynamics",
+    )
+    return truth.to_dict()
+
+
+def _told(
+    hidden: Hidden, number: int, shown: NDArray[Any], samples: Samples, level: Mapping[str, float]
+) -> ConcealedEffect:
+    kind = hidden.definition
+    at = SHOWN.index(kind.channel)
+    own = [shown[one["cycle"] // EVERY, number, at].astype(np.float64) for one in samples]
+    excess = _fitted(samples, kind.channel, own)
+    return ConcealedEffect(
+        effect=kind.effect,
+        status="unknown" if kind.effect == "unknown" else "named",
+        form=kind.text,
+        channels=(kind.channel,),
+        strength=round(strength(excess.values, level[kind.channel]), 3),
+        location=placed(_claimed(hidden), excess, lambda i: str(samples[i]["id"])),
+        in_library=kind.in_library,
+    )
+
+
+def _claimed(hidden: Hidden) -> Location:
+    """What the physics itself says of its place."""
+    values = dict(zip(hidden.definition.parameters, hidden.parameters, strict=True))
+    if hidden.kind in ("lost_arctan", "lost_root"):
+        outer, core = ({"load_torque": [-k * values["torque"], k * values["torque"]]} for k in (3.0, 1.0))
+        return Location(conditions=outer, core=core)
+    if hidden.kind in ("defect", "tight_spot"):
+        half = 1.0 / np.sqrt(values["sharpness"])
+        windows, core_windows = (((values["angle"] - k * half, values["angle"] + k * half),) for k in (2.0, 0.8))
+        return Location(angle_windows=windows, core_windows=core_windows)
+    if hidden.kind == "sideband":
+        return Location(orders=(values["order"] - values["beat"], values["order"] + values["beat"]))
+    if hidden.kind in ("harmonic", "tight_wave"):
+        return Location(orders=(values["order"],))
+    return Location(orders=_TIED.get(hidden.kind, ()))
+
+
+def _weak(bench: PlantTruth, noise: float) -> ConcealedEffect | None:
+    """The weak orders as one effect, as a bench has them by default."""
+    series = bench.transmission_error
+    if not series.weak.any():
+        return None
+    sizes = np.abs(series.amplitude[:, series.weak, 9]).mean(axis=0) / np.sqrt(2.0)
+    by_size = np.argsort(-sizes)
+    return ConcealedEffect(
+        effect="te.harmonic",
+        status="named",
+        form="weak orders of the gearbox",
+        channels=("transmission_error",),
+        strength=round(float(np.sqrt(np.sum(sizes**2)) / noise), 3),
+        location=Location(
+            orders=tuple(float(series.orders[series.weak][i]) for i in by_size),
+            order_sizes=tuple(float(sizes[i]) for i in by_size),
+        ),
+    )
+
+
+def _measured(one: Mapping[str, Any], channel: str) -> Floats:
+    if channel == "transmission_error":
+        return np.asarray(one["load_angle"] - one["theta"])
+    if channel == "load_torque":
+        return np.asarray(one["load_torque"] - one["load_motor_torque"])
+    return np.asarray(one[channel])
+
+
+def _fitted(samples: Samples, channel: str, values: Sequence[Floats]) -> Excess:
+    """What is left of ``values``, one array a recording, once the nominal simulation is fitted to them."""
+    tables, left, states, numbers = [], [], [], []
+    for number, (one, own) in enumerate(zip(samples, values, strict=True)):
+        inside = np.ones(own.size, dtype=bool) if channel == "temperature" else one["steady"]
+        if channel == "transmission_error":
+            inside = inside & (np.abs(one["rate"]) > 0.0)
+        if np.count_nonzero(inside) < 10:
+            continue
+        table = _table(one, channel)[inside]
+        picked = own[inside]
+        if channel == "temperature":
+            # the start of each recording is free
+            table, picked = table - table.mean(axis=0), picked - picked.mean()
+        tables.append(table)
+        left.append(picked)
+        states.append(np.column_stack([np.abs(one["rate"]), one["torque"], one["temperature"], one["side"]])[inside])
+        numbers.append(np.full(picked.size, number))
+    table, excess = np.concatenate(tables), np.concatenate(left)
+    state, recording = np.concatenate(states), np.concatenate(numbers)
+    if channel != "transmission_error":
+        return Excess(project(table, excess, expand=False)[0], state, recording, np.ones(excess.size))
+    parts = []
+    for side in (-1.0, 1.0):
+        of = np.flatnonzero(table[:, -1] == side)
+        if of.size:
+            rest, chosen = project(table[of], excess[of])
+            at = of[chosen]
+            parts.append((rest, state[at], recording[at], np.full(at.size, of.size / at.size)))
+    return Excess(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def _table(one: Mapping[str, Any], channel: str) -> Floats:
+    """Regressors (n, p) of the nominal simulation in a channel."""
+    rate, torque, temperature, side = (one[name] for name in ("rate", "torque", "temperature", "side"))
+    speed = rate * one["ratio"]
+    sign = np.where(np.abs(speed) > _STILL, side, 0.0)
+    acceleration, steady = np.gradient(rate, one["step_s"]), np.ones(rate.size)
+    if channel == "transmission_error":
+        scaled = (np.clip(torque, -1150.0, 1150.0) / 1000.0, np.abs(rate) / 0.17, (temperature - 35.0) / 15.0)
+        return np.column_stack([one["theta"], *scaled, side])
+    if channel == "load_torque":
+        ripple = [wave(order * one["load_angle"]) for order in _RIPPLE for wave in (np.cos, np.sin)]
+        return np.column_stack([sign, acceleration, steady, *ripple])
+    if channel == "motor_torque":
+        load = sign * np.abs(torque) / one["ratio"]
+        columns = [torque, sign, speed, speed * (temperature - 25.0), load, acceleration, steady]
+        return np.column_stack(columns)
+    power = np.abs(one["motor_torque"] * speed - torque * rate)
+    time = np.arange(rate.size) * one["step_s"]
+    columns = [np.cumsum(power), np.cumsum(temperature), time / one["step_s"]]
+    return np.asarray(np.column_stack(columns) * one["step_s"])

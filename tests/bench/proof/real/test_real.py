@@ -1,0 +1,66 @@
+"""The sets of real recordings: their tables, the expert's formulas, and what is said of files that are not there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bench.errors import ConfigurationError
+from bench.importing.mapping import load_mapping
+from bench.proof.real.examine import Examined, examine
+from bench.proof.real.formula import evaluate
+from bench.proof.real.page import page
+from bench.proof.real.sets import all_sets, load_set
+
+
+def test_every_set_has_a_mapping_that_can_be_read_and_an_expert_that_can_be_asked(tmp_path: Path) -> None:
+    sets = all_sets()
+    assert len(sets) >= 6
+    for own in sets:
+        file = tmp_path / f"{own.name}.toml"
+        file.write_text(own.mapping, encoding="utf-8")
+        mapping, _ = load_mapping(file)
+        stars = {entry.file for entry in mapping.recordings}
+        assert stars <= {f.name for f in own.files}
+        known = {name: np.linspace(0.1, 1.0, 5) for name in ("t", "q", "v", "a")}
+        known |= {name: np.ones(5) for name in mapping.aux} | {f"d_{name}": np.ones(5) for name in mapping.aux}
+        for term in own.expert.terms:
+            assert evaluate(term.column, known).shape == (5,)
+
+
+def test_a_formula_knows_arithmetic_and_refuses_the_rest() -> None:
+    v = np.array([-2.0, 0.5])
+    assert evaluate("sign(v)*exp(-abs(v)/2)", {"v": v}) == pytest.approx(np.sign(v) * np.exp(-np.abs(v) / 2))
+    with pytest.raises(ConfigurationError, match="'w' is not known"):
+        evaluate("v + w", {"v": v})
+    with pytest.raises(ConfigurationError, match="not known"):
+        evaluate("__import__('os')", {"v": v})
+
+
+def test_files_that_are_not_fetched_are_told_with_where_to_get_them(tmp_path: Path) -> None:
+    own = all_sets()[0]
+    row = examine(own, tmp_path, tmp_path / "out")
+    assert len(row.missing) == len(own.files)
+    assert own.files[0].at in row.missing[0]
+    text = page([row])
+    assert "files are missing" in text
+    assert own.files[0].sha256 in text
+
+
+def test_another_file_of_the_same_name_is_not_taken(tmp_path: Path) -> None:
+    own = all_sets()[0]
+    (tmp_path / own.name).mkdir()
+    (tmp_path / own.name / own.files[0].name).write_bytes(b"something else")
+    assert "another file" in own.missing(tmp_path)[0]
+
+
+def test_a_table_with_an_unknown_key_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match=r"x\.toml: name"):
+        load_set("nmae = 'x'", "x.toml")
+
+
+def test_a_set_that_failed_is_a_row_with_the_reason() -> None:
+    text = page([Examined(all_sets()[0], failed="it has no torque")])
+    assert "Failed: it has no torque" in text

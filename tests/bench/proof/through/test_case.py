@@ -1,0 +1,105 @@
+"""A case through the bench: what the analyser could see while it runs, and what is kept afterwards."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bench.proof import analyse, make
+from bench.proof.analyse import Job, done_before, prove_case
+from bench.proof.through import case
+from bench.proof.through.run import CAMPAIGN, plant_named
+
+SECRET = "something nobody is told of"
+
+
+class Examiner:
+    """Stands in for the plant's own: a truth with one effect."""
+
+    EVERY = 20
+
+    @staticmethod
+    def truth_of(
+        plant: str, ledger: str, samples: Any, noise: Any, name: str, seed: int, folder: str
+    ) -> dict[str, Any]:
+        assert "conceal=" in plant
+        assert Path(ledger).parent.is_dir()
+        row = {"effect": "unknown", "form": SECRET, "status": "unknown", "channels": ["motor_torque"], "also": []}
+        row |= {"strength": 1.0, "in_library": False, "parameters": [], "location": {"conditions": {}, "orders": []}}
+        told = {"case": name, "group": "through", "seed": seed, "folder": folder, "verdict": "mismatch"}
+        return told | {"effects": [row], "noise_by_recording": {}, "noise_rms": {}, "switched_off": []}
+
+
+@pytest.fixture
+def seen(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, Any]:
+    """What an analyser finds that reads every file it can get at below the exam's folder, and its environment."""
+    found: dict[str, Any] = {}
+
+    def run_on(plant: str, folder: Path, seed: int, campaign: Path = CAMPAIGN) -> None:
+        folder.mkdir(parents=True)
+        (folder / "0001.h5").write_text("numbers")
+        Path(plant.rpartition("ledger=")[2]).write_text(SECRET)
+
+    def analysed(folder: Path, target: Path) -> tuple[str, float]:
+        files = [path for path in tmp_path.rglob("*") if path.is_file()]
+        found["names"] = [path.relative_to(tmp_path).as_posix() for path in files]
+        found["text"] = "\n".join(path.read_text() for path in files)
+        found["environment"] = case.environment()
+        target.mkdir(parents=True)
+        (target / "report.json").write_text(json.dumps({"verdict": "match", "findings": []}))
+        return "", 1.5
+
+    monkeypatch.setattr(case, "noise", lambda out: {})
+    monkeypatch.setattr(case, "load_sealed", lambda: Examiner)
+    monkeypatch.setattr(case, "run_on", run_on)
+    monkeypatch.setattr(case, "samples_of", lambda folder, every: [])
+    monkeypatch.setattr(case, "timed", analysed)
+    monkeypatch.setattr(analyse, "recompute", lambda *given: {"predictor": False})
+    monkeypatch.setenv("BENCH_TRUTH", SECRET)
+    return found
+
+
+def test_the_analyser_can_read_the_truth_nowhere(seen: dict[str, Any], tmp_path: Path) -> None:
+    job = Job("through", "through-003", 7, False, tmp_path)
+    outcome = prove_case(job)
+    assert outcome.truth["effects"][0]["form"] == SECRET
+    assert SECRET not in seen["text"]
+    assert "conceal" not in seen["text"]
+    assert str(case.plant_seed(7, "through-003")) not in seen["text"] + " ".join(seen["names"])
+    assert not [name for name in seen["names"] if name.endswith("through-003.json")]
+    # the folder it is given does not follow from the seed
+    assert len({name.split("/")[1] for name in seen["names"] if name.startswith(make.RECORDINGS)}) == 1
+    assert SECRET in os.environ["BENCH_TRUTH"]
+    assert SECRET not in seen["environment"].values()
+
+
+def test_what_was_sealed_before_is_what_is_told_afterwards(seen: dict[str, Any], tmp_path: Path) -> None:
+    job = Job("through", "through-001", 7, False, tmp_path)
+    prove_case(job)
+    sealed = tmp_path / make.TRUTHS / "through-001.json"
+    assert make.read_truth(sealed)["effects"][0]["form"] == SECRET
+    again = done_before(job)
+    assert again is not None
+    assert again.seconds == 1.5
+    sealed.write_text(sealed.read_text().replace("unknown", "friction.stribeck"))
+    with pytest.raises(make.ProofError, match="seal"):
+        done_before(job)
+
+
+def test_plants_of_a_set_differ_and_follow_from_the_seed() -> None:
+    seeds = {case.plant_seed(7, f"through-{k:03d}") for k in range(20)}
+    assert len(seeds) == 20
+    assert case.plant_seed(7, "through-004") == case.plant_seed(7, "through-004")
+    assert plant_named("conceal=3") == "rh380n?conceal=3"
+
+
+def test_noise_of_a_recording_the_twin_has_not_is_that_of_all_its_own() -> None:
+    floor = {"a": {"motor_torque": 3.0}, "b": {"motor_torque": 4.0, "temperature": 0.02}}
+    rows = case._of([{"id": "a"}, {"id": "c"}], floor)
+    assert rows["a"] == {"motor_torque": 3.0}
+    assert rows["c"]["motor_torque"] == pytest.approx(np.sqrt(12.5))
