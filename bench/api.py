@@ -31,8 +31,8 @@ from bench.campaigns.taken import Summary
 from bench.configuration import BenchConfiguration, BenchFile, load_bench, on_interface
 from bench.errors import DeviceError
 from bench.identification import Identification, Options, identify_folder, to_simulation
-from bench.mismatch import Report
-from bench.mismatch import run as run_mismatch
+from bench.mismatch.report.report import Report
+from bench.mismatch.run import run as run_mismatch
 from bench.recording import Recording, RecordingFolder
 from bench.service.registry import bus_in_use, service_for
 from bench.simulation import Simulation
@@ -195,7 +195,7 @@ def to_xarray(recording: Recording) -> xarray.Dataset:
     """Return a recording in SI units over time, with set point and ratio as attributes and the segment of every sample.
 
     Where both angles and the ratio are there, ``theta`` (input angle θ = motor angle / u) and ``transmission_error``
-    (q − θ) are, too, in rad.
+    (q − θ) are, too, in rad (of a linear axis in m).
     """
     names = [name for name in recording.channels if name != "time"]
     values = recording.read_si(["time", *names])
@@ -205,9 +205,9 @@ def to_xarray(recording: Recording) -> xarray.Dataset:
     data = {name: ("time", values[name], {"units": recording.specs[name].unit}) for name in names}
     ratio = recording.gearbox.ratio
     if ratio is not None and {"motor_angle", "load_angle"} <= set(names):
-        theta = values["motor_angle"] / ratio
-        data["theta"] = ("time", theta, {"units": "rad"})
-        data["transmission_error"] = ("time", values["load_angle"] - theta, {"units": "rad"})
+        theta, unit = values["motor_angle"] / ratio, "m" if recording.linear else "rad"
+        data["theta"] = ("time", theta, {"units": unit})
+        data["transmission_error"] = ("time", values["load_angle"] - theta, {"units": unit})
     point = recording.setpoint
     return xarray.Dataset(
         data,
@@ -217,6 +217,7 @@ def to_xarray(recording: Recording) -> xarray.Dataset:
             "kind": recording.kind,
             "started_at": recording.started_at.isoformat(),
             "ratio": ratio,
+            "axis": "linear" if recording.linear else "rotary",
             "set_load_torque": point.load_torque,
             "set_velocity": point.velocity,
             "set_temperature": point.temperature,

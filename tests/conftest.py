@@ -30,6 +30,8 @@ def _own_locks(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Tests neither join a service that somebody runs on this computer nor lock its bus."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("BENCH_RUNTIME", str(tmp_path_factory.mktemp("locks")))
+        # a stop of a test is no stop of this computer's bench
+        patch.setenv("BENCH_MACHINE", str(tmp_path_factory.mktemp("machine")))
         yield
 
 

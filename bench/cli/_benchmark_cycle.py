@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from bench.cli._plain import PlainConsole, say
 from bench.errors import ConfigurationError
 
 if TYPE_CHECKING:
@@ -52,14 +53,13 @@ def cycle(
     The bus process (with the rig behind it) and a minimal C loop on the same SOEM take turns at each rate; what the
     host of a virtual machine took away meanwhile stands beside. Needs CAP_NET_RAW, to make a veth pair root rights.
     """
-    from rich.console import Console
 
     from bench.cycle.jitter.compare import Conditions, compare, default_processors
     from bench.cycle.round_trip import veth_pair
 
     if (interface is None) != (far is None):
         raise ConfigurationError("--interface and --far are the two ends of one cable: give both or none")
-    console = Console(stderr=True, highlight=False)
+    console = PlainConsole(stderr=True, highlight=False)
     master_cpu, other_cpu = default_processors()
     conditions = Conditions(
         tuple(rate) if rate else (1000.0, 2000.0, 4000.0),
@@ -76,16 +76,15 @@ def cycle(
         near, other = (interface, far) if interface and far else closing.enter_context(veth_pair())
         found = compare(near, other, conditions, lambda text: console.print(f"[dim]{text} …[/]"))
     if as_json:
-        typer.echo(json.dumps(found.as_dict()))
+        say(json.dumps(found.as_dict()))
     else:
         _print(found, conditions.seconds)
 
 
 def _print(found: Comparison, seconds: float) -> None:
-    from rich.console import Console
     from rich.table import Table
 
-    console = Console(highlight=False)
+    console = PlainConsole(highlight=False)
     table = Table(title=f"µs, {seconds:g} s each")
     for name in ("rate", "what", "loop", "median", "99 %", "99.9 %", "maximum"):
         table.add_column(name, justify="left" if name in ("what", "loop") else "right")

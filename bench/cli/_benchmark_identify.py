@@ -8,6 +8,8 @@ from typing import Annotated
 
 import typer
 
+from bench.cli._plain import say
+
 
 def identify(
     folder: Annotated[Path, typer.Argument(help="Folder of recordings, such as the paper campaign's.")],
@@ -19,9 +21,9 @@ def identify(
 
     figures = measure_identify(folder, jobs)
     if as_json:
-        typer.echo(json.dumps(figures.as_dict()))
+        say(json.dumps(figures.as_dict()))
         return
-    typer.echo(
+    say(
         f"{figures.recordings} recordings, {figures.samples / 1e6:.1f} million samples a channel, {jobs} processes\n"
         f"identified in {figures.identify_s:.1f} s, peak memory {figures.peak_memory / 1e9:.2f} GB\n"
         f"reading every channel of the files takes {figures.read_s:.1f} s "

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from bench.cli._plain import say
 from bench.cli.mismatch import one_thread
 
 
@@ -27,10 +28,10 @@ def mismatch(
 
     figures = measure_mismatch(folder, simulation, jobs)
     if as_json:
-        typer.echo(json.dumps(figures.as_dict()))
+        say(json.dumps(figures.as_dict()))
         return
     told = figures.as_dict()
-    typer.echo(
+    say(
         f"{figures.recordings} recordings, {figures.samples / 1e6:.2f} million samples a channel: {figures.verdict}\n"
         f"{figures.total_s:.1f} s ({figures.cpu_s:.1f} s of CPU): reading {figures.reading_s:.1f} s,"
         f" searching {figures.searching_s:.1f} s, scoring and report {figures.scoring_s:.1f} s;"
@@ -38,4 +39,4 @@ def mismatch(
         f"merely reading the files takes {figures.read_s:.1f} s: ratio {told['ratio_to_reading']:.1f}"
     )
     if figures.identify_s is not None:
-        typer.echo(f"identifying them takes {figures.identify_s:.1f} s: ratio {told['ratio_to_identify']:.1f}")
+        say(f"identifying them takes {figures.identify_s:.1f} s: ratio {told['ratio_to_identify']:.1f}")

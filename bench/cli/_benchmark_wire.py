@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from bench.cli._plain import say
 from bench.errors import ConfigurationError
 
 
@@ -45,16 +46,16 @@ def wire(
             figures = round_trip.measure(near, seconds, cycle_time_s, priority)
         figures = replace(figures, emulator=counters)
     if as_json:
-        typer.echo(json.dumps(figures.as_dict()))
+        say(json.dumps(figures.as_dict()))
         return
-    typer.echo(
+    say(
         f"{figures.cycles:,} cycles of {cycle_time_ms:g} ms: round trip median {figures.median_us:.1f} µs, "
         f"99 % {figures.p99_us:.1f} µs, 99.9 % {figures.p999_us:.1f} µs, maximum {figures.maximum_us:.1f} µs\n"
         f"{figures.lost} frames lost, {figures.wrong} with a wrong working counter, {figures.missed} slots missed; "
         f"the host took {figures.steal_s:.2f} s away"
     )
     if counters:
-        typer.echo(
+        say(
             f"emulator: {counters['process_frames']:,} frames, longest answer {counters['longest_answer_us']:.0f} µs, "
             f"{counters['added_cycles']} cycles added and {counters['left_out_cycles']} left out to keep to the clock"
         )

@@ -7,10 +7,10 @@ import signal
 from pathlib import Path
 from typing import Any
 
-import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
+from bench.cli._plain import PlainConsole, marked, say
 from bench.cli._text import count_text, duration_text
 from bench.cli.exit_codes import ExitCode
 from bench.service.client import Client
@@ -29,10 +29,12 @@ _CODES: dict[str, ExitCode] = {
 
 def run_joined(client: Client, campaign: str, out: Path | None, real_time: bool, seed: int, as_json: bool) -> ExitCode:
     """Ask the service for the run and follow it to its end."""
-    console = Console(stderr=as_json, highlight=False)
+    console = PlainConsole(stderr=as_json, highlight=False)
     asked = client.ask(campaign, out, real_time, seed)
-    console.print(f"A service has this bench ([bold]{client.url}[/]); the run joins its queue.", soft_wrap=True)
-    console.print(f"Recordings go to [bold]{asked['folder']}[/]. Ctrl-C brings the bench to rest.", soft_wrap=True)
+    console.print(f"A service has this bench ([bold]{marked(client.url)}[/]); the run joins its queue.", soft_wrap=True)
+    console.print(
+        f"Recordings go to [bold]{marked(asked['folder'])}[/]. Ctrl-C brings the bench to rest.", soft_wrap=True
+    )
     if asked["state"] == "proposed":
         console.print(
             "Somebody else holds the controls: the run begins when they say so on the page, under Campaign.",
@@ -66,7 +68,7 @@ def _stop(client: Client, run_id: str, console: Console) -> None:
     runs = next(message for message in client.get("state") if message["type"] == "runs")["runs"]
     if any(run["id"] == run_id and run["state"] == "running" for run in runs):
         client.post("stop", {"by": client.person})
-        console.print("STOP: the bench is brought to rest.")
+        console.print("STOP: the bench is told to come to rest.")
     else:
         console.print("The run stays in the queue; it can be taken out on the page.")
 
@@ -83,12 +85,12 @@ def _show(bar: Progress, row: Any, message: dict[str, Any]) -> None:
 def _ended(run: dict[str, Any], console: Console, as_json: bool) -> ExitCode:
     end = run["end"]
     if as_json:
-        typer.echo(json.dumps({"folder": run["folder"], "run": run["id"], **end}, ensure_ascii=False))
+        say(json.dumps({"folder": run["folder"], "run": run["id"], **end}, ensure_ascii=False))
     else:
         made = count_text(end.get("recordings", 0), "recording")
-        console.print(f"[bold]{made}[/] in [bold]{run['folder']}[/]", soft_wrap=True)
-        for line in filter(None, [end.get("text"), *end.get("failed", [])]):
-            console.print(f"[yellow]{line}[/]", soft_wrap=True)
+        console.print(f"[bold]{made}[/] in [bold]{marked(run['folder'])}[/]", soft_wrap=True)
+        for told in filter(None, [end.get("text"), *end.get("failed", [])]):
+            console.print(f"[yellow]{marked(told)}[/]", soft_wrap=True)
     if end.get("cause") == "LimitError":
         return ExitCode.LIMIT
     return _CODES.get(end["kind"], ExitCode.INTERNAL_ERROR)

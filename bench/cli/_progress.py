@@ -15,6 +15,7 @@ from bench.campaigns.listener import Expected
 from bench.campaigns.plan import Plan
 from bench.campaigns.schedule import Task
 from bench.campaigns.taken import Status, Taken
+from bench.cli._plain import marked
 from bench.cli._text import duration_text
 
 _OPENING = "opening the bench (the first run compiles)"
@@ -64,19 +65,19 @@ class ProgressListener:
         """The bench is open: its lubricant may be warmer than assumed, so the time is another."""
         self._progress.update(self._row, total=plan.duration_s)
 
-    def paused(self, now: bool) -> None:
+    def paused(self, now: bool, why: str = "") -> None:
         """Show that points wait."""
         if now:
-            self._progress.update(self._row, description="paused by the operator")
+            self._progress.update(self._row, description=f"paused: {why}" if why else "paused by the operator")
 
     def noticed(self, text: str) -> None:
         """Print what is not as it should be."""
-        self._progress.console.print(f"[yellow]note:[/] {text}", soft_wrap=True)
+        self._progress.console.print(f"[yellow]note:[/] {marked(text)}", soft_wrap=True)
 
     def started(self, task: Task, recording_id: str) -> None:
         """Show the point that begins."""
         what = f"heating to {task.point.temperature:.1f} °C" if task.is_preparation else task.point.label
-        self._progress.update(self._row, description=what)
+        self._progress.update(self._row, description=marked(what))
 
     def advanced(self, bench_time_s: float, temperature: float) -> None:
         """Move the bar, at most twenty times a second."""
@@ -91,5 +92,5 @@ class ProgressListener:
         """Tell of a recording that did not pass."""
         if taken.status is not Status.DONE:
             self._progress.console.print(
-                f"[yellow]{taken.recording_id}[/] ({taken.label}): {taken.note}", soft_wrap=True
+                f"[yellow]{marked(taken.recording_id)}[/] ({marked(taken.label)}): {marked(taken.note)}", soft_wrap=True
             )

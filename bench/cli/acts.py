@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from bench.cli._plain import say
+
 if TYPE_CHECKING:
     from bench.configuration import BenchFile
     from bench.safety import Latch
@@ -74,11 +76,11 @@ def _print(latch: Latch, folder: Path | None, as_json: bool) -> None:
     from bench.safety.latch import HOW, NEXT, Act
 
     if as_json:
-        typer.echo(json.dumps(latch.as_dict(), ensure_ascii=False))
+        say(json.dumps(latch.as_dict(), ensure_ascii=False))
         return
     due = NEXT[latch.standing]
     if due is None:
-        typer.echo(f"{latch.standing.value}; nothing is latched")
+        say(f"{latch.standing.value}; nothing is latched")
         return
     place = "" if folder is None else f" --out {folder}" if due is Act.RESUME else f" {folder}"
-    typer.echo(f"{latch.standing.value}; next is {HOW[due]}{place}")
+    say(f"{latch.standing.value}; next is {HOW[due]}{place}")

@@ -10,13 +10,14 @@ from importlib.util import find_spec
 from inspect import cleandoc
 
 import typer
-from rich.console import Console
 
+from bench.cli._plain import PlainConsole, plain
 from bench.cli.exit_codes import ExitCode, exit_code_help, exit_code_of
 from bench.errors import BenchError
 
 COMMANDS: tuple[str, ...] = (
     "run",
+    "stop",
     "acts",
     "commission",
     "serve",
@@ -31,6 +32,8 @@ COMMANDS: tuple[str, ...] = (
     "compare",
     "compensate",
     "mismatch",
+    "predict",
+    "export_model",
     "prove",
     "emulate",
     "doctor",
@@ -68,14 +71,14 @@ def _paragraphs(text: str) -> str:
 
 def main() -> None:
     """Run the command line; errors a user can mend are one sentence on stderr and a documented exit code."""
-    console = Console(stderr=True, highlight=False, soft_wrap=True)
+    console = PlainConsole(stderr=True, highlight=False, soft_wrap=True)
     try:
         make_app()()
     except BenchError as error:
         if os.environ.get(_DEBUG):
             traceback.print_exc()
         console.print("[bold red]error:[/]", end=" ")
-        console.print(str(error), markup=False)
+        console.print(plain(error), markup=False)
         sys.exit(exit_code_of(error))
     except OSError as error:
         # a path of the command line that cannot be used; anything without a path is a fault of this program

@@ -10,9 +10,12 @@ import typer
 
 from bench.cli._benchmark_cycle import cycle
 from bench.cli._benchmark_faults import faults
+from bench.cli._benchmark_fuzz import fuzz
 from bench.cli._benchmark_identify import identify
 from bench.cli._benchmark_mismatch import mismatch
+from bench.cli._benchmark_stop import stop
 from bench.cli._benchmark_wire import wire
+from bench.cli._plain import say
 from bench.cli.exit_codes import ExitCode
 
 if TYPE_CHECKING:
@@ -28,6 +31,8 @@ def register(app: typer.Typer) -> None:
     group.command(name="mismatch")(mismatch)
     group.command(name="wire")(wire)
     group.command(name="faults")(faults)
+    group.command(name="fuzz")(fuzz)
+    group.command(name="stop")(stop)
     group.command(name="cycle")(cycle)
     app.add_typer(group, name="benchmark")
 
@@ -49,7 +54,7 @@ def campaign(name: _Campaign = "paper", bench: _Bench = "rh380n", out: _Out = No
 
     figures = measure_campaign(name, bench, out)
     if as_json:
-        typer.echo(json.dumps(figures.as_dict()))
+        say(json.dumps(figures.as_dict()))
     else:
         _print_campaign(figures)
     if figures.valid < figures.recordings or figures.failed:
@@ -73,7 +78,7 @@ def survival(
 
     figures = measure_survival(name, bench, kills, life, seed, out)
     if as_json:
-        typer.echo(json.dumps(figures.as_dict()))
+        say(json.dumps(figures.as_dict()))
     else:
         _print_survival(figures)
     if not figures.survived:
@@ -83,7 +88,7 @@ def survival(
 def _print_campaign(figures: CampaignFigures) -> None:
     from bench.cli._text import duration_text
 
-    typer.echo(
+    say(
         f"{figures.campaign}: {figures.recordings} recordings, {figures.valid} valid, {figures.failed} failed points\n"
         f"{figures.cycles:,} cycles, {duration_text(figures.bench_time_s)} of bench time in {figures.wall_s:.1f} s:"
         f" {figures.times_real_time:.0f} times real time ({figures.cpu_s:.0f} s of CPU)\n"
@@ -93,7 +98,7 @@ def _print_campaign(figures: CampaignFigures) -> None:
 
 def _print_survival(figures: SurvivalFigures) -> None:
     verdict = "the same set of points as an undisturbed run" if figures.survived else "NOT the same set of points"
-    typer.echo(
+    say(
         f"{figures.campaign}: killed {figures.kills} times; {figures.points_done} of {figures.points} points done,"
         f" {figures.cut_short} recordings cut short and kept, {figures.valid} of {figures.recordings} files valid:"
         f" {verdict} ({figures.wall_s:.0f} s)"

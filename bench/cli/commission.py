@@ -10,6 +10,7 @@ from typing import Annotated
 
 import typer
 
+from bench.cli._plain import say
 from bench.errors import LimitError
 
 _HELP = """Try a bench out: slaves, limits in the drives, safety circuits, tare, brakes, signs, the encoders' zero.
@@ -36,7 +37,7 @@ class _Terminal:
 
     def step(self, number: int, count: int, title: str, what: str) -> None:
         """Print the step's heading."""
-        typer.echo(f"{number}/{count} {title}: {what}", err=True)
+        say(f"{number}/{count} {title}: {what}", err=True)
 
     def ask(self, question: str) -> bool:
         """Ask; no is the default."""
@@ -44,7 +45,7 @@ class _Terminal:
 
     def tell(self, text: str) -> None:
         """Print."""
-        typer.echo(f"    {text}", err=True)
+        say(f"    {text}", err=True)
 
 
 class _Emulated(_Terminal):
@@ -54,7 +55,7 @@ class _Emulated(_Terminal):
 
     def ask(self, question: str) -> bool:
         """Print the question and say yes."""
-        typer.echo(f"    {question} Yes, it is emulated.", err=True)
+        say(f"    {question} Yes, it is emulated.", err=True)
         return True
 
 
@@ -89,7 +90,7 @@ def commission(
         record = run(file, guide, getpass.getuser() if not yes else f"script of {getpass.getuser()}", only_zero=zero)
     path = record_path(file.configuration)
     if as_json:
-        typer.echo(json.dumps(asdict(record), ensure_ascii=False))
+        say(json.dumps(asdict(record), ensure_ascii=False))
     else:
         where = "no record is kept: a bench emulated in this process is new every time" if path is None else str(path)
-        typer.echo(f"passed; zero {record.zero.zero_id}; {where}")
+        say(f"passed; zero {record.zero.zero_id}; {where}")

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from bench.cli._plain import PlainConsole, say
+
 if TYPE_CHECKING:
     from bench.simulation import Simulation
 
@@ -27,7 +29,6 @@ def compare(
 
     Over all quantities together at most one comparison in twenty calls anything changed where nothing is.
     """
-    from rich.console import Console
     from rich.table import Table
 
     from bench.identification.compare import compare as compare_simulations
@@ -35,9 +36,9 @@ def compare(
 
     changes = compare_simulations(_simulation(before), _simulation(after))
     if as_json:
-        typer.echo(json.dumps({"before": str(before), "after": str(after), "changes": to_json(changes)}))
+        say(json.dumps({"before": str(before), "after": str(after), "changes": to_json(changes)}))
         return
-    console = Console(highlight=False, width=120)
+    console = PlainConsole(highlight=False, width=120)
     shown = changes if everything else [c for c in changes if c.changed]
     table = Table(title=f"{before.name} → {after.name}: {sum(c.changed for c in changes)} of {len(changes)} changed")
     for heading in ("what", "before", "after", "difference", "standard deviation", "unit", "p", "changed"):

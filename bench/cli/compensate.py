@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from bench.cli._plain import PlainConsole, say
 from bench.errors import BenchError
 
 if TYPE_CHECKING:
@@ -44,7 +45,6 @@ def compensate(
 
     The error is q − q_d over one revolution; its mean, its trend and the load motor's ripple are taken off.
     """
-    from rich.console import Console
     from rich.table import Table
 
     from bench.campaigns.compensation import compensate as run_points
@@ -55,7 +55,7 @@ def compensate(
     simulation = Simulation.load(model)
     points = [_point(text) for text in point or DEFAULT_POINTS]
     written = export_c(simulation, c_code) if c_code is not None else ()
-    console = Console(stderr=as_json, highlight=False)
+    console = PlainConsole(stderr=as_json, highlight=False)
     outcomes = []
     if run:
         runs = ("without", "with", "added") if added else ("without", "with")
@@ -73,7 +73,7 @@ def compensate(
             }
             for o in outcomes
         ]
-        typer.echo(json.dumps({"points": rows, "files": [str(path) for path in written]}))
+        say(json.dumps({"points": rows, "files": [str(path) for path in written]}))
         return
     if outcomes:
         table = Table(title="RMS of q − q_d in µrad")

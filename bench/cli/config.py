@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from bench.cli._plain import PlainConsole, marked, say
+
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
@@ -24,31 +26,30 @@ def config(
     A wrong file is refused with the key, its value, the reason and what would be right. Start your own bench with
     [bold]bench config rh380n --toml > mine.toml[/] and check it with [bold]bench config mine.toml[/].
     """
-    from rich.console import Console
     from rich.table import Table
 
     from bench.configuration import load_bench, shipped_benches
 
-    console = Console()
+    console = PlainConsole()
     if list_benches:
         names = {name: load_bench(name).configuration.title for name in shipped_benches()}
         if as_json:
-            typer.echo(json.dumps(names, ensure_ascii=False))
+            say(json.dumps(names, ensure_ascii=False))
         else:
             for name, title in names.items():
-                console.print(f"[bold]{name}[/]  {title}")
+                console.print(f"[bold]{marked(name)}[/]  {marked(title)}")
         return
     file = load_bench(bench)
     if as_toml:
-        typer.echo(file.text, nl=False)
+        say(file.text, nl=False)
         return
     data = file.configuration.model_dump(mode="json")
     if as_json:
-        typer.echo(json.dumps(data, ensure_ascii=False))
+        say(json.dumps(data, ensure_ascii=False))
         return
     table = Table("key", "value (SI, °C)", title=f"{file.origin}: valid", title_justify="left")
     for key, value in _flat(data, ""):
-        table.add_row(key, str(value))
+        table.add_row(marked(key), marked(value))
     console.print(table)
 
 

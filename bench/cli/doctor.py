@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from bench.cli._plain import PlainConsole, say
 from bench.cli.exit_codes import ExitCode
 
 _STYLES = {"good": "green", "advice": "yellow", "bad": "bold red"}
@@ -31,7 +32,6 @@ def doctor(
     Nothing is changed; half a second of wake-ups and 32 MB on the disk are tried. Exit code 6 where a bench on hardware
     would not run, or not punctually; what is only advice does not count.
     """
-    from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
@@ -42,7 +42,7 @@ def doctor(
     is_bad = any(finding.state == "bad" for finding in findings)
     if as_json:
         listed = [finding.as_dict() for finding in findings]
-        typer.echo(json.dumps({"fit": not is_bad, "findings": listed}, ensure_ascii=False))
+        say(json.dumps({"fit": not is_bad, "findings": listed}, ensure_ascii=False))
     else:
         table = Table(box=None, pad_edge=False)
         for name in ("", "check", "found", "to change"):
@@ -50,5 +50,5 @@ def doctor(
         for finding in findings:
             mark = Text(finding.state.value, style=_STYLES[finding.state.value])
             table.add_row(mark, finding.check, finding.found, finding.change)
-        Console(highlight=False).print(table)
+        PlainConsole(highlight=False).print(table)
     raise typer.Exit(ExitCode.NOT_VALID if is_bad else ExitCode.OK)

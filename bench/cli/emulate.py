@@ -10,6 +10,7 @@ from typing import Annotated, Any
 
 import typer
 
+from bench.cli._plain import say
 from bench.errors import ConfigurationError, DeviceError
 
 _HELP = """Put the emulated bench on a network interface as EtherCAT slaves, in real time, until Ctrl-C.
@@ -88,9 +89,9 @@ def emulate(
     except ValueError as error:
         raise ConfigurationError(str(error)) from error
     if as_json:
-        typer.echo(json.dumps(counters))
+        say(json.dumps(counters))
     else:
-        typer.echo(
+        say(
             f"{counters['frames']} frames answered, {counters['process_frames']} with process data, "
             f"{counters['cycles']} cycles of the plant, {counters['malformed']} frames malformed"
         )
@@ -107,11 +108,11 @@ def _emulator() -> Callable[[Mapping[str, Any], Callable[[dict[str, Any]], None]
 def _report(places: dict[str, Any], as_json: bool) -> None:
     """Say that the emulator answers, and where everything is."""
     if as_json:
-        typer.echo(json.dumps(places))
+        say(json.dumps(places))
         return
-    typer.echo(f"plant {places['plant']} answers on {places['interface']}; Ctrl-C ends it")
+    say(f"plant {places['plant']} answers on {places['interface']}; Ctrl-C ends it")
     for position, slave in enumerate(places["slaves"], start=1):
-        typer.echo(f"  {position}  {slave['role']:<21}{slave['product']}  {slave['name']}")
+        say(f"  {position}  {slave['role']:<21}{slave['product']}  {slave['name']}")
     for key, text in (("modbus_rtu", "Modbus RTU"), ("modbus_tcp", "Modbus TCP port"), ("serial", "serial line")):
         if key in places:
-            typer.echo(f"  PT100 on {text}: {places[key]}")
+            say(f"  PT100 on {text}: {places[key]}")

@@ -9,6 +9,8 @@ from typing import Annotated
 
 import typer
 
+from bench.cli._plain import say
+
 
 class Form(StrEnum):
     """Formats that can be written."""
@@ -33,6 +35,8 @@ def export(
     MAT: one variable a channel, with units, segments, events and header as structures. CSV: commented header lines,
     names with units, one line a sample. Every other tool can open the recordings themselves: they are HDF5.
     """
+    from bench.errors import RecordingError
+    from bench.names import require_name
     from bench.recording import Recording
     from bench.recording.exporting import EXPORTERS
     from bench.recording.folder import recording_files
@@ -41,10 +45,11 @@ def export(
     written: list[Path] = []
     for path in [path for given in files for path in recording_files(given)]:
         recording = Recording.open(path)
-        target = out / f"{recording.recording_id}.{form.value}"
+        name = require_name(recording.recording_id, f"{path}: the recording id", RecordingError)
+        target = out / f"{name}.{form.value}"
         EXPORTERS[form.value](recording, target)
         written.append(target)
         if not as_json:
-            typer.echo(f"{target}: {recording.size} rows of {len(recording.channels)} channels")
+            say(f"{target}: {recording.size} rows of {len(recording.channels)} channels")
     if as_json:
-        typer.echo(json.dumps([str(path) for path in written], ensure_ascii=False))
+        say(json.dumps([str(path) for path in written], ensure_ascii=False))

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from bench.cli._plain import PlainConsole, line, marked, say
 from bench.errors import BenchError
+from bench.whole import write_whole
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -49,13 +51,12 @@ def identify(
 
     Recordings of kind validation are kept from every fit and scored. What recordings do not determine is named.
     """
-    from rich.console import Console
 
     from bench.identification import Options, identify_folder, to_json, to_simulation, with_proposed_orders
 
     if method not in ("refined", "paper"):
         raise BenchError(f"--method is '{method}', it should be refined or paper.")
-    console = Console(stderr=as_json, highlight=False)
+    console = PlainConsole(stderr=as_json, highlight=False)
     chosen = None if orders in ("paper", "proposed") else _orders(orders, "--orders")
     options = Options(chosen, _orders(notch, "--notch") if notch else (), jobs, band_limit)
     found = _with_progress(folder, options, console)
@@ -68,9 +69,9 @@ def identify(
         from bench.identification.report import write_report
 
         summary["report"] = str(write_report(found, report))
-        (report / "summary.json").write_text(json.dumps(summary, indent=1, ensure_ascii=False), encoding="utf-8")
+        write_whole(report / "summary.json", json.dumps(summary, indent=1, ensure_ascii=False))
     if as_json:
-        typer.echo(json.dumps(summary, ensure_ascii=False))
+        say(json.dumps(summary, ensure_ascii=False))
     else:
         _print(console, found, out, report)
 
@@ -109,13 +110,14 @@ def _print(console: Console, found: Identification, out: Path, report: Path | No
         listed = ", ".join(f"{p.order} ({p.part}, {1e6 * p.amplitude:.2f} µrad)" for p in new[:12])
         console.print(f"Orders that stand out and are not used ({len(new)}): {listed}", markup=False)
     for sentence in found.sentences:
-        console.print(f"• {sentence}", markup=False)
+        console.print(f"• {line(sentence)}", markup=False)
     for skipped in found.skipped[:20]:
-        console.print(f"• {skipped.why}", markup=False)
+        console.print(f"• {line(skipped.why)}", markup=False)
     if len(found.skipped) > 20:
         console.print(f"• … and {len(found.skipped) - 20} more in the summary (--json).")
     if found.scores:
         console.print(verdict(found), markup=False)
     console.print(
-        f"Simulation file: [bold]{out}[/]" + (f", report: [bold]{report / 'report.html'}[/]" if report else "")
+        f"Simulation file: [bold]{marked(out)}[/]"
+        + (f", report: [bold]{marked(report / 'report.html')}[/]" if report else "")
     )

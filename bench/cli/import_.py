@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
+from bench.cli._plain import line, say
 from bench.cli.exit_codes import ExitCode
 
 
@@ -17,28 +18,62 @@ def register(app: typer.Typer) -> None:
 
 
 def import_(
-    mapping: Annotated[Path, typer.Argument(help="TOML file: which variable is which channel, in which unit.")],
-    out: Annotated[Path, typer.Option("--out", help="Folder the recordings go to.")],
+    mapping: Annotated[
+        Path | None, typer.Argument(help="TOML file: which variable is which channel, in which unit.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option("--out", help="Folder the recordings go to.")] = None,
     data: Annotated[
         Path | None, typer.Option("--data", help="Folder of the files to import; default: that of the mapping.")
     ] = None,
+    look: Annotated[
+        str | None,
+        typer.Option("--look", help="A file (or 'run*.csv'): show what is in it, write a mapping to begin with."),
+    ] = None,
+    asking: Annotated[
+        str | None, typer.Option("--ask", help="The same, asking for what is open; with --out imports at once.")
+    ] = None,
+    written: Annotated[
+        Path | None, typer.Option("--mapping", help="Where --look and --ask write it; default: NAME_OF_THE_FILE.toml.")
+    ] = None,
+    changes: Annotated[
+        list[str] | None, typer.Option("--set", help="KEY=VALUE that comes before the mapping's, as gearbox.ratio=50.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
-    """Import MAT (5 and 7.3), CSV, HDF5 or TDMS files through a mapping file, and write campaign.json.
+    """Import MAT, HDF5, text (CSV of any separator), TDMS, Parquet or MDF files through a mapping file.
 
-    docs/examples/emps.toml is a mapping to start from. What a missing channel rules out is said in one sentence.
-    Exit code 6 when a file could not be imported; the others are.
+    docs/your-data.md goes from --look to a report, docs/recordings.md has all keys of a mapping. What a missing channel
+    rules out is said in one sentence, and so is what had to be done to the data. Exit code 6 when a file could not be
+    imported; the others are.
     """
+    from bench.cli._import_look import look as look_at
+
+    if sum(own is not None for own in (mapping, look, asking)) != 1:
+        raise typer.BadParameter("one of MAPPING, --look FILE and --ask FILE should be given.")
+    given = parsed_changes(changes or [])
+    file = look or asking
+    if file is not None:
+        mapping = look_at(file, written, given, asking=asking is not None, as_json=as_json)
+        if asking is None or out is None:
+            return
+        given = {}
+    if out is None:
+        raise typer.BadParameter("--out should name the folder the recordings go to.")
+    assert mapping is not None
+    _import(mapping, out, data, given, as_json=as_json)
+
+
+def _import(mapping: Path, out: Path, data: Path | None, changes: dict[str, Any], *, as_json: bool) -> None:
+    from bench.importing import import_recordings
     from bench.recording import Rejected
-    from bench.recording.importing import import_recordings
     from bench.recording.manifest import rebuild, write_manifest
 
     rows: list[dict[str, Any]] = []
-    for done in import_recordings(mapping, out, data):
+    for done in import_recordings(mapping, out, data, changes):
         if isinstance(done, Rejected):
             rows.append({"source": str(done.file), "error": done.why})
             if not as_json:
-                typer.echo(done.why)
+                say(line(done.why))
             continue
         recording = done.recording
         rows.append(
@@ -49,16 +84,44 @@ def import_(
                 "sample_rate": recording.sample_rate,
                 "channels": recording.channels,
                 "consequences": done.consequences,
+                "notes": done.notes,
+                "warnings": done.warnings,
             }
         )
         if not as_json:
             seconds = recording.size / recording.sample_rate
-            typer.echo(f"{recording.path}: {recording.size} rows ({seconds:.1f} s) of {', '.join(recording.channels)}")
-            for sentence in done.consequences:
-                typer.echo(f"  {sentence}")
+            say(f"{recording.path}: {recording.size} rows ({seconds:.1f} s) of {', '.join(recording.channels)}")
+            for sentence in done.warnings:
+                say(f"  WARNING: {line(sentence)}")
+            for sentence in (*done.notes, *done.consequences):
+                say(f"  {line(sentence)}")
     if any("recording" in row for row in rows):
         write_manifest(out, rebuild(out))
     if as_json:
-        typer.echo(json.dumps(rows, ensure_ascii=False))
+        say(json.dumps(rows, ensure_ascii=False))
     if any("error" in row for row in rows):
         raise typer.Exit(ExitCode.NOT_VALID)
+
+
+def parsed_changes(given: list[str]) -> dict[str, Any]:
+    """Read ``KEY=VALUE``: the value as TOML has it, or else as text.
+
+    Raises
+    ------
+    ConfigurationError
+        There is no ``=``.
+    """
+    import tomllib
+
+    from bench.errors import ConfigurationError
+
+    changes: dict[str, Any] = {}
+    for text in given:
+        key, found, value = text.partition("=")
+        if not found or not key.strip():
+            raise ConfigurationError(f"--set {text}: should be KEY=VALUE, such as gearbox.ratio=50.")
+        try:
+            changes[key.strip()] = tomllib.loads(f"value = {value}")["value"]
+        except tomllib.TOMLDecodeError:
+            changes[key.strip()] = value.strip()
+    return changes

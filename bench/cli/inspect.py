@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from bench.cli._plain import PlainConsole, line, marked, say
 from bench.cli.exit_codes import ExitCode
 
 if TYPE_CHECKING:
@@ -37,7 +38,6 @@ def inspect(
 
     Angles and velocities are printed in degrees. Exit code 6 when the file does not meet the recording format.
     """
-    from rich.console import Console
 
     from bench.recording import Recording
     from bench.recording.plot import plot_recording
@@ -49,9 +49,9 @@ def inspect(
     ranges = channel_ranges(recording)
     picture = None if no_plot else plot_recording(recording, plot or file.with_suffix(".png"))
     if as_json:
-        typer.echo(json.dumps(_as_dict(recording, ranges, checks, picture), ensure_ascii=False))
+        say(json.dumps(_as_dict(recording, ranges, checks, picture), ensure_ascii=False))
     else:
-        _print(Console(highlight=False, soft_wrap=True), recording, ranges, checks, picture)
+        _print(PlainConsole(highlight=False, soft_wrap=True), recording, ranges, checks, picture)
     if not checks.valid:
         raise typer.Exit(ExitCode.NOT_VALID)
 
@@ -69,6 +69,7 @@ def _as_dict(
         "source": recording.source,
         "complete": recording.complete,
         "accepted": recording.accepted,
+        "axis": "linear" if recording.linear else "rotary",
         "take": recording.take,
         "zero_id": recording.zero_id,
         "rows": recording.size,
@@ -102,17 +103,20 @@ def _print(
     from bench.recording.statistics import shown_unit
 
     setpoint, seconds = recording.setpoint, recording.size / recording.sample_rate
-    console.print(f"[bold]{recording.recording_id}[/]  {recording.kind}, {recording.source}, ", end="")
-    console.print(f"{recording.started_at:%Y-%m-%d %H:%M:%S} UTC, campaign {recording.campaign_id}", markup=False)
+    console.print(
+        f"[bold]{marked(recording.recording_id)}[/]  {marked(recording.kind)}, {marked(recording.source)}, ", end=""
+    )
+    console.print(f"{recording.started_at:%Y-%m-%d %H:%M:%S} UTC, campaign {line(recording.campaign_id)}", markup=False)
     console.print(
         f"{recording.size} rows at {recording.sample_rate:g} Hz ({seconds:.1f} s), "
         f"{'complete' if recording.complete else 'cut short'}, accepted: {_word(recording.accepted)}, "
-        f"take: {_word(recording.take)}, encoder zero: {_word(recording.zero_id)}",
+        f"take: {_word(recording.take)}, encoder zero: {line(_word(recording.zero_id))}",
         markup=False,
     )
+    force, speed, factor = ("N", "m/s", 1.0) if recording.linear else ("N·m", *shown_unit("rad/s"))
     console.print(
-        f"set point: load {_value(setpoint.load_torque)} N·m, "
-        f"velocity {_value(math.degrees(setpoint.velocity))} °/s, temperature {_value(setpoint.temperature)} °C",
+        f"set point: load {_value(setpoint.load_torque)} {force}, "
+        f"velocity {_value(setpoint.velocity * factor)} {speed}, temperature {_value(setpoint.temperature)} °C",
         markup=False,
     )
     table = Table(box=None, header_style="bold", pad_edge=False)
@@ -121,17 +125,19 @@ def _print(
     for name, (low, mean, high) in ranges.items():
         spec = recording.specs[name]
         unit, factor = shown_unit(spec.unit)
-        table.add_row(name, unit, spec.dtype, *(f"{value * factor:.6g}" for value in (low, mean, high)))
+        table.add_row(marked(name), marked(unit), spec.dtype, *(f"{value * factor:.6g}" for value in (low, mean, high)))
     console.print(table)
     for segment in recording.segments:
         length = (segment.stop - segment.start) / recording.sample_rate
-        console.print(f"segment {segment.name}: rows {segment.start} to {segment.stop} ({length:.2f} s)", markup=False)
+        console.print(
+            f"segment {line(segment.name)}: rows {segment.start} to {segment.stop} ({length:.2f} s)", markup=False
+        )
     for event in recording.events:
-        console.print(f"event at {event.time:.3f} s, {event.level}: {event.text}", markup=False)
-    for line in _quality_lines(recording.quality):
-        console.print(line, markup=False)
+        console.print(f"event at {event.time:.3f} s, {line(event.level)}: {line(event.text)}", markup=False)
+    for check in _quality_lines(recording.quality):
+        console.print(line(check), markup=False)
     for sentence in (*checks.violations, *checks.notes):
-        console.print(sentence, markup=False, soft_wrap=True)
+        console.print(line(sentence), markup=False, soft_wrap=True)
     console.print(f"recording format: {'valid' if checks.valid else 'NOT valid'}")
     if picture is not None:
         console.print(f"plot: {picture}", markup=False, soft_wrap=True)
@@ -143,6 +149,9 @@ def _quality_lines(quality: dict[str, Any]) -> list[str]:
     for name, result in quality.items():
         if not isinstance(result, dict) or "passed" not in result:
             lines.append(f"check {name}: {result}")
+            continue
+        if result["passed"] is None:
+            lines.append(f"check {name}: not looked at")
             continue
         bounds = [result.get("low"), result.get("high")]
         shown = " to ".join(_ABSENT if bound is None else f"{bound:g}" for bound in bounds)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from bench.cli._plain import PlainConsole, say
 from bench.cli.exit_codes import ExitCode
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 _VALUES = 6
 """So many values of a finding are printed."""
+_SCORES = ("as_given", "before", "after")
 
 
 def register(app: typer.Typer) -> None:
@@ -35,7 +37,9 @@ def mismatch(
     simulation: Annotated[
         Path | None,
         typer.Option(
-            "--simulation", help="Simulation file to compare with; default: the nominal simulation, calibrated."
+            "--simulation",
+            help="What to compare with: model.json; an FMU, or the TOML that maps it; a Python function module:name; "
+            "columns (simulated/NAME in the recordings). Default: the nominal simulation, calibrated.",
         ),
     ] = None,
     leave_one_out: Annotated[
@@ -72,7 +76,7 @@ def mismatch(
         if not as_json:
             _say(outcome.report, f"{outcome.task.recordings}: {outcome.sentence}", outcome.task.out)
     if as_json:
-        typer.echo(json.dumps([t.report or {"folder": str(t.task.recordings), "error": t.sentence} for t in told]))
+        say(json.dumps([t.report or {"folder": str(t.task.recordings), "error": t.sentence} for t in told]))
     if any(t.report is None for t in told):
         raise typer.Exit(ExitCode.BAD_INPUT)
 
@@ -86,14 +90,12 @@ def one_thread() -> None:
 
 
 def _one(task: Task, jobs: int, dask: str | None, as_json: bool) -> None:
-    from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     from bench.mismatch.many import terms_over
-    from bench.mismatch.page import sentence
     from bench.mismatch.run import run
 
-    console = Console(stderr=True, highlight=False)
+    console = PlainConsole(stderr=True, highlight=False)
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     elsewhere = terms_over(jobs, dask) if jobs > 1 or dask is not None else None
     with Progress(*columns, console=console, transient=True, disable=as_json) as bar:
@@ -109,45 +111,54 @@ def _one(task: Task, jobs: int, dask: str | None, as_json: bool) -> None:
         )
     content = report.to_json()
     if as_json:
-        typer.echo(json.dumps(content, allow_nan=False))
+        say(json.dumps(content, allow_nan=False))
         return
-    _say(content, sentence(report), task.out)
-    typer.echo(f"report: {task.out / 'report.html'}, better simulation: {task.out / 'model.json'}")
+    _say(content, report.sentence, task.out)
+    say(f"report: {task.out / 'report.html'}, better simulation: {task.out / 'model.json'}")
 
 
 def _say(content: dict[str, Any] | None, sentence: str, out: Path) -> None:
     """The verdict, each finding, the channels' scores, what was left out, and the terms left out in turn."""
-    typer.echo(sentence)
+    say(sentence)
     if content is None:
         return
     for finding in content["findings"]:
-        for line in _finding(finding, out):
-            typer.echo(f"  {line}")
+        for row in _finding(finding, out):
+            say(f"  {row}")
     for row in content["channels"]:
-        floor, before, after = row["noise_floor"], row["held_out_rmse_before"], row["held_out_rmse_after"]
-        typer.echo(
-            f"  {row['channel']:20s} floor {floor:.3g}, before {before:.3g}, after {after:.3g} "
-            f"(after/floor {after / floor:.3f})"
-        )
+        say(f"  {_channel(row)}")
     for row in content["recordings"]["rejected"]:
-        typer.echo(f"  not used: {row['why']}")
+        say(f"  not used: {row['why']}")
     for note in content["notes"]:
-        typer.echo(f"  note: {note}")
+        say(f"  note: {note}")
     if content.get("leave_one_out"):
-        from bench.mismatch.leave_one_out import LeftOut, table
+        from bench.mismatch.report.left_out import LeftOut, table
 
-        typer.echo(table([LeftOut(**row) for row in content["leave_one_out"]]))
+        say(table([LeftOut(**row) for row in content["leave_one_out"]]))
+
+
+def _channel(row: dict[str, Any]) -> str:
+    """A channel's noise floor and what is left of it; of what was fitted, where no recording could be held out."""
+    label = "held_out_rmse" if "in_sample_rmse_after" not in row else "in_sample_rmse"
+    floor, after, unit = row["noise_floor"], row[f"{label}_after"], row["unit"]
+    scores = ", ".join(f"{name.replace('_', ' ')} {_number(row[f'{label}_{name}'])}" for name in _SCORES)
+    ratio = "" if after is None or not floor else f" (after/floor {after / floor:.3f})"
+    of = "" if label == "held_out_rmse" else ", on what was fitted: nothing could be held out"
+    return f"{row['channel']:20s} {unit}: floor {_number(floor)}, {scores}{ratio}{of}"
+
+
+def _number(value: float | None) -> str:
+    return "not computed" if value is None else f"{value:.3g}"
 
 
 def _finding(finding: dict[str, Any], out: Path) -> list[str]:
-    """A finding as lines: how sure, equation and values, from what it cannot be told, what to run next."""
-    lines = [f"{finding['name']} ({finding['effect']}): {finding['status']}, confidence {finding['confidence']:.2f}"]
+    """A finding as lines: how sure, where, equation and values, from what it cannot be told, what to run next."""
+    sure = "not computed" if finding["confidence"] is None else f"{finding['confidence']:.2f}"
+    lines = [f"{finding['name']} ({finding['effect']}): {finding['status']}, confidence {sure}"]
+    lines.append(f"  in {finding['channel'].replace('_', ' ')}, {finding['location']['text']}")
     if finding["equation"]:
         lines.append(f"  {finding['equation']}")
-    values = [
-        f"{p['symbol']} = {p['value']:.4g}" + ("" if p["std"] is None else f" ± {p['std']:.2g}") + f" {p['unit']}"
-        for p in finding["parameters"][:_VALUES]
-    ]
+    values = [_value(p) for p in finding["parameters"][:_VALUES]]
     more = len(finding["parameters"]) - len(values)
     if values:
         lines.append("  " + ", ".join(values) + (f", and {more} more in report.json" if more else ""))
@@ -155,3 +166,11 @@ def _finding(finding: dict[str, Any], out: Path) -> list[str]:
     if following:
         lines.append(f"  next experiment: bench run {out / following['file']} ({following['why']})")
     return lines
+
+
+def _value(parameter: dict[str, Any]) -> str:
+    """A parameter with its standard deviation, where that is known."""
+    std = parameter.get("std")
+    doubt = "" if std is None else f" ± {std:.2g}"
+    unit = "" if parameter["unit"] == "1" else f" {parameter['unit']}"
+    return f"{parameter['symbol']} = {_number(parameter['value'])}{doubt}{unit}"

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from bench.cli._plain import PlainConsole, marked, say
+
 if TYPE_CHECKING:
     from bench.campaigns import Plan
 
@@ -32,16 +34,15 @@ def plan(
 
     Shipped campaigns: quick, short, paper, distinguish. Times of heating come from the thermal model of the bench file.
     """
-    from rich.console import Console
 
     from bench.campaigns import load_campaign, make_plan
     from bench.configuration import load_bench
 
     made = make_plan(load_campaign(campaign), load_bench(bench).configuration, start_temperature)
     if as_json:
-        typer.echo(json.dumps(made.as_dict(), ensure_ascii=False))
+        say(json.dumps(made.as_dict(), ensure_ascii=False))
         return
-    print_plan(made, Console())
+    print_plan(made, PlainConsole())
 
 
 def print_plan(made: Plan, console: object, rows: bool = True) -> None:
@@ -60,7 +61,7 @@ def print_plan(made: Plan, console: object, rows: bool = True) -> None:
             point = task.point
             table.add_row(
                 str(task.number or ""),
-                point.sequence + (f" #{point.repeat}" if point.repeat > 1 else ""),
+                marked(point.sequence) + (f" #{point.repeat}" if point.repeat > 1 else ""),
                 f"{point.load_torque:.4g}",
                 f"{math.degrees(point.velocity):.3g}",
                 "found" if point.temperature is None else f"{point.temperature:.1f}",
@@ -72,7 +73,8 @@ def print_plan(made: Plan, console: object, rows: bool = True) -> None:
             )
         console.print(table)
     console.print(
-        f"[bold]{made.campaign}[/] on [bold]{made.bench}[/]: {made.points} points, {made.heatings} heatings"
+        f"[bold]{marked(made.campaign)}[/] on [bold]{marked(made.bench)}[/]:"
+        f" {made.points} points, {made.heatings} heatings"
         f" ({duration_text(made.heating_s)}), {duration_text(made.duration_s)} of bench time,"
         f" {energy_text(made.energy_j)}, from {made.start_temperature:.1f} °C; no limit is broken."
     )

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from bench.cli._plain import say
 
 if TYPE_CHECKING:
     from bench.proof.analyse import Job
@@ -27,6 +30,17 @@ class _Options:
     keep: bool
 
 
+@dataclass(frozen=True, slots=True)
+class _Shown:
+    """How the result is shown and where it is kept."""
+
+    severity: bool
+    peers: bool
+    table: Path | None
+    store: Path | None
+    as_json: bool
+
+
 def register(app: typer.Typer) -> None:
     """Add the command."""
     app.command(name="prove")(prove)
@@ -41,6 +55,15 @@ def prove(
     count: Annotated[int | None, typer.Option(help="At most so many cases of each set.")] = None,
     nulls: Annotated[int | None, typer.Option(help="Number of folders without effect.")] = None,
     held_back: Annotated[bool, typer.Option("--held-back", help="Draw from the forms nobody tunes on.")] = False,
+    clutter: Annotated[
+        bool, typer.Option("--clutter", help="Give every gearbox 60 to 100 weak orders beside the nominal ones.")
+    ] = False,
+    through: Annotated[
+        bool,
+        typer.Option(
+            "--through-the-bench", help="Conceal in the plant itself; campaigns by the service's own run process."
+        ),
+    ] = False,
     quick: Annotated[bool, typer.Option("--quick", help="Two small cases, for continuous integration.")] = False,
     severity: Annotated[bool, typer.Option("--severity", help="Sweep the strength of every effect.")] = False,
     strengths: Annotated[
@@ -56,32 +79,92 @@ def prove(
     make_only: Annotated[bool, typer.Option("--make-only", help="Make folders and truths, analyse nothing.")] = False,
     keep: Annotated[bool, typer.Option("--keep", help="Keep the recordings after their analysis.")] = False,
     table: Annotated[Path | None, typer.Option(help="Write the table as Markdown to this file.")] = None,
+    store: Annotated[Path | None, typer.Option(help="Write the result as JSON to this file, to be quoted.")] = None,
+    done: Annotated[
+        bool, typer.Option("--done", help="Analyse nothing: the table of what is done so far, of how many.")
+    ] = False,
+    figures: Annotated[
+        bool, typer.Option("--figures", help="Make the figures of README.md and docs from docs/proof/*.json, no more.")
+    ] = False,
+    real: Annotated[
+        Path | None,
+        typer.Option("--real", help="Examine recordings of others: a folder with a folder for each public set."),
+    ] = None,
+    open_seed: Annotated[
+        int | None, typer.Option("--open", min=0, help="Break the seal of bench run or serve --conceal SEED, no more.")
+    ] = None,
+    sealed: Annotated[
+        Path | None, typer.Option(help="With --open: folder of recordings whose seal should be that of the seed.")
+    ] = None,
+    bench: Annotated[
+        str, typer.Option(help="Bench whose plant is drawn: name of a shipped one, or a file.")
+    ] = "rh380n",
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
     """Conceal effects in generated campaigns, seal the truth, run `bench mismatch`, score what it says.
 
     Nothing is proved twice: a case whose seal and analyser are unchanged is taken from the folder. The same command
-    goes on where it was stopped.
+    goes on where it was stopped. With ``--real`` the recordings are those of others (docs/real.md).
     """
-    from bench.proof.make import RECORDINGS, TRUTHS
+    from bench.proof.make import RECORDINGS, TRUTHS, read_truth
     from bench.proof.run import Plan, jobs_of, sweep_jobs
     from bench.proof.run import make_only as make_folders
 
-    groups = ("quick",) if quick else tuple(s.strip() for s in sets.split(","))
-    plan = Plan(groups, seed, count, nulls, held_back)
-    options = _Options(out / f"seed-{seed}{'-held-back' if held_back else ''}", jobs, dask, keep)
+    if figures:
+        from bench.proof.figures import write
+
+        for page in write(Path.cwd()):
+            typer.echo(f"made anew: {page}")
+        return
+    if real is not None:
+        _real(real, out, () if sets == _SETS else tuple(s.strip() for s in sets.split(",")), table)
+        return
+    if open_seed is not None:
+        from bench.cli._opened import tell
+
+        tell(bench, open_seed, sealed, as_json)
+        return
+    groups = ("through",) if through else ("quick",) if quick else tuple(s.strip() for s in sets.split(","))
+    plan = Plan(groups, seed, count, nulls, held_back, clutter)
+    kind = f"{'-held-back' if held_back else ''}{'-clutter' if clutter else ''}"
+    options = _Options(out / f"seed-{seed}{kind}", jobs, dask, keep)
     listed = jobs_of(plan, options.out, keep or peers)
     if severity:
         values = [float(value) for value in strengths.split(",")]
         seeds = range(seed, seed + repeats)
-        single = [job for s in seeds for job in jobs_of(Plan(("clear",), s, count), options.out, keep)]
+        single = [job for s in seeds for job in jobs_of(Plan(("clear",), s, count, clutter=clutter), options.out, keep)]
         listed = sweep_jobs(_with_effects(single, effects), values)
     if make_only:
         for path in make_folders(listed, jobs):
-            typer.echo(str(options.out / RECORDINGS / path.stem))
-        typer.echo(f"what is in each: {options.out / TRUTHS}")
+            say(str(options.out / RECORDINGS / read_truth(path)["folder"]))
+        say(f"what is in each: {options.out / TRUTHS}")
         return
-    _report(_prove(listed, options, quiet=as_json), options, severity, peers, table, as_json, listed)
+    scores = _done(listed) if done else _prove(listed, options, quiet=as_json)
+    _report(scores, _Shown(severity, peers, table, store, as_json), options, listed)
+
+
+def _real(folder: Path, out: Path, names: tuple[str, ...], table: Path | None) -> None:
+    """Examine the public sets named, all where none is; write the page, or print it."""
+    from bench.errors import ConfigurationError
+    from bench.proof.real.examine import examine
+    from bench.proof.real.page import page
+    from bench.proof.real.sets import all_sets
+
+    known = all_sets()
+    unknown = set(names) - {own.name for own in known}
+    if unknown:
+        listed = ", ".join(own.name for own in known)
+        raise ConfigurationError(f"--set: there is no real set {', '.join(sorted(unknown))}, there are {listed}.")
+    rows = []
+    for own in known:
+        if names and own.name not in names:
+            continue
+        rows.append(examine(own, folder, out / "real", tell=lambda what: say(what, err=True)))
+    text = page(rows)
+    if table is None:
+        typer.echo(text)
+    else:
+        table.write_text(text, encoding="utf-8")
 
 
 def _with_effects(listed: list[Job], effects: str) -> list[Job]:
@@ -108,33 +191,34 @@ def _say(done: int, of: int, score: CaseScore) -> None:
     concealed = ", ".join(effect.effect for effect in score.effects) or "nothing"
     extra = f"; false: {', '.join(score.false_companions)}" if score.false_companions else ""
     failed = f"; failed: {score.failed}" if score.failed else ""
-    typer.echo(f"[{done}/{of}] {score.case} ({concealed}): {mark}{extra}{failed}, {score.seconds:.0f} s", err=True)
+    say(f"[{done}/{of}] {score.case} ({concealed}): {mark}{extra}{failed}, {score.seconds:.0f} s", err=True)
 
 
-def _report(
-    scores: list[CaseScore],
-    options: _Options,
-    severity: bool,
-    peers: bool,
-    table: Path | None,
-    as_json: bool,
-    listed: list[Job],
-) -> None:
-    from bench.proof.analyse import analyser_digest
+def _done(listed: list[Job]) -> list[CaseScore]:
+    from bench.proof.run import done_so_far
+
+    return done_so_far(listed)
+
+
+def _report(scores: list[CaseScore], shown: _Shown, options: _Options, listed: list[Job]) -> None:
     from bench.proof.make import seal_of_seals
-    from bench.proof.table import as_json as to_json
-    from bench.proof.table import markdown, severity_markdown
+    from bench.proof.results import as_json, provenance
+    from bench.proof.results import store as write
+    from bench.proof.table import markdown
 
-    seal = seal_of_seals(options.out)
-    text = severity_markdown(scores) if severity else markdown(scores, seal=seal)
-    content = to_json(scores, seal=seal, analyser=analyser_digest())
-    if peers:
+    how = provenance(sys.argv[1:], listed, seal_of_seals(options.out))
+    text = markdown(scores, how, shown.severity)
+    content = as_json(scores, how, shown.severity)
+    if shown.store is not None:
+        write(shown.store, content)
+    if shown.peers:
         from bench.proof.peers import compare_peers
 
         compared = compare_peers(listed)
         text += compared.markdown()
         content["peers"] = compared.to_dict()
-    if table is not None:
-        table.write_text(text, encoding="utf-8")
+    if shown.table is not None:
+        shown.table.write_text(text, encoding="utf-8")
+    options.out.mkdir(parents=True, exist_ok=True)
     options.out.joinpath("proof.json").write_text(json.dumps(content, indent=1), encoding="utf-8")
-    typer.echo(json.dumps(content) if as_json else text)
+    typer.echo(json.dumps(content) if shown.as_json else text)

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
+from bench.cli._plain import line, say
 from bench.cli.exit_codes import ExitCode
 
 
@@ -21,13 +22,16 @@ def repair(
         list[Path], typer.Argument(help="Unfinished recordings (.part), or campaign folders.", metavar="FILE...")
     ],
     out: Annotated[Path | None, typer.Option("--out", help="Where a single file's repaired recording goes.")] = None,
-    keep: Annotated[bool, typer.Option("--keep", help="Leave the unfinished file where it is.")] = False,
+    keep: Annotated[bool, typer.Option("--keep", help="Leave the unfinished file its name.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
     """Turn unfinished files into valid recordings that were cut short; in a folder, rebuild campaign.json as well.
 
+    No unfinished file is deleted: it is called NAME.part.repaired afterwards, or keeps its name where the result is
+    not valid.
+
     The plan and the points still to do are kept where the old campaign.json can be read; they stand in no recording.
-    Exit code 6 when a file is beyond repair.
+    Exit code 6 when a file is beyond repair or the recording made of it is not valid.
     """
     from bench.errors import RecordingError
     from bench.recording.manifest import rebuild, write_manifest
@@ -53,22 +57,26 @@ def repair(
                     "rows": done.rows,
                     "rows_lost": done.rows_lost,
                     "complete": done.complete,
+                    "valid": done.valid,
+                    "violations": done.violations,
+                    "source": str(done.source),
                 }
             )
         if path.is_dir():
             write_manifest(path, rebuild(path))
     if as_json:
-        typer.echo(json.dumps(rows, ensure_ascii=False))
+        say(json.dumps(rows, ensure_ascii=False))
     else:
         for row in rows:
-            typer.echo(row.get("error") or _sentence(row))
+            say(line(row.get("error") or _sentence(row)))
         if not rows:
-            typer.echo("nothing to repair; campaign.json was rebuilt")
-    if any("error" in row for row in rows):
+            say("nothing to repair; campaign.json was rebuilt")
+    if any("error" in row or not row["valid"] for row in rows):
         raise typer.Exit(ExitCode.NOT_VALID)
 
 
 def _sentence(row: dict[str, Any]) -> str:
     how = "complete" if row["complete"] else "cut short"
     lost = f", {row['rows_lost']} rows beyond repair" if row["rows_lost"] else ""
-    return f"{row['recording']}: {row['rows']} rows, {how}{lost}"
+    wrong = "" if row["valid"] else f"; NOT valid: {row['violations'][0]}"
+    return f"{row['recording']}: {row['rows']} rows, {how}{lost}{wrong} ({row['source']} is kept)"

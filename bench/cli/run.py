@@ -8,12 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from bench.cli._plain import PlainConsole, marked, say
 from bench.cli.exit_codes import ExitCode, exit_code_help
+from bench.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from rich.console import Console
 
     from bench.campaigns.taken import Summary
+    from bench.configuration import BenchFile
 
 _HELP = f"""Run a campaign on a bench and write one HDF5 recording a point.
 
@@ -49,36 +52,44 @@ def run(
         bool, typer.Option("--resume", help="Give torque again after a stop that was acknowledged and reset.")
     ] = False,
     seed: Annotated[int, typer.Option(help="Seed of the emulated plant's noise.")] = 0,
+    conceal: Annotated[
+        int | None,
+        typer.Option(min=0, help="Seed of a plant drawn with physics nobody is told of; bench prove --open tells."),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON, nothing else.")] = False,
 ) -> None:
     """Run a campaign (the help text stands in _HELP)."""
     import time
-
-    from rich.console import Console
 
     from bench.campaigns import load_campaign, make_plan
     from bench.campaigns.session import run_campaign
     from bench.cli._operator import somebody
     from bench.cli._progress import ProgressListener
     from bench.cli.plan import print_plan
-    from bench.configuration import load_bench, on_interface
+    from bench.configuration import concealing, load_bench, on_interface
     from bench.service.client import Client
     from bench.service.registry import bus_in_use, service_for
 
-    console = Console(stderr=as_json)
+    console = PlainConsole(stderr=as_json)
     file, loaded = load_bench(bench), load_campaign(campaign)
     if bus is not None:
         file = on_interface(file, bus)
     address = service_for(file)
     if address is not None:
+        if conceal is not None:
+            raise ConfigurationError("a service has this bench; give --conceal to bench serve, or --bench another one")
         from bench.cli._joined import run_joined
 
         raise typer.Exit(run_joined(Client.at(address), campaign, out, real_time, seed, as_json))
-    plan = make_plan(loaded, file.configuration)
     folder = out or Path("recordings") / f"{loaded.name}-{time.strftime('%Y%m%d-%H%M%S')}"
+    if conceal is not None:
+        hidden = concealing(file, conceal)
+        _seal(file, conceal, folder)
+        file = hidden
+    plan = make_plan(loaded, file.configuration)
     if not as_json:
         print_plan(plan, console, rows=len(plan.tasks) <= 12)
-        console.print(f"Recordings go to [bold]{folder}[/]. Ctrl-C brings the bench to rest.", soft_wrap=True)
+        console.print(f"Recordings go to [bold]{marked(folder)}[/]. Ctrl-C brings the bench to rest.", soft_wrap=True)
     by = somebody(file.configuration, "resume", "May the bench move again?") if resume else None
     began = time.monotonic()
     with bus_in_use(file), ProgressListener(plan.duration_s, console, quiet=as_json) as listener:
@@ -86,10 +97,17 @@ def run(
     wall = time.monotonic() - began
     picture = _picture(folder, loaded.title)
     if as_json:
-        typer.echo(json.dumps(_as_dict(summary, folder, picture, wall), ensure_ascii=False))
+        say(json.dumps(_as_dict(summary, folder, picture, wall), ensure_ascii=False))
     else:
         _print(summary, folder, picture, wall, console)
     raise typer.Exit(_exit_code(summary))
+
+
+def _seal(file: BenchFile, seed: int, folder: Path) -> None:
+    """Write the hash of what is concealed beside the recordings, before anything is run."""
+    from bench.proof.sealed import opened, seal
+
+    seal(folder, opened(file, seed)[1])
 
 
 def _exit_code(summary: Summary) -> ExitCode:
@@ -107,7 +125,10 @@ def _picture(folder: Path, title: str) -> Path | None:
     from bench.campaigns.picture import draw
     from bench.recording import Recording
 
-    manifest = json.loads((folder / "campaign.json").read_text("utf-8"))
+    path = folder / "campaign.json"
+    if not path.exists():  # stopped before anything was asked of the bench
+        return None
+    manifest = json.loads(path.read_text("utf-8"))
     files = [
         folder / entry["file"]
         for entry in manifest["recordings"]
@@ -149,14 +170,17 @@ def _print(summary: Summary, folder: Path, picture: Path | None, wall: float, co
         )
     for taken in summary.failed:
         if taken.note != summary.end.text:
-            console.print(f"[yellow]not passed[/] {taken.recording_id} ({taken.label}): {taken.note}", soft_wrap=True)
+            console.print(
+                f"[yellow]not passed[/] {marked(taken.recording_id)} ({marked(taken.label)}): {marked(taken.note)}",
+                soft_wrap=True,
+            )
     if summary.tare_drift == summary.tare_drift:
         # a zero without a sign
         console.print(f"The torque sensor's zero drifted by {round(summary.tare_drift, 2) + 0.0:.2f} N·m.")
     if picture is not None:
-        console.print(f"Transmission error and spectrum: [bold]{picture}[/]", soft_wrap=True)
+        console.print(f"Transmission error and spectrum: [bold]{marked(picture)}[/]", soft_wrap=True)
     if summary.end.text:
-        console.print(f"[bold yellow]{summary.end.kind.value}[/]: {summary.end.text}", soft_wrap=True)
+        console.print(f"[bold yellow]{summary.end.kind.value}[/]: {marked(summary.end.text)}", soft_wrap=True)
     _say_what_next(summary, folder, console)
 
 
@@ -170,11 +194,12 @@ def _say_what_next(summary: Summary, folder: Path, console: Console) -> None:
                 markup=False,
             )
         case "INTERRUPTED":
-            console.print(f"The same command with [bold]--out {folder}[/] goes on from here.", soft_wrap=True)
+            console.print(f"The same command with [bold]--out {marked(folder)}[/] goes on from here.", soft_wrap=True)
         case _:
             if summary.taken:
                 recording = folder / summary.taken[0].file
-                console.print(f"Look closer: [bold]bench inspect {recording}[/]", soft_wrap=True)
+                console.print(f"Look closer: [bold]bench inspect {marked(recording)}[/]", soft_wrap=True)
             console.print(
-                f"What it says: [bold]bench identify {folder} --out model.json --report report[/]", soft_wrap=True
+                f"What it says: [bold]bench identify {marked(folder)} --out model.json --report report[/]",
+                soft_wrap=True,
             )

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from bench.cli._plain import say
+
 _HELP = """Start the service and the operator's page; a run goes on when the page closes.
 
 The page is at the address printed. Runs go into folders below --folder, one at a time, each in a process of its own.
@@ -50,6 +52,16 @@ def serve(
         list[str] | None,
         typer.Option("--notify", help="apprise address alarms are sent to; several times for several."),
     ] = None,
+    stop_port: Annotated[
+        int,
+        typer.Option("--stop-port", min=0, max=65535, help="Port of the runs' own stop listener; 0 for a free one."),
+    ] = 0,
+    conceal: Annotated[
+        int | None,
+        typer.Option(
+            min=0, help="Emulated bench: seed of a plant with physics nobody is told of; bench prove --open tells."
+        ),
+    ] = None,
     systemd_unit: Annotated[
         bool, typer.Option("--systemd-unit", help="Print the systemd unit for these options and end.")
     ] = False,
@@ -70,6 +82,8 @@ def serve(
         names=tuple(name or ()),
         model=model,
         notify=tuple(notify or ()),
+        stop_port=stop_port,
+        conceal=conceal,
     )
     if systemd_unit:
         _print_unit()
@@ -105,4 +119,4 @@ def _print_unit() -> None:
     from bench.service.unit import unit
 
     arguments = [word for word in sys.argv[sys.argv.index("serve") + 1 :] if word != "--systemd-unit"]
-    typer.echo(unit(arguments, Path.cwd(), getpass.getuser()), nl=False)
+    say(unit(arguments, Path.cwd(), getpass.getuser()), nl=False)

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from bench.cli._plain import line, say
 from bench.cli.exit_codes import ExitCode
 
 
@@ -32,12 +33,12 @@ def validate(
     results = [check(path) for path in paths]
     if as_json:
         rows = [{"file": str(r.path), "valid": r.valid, "violations": r.violations, "notes": r.notes} for r in results]
-        typer.echo(json.dumps(rows, ensure_ascii=False))
+        say(json.dumps(rows, ensure_ascii=False))
     else:
         for result in results:
             for sentence in (*result.violations, *(result.notes if notes else ())):
-                typer.echo(sentence)
+                say(line(sentence))
         invalid = sum(not result.valid for result in results)
-        typer.echo(f"{len(results)} files checked, {len(results) - invalid} valid, {invalid} not valid")
+        say(f"{len(results)} files checked, {len(results) - invalid} valid, {invalid} not valid")
     if not all(result.valid for result in results):
         raise typer.Exit(ExitCode.NOT_VALID)

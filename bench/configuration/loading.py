@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from hashlib import sha256
 from importlib import resources
@@ -98,6 +98,29 @@ def on_interface(file: BenchFile, interface: str) -> BenchFile:
         if count != 1:
             raise ConfigurationError(f"{file.origin}: bus.{key} must stand once, on a line of its own, to be replaced")
     return parse_bench(text, f"{file.origin} on {interface}")
+
+
+def concealing(file: BenchFile, seed: int) -> BenchFile:
+    """Return the bench file with its emulated plant drawn from a seed, with physics that nobody is told of.
+
+    The text stays as it is: recordings keep it, and nothing in them may say what is concealed.
+
+    Raises
+    ------
+    ConfigurationError
+        If the bench is not emulated in the program's own process.
+    """
+    bus = file.configuration.bus
+    if not bus.in_process or bus.plant is None:
+        raise ConfigurationError(f"{file.origin}: physics can be concealed in an emulated plant only (bus.master)")
+    return playing(file, f"{bus.plant}?conceal={seed}")
+
+
+def playing(file: BenchFile, plant: str) -> BenchFile:
+    """Return the bench file with another plant behind its emulated bus, the text unchanged."""
+    configuration = file.configuration
+    bus = configuration.bus.model_copy(update={"plant": plant})
+    return replace(file, configuration=configuration.model_copy(update={"bus": bus}))
 
 
 _REASONS: dict[str, str] = {

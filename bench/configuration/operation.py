@@ -68,6 +68,8 @@ class Limits(Section):
     """How long the temperature may read exactly the same; absent: for ever."""
     lost_cycles: Annotated[int, Field(ge=1)]
     """Cycles in a row without a right working counter."""
+    lost_share: Annotated[float, Field(gt=0, le=1)] = 0.2
+    """Greatest share of such cycles within about a second, in a row or not; 1 is never exceeded."""
 
 
 class Motion(Section):

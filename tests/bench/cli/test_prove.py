@@ -8,22 +8,15 @@ import typer
 from typer.testing import CliRunner
 
 from bench.cli import prove as command
-from bench.proof import analyse, make
-from bench.proof.analyse import Job
-from tests.bench.proof.conftest import SmallExaminer
+from bench.proof import analyse, make, recompute
+from tests.bench.proof.conftest import BlindAnalyser, SmallExaminer, each, smoothed
 
 
 @pytest.fixture
 def app(monkeypatch: pytest.MonkeyPatch) -> typer.Typer:
-    def silent(job: Job, name: str, target: Path) -> str:
-        noise = make.read_truth(job.out / make.TRUTHS / f"{name}.json")["noise_rms"]
-        rows = [{"channel": channel, "held_out_rmse_after": rms} for channel, rms in noise.items()]
-        target.mkdir(parents=True)
-        (target / "report.json").write_text(json.dumps({"verdict": "match", "findings": [], "channels": rows}))
-        return ""
-
     monkeypatch.setattr(make, "load_examiner", lambda: SmallExaminer)
-    monkeypatch.setattr(analyse, "_run", silent)
+    monkeypatch.setattr(analyse, "_run", BlindAnalyser())
+    monkeypatch.setattr(recompute, "predictor", lambda: each(smoothed))
     made = typer.Typer()
     command.register(made)
     made.command("other")(lambda: None)
@@ -36,7 +29,9 @@ def test_make_only_seals_and_analyses_nothing(app: typer.Typer, tmp_path: Path) 
     folder, told = result.output.splitlines()
     assert list(Path(folder).glob("*.h5"))
     truths = Path(told.removeprefix("what is in each: "))
-    assert make.read_truth(truths / f"{Path(folder).name}.json")["verdict"] == "match"
+    (truth,) = (make.read_truth(path) for path in truths.glob("*.json"))
+    assert truth["verdict"] == "match"
+    assert truth["folder"] == Path(folder).name
     assert not list(tmp_path.rglob("report.json"))
 
 
@@ -48,9 +43,14 @@ def test_table_and_json_say_the_same(app: typer.Typer, tmp_path: Path) -> None:
     content = json.loads(result.stdout)
     assert [case["every_point_right"] for case in content["cases"]] == [True, False]
     text = table.read_text(encoding="utf-8")
-    assert "| null | 1 | 1/1 |" in text
-    assert "| switched_off | 1 | 0/1 |" in text
-    assert content["seal"] in text
+    assert "| null | 1 | 1 | 1/1 |" in text
+    assert "| switched_off | 1 | 1 | 0/1 |" in text
+    assert content["provenance"]["seal"] in text
+    assert content["provenance"]["asked"] == {"null": 1, "switched_off": 1}
+    more = [*arguments, "--nulls", "2", "--done", "--store", str(tmp_path / "kept.json")]
+    done = CliRunner().invoke(app, more)
+    assert "| null | 2 | 1 | 1/1 |" in done.output
+    assert len(json.loads((tmp_path / "kept.json").read_text())["cases"]) == 2
 
 
 def test_sweep_picks_the_effects_asked_for(app: typer.Typer, tmp_path: Path) -> None:

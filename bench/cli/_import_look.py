@@ -1,0 +1,87 @@
+"""What ``bench import --look`` and ``--ask`` print."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import typer
+
+from bench.cli._plain import line, plain, say
+
+if TYPE_CHECKING:
+    from bench.importing.looking import Draft, Inventory
+
+_WIDEST_NAME = 26
+
+
+def look(file: str, mapping: Path | None, changes: dict[str, Any], *, asking: bool, as_json: bool) -> Path:
+    """Show what is in a file, write a mapping to begin with (``asking``: ask for what is open), and give its path."""
+    from bench.importing.looking import ask, draft, take_inventory
+
+    found = take_inventory(file)
+    target = mapping or Path(f"{found.file.stem}.toml")
+    made = draft(found, target)
+    if not as_json:
+        _show(found, made)
+    for key, value in changes.items():
+        made.set(key, value, "given on the command line")
+    if asking:
+        ask(made, lambda question, guess: str(typer.prompt(plain(question), default=guess)), say)
+    made.write(target)
+    if as_json:
+        say(json.dumps(_as_dict(found, made, target), ensure_ascii=False))
+        return target
+    say(f"mapping: {target}")
+    for key in made.open():
+        say(f"  {key} is open: {made.entries()[key].why}; --set {key}=… or the file itself gives it")
+    return target
+
+
+def _show(found: Inventory, made: Draft) -> None:
+    from bench.importing.looking.inventory import picture
+
+    lengths = sorted({column.values.size for column in found.columns}, reverse=True)
+    rate = "rate not known" if made.rate is None else f"{made.rate:.6g} Hz"
+    say(f"{found.file}: {len(found.columns)} columns of {', '.join(map(str, lengths[:4]))} samples, {rate}")
+    if made.time is not None and made.time.stamps:
+        say(f"time stamps from {made.time.values[0]} to {made.time.values[-1]}")
+    width = min(_WIDEST_NAME, max(len(column.name) for column in found.columns))
+    for column in found.columns:
+        low, high = column.span
+        span = "" if column.stamps or math.isnan(low) else f"{low:10.4g} … {high:<10.4g}"
+        unit = column.variable.unit
+        role = "time" if column is made.time else made.channel_by_column.get(column.name, "")
+        shape = "x".join(map(str, column.variable.shape))
+        drawn = picture(column.seconds)
+        say(f"{line(column.name):<{width}} {shape:>8} {unit:<6} {span:<23} {drawn:<24} {role}".rstrip())
+    for name, value in found.constants.items():
+        say(f"{line(name):<{width}}        1 = {value:g}, may be a scale")
+    for variable, why in found.others:
+        say(f"{line(variable.name):<{width}} {'x'.join(map(str, variable.shape)):>8} left out: {line(why)}")
+
+
+def _as_dict(found: Inventory, made: Draft, target: Path) -> dict[str, Any]:
+    return {
+        "file": str(found.file),
+        "mapping": str(target),
+        "sample_rate": made.rate,
+        "columns": [
+            {
+                "name": column.name,
+                "shape": list(column.variable.shape),
+                "samples": int(column.values.size),
+                "dtype": column.variable.dtype,
+                "unit": column.variable.unit,
+                "min": None if math.isnan(column.span[0]) else column.span[0],
+                "max": None if math.isnan(column.span[1]) else column.span[1],
+                "channel": "time" if column is made.time else made.channel_by_column.get(column.name),
+            }
+            for column in found.columns
+        ],
+        "constants": found.constants,
+        "left_out": {variable.name: why for variable, why in found.others},
+        "open": made.open(),
+    }

@@ -1,0 +1,67 @@
+"""``bench predict``: what a simulation file says of recordings, beside what was measured."""
+
+from __future__ import annotations
+
+import json
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from bench.cli._plain import say
+from bench.cli.mismatch import one_thread
+
+
+class Form(StrEnum):
+    """Formats that can be written."""
+
+    H5 = "h5"
+    CSV = "csv"
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command(name="predict")(predict)
+
+
+def predict(
+    model: Annotated[Path, typer.Argument(help="Simulation file (model.json).", metavar="MODEL")],
+    recordings: Annotated[Path, typer.Argument(help="A recording, or a folder of recordings.", metavar="RECORDINGS")],
+    out: Annotated[Path, typer.Option("--out", help="Folder the copies go to; it is made if need be.")],
+    form: Annotated[Form, typer.Option("--to", help="Recordings (HDF5), or tables.")] = Form.H5,
+    plot: Annotated[bool, typer.Option("--plot/--no-plot", help="Draw each recording as well.")] = True,
+    as_json: Annotated[bool, typer.Option("--json", help="Print files and root mean squares as JSON.")] = False,
+) -> None:
+    """Write predicted channels and residuals beside the measured ones, into a copy: a recording is never touched.
+
+    HDF5: the recording with simulated/NAME and residual/NAME in it, which every command reads. CSV: time, and each
+    channel as measured, as simulated, and the residual. What cannot be predicted is said, and why.
+    """
+    one_thread()
+    from bench.exchange.beside import WRITERS, draw
+    from bench.exchange.predicted import predict_recordings
+
+    told = []
+    out.mkdir(parents=True, exist_ok=True)
+    refused: dict[str, None] = {}
+    for one in predict_recordings(model, recordings):
+        refused |= dict.fromkeys(one.refused)
+        if not one.channels:
+            continue
+        files = [WRITERS[form.value](one, out)]
+        if plot:
+            files.append(draw(one, out))
+        left = {own.name: {"rms": own.rms, "unit": own.unit} for own in one.channels}
+        told.append({"recording": one.recording.recording_id, "files": [str(f) for f in files], "residual": left})
+        if not as_json:
+            parts = [
+                f"{own.name} {'not compared' if own.rms is None else f'{own.rms:.3g} {own.unit}'}"
+                for own in one.channels
+            ]
+            say(f"{files[0]}: residual (rms) {', '.join(parts)}")
+    if as_json:
+        say(json.dumps({"recordings": told, "refused": list(refused)}, ensure_ascii=False))
+        return
+    for sentence in refused:
+        say(f"note: {sentence}")

@@ -1,0 +1,62 @@
+"""What ``bench mismatch`` prints of a report."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bench.cli.mismatch import _say
+
+CHANNEL: dict[str, Any] = {
+    "channel": "motor_torque",
+    "unit": "N*m",
+    "noise_floor": 0.02,
+    "held_out_rmse_as_given": None,
+    "held_out_rmse_before": 0.06,
+    "held_out_rmse_after": 0.021,
+}
+FINDING: dict[str, Any] = {
+    "effect": "friction.stribeck",
+    "name": "Stribeck friction",
+    "status": "ambiguous",
+    "confidence": 0.9,
+    "channel": "motor_torque",
+    "location": {"text": "below 2 deg/s"},
+    "equation": "tau_m += f_s",
+    "parameters": [{"symbol": "f_s", "value": 0.4, "unit": "N*m", "std": None}],
+    "next_experiment": {"why": "they differ", "file": "next-1.toml", "points": []},
+}
+
+
+def _told(capsys: pytest.CaptureFixture[str], channel: dict[str, Any], finding: dict[str, Any]) -> str:
+    recordings = {"rejected": [{"file": "a.h5", "why": "a.h5 is short"}]}
+    content = {"findings": [finding], "channels": [channel], "recordings": recordings, "notes": ["a note"]}
+    _say(content, "Mismatch: something.", Path("out"))
+    return capsys.readouterr().out
+
+
+def test_findings_channels_and_what_was_not_used_are_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    out = _told(capsys, CHANNEL, FINDING)
+    for told in (
+        "Mismatch: something.",
+        "Stribeck friction (friction.stribeck): ambiguous, confidence 0.90",
+        "in motor torque, below 2 deg/s",
+        "f_s = 0.4 N*m",
+        "bench run out/next-1.toml (they differ)",
+        "floor 0.02, as given not computed, before 0.06, after 0.021 (after/floor 1.050)",
+        "not used: a.h5 is short",
+        "note: a note",
+    ):
+        assert told in out
+
+
+def test_what_is_null_is_said_to_be(capsys: pytest.CaptureFixture[str]) -> None:
+    scores = dict.fromkeys(("held_out_rmse_before", "held_out_rmse_after", "in_sample_rmse_as_given"))
+    channel = CHANNEL | scores | {"in_sample_rmse_before": 0.06, "in_sample_rmse_after": 0.02}
+    values = [{"symbol": "c", "value": None, "unit": "1", "std": None}]
+    out = _told(capsys, channel, FINDING | {"confidence": None, "parameters": values})
+    assert "confidence not computed" in out
+    assert "c = not computed\n" in out
+    assert "after 0.02 (after/floor 1.000), on what was fitted: nothing could be held out" in out
