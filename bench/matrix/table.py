@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from bench.matrix.outcome import IN_MOTION, UNDER_LOAD, Outcome
 from bench.matrix.rows import HOST, PLANT, SERVICE, SETUP, SLOW, WIRE
+from bench.matrix.run import RATE_TRIES
 from bench.matrix.summary import share, sources, summary
 from bench.matrix.worker import LOOSENED
 
@@ -20,8 +21,9 @@ from {speed:.0f} °/s and {load:.0f} N·m on a row counts as struck in motion an
 true motor speed, load speed and torque, with the distance of the samples; where they were looked at they were judged
 against the envelope ({envelope}), whatever the sensors said. Times count from the strike and
 are those of the slowest try. "Not seen" means that nobody looked; "–" that there was nothing to see. A row with several
-tries is right only if every one is; a bench on real frames that does not come to move is started again, three times at
-most, before it is struck. For rows that stop the bench it is also checked that torque does not come back by
+tries is right only if every one is; one in real time of which a try was not right is struck {rate} times in all, so
+that what is shown is a rate. A bench on real frames that does not come to move is started again, three times at most,
+before it is struck. For rows that stop the bench it is also checked that torque does not come back by
 itself, and for all that record, that what was recorded reads back. What limits and rungs mean: [safety](safety.md).
 
 Made by `bench benchmark faults --table docs/faults.md --store docs/faults.json`. {sources}
@@ -49,6 +51,7 @@ def page(outcomes: Sequence[Outcome], envelope: str) -> str:
         summary=summary(outcomes),
         speed=math.degrees(IN_MOTION),
         load=UNDER_LOAD,
+        rate=RATE_TRIES,
         envelope=envelope,
         sources=sources(outcomes),
     )

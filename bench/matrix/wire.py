@@ -12,8 +12,9 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from bench.configuration import BenchFile
 from bench.cycle.round_trip import emulator, veth_pair
@@ -97,21 +98,22 @@ def _run(row: Row, outcome: Outcome, file: BenchFile, folder: Path, seed: int) -
         with orders(control) as order, _worker(folder, near, row.last_s) as worker:
             scene = Scene(worker, _until(worker, "moving")["bus"], order)
             looks = _watch(order, _LEAD_S, lambda look: False)
-            outcome.require(max(look[0] for look in looks) > 50.0, "the bench did not turn before it was struck")
-            outcome.struck = looks[-1][1:3]
+            turned = max(look.motor_speed for look in looks) > 50.0
+            outcome.require(turned, "the bench did not turn before it was struck")
+            outcome.struck = looks[-1].load_speed, looks[-1].torque
             struck = time.monotonic()
             _STRIKES[row.name](scene)
             resting = bench.motion.standstill
 
             def rests(look: Look) -> bool:
-                return look[0] < resting and look[1] < _LOAD_STANDSTILL and not look[3]
+                return look.motor_speed < resting and look.load_speed < _LOAD_STANDSTILL and not look.powered
 
             after = _watch(order, row.within_s + _GRACE_S if row.causes else row.last_s + _END_S, rests)
             elapsed = time.monotonic() - struck if rests(after[-1]) else None
             looks += after
             end = _end_of(worker)
             outcome.drives = order("status")["drives"]
-        outcome.sampled_s = _LOOK_S
+        outcome.sampled_s = apart_s(looks)
         _judge(row, outcome, looks, after, elapsed, end, envelope)
         if row.name == "writer_killed":
             _look_at_latch(outcome, folder)
@@ -125,8 +127,14 @@ def _look_at_latch(outcome: Outcome, folder: Path) -> None:
         outcome.cause, outcome.told = latch.cause, latch.text
 
 
-Look = tuple[float, float, float, bool]
-"""Motor speed, load speed, torque, whether a drive has torque."""
+class Look(NamedTuple):
+    """The truth at a moment: speeds in rad/s and torque in N·m as amounts, whether a drive has torque, when in s."""
+
+    motor_speed: float
+    load_speed: float
+    torque: float
+    powered: bool
+    at_s: float
 
 
 def _watch(order: Callable[[str], dict[str, Any]], longest_s: float, enough: Callable[[Look], bool]) -> list[Look]:
@@ -136,11 +144,16 @@ def _watch(order: Callable[[str], dict[str, Any]], longest_s: float, enough: Cal
         status = order("status")
         shafts = status["shafts"]
         speeds = abs(shafts["motor_velocity"]), abs(shafts["load_velocity"])
-        looks.append((*speeds, abs(shafts["torque"]), bool(status["powered"])))
+        looks.append(Look(*speeds, abs(shafts["torque"]), bool(status["powered"]), time.monotonic()))
         if enough(looks[-1]):
             break
         time.sleep(_LOOK_S)
     return looks
+
+
+def apart_s(looks: list[Look]) -> float | None:
+    """Return the longest time between two looks, s, as it was: a machine that is short of time looks less often."""
+    return max((later.at_s - look.at_s for look, later in pairwise(looks)), default=None)
 
 
 def _judge(
@@ -152,11 +165,11 @@ def _judge(
     end: Any,
     envelope: Envelope,
 ) -> None:
-    peaks = max(x[0] for x in looks), max(x[1] for x in looks), max(x[2] for x in looks)
+    peaks = max(x.motor_speed for x in looks), max(x.load_speed for x in looks), max(x.torque for x in looks)
     outcome.peaks = peaks
     bounds = (envelope.motor_speed, envelope.load_speed, envelope.torque)
     outcome.require(all(p <= b for p, b in zip(peaks, bounds, strict=True)), f"peaks {outcome.peaks}")
-    outcome.require(not after[-1][3], "a drive kept its torque")
+    outcome.require(not after[-1].powered, "a drive kept its torque")
     if row.causes:
         outcome.rest_s = outcome.off_s = elapsed
         seen = "not seen at rest" if elapsed is None else f"stopped after {elapsed:.2f} s"

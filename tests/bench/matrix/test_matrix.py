@@ -1,6 +1,8 @@
 """Every row of the matrix, as `bench benchmark faults` runs it; those on real frames where there may be a wire."""
 
 import os
+import time
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +14,10 @@ from bench.cli.app import make_app
 from bench.configuration import BenchFile, load_bench
 from bench.cycle.round_trip import veth_pair
 from bench.errors import DeviceError
-from bench.matrix import PLANT, ROWS, SETUP, SLOW, WIRE, Outcome, Row
+from bench.matrix import PLANT, ROWS, SETUP, SLOW, WIRE, Outcome, Row, wire
 from bench.matrix.outcome import Envelope, together
 from bench.matrix.plant import Strike
-from bench.matrix.run import run_rows
+from bench.matrix.run import RATE_TRIES, run_rows, run_rows_often
 from bench.matrix.shafts import Look, Shafts
 from bench.matrix.store import load, merged, save
 from bench.matrix.summary import sources, summary
@@ -160,6 +162,41 @@ def test_several_tries_are_right_only_if_all_are() -> None:
     assert both.problems == ["try 2: it stopped"]
     assert (both.found_s, both.stopped_s) == (None, 0.4)
     assert "| 2 of 3 |" in page([both], "")
+
+
+def test_a_row_in_real_time_that_was_not_right_once_gets_a_rate(
+    file: BenchFile, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    struck: list[tuple[str, int]] = []
+
+    def strike(rows: Sequence[Row], file: BenchFile, seed: int = 0) -> Iterator[Outcome]:
+        for row in rows:
+            struck.append((row.name, seed))
+            wrong = ["it stopped"] if (row.name, seed) in (("frame_late", 1), ("frame_late", 7), ("poor", 0)) else []
+            yield Outcome(row.name, row.text, row.kind, problems=wrong)
+
+    monkeypatch.setattr("bench.matrix.run.run_rows", strike)
+    rows = [Row("poor", "p", (), kind=PLANT), Row("frame_late", "l", (), kind=WIRE), Row("cable", "c", (), kind=WIRE)]
+    poor, late, cable = run_rows_often(rows, file)
+    assert (poor.right, poor.tries) == (0, 1), "what is exact is the same every time"
+    assert (late.right, late.tries) == (18, RATE_TRIES)
+    assert (cable.right, cable.tries) == (3, 3)
+    assert [seed for name, seed in struck if name == "frame_late"] == list(range(RATE_TRIES))
+    (asked,) = run_rows_often(rows[1:2], file, 2)
+    assert (asked.right, asked.tries) == (1, 2), "who asks for a number gets it"
+
+
+def test_the_distance_of_looks_is_the_one_that_was() -> None:
+    def order(what: str) -> dict[str, Any]:
+        time.sleep(0.1)
+        return {"shafts": {"motor_velocity": -3.0, "load_velocity": 0.1, "torque": -5.0}, "powered": True}
+
+    looks = wire._watch(order, 0.3, lambda look: False)
+    assert looks[0][:4] == (3.0, 0.1, 5.0, True)
+    apart = wire.apart_s(looks)
+    assert apart is not None
+    assert apart >= 0.1
+    assert wire.apart_s(looks[:1]) is None
 
 
 def test_rows_of_earlier_runs_keep_their_commit(tmp_path: Path) -> None:
