@@ -10,8 +10,8 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from bench.cli.app import make_app
-from bench.errors import RecordingError
-from bench.recording import Recording
+from bench.errors import BenchError, RecordingError
+from bench.recording import Recording, guarded
 from tests.bench.recording import builders
 
 
@@ -76,6 +76,26 @@ def test_inspect_and_repair_what_a_kill_left(tmp_path: Path) -> None:
     assert not Recording.open(path).complete
     manifest = json.loads((tmp_path / "campaign.json").read_text())
     assert [entry["status"] for entry in manifest["recordings"]] == ["failed"]
+
+
+@pytest.mark.parametrize("command", ["validate", "inspect", "export --to csv", "identify", "repair"])
+def test_no_command_opens_a_file_in_its_own_process(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = builders.write(tmp_path / ("a.h5.part" if command == "repair" else "a.h5"))
+
+    def crash(path: Path, *_: object, **__: object) -> None:
+        raise RecordingError(f"{path}: reading it ended in a crash of the HDF5 library (SIGSEGV).")
+
+    def open_here(*_: object, **__: object) -> None:
+        raise AssertionError("a file was opened where a crash ends the program")
+
+    monkeypatch.setattr(guarded, "call", crash)
+    monkeypatch.setattr(h5py, "File", open_here)
+    result = _bench(*command.split(), path.parent if command == "identify" else path)
+    assert result.exit_code != 0
+    assert isinstance(result.exception, (RecordingError, BenchError, SystemExit)), result.exception
+    assert "ended in a crash of the HDF5 library" in f"{result.output} {result.exception}"
 
 
 def test_repair_beyond_repair(tmp_path: Path) -> None:

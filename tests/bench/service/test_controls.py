@@ -191,11 +191,14 @@ def test_stop_works_for_anybody_and_holds_the_queue(client: Client) -> None:
 def test_a_run_that_dies_is_an_alarm_that_is_acknowledged(client: Client) -> None:
     client.take("Ann")
     client.ask("runs", name="Ann", secret=client.secret, campaign="quick")
-    client.until(lambda: client.launcher.processes)
+    client.until(lambda: client.state("runs")["runs"][0]["state"] == "running")
+    service: Service = client.http.app.state.service  # type: ignore[attr-defined]
+    service.keeper.shown.points = {"a": {"number": 1, "label": "10 °/s"}, "b": {"number": 2, "label": "20 °/s"}}
+    service.keeper.shown.status = {"type": "status", "phase": "measuring", "identity": "b"}
     client.launcher.processes[0].kill()
     client.until(lambda: client.state("state")["alarms"])
     (alarm,) = client.state("state")["alarms"]
-    assert alarm["cause"] == "DIED"
+    assert (alarm["cause"], alarm["point"]) == ("DIED", "point 2 of 2, 20 °/s")
     assert "watchdogs" in alarm["what_to_do"]
     client.ask(f"alarms/{alarm['number']}/acknowledge", secret=client.secret)
     assert client.state("state")["alarms"] == []

@@ -27,6 +27,7 @@ from bench.service.alarms import Alarm, Alarms
 from bench.service.allowed import BEGINS, PHASES, RUNNING, Situation, allowed, why_not
 from bench.service.book import Book
 from bench.service.disk import Disk
+from bench.service.keeper import Keeper
 from bench.service.kept import Broken
 from bench.service.notify import Notifier
 from bench.service.storage import storage
@@ -173,6 +174,21 @@ def test_an_alarm_that_is_over_goes_by_itself_and_stands_in_the_book(alarms: Ala
     alarms.set("SILENT", None)
     assert alarms.standing() == []
     assert kind_of("nobody knows it").clears_itself is False
+
+
+@pytest.mark.parametrize(("phase", "patience_s"), [("measuring", 10.0), ("resetting", 180.0), ("opening", 180.0)])
+def test_a_run_is_silent_after_what_its_phase_may_take_and_no_longer_than_it_is(phase: str, patience_s: float) -> None:
+    told: Any = SimpleNamespace(
+        runs=SimpleNamespace(running=lambda: SimpleNamespace(title="Reset")),
+        shown=SimpleNamespace(status={"phase": phase}),
+        heard=time.monotonic() - 0.9 * patience_s,
+    )
+    silent: Any = Keeper.silent
+    assert silent.fget(told) is None
+    told.heard = time.monotonic() - 1.1 * patience_s
+    assert silent.fget(told) == f"the run Reset has not been heard of for {patience_s:.0f} s"
+    told.heard = time.monotonic()
+    assert silent.fget(told) is None
 
 
 @pytest.mark.filterwarnings("ignore:'imghdr' is deprecated:DeprecationWarning")
