@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -22,16 +23,18 @@ def stop(
     as_json: Annotated[bool, typer.Option("--json", help="Print every row as JSON.")] = False,
 ) -> None:
     """Press STOP on a bench that turns under load: on the page, in a second browser, in a shell; with service, run or
-    disk broken. Exit code 6 if a press did not take the torque away.
+    disk broken. Exit code 6 if a press did not take the torque away within 0.2 s of the rung that says so.
 
     Needs root rights: it makes a veth pair, and disks that it fills, freezes and makes read-only.
     """
     from bench.matrix import stop_times
-    from bench.matrix.stop_table import page
+    from bench.matrix.stop_scene import CONDITIONS, PRESSES
+    from bench.matrix.stop_table import page, reason
+    from bench.proof.results import commit
 
     rows = []
-    for condition in stop_times.CONDITIONS:
-        for press in stop_times.PRESSES:
+    for condition in CONDITIONS:
+        for press in PRESSES:
             name = f"{condition}, {press}"
             if only and not any(word in name for word in only):
                 continue
@@ -41,12 +44,14 @@ def stop(
             if table is not None:
                 # after every row: what was measured stays if somebody ends it
                 load = f"its load (five minutes) {os.getloadavg()[1]:.1f}"
-                note = f"Measured on a machine of {os.cpu_count()} cores; {load}."
+                made = f"{datetime.now(UTC).date()}, commit {commit() or 'unknown'}"
+                nice = f"; all its programs at nice {os.nice(0)}" if os.nice(0) else ""
+                note = f"Rows are of {made}, measured on a machine of {os.cpu_count()} cores, {load}{nice}."
                 table.write_text(page(rows, stop_times.WATCH_S, [note]), "utf-8")
             if not as_json:
                 off = "no time seen" if row.torque_off_s is None else f"torque off after {row.torque_off_s:.2f} s"
                 say(f"{name:38} {off:26} {row.note or row.told}")
     if as_json:
         say(json.dumps([row.as_dict() for row in rows], ensure_ascii=False))
-    if any(row.torque_off_s is None for row in rows):
+    if any(reason(row) is not None for row in rows):
         raise typer.Exit(ExitCode.NOT_VALID)

@@ -16,27 +16,59 @@ root rights). The bench turns at 10 °/s under 350 N·m; then something is broke
 pressed. Times count from the press and were seen at the far end: when the last drive lost its torque, when both
 shafts stood still. *Page* and *second browser* press as a page does, the service and the run's own listener at once;
 *shell* is `bench stop`, whose start counts. A time that is not there was not seen within {watched:.0f} s. Nothing
-here was repeated until it looked better: each row is one press.
+here was repeated until it looked better: each row is one press. A bench that did not come to turn under load is
+started again, three times at most; nothing was pressed then.
 
-The *rung* is the one that takes the torque away, as the stop's record says it; the last column is how much later the
-drives had none (at most {off:g} s are right). Where the run hangs, its bus process stops the drives by itself and no
-record is written.
+The *rung* is the one that takes the torque away, as the run's listener or the record of the stop says it; *later* is
+how much later the drives had none (at most {off:g} s are right), *seen to* the longest time between two looks at the
+far end, which no other time can be known better than. A run that hangs sends no rung: its bus process finds no new set
+values, stops the drives by itself and needs no press; the time is then that of what was left of it, and may be none.
 
-{notes}| broken | pressed | torque off, s | at rest, s | rung | from rung to torque off, s | told |
-| --- | --- | --- | --- | --- | --- | --- |
+{notes}{summary}
+
+| broken | pressed | torque off, s | at rest, s | rung | later, s | seen to, s | told |
+| --- | --- | --- | --- | --- | --- | --- | --- |
 """
 
 
 def page(rows: Sequence[Row], watched_s: float, notes: Sequence[str]) -> str:
     """Return the page; ``notes`` say what of the machine it was measured on matters."""
     said = "".join(f"{note}\n" for note in notes) + ("\n" if notes else "")
-    lines = [_HEAD.format(watched=watched_s, off=OFF_AFTER_RUNG_S, notes=said)]
+    lines = [_HEAD.format(watched=watched_s, off=OFF_AFTER_RUNG_S, notes=said, summary=_summary(rows))]
     lines += [
         f"| {row.condition} | {row.press} | {_s(row.torque_off_s)} | {_s(row.at_rest_s)} | {row.rung or '–'} |"
-        f" {_s(row.rung_to_off_s)} | {_cell(row.note or row.told)} |\n"
+        f" {_s(row.rung_to_off_s)} | {_s(row.apart_s)} | {_cell(row.note or row.told)} |\n"
         for row in rows
     ]
+    reasons = [f"- {row.condition}, {row.press}: {_cell(why)}\n" for row in rows if (why := reason(row)) is not None]
+    if reasons:
+        lines.append("\n## Rows that are not as they should be\n\n" + "".join(reasons))
     return "".join(lines)
+
+
+def reason(row: Row) -> str | None:
+    """Why a row is not as it should be, from what was seen; None where the torque went in time.
+
+    Without a rung the torque has to be gone within :data:`OFF_AFTER_RUNG_S` of the press.
+    """
+    if row.note:
+        return row.note
+    if row.torque_off_s is None:
+        return "the drives were not seen without torque"
+    unled = row.rung_to_off_s is None
+    late_s = row.torque_off_s if row.rung_to_off_s is None else row.rung_to_off_s
+    if late_s <= OFF_AFTER_RUNG_S:
+        return None
+    since = "the press, and nobody said which rung took it away" if unled else f"the rung ({row.rung})"
+    looks = "" if row.apart_s is None else f"; looks were up to {row.apart_s:.2f} s apart"
+    return f"torque off {late_s:.2f} s after {since}{looks}"
+
+
+def _summary(rows: Sequence[Row]) -> str:
+    right = sum(reason(row) is None for row in rows)
+    offs = [row.torque_off_s for row in rows if row.torque_off_s is not None]
+    longest = f"; the longest time from press to torque off is {max(offs):.2f} s" if offs else ""
+    return f"{right} of {len(rows)} rows are as they should be{longest}."
 
 
 def _s(value: float | None) -> str:

@@ -15,7 +15,7 @@ import time
 import urllib.request
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -24,17 +24,18 @@ from bench.commissioning.record import Commissioned, Zero, digest, record_path
 from bench.configuration import BenchFile, load_bench, on_interface
 from bench.cycle.round_trip import emulator, veth_pair
 from bench.errors import BenchError
-from bench.matrix.disks import Disk, disk
-from bench.matrix.processes import COMMAND, own_places, post, running_service, state, until
+from bench.matrix.disks import disk
+from bench.matrix.processes import own_places, post, running_service, state, until
+from bench.matrix.stop_scene import CONDITIONS, PRESSES, Scene
 from bench.matrix.wire import orders
 from bench.matrix.worker import CYCLE_S
+from bench.stop_button.button import TAKES_TORQUE
 
 WATCH_S = 25.0
-_LOOK_S = 0.01
+_LOOK_S, _ASK_S = 0.01, 0.05
 _TURNING, _LOADED = 20.0, 150.0
 """Motor speed in rad/s and load torque in N·m from which the bench counts as turning under load."""
 _START_S = 240.0
-_ANSWER_S = 8.0
 _ATTEMPTS = 3
 _LOAD_STANDSTILL = 0.02
 _MARKER = 10
@@ -75,115 +76,16 @@ class Row:
     torque_off_s: float | None = None
     at_rest_s: float | None = None
     rung: str = ""
+    """The one that takes the torque away, as the run's listener or the record of the stop says it."""
     rung_to_off_s: float | None = None
-    """From the begin of the rung that takes the torque away, as the stop record says it, until the drives had none."""
+    """From the begin of that rung until the drives had no torque."""
+    apart_s: float | None = None
+    """The longest time between two looks at the far end: no time is known better than that."""
     note: str = ""
 
     def as_dict(self) -> dict[str, Any]:
         """For a script."""
         return asdict(self)
-
-
-@dataclass(slots=True)
-class Scene:
-    """What a condition can break."""
-
-    service: subprocess.Popen[str]
-    address: str
-    run: int
-    folder: Path
-    disk: Disk
-    mend: list[Callable[[], None]] = field(default_factory=list)
-
-
-def _service_dead(scene: Scene) -> None:
-    scene.service.kill()
-    scene.service.wait()
-
-
-def _service_hung(scene: Scene) -> None:
-    scene.service.send_signal(signal.SIGSTOP)
-    scene.mend.append(lambda: scene.service.send_signal(signal.SIGCONT))
-
-
-def _folder_gone(scene: Scene) -> None:
-    kept = scene.folder / ".service"
-    away = scene.folder.parent / "away"
-    kept.rename(away)
-    # something else in its place, so that it cannot come back by itself
-    kept.touch()
-
-    def bring_back() -> None:
-        kept.unlink()
-        away.rename(kept)
-
-    scene.mend.append(bring_back)
-
-
-def _run_hung(scene: Scene) -> None:
-    os.kill(scene.run, signal.SIGSTOP)
-
-    def go_on() -> None:
-        with suppress(ProcessLookupError):
-            os.kill(scene.run, signal.SIGCONT)
-
-    scene.mend.append(go_on)
-
-
-def _disk_broken(scene: Scene) -> None:
-    scene.disk.break_()
-    scene.mend.append(scene.disk.mend)
-
-
-CONDITIONS: dict[str, tuple[str, Callable[[Scene], None]]] = {
-    "all is well": ("", lambda scene: None),
-    "service dead": ("", _service_dead),
-    "service hung": ("", _service_hung),
-    "service's folder gone": ("", _folder_gone),
-    "run hung": ("", _run_hung),
-    "disk full": ("full", _disk_broken),
-    "disk read-only": ("read-only", _disk_broken),
-    "disk frozen": ("frozen", _disk_broken),
-}
-"""By name: the disk it needs, and how it is made."""
-
-
-def _as_a_page(scene: Scene, by: str, port: int | None) -> str:
-    """Press as the page does: the service and the run's own listener at once; return who answered what."""
-    answers: list[str] = []
-    begin, at_ns = time.monotonic(), time.time_ns()
-    body = json.dumps({"by": by, "pressed_at_ns": at_ns}).encode()
-    ways = {"service": urllib.request.Request(f"{scene.address}/api/stop", body, {"Content-Type": "application/json"})}
-    if port is not None:
-        url = f"http://127.0.0.1:{port}/stop?by={by}&pressed_at_ns={at_ns}"
-        ways["listener"] = urllib.request.Request(url, b"", method="POST")
-
-    def ask(name: str, request: urllib.request.Request) -> None:
-        try:
-            with urllib.request.urlopen(request, timeout=_ANSWER_S) as answer:
-                answer.read()
-            answers.append(f"{name} after {time.monotonic() - begin:.2f} s")
-        except OSError:
-            answers.append(f"no answer of the {name}")
-
-    threads = [threading.Thread(target=ask, args=way, daemon=True) for way in ways.items()]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    return ", ".join(sorted(answers))
-
-
-def _in_a_shell(scene: Scene, by: str, port: int | None) -> str:
-    done = subprocess.run([*COMMAND, "stop", "--by", by], capture_output=True, text=True, timeout=90, check=False)
-    return " ".join(done.stdout.split()[-40:]) or done.stderr.strip()[-200:]
-
-
-PRESSES: dict[str, Callable[[Scene, str, int | None], str]] = {
-    "page": _as_a_page,
-    "second browser": _as_a_page,
-    "shell": _in_a_shell,
-}
 
 
 def measure(condition: str, press: str, folder: Path) -> Row:
@@ -240,38 +142,71 @@ def _press(row: Row, scene: Scene, order: Callable[[str], dict[str, Any]], port:
     began, wall = time.monotonic(), time.time()
     # whoever holds the controls, or somebody else: STOP asks for neither
     by = "Ann" if row.press == "page" else "Bob"
+    said: dict[str, Any] = {}
 
     def press() -> None:
         row.told = PRESSES[row.press](scene, by, port)
 
-    thread = threading.Thread(target=press, daemon=True)
-    thread.start()
+    threads = [threading.Thread(target=press, daemon=True)]
+    if port is not None:
+        threads.append(threading.Thread(target=_hear, args=(port, began + WATCH_S, said), daemon=True))
+    for thread in threads:
+        thread.start()
+    looked, apart = [began], 0.0
     while time.monotonic() - began < WATCH_S and (row.torque_off_s is None or row.at_rest_s is None):
         status = order("status")
-        after = time.monotonic() - began
+        looked.append(time.monotonic())
+        apart = max(apart, looked[-1] - looked[-2])
+        after = looked[-1] - began
         shafts = status["shafts"]
         still = abs(shafts["motor_velocity"]) < 0.5 and abs(shafts["load_velocity"]) < _LOAD_STANDSTILL
         row.at_rest_s = (row.at_rest_s or after) if still else None
         row.torque_off_s = None if status["powered"] else (row.torque_off_s or after)
         time.sleep(_LOOK_S)
-    thread.join(90)
-    _rung(row, scene.folder / "run", wall)
+    row.apart_s = apart
+    for thread in threads:
+        thread.join(90)
+    _rung(row, said, scene.folder / "run", wall)
 
 
-def _rung(row: Row, folder: Path, pressed: float) -> None:
-    """Take from the stop's record which rung took the torque away, and how soon after it the drives had none."""
-    records = sorted(folder.glob("stop-*.json"))
-    if not records or row.torque_off_s is None:
-        row.rung = "no record"
-        return
-    with suppress(OSError, ValueError, KeyError, TypeError):
-        record = json.loads(records[-1].read_text("utf-8"))
-        began = datetime.fromisoformat(record["at"]).timestamp() - pressed
+def _hear(port: int, until_s: float, said: dict[str, Any]) -> None:
+    """Ask the run's listener which rung took the torque away until it says so, or is gone."""
+    while time.monotonic() < until_s:
+        try:
+            with urllib.request.urlopen(f"http://127.0.0.1:{port}/state", timeout=1.0) as answer:
+                state = json.loads(answer.read())
+        except TimeoutError:
+            continue
+        except (OSError, ValueError) as error:
+            if isinstance(getattr(error, "reason", error), ConnectionRefusedError):
+                return  # the run has ended
+            continue
+        if state.get("rung") is not None:
+            said.update(state)
+            return
+        time.sleep(_ASK_S)
+
+
+def _rung(row: Row, said: dict[str, Any], folder: Path, pressed: float) -> None:
+    """Take from the run's listener, else from the stop's record, which rung took the torque away, and when."""
+    rung, at = said.get("rung"), said.get("rung_at_ns")
+    began = None if at is None else at / 1e9
+    if rung is None:
+        rung, began = _recorded(folder)
+    row.rung = rung or ""
+    if began is not None and row.torque_off_s is not None:
+        row.rung_to_off_s = row.torque_off_s - (began - pressed)
+
+
+def _recorded(folder: Path) -> tuple[str | None, float | None]:
+    """Return the rung of the last record and its Unix time in s; None where there is no record."""
+    with suppress(OSError, ValueError, KeyError, TypeError, IndexError):
+        record = json.loads(sorted(folder.glob("stop-*.json"))[-1].read_text("utf-8"))
+        began = datetime.fromisoformat(record["at"]).timestamp()
         for rung in record["rungs"]:
-            if rung["rung"] in ("disable voltage", "stop sending"):
-                row.rung = rung["rung"]
-                row.rung_to_off_s = row.torque_off_s - (began + rung["began_s"])
-                return
+            if rung["rung"] in TAKES_TORQUE:
+                return rung["rung"], began + rung["began_s"]
+    return None, None
 
 
 def _turns(order: Callable[[str], dict[str, Any]], address: str, run: str) -> bool:

@@ -4,12 +4,35 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
+
+TAKES_TORQUE = ("disable voltage", "stop sending")
+"""Rungs of the stop ladder that take the torque away."""
+
+
+class Step(Protocol):
+    """What is asked of one rung of a stop."""
+
+    @property
+    def rung(self) -> str:
+        """Its name."""
+        ...
+
+    @property
+    def began_s(self) -> float:
+        """When it began after the stop did, s."""
+        ...
 
 
 class Stopped(Protocol):
     """What is asked of the record of a stop."""
+
+    @property
+    def rungs(self) -> Sequence[Step]:
+        """The rungs in their order."""
+        ...
 
     @property
     def to_rest_s(self) -> float | None:
@@ -45,6 +68,7 @@ class StopButton:
         self._first: dict[str, Press] = {}
         self._pressed = threading.Event()
         self._at_rest_after_s: float | None = None
+        self._torque_rung: tuple[str, int] | None = None
         self._over = False
 
     def press(self, by: str, at_ns: int | None = None) -> Press:
@@ -73,13 +97,20 @@ class StopButton:
         if record.to_rest_s is not None and record.lasted_s is not None:
             since_rest_s = record.lasted_s - record.to_rest_s
             self._at_rest_after_s = max(0.0, time.monotonic() - press.arrived_s - since_rest_s)
+        step = next((step for step in record.rungs if step.rung in TAKES_TORQUE), None)
+        if self._torque_rung is None and step is not None and record.lasted_s is not None:
+            self._torque_rung = (step.rung, time.time_ns() - round(1e9 * (record.lasted_s - step.began_s)))
 
     def ended(self) -> None:
         """The run has ended: what was not seen by now will not be."""
         self._over = True
 
     def state(self) -> dict[str, Any]:
-        """What may be asked: ``running``, ``stopping``, ``at_rest`` (both shafts were seen at rest) or ``not_seen``."""
+        """What may be asked: ``running``, ``stopping``, ``at_rest`` (both shafts were seen at rest) or ``not_seen``.
+
+        ``rung`` is the one that took the torque away, ``rung_at_ns`` when it began (Unix time): what a disk that takes
+        no record cannot tell.
+        """
         press = self._first.get("press")
         if press is None:
             state = "running"
@@ -93,4 +124,6 @@ class StopButton:
             "pressed_at_ns": None if press is None else press.at_ns,
             "pressed_by": None if press is None else press.by,
             "at_rest_after_s": self._at_rest_after_s,
+            "rung": None if self._torque_rung is None else self._torque_rung[0],
+            "rung_at_ns": None if self._torque_rung is None else self._torque_rung[1],
         }

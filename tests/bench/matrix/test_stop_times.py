@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import json
 import os
+import threading
 import time
 from datetime import UTC, datetime
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
 from bench.configuration import load_bench
 from bench.matrix import stop_times
 from bench.matrix.disks import disk
-from bench.matrix.stop_table import page
-from bench.matrix.stop_times import CONDITIONS, PRESSES, Row
+from bench.matrix.stop_scene import CONDITIONS, PRESSES
+from bench.matrix.stop_table import page, reason
+from bench.matrix.stop_times import Row
+from bench.stop_button import StopButton, listening
 
 
 def test_every_press_is_tried_in_every_condition() -> None:
@@ -24,25 +29,61 @@ def test_every_press_is_tried_in_every_condition() -> None:
 
 
 def test_the_table_has_no_figure_for_what_was_not_seen() -> None:
-    seen = Row("all is well", "page", "service after 0.01 s", 0.61, 0.55, "disable voltage", 0.012)
+    seen = Row("all is well", "page", "service after 0.01 s", 0.61, 0.55, "disable voltage", 0.012, 0.014)
     unseen = Row("run hung", "shell", "the run hangs | and more", note="")
     text = page([seen, unseen], 25.0, ["Measured."])
-    assert "| all is well | page | 0.61 | 0.55 | disable voltage | 0.01 | service after 0.01 s |" in text
-    assert "| run hung | shell | – | – | – | – | the run hangs / and more |" in text
+    assert "| all is well | page | 0.61 | 0.55 | disable voltage | 0.01 | 0.01 | service after 0.01 s |" in text
+    assert "| run hung | shell | – | – | – | – | – | the run hangs / and more |" in text
     assert "within 25 s" in text
+    assert "1 of 2 rows are as they should be; the longest time from press to torque off is 0.61 s." in text
+    assert "- run hung, shell: the drives were not seen without torque" in text
+    assert "not as they should be\n" not in page([seen], 25.0, [])
 
 
-def test_the_rung_is_taken_from_the_record_of_the_stop(tmp_path: Path) -> None:
+def test_a_row_is_right_only_if_the_torque_went_in_time() -> None:
+    def row(off: float | None, later: float | None, note: str = "") -> Row:
+        return Row("disk full", "page", "", off, 1.0, "disable voltage", later, 0.03, note)
+
+    assert reason(row(5.0, 0.2)) is None
+    assert reason(row(0.15, None)) is None
+    assert "0.21 s after the rung (disable voltage); looks were up to 0.03 s apart" in str(reason(row(5.0, 0.21)))
+    assert "5.00 s after the press, and nobody said" in str(reason(row(5.0, None)))
+    assert reason(row(None, None)) == "the drives were not seen without torque"
+    assert reason(row(None, None, "not measured: no wire")) == "not measured: no wire"
+
+
+def test_the_rung_is_what_the_listener_says_else_the_record(tmp_path: Path) -> None:
     pressed = time.time()
     row = Row("all is well", "page", torque_off_s=0.9)
-    stop_times._rung(row, tmp_path, pressed)
-    assert (row.rung, row.rung_to_off_s) == ("no record", None)
+    stop_times._rung(row, {}, tmp_path, pressed)
+    assert (row.rung, row.rung_to_off_s) == ("", None)
     rungs = [{"rung": "controlled ramp", "began_s": 0.0}, {"rung": "disable voltage", "began_s": 0.6}]
     at = datetime.fromtimestamp(pressed + 0.2, UTC).isoformat(timespec="milliseconds")
     (tmp_path / "stop-0001.json").write_text(json.dumps({"at": at, "rungs": rungs}))
-    stop_times._rung(row, tmp_path, pressed)
+    stop_times._rung(row, {}, tmp_path, pressed)
     assert row.rung == "disable voltage"
     assert row.rung_to_off_s == pytest.approx(0.1, abs=0.002)
+    said = {"rung": "stop sending", "rung_at_ns": round(1e9 * (pressed + 0.4))}
+    stop_times._rung(row, said, tmp_path, pressed)
+    assert row.rung == "stop sending"
+    assert row.rung_to_off_s == pytest.approx(0.5, abs=0.002)
+
+
+def test_the_listener_is_asked_until_it_knows_the_rung_or_is_gone() -> None:
+    button, said = StopButton("run-1"), dict[str, Any]()
+    with listening(button) as there:
+        assert there.port is not None
+        button.press("Ann")
+        rungs = [SimpleNamespace(rung="disable voltage", began_s=0.1)]
+        record = SimpleNamespace(to_rest_s=0.2, lasted_s=0.2, rungs=rungs)
+        timer = threading.Timer(0.3, lambda: button.stopped(record))
+        timer.start()
+        stop_times._hear(there.port, time.monotonic() + 10.0, said)
+        assert said["rung"] == "disable voltage"
+        timer.join()
+    began = time.monotonic()
+    stop_times._hear(there.port, began + 10.0, said)
+    assert time.monotonic() - began < 5.0
 
 
 def test_the_bench_it_is_measured_on_is_one(tmp_path: Path) -> None:

@@ -35,7 +35,7 @@ with listening(button) as there:
     while not button.is_pressed:
         time.sleep(0.01)
     time.sleep(0.05)
-    button.stopped(SimpleNamespace(to_rest_s=None if "unseen" in sys.argv else 0.04, lasted_s=0.05))
+    button.stopped(SimpleNamespace(to_rest_s=None if "unseen" in sys.argv else 0.04, lasted_s=0.05, rungs=()))
     time.sleep(0.5)
 """
 
@@ -85,7 +85,7 @@ def test_the_first_press_counts_and_its_time_is_that_of_whoever_pressed(runtime:
         assert (state["state"], state["pressed_by"], state["pressed_at_ns"]) == ("stopping", "Ann B", 123)
         assert button.is_pressed
         assert ask(there.port, "POST", "/stop?by=Bob")["pressed_by"] == "Ann B"
-        button.stopped(SimpleNamespace(to_rest_s=0.4, lasted_s=0.4))
+        button.stopped(SimpleNamespace(to_rest_s=0.4, lasted_s=0.4, rungs=()))
         state = ask(there.port, "GET", "/state")
         assert state["state"] == "at_rest"
         assert 0.0 <= state["at_rest_after_s"] < 5.0
@@ -97,14 +97,32 @@ def test_rest_that_nobody_saw_is_not_said(to_rest_s: float | None, lasted_s: flo
     button = StopButton("run-1")
     button.press("Ann")
     assert button.state()["state"] == "stopping"
-    button.stopped(SimpleNamespace(to_rest_s=to_rest_s, lasted_s=lasted_s))
+    button.stopped(SimpleNamespace(to_rest_s=to_rest_s, lasted_s=lasted_s, rungs=()))
     assert (button.state()["state"], button.at_rest_after_s) == ("not_seen", None)
 
 
 def test_a_stop_that_nobody_pressed_for_is_none_of_the_button() -> None:
     button = StopButton("run-1")
-    button.stopped(SimpleNamespace(to_rest_s=0.1, lasted_s=0.1))
+    button.stopped(SimpleNamespace(to_rest_s=0.1, lasted_s=0.1, rungs=()))
     assert button.state()["state"] == "running"
+
+
+def test_the_rung_that_took_the_torque_away_is_told_with_its_time() -> None:
+    button = StopButton("run-1")
+    button.press("Ann")
+    assert (button.state()["rung"], button.state()["rung_at_ns"]) == (None, None)
+    rungs = [
+        SimpleNamespace(rung="controlled ramp", began_s=0.0),
+        SimpleNamespace(rung="disable voltage", began_s=2.0),
+        SimpleNamespace(rung="stop sending", began_s=2.5),
+    ]
+    button.stopped(SimpleNamespace(to_rest_s=2.1, lasted_s=3.0, rungs=rungs))
+    state = button.state()
+    assert state["rung"] == "disable voltage"
+    assert time.time_ns() - state["rung_at_ns"] == pytest.approx(1e9, abs=0.1e9)
+    # a stop that comes later is another one
+    button.stopped(SimpleNamespace(to_rest_s=0.1, lasted_s=0.1, rungs=rungs[2:]))
+    assert button.state()["rung_at_ns"] == state["rung_at_ns"]
 
 
 @pytest.mark.parametrize(
@@ -134,7 +152,7 @@ def test_it_listens_though_its_folder_is_gone(runtime: Path) -> None:
     runtime.write_text("no folder")
     button = StopButton("run-1")
     with listening(button):
-        timer = threading.Timer(0.2, lambda: button.stopped(SimpleNamespace(to_rest_s=0.1, lasted_s=0.1)))
+        timer = threading.Timer(0.2, lambda: button.stopped(SimpleNamespace(to_rest_s=0.1, lasted_s=0.1, rungs=())))
         timer.start()
         outcome = stop(found(os.getpid()), "Ann", 10.0)
     assert outcome.at_rest
