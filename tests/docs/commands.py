@@ -36,6 +36,9 @@ LONG = {
         f"bench prove --{option}": "minutes; bench prove --quick runs in its own tests"
         for option in ("set", "held-back", "clutter", "severity", "peers", "quick")
     },
+    "bench prove --through-the-bench": "minutes a folder; tests/bench/proof/through does one in process",
+    "bench mismatch mine": "needs the folder that bench serve --conceal makes",
+    "bench prove --open 77 --sealed mine": "needs that folder; tests/fakes/sealed opens one",
     "bench prove --real": "needs recordings of others, and minutes; tests/bench/proof/real has what needs none",
     "bench mismatch hidden/seed-1/recordings/e9339ad6d5a4 --out again": "test_end_to_end.py does it",
     "python docs/examples/mismatch_pictures.py": "needs the folder above, and draws the pictures of the docs",

@@ -39,6 +39,8 @@ class Cyclic:
         self._memory, self._layout = memory, layout
         self._last = bytes(layout.out_width)
         self._next = self._count = self._held = 0
+        self._sent = -1
+        """Which set values ``_last`` holds; −1 where they are none that were handed over."""
         self._mode = CYCLING
         self._reason = Reason.NONE
         self._resumed = 0
@@ -109,6 +111,7 @@ class Cyclic:
             self._next = words[at.SET_NEXT] = words[at.SET_HEAD]
             if self.guard is not None and self.guard.steps:
                 self._last = self.guard.outputs
+            self._sent = -1
             return -1
         skip = words[at.SKIP_TO]
         if skip > self._next:
@@ -116,15 +119,16 @@ class Cyclic:
         if self._next < words[at.SET_HEAD]:
             place = self._layout.set_values + self._next % self._layout.set_rows * self._layout.out_width
             self._last = bytes(self._memory[place : place + self._layout.out_width])
+            self._sent = self._next
             self._next += 1
             words[at.SET_USED] = words[at.SET_NEXT] = self._next
             self._held = 0
-            return self._next - 1
+            return self._sent
         limit = words[at.HOLD_LIMIT]
         self._held = self._held + 1 if limit else 0
         if self._held > limit:
             self.stop(Reason.STARVED)
-        return self._next - 1
+        return self._sent
 
     def _judge(self, inputs: memoryview, wkc: int) -> None:
         guard = self.guard
