@@ -14,6 +14,7 @@ from bench.campaigns.schedule import Task
 from bench.campaigns.taken import Taken
 from bench.cycle.channels import Scaling
 from bench.cycle.sink import Sink
+from bench.cycle.view import View
 from bench.errors import one_sentence
 from bench.protocols import Point, Segment
 
@@ -83,6 +84,10 @@ class Silent:
 
 class Tap(Protocol):
     """Looks at the rows of every motion on their way to the recording; must not wait for anything."""
+
+    def opened(self, view: View) -> None:
+        """The bench is open; it may be looked at from another thread from now on, also where nothing moves."""
+        ...
 
     def begin(self, scaling: Scaling, bench_time: datetime, what: str) -> None:
         """A motion begins: scale of its channels, the bench's time of day (UTC) at its first row, its kind."""

@@ -104,6 +104,8 @@ def run_campaign(
         Rig(file, seed=seed, real_time=real_time, latch=latch, zero=zero) as rig,
     ):
         rig.tell_stops(button.stopped)
+        if tap is not None:
+            tap.opened(rig)
         if zero is not None:
             require_zero(rig, zero)
         if reset_faults:

@@ -62,6 +62,10 @@ def serve(
             min=0, help="Emulated bench: seed of a plant with physics nobody is told of; bench prove --open tells."
         ),
     ] = None,
+    watch: Annotated[
+        bool,
+        typer.Option("--watch", help="Hardware: read the bench without torque while nothing runs; its bus is locked."),
+    ] = False,
     systemd_unit: Annotated[
         bool, typer.Option("--systemd-unit", help="Print the systemd unit for these options and end.")
     ] = False,
@@ -84,6 +88,7 @@ def serve(
         notify=tuple(notify or ()),
         stop_port=stop_port,
         conceal=conceal,
+        watch=watch,
     )
     if systemd_unit:
         _print_unit()

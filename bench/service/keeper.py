@@ -108,6 +108,11 @@ class Keeper:
         return f"the run {run.title} has not been heard of for {limit:.0f} s"
 
     @property
+    def is_busy(self) -> bool:
+        """Whether a run has the bench, or is being started on it."""
+        return self._starting is not None or self.runs.running() is not None
+
+    @property
     def held(self) -> bool:
         """After a stop or an alarm nothing begins by itself until the operator says so; a new service knows it too."""
         return self._held

@@ -1,9 +1,10 @@
 """The launcher: keeps the privileges a bus needs, starts run processes when told, and does nothing else.
 
 It is started before the web process gives its own privileges away. Lines of JSON on its input:
-``{"job": path, "log": path}``; on its output: ``{"started": pid, "job": path}`` or ``{"refused": why, "job": path}``,
-and ``{"exited": pid, "code": code}``.
-It starts one program only, :mod:`bench.service.process.main`, each in a session of its own: runs go on when it ends.
+``{"job": path, "log": path}``, and ``{"ready": spec}`` for a process that stands ready for the next job; on its output:
+``{"started": pid, "job": path}`` or ``{"refused": why, "job": path}``, and ``{"exited": pid, "code": code}``.
+It starts two programs only, :mod:`bench.service.process.main` and :mod:`bench.service.process.ready`, each in a session
+of its own: runs go on when it ends, and one that stands ready ends with it.
 """
 
 from __future__ import annotations
@@ -18,27 +19,46 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import IO, Any
 
+from bench.service.process.ready import Spec
+from bench.service.standing import Standing
+
+Child = subprocess.Popen[bytes]
+
 
 def serve(orders: IO[str], tell: Callable[[dict[str, Any]], None]) -> None:
     """Start what is ordered until the orders end."""
+    standing = Standing()
+
+    def follow(child: Child) -> None:
+        threading.Thread(target=lambda: tell({"exited": child.pid, "code": child.wait()}), daemon=True).start()
+
     for line in orders:
         order = json.loads(line)
+        if "ready" in order:
+            child = standing.begin(order["ready"])
+            if child is not None:
+                follow(child)
+            continue
         try:
-            with Path(order["log"]).open("ab") as log:
-                child = subprocess.Popen(
-                    [sys.executable, "-m", "bench.service.process.main", order["job"]],
-                    stdin=subprocess.DEVNULL,
-                    stdout=log,
-                    stderr=subprocess.STDOUT,
-                    start_new_session=True,
-                )
+            child = standing.take(order["job"], order["log"])
+            if child is None:
+                child = _start(order["job"], order["log"])
+                follow(child)
         except OSError as error:
             tell({"refused": str(error), "job": order["job"]})
             continue
         tell({"started": child.pid, "job": order["job"]})
-        threading.Thread(
-            target=lambda child=child: tell({"exited": child.pid, "code": child.wait()}), daemon=True
-        ).start()
+
+
+def _start(job: str, log_path: str) -> Child:
+    with Path(log_path).open("ab") as log:
+        return subprocess.Popen(
+            [sys.executable, "-m", "bench.service.process.main", job],
+            stdin=subprocess.DEVNULL,
+            stdout=log,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
 
 
 def main() -> None:
@@ -66,7 +86,7 @@ class Launcher:
             env=environment,
             start_new_session=True,
         )
-        self._changed = threading.Condition()
+        self._changed, self._ordering = threading.Condition(), threading.Lock()
         self._started: dict[str, int | str] = {}
         """Process id, or why it was not started, by job."""
         self._exited: dict[int, int] = {}
@@ -83,6 +103,12 @@ class Launcher:
         """
         return await asyncio.to_thread(self._start, job, log)
 
+    def stand_ready(self, spec: Spec) -> None:
+        """Have a process stand ready for the next run; nothing if one does. A launcher that is gone says so itself."""
+        stdin = self._process.stdin
+        if stdin is not None and self._process.poll() is None:
+            self._order({"ready": spec.as_dict()})
+
     def has_started(self, pid: int) -> bool:
         """Whether a run is this launcher's own, so that its exit will be heard of."""
         return pid in self._own
@@ -98,12 +124,10 @@ class Launcher:
         self._process.wait(10)
 
     def _start(self, job: Path, log: Path) -> int:
-        line = json.dumps({"job": str(job), "log": str(log)}) + "\n"
         stdin = self._process.stdin
         if stdin is None or self._process.poll() is not None:
             raise OSError("the launcher of runs is gone; restart the service")
-        stdin.write(line)
-        stdin.flush()
+        self._order({"job": str(job), "log": str(log)})
         with self._changed:
             if not self._changed.wait_for(lambda: str(job) in self._started, 30):
                 raise OSError("the launcher of runs did not answer within 30 s; restart the service")
@@ -111,6 +135,13 @@ class Launcher:
         if isinstance(answer, str):
             raise OSError(answer)
         return answer
+
+    def _order(self, order: dict[str, Any]) -> None:
+        stdin = self._process.stdin
+        assert stdin is not None
+        with self._ordering:
+            stdin.write(json.dumps(order) + "\n")
+            stdin.flush()
 
     def _read(self) -> None:
         for line in self._process.stdout or ():

@@ -11,6 +11,7 @@ from typing import Any, Literal
 
 from bench.service.disk import Disk
 from bench.service.kept import Broken
+from bench.service.standing import leads_to
 
 State = Literal["proposed", "queued", "running", "ended"]
 _KEPT = 200
@@ -150,7 +151,7 @@ def process_of(job: Path, pid: int | None = None) -> int | None:
     wanted = str(job.absolute()).encode()
     for path in Path("/proc").glob(f"{'[0-9]*' if pid is None else pid}/cmdline"):
         try:
-            if wanted in path.read_bytes().split(b"\0"):
+            if any(word == wanted or leads_to(word, wanted) for word in path.read_bytes().split(b"\0")):
                 return int(path.parent.name)
         except OSError:
             # ended between listing and looking

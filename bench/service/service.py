@@ -19,6 +19,7 @@ from bench.service.analyses import Analyses
 from bench.service.book import Book
 from bench.service.catalog import Catalog
 from bench.service.disk import Disk
+from bench.service.idle import Idle
 from bench.service.keeper import Keeper, local_time_of
 from bench.service.kept import Broken
 from bench.service.launcher import Launcher
@@ -81,6 +82,7 @@ class Service:
         self.keeper = Keeper(
             settings.state, runs, launcher, self.stream, self.book, self.alarms, self.disk, deadline, port, plant
         )
+        self.idle = Idle(settings, self.bench, plant, launcher, lambda: self.keeper.is_busy, self.keeper.shown.take)
         self.after_stop = AfterStop(self.bench, settings, self.keeper, self.book)
         self.keeper.shown.on_spectrum = self.overlay.take
         self.keeper.shown.on_phase = self.tell_state
@@ -108,6 +110,7 @@ class Service:
             # stopped by a run this service knows nothing of; the alarm is what it is acknowledged with
             self.alarms.raise_(stopped["cause"], stopped["text"])
         self.keeper.open()
+        self.idle.open()
         loop = asyncio.get_running_loop()
         self._watching = [
             loop.create_task(watch(lambda: look_at_disk(self), DISK_EVERY_S)),
@@ -119,6 +122,7 @@ class Service:
         self.stream.close()
         for task in self._watching:
             task.cancel()
+        await self.idle.close()
         await self.keeper.close()
         await self.analyses.close()
         await asyncio.to_thread(self._launcher.close)
@@ -173,7 +177,8 @@ class Service:
             },
         }
         shown = self.keeper.shown
-        maybe = (shown.plan_message(), self.overlay.last if shown.spectrum is not None else None)
+        spectrum = self.overlay.last if shown.spectrum is not None else None
+        maybe = (shown.plan_message(), spectrum, shown.condition)
         return [
             about,
             self.state(),

@@ -29,6 +29,7 @@ class Settings:
     notify : apprise URLs alarms are sent to.
     stop_port : port on 127.0.0.1 of the runs' own stop listener; 0 for any that is free.
     conceal : seed of a plant drawn with physics that nobody is told of, for an emulated bench.
+    watch : read a bench behind a network interface, without torque, also while nothing runs; its bus is locked then.
     """
 
     bench: str = "rh380n"
@@ -45,6 +46,7 @@ class Settings:
     notify: tuple[str, ...] = ()
     stop_port: int = 0
     conceal: int | None = None
+    watch: bool = False
 
     def __post_init__(self) -> None:
         """Refuse an address others can reach without TLS and a token."""

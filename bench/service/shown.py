@@ -24,6 +24,8 @@ class Shown:
         self.points: dict[str, Message] = {}
         self.status: Message = FREE
         self.spectrum: Message | None = None
+        self.condition: Message | None = None
+        """How the bench was when it was read last, with or without a run; or why nobody reads it."""
         self.on_spectrum: Callable[[Message], None] = stream.publish
         """Where spectra go; the service draws its model over them first."""
         self.on_phase: Callable[[], None] = lambda: None
@@ -72,6 +74,8 @@ class Shown:
                 self.on_phase()
         elif kind == "live":
             self.history.add(message)
+        elif kind in ("condition", "unread"):
+            self.condition = message
         elif kind == "notice":
             self._book.write("notice", "bench", message["text"])
         elif kind == "spectrum":

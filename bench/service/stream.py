@@ -10,7 +10,7 @@ from typing import Any
 Message = dict[str, Any]
 _MOST_WAITING = 400
 _LIVE_UNTIL = 100
-_LIVE = frozenset({"live", "spectrum"})
+_LIVE = frozenset({"live", "spectrum", "condition"})
 BEAT_S = 2.0
 """Seconds between signs of life; a page that misses them says that the service is gone."""
 

@@ -16,7 +16,7 @@ _MOST_WAITING = 2000
 """Messages that may wait for a listener; one who lags further behind is disconnected and may connect again."""
 _LIVE_UNTIL = 200
 """Above so many waiting messages live values are left out: states matter more."""
-_LIVE = frozenset({"live", "spectrum"})
+_LIVE = frozenset({"live", "spectrum", "condition"})
 
 
 class LineServer:

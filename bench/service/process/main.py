@@ -97,12 +97,21 @@ class Process:
 
     def _campaign(self) -> Message:
         job = self._job
-        tap = LiveTap(self._emit, self._file.configuration.gearbox.ratio, self._reporter.motion)
+        tell = self._reporter.tell
+        tell("opening", "1 of 3: reads the campaign")
+        campaign = load_campaign(job.campaign)
+        tell("opening", "2 of 3: brings bus and drives up")
+        tap = LiveTap(
+            self._emit,
+            self._file.configuration.gearbox.ratio,
+            self._reporter.motion,
+            lambda: tell("opening", "3 of 3: plans every point against the limits"),
+        )
         try:
             return _as_end(
                 run_campaign(
                     self._file,
-                    load_campaign(job.campaign),
+                    campaign,
                     Path(job.folder),
                     self._reporter,
                     seed=job.seed,

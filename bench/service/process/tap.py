@@ -13,30 +13,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.cycle.channels import Scaling
+from bench.cycle.view import View
 from bench.protocols import Segment
+from bench.service.process.condition import SHOWN, condition
 from bench.service.process.revolution import Revolution
 
 Message = dict[str, Any]
-
-SHOWN: tuple[str, ...] = (
-    "motor_velocity_setpoint",
-    "motor_velocity",
-    "load_velocity",
-    "motor_torque",
-    "load_motor_torque_setpoint",
-    "load_torque",
-    "load_motor_torque",
-    "temperature",
-    "ambient_temperature",
-    "motor_angle",
-    "load_angle",
-)
-"""Channels whose values go to the page."""
 
 _MOST_WAITING = 20_000
 """Blocks that may wait; at 2 kHz in blocks of one that is ten seconds. Then blocks are dropped, and counted."""
 _EVERY_S = 0.2
 _SPECTRUM_EVERY_S = 0.5
+_CONDITION_EVERY_S = 0.5
 
 
 class LiveTap:
@@ -44,15 +32,22 @@ class LiveTap:
 
     Parameters
     ----------
-    emit : is called from the tap's own thread with ``live`` and ``spectrum`` messages.
+    emit : is called from the tap's own thread with ``live``, ``spectrum`` and ``condition`` messages.
     ratio : of the gearbox.
     on_begin : is told the bench's time of day when a motion begins.
+    on_open : is called once the bench is open.
     """
 
     def __init__(
-        self, emit: Callable[[Message], None], ratio: float, on_begin: Callable[[datetime], None] = lambda _: None
+        self,
+        emit: Callable[[Message], None],
+        ratio: float,
+        on_begin: Callable[[datetime], None] = lambda _: None,
+        on_open: Callable[[], None] = lambda: None,
     ) -> None:
-        self._emit, self._ratio, self._on_begin = emit, ratio, on_begin
+        self._emit, self._ratio, self._on_begin, self._on_open = emit, ratio, on_begin, on_open
+        self._view: View | None = None
+        self._condition_told = 0.0
         self._waiting: deque[tuple[Any, ...]] = deque()
         self._ended = threading.Event()
         self.dropped = 0
@@ -69,6 +64,11 @@ class LiveTap:
         self._thread.start()
 
     # -- called by the runner: no work here ----------------------------------------------------------------------------
+
+    def opened(self, view: View) -> None:
+        """Look at a bench that is open, in motion or not: its condition is told from now on."""
+        self._view = view
+        self._on_open()
 
     def begin(self, scaling: Scaling, bench_time: datetime, what: str) -> None:
         """Note a new motion."""
@@ -96,7 +96,17 @@ class LiveTap:
     def _work(self) -> None:
         while not self._ended.wait(_EVERY_S):
             self._drain()
+            self._tell_condition()
         self._drain()
+
+    def _tell_condition(self) -> None:
+        """Tell how the bench is: between motions and while it is paused no row comes, yet it has values."""
+        if self._view is None or time.monotonic() - self._condition_told < _CONDITION_EVERY_S:
+            return
+        self._condition_told = time.monotonic()
+        seen = condition(self._view, "run")
+        if seen is not None:
+            self._emit(seen)
 
     def _drain(self) -> None:
         blocks: list[Mapping[str, NDArray[Any]]] = []

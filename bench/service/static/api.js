@@ -40,7 +40,7 @@ const SILENT_MS = 6000;
 // Calls on(type, message) for everything that happens, and gone(since | null) when the service is lost or back.
 export function listen(on, gone) {
   let source, heard = Date.now(), lost = null;
-  const types = ["about", "state", "runs", "plan", "point", "status", "live", "spectrum", "analyses", "clear", "beat"];
+  const types = ["about", "state", "runs", "plan", "point", "status", "live", "spectrum", "condition", "unread", "analyses", "clear", "beat"];
   const connect = () => {
     source?.close();
     source = new EventSource("/api/events");

@@ -12,7 +12,7 @@ const NAMES = ["motor_velocity_setpoint", "motor_velocity", "load_motor_torque_s
 const WINDOWS = [[60, "1 min"], [600, "10 min"], [3600, "1 h"], [36000, "10 h"]];
 const plots = {};
 const STALE_MS = 3000;
-let seconds = 600, dirty = true, lastAct = "", heard = 0;
+let seconds = 600, dirty = true, lastAct = "", heard = 0, moving = 0;
 
 export function open() {
   plots.speed = bandPlot($("plot-speed"), { title: "Speed, load side, °/s", least: 0.5 });
@@ -32,37 +32,83 @@ export async function load() {
   dirty = true;
 }
 
-export function live(bucket) { buffers.add(bucket); dirty = true; heard = Date.now(); tiles(bucket.values); }
+export function live(bucket) { buffers.add(bucket); dirty = true; heard = Date.now(); moving = Date.now(); tiles(bucket.values); }
 export function clear() { buffers.clear(); dirty = true; }
+
+// How the bench is, with a run or without one; while rows come, those are newer.
+export function condition(message) {
+  state.condition = message;
+  showCondition();
+  if (message.type === "unread") return;
+  heard = Date.now();
+  if (Date.now() - moving > 1000) tiles(Object.fromEntries(Object.entries(message.values).map(([name, value]) => [name, [value, value, value, value]])));
+}
 
 // An old value in large figures would be taken for the state of the bench: it goes as soon as it is old.
 function stale() {
-  const old = Date.now() - heard > STALE_MS || !running() || state.gone;
+  const old = Date.now() - heard > STALE_MS || state.gone;
   document.querySelector(".tiles").classList.toggle("stale", old);
   if (!old) return;
   for (const id of ["speed", "torque", "temperature", "angle", "motor"]) { $(`v-${id}`).textContent = "–"; $(`s-${id}`).textContent = ""; }
-  $("s-speed").textContent = state.gone ? "not known" : running() ? "no value comes" : "nothing runs";
+  for (const id of ["speed", "torque", "temperature"]) $(`l-${id}`).replaceChildren();
+  $("s-speed").textContent = state.gone ? "not known" : running() ? "no value comes" : "nobody reads the bench";
+  showCondition();
 }
 
 function tiles(values) {
-  const { ratio } = state.about;
+  const { ratio, limits } = state.about;
   const set = (id, value, digits, unit) => $(id).replaceChildren(number(value, digits), make("i", {}, unit));
   const mean = name => values[name]?.[2];
   const velocity = mean("motor_velocity");
   set("v-speed", velocity === undefined ? undefined : velocity / ratio * DEGREES, 2, "°/s");
   const wanted = values.motor_velocity_setpoint?.[3];
   $("s-speed").textContent = wanted === undefined ? "" : `set ${number(wanted / ratio * DEGREES, 2)} °/s · motor ${number(velocity * 60 / (2 * Math.PI), 0)} rpm`;
+  limit("l-speed", velocity / ratio * DEGREES, limits.motor_speed / ratio * DEGREES, 1, "°/s");
   set("v-torque", mean("load_torque"), 1, "N·m");
   const torque = values.load_motor_torque_setpoint?.[3];
   $("s-torque").textContent = torque === undefined ? "" : `set ${number(torque, 0)} N·m`;
+  limit("l-torque", mean("load_torque"), limits.load_torque, 0, "N·m");
   set("v-temperature", mean("temperature"), 1, "°C");
-  const target = state.status.target;
+  const target = running() ? state.status.target : null;
   $("s-temperature").textContent = Number.isFinite(target) && target !== null ? `wanted ${number(target, 1)} °C` : values.ambient_temperature ? `room ${number(mean("ambient_temperature"), 1)} °C` : "";
+  limit("l-temperature", mean("temperature"), limits.temperature, 0, "°C", true);
   const angle = values.load_angle?.[3];
   set("v-angle", angle === undefined ? undefined : ((angle * DEGREES) % 360 + 360) % 360, 1, "°");
   $("s-angle").textContent = values.motor_angle ? `motor ${number(values.motor_angle[3] * DEGREES / 360, 1)} turns` : "";
   set("v-motor", mean("motor_torque"), 2, "N·m");
-  $("s-motor").textContent = values.motor_torque ? `${number(values.motor_torque[0], 2)} … ${number(values.motor_torque[1], 2)}` : "";
+  const [low, high] = values.motor_torque ?? [];
+  $("s-motor").textContent = low === undefined || low === high ? "" : `${number(low, 2)} … ${number(high, 2)}`;
+}
+
+// A value between its limits: the middle is zero, or the left end where it has one limit only.
+function limit(id, value, bound, digits, unit, oneSided = false) {
+  if (!Number.isFinite(value) || !Number.isFinite(bound)) { $(id).replaceChildren(); return; }
+  const share = Math.max(-1, Math.min(1, value / bound)), from = oneSided ? 0 : 50, width = Math.abs(share) * (oneSided ? 100 : 50);
+  $(id).classList.toggle("near", Math.abs(share) > 0.9);
+  $(id).replaceChildren(make("div", { class: "limit-bar" }, make("i", { style: `left:${oneSided ? 0 : share < 0 ? from - width : from}%;width:${width}%` })),
+    make("span", {}, `limit ${oneSided ? "" : "±"}${number(bound, digits)} ${unit}`));
+}
+
+const ROLES = { input_drive: "Input drive", load_drive: "Load drive" }, CIRCUITS = { emergency_stop: "Emergency stop", safe_torque_off: "Safe torque off" };
+const GOOD_STATES = ["OPERATION_ENABLED", "SWITCH_ON_DISABLED", "READY_TO_SWITCH_ON", "SWITCHED_ON", "NOT_READY_TO_SWITCH_ON"];
+
+function showCondition() {
+  const now = state.condition, chip = (name, text, kind = "") => make("span", { class: `chip ${kind}` }, make("b", {}, name), ` ${text}`);
+  const old = state.gone || Date.now() - heard > STALE_MS;
+  if (!now || now.type === "unread" || old) {
+    const why = state.gone ? "The service does not answer: drives, safety circuits and bus are not known." : now?.type === "unread" && !running() ? `Drives, safety circuits and bus: ${now.text}.`
+      : "Drives, safety circuits and bus have not been read in the last seconds.";
+    $("condition").replaceChildren(make("span", { class: "quiet" }, why));
+    return;
+  }
+  const { cycles, bad, late_s: late, temperature_age_s: age } = now.bus;
+  $("condition").replaceChildren(
+    ...Object.entries(now.drives).map(([role, name]) => chip(ROLES[role] ?? role, name.replaceAll("_", " ").toLowerCase(), GOOD_STATES.includes(name) ? "" : "bad")),
+    ...Object.entries(now.inputs).map(([name, demanded]) => chip(CIRCUITS[name] ?? name, demanded ? "demands a stop" : "closed", demanded ? "bad" : "")),
+    ...(Object.keys(now.inputs).length ? [] : [chip("Safety circuits", "this bench has no input for them")]),
+    chip("Bus", bad ? `${bad} of the last ${cycles} cycles wrong` : `the last ${cycles} cycles good${late === null ? "" : `, ${number(late * 1e6, 0)} µs late at most`}`, bad ? "bad" : ""),
+    chip("Lubricant", age === null ? "never read" : `read ${number(age, 1)} s ago`, age === null ? "bad" : ""),
+    make("span", { class: "quiet" }, now.source === "idle" ? "read without torque; nothing runs" : ""));
 }
 
 function draw() {
@@ -127,7 +173,8 @@ export function status() {
   $("phase-name").textContent = alarm || due === "acknowledge" || due === "reset" ? "Stopped" : PHASES[phase] ?? phase;
   $("phase-label").textContent = run ? (now.pausing ? "pauses after this point · " : "") + (now.label || run.title).replaceAll("_", " ") : alarm ? "see the alarm" : DUE[due] ? DUE[due] : state.held && state.runs.some(r => r.state === "queued") ? "the queue is held" : "nothing runs";
   progress(run, now);
-  const signature = JSON.stringify([state.allowed, Boolean(run), run?.id, [...state.points.values()].map(p => p.state).join(), state.runs.map(one => one.state).join()]);
+  // the phase as well: “Do not pause” is “Go on” as soon as it has paused
+  const signature = JSON.stringify([state.allowed, phase, Boolean(run), run?.id, [...state.points.values()].map(p => p.state).join(), state.runs.map(one => one.state).join()]);
   if (signature !== lastAct) { lastAct = signature; $("acts").replaceChildren(...buttons()); }
 }
 

@@ -2,7 +2,7 @@
 export const state = {
   about: { bench: "", title: "", ratio: 1, emulated: true, limits: {} },
   gone: false, holder: null, allowed: [], alarms: [], alive: true, model: null, stop: null, stop_port: null,
-  runs: [], held: false, plan: null, points: new Map(), status: { phase: "free" }, spectrum: null, analyses: [],
+  runs: [], held: false, plan: null, points: new Map(), status: { phase: "free" }, spectrum: null, analyses: [], condition: null,
 };
 
 export const me = {

@@ -20,6 +20,7 @@ from starlette.testclient import TestClient
 
 from bench.service.app import create_app
 from bench.service.launcher import Launcher
+from bench.service.process.ready import Spec
 from bench.service.settings import Settings
 
 BASE = "http://127.0.0.1:8080"
@@ -39,6 +40,9 @@ class NoLauncher(Launcher):
         process = subprocess.Popen([sys.executable, "-c", "import sys, time; time.sleep(60)", str(job)])
         self.processes.append(process)
         return process.pid
+
+    def stand_ready(self, spec: Spec) -> None:
+        """Nothing stands ready here: runs of these tests touch no bench."""
 
     def has_started(self, pid: int) -> bool:
         return any(process.pid == pid for process in self.processes)
