@@ -10,8 +10,10 @@ from bench.campaigns import load_campaign, parse_campaign, shipped_campaigns
 from bench.configuration import BenchFile
 from bench.errors import BenchError
 from bench.service import planning
+from bench.service.laboratory import definition, laboratory_folder, save
 from bench.service.refusals import NotNow, Unknown
 from bench.service.settings import Settings
+from bench.service.toml import toml
 
 _ASKED = 6
 """So many next experiments are offered."""
@@ -30,9 +32,9 @@ class Catalog:
         for name, source in self._offered().items():
             try:
                 title = load_campaign(source).title + self._asked_by(source)
-                out.append({"name": name, "title": title, "problem": None})
+                out.append({"name": name, "title": title, "problem": None, "laboratory": self._is_own(source)})
             except BenchError as error:
-                out.append({"name": name, "title": name, "problem": str(error)})
+                out.append({"name": name, "title": name, "problem": str(error), "laboratory": self._is_own(source)})
         return out
 
     def plan(self, name: str) -> dict[str, Any]:
@@ -46,6 +48,49 @@ class Catalog:
             If it is wrong or would break a limit.
         """
         return planning.plan(self.source(name, None, ""), self._bench)
+
+    def draft(self, text: str | None, table: dict[str, Any] | None) -> dict[str, Any]:
+        """Return the plan of a campaign that is being written, and its text; as :meth:`plan` it refuses what is wrong.
+
+        Raises
+        ------
+        NotNow
+            If neither or both of text and table are given.
+        """
+        written = self.written(text, table)
+        return {"text": written, **planning.plan_text(written, self._bench)}
+
+    def written(self, text: str | None, table: dict[str, Any] | None) -> str:
+        """Return the TOML text of a draft.
+
+        Raises
+        ------
+        NotNow
+            If neither or both of text and table are given.
+        """
+        if (text is None) == (table is None):
+            raise NotNow("give either text, the content of a TOML file, or table, what it holds")
+        return toml(table or {}) if text is None else text
+
+    def save(self, name: str, text: str, replaces: bool) -> Path:
+        """Save a campaign of the laboratory; one that breaks a limit of this bench may be saved, not run."""
+        return save(laboratory_folder(self._settings), name, text, replaces)
+
+    def definition(self, name: str) -> dict[str, Any]:
+        """Return a campaign that is offered as text and table.
+
+        Raises
+        ------
+        Unknown
+            If there is none of this name, or it is a program.
+        """
+        offered = self._offered()
+        if name not in offered:
+            raise Unknown(f'there is no campaign "{name}"; there are {", ".join(offered)}')
+        return definition(offered[name], name)
+
+    def _is_own(self, source: str) -> bool:
+        return Path(source).parent == laboratory_folder(self._settings).absolute()
 
     def source(self, name: str | None, text: str | None, run_id: str) -> str:
         """Return what a run process loads: a shipped name or a path; the text sent is kept beside the run.
@@ -75,9 +120,11 @@ class Catalog:
     def _offered(self) -> dict[str, str]:
         # the short one first: what a newcomer wants to try
         offered = {name: name for name in sorted(shipped_campaigns(), key=lambda name: (name != "quick", name))}
-        folder = self._settings.campaigns
-        if folder is not None and folder.is_dir():
-            files = (path for path in sorted(folder.iterdir()) if path.suffix in (".toml", ".py"))
+        folder = laboratory_folder(self._settings)
+        if folder.is_dir():
+            files = (
+                path for path in sorted(folder.iterdir()) if path.suffix in (".toml", ".py") and path.name[0] != "."
+            )
             offered |= {path.name: str(path.absolute()) for path in files}
         # what a mismatch report asks for next, the newest report first
         asked = sorted(self._analyses.glob("*/next-*.toml"), reverse=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, StringConstraints
 
@@ -103,6 +103,22 @@ class NewRun(Body):
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
 
 
+class Draft(Body):
+    """A campaign that is being written: its TOML text, or the table that text would hold."""
+
+    text: Annotated[str, StringConstraints(min_length=1, max_length=200_000)] | None = None
+    table: dict[str, Any] | None = None
+
+
+class SaveCampaign(Draft):
+    """Save a draft as a campaign of the laboratory; ``replaces`` keeps the version before beside it."""
+
+    request_id: RequestId
+    name: Name
+    campaign: PlaceName
+    replaces: bool = False
+
+
 class NewAnalysis(Body):
     """An identification, or a search for what the simulation leaves out."""
 
@@ -167,6 +183,12 @@ class RunAnswer(BaseModel):
     id: str
     state: str
     folder: str
+
+
+class SavedCampaign(Done):
+    """A campaign was saved, and is offered under this name."""
+
+    campaign: str
 
 
 class AnalysisAnswer(BaseModel):

@@ -10,7 +10,7 @@ from pathlib import Path
 from types import FrameType
 from typing import Any, TypeVar
 
-from bench.campaigns import load_campaign, make_plan
+from bench.campaigns import load_campaign, make_plan, parse_campaign
 from bench.campaigns.journal import require_same
 from bench.configuration import BenchFile
 from bench.errors import ConfigurationError, LimitError
@@ -38,6 +38,11 @@ def plan(source: str, bench: BenchFile, limit_s: float = PLAN_S) -> dict[str, An
     return guarded.call(Path(source), _plan, source, bench, limit_s)
 
 
+def plan_text(text: str, bench: BenchFile, limit_s: float = PLAN_S) -> dict[str, Any]:
+    """Return the plan of a campaign that is no file yet; as :func:`plan`."""
+    return guarded.call(Path("the draft"), _plan_text, text, bench, limit_s)
+
+
 def require_possible(source: str, bench: BenchFile, folder: str | None, run: str, root: Path) -> Planned:
     """Return what a campaign is called and its folder below ``root``: ``folder``, or one named after it and the run.
 
@@ -51,6 +56,10 @@ def require_possible(source: str, bench: BenchFile, folder: str | None, run: str
 
 def _plan(source: str, bench: BenchFile, limit_s: float) -> dict[str, Any]:
     return _within(limit_s, lambda: make_plan(load_campaign(source), bench.configuration).as_dict())
+
+
+def _plan_text(text: str, bench: BenchFile, limit_s: float) -> dict[str, Any]:
+    return _within(limit_s, lambda: make_plan(parse_campaign(text, "the draft"), bench.configuration).as_dict())
 
 
 def _possible(source: str, bench: BenchFile, folder: str | None, run: str, root: Path) -> Planned:

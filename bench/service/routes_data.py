@@ -52,18 +52,6 @@ async def history(detail: Literal["fine", "coarse"], service: The) -> list[Answe
     return service.keeper.shown.history.fine() if detail == "fine" else service.keeper.shown.history.coarse()
 
 
-@router.get("/campaigns", summary="Campaigns that may be started")
-async def campaigns(service: The) -> list[Answer]:
-    """Shipped ones and those of the campaigns folder; ``problem`` says why one cannot be."""
-    return await service.plans(service.catalog.list)
-
-
-@router.get("/campaigns/{name}/plan", summary="The plan of a campaign")
-async def plan(name: Place, service: The) -> Answer:
-    """Every point with time, temperature and energy, from room temperature."""
-    return await service.plans(service.catalog.plan, name)
-
-
 @router.get("/folders", summary="Folders of recordings")
 async def folders(service: The) -> list[Answer]:
     """Newest first."""

@@ -53,6 +53,48 @@ def running(address: str) -> dict[str, Any] | None:
     return next((run for run in state(address, "runs")["runs"] if run["state"] == "running"), None)
 
 
+def test_values_drives_and_circuits_are_there_before_anything_runs(ann: Browser) -> None:
+    ann.until(lambda: "°C" in ann.text("#v-temperature"))
+    ann.until(lambda: "Input drive switch on disabled" in ann.text("#condition"))
+    assert "Emergency stop closed" in ann.text("#condition")
+    assert "cycles good" in ann.text("#condition")
+    assert "limit ±" in ann.text("#l-torque")
+    assert ann.text("#emulated") == "EMULATED · real time"
+
+
+def test_a_sweep_is_planned_on_the_page_saved_and_offered(ann: Browser, address: str) -> None:
+    ann.view("plan")
+    ann.until(lambda: "2 points" in ann.text("#plan-sum"))
+    torques = ann.find("#plan-form [data-key=load_torques]")
+    torques.clear()
+    torques.send_keys("0, 90 kN*m")
+    # refused while it is written, with the limit that it breaks
+    ann.until(lambda: "limits.load_torque" in ann.text("#plan-problem"))
+    assert not ann.find("#plan-save").is_enabled()
+    torques.clear()
+    torques.send_keys("0, 350")
+    ann.until(lambda: "4 points" in ann.text("#plan-sum"))
+    assert "kWh" in ann.text("#plan-sum")
+    assert len(ann.all("#plan-points tbody tr")) == 6
+    name = ann.find("#plan-name")
+    name.clear()
+    name.send_keys("evening-sweep")
+    ann.until(lambda: ann.find("#plan-save").is_enabled())
+    ann.size(1280, 1500)
+    ann.shot("operator-plan")
+    ann.size(1280, 1100)
+    ann.click("#plan-save")
+    ann.find("#sheet-body input").clear()
+    ann.find("#sheet-body input").send_keys("Ann")
+    ann.click("#sheet-acts button", "Save")
+    ann.until(lambda: "evening-sweep.toml" in ann.text("#plan-list"))
+    ann.until(lambda: ann.find("#plan-start").is_enabled())
+    with urllib.request.urlopen(f"{address}/api/campaigns/evening-sweep.toml/definition", timeout=10) as answer:
+        block = json.load(answer)["table"]["stages"][0]["points"][0]
+    assert block["load_torques"] == ["0 N*m", "350 N*m"]
+    ann.view("now")
+
+
 def test_take_the_controls_and_start_a_campaign(ann: Browser, address: str) -> None:
     assert ann.text("#phase-name") == "Ready"
     ann.click("#acts [data-act=start]")
@@ -124,6 +166,10 @@ def test_pause_and_go_on_and_a_remark(ann: Browser, address: str) -> None:
     ann.click("#acts [data-act=pause]")
     ann.until(lambda: "it pauses after this point" in ann.text("#toast"))
     ann.until(lambda: ann.text("#phase-name") == "Paused")
+    # at once: whoever paused by mistake does not look for it
+    ann.until(lambda: ann.text("#acts [data-act=go_on]") == "Go on")
+    ann.until(lambda: "°C" in ann.text("#v-temperature"))
+    ann.until(lambda: "Load drive operation enabled" in ann.text("#condition"))
     ann.click("#acts [data-act=note]")
     ann.click("#sheet-body button", "Oil looked at.")
     ann.click("#sheet-acts button", "Write it down")

@@ -6,12 +6,13 @@ import { listen, showToken } from "./api.js";
 import * as campaign from "./campaign.js";
 import * as now from "./now.js";
 import * as place from "./place.js";
+import * as plan from "./plan.js";
 import * as recordings from "./recordings.js";
 import { me, running, state } from "./state.js";
 import * as stop from "./stop.js";
 import { $, make, moment, toast } from "./text.js";
 
-const VIEWS = { now: now.spectrum, campaign: () => { campaign.queue(); campaign.points(); }, recordings: recordings.folders, analysis: analysis.analyses, place: place.show };
+const VIEWS = { now: now.spectrum, campaign: () => { campaign.queue(); campaign.points(); }, plan: plan.show, recordings: recordings.folders, analysis: analysis.analyses, place: place.show };
 
 function view(name) {
   for (const tab of $("tabs").children) tab.setAttribute("aria-selected", tab.dataset.view === name);
@@ -35,7 +36,8 @@ function header() {
 function emulated() {
   const run = running();
   $("emulated").hidden = !state.about.emulated;
-  $("emulated").textContent = `EMULATED${run ? run.real_time ? " · real time" : " · fast" : ""}`;
+  $("emulated").textContent = `EMULATED · ${run && !run.real_time ? "fast" : "real time"}`;
+  document.body.classList.toggle("is-emulated", state.about.emulated);
 }
 
 // Controls that were taken, or that ended with the service, are not lost without a word.
@@ -64,6 +66,8 @@ const ON = {
   point(message) { state.points.set(message.identity, message); campaign.point(message); now.status(); },
   status(message) { state.status = message; now.status(); },
   live(message) { now.live(message); },
+  condition(message) { now.condition(message); },
+  unread(message) { now.condition(message); },
   spectrum(message) { state.spectrum = message; if (!$("now").hidden) now.spectrum(); },
   analyses(message) { state.analyses = message.analyses; analysis.analyses(); },
   clear() { state.plan = null; state.points = new Map(); state.spectrum = null; now.clear(); now.spectrum(); campaign.points(); },
@@ -82,7 +86,7 @@ async function main() {
   place.theme();
   // sheets and what is scrolled to begin below the header, however high it is on this screen
   new ResizeObserver(() => document.documentElement.style.setProperty("--header", `${document.querySelector("header").offsetHeight}px`)).observe(document.querySelector("header"));
-  for (const part of [now, campaign, recordings, analysis, place]) part.open();
+  for (const part of [now, campaign, plan, recordings, analysis, place]) part.open();
   for (const tab of $("tabs").children) tab.addEventListener("click", () => view(tab.dataset.view));
   // pointerdown: a gloved finger that slides off the button has pressed it all the same
   $("stop").addEventListener("pointerdown", stop.stop);
