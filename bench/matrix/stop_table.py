@@ -11,30 +11,32 @@ OFF_AFTER_RUNG_S = 0.2
 
 _HEAD = """# How long STOP takes
 
-Made by `bench benchmark stop --table docs/stop-times.md` on an emulated bench at the far end of a veth pair (needs
-root rights). The bench turns at 10 °/s under 350 N·m; then something is broken, and half a second later STOP is
-pressed. Times count from the press and were seen at the far end: when the last drive lost its torque, when both
-shafts stood still. *Page* and *second browser* press as a page does, the service and the run's own listener at once;
-*shell* is `bench stop`, whose start counts. A time that is not there was not seen within {watched:.0f} s. Nothing
-here was repeated until it looked better: each row is one press. A bench that did not come to turn under load is
-started again, three times at most; nothing was pressed then.
+Made by `bench benchmark stop --table docs/stop-times.md --store docs/stop-times.json` on an emulated bench at the far
+end of a veth pair (needs root rights); it waits for no processor where it may (SCHED_FIFO), as slaves do not. The bench
+turns at 10 °/s under 350 N·m; then something is broken, and half a second later STOP is pressed. Times count from the
+press and were seen at the far end: when the last drive lost its torque, when both shafts stood still. *Page* and
+*second browser* press as a page does, the service and the run's own listener at once; *shell* is `bench stop`, whose
+start counts. A time that is not there was not seen within {watched:.0f} s. Nothing here was repeated until it looked
+better: each row is one press, and one that was measured is never struck again. A bench that did not come to turn under
+load is started again, three times at most; nothing was pressed then.
 
 The *rung* is the one that takes the torque away, as the run's listener or the record of the stop says it; *later* is
 how much later the drives had none (at most {off:g} s are right), *seen to* the longest time between two looks at the
 far end, which no other time can be known better than. A run that hangs sends no rung: its bus process finds no new set
 values, stops the drives by itself and needs no press; the time is then that of what was left of it, and may be none.
 
-{notes}{summary}
+{made}
+
+{summary}
 
 | broken | pressed | torque off, s | at rest, s | rung | later, s | seen to, s | told |
 | --- | --- | --- | --- | --- | --- | --- | --- |
 """
 
 
-def page(rows: Sequence[Row], watched_s: float, notes: Sequence[str]) -> str:
-    """Return the page; ``notes`` say what of the machine it was measured on matters."""
-    said = "".join(f"{note}\n" for note in notes) + ("\n" if notes else "")
-    lines = [_HEAD.format(watched=watched_s, off=OFF_AFTER_RUNG_S, notes=said, summary=_summary(rows))]
+def page(rows: Sequence[Row], watched_s: float) -> str:
+    """Return the page."""
+    lines = [_HEAD.format(watched=watched_s, off=OFF_AFTER_RUNG_S, made=_made(rows), summary=_summary(rows))]
     lines += [
         f"| {row.condition} | {row.press} | {_s(row.torque_off_s)} | {_s(row.at_rest_s)} | {row.rung or '–'} |"
         f" {_s(row.rung_to_off_s)} | {_s(row.apart_s)} | {_cell(row.note or row.told)} |\n"
@@ -44,6 +46,14 @@ def page(rows: Sequence[Row], watched_s: float, notes: Sequence[str]) -> str:
     if reasons:
         lines.append("\n## Rows that are not as they should be\n\n" + "".join(reasons))
     return "".join(lines)
+
+
+def _made(rows: Sequence[Row]) -> str:
+    """Of which day, program and machine the rows are."""
+    places = "; ".join(dict.fromkeys(row.made for row in rows if row.made))
+    loads = [row.load for row in rows if row.load is not None]
+    load = f" Load of the machine (five minutes): {min(loads):.1f} to {max(loads):.1f}." if loads else ""
+    return f"Rows are of {places or 'an unknown day'}.{load}"
 
 
 def reason(row: Row) -> str | None:

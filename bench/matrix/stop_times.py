@@ -25,7 +25,7 @@ from bench.configuration import BenchFile, load_bench, on_interface
 from bench.cycle.round_trip import emulator, veth_pair
 from bench.errors import BenchError
 from bench.matrix.disks import disk
-from bench.matrix.processes import own_places, post, running_service, state, until
+from bench.matrix.processes import as_hardware, own_places, post, running_service, state, until
 from bench.matrix.stop_scene import CONDITIONS, PRESSES, Scene
 from bench.matrix.wire import orders
 from bench.matrix.worker import CYCLE_S
@@ -82,6 +82,10 @@ class Row:
     apart_s: float | None = None
     """The longest time between two looks at the far end: no time is known better than that."""
     note: str = ""
+    """Why it was not measured; empty if it was."""
+    made: str = ""
+    load: float | None = None
+    """Day, commit and machine; its load over five minutes."""
 
     def as_dict(self) -> dict[str, Any]:
         """For a script."""
@@ -114,7 +118,7 @@ def _measure(row: Row, folder: Path) -> None:
         closing.enter_context(own_places(where.folder))
         near, far = closing.enter_context(veth_pair())
         control = folder / "control"
-        closing.enter_context(emulator(far, CYCLE_S, "--control", str(control)))
+        closing.enter_context(emulator(far, CYCLE_S, "--control", str(control), *as_hardware()))
         order = closing.enter_context(orders(control))
         file = _bench(folder / "bench.toml", near)
         recordings = where.folder / "recordings"

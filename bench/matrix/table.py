@@ -40,7 +40,8 @@ _NOTES = {
     SLOW: "In process and in real time, with an age limit of 1 s for the reading and the frozen reading not judged.",
     HOST: "In process and in bench time; the shafts are looked at in every bus cycle where a bench runs.",
     SERVICE: "Processes of their own with an emulated bench inside; nobody looks at their shafts.",
-    WIRE: f"Real frames between processes, real time, shafts looked at by order to the emulator. Loosened: {LOOSENED}.",
+    WIRE: "Real frames between processes, real time, shafts looked at by order to the emulator, which waits for no"
+    f" processor where it may (SCHED_FIFO), as slaves do not. Loosened: {LOOSENED}.",
 }
 NOT_SEEN = "not seen"
 

@@ -20,6 +20,7 @@ from bench.configuration import BenchFile
 from bench.cycle.round_trip import emulator, veth_pair
 from bench.errors import DeviceError
 from bench.matrix.outcome import Envelope, Outcome
+from bench.matrix.processes import as_hardware
 from bench.matrix.rows import Row
 from bench.matrix.worker import CYCLE_S
 from bench.recording.repairing import repair
@@ -94,7 +95,8 @@ def run_wire_row(row: Row, file: BenchFile, folder: Path, seed: int = 0) -> Outc
 def _run(row: Row, outcome: Outcome, file: BenchFile, folder: Path, seed: int) -> None:
     bench, envelope = file.configuration, Envelope.of(file.configuration)
     control = folder / "control"
-    with veth_pair() as (near, far), emulator(far, CYCLE_S, "--control", str(control), "--seed", str(seed)):
+    options = ("--control", str(control), "--seed", str(seed), *as_hardware())
+    with veth_pair() as (near, far), emulator(far, CYCLE_S, *options):
         with orders(control) as order, _worker(folder, near, row.last_s) as worker:
             scene = Scene(worker, _until(worker, "moving")["bus"], order)
             looks = _watch(order, _LEAD_S, lambda look: False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import threading
 import time
 from datetime import UTC, datetime
@@ -12,10 +13,13 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from typer.testing import CliRunner
 
+from bench.cli.app import make_app
 from bench.configuration import load_bench
 from bench.matrix import stop_times
 from bench.matrix.disks import disk
+from bench.matrix.processes import as_hardware
 from bench.matrix.stop_scene import CONDITIONS, PRESSES
 from bench.matrix.stop_table import page, reason
 from bench.matrix.stop_times import Row
@@ -31,13 +35,37 @@ def test_every_press_is_tried_in_every_condition() -> None:
 def test_the_table_has_no_figure_for_what_was_not_seen() -> None:
     seen = Row("all is well", "page", "service after 0.01 s", 0.61, 0.55, "disable voltage", 0.012, 0.014)
     unseen = Row("run hung", "shell", "the run hangs | and more", note="")
-    text = page([seen, unseen], 25.0, ["Measured."])
+    text = page([seen, unseen], 25.0)
     assert "| all is well | page | 0.61 | 0.55 | disable voltage | 0.01 | 0.01 | service after 0.01 s |" in text
     assert "| run hung | shell | – | – | – | – | – | the run hangs / and more |" in text
     assert "within 25 s" in text
     assert "1 of 2 rows are as they should be; the longest time from press to torque off is 0.61 s." in text
     assert "- run hung, shell: the drives were not seen without torque" in text
-    assert "not as they should be\n" not in page([seen], 25.0, [])
+    assert "not as they should be\n" not in page([seen], 25.0)
+
+
+def test_a_row_that_was_measured_is_not_struck_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    struck: list[str] = []
+
+    def measure(condition: str, press: str, folder: Path) -> Row:
+        struck.append(f"{condition}, {press}")
+        seen = 0.5 if len(struck) > 1 else None
+        return Row(condition, press, "told", seen, seen, "disable voltage", 0.01, 0.02, "" if seen else "not measured")
+
+    monkeypatch.setattr(stop_times, "measure", measure)
+    places = ["--table", str(tmp_path / "t.md"), "--store", str(tmp_path / "t.json")]
+    command = ["benchmark", "stop", "--only", "service dead", *places]
+    done = CliRunner().invoke(make_app(), command)
+    assert done.exit_code == 6, done.output
+    assert "2 of 3 rows" in (tmp_path / "t.md").read_text("utf-8")
+    done = CliRunner().invoke(make_app(), command)
+    assert done.exit_code == 0, done.output
+    assert struck == [f"service dead, {press}" for press in PRESSES] + ["service dead, page"]
+    text = (tmp_path / "t.md").read_text("utf-8")
+    assert "3 of 3 rows" in text
+    assert re.search(
+        r"Rows are of \d{4}-\d\d-\d\d, commit .*processors.*Load of the machine .*: [\d.]+ to [\d.]+\.", text
+    )
 
 
 def test_a_row_is_right_only_if_the_torque_went_in_time() -> None:
@@ -106,3 +134,17 @@ def test_a_disk_is_filled_and_has_room_again(tmp_path: Path) -> None:
             (one.folder / "more").write_bytes(bytes(1 << 16))
     except DeviceError as error:
         pytest.skip(f"no disk can be made here: {error}")
+
+
+def test_the_emulator_waits_for_no_processor_where_that_may_be(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+    before = os.sched_getscheduler(0)
+    monkeypatch.setattr(os, "sched_setscheduler", lambda pid, policy, parameter: asked.append(policy))
+    assert as_hardware()[0] == "--priority"
+    assert asked == [os.SCHED_FIFO, before], "the caller's own is left as it was"
+
+    def refuse(*_: object) -> None:
+        raise PermissionError
+
+    monkeypatch.setattr(os, "sched_setscheduler", refuse)
+    assert as_hardware() == ()
