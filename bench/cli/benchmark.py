@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from bench.cli._benchmark_archive import archive
 from bench.cli._benchmark_cycle import cycle
 from bench.cli._benchmark_faults import faults
 from bench.cli._benchmark_fuzz import fuzz
@@ -34,6 +35,7 @@ def register(app: typer.Typer) -> None:
     group.command(name="fuzz")(fuzz)
     group.command(name="stop")(stop)
     group.command(name="cycle")(cycle)
+    group.command(name="archive")(archive)
     app.add_typer(group, name="benchmark")
 
 

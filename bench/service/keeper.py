@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import logging
 import time
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -63,6 +64,8 @@ class Keeper:
         self._plant = plant
         self.stopper = Stopper(stop_deadline_s, self._killed)
         self.shown = Shown(stream, book)
+        self.on_end: Callable[[Run], None] = lambda run: None
+        """Is called with a run that has ended; must not wait for anything."""
         self.heard = time.monotonic()
         self._held = runs.rebuilt or _is_there(state / "held")
         self._link: ProcessLink | None = None
@@ -242,6 +245,7 @@ class Keeper:
         code = None if run.pid is None else self._launcher.exit_code(run.pid)
         if end is None:
             end = await asyncio.to_thread(outcome, self._folder(run), code)
+        self.on_end(run)
         self._end(run, end)
 
     def _killed(self) -> None:

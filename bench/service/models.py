@@ -130,6 +130,17 @@ class NewAnalysis(Body):
     """Id of the analysis whose model.json is the simulation; None for the nominal one, calibrated."""
 
 
+class NewNote(Body):
+    """Something said of a recording or, without a file, of a whole folder; ``archive`` puts it aside, nothing more."""
+
+    request_id: RequestId
+    name: Name
+    folder: PlaceName
+    file: PlaceName | None = None
+    kind: Literal["comment", "tag", "untag", "archive", "restore"]
+    text: Annotated[str, StringConstraints(max_length=2000)] = ""
+
+
 class Cancel(Body):
     """End an analysis."""
 

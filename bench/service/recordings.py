@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.archive import read_notes
 from bench.errors import RecordingError
 from bench.names import require_name
 from bench.recording import Recording, RecordingFolder, guarded
@@ -94,6 +95,7 @@ def folders(root: Path) -> list[dict[str, Any]]:
                 "failed": states.get("failed", 0),
                 "points": len(planned) or None,
                 "end": manifest.get("end"),
+                "archived": _is_archived(path),
             }
         )
     return sorted(out, key=lambda folder: -folder["changed_at"])
@@ -211,6 +213,12 @@ def _short(values: NDArray[np.float64]) -> list[float | None]:
 
 def _number(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
+
+
+def _is_archived(folder: Path) -> bool:
+    """Whether somebody put the folder aside."""
+    acts = [note.kind for note in read_notes(folder) if not note.file and note.kind in ("archive", "restore")]
+    return bool(acts) and acts[-1] == "archive"
 
 
 def _sizes(folder: Path) -> list[os.stat_result]:

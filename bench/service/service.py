@@ -16,9 +16,11 @@ from bench.service.after_stop import AfterStop
 from bench.service.alarms import Alarm, Alarms
 from bench.service.allowed import BEGINS, DONE, Situation, allowed, why_not
 from bench.service.analyses import Analyses
+from bench.service.archive import Archive
 from bench.service.book import Book
 from bench.service.catalog import Catalog
 from bench.service.disk import Disk
+from bench.service.downloads import Exports
 from bench.service.idle import Idle
 from bench.service.keeper import Keeper, local_time_of
 from bench.service.kept import Broken
@@ -91,6 +93,10 @@ class Service:
         self._launcher = launcher
         self.catalog = Catalog(settings, self.bench)
         self.plans = Readers("plans", at_once=2, most_waiting=6)
+        self.archive = Archive(settings, self.book)
+        self.keeper.on_end = self.archive.run_ended
+        self.searching = Readers("searches", at_once=2, most_waiting=20)
+        self.exports = Exports()
         self.reading = Readers("recordings", at_once=2, most_waiting=30)
 
     # -- life ----------------------------------------------------------------------------------------------------------
