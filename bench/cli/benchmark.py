@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from bench.cli._benchmark_archive import archive
+from bench.cli._benchmark_coverage import coverage
 from bench.cli._benchmark_cycle import cycle
 from bench.cli._benchmark_faults import faults
 from bench.cli._benchmark_fuzz import fuzz
@@ -29,6 +30,7 @@ def register(app: typer.Typer) -> None:
     group.command(name="campaign")(campaign)
     group.command(name="survival")(survival)
     group.command(name="identify")(identify)
+    group.command(name="coverage")(coverage)
     group.command(name="mismatch")(mismatch)
     group.command(name="wire")(wire)
     group.command(name="faults")(faults)

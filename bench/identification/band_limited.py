@@ -53,12 +53,14 @@ def band_limited_rows(
         return reduced(channels[name]) if name in channels else np.full(rows.size, np.nan)
 
     rows = reduced(omega)
+    torque = optional("load_torque") / ratio
     return Rows(
         np.full(rows.size, group, dtype=np.int64),
         reduced(np.sign(omega)),
         rows,
         reduced(np.gradient(omega, step)),
         reduced(channels["motor_torque"]),
-        optional("load_torque") / ratio,
+        torque,
         optional("temperature"),
+        np.abs(torque),
     )

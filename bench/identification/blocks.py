@@ -18,19 +18,21 @@ STANDSTILL_RAD_S = 0.3
 class Blocks:
     """One row each :data:`BLOCK_S`, in the order of time, averaged under a triangle of twice that length.
 
-    A quantity whose channel is missing is NaN.
-    SI units, temperatures in °C. ``acceleration`` is at the motor shaft; ``steady`` is 1 inside steady segments and
-    ``whole`` is 0 where rows of the recording are missing inside the block or its neighbours.
+    A quantity whose channel is missing is NaN. SI units, temperatures in °C. ``acceleration`` is at the motor shaft,
+    ``load_size`` the mean of |load torque|; ``steady`` is 1 inside steady segments and ``whole`` is 0 where rows of the
+    recording are missing inside the block or its neighbours.
     """
 
     time: FloatArray
     motor_velocity: FloatArray
     load_velocity: FloatArray
+    load_angle: FloatArray
     acceleration: FloatArray
     load_acceleration: FloatArray
     motor_torque: FloatArray
     load_torque: FloatArray
     load_motor_torque: FloatArray
+    load_size: FloatArray
     temperature: FloatArray
     ambient_temperature: FloatArray
     steady: FloatArray
@@ -105,9 +107,11 @@ def make_blocks(
         time=_triangle(channels["time"][:used], width),
         motor_velocity=motor_velocity,
         load_velocity=load_velocity,
+        load_angle=mean("load_angle"),
         acceleration=acceleration,
         load_acceleration=load_acceleration,
         **{name: mean(name) for name in MEANS},
+        load_size=_triangle(np.abs(channels["load_torque"][:used]), width) if "load_torque" in channels else nothing,
         steady=within[1:] * within[:-1],
         whole=whole,
     )

@@ -1,8 +1,9 @@
 """What changed between two gearboxes, or one before and after wear: differences against their uncertainty.
 
 A parameter counts as changed where its difference exceeds what chance explains with a family-wise error of 5 % over
-all parameters looked at (Holm 1979). An order is compared as the vector A·(cos φ, sin φ) at common operating points:
-phase and amplitude have no meaning of their own where an order is small.
+all parameters looked at (Holm 1979). Standard deviations rest on few recordings, so differences follow Student's t and
+vectors Hotelling's T², with the degrees of freedom that stand in the files. An order is compared as the vector
+A·(cos φ, sin φ) at common operating points: phase and amplitude have no meaning of their own where an order is small.
 """
 
 from __future__ import annotations
@@ -13,8 +14,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import chi2, norm
+from scipy.stats import chi2, f, norm, t
 
+from bench.identification.freedom import parameter_freedom, series_freedom
 from bench.simulation import TERM_COUNT, FourierSet, Simulation, basis
 
 FloatArray = NDArray[np.float64]
@@ -47,6 +49,23 @@ class Change:
     changed: bool = False
 
 
+def _two_sided(difference: float, first: float, second: float, freedom: tuple[float, float]) -> tuple[float, float]:
+    """Standard deviation of a difference, and the chance of one as large; Welch's degrees of freedom."""
+    std = float(np.hypot(first, second))
+    ratio = abs(difference) / max(std, 1e-300)
+    share = (first / max(std, 1e-300)) ** 4 / freedom[0] + (second / max(std, 1e-300)) ** 4 / freedom[1]
+    return std, float(2.0 * (t.sf(ratio, 1.0 / share) if share > 0.0 else norm.sf(ratio)))
+
+
+def _vector_chance(distance: float, freedom: float) -> float:
+    """Chance of a squared distance (in covariances) of two components as large: Hotelling's T²."""
+    if not np.isfinite(freedom):
+        return float(chi2.sf(distance, 2))
+    if freedom <= 1.0:
+        return 1.0
+    return float(f.sf(distance * (freedom - 1.0) / (2.0 * freedom), 2, freedom - 1.0))
+
+
 def _parameters(a: Simulation, b: Simulation) -> list[Change]:
     out = []
     for effect, term in a.terms.items():
@@ -57,8 +76,8 @@ def _parameters(a: Simulation, b: Simulation) -> list[Change]:
                 continue
             p_value = std = float("nan")
             if first.std is not None and second.std is not None:
-                std = float(np.hypot(first.std, second.std))
-                p_value = float(2.0 * norm.sf(abs(second.value - first.value) / max(std, 1e-300)))
+                freedom = parameter_freedom(term, symbol), parameter_freedom(other, symbol)
+                std, p_value = _two_sided(second.value - first.value, first.std, second.std, freedom)
             out.append(Change(f"{effect} {symbol}", "parameter", first.unit, first.value, second.value, std, p_value))
     return out
 
@@ -86,7 +105,7 @@ def _same_terms(a: FourierSet, k: int, b: FourierSet, j: int) -> bool:
     return np.array_equal(np.diag(a.covariance[k]) > 0.0, np.diag(b.covariance[j]) > 0.0)
 
 
-def _orders(a: FourierSet, b: FourierSet, direction: str, sign: float) -> list[Change]:
+def _orders(a: FourierSet, b: FourierSet, direction: str, sign: float, freedom: tuple[float, float]) -> list[Change]:
     out = []
     for k, order in enumerate(a.orders):
         at = np.flatnonzero(b.orders == order)
@@ -104,7 +123,8 @@ def _orders(a: FourierSet, b: FourierSet, direction: str, sign: float) -> list[C
                 total = cov_a + cov_b
                 off = second - first
                 distance = float(off @ np.linalg.pinv(total, hermitian=True) @ off)
-                smallest = min(smallest, float(chi2.sf(distance, 2)))
+                # the smaller of both counts: what the joint covariance rests on is between them and their sum
+                smallest = min(smallest, _vector_chance(distance, min(freedom)))
                 if number == 0:
                     deviation = float(np.sqrt(0.5 * np.trace(total)))
             if number == 0:
@@ -115,7 +135,7 @@ def _orders(a: FourierSet, b: FourierSet, direction: str, sign: float) -> list[C
     return out
 
 
-def _offset(a: FourierSet, b: FourierSet, direction: str, sign: float) -> Change:
+def _offset(a: FourierSet, b: FourierSet, direction: str, sign: float, freedom: tuple[float, float]) -> Change:
     """Compliance, the part of a₀ that torque makes: −∂a₀/∂τ at the middle of the ranges."""
     x = basis(0.0, sign * np.deg2rad(5.0), 30.0)
     gradient = np.zeros(TERM_COUNT)
@@ -127,8 +147,8 @@ def _offset(a: FourierSet, b: FourierSet, direction: str, sign: float) -> Change
     if all(covariance is not None and covariance[3, 3] > 0.0 for covariance in covariances):
         assert a.offset_covariance is not None
         assert b.offset_covariance is not None
-        std = float(np.sqrt(gradient @ (a.offset_covariance + b.offset_covariance) @ gradient))
-        p_value = float(2.0 * norm.sf(abs(second - first) / max(std, 1e-300)))
+        one, two = (float(np.sqrt(gradient @ c @ gradient)) for c in (a.offset_covariance, b.offset_covariance))
+        std, p_value = _two_sided(second - first, one, two, freedom)
     return Change(f"compliance, {direction}", "compliance", "rad/(N*m)", first, second, std, p_value)
 
 
@@ -151,8 +171,9 @@ def compare(before: Simulation, after: Simulation) -> list[Change]:
         for direction, sign in (("positive", 1.0), ("negative", -1.0)):
             a, b = first.direction(sign), second.direction(sign)
             if a is not None and b is not None:
-                changes += _orders(a, b, direction, sign)
-                changes.append(_offset(a, b, direction, sign))
+                freedom = series_freedom(before, direction), series_freedom(after, direction)
+                changes += _orders(a, b, direction, sign, freedom)
+                changes.append(_offset(a, b, direction, sign, freedom))
     verdicts = holm([c.p_value for c in changes])
     marked = [
         Change(c.what, c.kind, c.unit, c.before, c.after, c.std, c.p_value, verdict)

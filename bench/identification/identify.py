@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import multiprocessing
 import os
 from collections.abc import Callable, Iterator, Sequence
@@ -14,13 +15,14 @@ from typing import Any
 
 from bench.errors import BenchError, RecordingError
 from bench.identification.heat import HeatFit, identify_heat
-from bench.identification.orders import Proposal, default_orders, propose
+from bench.identification.load_side import identify_load_side
+from bench.identification.orders import Proposal, default_orders, nuisance_orders, propose
 from bench.identification.paper import identify_paper
 from bench.identification.reduction import Reduction, reduce_recording
 from bench.identification.refined import RefinedDirection, TorqueZero, identify_direction
 from bench.identification.regression import LinearFit
 from bench.identification.selection import select
-from bench.identification.slow_equations import friction_rows, identify_friction, identify_load_side
+from bench.identification.slow_equations import friction_of
 from bench.identification.steady import ReductionOptions
 from bench.identification.validation import Score, score
 from bench.identification.windows import Skipped
@@ -157,17 +159,19 @@ def identify_folder(folder: Path | str, options: Options, progress: Progress | N
             reductions.append(result)
             skipped += [Skipped(result.recording_id, why) for why in result.sentences]
     training = [r for r in reductions if not r.validation]
-    load_side, said = identify_load_side(training)
+    load_side, said = identify_load_side(training, options.notch_orders)
     zero = torque_zero(load_side)
-    friction, more = identify_friction(friction_rows(training, zero.value))
+    friction, more = friction_of(training, zero.value, zero.std, load_side.freedom.get("z_0", math.inf))
     said += more
-    heat = identify_heat(training, zero.value, friction.values.get("tau_0", 0.0))
+    heat = identify_heat(training, zero.value, friction.values.get("tau_0", 0.0), friction.values.get("J", 0.0))
     said += heat.sentences
+    proposals = propose(reductions, gearbox, orders, options.notch_orders)
+    nuisance = nuisance_orders(proposals, options.notch_orders, reduction_options.reach)
     refined: dict[str, RefinedDirection] = {}
     paper: dict[str, Any] = {"positive": None, "negative": None}
     for name in ("positive", "negative"):
         group = [r for r in training if _direction_of(r) == name]
-        series = identify_direction(group, orders, options.notch_orders, name, zero)
+        series = identify_direction(group, orders, options.notch_orders, name, zero, nuisance)
         paper[name] = identify_paper(group, orders)
         if series is None and any(r.steady is not None for r in training):
             said.append(f"No recording with a steady revolution in {name} direction: its series is not identified.")
@@ -191,7 +195,7 @@ def identify_folder(folder: Path | str, options: Options, progress: Progress | N
         refined,
         models,
         tuple(s for s in scored if s is not None),
-        propose(reductions, gearbox, orders, options.notch_orders),
+        proposals,
         friction,
         load_side,
         heat,

@@ -111,3 +111,8 @@ def propose(
         Proposal(int(f), float(amplitude[f]), float(share[f]), part_of(float(f), gearbox, notch_orders), int(f) in used)
         for f in found
     )
+
+
+def nuisance_orders(proposals: Sequence[Proposal], notch_orders: Sequence[int], reach: int) -> tuple[int, ...]:
+    """Return the orders that stand out and are not asked for, up to ``reach``: they are fitted beside the others."""
+    return tuple(sorted(p.order for p in proposals if not p.used and p.order not in notch_orders and p.order <= reach))

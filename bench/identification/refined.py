@@ -63,7 +63,8 @@ class RecordingHarmonics:
 class RefinedDirection:
     """Result of one direction: coefficients, the harmonics they rest on, what could not be determined.
 
-    ``spreads`` has amplitude's and phase's of each order, and a₀'s last (twice).
+    ``spreads`` has amplitude's and phase's of each order, and a₀'s last (twice). ``freedom`` counts the recordings
+    beyond those that the polynomials take: the standard deviations rest on so many.
     """
 
     fourier: FourierSet
@@ -71,6 +72,7 @@ class RefinedDirection:
     design: Design
     spreads: tuple[tuple[Spread, Spread], ...]
     sentences: tuple[str, ...]
+    freedom: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -271,13 +273,19 @@ def identify_direction(
     notch_orders: Sequence[int],
     direction: str,
     zero: TorqueZero = TorqueZero(),
+    nuisance: Sequence[int] = (),
 ) -> RefinedDirection | None:
-    """Identify one direction of motion from recordings that moved that way; None without any."""
+    """Identify one direction of motion from recordings that moved that way; None without any.
+
+    ``nuisance`` orders are there, too: they are fitted to each recording and not reported, so that they neither bias
+    the others nor count as their noise.
+    """
     members = [(r.recording_id, r.steady) for r in reductions if r.steady is not None]
     if not members:
         return None
-    listed = np.asarray([*orders, *(n for n in notch_orders if n not in orders)], dtype=np.int64)
-    ripples = listed.size - len(orders)
+    beside = [n for n in dict.fromkeys([*notch_orders, *nuisance]) if n not in orders]
+    listed = np.asarray([*orders, *beside], dtype=np.int64)
+    ripples = len(beside)
     normals = [_normal(steady, listed, zero) for _, steady in members]
     design = make_design(np.stack([n.mean for n in normals]))
     resolution = max(steady.resolution for _, steady in members)
@@ -297,7 +305,14 @@ def identify_direction(
         fourier, spreads = _polynomials(harmonics, design, np.asarray(orders, dtype=np.float64), resolution, fits)
     assert fourier is not None
     fourier = _with_zero_uncertainty(fourier, zero.std)
-    return RefinedDirection(fourier, tuple(harmonics), design, spreads, tuple(undetermined(design, direction)))
+    return RefinedDirection(
+        fourier,
+        tuple(harmonics),
+        design,
+        spreads,
+        tuple(undetermined(design, direction)),
+        max(len(members) - int(design.kept.size), 1),
+    )
 
 
 def single_recording(

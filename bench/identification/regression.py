@@ -2,62 +2,95 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 
+FEW_GROUPS = 4
+"""With fewer recordings than these, rows are taken in batches instead."""
+BATCHES = 20
 MIN_OWN_SHARE = 0.01
 """A parameter is determined only if at least this share of its regressor's norm is not made up of the others'."""
 
 
 @dataclass(frozen=True, slots=True)
 class LinearFit:
-    """Values and standard deviations by symbol; ``undetermined`` lists symbols left out; RMSE of the residual."""
+    """Values and standard deviations by symbol; ``undetermined`` lists symbols left out; RMSE of the residual.
+
+    ``freedom`` has by symbol the degrees of freedom of the standard deviation (:mod:`.freedom`).
+    """
 
     values: dict[str, float]
     std: dict[str, float]
     undetermined: tuple[str, ...]
     rmse: float
     rows: int
+    freedom: dict[str, float] = field(default_factory=dict)
 
 
-def regress(columns: Mapping[str, FloatArray], target: FloatArray, group: NDArray[np.int64]) -> LinearFit:
+def regress(
+    columns: Mapping[str, FloatArray],
+    target: FloatArray,
+    group: NDArray[np.int64],
+    nuisance: Collection[str] = (),
+) -> LinearFit:
     """Least squares of ``target`` (n,) on named columns (n,), standard deviations clustered by ``group`` (n,).
 
-    A column that is zero, or that the others make up but for 1 % of its norm, is left out and named. The covariance is
-    the cluster-robust sandwich with the G/(G − 1) correction (Liang and Zeger 1986); with a single group, rows are
-    taken in 20 consecutive batches instead.
+    A column that is zero, or that the others make up but for 1 % of its norm, is left out and named. Columns named in
+    ``nuisance`` are fitted and not reported. The covariance is the jackknife over groups: each is left out once, so
+    noise may remember itself within a group as it likes, and a group with much leverage counts as what it is
+    (Bell and McCaffrey 2002, "CR3"). The degrees of freedom are Satterthwaite's over the groups' shares. With less than
+    four groups, rows are taken in 20 consecutive batches instead.
     """
     names, missing = _independent(columns)
-    if not names or target.size <= len(names):
-        return LinearFit({}, {}, tuple(columns), float("nan"), int(target.size))
+    reported = [name for name in names if name not in nuisance]
+    missing = [name for name in missing if name not in nuisance]
+    if not reported or target.size <= len(names):
+        return LinearFit({}, {}, tuple(n for n in columns if n not in nuisance), float("nan"), int(target.size))
     x = np.column_stack([columns[name] for name in names])
     scale = np.linalg.norm(x, axis=0)
     x = x / scale
-    inverse = np.linalg.inv(x.T @ x)
+    normal = x.T @ x
+    inverse = np.linalg.inv(normal)
     solution = inverse @ (x.T @ target)
     residual = target - x @ solution
-    if np.unique(group).size < 4:
-        group = np.arange(target.size) * 20 // target.size
-    _, cluster = np.unique(group, return_inverse=True)
-    count = int(cluster.max()) + 1
-    score = np.zeros((count, len(names)))
-    for j in range(len(names)):
-        score[:, j] = np.bincount(cluster, weights=x[:, j] * residual, minlength=count)
-    covariance = inverse @ (score.T @ score) @ inverse * count / max(count - 1, 1)
-    std = np.sqrt(np.diag(covariance)) / scale
-    values = solution / scale
+    std, freedom = _jackknife(x, residual, normal, inverse, group)
+    values, std = solution / scale, std / scale
+    rows = {name: names.index(name) for name in reported}
     return LinearFit(
-        {name: float(v) for name, v in zip(names, values, strict=True)},
-        {name: float(s) for name, s in zip(names, std, strict=True)},
+        {name: float(values[j]) for name, j in rows.items()},
+        {name: float(std[j]) for name, j in rows.items()},
         tuple(missing),
         float(np.sqrt(np.mean(residual**2))),
         int(target.size),
+        {name: float(freedom[j]) for name, j in rows.items()},
     )
+
+
+def _jackknife(
+    x: FloatArray, residual: FloatArray, normal: FloatArray, inverse: FloatArray, group: NDArray[np.int64]
+) -> tuple[FloatArray, FloatArray]:
+    """Standard deviations (P,) by leaving groups out one by one, and their degrees of freedom (P,)."""
+    if np.unique(group).size < FEW_GROUPS:
+        group = np.arange(residual.size) * BATCHES // residual.size
+    order = np.argsort(group, kind="stable")
+    starts = np.flatnonzero(np.diff(group[order], prepend=group[order[0]] - 1))
+    moves, shares = [], []
+    for rows in np.split(order, starts[1:]):
+        part = x[rows]
+        own = part.T @ part
+        # rcond: what only this group determines cannot be left out; there its score counts as it stands
+        moves.append(np.linalg.pinv(normal - own, rcond=1e-9, hermitian=True) @ (part.T @ residual[rows]))
+        shares.append(np.einsum("ij,jk,ki->i", inverse, own, inverse))
+    count = len(moves)
+    move, share = np.asarray(moves), np.asarray(shares)
+    std = np.sqrt((count - 1) / count * (move**2).sum(axis=0))
+    effective = share.sum(axis=0) ** 2 / np.maximum((share**2).sum(axis=0), 1e-300)
+    return std, np.maximum(effective - 1.0, 1.0)
 
 
 def _independent(columns: Mapping[str, FloatArray]) -> tuple[list[str], list[str]]:

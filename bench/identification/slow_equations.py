@@ -1,10 +1,11 @@
-"""Friction at the input and forces at the load side, by linear least squares (bench-physics, equations 2 and 4).
+"""Friction at the input, by linear least squares (bench-physics, equation 2).
 
     τ_m − τ/u = d·f_c + f_v·ω_m + f_vT·ω_m·(T − 25 °C) + d·f_l·|τ|/u + J·ω̇_m + τ_0
-    load_torque − load_motor_torque = d·f_b + J_L·q̈ + z_0
 
-Rows are the 50 ms blocks of all recordings, in motion only. The torque sensor's zero z_0 comes from the second equation
-and is taken off τ in the first. Accelerations count outside steady segments only: inside, they are the encoder's noise.
+Rows are the 50 ms blocks of all recordings, in motion only. The torque sensor's zero z_0 comes from the load side's
+balance (:mod:`.load_side`) and is taken off τ. Accelerations count outside steady segments only: inside, they are the
+encoder's noise. Heating recordings run several times as fast as what the model is for: few as they are, their leverage
+would decide f_v and f_vT, so they count only where the others do not determine a symbol.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.identification.motion import accelerating, moving
 from bench.identification.reduction import Reduction
 from bench.identification.regression import LinearFit, regress, sentences, stack
 from bench.identification.rows import Rows, join
@@ -22,8 +24,8 @@ from bench.identification.rows import Rows, join
 FloatArray = NDArray[np.float64]
 
 REFERENCE_TEMPERATURE = 25.0
+HEATING = "heating"
 MIN_TEMPERATURE_SPREAD = 2.0
-MIN_ACCELERATED_ROWS = 12
 
 FRICTION_MEANING = {
     "f_c": "Coulomb friction",
@@ -44,33 +46,6 @@ FRICTION_REASONS = {
 FRICTION_UNITS = {
     "f_c": "N*m", "f_v": "N*m*s/rad", "f_vT": "N*m*s/(rad*K)", "f_l": "1", "J": "kg*m^2", "tau_0": "N*m",
 }  # fmt: skip
-LOAD_MEANING = {"z_0": "zero of the torque sensor", "f_b": "bearing friction", "J_L": "load inertia"}
-LOAD_REASONS = {
-    "z_0": "it takes motion in both directions",
-    "f_b": "it takes motion in both directions",
-    "J_L": "it takes segments in which the load accelerates",
-}
-LOAD_UNITS = {"z_0": "N*m", "f_b": "N*m", "J_L": "kg*m^2"}
-
-
-def _moving(r: Reduction) -> NDArray[np.bool_]:
-    """Rows in motion; those beside standstill are left out, where friction is whatever holds the shaft."""
-    b, d = r.blocks, r.blocks.direction
-    same = np.zeros(d.size, dtype=bool)
-    if d.size > 2:
-        same[1:-1] = (d[1:-1] != 0) & (d[:-2] == d[1:-1]) & (d[2:] == d[1:-1])
-    return np.asarray(same & (b.whole > 0))
-
-
-def _accelerating(acceleration: FloatArray, steady: FloatArray) -> FloatArray:
-    """Acceleration (n,) where it stands out of the encoder's noise, elsewhere 0; 0 throughout where too few rows do.
-
-    Noise in a regressor would draw its coefficient towards 0.
-    """
-    moving = (steady == 0) & np.isfinite(acceleration)
-    noise = float(np.median(np.abs(acceleration[steady > 0]))) if (steady > 0).any() else 0.0
-    out = np.where(moving & (np.abs(acceleration) > 10.0 * noise), acceleration, 0.0)
-    return out if np.count_nonzero(out) >= MIN_ACCELERATED_ROWS else np.zeros_like(out)
 
 
 def friction_rows(reductions: Sequence[Reduction], torque_zero: float = 0.0) -> Rows:
@@ -78,17 +53,54 @@ def friction_rows(reductions: Sequence[Reduction], torque_zero: float = 0.0) -> 
     parts = []
     steady = []
     for i, r in enumerate(reductions):
-        b, mask = r.blocks, _moving(r) & np.isfinite(r.blocks.motor_torque)
+        b, mask = r.blocks, moving(r.blocks) & np.isfinite(r.blocks.motor_torque)
         if r.limited is None and mask.any():
             torque = (b.load_torque[mask] - torque_zero) / r.ratio
             group = np.full(int(mask.sum()), i)
             speed, rate = b.motor_velocity[mask], b.acceleration[mask]
-            parts.append(Rows(group, b.direction[mask], speed, rate, b.motor_torque[mask], torque, b.temperature[mask]))
+            # |τ − z| = |τ| − z·sign(τ); where the torque swings about 0 the mean of the sign is mean by size
+            size = b.load_size[mask]
+            sign = np.clip(b.load_torque[mask] / np.maximum(size, 1e-12), -1.0, 1.0)
+            size = (size - torque_zero * sign) / r.ratio
+            measured, heat = b.motor_torque[mask], b.temperature[mask]
+            parts.append(Rows(group, b.direction[mask], speed, rate, measured, torque, heat, size))
             steady.append(b.steady[mask])
     blocks = join(parts)
-    blocks = replace(blocks, acceleration=_accelerating(blocks.acceleration, stack(steady)))
+    blocks = replace(blocks, acceleration=accelerating(blocks.acceleration, stack(steady)))
     limited = [replace(r.limited, group=r.limited.group + i) for i, r in enumerate(reductions) if r.limited]
     return join([blocks, *limited])
+
+
+def friction_of(
+    reductions: Sequence[Reduction], torque_zero: float, zero_std: float = 0.0, zero_freedom: float = np.inf
+) -> tuple[LinearFit, list[str]]:
+    """Fit the input's torque balance without heating recordings, or with them where more is determined so.
+
+    ``torque_zero`` N·m is taken off the load torque; what its standard deviation ``zero_std`` (with so many degrees of
+    freedom) makes of each symbol is added to theirs.
+    """
+    slow = [r for r in reductions if r.kind != HEATING]
+    fit, said = identify_friction(friction_rows(slow, torque_zero))
+    used: Sequence[Reduction] = slow
+    if fit.undetermined and len(slow) < len(reductions):
+        with_heating, more = identify_friction(friction_rows(reductions, torque_zero))
+        if len(with_heating.values) > len(fit.values):
+            fit, said, used = with_heating, more, reductions
+    if zero_std > 0.0 and fit.values:
+        moved, _ = identify_friction(friction_rows(used, torque_zero + zero_std))
+        fit = _widened(fit, moved, zero_freedom)
+    return fit, said
+
+
+def _widened(fit: LinearFit, moved: LinearFit, freedom: float) -> LinearFit:
+    """Add a second, independent source of error: the change to ``moved`` is its standard deviation (Welch 1947)."""
+    std, degrees = dict(fit.std), dict(fit.freedom)
+    for symbol, own in fit.std.items():
+        other = abs(moved.values.get(symbol, fit.values[symbol]) - fit.values[symbol])
+        std[symbol] = float(np.hypot(own, other))
+        share = own**4 / fit.freedom[symbol] + other**4 / freedom
+        degrees[symbol] = float(std[symbol] ** 4 / share) if share > 0.0 else fit.freedom[symbol]
+    return replace(fit, std=std, freedom=degrees)
 
 
 def identify_friction(rows: Rows) -> tuple[LinearFit, list[str]]:
@@ -99,11 +111,11 @@ def identify_friction(rows: Rows) -> tuple[LinearFit, list[str]]:
         nothing = LinearFit({}, {}, tuple(FRICTION_MEANING), float("nan"), 0)
         return nothing, ["Friction is not identified: no recording has motor_torque in motion."]
     good = np.ones(rows.omega.size, dtype=bool)
-    torque = rows.torque
+    torque, size = rows.torque, rows.size
     measured = np.isfinite(torque)
     if not measured.any():
         said.append("load_torque is missing: it is taken as 0 in the torque balance, f_l is not determined.")
-        torque = np.zeros_like(rows.omega)
+        torque = size = np.zeros_like(rows.omega)
     else:
         good &= measured
     warm = rows.temperature - REFERENCE_TEMPERATURE
@@ -114,30 +126,8 @@ def identify_friction(rows: Rows) -> tuple[LinearFit, list[str]]:
         "f_v": rows.omega,
         "tau_0": np.ones_like(rows.omega),
         "J": rows.acceleration,
-        "f_l": direction * np.abs(torque),
+        "f_l": direction * size,
         "f_vT": rows.omega * warm,
     }
     fit = regress({k: v[good] for k, v in columns.items()}, (rows.motor_torque - torque)[good], rows.group[good])
     return fit, said + sentences(fit, FRICTION_MEANING, FRICTION_REASONS)
-
-
-def identify_load_side(reductions: Sequence[Reduction]) -> tuple[LinearFit, list[str]]:
-    """Fit the load side's torque balance; returns the fit and what is not determined."""
-    use = []
-    for i, r in enumerate(reductions):
-        mask = _moving(r) & np.isfinite(r.blocks.load_torque) & np.isfinite(r.blocks.load_motor_torque)
-        if mask.any():
-            use.append((i, r.blocks, mask))
-    if not use:
-        nothing = LinearFit({}, {}, tuple(LOAD_MEANING), float("nan"), 0)
-        return nothing, ["The load side is not identified: no recording has both load torques in motion."]
-    direction = stack([b.direction[m] for _, b, m in use])
-    steady = stack([b.steady[m] for _, b, m in use])
-    columns = {
-        "z_0": np.ones_like(direction),
-        "f_b": direction,
-        "J_L": _accelerating(stack([b.load_acceleration[m] for _, b, m in use]), steady),
-    }
-    target = stack([(b.load_torque - b.load_motor_torque)[m] for _, b, m in use])
-    fit = regress(columns, target, np.concatenate([np.full(int(m.sum()), i) for i, _, m in use]))
-    return fit, sentences(fit, LOAD_MEANING, LOAD_REASONS)

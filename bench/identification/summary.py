@@ -6,10 +6,12 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from bench.identification.freedom import told
 from bench.identification.identify import Identification
+from bench.identification.load_side import LOAD_UNITS
 from bench.identification.regression import LinearFit
 from bench.identification.sensitivity import doubling_changes
-from bench.identification.slow_equations import FRICTION_UNITS, LOAD_UNITS
+from bench.identification.slow_equations import FRICTION_UNITS
 from bench.identification.validation import PAPER_TABLE, table
 from bench.simulation import Parameter, Simulation, Term
 from bench.simulation.polynomial import TERM_NAMES
@@ -53,13 +55,19 @@ def to_simulation(found: Identification, method: str = "refined") -> Simulation:
     by_term: dict[str, dict[str, Parameter]] = {}
     for symbol, parameter in parameters(found).items():
         by_term.setdefault(SYMBOL_TERMS[symbol], {})[symbol] = parameter
+    freedom = {**found.friction.freedom, **found.load_side.freedom}
     for effect, values in by_term.items():
-        simulation = simulation.with_term(Term(effect, parameters=values))
+        known = {symbol: freedom[symbol] for symbol in values if symbol in freedom}
+        simulation = simulation.with_term(Term(effect, parameters=values, extra=told(known)))
     if method in found.models:
         simulation = simulation.with_transmission_error(found.models[method])
         series = simulation.terms["te.fourier"]
+        rests = told({name: float(result.freedom) for name, result in found.refined.items()})
+        chosen = tuple(float(f) for f in found.orders)
+        # the paper's method has no standard deviations, so nothing that they could rest on
+        extra = rests if method == "refined" else {}
         simulation = simulation.with_term(
-            Term("te.fourier", orders=tuple(float(f) for f in found.orders), coefficients=series.coefficients)
+            Term("te.fourier", orders=chosen, coefficients=series.coefficients, extra=extra)
         )
     return simulation
 
@@ -135,6 +143,7 @@ def to_json(found: Identification) -> dict[str, Any]:
         ],
         "parameters": {
             symbol: {"value": p.value, "unit": p.unit, "std": p.std, "term": SYMBOL_TERMS[symbol]}
+            | {"freedom": {**found.friction.freedom, **found.load_side.freedom}.get(symbol)}
             for symbol, p in parameters(found).items()
         },
         "residual_rmse": {"motor_torque": found.friction.rmse, "load_torque": found.load_side.rmse}

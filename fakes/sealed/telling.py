@@ -34,3 +34,13 @@ def _told(one: Hidden) -> dict[str, Any]:
         "in_library": kind.in_library,
         "parameters": dict(zip(kind.parameters, one.parameters, strict=True)),
     }
+
+
+def nominal_truth(plant: str) -> dict[str, Any]:
+    """Return the true nominal parameters of a plant and its whole series, JSON-ready, as a simulation file has them.
+
+    Raises:
+        PlantError: the name is wrong.
+    """
+    truth = plant_of(plant)
+    return {"nominal": truth.nominal_parameters(), "transmission_error": truth.te_coefficients()}

@@ -1,0 +1,136 @@
+"""``bench benchmark coverage``: how often the intervals of identification hold the truth of the emulated plant."""
+
+from __future__ import annotations
+
+import json
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from bench.cli._plain import say
+from bench.errors import BenchError
+from bench.whole import write_whole
+
+FORMAT, FORMAT_VERSION = "bench-coverage", "1.0"
+
+
+def coverage(
+    campaigns: Annotated[int, typer.Option("--campaigns", min=2, help="How many, seeds 1 and up.")] = 40,
+    bench: Annotated[str, typer.Option("--bench", help="Name of an emulated bench.")] = "rh380n",
+    work: Annotated[
+        Path, typer.Option("--work", help="Folder of recordings and models; what is there is used.")
+    ] = Path("coverage"),
+    store: Annotated[
+        Path | None, typer.Option("--store", help="Keep results here; later runs go on from them.")
+    ] = None,
+    table: Annotated[Path | None, typer.Option("--table", help="Write the tables as a page of Markdown.")] = None,
+    again: Annotated[bool, typer.Option("--again", help="Identify anew from recordings that are there.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
+) -> None:
+    """Run short campaigns of one plant, identify each, and count how often 95 % intervals hold the truth.
+
+    Also compares each campaign with the next (the last with the first): nothing differs, so whatever is called changed
+    is wrong; and counts how often changes put in are found. It can be stopped and run again at any time.
+    """
+    from bench.cli._coverage_runs import recordings
+    from bench.identification.coverage_table import page
+
+    content = _load(store, bench) if store is not None else _empty(bench)
+    if again:
+        content |= {"campaigns": [], "pairs": []}
+    content["command"] = f"bench benchmark coverage --campaigns {campaigns} --bench {bench}"
+    done = {row["seed"]: row for row in content["campaigns"]}
+    for seed in range(1, campaigns + 1):
+        if seed in done and _model(work, seed).exists():
+            continue
+        done[seed] = _measured(recordings(seed, work, bench), seed, work, bench)
+        content["campaigns"] = [done[key] for key in sorted(done)]
+        _save(store, content)
+        if not as_json:
+            say(f"campaign {seed} of {campaigns}")
+    content["pairs"] = _pairs(campaigns, work)
+    _save(store, content)
+    if table is not None:
+        table.write_text(page(content), "utf-8")
+    say(json.dumps(content, ensure_ascii=False) if as_json else page(content))
+
+
+def _empty(bench: str) -> dict[str, Any]:
+    return {
+        "format": FORMAT,
+        "format_version": FORMAT_VERSION,
+        "bench": bench,
+        "command": "",
+        "campaigns": [],
+        "pairs": [],
+    }
+
+
+def _load(path: Path, bench: str) -> dict[str, Any]:
+    if not path.exists():
+        return _empty(bench)
+    try:
+        content: dict[str, Any] = json.loads(path.read_text("utf-8"))
+    except ValueError as error:
+        raise BenchError(f"{path}: is no JSON ({error}); --store should name a result of this command.") from error
+    if content.get("format") != FORMAT or content.get("bench") != bench:
+        raise BenchError(f"{path}: is no {FORMAT} of {bench}; --store should name one, or a new file.")
+    return content
+
+
+def _save(path: Path | None, content: dict[str, Any]) -> None:
+    if path is None:
+        return
+    head = {key: value for key, value in content.items() if key != "campaigns"}
+    rows = ",\n".join(json.dumps(row, ensure_ascii=False) for row in content["campaigns"])
+    text = json.dumps(head, ensure_ascii=False)
+    write_whole(path, f'{text[:-1]}, "campaigns": [\n{rows}\n]}}\n')
+
+
+def _model(work: Path, seed: int) -> Path:
+    return work / f"model-{seed:03d}.json"
+
+
+def _measured(folder: Path, seed: int, work: Path, bench: str) -> dict[str, Any]:
+    """Identify one campaign; its deviations from the truth as they are stored."""
+    from bench.configuration import load_bench
+    from bench.identification import Options, identify_folder, to_simulation
+    from bench.identification.coverage import deviates
+    from bench.proof.results import commit
+    from bench.proof.sealed import load_sealed
+    from bench.recording import RecordingFolder
+
+    found = to_simulation(identify_folder(folder, Options()))
+    plant = load_bench(bench).configuration.bus.plant
+    if plant is None:
+        raise BenchError(f"{bench} has no emulated plant: nothing is known of its truth.")
+    truth = load_sealed().nominal_truth(plant)
+    # the campaign's own tare has taken its part of the zero off already
+    tared = RecordingFolder.open(folder).recordings[0].specs["load_torque"].offset
+    truth["nominal"]["load.torque_offset"]["z_0"] += tared
+    found.save(_model(work, seed))
+    about = {"seed": seed, "commit": commit(), "day": datetime.now(UTC).date().isoformat()}
+    return about | deviates(found, truth)
+
+
+def _pairs(campaigns: int, work: Path) -> list[dict[str, Any]]:
+    """Each campaign's model against the next one's, the last against the first."""
+    from bench.identification.compare import compare
+    from bench.identification.power import power
+    from bench.simulation import Simulation
+
+    models = {seed: Simulation.load(_model(work, seed)) for seed in range(1, campaigns + 1)}
+    out = []
+    for seed in models:
+        after = seed % campaigns + 1
+        rows = compare(models[seed], models[after])
+        out.append({
+            "before": seed,
+            "after": after,
+            "compared": sum(row.p_value == row.p_value for row in rows),
+            "changed": [row.what for row in rows if row.changed],
+            "power": power(models[seed], models[after]),
+        })  # fmt: skip
+    return out

@@ -1,0 +1,32 @@
+"""Which rows of a recording's blocks move, and which accelerate enough to say something of an inertia."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.identification.blocks import Blocks
+
+FloatArray = NDArray[np.float64]
+
+MIN_ACCELERATED_ROWS = 12
+
+
+def moving(blocks: Blocks) -> NDArray[np.bool_]:
+    """Rows in motion; those beside standstill are left out, where friction is whatever holds the shaft."""
+    d = blocks.direction
+    same = np.zeros(d.size, dtype=bool)
+    if d.size > 2:
+        same[1:-1] = (d[1:-1] != 0) & (d[:-2] == d[1:-1]) & (d[2:] == d[1:-1])
+    return np.asarray(same & (blocks.whole > 0))
+
+
+def accelerating(acceleration: FloatArray, steady: FloatArray) -> FloatArray:
+    """Acceleration (n,) where it stands out of the encoder's noise, elsewhere 0; 0 throughout where too few rows do.
+
+    Noise in a regressor would draw its coefficient towards 0.
+    """
+    fast = (steady == 0) & np.isfinite(acceleration)
+    noise = float(np.median(np.abs(acceleration[steady > 0]))) if (steady > 0).any() else 0.0
+    out = np.where(fast & (np.abs(acceleration) > 10.0 * noise), acceleration, 0.0)
+    return out if np.count_nonzero(out) >= MIN_ACCELERATED_ROWS else np.zeros_like(out)
