@@ -10,7 +10,7 @@ from pathlib import Path
 
 from bench.errors import DeviceError
 
-_BYTES = 160 << 20
+DISK_BYTES = 160 << 20
 """Room for a service's files and a minute of recording."""
 
 
@@ -38,7 +38,7 @@ def disk(kind: str, folder: Path) -> Iterator[Disk]:
         return
     image = folder.with_name("image")
     with image.open("wb") as file:
-        file.truncate(_BYTES)
+        file.truncate(DISK_BYTES)
     _do("mkfs.ext4", "-q", "-F", "-m", "0", str(image))
     _do("mount", "-o", "loop", str(image), str(folder))
     filler = folder / "filler"

@@ -45,6 +45,7 @@ _PATIENT = {
     "watchdog": '"300 ms"',
     "lost_cycles": "400\nlost_share = 1.0",
     "velocity_error": '"60 rad/s"',
+    "minimum_free": '"20 MB"',
 }
 _WITHOUT = ("following_error", "load_torque_rate", "torque_error")
 _CAMPAIGN = """

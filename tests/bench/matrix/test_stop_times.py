@@ -18,7 +18,7 @@ from typer.testing import CliRunner
 from bench.cli.app import make_app
 from bench.configuration import load_bench
 from bench.matrix import stop_times
-from bench.matrix.disks import disk
+from bench.matrix.disks import DISK_BYTES, disk
 from bench.matrix.processes import as_hardware
 from bench.matrix.stop_scene import CONDITIONS, PRESSES
 from bench.matrix.stop_table import page, reason
@@ -118,6 +118,8 @@ def test_the_bench_it_is_measured_on_is_one(tmp_path: Path) -> None:
     bench = stop_times._bench(tmp_path / "bench.toml", "gb0").configuration
     assert bench.bus.interface == "gb0"
     assert bench.bus.cycle_time == stop_times.CYCLE_S
+    # the disks that are broken are small ones, and a run has to begin on them
+    assert bench.storage.minimum_free < 0.5 * DISK_BYTES
     assert bench.limits.load_torque == load_bench("rh380n").configuration.limits.load_torque
 
 
