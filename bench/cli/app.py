@@ -8,10 +8,12 @@ import traceback
 from importlib import import_module
 from importlib.util import find_spec
 from inspect import cleandoc
+from typing import Annotated
 
 import typer
 
-from bench.cli._plain import PlainConsole, plain
+from bench import __version__
+from bench.cli._plain import PlainConsole, plain, say
 from bench.cli.exit_codes import ExitCode, exit_code_help, exit_code_of
 from bench.errors import BenchError
 
@@ -56,12 +58,27 @@ def make_app() -> typer.Typer:
         pretty_exceptions_enable=False,
         rich_markup_mode="rich",
     )
+    app.callback()(_begin)
     for name in COMMANDS:
         if find_spec(f"bench.cli.{name}") is not None:
             import_module(f"bench.cli.{name}").register(app)
     for command in app.registered_commands:
         command.help = _paragraphs(command.help or getattr(command.callback, "__doc__", None) or "")
     return app
+
+
+def _say_version(wanted: bool) -> None:
+    if wanted:
+        say(f"gearbench {__version__}")
+        raise typer.Exit
+
+
+def _begin(
+    version: Annotated[
+        bool, typer.Option("--version", help="Say the version and end.", is_eager=True, callback=_say_version)
+    ] = False,
+) -> None:
+    """Take the options that stand before any command."""
 
 
 def _paragraphs(text: str) -> str:
@@ -71,6 +88,8 @@ def _paragraphs(text: str) -> str:
 
 def main() -> None:
     """Run the command line; errors a user can mend are one sentence on stderr and a documented exit code."""
+    # matrices here are small: threads of the linear algebra cost more than they save, on a busy computer many times
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     console = PlainConsole(stderr=True, highlight=False, soft_wrap=True)
     try:
         make_app()()
@@ -80,6 +99,13 @@ def main() -> None:
         console.print("[bold red]error:[/]", end=" ")
         console.print(plain(error), markup=False)
         sys.exit(exit_code_of(error))
+    except ModuleNotFoundError as error:
+        extra = _EXTRAS.get((error.name or "").partition(".")[0])
+        if extra is None or os.environ.get(_DEBUG):
+            raise
+        console.print("[bold red]error:[/]", end=" ")
+        console.print(f"this needs {error.name}; install it with pip install 'gearbench[{extra}]'", markup=False)
+        sys.exit(ExitCode.BAD_INPUT)
     except OSError as error:
         # a path of the command line that cannot be used; anything without a path is a fault of this program
         if error.filename is None or os.environ.get(_DEBUG):
@@ -91,6 +117,21 @@ def main() -> None:
         console.print("interrupted", markup=False)
         sys.exit(ExitCode.INTERRUPTED)
 
+
+_EXTRAS: dict[str, str] = {
+    "nptdms": "tdms",
+    "pyarrow": "parquet",
+    "asammdf": "mdf",
+    "fmpy": "fmu",
+    "distributed": "dask",
+    "pysindy": "peers",
+    "sysidentpy": "peers",
+    "gplearn": "peers",
+    "sklearn": "peers",
+    "kickcat": "conformance",
+    "apprise": "notify",
+}
+"""Packages that are not always there, by the name they are imported with, and the extra that brings them."""
 
 _OF_PATHS: dict[type[OSError], str] = {
     FileNotFoundError: "there is no such file or folder",
