@@ -17,8 +17,8 @@ turns at 10 °/s under 350 N·m; then something is broken, and half a second lat
 press and were seen at the far end: when the last drive lost its torque, when both shafts stood still. *Page* and
 *second browser* press as a page does, the service and the run's own listener at once; *shell* is `bench stop`, whose
 start counts. A time that is not there was not seen within {watched:.0f} s. Nothing here was repeated until it looked
-better: each row is one press, and one that was measured is never struck again. A bench that did not come to turn under
-load is started again, three times at most; nothing was pressed then.
+better: each row is one press, and one that was measured is struck again only after what it showed was mended. A bench
+that did not come to turn under load is started again, three times at most; nothing was pressed then.
 
 The *rung* is the one that takes the torque away, as the run's listener or the record of the stop says it; *later* is
 how much later the drives had none (at most {off:g} s are right), *seen to* the longest time between two looks at the

@@ -29,8 +29,7 @@ def runtime_folder() -> Path:
     given = os.environ.get(RUNTIME)
     folder = Path(given) if given else Path(tempfile.gettempdir()) / f"gearbench-{os.geteuid()}"
     try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+        descriptor = _opened(folder)
     except (FileExistsError, NotADirectoryError) as error:
         raise _refused(folder, "is a link or no folder") from error
     except OSError as error:
@@ -47,6 +46,16 @@ def runtime_folder() -> Path:
     finally:
         os.close(descriptor)
     return folder
+
+
+def _opened(folder: Path) -> int:
+    """Open a folder, made only if it is not there: on a disk that is frozen even a mkdir of what is there waits."""
+    flags = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW
+    try:
+        return os.open(folder, flags)
+    except FileNotFoundError:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        return os.open(folder, flags)
 
 
 def open_here(path: Path) -> int:

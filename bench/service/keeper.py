@@ -70,6 +70,7 @@ class Keeper:
         self._held = runs.rebuilt or _is_there(state / "held")
         self._link: ProcessLink | None = None
         self._starting: Run | None = None
+        self._sockets: dict[str, Path] = {}
         self._wake = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
         self._failure: tuple[float, str] | None = None
@@ -293,8 +294,11 @@ class Keeper:
         return self._state.absolute() / "runs" / run.id
 
     def _socket(self, run: Run) -> Path:
-        # Unix socket paths hold 107 bytes, and folders of recordings may have long names
-        return runtime_folder() / f"{run.id}.sock"
+        """Return the socket of a run; its folder is looked at once, for STOP must not wait for a disk."""
+        if run.id not in self._sockets:
+            # Unix socket paths hold 107 bytes, and folders of recordings may have long names
+            self._sockets = {run.id: runtime_folder() / f"{run.id}.sock"}
+        return self._sockets[run.id]
 
 
 def local_time_of(moment_ns: int) -> str:

@@ -17,6 +17,18 @@ def test_it_is_made_for_its_owner_alone(tmp_path: Path, monkeypatch: pytest.Monk
     assert runtime_folder() == tmp_path / "locks"
 
 
+def test_nothing_is_made_where_it_is_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # a frozen disk keeps whoever makes a folder waiting, also one that is there
+    monkeypatch.setenv(RUNTIME, str(tmp_path / "mine"))
+    folder = runtime_folder()
+
+    def wait(*_: object, **__: object) -> None:
+        raise AssertionError("this waits for a disk")
+
+    monkeypatch.setattr(os, "mkdir", wait)
+    assert runtime_folder() == folder
+
+
 def test_a_link_that_somebody_prepared_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv(RUNTIME)
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))

@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 from starlette.testclient import TestClient
 
+from bench.errors import DeviceError
 from bench.service.app import create_app
 from bench.service.disk import Disk
 from bench.service.keeper import Keeper
@@ -75,6 +76,17 @@ def test_stop_does_not_wait_for_a_frozen_disk(client: Client, monkeypatch: pytes
     assert "takes no data" in client.state("state")["alarms"][0]["text"]
     thawed.set()
     client.until(lambda: "STATE_FOLDER" not in causes(client))
+
+
+def test_stop_does_not_look_at_the_folder_of_locks(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
+    running(client)
+
+    def refuse() -> Path:
+        raise DeviceError("the runtime folder is gone")
+
+    monkeypatch.setattr("bench.service.keeper.runtime_folder", refuse)
+    assert pressed(client) < STOPPED_S
+    client.until(lambda: client.state("runs")["runs"][0]["state"] == "ended")
 
 
 def test_an_error_in_the_keeper_is_an_alarm_and_the_run_is_followed_further(
