@@ -18,6 +18,8 @@ from bench.matrix.disks import Disk
 from bench.matrix.processes import COMMAND
 
 _ANSWER_S = 8.0
+SHELL_S = 60.0
+"""Patience with an answer of the service, and with ``bench stop``."""
 
 
 @dataclass(slots=True)
@@ -111,7 +113,12 @@ def _as_a_page(scene: Scene, by: str, port: int | None) -> str:
 
 
 def _in_a_shell(scene: Scene, by: str, port: int | None) -> str:
-    done = subprocess.run([*COMMAND, "stop", "--by", by], capture_output=True, text=True, timeout=90, check=False)
+    try:
+        done = subprocess.run(
+            [*COMMAND, "stop", "--by", by], capture_output=True, text=True, timeout=SHELL_S, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return f"bench stop had not ended after {SHELL_S:.0f} s"
     return " ".join(done.stdout.split()[-40:]) or done.stderr.strip()[-200:]
 
 
