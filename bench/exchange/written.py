@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from bench.mismatch.given import Given, Known
 from bench.mismatch.prediction import SENSOR
 from bench.mismatch.problem import CHANNELS, nominal_base
 from bench.mismatch.regression.regressors import Free, Named
+from bench.simulation.composed import composed
 from bench.simulation.fourier import FourierSet
 from bench.simulation.frame import ARRAYS, Frame
 from bench.simulation.laws import FUNCTIONS, RESONANCE, Law
@@ -271,8 +273,27 @@ def _pulse(angle: float, width: float, height: float, frame: Frame) -> Written:
 
 def _quantity(name: str, frame: Frame) -> Written:
     if name.startswith(AUXILIARY):
-        return formula.named("input", name)
+        return _composed(name.removeprefix(AUXILIARY))
     return lift(QUANTITIES[name].values(frame))
+
+
+def _composed(name: str) -> Written:
+    """An auxiliary input, or what is composed of several.
+
+    Raises ConfigurationError for a rate: an input's rate is no function of the sample.
+    """
+
+    class Inputs(dict[str, Any]):
+        def __contains__(self, key: object) -> bool:
+            return True
+
+        def __missing__(self, key: str) -> Any:
+            return formula.named("input", AUXILIARY + key)
+
+    if name.startswith("rate("):
+        raise ConfigurationError(f"aux/{name} cannot be exported: a sample does not tell the rate of an input")
+    made = composed(name, SimpleNamespace(aux=Inputs(), q=formula.named("input", "load_angle")))  # type: ignore[arg-type]
+    return formula.named("input", AUXILIARY + name) if made is None else lift(made)
 
 
 def _power(frame: Frame, torque: Any) -> Any:

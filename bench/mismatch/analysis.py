@@ -32,6 +32,7 @@ from bench.mismatch.recordings.output_orders import OutputSpectrum
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.recordings.vibration import Density, ShaftSpectrum
 from bench.mismatch.regression import noise
+from bench.mismatch.regression.candidates import TURNING
 from bench.mismatch.regression.discoveries import discoveries as of_regression
 from bench.mismatch.regression.discoveries import of_start
 from bench.mismatch.regression.model import ChannelModel, scattered
@@ -91,6 +92,8 @@ def analyse(
     tell = progress or (lambda _what, _share: None)
     out = Analysis(given)
     sensor: tuple[Known, ...] = given.known.get(LOAD_TORQUE, ())
+    if data.linear:
+        banned = (*banned, *TURNING)
     for number, channel in enumerate(c for c in CHANNELS if c in channels):
         tell(f"searching the {channel.replace('_', ' ')}", number / len(channels))
         rows = data.rows[channel]
@@ -108,7 +111,7 @@ def analyse(
             problem = _problem(data, given, channel, rows, banned)
             out.searches[channel] = search = searched(problem, seed)
             out.outcomes[channel] = _of_search(search, data)
-            if channel in (LOAD_TORQUE, MOTOR_TORQUE):
+            if channel in (LOAD_TORQUE, MOTOR_TORQUE) and not data.linear:
                 out.outcomes[channel].discoveries += _periodic(data, given, search, seed)
             examine(out.outcomes[channel], search, data.density.get(channel, ()), seed)
             if channel == LOAD_TORQUE:
@@ -182,7 +185,8 @@ def _of_search(search: Search, data: Dataset) -> ChannelOutcome:
         error,
         method,
     )
-    outcome.discoveries += of_regression(search, slots, whole)
+    number = np.where(problem.usable, problem.rows.number, 0.0)
+    outcome.discoveries += of_regression(search, slots, whole, number)
     outcome.doubt = uncertainty(model, frame, problem.held_out, problem.rows.number)
     outcome.notes += model.notes
     return outcome
@@ -313,6 +317,7 @@ def _of_transmission(model: TransmissionModel, data: Dataset, seed: int) -> Chan
         outcome.doubt = float(np.mean(model.periodic.series.variance(x, part.last_direction)))
         outcome.doubt += uncertainty(own, frame, outcome.held_out, model.rows.number)
     outcome.discoveries += found
-    outcome.discoveries += of_regression(offset, slots, level, frame, model.rows.y - periodic)
+    number = np.where(model.inside, model.rows.number, 0.0)
+    outcome.discoveries += of_regression(offset, slots, level, number, frame, model.rows.y - periodic)
     outcome.notes += model.notes
     return outcome

@@ -48,7 +48,8 @@ class Discovery:
     ``added`` (n,): the channel's whole model less the model without it, refitted, on all rows of the channel; ``gain``
     of log predictive density on points left out; ``p_value`` against surrogates, None where none were drawn;
     ``simulation_rows``: rows of a simulation file, each with its ``effect``; ``table``: a row an order, where it has
-    many.
+    many; ``excess`` (n,): what of it no calibration of the simulation can say, each sample counted alike, where that
+    was worked out: its place is where this lies.
     """
 
     effect: str
@@ -70,6 +71,7 @@ class Discovery:
     table: tuple[Mapping[str, Any], ...] = ()
     also_in: tuple[str, ...] = ()
     numbers: int = 1
+    excess: FloatArray | None = field(default=None, repr=False)
     squares: tuple[float, float] | None = None
     """mean square per held-out sample without and with it, where rows are too coarse to show it"""
 
@@ -110,6 +112,14 @@ class ChannelOutcome:
     """mean variance of the prediction of a held-out sample by what the calibration leaves uncertain, in squares of
     the unit
     """
+
+    @property
+    def settled(self) -> float | None:
+        """What ``model.json`` leaves of held-out samples that compare with the noise floor: those in steady motion,
+        where there are any; else all.
+        """
+        steady = self.rmse.get("after_steady")
+        return self.rmse.get("after") if steady is None else steady
 
     @property
     def left(self) -> FloatArray:

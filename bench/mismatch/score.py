@@ -13,8 +13,12 @@ from bench.mismatch.orders.bounds import Bounds
 from bench.mismatch.prediction import Predictor, compared
 from bench.mismatch.recordings.dataset import Dataset, Member
 from bench.mismatch.recordings.prepared import Prepared, prepare
+from bench.mismatch.recordings.rows import settled_rows
 from bench.simulation.model import Simulation
 from bench.simulation.terms import TRANSMISSION_ERROR
+
+STEADY = "_steady"
+"""ends the name of what is scored in steady motion alone"""
 
 
 @dataclass(slots=True)
@@ -31,10 +35,12 @@ def rmse(
 ) -> dict[str, dict[str, float | None]]:
     """Root mean square per sample that each of ``models`` leaves of some recordings, by channel and model's name.
 
-    None where a model does not say a term that matters, or where no sample can be compared.
+    None where a model does not say a term that matters, or where no sample can be compared. ``NAME + STEADY`` is of the
+    samples in steady motion alone, as the noise floor is.
     """
     predictors = {name: Predictor(Given.of(model)) for name, model in models.items()}
-    sums = {channel: {name: _Sum() for name in models} for channel in analysis.outcomes}
+    names = [*models, *(name + STEADY for name in models)]
+    sums = {channel: {name: _Sum() for name in names} for channel in analysis.outcomes}
     unknown: set[tuple[str, str]] = set()
     turns = [] if analysis.transmission is None else [t.velocity for t in analysis.transmission.turns]
     bounds = Bounds.of(turns)
@@ -50,6 +56,7 @@ def rmse(
                 counts = counts & bounds.inside(side.frame)
             if not counts.any():
                 continue
+            settled = counts & settled_rows(side.frame)
             for name, predictor in predictors.items():
                 if (channel, name) in unknown:
                     continue
@@ -57,10 +64,14 @@ def rmse(
                     unknown.add((channel, name))
                     continue
                 left = side.measured - predictor.channel(channel, side.frame, side.start, campaign)
-                own[name].squares += float(np.sum(left[counts] ** 2))
-                own[name].samples += float(counts.sum())
+                for key, rows in ((name, counts), (name + STEADY, settled)):
+                    own[key].squares += float(np.sum(left[rows] ** 2))
+                    own[key].samples += float(rows.sum())
     return {
-        channel: {name: None if (channel, name) in unknown else total.rmse() for name, total in own.items()}
+        channel: {
+            name: None if (channel, name.removesuffix(STEADY)) in unknown else total.rmse()
+            for name, total in own.items()
+        }
         for channel, own in sums.items()
     }
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.errors import ConfigurationError
+from bench.simulation.composed import composed
 from bench.simulation.frame import FloatArray, Frame
 
 AUXILIARY = "aux/"
@@ -102,6 +103,9 @@ def quantity(name: str, frame: Frame) -> FloatArray:
     """Values (n,) of a quantity. Raises ConfigurationError where there is none of that name."""
     if name.startswith(AUXILIARY):
         own = name.removeprefix(AUXILIARY)
+        made = None if own in frame.aux else composed(own, frame)
+        if made is not None:
+            return made
         if own not in frame.aux:
             raise ConfigurationError(f"the recordings have no quantity '{name}', which the simulation depends on")
         return frame.aux[own]

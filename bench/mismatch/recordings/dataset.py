@@ -188,7 +188,7 @@ def load(path: Path, progress: Progress | None = None, jobs: int = 1, base: Base
     notes = [note] if note else []
     comparable = Comparable.of(usable, notes)
     if all(is_linear(r) for r in usable):
-        notes.append("a linear axis: read rad as m and N*m as N")
+        notes.append("a linear axis: metres and newtons")
     folder = Folder(usable[0].started_at.timestamp(), Manner.of(usable), ripple_orders(usable), base)
     data = Dataset([], rejected, folder, notes=notes, parts=parts)
     rows = Collected()

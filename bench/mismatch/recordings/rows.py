@@ -72,6 +72,11 @@ def lively(frame: Frame) -> NDArray[np.bool_]:
     return np.asarray((frame.reversal_time < _JUST_AFTER_S) & (frame.reversal_travel < _JUST_AFTER_RAD))
 
 
+def settled_rows(frame: Frame) -> NDArray[np.bool_]:
+    """Rows in steady motion that no start or reversal is felt in any more: where noise is measured."""
+    return np.asarray((frame.steady > 0.5) & ~lively(frame))
+
+
 def slow_rows(prepared: Prepared, channel: str, torque: float, speed: float) -> Rows:
     """Rows of a torque; ``torque`` (N·m) and ``speed`` (rad/s) are the folder's largest, by whose parts blocks end."""
     frame, rate = prepared.frame, prepared.sample_rate

@@ -7,12 +7,14 @@ physics, said to depend on ``aux/NAME``.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import combinations, product
 
 import numpy as np
 
 from bench.mismatch.regression.candidates import KNOTS, knots_of
 from bench.mismatch.regression.regressors import Free
 from bench.mismatch.regression.sensitivity import is_carried
+from bench.simulation.composed import OWN_ANGLE, summed
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.quantities import AUXILIARY, FACTOR_OF, quantity
 from bench.simulation.tables import Grid
@@ -44,6 +46,47 @@ def auxiliary_candidates(channel: str, frame: Frame) -> Iterator[Free]:
             for knots in (ends, several):
                 if knots is not None:
                     yield Free(channel, (Grid((AUXILIARY + name,), times, (knots,)),))
+
+
+MOST_ANGLES = 3
+"""angles in one sum: a link is turned by its own joint and those before it; more hardly differ from each other"""
+MOST_IN_SUMS = 8
+"""auxiliary angles from which on only pairs are summed"""
+LEAST_TURN, MOST_TURN = 0.2, 200.0
+"""rad: how far a quantity varies that can be the angle of a joint"""
+
+
+def composed_candidates(channel: str, frame: Frame) -> Iterator[Free]:
+    """Functions of auxiliary quantities that are composed of them: cosine and sine of sums of joints' angles together;
+    sign, size and rate of each; products of two. In the torques only.
+    """
+    if channel not in (MOTOR_TORQUE, LOAD_TORQUE):
+        return
+    names = [n for n in sorted(frame.aux) if not is_carried(n) and _ends(frame.aux[n]) is not None]
+    joints = [n for n in names if LEAST_TURN <= float(np.ptp(frame.aux[n])) <= MOST_TURN]
+    most = MOST_ANGLES if len(joints) <= MOST_IN_SUMS else 2
+    for number in range(1, most + 1):
+        for own in combinations((OWN_ANGLE, *joints), number):
+            if own == (OWN_ANGLE,):
+                continue
+            for signs in product((1, -1), repeat=number - 1):
+                text = summed(own, (1, *signs))
+                made = [_straight(f"{f}({text})", "1", frame) for f in ("cos", "sin")]
+                grids = tuple(g for g in made if g is not None)
+                if grids:
+                    yield Free(channel, grids)
+    single = [f"{f}({n})" for n in names for f in ("sign", "abs", "rate")]
+    pairs = [f"product({a}, {b})" for a, b in combinations(names, 2)]
+    for name in (*single, *pairs):
+        grid = _straight(name, "1", frame)
+        if grid is not None:
+            yield Free(channel, (grid,))
+
+
+def _straight(name: str, times: str, frame: Frame) -> Grid | None:
+    """A straight line over a composed quantity; None where that does not vary."""
+    ends = _ends(quantity(AUXILIARY + name, frame))
+    return None if ends is None else Grid((AUXILIARY + name,), times, (ends,))
 
 
 def _ends(values: FloatArray) -> tuple[float, float] | None:

@@ -35,6 +35,8 @@ PERIODIC = (
     "motor.torque_ripple",
 )
 """effects periodic in the angle: looked for in order spectra (:mod:`bench.mismatch.orders`), not among rows"""
+TURNING = ("load.unbalance", *PERIODIC)
+"""effects of something that turns: a linear axis, whose angle is a length, has none of them"""
 PATH = "torque_path"
 """variable of terms that depend on whether the torque rises or falls"""
 BY_GEOMETRY = ("motor.load_reaction", "load.reaction")
@@ -43,6 +45,8 @@ KNOTS = (6, 12)
 """knots of free functions of one quantity: coarse and fine"""
 KNOTS_OF_SEVERAL = {2: 5, 3: 4}
 """knots of each quantity in functions of two, and of three"""
+EACH_KNOT = 3
+"""recordings to each knot of a function of time, at least: a drift goes through several"""
 LEAST_VARIATION = 1e-9
 """relative spread of a quantity below which it is constant"""
 
@@ -159,8 +163,9 @@ def named_candidates(
     """Terms beyond the nominal simulation, and nominal ones that the given simulation lacks, at their grid points."""
     effects = [t for t in for_channel(channel) if t.effect not in PERIODIC]
     effects += [LIBRARY[e] for e in switched_off if channel in LIBRARY[e].forms and e not in PERIODIC]
+    timeless = overlapping(frame)
     for term in effects:
-        if term.effect in banned or term.effect in BY_GEOMETRY:
+        if term.effect in banned or term.effect in BY_GEOMETRY or (timeless and "time" in term.variables):
             continue
         for form in term.forms[channel]:
             for point in form.grid(frame):
@@ -169,10 +174,15 @@ def named_candidates(
 
 def free_candidates(channel: str, frame: Frame) -> Iterator[Free]:
     """Free functions of the quantities that vary in the rows of ``frame``."""
+    timeless, recordings = overlapping(frame), int(np.unique(frame.recording).size)
     for name, factors in _ONE[channel]:
-        for number in KNOTS:
+        if name == "time" and timeless:
+            continue
+        # denser than the recordings, a function of time only says which recording it is
+        most = max(recordings // EACH_KNOT, 2) if name == "time" else KNOTS[-1]
+        for number in sorted({min(n, most) for n in KNOTS}):
             knots = knots_of(quantity(name, frame), number)
-            if knots is not None and (number == KNOTS[0] or len(knots) > KNOTS[0]):
+            if knots is not None and (number <= KNOTS[0] or len(knots) > KNOTS[0]):
                 grids = tuple(Grid((name,), times, (knots,)) for times in factors)
                 yield Free(channel, grids, _by_definition(channel, name, factors))
     for names, times in _MORE[channel]:
@@ -185,8 +195,17 @@ def free_candidates(channel: str, frame: Frame) -> Iterator[Free]:
         if constant & set(times.split("*")):
             continue
         yield Free(channel, (Grid((), times, ()),))
-    for times in _SPELLS[channel]:
+    for times in () if timeless else _SPELLS[channel]:
         yield from _spells(channel, frame, times)
+
+
+def overlapping(frame: Frame) -> bool:
+    """Whether recordings overlap in time: their stamps are no time of one campaign then, and nothing depends on it."""
+    first = np.flatnonzero(np.diff(frame.recording, prepend=-1))
+    last = np.append(first[1:], frame.size) - 1
+    order = np.argsort(frame.time[first], kind="stable")
+    begin, end = frame.time[first][order], frame.time[last][order]
+    return bool(np.any(begin[1:] < end[:-1]))
 
 
 def exercised(regressor: Regressor, columns: FloatArray, frame: Frame) -> bool:

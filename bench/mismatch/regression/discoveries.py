@@ -13,6 +13,7 @@ from bench.mismatch.problem import ChannelProblem
 from bench.mismatch.recordings.beginning import at_start, risen
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.candidates import Spell
+from bench.mismatch.regression.excess import excess, levelled
 from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.regressors import UNKNOWN, Free
 from bench.mismatch.regression.search import Search
@@ -32,21 +33,24 @@ def discoveries(
     search: Search,
     slots: Sequence[Slot],
     whole: FloatArray,
+    number: FloatArray,
     frame: Frame | None = None,
     y: FloatArray | None = None,
 ) -> list[Discovery]:
     """Every effect of the found model, with its rivals in ``slots``, as a discovery.
 
-    ``whole`` (n,): the model's prediction on the channel's rows, of which ``frame`` is the frame and ``y`` (n,) the
-    measured values less all else, where these are not the search's own rows.
+    ``whole`` (n,): the model's prediction on the channel's rows, ``number`` (n,) the samples of each that are compared.
+    ``frame`` and ``y`` (n,), the measured values less all else, where these are not the search's own rows.
     """
     problem = search.model.problem
     rows = problem.rows.frame if frame is None else frame
     measured = problem.rows.y if y is None else y
-    return [_discovery(search, slot, whole, rows, measured) for slot in slots]
+    return [_discovery(search, slot, whole, number, rows, measured) for slot in slots]
 
 
-def _discovery(search: Search, slot: Slot, whole: FloatArray, frame: Frame, y: FloatArray) -> Discovery:
+def _discovery(
+    search: Search, slot: Slot, whole: FloatArray, number: FloatArray, frame: Frame, y: FloatArray
+) -> Discovery:
     model, own = search.model, slot.chosen
     others = [c for c in model.chosen if c is not own]
 
@@ -71,6 +75,7 @@ def _discovery(search: Search, slot: Slot, whole: FloatArray, frame: Frame, y: F
         variables=regressor.variables,
         parameters=tuple(regressor.parameters(coefficients, std)),
         added=whole - without,
+        excess=excess_of(model, own, frame, number),
         gain=slot.gain,
         p_value=slot.p_value,
         simulation_rows=tuple(rows_of(model, own)),
@@ -78,6 +83,16 @@ def _discovery(search: Search, slot: Slot, whole: FloatArray, frame: Frame, y: F
         time_window=_window(own),
         numbers=regressor.numbers,
     )
+
+
+def excess_of(model: ChannelModel, own: Chosen, frame: Frame, number: FloatArray) -> FloatArray:
+    """What of an effect's course on the rows of a frame (n,) no calibration of the simulation can say."""
+    course = model.contribution(own, frame)
+    columns = [b.regressor.columns(frame) for b in model.base if b.regressor.effect != "nuisance"]
+    if model.problem.spec.integral:
+        course = levelled(course, frame, number)
+        columns = [levelled(own_columns, frame, number) for own_columns in columns]
+    return excess(course, columns, number)
 
 
 def _rival(model: ChannelModel, rival: Contender, others: Sequence[Chosen], predicted: Any, y: FloatArray) -> Rival:

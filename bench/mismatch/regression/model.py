@@ -9,7 +9,7 @@ import numpy as np
 
 from bench.mismatch.problem import ChannelProblem, starts_and_folds
 from bench.mismatch.regression.bank import Bank, Fit, Whitening, fit
-from bench.mismatch.regression.noise import Mixture, RowNoise, of_rows, plain_mixture
+from bench.mismatch.regression.noise import Mixture, RowNoise, alike, of_rows, plain_mixture
 from bench.mismatch.regression.regressors import Free, Regressor
 from bench.simulation.frame import FloatArray, Frame, IntArray
 
@@ -147,7 +147,8 @@ def prepare_bank(problem: ChannelProblem, residual: FloatArray) -> tuple[Bank, M
     starts, folds = starts_and_folds(own.frame, problem.folds)
     samples = problem.noise or plain_mixture(own, residual)
     doubt = None if problem.doubt is None else problem.doubt[train]
-    noise = of_rows(own, samples, residual, doubt)
+    unheard = problem.noise is None and problem.doubt is None and not problem.spec.integral
+    noise = alike(own, residual) if unheard else of_rows(own, samples, residual, doubt)
     return Bank(own.y, Whitening(noise, starts), problem.spec.integral), samples, noise, folds
 
 

@@ -205,6 +205,20 @@ def of_rows(rows: Rows, noise: Mixture, residual: FloatArray, doubt: FloatArray 
     return RowNoise(sigma * scale, correlation, max(heavy, default=MEMORIES_S[0]))
 
 
+def alike(rows: Rows, residual: FloatArray) -> RowNoise:
+    """Noise of rows where no spectra tell it: all alike, as large as the ``residual`` (n,), each by itself.
+
+    The residual of such recordings, short or never steady, holds the physics that is looked for. To whiten by how it
+    remembers itself would take away just that, and keep the frequencies at which regressors, rates above all, are
+    least true. Working independence costs efficiency only (Liang and Zeger, Biometrika 73 (1986) 13); what a gain is
+    worth is asked of the signs of blocks.
+    """
+    weight = np.maximum(rows.number, 0.0)
+    spread = float(np.sqrt(np.sum(weight * residual**2) / max(float(weight.sum()), 1e-300)))
+    sigma = np.full(rows.size, max(spread, 1e-150))
+    return RowNoise(sigma, np.zeros(rows.size), MEMORIES_S[0])
+
+
 def innovations(values: FloatArray, sigma: FloatArray, correlation: FloatArray, starts: IntArray) -> FloatArray:
     """Values (n,) in units of their noise, less what the row before says of them."""
     scaled = values / sigma

@@ -11,7 +11,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.problem import ChannelProblem
-from bench.mismatch.regression.auxiliary import auxiliary_candidates
+from bench.mismatch.regression.auxiliary import auxiliary_candidates, composed_candidates
 from bench.mismatch.regression.bank import Bank, Fit
 from bench.mismatch.regression.candidates import exercised, free_candidates, named_candidates, shape_of
 from bench.mismatch.regression.folds import predictive, weights
@@ -32,6 +32,7 @@ from bench.mismatch.regression.refine import refined, strained
 from bench.mismatch.regression.regressors import UNKNOWN, Named, Regressor
 from bench.mismatch.regression.scan import LEAST_OWN, Scan, Units, scan, units, whole
 from bench.simulation.frame import FloatArray
+from bench.simulation.quantities import AUXILIARY
 from bench.simulation.terms import LIBRARY
 
 MOST_EFFECTS = 12
@@ -39,6 +40,8 @@ MOST_UNKNOWN = 2
 """free functions without a name: what two do not follow depends on something else, and more only follow these
 recordings
 """
+MOST_AUXILIARY = 6
+"""functions of quantities that are no channels of the bench: these were measured, and each may act in several ways"""
 MOST_ALIKE = 4
 """parts that one effect may have: two orders, two plays"""
 SHORT_LIST = 3
@@ -99,6 +102,7 @@ def begun(problem: ChannelProblem, seed: int = 0) -> Search:
         *named_candidates(problem.channel, problem.rows.frame, problem.switched_off, problem.banned),
         *free_candidates(problem.channel, own),
         *auxiliary_candidates(problem.channel, own),
+        *composed_candidates(problem.channel, own),
     ]
     blocks = []
     for regressor in regressors:
@@ -216,7 +220,9 @@ def _best(search: Search, seen: Scan) -> Chosen | None:
     model = search.model
     effects = [c.effect for c in model.chosen]
     taken = {e for e in effects if effects.count(e) >= MOST_ALIKE} - {UNKNOWN}
-    more = effects.count(UNKNOWN) < MOST_UNKNOWN
+    free_ones = [c for c in model.chosen if c.effect == UNKNOWN]
+    beside = sum(_auxiliary(c.main.regressor) for c in free_ones)
+    more = len(free_ones) - beside < MOST_UNKNOWN
     order = np.argsort(-seen.gain)
     named: dict[str, int] = {}
     free: dict[tuple[str, ...], int] = {}
@@ -228,6 +234,9 @@ def _best(search: Search, seen: Scan) -> Chosen | None:
             # a term of the nominal simulation that is switched off is always asked
             if regressor.effect not in taken and (len(named) < SHORT_LIST or regressor.term.nominal):
                 named.setdefault(regressor.effect, int(k))
+        elif _auxiliary(regressor):
+            if len(free) < SHORT_LIST and beside < MOST_AUXILIARY:
+                free.setdefault(regressor.variables, int(k))
         elif len(free) < SHORT_LIST and regressor.effect not in taken and (regressor.effect != UNKNOWN or more):
             free.setdefault(regressor.variables, int(k))
     if not named and not free:
@@ -249,6 +258,7 @@ def _best(search: Search, seen: Scan) -> Chosen | None:
             best = (total, candidate)
     if best is not None and best[0] - start < seen.price:
         best = None
+    first = best
     for k in free.values():
         if seen.gain[k] < seen.price:
             continue
@@ -262,7 +272,40 @@ def _best(search: Search, seen: Scan) -> Chosen | None:
         handicap += seen.price if candidate.effect == UNKNOWN else 0.0
         if best is None or total - handicap > best[0]:
             best = (total - handicap, candidate)
+    if first is not None and best is not None and best[1].effect == UNKNOWN:
+        pair = _with_another(search, first[1])
+        if pair is not None and pair >= best[0]:
+            # two effects with names say what one function without a name says
+            return first[1]
     return None if best is None else best[1]
+
+
+def _with_another(search: Search, first: Chosen) -> float | None:
+    """Log density that a name reaches with the best other one beside it that depends on something else; None where
+    there is none.
+    """
+    model = search.model
+    chosen = [*model.chosen, first]
+    at = replace(search, model=replace(model, chosen=chosen, fit=model.refitted(chosen)))
+    seen = at.scan(chosen, at.model.fit)
+    known = {c.effect for c in chosen}
+    for k in np.argsort(-seen.gain):
+        if not np.isfinite(seen.gain[k]) or seen.gain[k] < seen.price:
+            return None
+        regressor = search.blocks[k].regressor
+        if not isinstance(regressor, Named) or regressor.effect in known:
+            continue
+        if set(regressor.variables) & set(first.main.regressor.variables):
+            continue
+        second = shaped(at, chosen, regressor)
+        if second is not None:
+            return float(search.density([*chosen, second]).sum()) - handicap_of(at, second)
+    return None
+
+
+def _auxiliary(regressor: Regressor) -> bool:
+    """Whether a regressor depends on a quantity that is no channel of the bench."""
+    return any(name.startswith(AUXILIARY) for name in regressor.variables)
 
 
 def free_function(search: Search, others: Sequence[Chosen], block: Block) -> Chosen:

@@ -102,9 +102,10 @@ def square_error(outcome: ChannelOutcome) -> float | None:
 
 
 def energy(discovery: Discovery, outcome: ChannelOutcome) -> FloatArray:
-    """Energy (n,) of what a discovery adds in each row; 0 where the row is not compared."""
+    """Energy (n,) of what a discovery adds beyond the recalibrated simulation; 0 where a row is not compared."""
     usable = outcome.usable & (outcome.rows.number > 0)
-    return np.asarray(np.where(usable, discovery.added**2 * outcome.rows.number, 0.0))
+    beyond = discovery.added if discovery.excess is None else discovery.excess
+    return np.asarray(np.where(usable, beyond**2 * outcome.rows.number, 0.0))
 
 
 def strength(discovery: Discovery, outcome: ChannelOutcome) -> float:

@@ -15,6 +15,8 @@ from bench.mismatch.regression.sensitivity import PARAMETER
 from bench.mismatch.report import figures
 from bench.mismatch.report.place import Place, place
 from bench.mismatch.report.words import text
+from bench.simulation.composed import parts_of
+from bench.simulation.frame import FloatArray
 from bench.simulation.quantities import AUXILIARY
 from bench.simulation.terms import LIBRARY
 
@@ -124,7 +126,8 @@ def _symbol(found: Discovery) -> str:
 def _auxiliary(found: Discovery) -> tuple[str, ...]:
     """Auxiliary quantities that something without a name is a function of; none where it has a name."""
     own = found.variables if found.effect == UNNAMED else ()
-    return tuple(name for name in own if name.startswith(AUXILIARY))
+    parts = [p for name in own if name.startswith(AUXILIARY) for p in parts_of(name.removeprefix(AUXILIARY))]
+    return tuple(dict.fromkeys(AUXILIARY + part for part in parts))
 
 
 def _finding(found: Sequence[Discovery], outcome: ChannelOutcome, data: Dataset) -> Finding:
@@ -171,6 +174,11 @@ def _why_not(rival: Rival) -> str:
     return told + ("; the recordings cannot tell the two apart" if rival.as_good else "")
 
 
+def _together(excesses: Sequence[FloatArray | None]) -> FloatArray | None:
+    known = [own for own in excesses if own is not None]
+    return np.asarray(np.sum(known, axis=0)) if known and len(known) == len(excesses) else None
+
+
 def _merged(discoveries: Iterable[Discovery]) -> list[Discovery]:
     """Discoveries of a channel, those of one effect as one: what they add is the sum, the strongest gives the rest."""
     groups: dict[object, list[Discovery]] = {}
@@ -189,6 +197,7 @@ def _merged(discoveries: Iterable[Discovery]) -> list[Discovery]:
                 first,
                 parameters=tuple(p for d in group for p in d.parameters),
                 added=np.sum([d.added for d in group], axis=0),
+                excess=_together([d.excess for d in group]),
                 simulation_rows=tuple(r for d in group for r in d.simulation_rows),
                 orders=tuple(dict.fromkeys(f for d in group for f in d.orders)),
                 angle_windows=tuple(w for d in group for w in d.angle_windows),

@@ -16,6 +16,7 @@ from bench.mismatch.report import reasons
 from bench.mismatch.report.figures import finite
 from bench.mismatch.report.finding import Alternative, Finding, NextExperiment
 from bench.mismatch.report.left_out import said
+from bench.mismatch.report.linear import in_metres
 from bench.mismatch.report.plots import LINEAR_UNITS, UNITS, plot
 from bench.mismatch.report.style import STYLE
 from bench.mismatch.report.verdict import in_words
@@ -62,7 +63,10 @@ def page(report: Report) -> str:
         '<meta charset="utf-8"><meta name="viewport" content="width=device-width,initial-scale=1">'
         f"<title>{_e(verdict)}: simulation against recordings</title><style>{STYLE}</style>"
     )
-    return f'<!doctype html><html lang="en"><head>{head}</head><body>{"".join(body)}</body></html>\n'
+    told = "".join(body)
+    if report.data.linear:
+        told = in_metres(told)
+    return f'<!doctype html><html lang="en"><head>{head}</head><body>{told}</body></html>\n'
 
 
 def _e(text: object) -> str:

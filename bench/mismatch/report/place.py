@@ -20,7 +20,7 @@ from bench.simulation.terms import TEMPERATURE as TEMPERATURE_CHANNEL
 
 HELD = 0.9
 """share of the energy that a place holds: the report's contract"""
-TOLD = 0.5
+TOLD = 0.25
 """share of the energy that the recordings named together hold"""
 STEPS = {"te.lost_motion": TORQUE}
 """effects that are a step, and over what: they are where they change, not where they have changed"""
@@ -158,7 +158,7 @@ def _time_window(discovery: Discovery, frame: Frame, own: FloatArray, depends: b
 
 
 def strongest(frame: Frame, own: FloatArray) -> list[int]:
-    """Recordings of the largest energy, in order: the fewest that hold half of it."""
+    """Recordings of the largest energy, in order: the fewest that hold ``TOLD`` of it."""
     held = np.bincount(frame.recording, own)
     order = np.argsort(-held, kind="stable")
     total = np.cumsum(held[order])

@@ -10,6 +10,7 @@ from bench.mismatch.discovery import ChannelOutcome
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.report.finding import Finding
 from bench.mismatch.report.left_out import LeftOut
+from bench.mismatch.report.linear import in_metres
 from bench.mismatch.report.to_json import to_json
 from bench.mismatch.report.verdict import sentence
 
@@ -44,7 +45,8 @@ class Report:
     @property
     def sentence(self) -> str:
         """The verdict in one sentence."""
-        return sentence(self)
+        told = sentence(self)
+        return in_metres(told) if self.data.linear else told
 
     def to_json(self) -> dict[str, Any]:
         """The mismatch report 1.1."""

@@ -11,6 +11,7 @@ import numpy as np
 from bench.mismatch.discovery import ChannelOutcome
 from bench.mismatch.report import place
 from bench.mismatch.report.finding import Finding
+from bench.mismatch.report.linear import all_in_metres
 from bench.simulation.terms import CHANNEL_UNITS
 
 if TYPE_CHECKING:
@@ -42,6 +43,8 @@ def to_json(report: Report) -> dict[str, Any]:
     if report.left_out:
         out["leave_one_out"] = [asdict(row) for row in report.left_out]
     cleaned: dict[str, Any] = plain(out)
+    if report.data.linear:
+        cleaned = all_in_metres(cleaned)
     return cleaned
 
 

@@ -42,7 +42,7 @@ def _doubt(outcome: ChannelOutcome) -> str:
         return f"what is left of the {name} could not be tested for structure"
     if p < criteria.ERROR_RATE_OF_A_CHANNEL:
         return f"what is left of the {name} is not noise (p {p:.1e}), and nothing was found that explains it"
-    after = finite(outcome.rmse.get("after"))
+    after = finite(outcome.settled)
     if after is None:
         return f"no recording of the {name} could be held out"
     std = finite(outcome.floor_std)

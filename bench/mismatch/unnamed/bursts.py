@@ -1,7 +1,8 @@
 """Bursts: blocks of the campaign in which what is left scatters far more than elsewhere.
 
 The logarithm of a block's mean square has a spread of its own, by the noise and by the speed; it is taken from the
-blocks themselves (median absolute deviation), about the median of the blocks of a like speed.
+blocks themselves (median absolute deviation), about the median of the blocks of a like speed. Blocks are of steady
+motion: starts, reversals and ramps have dynamics that no simulation of the slow physics claims.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import numpy as np
 from scipy.stats import norm
 
 from bench.mismatch import criteria
+from bench.mismatch.recordings.rows import settled_rows
 from bench.mismatch.regression.scan import units
 from bench.mismatch.regression.search import Search
 from bench.simulation.frame import FloatArray, IntArray
@@ -46,13 +48,17 @@ def bursts(search: Search) -> Bursts | None:
     left = left - np.repeat(mean, np.diff(starts)) * model.bank.one
     blocks = units(frame.elapsed, starts, max(criteria.BLOCK_S, 3.0 * model.noise.memory))
     edges = blocks.starts
-    number = np.diff(edges)
+    settled = settled_rows(frame).astype(np.float64)
+    if problem.spec.integral:
+        settled = np.ones(frame.size)
+    number = np.add.reduceat(settled, edges[:-1])
     enough = number >= 4
     if enough.sum() < FEWEST_BLOCKS:
         return None
-    loud = np.log(np.add.reduceat(left**2, edges[:-1]) / number + 1e-300)
-    speed = np.add.reduceat(np.abs(frame.velocity), edges[:-1]) / number
-    usual = _like(loud, speed)
+    loud = np.log(np.add.reduceat(settled * left**2, edges[:-1]) / np.maximum(number, 1.0) + 1e-300)
+    speed = np.add.reduceat(np.abs(frame.velocity), edges[:-1]) / np.diff(edges)
+    usual = np.zeros(loud.size)
+    usual[enough] = _like(loud[enough], speed[enough])
     spread = 1.4826 * np.median(np.abs((loud - usual)[enough])) * np.ones(loud.size)
     # short blocks scatter more: as the logarithm of a mean of squares
     spread = np.maximum(spread, np.sqrt(2.0 / np.maximum(number, 1.0)))
@@ -60,7 +66,7 @@ def bursts(search: Search) -> Bursts | None:
     worst = int(np.argmax(z))
     p = max(float(-np.expm1(enough.sum() * np.log1p(-norm.sf(z[worst])))), criteria.LEAST_P)
     marked = z > norm.isf(criteria.ERROR_RATE_OF_A_CHANNEL / enough.sum())
-    marked &= loud - usual > np.log(LEAST_LOUDER)
+    marked &= enough & (loud - usual > np.log(LEAST_LOUDER))
     own = np.concatenate([rows[a:b] for a, b, m in zip(edges[:-1], edges[1:], marked, strict=True) if m] or [rows[:0]])
     return Bursts(own, p, float(np.exp(0.5 * (loud - usual)[worst])))
 

@@ -11,7 +11,7 @@ from bench.simulation.terms import CHANNEL_UNITS
 
 def unexplained(outcome: ChannelOutcome) -> None:
     """Add what an outcome leaves as a discovery without a name, where it is clearly more than the noise floor."""
-    after = outcome.rmse.get("after")
+    after = outcome.settled
     if after is None or outcome.floor_std is None or any(d.effect == UNNAMED for d in outcome.discoveries):
         return
     most = criteria.MORE_THAN_NOISE * outcome.floor + criteria.FLOOR_ERRORS * outcome.floor_std

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from bench.proof import make
+from bench.proof.make import ProofError
 from bench.proof.sealed import load_sealed
 from bench.proof.through.run import plant_named, run_on
 from bench.proof.through.samples import samples_of
@@ -31,12 +32,13 @@ TWIN = "twin.json"
 _KEPT = ("PATH", "HOME", "LANG", "LC_ALL", "TMPDIR", "VIRTUAL_ENV", "PYTHONPATH", "NUMBA_CACHE_DIR", "MPLCONFIGDIR")
 _RUN = "import sys; from bench.cli import main; sys.argv[0] = 'bench'; main()"
 _TWIN_SEED = 99
+_DRAWS = 5
 
 
-def plant_seed(seed: int, name: str) -> int:
-    """Seed of the plant of a case: nothing that is seen tells it."""
+def plant_seed(seed: int, name: str, draw: int = 0) -> int:
+    """Seed of the plant of a case, of its ``draw``-th draw: nothing that is seen tells it."""
     number = int(name.rsplit("-", 1)[1])
-    return int(np.random.default_rng([seed, 15, number]).integers(2**31))
+    return int(np.random.default_rng([seed, 15, number, *([draw] if draw else [])]).integers(2**31))
 
 
 def noise(out: Path) -> dict[str, dict[str, float]]:
@@ -64,15 +66,27 @@ def noise(out: Path) -> dict[str, dict[str, float]]:
 def record(out: Path, name: str, seed: int) -> tuple[dict[str, Any], bytes]:
     """Draw the plant of a case, run the campaign on it; the truth, and its sealed bytes.
 
-    Only their hash is written (``truth/NAME.sha256``).
+    Only their hash is written (``truth/NAME.sha256``). A plant that breaks a limit of its own bench is no campaign: it is
+    drawn anew, as an operator would mend the bench first.
+
+    Raises
+    ------
+    ProofError
+        None of the draws came to the end of the campaign.
     """
     floor, examiner, alias = noise(out), load_sealed(), secrets.token_hex(6)
-    own = plant_seed(seed, name)
     with tempfile.TemporaryDirectory() as secret:
         ledger = Path(secret) / "ledger"
         folder = out / make.RECORDINGS / alias
-        plant = plant_named(f"conceal={own}")
-        run_on(f"{plant}&ledger={ledger}", folder, own % 100_000)
+        for draw in range(_DRAWS):
+            own = plant_seed(seed, name, draw)
+            plant = plant_named(f"conceal={own}")
+            try:
+                run_on(f"{plant}&ledger={ledger}", folder, own % 100_000)
+                break
+            except ProofError:
+                if draw == _DRAWS - 1:
+                    raise
         samples = samples_of(folder, examiner.EVERY)
         truth = examiner.truth_of(plant, str(ledger), samples, _of(samples, floor), name, seed, alias)
     content = json.dumps(truth, indent=1, allow_nan=False, default=float).encode()

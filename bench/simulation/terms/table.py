@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bench.simulation.terms.base import Term
 from bench.simulation.terms.friction import (
+    directional,
     position_dependent,
     presliding,
     run_in,
@@ -56,6 +57,7 @@ _MODULES = (
     stribeck,
     viscous_temperature,
     viscous_quadratic,
+    directional,
     position_dependent,
     run_in,
     presliding,

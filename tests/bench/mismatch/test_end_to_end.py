@@ -103,6 +103,18 @@ def null(tmp_path_factory: pytest.TempPathFactory) -> Compared:
     return compared(1, tmp_path_factory.mktemp("null"))
 
 
+def beyond(own: Compared) -> FloatArray:
+    """What of the file's term plain least squares over all samples compared leaves of the nominal simulation."""
+    rows = own.data.rows[CHANNEL]
+    frame = rows.frame
+    root = np.sqrt(np.where(frame.direction != 0, rows.number, 0.0))
+    columns = np.hstack([term.regressor.columns(frame) for term in nominal_base(CHANNEL, ())])
+    columns = columns / np.maximum(np.abs(columns).max(axis=0), 1e-12)
+    known = Given.of(own.model).known[CHANNEL]
+    term = np.sum([k.regressor.columns(frame) @ k.coefficients for k in known], axis=0)
+    return np.asarray(term - columns @ np.linalg.lstsq(columns * root[:, None], term * root, rcond=1e-9)[0])
+
+
 def test_the_effect_is_named_and_nothing_else(clear: Compared) -> None:
     assert clear.told["verdict"] == "mismatch"
     assert [(f["effect"], f["status"]) for f in clear.told["findings"]] == [(EFFECT, "named")]
@@ -187,11 +199,15 @@ def test_before_is_the_simulation_refitted_without_the_effect(clear: Compared) -
 def test_the_place_holds_nine_tenths_of_what_the_effect_adds(clear: Compared) -> None:
     where = clear.finding()["location"]
     frame = clear.data.rows[CHANNEL].frame
-    _, added, _, counts = dense(clear)
-    energy = added**2 * counts
+    energy = beyond(clear) ** 2 * dense(clear)[3]
     inside = np.ones(frame.size, dtype=bool)
+    # a steady stretch has one speed, whatever an encoder's counts make of it
+    stretch = (2 * frame.recording + (frame.last_direction > 0)).astype(np.int64)
+    steady = (frame.steady > 0.5) & (frame.direction != 0)
+    mean = np.bincount(stretch[steady], np.abs(frame.velocity[steady]) * frame.count[steady], stretch.max() + 1)
+    mean /= np.maximum(np.bincount(stretch[steady], frame.count[steady], stretch.max() + 1), 1.0)
     for name, values in (
-        ("velocity", np.abs(frame.velocity)),
+        ("velocity", np.where(steady, mean[stretch], np.abs(frame.velocity))),
         ("load_torque", frame.torque_level),
         ("temperature", frame.temperature),
     ):
@@ -204,8 +220,9 @@ def test_the_place_holds_nine_tenths_of_what_the_effect_adds(clear: Compared) ->
     by_recording = np.bincount(frame.recording, energy)
     names = [m.name for m in clear.data.members]
     told = [by_recording[names.index(name)] for name in where["recordings"]]
-    assert told[0] >= 0.8 * by_recording.max()
-    assert sum(told) >= 0.45 * by_recording.sum()
+    assert told == sorted(told, reverse=True)
+    assert told[0] == by_recording.max()
+    assert sum(told) >= 0.25 * by_recording.sum()
 
 
 def test_parameters_are_those_of_the_file(clear: Compared) -> None:

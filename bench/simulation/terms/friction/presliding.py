@@ -8,9 +8,25 @@ from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms.base import MOTOR_TORQUE, Form, Point, Symbol, Term, columns, logarithmic
 from bench.simulation.terms.memory import relaxing
 
+SHORTEST, LONGEST = 0.05, 40.0
+"""rad at the motor: distances of gearboxes and motors; other machines, linear ones above all, have their own"""
+PART = 300.0
+"""part of the distance between two reversals that is still looked at"""
 
-def _grid(_: Frame) -> tuple[Point, ...]:
-    return logarithmic(0.05, 40.0, 14)
+
+def _grid(frame: Frame) -> tuple[Point, ...]:
+    run = _between_reversals(frame)
+    if run <= 0.0:
+        return logarithmic(SHORTEST, LONGEST, 14)
+    return logarithmic(min(SHORTEST, run / PART), min(LONGEST, run), 14)
+
+
+def _between_reversals(frame: Frame) -> float:
+    """Median distance at the motor's shaft from a reversal to the next, or to the recording's end; 0 where none."""
+    travel = np.abs(frame.reversal_travel) * frame.ratio
+    ends = (np.diff(frame.recording, append=-1) != 0) | (np.diff(travel, append=0.0) < 0.0)
+    runs = travel[ends & (frame.reversed_before > 0) & (travel > 0.0)]
+    return float(np.median(runs)) if runs.size else 0.0
 
 
 def _dahl(frame: Frame, point: Point) -> FloatArray:

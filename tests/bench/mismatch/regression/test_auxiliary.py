@@ -17,7 +17,7 @@ from bench.mismatch.regression.search import searched
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.model import Simulation
 from bench.simulation.terms import LIBRARY, MOTOR_TORQUE
-from tests.bench.mismatch.regression.synthetic import RATIO, campaign, problem
+from tests.bench.mismatch.regression.synthetic import EACH, RATIO, campaign, problem
 
 CONTENT = {"format": "bench-simulation", "format_version": "1.0", "gearbox": {"ratio": RATIO}}
 SIGMA = 0.02
@@ -72,3 +72,12 @@ def test_drag_that_grows_with_a_pressure_is_found_and_predicted_from_the_file() 
     assert np.std(said - plain - drag) < 0.1 * np.std(drag)
     with pytest.raises(ConfigurationError, match="no quantity 'aux/oil'"):
         predictor.channel(MOTOR_TORQUE, replace(frame, aux={}))
+
+
+def test_gravity_that_a_neighbouring_joint_turns_is_found() -> None:
+    own = campaign(16, 5)
+    rng = np.random.default_rng(6)
+    own = replace(own, aux={"q2": np.repeat(rng.uniform(-2.0, 2.0, 16), EACH) + 0.3 * np.sin(own.elapsed)})
+    y = 2.0 * np.sin(own.q + own.aux["q2"]) + rng.normal(0.0, 0.1, own.size)
+    found = searched(problem(own, y)).model.chosen
+    assert "sin(angle + q2)" in " ".join(found[0].main.regressor.variables)

@@ -1,0 +1,34 @@
+"""A linear axis speaks of newtons and metres."""
+
+from __future__ import annotations
+
+import pytest
+
+from bench.mismatch.report.linear import all_in_metres, in_metres
+
+
+@pytest.mark.parametrize(
+    ("shaft", "axis"),
+    [
+        ("N*m", "N"),
+        ("N*m*s/rad", "N*s/m"),
+        ("N*m*s^2/rad^2", "N*s^2/m^2"),
+        ("kg*m^2", "kg"),
+        ("rad/s", "m/s"),
+        ("friction modulated with the output angle", "friction modulated with the position"),
+        ("f(angle=0.2)*d", "f(position=0.2)*d"),
+        ("gradual, J/K, theta_m", "gradual, J/K, theta_m"),
+    ],
+)
+def test_units_and_words(shaft: str, axis: str) -> None:
+    assert in_metres(shaft) == axis
+
+
+def test_names_of_files_and_effects_stay() -> None:
+    content = {
+        "file": "rad/N*m.h5",
+        "findings": [{"effect": "load.rad", "name": "a rad", "parameters": [{"unit": "N*m"}]}],
+    }
+    told = all_in_metres(content)
+    assert told["file"] == "rad/N*m.h5"
+    assert told["findings"] == [{"effect": "load.rad", "name": "a m", "parameters": [{"unit": "N"}]}]
