@@ -54,6 +54,7 @@ def _show(found: Inventory, made: Draft) -> None:
         span = "" if column.stamps or math.isnan(low) else f"{low:10.4g} … {high:<10.4g}"
         unit = column.variable.unit
         role = "time" if column is made.time else made.channel_by_column.get(column.name, "")
+        role = "empty, left out" if column.empty else role
         shape = "x".join(map(str, column.variable.shape))
         drawn = picture(column.seconds)
         say(f"{line(column.name):<{width}} {shape:>8} {unit:<6} {span:<23} {drawn:<24} {role}".rstrip())

@@ -12,7 +12,7 @@ import numpy as np
 
 from bench.errors import ConfigurationError
 from bench.importing.channel import LINEAR
-from bench.importing.looking.guesses import overflow, ratio_of, step_of, unit_of_time
+from bench.importing.looking.guesses import overflow, ratio_of, rises_evenly, step_of, unit_of_time
 from bench.importing.looking.inventory import Column, Inventory
 from bench.importing.looking.names import Meaning, channel_of, meaning, plain
 from bench.importing.mapping import OPEN
@@ -111,9 +111,9 @@ def draft(found: Inventory, mapping: Path) -> Draft:
     rest: list[Column] = []
     for column in sorted(found.columns, key=lambda own: not meanings[own.name].sure):
         name = channel_of(meanings[column.name])
-        if column is time or column.stamps or column.values.size != _size(found, time):
+        if column is time or column.stamps or column.values.size != _size(found, time) or column.empty:
             continue
-        if name is None or name in taken or meanings[column.name].setpoint:
+        if name is None or name in taken or meanings[column.name].setpoint or column.constant:
             rest.append(column)
         else:
             taken[name] = column
@@ -139,14 +139,17 @@ def _size(found: Inventory, time: Column | None) -> int:
 
 
 def _clock(found: Inventory, meanings: dict[str, Meaning]) -> Column | None:
-    """The column that is the time: one the file names, one called so, or the only one that rises evenly."""
+    """The column that is the time: one the file names, one called so, or the first without a meaning whose numbers rise
+    as a clock's do.
+    """
     told = [column.variable.clock for column in found.columns if column.variable.clock]
     rising = [column for column in found.columns if step_of(column) is not None]
     named = [column for column in rising if column.name in told]
     called = [column for column in rising if meanings[column.name].quantity == "time"]
     by_file = sorted(named, key=lambda own: (told.count(own.name), own.values.size), reverse=True)
     by_name = sorted(called, key=lambda own: (own.values.size, own.stamps, meanings[own.name].sure), reverse=True)
-    return next(iter([*by_file, *by_name]), None)
+    by_numbers = [column for column in found.columns if not meanings[column.name].quantity and rises_evenly(column)]
+    return next(iter([*by_file, *by_name, *(by_numbers if len(found.columns) > 1 else ())]), None)
 
 
 def _time_entries(found: Inventory, time: Column | None, meanings: dict[str, Meaning]) -> dict[str, Entry]:
@@ -156,6 +159,8 @@ def _time_entries(found: Inventory, time: Column | None, meanings: dict[str, Mea
             return {"rate": Entry(max(rates), f"Hz, {_TOLD}")}
         return {"rate": Entry(OPEN, "samples per second: no column is a time", sure=False)}
     entries = _place(time)
+    if not time.stamps and meanings[time.name].quantity != "time" and time.variable.clock is None:
+        next(iter(entries.values())).why = f"{_GUESS}, it rises as a clock does"
     if time.stamps:
         if not time.variable.zoned:
             entries["timezone"] = Entry("UTC", f"{_GUESS}: the stamps say no zone, such as 'Europe/Berlin'", sure=False)

@@ -18,6 +18,17 @@ _JUMP = 0.5
 _LEAST_JUMPS = 1
 _SLOW_STEP = 1.0
 _CLOSE = 0.02
+_EVEN, _MOSTLY = 0.25, 0.9
+"""how far a clock's step may be from its usual one, and how many of its steps are no farther"""
+
+
+def rises_evenly(column: Column) -> bool:
+    """Whether a column is a clock by its numbers alone: it never stays or falls, and its steps are much alike."""
+    steps = np.diff(column.seconds)
+    if steps.size < 10 or not np.isfinite(steps).all() or not np.all(steps > 0.0):
+        return False
+    usual = float(np.median(steps))
+    return float(np.mean(np.abs(steps - usual) <= _EVEN * usual)) >= _MOSTLY
 
 
 def step_of(column: Column) -> float | None:

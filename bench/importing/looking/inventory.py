@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import glob
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -53,6 +54,16 @@ class Column:
         """Smallest and largest value; NaN where there is none."""
         numbers = self.seconds[np.isfinite(self.seconds)]
         return (float(numbers.min()), float(numbers.max())) if numbers.size else (float("nan"), float("nan"))
+
+    @property
+    def empty(self) -> bool:
+        """Whether it holds no number at all: a delimiter at the end of each line makes such columns."""
+        return not self.stamps and math.isnan(self.span[0])
+
+    @property
+    def constant(self) -> bool:
+        """Whether all its numbers are the same: nothing was measured there."""
+        return self.span[0] == self.span[1]
 
 
 @dataclass(frozen=True, slots=True)

@@ -178,3 +178,37 @@ def test_the_command_wants_one_thing_to_do(tmp_path: Path) -> None:
     assert isinstance(_bench("import", "--look", tmp_path / "no*.csv").exception, RecordingError)
     wrong = _bench("import", "--look", _machine(tmp_path), "--set", "ratio").exception
     assert "should be KEY=VALUE, such as gearbox.ratio=50" in str(wrong)
+
+
+def test_a_clock_without_a_name_is_told_by_its_numbers(tmp_path: Path) -> None:
+    path = tmp_path / "plain.csv"
+    steps = np.where(np.arange(_T.size) % 3 == 0, 0.012, 0.010)
+    np.savetxt(path, np.column_stack([1297 + np.cumsum(steps), _Q, np.cos(_T)]), delimiter=",")
+    made = _draft(path)
+    assert _content(made)["channels"]["time"] == {"column": 1, "unit": "s"}
+    assert "a guess, it rises as a clock does" in made.text()
+
+
+def test_what_rises_unevenly_is_no_clock(tmp_path: Path) -> None:
+    path = tmp_path / "plain.csv"
+    travel = np.cumsum(0.5 + 0.45 * np.sin(_T))
+    np.savetxt(path, np.column_stack([travel, np.cos(_T)]), delimiter=",")
+    assert _content(_draft(path))["channels"]["time"] == {"rate": "?"}
+
+
+def test_a_column_of_a_matrix_may_be_the_clock(tmp_path: Path) -> None:
+    path = tmp_path / "matrix.mat"
+    scipy.io.savemat(path, {"data": np.column_stack([_T, np.zeros(_T.size), _Q, np.cos(_T)])})
+    assert _content(_draft(path))["channels"]["time"] == {"variable": "data", "column": 1, "unit": "s"}
+
+
+def test_a_constant_is_no_channel_and_an_empty_column_is_left_out(tmp_path: Path) -> None:
+    path = tmp_path / "trailing.csv"
+    rows = [f"{t},0,{np.cos(t)},{q},," for t, q in zip(_T, _Q, strict=True)]
+    path.write_text("\n".join(["time,torque_model,torque_motor,angle,,", *rows]) + "\n")
+    made = _draft(path)
+    content = _content(made)
+    assert content["channels"]["motor_torque"]["variable"] == "torque_motor"
+    assert list(content["aux"]) == ["torque_model"]
+    shown = CliRunner().invoke(make_app(), ["import", "--look", str(path), "--mapping", str(tmp_path / "m.toml")])
+    assert shown.output.count("empty, left out") == 2
