@@ -89,17 +89,18 @@ class Index:
             "SELECT folder AS name, MAX(campaign) AS campaign, COUNT(*) AS recordings, MIN(started_s) AS first_s,"
             " MAX(started_s) AS last_s, MAX(gearbox) AS gearbox, MAX(bench) AS bench, MAX(person) AS person,"
             " SUM(result = 'passed') AS passed, MIN(archived) AS archived"
-            f" FROM recordings WHERE {where} GROUP BY folder ORDER BY last_s DESC LIMIT {MOST}"
+            f" FROM recordings WHERE {where} GROUP BY folder ORDER BY last_s DESC"
         )
         with self._open() as database:
             database.row_factory = sqlite3.Row
-            (total,) = database.execute(f"SELECT COUNT(*) FROM recordings WHERE {where}", values).fetchone()
             rows = database.execute(
                 f"SELECT {shown} FROM recordings WHERE {where} ORDER BY started_s DESC, folder, file LIMIT ? OFFSET ?",
                 [*values, limit, max(0, query.offset)],
             ).fetchall()
+            # every folder is counted: what they hold together is the total, without looking at all of it once more
             folders = [dict(row) for row in database.execute(by_folder, values)]
-        return Found(total, [_shown(row) for row in rows], folders)
+        total = sum(folder["recordings"] for folder in folders)
+        return Found(total, [_shown(row) for row in rows], folders[:MOST])
 
     # -- private -------------------------------------------------------------------------------------------------------
 
