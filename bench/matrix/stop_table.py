@@ -24,6 +24,7 @@ The *rung* is the one that takes the torque away, as the run's listener or the r
 how much later the drives had none (at most {off:g} s are right), *seen to* the longest time between two looks at the
 far end, which no other time can be known better than. A run that hangs sends no rung: its bus process finds no new set
 values, stops the drives by itself and needs no press; the time is then that of what was left of it, and may be none.
+Where the disk is full or read-only the recording may fail first: the press then finds a stop under way.
 
 {made}
 
@@ -82,7 +83,7 @@ def _summary(rows: Sequence[Row]) -> str:
 
 
 def _s(value: float | None) -> str:
-    return "–" if value is None else f"{value:.2f}"
+    return "–" if value is None else f"{round(value, 2) + 0.0:.2f}"  # without the sign of a zero
 
 
 def _cell(text: str) -> str:

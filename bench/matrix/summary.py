@@ -23,7 +23,8 @@ def summary(outcomes: Sequence[Outcome]) -> str:
     judged = [outcome.sampled_s for outcome in outcomes if outcome.sampled_s is not None and outcome.peaks is not None]
     finest = min(judged, default=0.0)
     coarse = sum(sampled > finest for sampled in judged)
-    apart = f"in {coarse} of them on samples {1e3 * max(judged, default=0.0):g} ms apart, else {1e3 * finest:g} ms"
+    widest_ms, finest_ms = 1e3 * max(judged, default=0.0), 1e3 * finest
+    apart = f"in {coarse} of them on samples up to {widest_ms:.3g} ms apart, else {finest_ms:.3g} ms"
     fineness = f" ({apart})" if coarse else ""
     sentences = [
         f"{len(outcomes)} of {len(ROWS)} faults have been struck with this version of the matrix.",

@@ -97,7 +97,7 @@ def _peaks(outcome: Outcome) -> str:
     if outcome.peaks is None or outcome.sampled_s is None:
         return "not judged"
     motor, load, torque = outcome.peaks
-    return f"{motor:.0f} rad/s, {load:.2f} rad/s, {torque:.0f} N·m ({1e3 * outcome.sampled_s:g} ms)"
+    return f"{motor:.0f} rad/s, {load:.2f} rad/s, {torque:.0f} N·m ({1e3 * outcome.sampled_s:.3g} ms)"
 
 
 def _seconds(value: float | None, stopped: bool) -> str:

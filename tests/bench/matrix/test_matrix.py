@@ -154,6 +154,17 @@ def test_the_summary_says_what_the_rows_hold() -> None:
     )
 
 
+def test_samples_that_are_further_apart_are_told() -> None:
+    looked = Outcome("a", "a", PLANT, peaks=(1.0, 1.0, 1.0), sampled_s=0.0005)
+    wired = [
+        Outcome(name, "w", WIRE, peaks=(1.0, 1.0, 1.0), sampled_s=apart)
+        for name, apart in (("b", 0.03), ("c", 0.0829902))
+    ]
+    told = "in 3 rows (in 2 of them on samples up to 83 ms apart, else 0.5 ms), not judged in 0."
+    assert told in summary([looked, *wired])
+    assert "(83 ms)" in page(wired, "")
+
+
 def test_several_tries_are_right_only_if_all_are() -> None:
     right = Outcome("frame_late", "late", WIRE, found_s=0.1, rest_s=0.2, off_s=0.3, struck=(0.5, 300.0))
     wrong = Outcome("frame_late", "late", WIRE, rest_s=0.4, off_s=0.1, problems=["it stopped"])

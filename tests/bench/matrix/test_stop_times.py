@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import sys
 import threading
 import time
 from datetime import UTC, datetime
@@ -17,7 +18,7 @@ from typer.testing import CliRunner
 
 from bench.cli.app import make_app
 from bench.configuration import load_bench
-from bench.matrix import stop_times
+from bench.matrix import stop_scene, stop_times
 from bench.matrix.disks import DISK_BYTES, disk
 from bench.matrix.processes import as_hardware
 from bench.matrix.stop_scene import CONDITIONS, PRESSES
@@ -123,6 +124,13 @@ def test_the_bench_it_is_measured_on_is_one(tmp_path: Path) -> None:
     assert bench.limits.load_torque == load_bench("rh380n").configuration.limits.load_torque
 
 
+def test_a_command_that_does_not_end_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stop_scene, "COMMAND", (sys.executable, "-c", "import time; time.sleep(60)"))
+    monkeypatch.setattr(stop_scene, "SHELL_S", 0.5)
+    scene: Any = None
+    assert "had not ended after" in PRESSES["shell"](scene, "Ann", None)
+
+
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root makes disks")
 def test_a_disk_is_filled_and_has_room_again(tmp_path: Path) -> None:
     from bench.errors import DeviceError
@@ -150,3 +158,11 @@ def test_the_emulator_waits_for_no_processor_where_that_may_be(monkeypatch: pyte
 
     monkeypatch.setattr(os, "sched_setscheduler", refuse)
     assert as_hardware() == ()
+
+
+def test_the_page_says_what_the_stored_rows_hold() -> None:
+    docs = Path(__file__).parents[3] / "docs"
+    rows = [Row(**entry) for entry in json.loads((docs / "stop-times.json").read_text("utf-8"))]
+    assert [(row.condition, row.press) for row in rows] == [(one, way) for one in CONDITIONS for way in PRESSES]
+    text = (docs / "stop-times.md").read_text("utf-8")
+    assert text == page(rows, stop_times.WATCH_S), "run bench benchmark stop"
