@@ -9,6 +9,7 @@ everything that no model of this structure predicts, the unrest of the drives' o
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -96,9 +97,23 @@ def _told(
         form=kind.text,
         channels=(kind.channel,),
         strength=round(strength(excess.values, level[kind.channel]), 3),
-        location=placed(_claimed(hidden), excess, lambda i: str(samples[i]["id"])),
+        location=_over_all(placed(_claimed(hidden), excess, lambda i: str(samples[i]["id"])), kind.channel, samples),
         in_library=kind.in_library,
     )
+
+
+def _over_all(place: Location, channel: str, samples: Samples) -> Location:
+    """A place whose span is all that a torque is recorded at in motion: ramps and heating are compared as well."""
+    if channel == "transmission_error" or not place.span:
+        return place
+    moving = [np.abs(one["rate"]) > 0.0 for one in samples]
+    quantities = {"velocity": "rate", "load_torque": "torque", "temperature": "temperature"}
+    span = {}
+    for name, source in quantities.items():
+        values = np.concatenate([one[source][inside] for one, inside in zip(samples, moving, strict=True)])
+        values = np.abs(values) if name == "velocity" else values
+        span[name] = (float(values.min()), float(values.max()))
+    return replace(place, span=span)
 
 
 def _claimed(hidden: Hidden) -> Location:

@@ -58,8 +58,8 @@ class Modulation:
 
 @dataclass(frozen=True, slots=True)
 class _Orders:
-    """Found whole orders (n,): place, logarithm of the size; what a constant vector loses against the best plain
-    model, and what one in proportion to each carrier's gains against it (n, carriers).
+    """Found whole orders (n,): place, logarithm of the size over what is usual there; what a constant vector loses
+    against the best plain model, and what one in proportion to each carrier's gains against it (n, carriers).
     """
 
     place: IntArray
@@ -107,7 +107,20 @@ def _found(model: TransmissionModel, sight: Sight, taken: Sequence[float]) -> _O
         for c in range(len(carriers)):
             following[k, c] = _proportional(vectors, shown[:, c], noise) - best
     highest = int(max([*own, *carriers, 1.0]) * 1.1) + criteria.HIGHEST_MODULATION
-    return _Orders(np.array(own, dtype=np.int64), size, constant, following, carriers, highest)
+    place = np.array(own, dtype=np.int64)
+    return _Orders(place, _beyond_usual(place, size), constant, following, carriers, highest)
+
+
+def _beyond_usual(place: IntArray, size: FloatArray) -> FloatArray:
+    """Logarithm of the sizes (n,) less their fall with the order: a gearbox' low orders are larger, and two large ones
+    about a low carrier no surprise. The fall is that of the orders found, drawn towards none where they are few.
+    """
+    if place.size == 0:
+        return size
+    x = np.log(place.astype(np.float64))
+    x = x - x.mean()
+    fall = float(x @ (size - size.mean())) / (float(x @ x) + SCATTER**2)
+    return np.asarray(size - fall * x)
 
 
 def _proportional(vectors: Complex, to: Complex, noise: float) -> float:

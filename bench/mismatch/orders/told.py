@@ -241,13 +241,13 @@ def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Disco
         for other, loss, error, share in found.rivals
     )
     real = probability(found.p_value)
-    touched = law.orders if law.effect != RESONANCE else _moved(model, before, law.orders)
+    touched = _moved(model, before, law.orders)
     return Discovery(
         effect=law.effect,
         status=NAMED if term is not None else UNKNOWN,
         confidence=None if real is None else real * found.share,
         channel=TRANSMISSION_ERROR,
-        words=_law_words(law),
+        words=_law_words(law, touched),
         equation=RESONANT if law.effect == RESONANCE else f"A_f -> A_f*(1 + e_f*g({quantity}))",
         variables=(quantity,),
         parameters=tuple(_law_parameters(found)),
@@ -264,10 +264,10 @@ def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Disco
 RESONANT = "A_f -> A_f*(1 + p*(H(f*abs(dtheta)) - 1)), H(w) = 1/(1 - (w/w_0)**2 + 2j*zeta*w/w_0)"
 
 
-def _law_words(law: Law) -> str:
+def _law_words(law: Law, orders: Sequence[float] = ()) -> str:
     if law.effect in LIBRARY:
         return LIBRARY[law.effect].name
-    return f"{law.form}: orders {', '.join(f'{f:g}' for f in law.orders[:6])}"
+    return f"{law.form}: orders {', '.join(f'{f:g}' for f in (orders or law.orders)[:6])}"
 
 
 def _moved(model: TransmissionModel, before: Periodic, orders: Sequence[float]) -> tuple[float, ...]:
