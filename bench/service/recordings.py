@@ -10,25 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.archive import read_notes
 from bench.errors import RecordingError
 from bench.names import require_name
 from bench.recording import Recording, RecordingFolder, guarded
-from bench.recording.statistics import shown_unit
-
-PLOTTED: tuple[str, ...] = (
-    "motor_velocity",
-    "load_velocity",
-    "load_torque",
-    "load_motor_torque",
-    "motor_torque",
-    "temperature",
-)
-"""Channels a page shows of a recording, where it has them."""
-_BUCKETS = 800
-_BLOCK_ROWS = 1 << 20
+from bench.service.plots import plot, short
 
 
 class UnknownPlace(RecordingError):
@@ -59,10 +46,10 @@ def recordings_of(root: Path, folder: str) -> list[dict[str, Any]]:
     return recordings(inside(root, folder))
 
 
-def plot_of(root: Path, folder: str, file: str) -> dict[str, Any]:
-    """Return a recording as a page plots it, read in a child process: a damaged file ends that one only."""
+def plot_of(root: Path, folder: str, file: str, start_s: float, stop_s: float | None) -> dict[str, Any]:
+    """Return a stretch of a recording as a page plots it, read in a child process: a damaged file ends that one."""
     path = inside(inside(root, folder), file)
-    return guarded.call(path, plot, path)
+    return guarded.call(path, plot, path, start_s, stop_s)
 
 
 def revolution_of(root: Path, folder: str, file: str) -> dict[str, Any]:
@@ -130,44 +117,6 @@ def recordings(folder: Path) -> list[dict[str, Any]]:
     ]
 
 
-def plot(path: Path) -> dict[str, Any]:
-    """Return a recording as a page plots it: minimum, mean and maximum in 800 stretches of time, events, segments.
-
-    Raises
-    ------
-    RecordingError
-        If the file cannot be read.
-    """
-    recording = Recording.open(path)
-    names = [name for name in PLOTTED if name in recording.channels]
-    edges = np.linspace(0, recording.size, min(_BUCKETS, max(1, recording.size)) + 1).astype(np.int64)
-    low = {name: np.full(edges.size - 1, np.nan) for name in names}
-    high = {name: np.full(edges.size - 1, np.nan) for name in names}
-    mean = {name: np.full(edges.size - 1, np.nan) for name in names}
-    # whole stretches of at most a million rows, so that an hour of recording costs little memory
-    group = max(1, _BLOCK_ROWS * (edges.size - 1) // max(1, recording.size))
-    for first in range(0, edges.size - 1, group):
-        last = min(first + group, edges.size - 1)
-        rows = recording.read_si(names, int(edges[first]), int(edges[last]))
-        starts = edges[first:last] - edges[first]
-        for name in names if rows and recording.size else ():
-            low[name][first:last] = np.minimum.reduceat(rows[name], starts)
-            high[name][first:last] = np.maximum.reduceat(rows[name], starts)
-            mean[name][first:last] = np.add.reduceat(rows[name], starts) / np.diff(edges[first : last + 1])
-    rate = recording.sample_rate
-    return {
-        "id": recording.recording_id,
-        "kind": recording.kind,
-        "started_at": recording.started_at.isoformat(),
-        "time": [round(float(value), 4) for value in (edges[:-1] + edges[1:]) / 2.0 / rate],
-        "channels": {name: _channel(recording, name, low[name], mean[name], high[name]) for name in names},
-        "segments": [{"name": s.name, "start": s.start / rate, "stop": s.stop / rate} for s in recording.segments],
-        "events": [{"time": e.time, "level": e.level, "text": e.text} for e in recording.events],
-        "quality": recording.quality,
-        "problems": list(recording.problems),
-    }
-
-
 def revolution(path: Path) -> dict[str, Any]:
     """Return transmission error and order spectrum of a recording's steady motion, with its mean conditions.
 
@@ -188,27 +137,13 @@ def revolution(path: Path) -> dict[str, Any]:
     means = {name: float(np.mean(rows)) for name, rows in values.items()}
     error = error - error.mean()
     return {
-        "amplitude": _short(order_amplitudes(error)[1 : HIGHEST_ORDER + 1]),
-        "curve": _short(error.reshape(512, -1).mean(axis=1)),
+        "amplitude": short(order_amplitudes(error)[1 : HIGHEST_ORDER + 1]),
+        "curve": short(error.reshape(512, -1).mean(axis=1)),
         "rms": float(np.sqrt(np.mean(error**2))),
         "torque": means.get("load_torque"),
         "velocity": means["motor_velocity"] / ratio if "motor_velocity" in means else None,
         "temperature": means.get("temperature"),
     }
-
-
-def _channel(
-    recording: Recording, name: str, low: NDArray[np.float64], mean: NDArray[np.float64], high: NDArray[np.float64]
-) -> dict[str, Any]:
-    unit, factor = shown_unit(recording.specs[name].unit)
-    if name == "motor_velocity" and recording.gearbox.ratio and unit == "°/s":
-        # at the load side, where set points are
-        factor /= recording.gearbox.ratio
-    return {"unit": unit, "low": _short(low * factor), "mean": _short(mean * factor), "high": _short(high * factor)}
-
-
-def _short(values: NDArray[np.float64]) -> list[float | None]:
-    return [float(f"{value:.5g}") if np.isfinite(value) else None for value in values]
 
 
 def _number(value: float) -> float | None:

@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Depends
 from fastapi import Path as InPath
+from fastapi import Query as InQuery
 from fastapi.responses import FileResponse, StreamingResponse
 
 from bench.service import models as m
@@ -21,6 +22,7 @@ router = APIRouter(prefix="/api", responses=PROBLEMS)
 The = Annotated[Service, Depends(service_of)]
 Place = Annotated[str, InPath(pattern=r"^[\w][\w .+\-]{0,99}$")]
 AnalysisId = Annotated[str, InPath(pattern=r"^[0-9A-Za-z\-]{1,40}$")]
+Second = Annotated[float, InQuery(ge=0.0, le=1e9)]
 Answer = dict[str, Any]
 _MOST_PAGES = 64
 
@@ -65,9 +67,9 @@ async def folder_recordings(folder: Place, service: The) -> list[Answer]:
 
 
 @router.get("/folders/{folder}/{file}/plot", summary="A recording for plotting")
-async def plot(folder: Place, file: Place, service: The) -> Answer:
-    """Minimum and maximum of each channel in 800 stretches of time."""
-    return await service.reading(recordings.plot_of, service.settings.folder, folder, file)
+async def plot(folder: Place, file: Place, service: The, start: Second = 0.0, stop: Second | None = None) -> Answer:
+    """Minimum, mean and maximum of each channel in 800 parts of a stretch, s since the first sample; gaps as gaps."""
+    return await service.reading(recordings.plot_of, service.settings.folder, folder, file, start, stop)
 
 
 @router.get("/folders/{folder}/{file}/revolution", summary="Transmission error of a recording")

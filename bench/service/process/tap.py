@@ -60,6 +60,7 @@ class LiveTap:
         self._spectrum_told = 0.0
         self._whole = False
         self._conditions: dict[str, float] = {}
+        self._at = 0.0
         self._thread = threading.Thread(target=self._work, name="live-tap", daemon=True)
         self._thread.start()
 
@@ -163,9 +164,9 @@ class LiveTap:
             }
         )
         if self._steady and len(angles) == 2:
-            self._turn(angles, values)
+            self._turn(angles, values, end.timestamp())
 
-    def _turn(self, angles: dict[str, NDArray[np.float64]], values: dict[str, list[float]]) -> None:
+    def _turn(self, angles: dict[str, NDArray[np.float64]], values: dict[str, list[float]], end_s: float) -> None:
         theta = angles["motor_angle"] / self._ratio
         self._revolution.add(theta, angles["load_angle"] - theta)
         self._conditions = {
@@ -173,6 +174,7 @@ class LiveTap:
             "velocity": values["motor_velocity"][2] / self._ratio,
             "temperature": values["temperature"][2],
         }
+        self._at = end_s
         whole, self._whole = self._whole, self._revolution.is_whole
         first = self._whole and not whole
         if first or time.monotonic() - self._spectrum_told > _SPECTRUM_EVERY_S:
@@ -188,5 +190,7 @@ class LiveTap:
                 "curve": [round(float(value) * 1e8) / 1e8 for value in spectrum.curve],
                 "rms": spectrum.rms,
                 **self._conditions,
+                "what": self._what,
+                "at": self._at,
             }
         self._emit(message)

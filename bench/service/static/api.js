@@ -6,18 +6,20 @@ export const newId = () => Array.from(crypto.getRandomValues(new Uint8Array(16))
 
 async function answer(response) {
   const content = await response.json().catch(() => ({ problem: `the service answered ${response.status}` }));
+  // whoever has no token is asked for it, once
+  if (response.status === 401) document.dispatchEvent(new Event("token"));
   if (!response.ok) throw new Refused(content.problem || `the service answered ${response.status}`);
   return content;
 }
 
 export const get = async path => answer(await fetch(`/api/${path}`, { credentials: "same-origin" }));
 
-export async function post(path, body = {}, { id = true, tries = 3 } = {}) {
+export async function post(path, body = {}, { id = true, tries = 3, within_ms = 8000 } = {}) {
   // One id for all tries: what got through is not done twice.
   const content = JSON.stringify(id ? { request_id: newId(), ...body } : body);
   for (let left = tries - 1; ; left--) {
     try {
-      const signal = AbortSignal.timeout ? AbortSignal.timeout(8000) : undefined;
+      const signal = AbortSignal.timeout ? AbortSignal.timeout(within_ms) : undefined;
       return await answer(await fetch(`/api/${path}`, {
         method: "POST", credentials: "same-origin", headers: { "Content-Type": "application/json" }, body: content, signal,
       }));

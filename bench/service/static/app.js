@@ -2,8 +2,9 @@
 
 import * as acts from "./acts.js";
 import * as analysis from "./analysis.js";
-import { listen, showToken } from "./api.js";
+import { listen, post, showToken } from "./api.js";
 import * as campaign from "./campaign.js";
+import * as keys from "./keys.js";
 import * as now from "./now.js";
 import * as place from "./place.js";
 import * as plan from "./plan.js";
@@ -82,6 +83,14 @@ function gone(since) {
   stop.show();
 }
 
+// Without the token nothing is shown: it is asked for, and a cookie stands for it afterwards.
+function askToken() {
+  if ($("sheet").open) return;
+  const token = make("input", { type: "password", id: "token", autocomplete: "current-password", maxlength: 200 });
+  acts.sheet("This page needs the token of the service", [make("p", {}, "It stands in the file given with --token-file, and in the address the service printed."), make("label", { class: "field" }, "Token", token)],
+    [["Go on", async () => { await post("session", { token: token.value.trim() }, { id: false }); location.reload(); }]]);
+}
+
 async function main() {
   place.theme();
   // sheets and what is scrolled to begin below the header, however high it is on this screen
@@ -93,6 +102,8 @@ async function main() {
   $("stop").addEventListener("keydown", event => { if (event.key === "Enter" || event.key === " ") stop.stop(); });
   $("holder").addEventListener("click", () => acts.controls());
   document.addEventListener("controls", header);
+  document.addEventListener("token", askToken);
+  keys.open(stop.stop);
   setInterval(() => { $("clock").textContent = new Date().toLocaleTimeString([], { hour12: false }); }, 500);
   view(sessionStorage.getItem("view") || "now");
   try { await showToken(); } catch (error) { toast(acts.sentence(error)); }

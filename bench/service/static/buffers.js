@@ -2,6 +2,7 @@
 
 const FINE = 3300, COARSE = 4320, COARSE_S = 10;
 export const MOST_POINTS = 500;
+const GAP_S = 1.5;
 
 export function merge(parts) {
   const values = {};
@@ -17,6 +18,17 @@ export function merge(parts) {
   }
   for (const sum of Object.values(values)) sum[2] /= total;
   return { start: parts[0].start, end: parts[parts.length - 1].end, values };
+}
+
+// Where nothing was read for a while an empty bucket stands, so that no line is drawn over it.
+export function withGaps(buckets) {
+  const out = [];
+  for (const bucket of buckets) {
+    const before = out[out.length - 1];
+    if (before && bucket.start - before.end > GAP_S) out.push({ start: before.end, end: bucket.start, values: {} });
+    out.push(bucket);
+  }
+  return out;
 }
 
 export class Buffers {
@@ -56,6 +68,7 @@ export class Buffers {
       for (let i = 0; i < buckets.length; i += group) merged.push(merge(buckets.slice(i, i + group)));
       buckets = merged;
     }
+    buckets = withGaps(buckets);
     const out = { time: buckets.map(bucket => (bucket.start + bucket.end) / 2), end: last.end };
     for (const name of names) {
       out[name] = [0, 1, 2].map(column => buckets.map(bucket => bucket.values[name]?.[column] ?? null));

@@ -1,5 +1,7 @@
 // Plots with uPlot: bands of minimum and maximum, set values, order spectra. Colours come from the style sheet.
 
+import { limitLines, markLines } from "./marks.js";
+
 const uPlot = () => window.uPlot;
 const colour = name => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 const all = new Set();
@@ -7,8 +9,9 @@ const all = new Set();
 export function redraw() { for (const plot of all) plot.rebuild(); }
 
 class Plot {
-  constructor(place, height, options) {
-    this.place = place; this.height = height; this.options = options; this.data = null; this.plot = null; this.range = null; this.zoom = null;
+  constructor(place, height, options, sync = null) {
+    this.sync = sync;
+    this.place = place; this.height = height; this.options = options; this.data = null; this.plot = null; this.range = null; this.zoom = null; this.limits = []; this.marks = []; this.onZoom = null; this.title = "";
     all.add(this);
     this.watch = new ResizeObserver(() => this.fit());
     this.watch.observe(place);
@@ -33,6 +36,7 @@ class Plot {
   cursor() {
     return {
       drag: { x: true, y: false, setScale: false, dist: 8 },
+      ...(this.sync ? { sync: { key: this.sync } } : {}),
       bind: { dblclick: u => () => this.look(u, null) },
     };
   }
@@ -46,6 +50,7 @@ class Plot {
   }
 
   look(u, stretch) {
+    if (this.onZoom) return this.onZoom(stretch);
     this.zoom = stretch;
     this.place.classList.toggle("zoomed", stretch !== null);
     u.setData(u.data);
@@ -59,6 +64,12 @@ class Plot {
   }
 
   drop() { this.plot?.destroy(); this.plot = null; all.delete(this); this.watch.disconnect(); }
+
+  resize(height) {
+    if (Math.abs(height - this.height) < 2) return;
+    this.height = height;
+    this.plot?.setSize({ width: this.plot.width, height });
+  }
 }
 
 const axis = (more = {}) => ({
@@ -72,9 +83,9 @@ const padded = least => (self, low, high) => {
   return [middle - half, middle + half];
 };
 
-// Columns: time, set or expected, low, high, mean.
-export function bandPlot(place, { title, set = "set", actual = "actual", least = 0.1, height = 170, clockTime = true }) {
-  key(place, title, [["actual", actual, "stroke"], ...(set ? [["set", set, "dash"]] : []), ["band", "min … max", "area"]]);
+// Columns: time, set or expected, low, high, mean; with `other`, the mean of a second recording last.
+export function bandPlot(place, { title, set = "set", actual = "mean", least = 0.1, height = 170, clockTime = true, other = null, sync = null }) {
+  key(place, title, [["actual", actual, "stroke"], ...(set ? [["set", set, "dash"]] : []), ...(other ? [["model", other, "stroke"]] : []), ["band", "min … max", "area"]]);
   const hidden = { points: { show: false }, value: (u, v) => short(v) };
   const plot = new Plot(place, height, self => ({
     scales: {
@@ -85,13 +96,15 @@ export function bandPlot(place, { title, set = "set", actual = "actual", least =
     series: [{ label: clockTime ? "time" : "s", value: (u, v) => v === null ? "–" : clockTime ? new Date(v * 1000).toLocaleTimeString([], { hour12: false }) : short(v) },
       { label: "min", stroke: colour("band"), width: 1, ...hidden }, { label: "max", stroke: colour("band"), width: 1, ...hidden },
       { label: actual, stroke: colour("actual"), width: 2.5, ...hidden },
-      ...(set ? [{ label: set, stroke: colour("set"), width: 2.5, dash: [9, 7], spanGaps: true, ...hidden }] : [])],
+      ...(set ? [{ label: set, stroke: colour("set"), width: 2.5, dash: [9, 7], spanGaps: true, ...hidden }] : []),
+      ...(other ? [{ label: other, stroke: colour("model"), width: 2, ...hidden }] : [])],
     bands: [{ series: [2, 1], fill: colour("band") }],
-    hooks: self.hooks(),
-  }));
+    hooks: self.hooks({ draw: [u => limitLines(u, self.limits, colour), u => markLines(u, self.marks, colour)] }),
+  }), sync);
+  plot.title = title;
   const show = plot.show.bind(plot);
   // drawn last, the set value stays in sight over what follows it well
-  plot.show = ([time, wanted, low, high, mean], range) => show([time, low, high, mean, ...(set ? [wanted] : [])], range);
+  plot.show = ([time, wanted, low, high, mean, second], range) => show([time, low, high, mean, ...(set ? [wanted] : []), ...(other ? [second] : [])], range);
   return plot;
 }
 
@@ -130,7 +143,7 @@ export function spectrumPlot(place, height = 330) {
     }
     ctx.restore();
   };
-  return new Plot(place, height, self => ({
+  return titled("Order spectrum", new Plot(place, height, self => ({
     scales: { x: { time: false, range: () => self.zoom ?? self.range ?? [0, 320] }, y: { range: (u, low, high) => [0, (high || 1) * 1.2] } },
     axes: [axis({ label: "order (times a load-side revolution)", labelSize: 22 }), axis({ label: "amplitude in µrad", size: 60, labelSize: 22 })],
     series: [
@@ -139,29 +152,30 @@ export function spectrumPlot(place, height = 330) {
       { label: "model µrad", stroke: colour("model"), width: 0, paths: () => null, points: { show: true, size: 9, width: 2, stroke: colour("model"), fill: "transparent", filter: (u, s, show) => null }, value: (u, v) => short(v) },
     ],
     hooks: self.hooks({ draw: [label] }),
-  }));
+  })));
 }
 
-// Columns: input angle in degrees, measured, model; mrad.
+const titled = (title, plot) => Object.assign(plot, { title });
+
+// Columns: input angle in degrees, measured, model; µrad, as the spectrum.
 export function curvePlot(place, height = 210) {
   key(place, "Over the revolution", [["actual", "measured", "stroke"], ["model", "model", "dash"]]);
-  return new Plot(place, height, self => ({
-    scales: { x: { time: false, range: () => self.zoom ?? [0, 360] }, y: { range: padded(0.01) } },
-    axes: [axis({ label: "input angle θ in degrees", labelSize: 22, incrs: [15, 30, 45, 60, 90] }), axis({ label: "error in mrad", size: 60, labelSize: 22 })],
+  return titled("Transmission error over the revolution", new Plot(place, height, self => ({
+    scales: { x: { time: false, range: () => self.zoom ?? [0, 360] }, y: { range: padded(10) } },
+    axes: [axis({ label: "input angle θ in degrees", labelSize: 22, incrs: [15, 30, 45, 60, 90] }), axis({ label: "error in µrad", size: 60, labelSize: 22 })],
     series: [
       { label: "θ °", value: (u, v) => short(v) },
-      { label: "measured mrad", stroke: colour("actual"), width: 1.5, points: { show: false }, value: (u, v) => short(v) },
-      { label: "model mrad", stroke: colour("model"), width: 1.5, dash: [6, 4], points: { show: false }, value: (u, v) => short(v) },
+      { label: "measured µrad", stroke: colour("actual"), width: 1.5, points: { show: false }, value: (u, v) => short(v) },
+      { label: "model µrad", stroke: colour("model"), width: 1.5, dash: [6, 4], points: { show: false }, value: (u, v) => short(v) },
     ],
     hooks: self.hooks(),
-  }));
+  })));
 }
 
 export function showSpectrum(spectrum, curve, message) {
   const none = message.amplitude.map(() => null);
   const micro = values => values.map(value => value === null ? null : value * 1e6);
   spectrum.show([message.amplitude.map((_, i) => i + 1), micro(message.amplitude), message.model ? micro(message.model) : none], spectrum.range);
-  const milli = values => values.map(value => value === null ? null : value * 1e3);
   const angles = message.curve.map((_, i) => (i + 0.5) * 360 / message.curve.length);
-  curve.show([angles, milli(message.curve), message.model_curve ? milli(message.model_curve) : message.curve.map(() => null)]);
+  curve.show([angles, micro(message.curve), message.model_curve ? micro(message.model_curve) : message.curve.map(() => null)]);
 }

@@ -4,6 +4,7 @@ import { get } from "./api.js";
 import { buttons } from "./acts.js";
 import { Buffers } from "./buffers.js";
 import { bandPlot, curvePlot, showSpectrum, spectrumPlot } from "./charts.js";
+import { savePicture, saveValues } from "./marks.js";
 import { running, state } from "./state.js";
 import { $, choice, clock, DEGREES, duration, make, number } from "./text.js";
 
@@ -22,8 +23,26 @@ export function open() {
   plots.curve = curvePlot($("plot-curve"));
   choice($("windows"), WINDOWS, seconds, value => { seconds = Number(value); dirty = true; });
   choice($("orders"), [[320, "all"], [160, "to 160"], [50, "to 50"]], 320, value => { plots.spectrum.range = [0, Number(value)]; spectrum(); });
+  $("live-png").addEventListener("click", () => savePicture([plots.speed, plots.torque, plots.temperature], "live"));
+  $("live-csv").addEventListener("click", () => saveValues([plots.speed, plots.torque, plots.temperature], "live"));
+  $("te-png").addEventListener("click", () => savePicture([plots.spectrum, plots.curve], "transmission-error"));
+  $("te-csv").addEventListener("click", () => saveValues([plots.spectrum, plots.curve], "transmission-error"));
+  fit();
+  window.addEventListener("resize", fit);
+  new ResizeObserver(fit).observe(document.querySelector("header"));
   setInterval(draw, 250);
   setInterval(stale, 500);
+}
+
+// Of a screen that is wide the plots take what is left below the values, as long as one can read them then.
+const HEADS = { live: 80, spectrum: 120 };
+function fit() {
+  if (innerWidth <= 1000) { plots.spectrum.resize(330); plots.curve.resize(210); for (const name of ["speed", "torque", "temperature"]) plots[name].resize(170); return; }
+  const left = innerHeight - document.querySelector("#now .plots").getBoundingClientRect().top - scrollY - 16;
+  const each = (room, share) => Math.round(Math.max(96, room * share));
+  for (const name of ["speed", "torque", "temperature"]) plots[name].resize(Math.min(260, each(left - HEADS.live - 66, 1 / 3)));
+  plots.spectrum.resize(Math.min(420, each(left - HEADS.spectrum - 66, 0.58)));
+  plots.curve.resize(Math.min(260, each(left - HEADS.spectrum - 66, 0.42)));
 }
 
 export async function load() {
@@ -120,6 +139,10 @@ function draw() {
   const columns = (name, wanted, factor = 1) => [seen.time, wanted, ...seen[name].map(column => column.map(v => v === null ? null : v * factor))];
   // As long as less has been seen than is asked for, what there is fills the plot.
   const range = [Math.max(seen.end - seconds, Math.min(seen.time[0], seen.end - 30)), seen.end];
+  const { limits } = state.about;
+  plots.speed.limits = [limits.motor_speed * scale, -limits.motor_speed * scale];
+  plots.torque.limits = [limits.load_torque, -limits.load_torque];
+  plots.temperature.limits = [limits.temperature];
   plots.speed.show(columns("motor_velocity", seen.motor_velocity_setpoint[2].map(v => v * scale), scale), range);
   plots.torque.show(columns("load_torque", seen.load_motor_torque_setpoint[2]), range);
   const way = state.status.phase === "heating" ? state.status.way : null;
@@ -150,7 +173,7 @@ export function spectrum() {
     plots.curve.show([[], [], []]);
     return;
   }
-  $("te-text").textContent = `${number(message.rms * 1e6, 1)} µrad RMS at ${number(message.torque, 0)} N·m, ${number(message.velocity * DEGREES, 1)} °/s, ${number(message.temperature, 1)} °C.`;
+  $("te-text").textContent = `${number(message.rms * 1e6, 1)} µrad RMS at ${number(message.torque, 0)} N·m, ${number(message.velocity * DEGREES, 1)} °/s, ${number(message.temperature, 1)} °C${message.at ? `, ${message.what.replaceAll("_", " ")}, the revolution that ended at ${clock(message.at)} bench time` : ""}.`;
   $("model-text").textContent = message.model ? "Circles and dashes: the model at the same torque, speed and temperature." : "No model is drawn. Identify a campaign, then choose “Draw over the spectrum” under Analysis, or start the service with ‑‑model.";
   showSpectrum(plots.spectrum, plots.curve, message);
 }

@@ -105,7 +105,7 @@ async function plan() {
   $("plan-problem").textContent = "";
   $("plan-sum").textContent = "plans …";
   try {
-    const found = await post("plan", { table }, { id: false, tries: 1 });
+    const found = await post("plan", { table }, { id: false, tries: 2, within_ms: 60000 });
     if (mine === asked) planned(found);
   } catch (error) {
     if (mine !== asked) return;

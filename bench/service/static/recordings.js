@@ -1,35 +1,23 @@
-// The view "Recordings": folders, their recordings, plots of one; identification and mismatch reports are started here.
+// The view "Recordings": a folder and its recordings, one of them as an instrument: channels, zoom, a second one over it.
 
 import { get, post } from "./api.js";
 import { doIt, sheet } from "./acts.js";
 import { bandPlot, curvePlot, showSpectrum, spectrumPlot } from "./charts.js";
+import * as find from "./find.js";
+import { savePicture, saveValues } from "./marks.js";
 import { me, state } from "./state.js";
-import { $, bytes, duration, make, moment, number, pill, setpoint } from "./text.js";
+import { $, duration, make, moment, number, pill, setpoint } from "./text.js";
 
-let shown = [];
+const { head, opened } = find;
 const LABELS = { motor_velocity: "Speed from the motor, load side", load_velocity: "Speed, load side", load_torque: "Load torque (sensor)", load_motor_torque: "Load motor torque", motor_torque: "Motor torque", temperature: "Lubricant" };
+const MOST_MARKS = 40;
+// What is open: { folder, one, path, data }; `under` was opened before and stays below it.
+let main = null, under = null, plots = {}, turned = [], asked = 0;
+const hidden = new Set();
 
-export function open() { $("folders-reload").addEventListener("click", folders); }
-
-const opened = (element, act) => {
-  element.tabIndex = 0;
-  element.setAttribute("data-open", "");
-  element.addEventListener("click", act);
-  element.addEventListener("keydown", event => { if (event.key === "Enter") act(); });
-  return element;
-};
-const head = (...names) => make("thead", {}, make("tr", {}, ...names.map(name => make("th", {}, name))));
-
-export async function folders() {
-  const list = await doIt(() => get("folders"), "");
-  if (!list) return;
-  $("toast").hidden = true;
-  $("folders").replaceChildren(list.length ? make("table", {}, head("Folder", "Recordings", "Points done", "Size", "Last change"), make("tbody", {}, ...list.map(one =>
-    opened(make("tr", {}, make("td", {}, make("b", {}, one.name)), make("td", { "data-unit": "recordings" }, String(one.recordings)),
-      make("td", { "data-unit": "points done" }, one.done + one.failed === 0 ? "–" : `${one.done}${one.failed ? `, ${one.failed} not passed` : ""}`),
-      make("td", {}, bytes(one.bytes)), make("td", {}, moment(one.changed_at * 1000))), () => folder(one.name)))))
-    : make("p", { class: "quiet" }, "There are no recordings yet."));
-}
+export function open() { find.open(folder, recording); }
+export const folders = find.find;
+const pathOf = (name, file) => `folders/${encodeURIComponent(name)}/${encodeURIComponent(file)}`;
 
 export async function folder(name) {
   const list = await doIt(() => get(`folders/${encodeURIComponent(name)}`), "");
@@ -39,7 +27,9 @@ export async function folder(name) {
   $("folder-title").textContent = name;
   $("folder-acts").replaceChildren(
     make("button", { type: "button", class: "main", on: { click: () => analyse("identify", name) } }, "Identify"),
-    make("button", { type: "button", class: "main", on: { click: () => analyse("mismatch", name) } }, "What does the simulation leave out?"));
+    make("button", { type: "button", class: "main", on: { click: () => analyse("mismatch", name) } }, "What does the simulation leave out?"),
+    make("a", { class: "button", href: `/api/folders/${encodeURIComponent(name)}/download` }, "Download all"),
+    ...noteButtons(name, null, () => folder(name)));
   $("folder-list").replaceChildren(make("table", {}, head("Recording", "Set point", "Kept", "Length", "Begun"), make("tbody", {}, ...list.map(one => one.why
     ? make("tr", {}, make("td", {}, one.file), make("td", { colspan: 4 }, pill("failed", "no use"), ` ${one.why.replace(/^.*?: /, "")}`))
     : opened(make("tr", {}, make("td", {}, make("b", {}, one.id)), make("td", {}, setpoint(one)),
@@ -49,38 +39,131 @@ export async function folder(name) {
 }
 
 async function recording(folderName, one) {
-  const path = `folders/${encodeURIComponent(folderName)}/${encodeURIComponent(one.file)}`;
-  const data = await doIt(() => get(`${path}/plot`), "");
+  const path = pathOf(folderName, one.file), data = await doIt(() => get(`${path}/plot`), "");
   if (!data) return;
   $("toast").hidden = true;
-  for (const plot of shown) plot.drop();
-  shown = [];
+  main = { folder: folderName, one, path, data };
+  if (under?.path === path) under = null;
   $("recording-card").hidden = false;
-  $("recording-title").textContent = `${one.id}: ${setpoint(one)}`;
-  $("recording-text").textContent = [...data.events.map(e => `${number(e.time, 1)} s ${e.level}: ${e.text}`), ...data.problems].join(" · ") || "No events.";
-  $("recording-plots").replaceChildren();
-  revolution(path);
-  for (const [name, channel] of Object.entries(data.channels)) {
-    const place = make("div", { class: "plot" });
-    $("recording-plots").append(place);
-    const plot = bandPlot(place, { title: `${LABELS[name] ?? name}, ${channel.unit} over seconds`, set: null, actual: "mean", least: 1e-3, clockTime: false, height: 170 });
-    plot.show([data.time, data.time.map(() => null), channel.low, channel.high, channel.mean]);
-    shown.push(plot);
-  }
+  $("recording-title").textContent = `${one.id}: ${setpoint(one)}${under ? `, over ${under.one.id} of ${under.folder}` : ""}`;
+  const gaps = data.gaps ? `Cycles were lost at ${data.gaps} place${data.gaps === 1 ? "" : "s"}, drawn as gaps.` : "";
+  $("recording-text").textContent = [`${folderName}, ${moment(data.started_at)}, ${duration(data.duration_s)}`, gaps, ...data.problems].filter(Boolean).join(" · ");
+  $("recording-events").replaceChildren(...data.events.map(e => make("li", {}, `${number(e.time, 1)} s ${e.level}: ${e.text}`)));
+  tools();
+  notes();
+  draw();
   $("recording-card").scrollIntoView({ behavior: "smooth", block: "start" });
 }
 
-async function revolution(path) {
+function tools() {
+  const { path, one, folder: place } = main, all = () => [...turned, ...Object.values(plots)];
+  const button = (label, click) => make("button", { type: "button", on: { click } }, label);
+  const link = (form, label) => make("a", { class: "button", href: `/api/${path}/download?form=${form}` }, label);
+  $("recording-acts").replaceChildren(
+    under ? button("Take the other away", () => { under = null; recording(place, one); })
+      : button("Lay another over it", () => { under = main; $("toast").hidden = true; $("search").scrollIntoView({ behavior: "smooth" }); $("found-text").textContent = `Choose the recording to lay over ${one.id}.`; }),
+    button("Picture", () => savePicture(all(), one.id)), button("Values", () => saveValues(all(), one.id)),
+    link("hdf5", "HDF5"), link("csv", "CSV"), link("mat", "MAT"), ...noteButtons(place, one.file, notes));
+}
+
+// -- what people say of it ----------------------------------------------------------------------------------------------
+
+function noteButtons(place, file, then) {
+  const say = (kind, text = "") => post("archive/notes", { name: me.name, folder: place, ...(file ? { file } : {}), kind, text });
+  const ask = (title, kind, label) => {
+    const text = make("input", { type: "text", maxlength: 500 }), who = make("input", { type: "text", maxlength: 40, value: me.name });
+    sheet(title, [make("label", { class: "field" }, label, text), make("label", { class: "field" }, "Your name, for the record", who)],
+      [["Write it down", async () => { me.name = who.value.trim() || me.name; const answer = await say(kind, text.value.trim()); then(); return answer; }]]);
+  };
+  const aside = () => {
+    const who = make("input", { type: "text", maxlength: 40, value: me.name });
+    const act = kind => async () => { me.name = who.value.trim() || me.name; const answer = await say(kind); find.find(); return answer; };
+    sheet(`Put ${file ?? place} aside?`, [make("p", {}, "It is no longer shown or found, unless what was put aside is asked for. Nothing is deleted."), make("label", { class: "field" }, "Your name, for the record", who)],
+      [["Put it aside", act("archive")], ["Bring it back", act("restore"), ""]]);
+  };
+  const what = file ? "this recording" : place;
+  return [["Comment", () => ask(`A comment on ${what}`, "comment", "Comment")], ["Tag", () => ask(`A tag for ${what}`, "tag", "Tag")], ["Put aside", aside]]
+    .map(([label, click]) => make("button", { type: "button", on: { click } }, label));
+}
+
+async function notes() {
+  const { folder: place, one } = main;
+  try {
+    const { recordings: list } = await get(`archive?${new URLSearchParams({ words: one.id, archived: true, limit: 500 })}`);
+    const mine = list.find(each => each.folder === place && each.file === one.file);
+    if (main.one !== one || !mine) return;
+    const untag = tag => async () => { await doIt(() => post("archive/notes", { name: me.name || "somebody", folder: place, file: one.file, kind: "untag", text: tag })); notes(); };
+    $("recording-notes").replaceChildren(...mine.tags.map(tag => make("button", { type: "button", class: "tag", title: "take this tag away", on: { click: untag(tag) } }, `${tag} ×`)), ...mine.comments.map(text => make("p", {}, text)));
+  } catch (error) { $("recording-notes").replaceChildren(make("p", { class: "quiet" }, error.message)); }
+}
+
+// -- plots --------------------------------------------------------------------------------------------------------------
+
+function draw() {
+  for (const plot of [...Object.values(plots), ...turned]) plot.drop();
+  plots = {};
+  turned = [];
+  const names = Object.keys(main.data.channels);
+  $("channels").replaceChildren(...names.map(name => make("button", { type: "button", role: "checkbox", "aria-checked": String(!hidden.has(name)), on: { click: () => { if (!hidden.delete(name)) hidden.add(name); draw(); } } }, LABELS[name] ?? name)));
+  $("recording-plots").replaceChildren();
+  revolution();
+  for (const name of names.filter(each => !hidden.has(each))) {
+    const place = make("div", { class: "plot", "data-channel": name });
+    $("recording-plots").append(place);
+    plots[name] = bandPlot(place, { title: `${LABELS[name] ?? name}, ${main.data.channels[name].unit} over seconds`, set: null, least: 1e-3, clockTime: false, height: 170, other: under ? `mean of ${under.one.id}, ${under.folder}` : null, sync: "recording" });
+    plots[name].onZoom = look;
+  }
+  fill(main.data, under?.data, null);
+}
+
+// What is looked into is asked for again: a stretch of a second shows its own 800 parts, not one of an hour's.
+async function look(stretch) {
+  const mine = ++asked, asks = stretch ? `?${new URLSearchParams({ start: Math.max(0, stretch[0]), stop: Math.max(0, stretch[1]) })}` : "";
+  const [data, below] = await Promise.all([get(`${main.path}/plot${asks}`), under ? get(`${under.path}/plot${asks}`) : null]).catch(error => { $("recording-text").textContent = error.message; return [null, null]; });
+  if (data && mine === asked) fill(data, below, stretch);
+}
+
+function fill(data, below, stretch) {
+  const marks = data.events.slice(0, MOST_MARKS).map((event, i) => ({ time: event.time, label: String(i + 1), level: event.level }));
+  for (const [name, plot] of Object.entries(plots)) {
+    const { low, high, mean } = data.channels[name];
+    plot.zoom = stretch;
+    plot.marks = marks;
+    plot.place.classList.toggle("zoomed", stretch !== null);
+    plot.show(joined(data.time, [low, high, mean], below?.time ?? [], below?.channels[name]?.mean ?? []), stretch);
+  }
+}
+
+// Two recordings on one axis, seconds since each began: where one has no value at a time of the other, none is drawn (undefined joins, null parts).
+function joined(time, columns, otherTime, other) {
+  if (!otherTime.length) return [time, time.map(() => null), ...columns, time.map(() => null)];
+  const [all, mine, theirs] = [[], [], []];
+  for (let i = 0, k = 0; i < time.length || k < otherTime.length;) {
+    const [a, b] = [time[i] ?? Infinity, otherTime[k] ?? Infinity], at = Math.min(a, b);
+    all.push(at);
+    mine.push(a === at ? i++ : -1);
+    theirs.push(b === at ? k++ : -1);
+  }
+  const pick = (column, index) => index.map(i => i < 0 ? undefined : column[i] ?? null);
+  return [all, all.map(() => null), ...columns.map(column => pick(column, mine)), pick(other, theirs)];
+}
+
+async function revolution() {
+  const wanted = main;
   let message;
-  try { message = await get(`${path}/revolution`); } catch (error) {
-    $("recording-plots").prepend(make("p", { class: "quiet" }, error.message));
+  try { message = await get(`${main.path}/revolution`); } catch (error) {
+    if (wanted === main) $("recording-plots").prepend(make("p", { class: "quiet" }, error.message));
     return;
   }
-  const places = [make("div", { class: "plot tall" }), make("div", { class: "plot" })];
-  $("recording-plots").prepend(make("h2", {}, `Transmission error over a revolution: ${number(message.rms * 1e6, 1)} µrad RMS`), ...places);
+  if (wanted !== main) return;
+  const second = under ? await get(`${under.path}/revolution`).catch(() => null) : null;
+  if (wanted !== main) return;
+  const places = [make("div", { class: "plot tall" }), make("div", { class: "plot" })], model = message.model && !second;
+  $("recording-plots").prepend(make("h2", {}, `Transmission error over a revolution: ${number(message.rms * 1e6, 1)} µrad RMS${second ? `, below it ${number(second.rms * 1e6, 1)} µrad RMS of ${under.one.id}, ${under.folder}` : ""}`),
+    make("p", { class: "quiet" }, second ? "Circles and dashes: the other recording." : model ? "Circles and dashes: the model." : ""), ...places);
   const spectrum = spectrumPlot(places[0]), curve = curvePlot(places[1]);
-  showSpectrum(spectrum, curve, message);
-  shown.push(spectrum, curve);
+  turned = [spectrum, curve];
+  showSpectrum(spectrum, curve, second ? { ...message, model: second.amplitude, model_curve: second.curve } : message);
 }
 
 function analyse(kind, name) {

@@ -156,5 +156,5 @@ def test_a_file_that_crashes_its_reader_does_not_crash_the_service(
     assert client.http.post("/api/stop", json={}).status_code == 200
 
 
-def crash(path: Path) -> None:
+def crash(path: Path, *stretch: float | None) -> None:
     os.abort()
