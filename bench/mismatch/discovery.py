@@ -115,8 +115,8 @@ class ChannelOutcome:
 
     @property
     def settled(self) -> float | None:
-        """What ``model.json`` leaves of held-out samples that compare with the noise floor: those in steady motion,
-        where there are any; else all.
+        """What ``model.json`` leaves of held-out samples that compare with the noise floor: the median over the
+        recordings in steady motion, where there are any; else all.
         """
         steady = self.rmse.get("after_steady")
         return self.rmse.get("after") if steady is None else steady

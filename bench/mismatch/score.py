@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from bench.mismatch.prediction import Predictor, compared
 from bench.mismatch.recordings.dataset import Dataset, Member
 from bench.mismatch.recordings.prepared import Prepared, prepare
 from bench.mismatch.recordings.rows import settled_rows
+from bench.simulation.frame import FloatArray
 from bench.simulation.model import Simulation
 from bench.simulation.terms import TRANSMISSION_ERROR
 
@@ -26,8 +27,21 @@ class _Sum:
     squares: float = 0.0
     samples: float = 0.0
 
+    each: list[float] = field(default_factory=list)
+    """mean square of each recording"""
+
+    def add(self, left: FloatArray) -> None:
+        if left.size:
+            squares = float(np.sum(left**2))
+            self.squares += squares
+            self.samples += float(left.size)
+            self.each.append(squares / left.size)
+
     def rmse(self) -> float | None:
         return float(np.sqrt(self.squares / self.samples)) if self.samples > 0 else None
+
+    def usual(self) -> float | None:
+        return float(np.sqrt(np.median(self.each))) if self.each else None
 
 
 def rmse(
@@ -36,7 +50,7 @@ def rmse(
     """Root mean square per sample that each of ``models`` leaves of some recordings, by channel and model's name.
 
     None where a model does not say a term that matters, or where no sample can be compared. ``NAME + STEADY`` is of the
-    samples in steady motion alone, as the noise floor is.
+    samples in steady motion alone, the median over the recordings, as the noise floor is.
     """
     predictors = {name: Predictor(Given.of(model)) for name, model in models.items()}
     names = [*models, *(name + STEADY for name in models)]
@@ -64,12 +78,13 @@ def rmse(
                     unknown.add((channel, name))
                     continue
                 left = side.measured - predictor.channel(channel, side.frame, side.start, campaign)
-                for key, rows in ((name, counts), (name + STEADY, settled)):
-                    own[key].squares += float(np.sum(left[rows] ** 2))
-                    own[key].samples += float(rows.sum())
+                own[name].add(left[counts])
+                own[name + STEADY].add(left[settled])
     return {
         channel: {
-            name: None if (channel, name.removesuffix(STEADY)) in unknown else total.rmse()
+            name: None
+            if (channel, name.removesuffix(STEADY)) in unknown
+            else (total.usual() if name.endswith(STEADY) else total.rmse())
             for name, total in own.items()
         }
         for channel, own in sums.items()

@@ -1,0 +1,37 @@
+"""What is left and nobody explains is told, where it is more than noise in the motion whose noise was measured."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bench.mismatch.score import _Sum
+from bench.mismatch.unnamed.rest import unexplained
+from tests.bench.mismatch.report import made
+
+SIGMA = 0.02
+
+
+@pytest.mark.parametrize(("steady", "told"), [(1.0, 0), (1.1, 0), (2.0, 1)])
+def test_the_floor_is_compared_with_steady_motion(steady: float, told: int) -> None:
+    own = made.outcome(made.campaign(), "motor_torque", [], SIGMA)
+    # ramps and starts leave three times the noise, which says nothing
+    own.rmse |= {"after": 3.0 * own.floor, "after_steady": steady * own.floor}
+    unexplained(own)
+    assert len(own.discoveries) == told
+
+
+def test_without_steady_motion_all_samples_count() -> None:
+    own = made.outcome(made.campaign(), "motor_torque", [], SIGMA)
+    own.rmse |= {"after": 3.0 * own.floor, "after_steady": None}
+    unexplained(own)
+    assert [d.effect for d in own.discoveries] == ["unknown"]
+
+
+def test_one_loud_recording_is_not_the_usual_one() -> None:
+    total = _Sum()
+    for size in (1.0, 1.0, 1.0, 9.0):
+        total.add(np.full(100, size))
+    assert total.usual() == pytest.approx(1.0)
+    assert total.rmse() == pytest.approx(np.sqrt((3.0 + 81.0) / 4.0))
+    assert _Sum().usual() is None
