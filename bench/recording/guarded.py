@@ -15,6 +15,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from multiprocessing.connection import Connection, Pipe
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar, cast
@@ -135,20 +136,13 @@ class Child:
         except (EOFError, ConnectionError, pickle.UnpicklingError) as error:
             raise Gone from error
 
-    def _stat(self) -> list[str]:
-        """Return the state of the process and what follows it in ``/proc/PID/stat``; empty where it is gone."""
-        try:
-            return Path(f"/proc/{self._process.pid}/stat").read_text("utf-8").rpartition(")")[2].split()
-        except OSError:
-            return []
-
     def _is_runnable(self) -> bool:
-        return self._stat()[:1] == ["R"]
+        return any(_stat(pid)[:1] == ["R"] for pid in _family(self._process.pid))
 
-    def _processor_time(self) -> int | None:
-        """Return the ticks of processor time taken so far (user and system); None where it is gone."""
-        fields = self._stat()
-        return int(fields[11]) + int(fields[12]) if len(fields) > 12 else None
+    def _processor_time(self) -> int:
+        """Return the ticks of processor time taken so far (user and system), with those of its own children."""
+        stats = [_stat(pid) for pid in _family(self._process.pid)]
+        return sum(int(fields[11]) + int(fields[12]) for fields in stats if len(fields) > 12)
 
     def end(self) -> int | None:
         """End the process and return its exit code; None where the kernel does not let it go yet."""
@@ -162,6 +156,24 @@ class Child:
         except subprocess.TimeoutExpired:
             _stuck.append(self._process)  # it waits for a disk
             return None
+
+
+def _stat(pid: int) -> list[str]:
+    """Return the state of a process and what follows it in ``/proc/PID/stat``; empty where it is gone."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text("utf-8").rpartition(")")[2].split()
+    except OSError:
+        return []
+
+
+def _family(pid: int) -> list[int]:
+    """Return a process and all that came from it: a child that waits for its own child computes through that one."""
+    found = [pid]
+    for parent in found:
+        for children in Path(f"/proc/{parent}/task").glob("*/children"):
+            with suppress(OSError):
+                found += [int(child) for child in children.read_text("utf-8").split()]
+    return found
 
 
 def _take() -> Child:

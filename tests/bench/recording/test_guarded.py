@@ -64,3 +64,17 @@ def test_a_child_that_computes_is_judged_by_its_processor_time(tmp_path: Path, m
     monkeypatch.setattr(guarded, "CPU_S", 0.5)
     with pytest.raises(RecordingError, match="processor time"):
         guarded.call(tmp_path, compute, 60.0)
+
+
+def ask_a_child(path: Path) -> str:
+    """What a child does that opens its files in a child of its own: it waits, and only that one computes."""
+    child = guarded.Child()
+    try:
+        return str(child.ask((compute, (1.5,), {}, None, None), 30.0)[1])
+    finally:
+        child.end()
+
+
+def test_a_child_whose_own_child_computes_does_not_hang(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(guarded, "TIME_S", 0.2)
+    assert guarded.call(tmp_path, ask_a_child, tmp_path) == "done"
