@@ -92,6 +92,8 @@ def test_a_sweep_is_planned_on_the_page_saved_and_offered(ann: Browser, address:
     with urllib.request.urlopen(f"{address}/api/campaigns/evening-sweep.toml/definition", timeout=10) as answer:
         block = json.load(answer)["table"]["stages"][0]["points"][0]
     assert block["load_torques"] == ["0 N*m", "350 N*m"]
+    # the refusal of what was half written is all that the console has to say
+    assert all("/api/plan" in line for line in ann.problems())
     ann.view("now")
 
 
@@ -99,6 +101,7 @@ def test_take_the_controls_and_start_a_campaign(ann: Browser, address: str) -> N
     assert ann.text("#phase-name") == "Ready"
     ann.click("#acts [data-act=start]")
     ann.until(lambda: ann.text("#sheet-title") == "Take the controls")
+    ann.find("#name").clear()
     ann.find("#name").send_keys("Ann")
     ann.click("#sheet-acts button", "Take the controls")
     ann.until(lambda: "You hold the controls" in ann.text("#holder"))
@@ -267,7 +270,7 @@ def test_storage_and_book(ann: Browser) -> None:
 @pytest.mark.parametrize("width", [390, 1024, 1280, 1920])
 def test_nothing_is_cut_off_and_every_button_takes_a_glove(ann: Browser, width: int) -> None:
     ann.size(width, 1000)
-    for name in ("now", "campaign", "recordings", "analysis", "place"):
+    for name in ("now", "campaign", "plan", "recordings", "analysis", "place"):
         ann.view(name)
         assert ann.driver.execute_script(SMALL_BUTTONS, LEAST_PX) == [], name
         wide = ann.driver.execute_script(TOO_WIDE)
