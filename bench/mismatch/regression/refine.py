@@ -153,13 +153,18 @@ def _deviation(
 
 
 def bounds(form: Form, frame: Frame) -> tuple[FloatArray, FloatArray]:
-    """The range of a form's grid, a little widened: beyond it a term turns into something else."""
+    """The range of a form's grid, a little widened, inside the physical bounds of its parameters: beyond it a term
+    turns into something else.
+    """
     grid = np.asarray(form.grid(frame))
+    least, most = np.array([s.lower for s in form.nonlinear]), np.array([s.upper for s in form.nonlinear])
+    if grid.size == 0:
+        return least, most
     low, high = grid.min(axis=0), grid.max(axis=0)
     margin = 0.1 * (high - low) + 1e-9
     return (
-        np.where(low > 0, low / _BEYOND, low - margin),
-        np.where(low > 0, high * _BEYOND, high + margin),
+        np.maximum(np.where(low > 0, low / _BEYOND, low - margin), np.minimum(least, low)),
+        np.minimum(np.where(low > 0, high * _BEYOND, high + margin), np.maximum(most, high)),
     )
 
 

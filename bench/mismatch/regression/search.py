@@ -275,32 +275,39 @@ def _best(search: Search, seen: Scan) -> Chosen | None:
     if first is not None and best is not None and best[1].effect == UNKNOWN:
         pair = _with_another(search, first[1])
         if pair is not None and pair >= best[0]:
-            # two effects with names say what one function without a name says
+            # a name and something that depends on another quantity say what one function without a name says
             return first[1]
     return None if best is None else best[1]
 
 
 def _with_another(search: Search, first: Chosen) -> float | None:
-    """Log density that a name reaches with the best other one beside it that depends on something else; None where
-    there is none.
+    """Log density that a name reaches with the best other effect beside it that depends on something else, a function
+    without a name at its price; None where there is none.
     """
     model = search.model
     chosen = [*model.chosen, first]
     at = replace(search, model=replace(model, chosen=chosen, fit=model.refitted(chosen)))
     seen = at.scan(chosen, at.model.fit)
     known = {c.effect for c in chosen}
+    tried: dict[object, float] = {}
     for k in np.argsort(-seen.gain):
-        if not np.isfinite(seen.gain[k]) or seen.gain[k] < seen.price:
-            return None
+        if not np.isfinite(seen.gain[k]) or seen.gain[k] < seen.price or len(tried) == SHORT_LIST:
+            break
         regressor = search.blocks[k].regressor
-        if not isinstance(regressor, Named) or regressor.effect in known:
+        key = regressor.effect if regressor.effect != UNKNOWN else regressor.variables
+        if regressor.effect in known - {UNKNOWN} or key in tried:
             continue
         if set(regressor.variables) & set(first.main.regressor.variables):
             continue
-        second = shaped(at, chosen, regressor)
+        if isinstance(regressor, Named):
+            second = shaped(at, chosen, regressor)
+            less = 0.0 if second is None else handicap_of(at, second)
+        else:
+            second = free_function(at, chosen, search.blocks[k])
+            less = seen.price if second.effect == UNKNOWN else 0.0
         if second is not None:
-            return float(search.density([*chosen, second]).sum()) - handicap_of(at, second)
-    return None
+            tried[key] = float(search.density([*chosen, second]).sum()) - less
+    return max(tried.values(), default=None)
 
 
 def _auxiliary(regressor: Regressor) -> bool:

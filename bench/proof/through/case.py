@@ -66,8 +66,8 @@ def noise(out: Path) -> dict[str, dict[str, float]]:
 def record(out: Path, name: str, seed: int) -> tuple[dict[str, Any], bytes]:
     """Draw the plant of a case, run the campaign on it; the truth, and its sealed bytes.
 
-    Only their hash is written (``truth/NAME.sha256``). A plant that breaks a limit of its own bench is no campaign: it is
-    drawn anew, as an operator would mend the bench first.
+    Only their hash is written (``truth/NAME.sha256``). A plant that breaks a limit of its own bench is no campaign: it
+    is drawn anew, as an operator would mend the bench first.
 
     Raises
     ------

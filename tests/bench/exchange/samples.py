@@ -61,7 +61,8 @@ def with_rows(*rows: dict[str, Any]) -> Simulation:
 
 def row_of(term: Term, channel: str, form: Form, frame: Frame) -> dict[str, Any]:
     """A row with a term in a form, coefficients of the order of one, at the middle of its grid."""
-    grid = form.grid(frame)
+    # a form that these samples do not show stands at one
+    grid = form.grid(frame) or ((1.0,) * len(form.nonlinear),)
     parameters = {s.symbol: {"value": 0.3 + 0.1 * k, "unit": s.unit} for k, s in enumerate(form.linear)}
     if term.nominal:
         return {"effect": term.effect, "parameters": parameters}

@@ -11,8 +11,10 @@ _ORDERS = range(1, 13)
 """orders that rows of a sixth of a radian show; higher ones come from the order spectrum"""
 
 
-def _grid(_: Frame) -> tuple[Point, ...]:
-    return tuple((float(order),) for order in _ORDERS)
+def _grid(frame: Frame) -> tuple[Point, ...]:
+    # a wave of which no whole period was run is no modulation; the table over the angle has what is there
+    turned = float(np.ptp(frame.q)) if frame.size else 0.0
+    return tuple((float(order),) for order in _ORDERS if order * turned >= 2.0 * np.pi)
 
 
 def _modulated(frame: Frame, point: Point) -> FloatArray:

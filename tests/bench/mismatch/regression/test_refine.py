@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from bench.mismatch.regression.refine import projector, refined, strained
+from bench.mismatch.regression.refine import bounds, projector, refined, strained
 from bench.mismatch.regression.regressors import Named, named
 from bench.simulation.terms import MOTOR_TORQUE
 from tests.bench.mismatch.regression.synthetic import banked, campaign, problem
@@ -75,3 +77,20 @@ def test_the_projector_leaves_the_squares_of_a_dense_solution(precision: float, 
     )[0]
     squares = float(np.sum((bank.y - x @ beta) ** 2) + np.sum(prior * beta**2))
     assert float(left @ left) == pytest.approx(squares, rel=1e-5)
+
+
+def test_a_parameter_stays_within_its_physical_bounds() -> None:
+    term = named("friction.viscous_quadratic", "motor_torque", "power", (1.6,))
+    low, high = bounds(term.form, campaign(4))
+    # an exponent near one is viscous friction, no churning
+    assert low[0] == 1.2
+    assert high[0] == 4.0
+
+
+def test_a_wave_without_a_whole_period_is_no_modulation() -> None:
+    term = named("friction.position_dependent", MOTOR_TORQUE, "constant", (1.0,))
+    frame = campaign(4)
+    swing = replace(frame, q=np.linspace(0.0, 1.0, frame.size))
+    assert [p[0] for p in term.form.grid(swing)] == [7.0, 8.0, 9.0, 10.0, 11.0, 12.0]
+    assert term.form.grid(replace(frame, q=np.linspace(0.0, 0.2, frame.size))) == ()
+    assert len(term.form.grid(replace(frame, q=np.linspace(0.0, 7.0, frame.size)))) == 12
