@@ -36,7 +36,10 @@ def coverage(
     """
     from bench.cli._coverage_runs import recordings
     from bench.identification.coverage_table import page
+    from bench.proof.results import commit
 
+    # of the program that is running: others may commit meanwhile
+    made_by = commit()
     content = _load(store, bench) if store is not None else _empty(bench)
     if again:
         content |= {"campaigns": [], "pairs": []}
@@ -45,7 +48,7 @@ def coverage(
     for seed in range(1, campaigns + 1):
         if seed in done and _model(work, seed).exists():
             continue
-        done[seed] = _measured(recordings(seed, work, bench), seed, work, bench)
+        done[seed] = _measured(recordings(seed, work, bench), seed, work, bench, made_by)
         content["campaigns"] = [done[key] for key in sorted(done)]
         _save(store, content)
         if not as_json:
@@ -93,12 +96,11 @@ def _model(work: Path, seed: int) -> Path:
     return work / f"model-{seed:03d}.json"
 
 
-def _measured(folder: Path, seed: int, work: Path, bench: str) -> dict[str, Any]:
+def _measured(folder: Path, seed: int, work: Path, bench: str, made_by: str) -> dict[str, Any]:
     """Identify one campaign; its deviations from the truth as they are stored."""
     from bench.configuration import load_bench
     from bench.identification import Options, identify_folder, to_simulation
     from bench.identification.coverage import deviates
-    from bench.proof.results import commit
     from bench.proof.sealed import load_sealed
     from bench.recording import RecordingFolder
 
@@ -111,7 +113,7 @@ def _measured(folder: Path, seed: int, work: Path, bench: str) -> dict[str, Any]
     tared = RecordingFolder.open(folder).recordings[0].specs["load_torque"].offset
     truth["nominal"]["load.torque_offset"]["z_0"] += tared
     found.save(_model(work, seed))
-    about = {"seed": seed, "commit": commit(), "day": datetime.now(UTC).date().isoformat()}
+    about = {"seed": seed, "commit": made_by, "day": datetime.now(UTC).date().isoformat()}
     return about | deviates(found, truth)
 
 

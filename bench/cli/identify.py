@@ -39,7 +39,16 @@ def identify(
             help="'paper' (the paper's choice for the gearbox), 'proposed' (and those the spectra show), or 1,3,46.",
         ),
     ] = "paper",
-    notch: Annotated[str, typer.Option("--notch", help="Orders of the load motor's torque ripple.")] = "150,300",
+    notch: Annotated[
+        str,
+        typer.Option(
+            "--notch", help="Orders of the load motor's ripple: 'found' in the load torque, a list, or '' for none."
+        ),
+    ] = "found",
+    pole_pairs: Annotated[
+        int | None,
+        typer.Option("--pole-pairs", min=1, help="The load motor's: its ripple is at 6 and 12 times as many orders."),
+    ] = None,
     band_limit: Annotated[
         float | None,
         typer.Option("--band-limit", help="Hz, low-pass for imported recordings; default: a tenth of their rate."),
@@ -58,7 +67,7 @@ def identify(
         raise BenchError(f"--method is '{method}', it should be refined or paper.")
     console = PlainConsole(stderr=as_json, highlight=False)
     chosen = None if orders in ("paper", "proposed") else _orders(orders, "--orders")
-    options = Options(chosen, _orders(notch, "--notch") if notch else (), jobs, band_limit)
+    options = Options(chosen, _notch(notch, pole_pairs), jobs, band_limit)
     found = _with_progress(folder, options, console)
     if orders == "proposed":
         found = identify_folder(folder, with_proposed_orders(found, options))
@@ -74,6 +83,19 @@ def identify(
         say(json.dumps(summary, ensure_ascii=False))
     else:
         _print(console, found, out, report)
+
+
+def _notch(text: str, pole_pairs: int | None) -> tuple[int, ...] | None:
+    """Orders to take off; None for those that are found."""
+    from bench.identification.ripple import of_pole_pairs
+
+    if pole_pairs is not None:
+        if text != "found":
+            raise BenchError("--notch and --pole-pairs both say where the ripple is; give one of them.")
+        return of_pole_pairs(pole_pairs)
+    if text == "found":
+        return None
+    return _orders(text, "--notch") if text else ()
 
 
 def _orders(text: str, option: str) -> tuple[int, ...]:
@@ -98,7 +120,7 @@ def _with_progress(folder: Path, options: Options, console: Console) -> Identifi
 
 
 def _print(console: Console, found: Identification, out: Path, report: Path | None) -> None:
-    from bench.identification.summary import parameters, verdict
+    from bench.identification.summary import doubtful, parameters, verdict
     from bench.identification.tables import error_table, parameter_table
 
     if found.scores:
@@ -109,7 +131,7 @@ def _print(console: Console, found: Identification, out: Path, report: Path | No
     if new:
         listed = ", ".join(f"{p.order} ({p.part}, {1e6 * p.amplitude:.2f} µrad)" for p in new[:12])
         console.print(f"Orders that stand out and are not used ({len(new)}): {listed}", markup=False)
-    for sentence in found.sentences:
+    for sentence in (*doubtful(found).values(), *found.sentences):
         console.print(f"• {line(sentence)}", markup=False)
     for skipped in found.skipped[:20]:
         console.print(f"• {line(skipped.why)}", markup=False)

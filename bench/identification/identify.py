@@ -21,6 +21,7 @@ from bench.identification.paper import identify_paper
 from bench.identification.reduction import Reduction, reduce_recording
 from bench.identification.refined import RefinedDirection, TorqueZero, identify_direction
 from bench.identification.regression import LinearFit
+from bench.identification.ripple import find_ripple
 from bench.identification.selection import select
 from bench.identification.slow_equations import friction_of
 from bench.identification.steady import ReductionOptions
@@ -35,10 +36,13 @@ Progress = Callable[[int, int], None]
 
 @dataclass(frozen=True, slots=True)
 class Options:
-    """What to identify with. ``orders`` None takes the paper's choice for the gearbox of the recordings."""
+    """What to identify with. ``orders`` None takes the paper's choice for the gearbox of the recordings.
+
+    ``notch_orders`` are the load motor's ripple; None finds them in the load torque.
+    """
 
     orders: tuple[int, ...] | None = None
-    notch_orders: tuple[int, ...] = (150, 300)
+    notch_orders: tuple[int, ...] | None = None
     jobs: int = 1
     band_limit_hz: float | None = None
 
@@ -150,7 +154,8 @@ def identify_folder(folder: Path | str, options: Options, progress: Progress | N
     orders = options.orders or default_orders(gearbox)
     if any(f < 1 for f in orders):
         raise BenchError(f"Harmonic orders should be whole numbers from 1, not {min(orders)}.")
-    reduction_options = ReductionOptions(orders, options.notch_orders, band_limit_hz=options.band_limit_hz)
+    notch, told = (options.notch_orders, "") if options.notch_orders is not None else find_ripple(recordings)
+    reduction_options = ReductionOptions(orders, notch, band_limit_hz=options.band_limit_hz)
     reductions: list[Reduction] = []
     for result in reduce_all(recordings, reduction_options, options.jobs, progress):
         if isinstance(result, Skipped):
@@ -159,19 +164,21 @@ def identify_folder(folder: Path | str, options: Options, progress: Progress | N
             reductions.append(result)
             skipped += [Skipped(result.recording_id, why) for why in result.sentences]
     training = [r for r in reductions if not r.validation]
-    load_side, said = identify_load_side(training, options.notch_orders)
+    load_side, said = identify_load_side(training, notch)
+    if told:
+        said.append(told)
     zero = torque_zero(load_side)
     friction, more = friction_of(training, zero.value, zero.std, load_side.freedom.get("z_0", math.inf))
     said += more
     heat = identify_heat(training, zero.value, friction.values.get("tau_0", 0.0), friction.values.get("J", 0.0))
     said += heat.sentences
-    proposals = propose(reductions, gearbox, orders, options.notch_orders)
-    nuisance = nuisance_orders(proposals, options.notch_orders, reduction_options.reach)
+    proposals = propose(reductions, gearbox, orders, notch)
+    nuisance = nuisance_orders(proposals, notch, reduction_options.reach)
     refined: dict[str, RefinedDirection] = {}
     paper: dict[str, Any] = {"positive": None, "negative": None}
     for name in ("positive", "negative"):
         group = [r for r in training if _direction_of(r) == name]
-        series = identify_direction(group, orders, options.notch_orders, name, zero, nuisance)
+        series = identify_direction(group, orders, notch, name, zero, nuisance)
         paper[name] = identify_paper(group, orders)
         if series is None and any(r.steady is not None for r in training):
             said.append(f"No recording with a steady revolution in {name} direction: its series is not identified.")
@@ -185,12 +192,12 @@ def identify_folder(folder: Path | str, options: Options, progress: Progress | N
         sets = {name: result.fourier for name, result in refined.items()}
         models["refined"] = TransmissionErrorModel(sets.get("positive"), sets.get("negative"))
         models["paper"] = TransmissionErrorModel(paper["positive"], paper["negative"])
-    scored = [score(r, models, orders, options.notch_orders, {"refined": zero.value}) for r in reductions]
+    scored = [score(r, models, orders, notch, {"refined": zero.value}) for r in reductions]
     return Identification(
         Path(folder),
         gearbox,
         orders,
-        options.notch_orders,
+        notch,
         tuple(reductions),
         refined,
         models,
@@ -208,4 +215,4 @@ def identify_folder(folder: Path | str, options: Options, progress: Progress | N
 def with_proposed_orders(found: Identification, options: Options) -> Options:
     """Return options with the proposed orders added to those used (the ripple's left out)."""
     extra = {p.order for p in found.proposals if p.order not in found.notch_orders}
-    return replace(options, orders=tuple(sorted({*found.orders, *extra})))
+    return replace(options, orders=tuple(sorted({*found.orders, *extra})), notch_orders=found.notch_orders)

@@ -30,3 +30,22 @@ def accelerating(acceleration: FloatArray, steady: FloatArray) -> FloatArray:
     noise = float(np.median(np.abs(acceleration[steady > 0]))) if (steady > 0).any() else 0.0
     out = np.where(fast & (np.abs(acceleration) > 10.0 * noise), acceleration, 0.0)
     return out if np.count_nonzero(out) >= MIN_ACCELERATED_ROWS else np.zeros_like(out)
+
+
+def levels(
+    values: FloatArray, direction: FloatArray, group: NDArray[np.int64], use: NDArray[np.bool_], gap: float
+) -> NDArray[np.int64]:
+    """Number of the level each row (n,) belongs to: recordings whose mean of ``values`` differs by less than ``gap``.
+
+    An encoder's counting and the rounding of a reported torque are the same in every recording of a speed, or of a
+    torque, that goes the same way: they do not average out over recordings. Rows outside ``use`` (n,), and recordings
+    without any, are each recording's own.
+    """
+    names, index = np.unique(group, return_inverse=True)
+    count = np.bincount(index[use], minlength=names.size)
+    mean = np.bincount(index[use], weights=values[use], minlength=names.size) / np.maximum(count, 1)
+    order = np.argsort(mean)
+    number = np.empty(names.size, dtype=np.int64)
+    number[order] = np.cumsum(np.diff(mean[order], prepend=mean[order[0]]) > gap)
+    shared = 2 * number[index] + (direction > 0)
+    return np.where(use & (count[index] > 0), shared, -1 - group)

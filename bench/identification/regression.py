@@ -37,14 +37,16 @@ def regress(
     target: FloatArray,
     group: NDArray[np.int64],
     nuisance: Collection[str] = (),
+    shared: Sequence[NDArray[np.int64]] = (),
 ) -> LinearFit:
     """Least squares of ``target`` (n,) on named columns (n,), standard deviations clustered by ``group`` (n,).
 
     A column that is zero, or that the others make up but for 1 % of its norm, is left out and named. Columns named in
     ``nuisance`` are fitted and not reported. The covariance is the jackknife over groups: each is left out once, so
     noise may remember itself within a group as it likes, and a group with much leverage counts as what it is
-    (Bell and McCaffrey 2002, "CR3"). The degrees of freedom are Satterthwaite's over the groups' shares. With less than
-    four groups, rows are taken in 20 consecutive batches instead.
+    (Bell and McCaffrey 2002, "CR3"). Errors may be shared across groups as well: for each further grouping (n,) in
+    ``shared`` the jackknife is made, too, and the largest standard deviation counts. The degrees of freedom are
+    Satterthwaite's over the groups' shares. With less than four groups, rows are taken in 20 consecutive batches.
     """
     names, missing = _independent(columns)
     reported = [name for name in names if name not in nuisance]
@@ -59,6 +61,10 @@ def regress(
     solution = inverse @ (x.T @ target)
     residual = target - x @ solution
     std, freedom = _jackknife(x, residual, normal, inverse, group)
+    for other in shared:
+        if np.unique(other).size >= FEW_GROUPS:
+            wider, few = _jackknife(x, residual, normal, inverse, other)
+            std, freedom = np.maximum(std, wider), np.where(wider > std, few, freedom)
     values, std = solution / scale, std / scale
     rows = {name: names.index(name) for name in reported}
     return LinearFit(

@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.identification.motion import accelerating, moving
+from bench.identification.motion import accelerating, levels, moving
 from bench.identification.reduction import Reduction
 from bench.identification.regression import LinearFit, regress, sentences, stack
 from bench.identification.rows import Rows, join
@@ -24,6 +24,10 @@ from bench.identification.rows import Rows, join
 FloatArray = NDArray[np.float64]
 
 REFERENCE_TEMPERATURE = 25.0
+SPEED_LEVEL = 0.01
+"""Speeds within this share count as one level, as for the encoder's counting in a₀."""
+TORQUE_LEVEL = 0.02
+"""Torques within this share of their range count as one level."""
 HEATING = "heating"
 MIN_TEMPERATURE_SPREAD = 2.0
 
@@ -103,6 +107,16 @@ def _widened(fit: LinearFit, moved: LinearFit, freedom: float) -> LinearFit:
     return replace(fit, std=std, freedom=degrees)
 
 
+def _shared(rows: Rows, torque: FloatArray, good: NDArray[np.bool_]) -> tuple[NDArray[np.int64], ...]:
+    """Rows that share an error beyond their recording: those of one speed, and those of one torque."""
+    steady = rows.acceleration[good] == 0.0
+    direction, group = rows.direction[good], rows.group[good]
+    speed = np.log(np.maximum(np.abs(rows.omega[good]), 1e-9))
+    step = TORQUE_LEVEL * max(float(np.ptp(torque[good])), 1e-12)
+    by_speed = levels(speed, direction, group, steady, SPEED_LEVEL)
+    return by_speed, levels(torque[good], direction, group, steady, step)
+
+
 def identify_friction(rows: Rows) -> tuple[LinearFit, list[str]]:
     """Fit the torque balance of the input; ``rows.torque`` is τ/u. Returns the fit and what is not determined."""
     direction = rows.direction
@@ -129,5 +143,7 @@ def identify_friction(rows: Rows) -> tuple[LinearFit, list[str]]:
         "f_l": direction * size,
         "f_vT": rows.omega * warm,
     }
-    fit = regress({k: v[good] for k, v in columns.items()}, (rows.motor_torque - torque)[good], rows.group[good])
+    shared = _shared(rows, torque, good) if rows.acceleration.any() else ()
+    target = (rows.motor_torque - torque)[good]
+    fit = regress({k: v[good] for k, v in columns.items()}, target, rows.group[good], (), shared)
     return fit, said + sentences(fit, FRICTION_MEANING, FRICTION_REASONS)

@@ -9,6 +9,7 @@ from typing import Any
 from bench.identification.freedom import told
 from bench.identification.identify import Identification
 from bench.identification.load_side import LOAD_UNITS
+from bench.identification.plausible import KEY, implausible
 from bench.identification.regression import LinearFit
 from bench.identification.sensitivity import doubling_changes
 from bench.identification.slow_equations import FRICTION_UNITS
@@ -49,25 +50,37 @@ def parameters(found: Identification) -> dict[str, Parameter]:
     return out
 
 
+def doubtful(found: Identification) -> dict[str, str]:
+    """Return a sentence by symbol for each identified value that cannot be (:mod:`.plausible`)."""
+    known = parameters(found)
+    return implausible({s: p.value for s, p in known.items()}, {s: p.std for s, p in known.items()})
+
+
 def to_simulation(found: Identification, method: str = "refined") -> Simulation:
-    """Make the simulation file's content; parameters that were not determined stay absent."""
+    """Make the simulation file's content; parameters that were not determined stay absent.
+
+    A value that cannot be stands there as it was found, with the key ``implausible`` of its term beside it.
+    """
     simulation = Simulation.nominal(found.gearbox)
     by_term: dict[str, dict[str, Parameter]] = {}
     for symbol, parameter in parameters(found).items():
         by_term.setdefault(SYMBOL_TERMS[symbol], {})[symbol] = parameter
     freedom = {**found.friction.freedom, **found.load_side.freedom}
+    doubts = doubtful(found)
     for effect, values in by_term.items():
         known = {symbol: freedom[symbol] for symbol in values if symbol in freedom}
-        simulation = simulation.with_term(Term(effect, parameters=values, extra=told(known)))
+        marks = {symbol: doubts[symbol] for symbol in values if symbol in doubts}
+        extra: dict[str, Any] = told(known) | ({KEY: marks} if marks else {})
+        simulation = simulation.with_term(Term(effect, parameters=values, extra=extra))
     if method in found.models:
         simulation = simulation.with_transmission_error(found.models[method])
         series = simulation.terms["te.fourier"]
         rests = told({name: float(result.freedom) for name, result in found.refined.items()})
         chosen = tuple(float(f) for f in found.orders)
         # the paper's method has no standard deviations, so nothing that they could rest on
-        extra = rests if method == "refined" else {}
+        behind = rests if method == "refined" else {}
         simulation = simulation.with_term(
-            Term("te.fourier", orders=chosen, coefficients=series.coefficients, extra=extra)
+            Term("te.fourier", orders=chosen, coefficients=series.coefficients, extra=behind)
         )
     return simulation
 
@@ -135,6 +148,7 @@ def to_json(found: Identification) -> dict[str, Any]:
         },
         "left_out": [{"recording": s.recording, "why": s.why} for s in found.skipped],
         "not_determined": list(found.sentences),
+        "implausible": doubtful(found),
         "orders": list(found.orders),
         "notch_orders": list(found.notch_orders),
         "proposed_orders": [

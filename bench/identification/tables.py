@@ -5,7 +5,7 @@ from __future__ import annotations
 from rich.table import Table
 
 from bench.identification.identify import Identification
-from bench.identification.summary import SYMBOL_TERMS, parameters
+from bench.identification.summary import SYMBOL_TERMS, doubtful, parameters
 from bench.identification.validation import PAPER_TABLE, table
 
 _SIGNS = {"positive": "+", "negative": "−"}
@@ -33,7 +33,10 @@ def parameter_table(found: Identification) -> Table:
     out = Table(title="Friction, heat balance, load side", box=None, pad_edge=False)
     for heading in ("symbol", "value", "standard deviation", "unit", "term"):
         out.add_column(heading, justify="right" if heading in ("value", "standard deviation") else "left")
+    doubts = doubtful(found)
     for symbol, p in parameters(found).items():
         std = "–" if p.std is None else f"{p.std:.2g}"
-        out.add_row(symbol, f"{p.value:.5g}", std, p.unit, SYMBOL_TERMS[symbol])
+        out.add_row(
+            f"{symbol} (!)" if symbol in doubts else symbol, f"{p.value:.5g}", std, p.unit, SYMBOL_TERMS[symbol]
+        )
     return out

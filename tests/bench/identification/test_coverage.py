@@ -1,0 +1,141 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.stats import t
+from typer.testing import CliRunner
+
+from bench.cli import _coverage_runs
+from bench.cli._coverage_runs import campaign_text
+from bench.cli.app import make_app
+from bench.identification import Identification, to_simulation
+from bench.identification.compare import compare
+from bench.identification.coverage import LIMIT, deviates, normal_deviate
+from bench.identification.coverage_table import interval, page
+from bench.identification.freedom import parameter_freedom, series_freedom
+from bench.identification.power import CHANGES, power
+from bench.simulation import FourierSet, Parameter, Simulation, Term, TransmissionErrorModel
+from bench.simulation._coefficients import fourier_to_json
+from tests.bench.identification.synthetic import true_model
+
+
+def test_deviates_are_normal_where_the_deviation_rests_on_little() -> None:
+    drawn = t.rvs(5, size=4000, random_state=1)
+    z = normal_deviate(drawn, np.ones(4000), 5.0)
+    assert np.mean(np.abs(z) < LIMIT) == pytest.approx(0.95, abs=0.012)
+    assert z.std() == pytest.approx(1.0, abs=0.04)
+    assert np.isnan(normal_deviate(np.ones(1), np.zeros(1), 5.0)[0])
+
+
+def test_truth_is_compared_with_what_was_found(found: Identification) -> None:
+    truth = {
+        "nominal": {"friction.coulomb": {"f_c": 0.5}, "thermal.loss_heating": {"C": 25e3}},
+        "transmission_error": fourier_to_json(true_model(), series=True)["parameters"],
+    }
+    truth["transmission_error"]["positive"]["a0"] = true_model().positive.offset.tolist()  # type: ignore[union-attr]
+    told = deviates(to_simulation(found), truth)
+    # the synthetic campaign does not warm: nothing is claimed of C
+    assert set(told["parameters"]) == {"f_c"}
+    assert abs(told["parameters"]["f_c"]["z"]) < 4.0
+    z = np.asarray(told["series"]["positive"]["A"], dtype=float)
+    assert z.size == 200
+    assert np.mean(np.abs(z) < LIMIT) > 0.88
+
+
+def test_degrees_of_freedom_stand_in_the_file_and_are_read_back(found: Identification, tmp_path: Path) -> None:
+    path = tmp_path / "model.json"
+    to_simulation(found).save(path)
+    read = Simulation.load(path)
+    assert parameter_freedom(read.terms["friction.coulomb"], "f_c") == pytest.approx(
+        found.friction.freedom["f_c"], abs=0.01
+    )
+    assert series_freedom(read, "positive") == found.refined["positive"].freedom
+    assert series_freedom(Simulation.nominal(), "positive") == float("inf")
+
+
+def _model(offsets: np.ndarray, covariance: np.ndarray, freedom: float | None) -> Simulation:
+    size = offsets.shape[0]
+    amplitude = np.zeros((size, 10))
+    amplitude[:, 9] = 1e-5 + offsets
+    matrix = np.zeros((size, 20, 20))
+    matrix[:, 9, 9] = matrix[:, 19, 19] = covariance
+    one = FourierSet(np.arange(1.0, size + 1), amplitude, np.zeros((size, 10)), np.zeros(10), covariance=matrix)
+    model = Simulation.nominal().with_transmission_error(TransmissionErrorModel(one, None))
+    extra = {} if freedom is None else {"freedom": {"positive": freedom}}
+    return model.with_term(Term("te.fourier", coefficients=TransmissionErrorModel(one, None), extra=extra))
+
+
+def test_comparisons_keep_their_promise_with_few_recordings() -> None:
+    rng = np.random.default_rng(3)
+    wrong = {3.0: 0, None: 0}
+    for _ in range(200):
+        # 20 orders, deviations of 1e-8 estimated from 3 degrees of freedom each
+        draws = [(1e-8 * rng.normal(size=20), 1e-16 * rng.chisquare(3, 20) / 3) for _ in range(2)]
+        for freedom in wrong:
+            wrong[freedom] += any(c.changed for c in compare(*(_model(o, v, freedom) for o, v in draws)))
+    assert wrong[3.0] <= 16
+    assert wrong[None] > 16
+
+
+def test_changes_that_are_put_in_are_found_when_large_enough() -> None:
+    sharp = _model(np.zeros(300), np.full(300, 1e-20), 20.0)
+    found = power(sharp, sharp)
+    assert found["order 46"] == [True, True, True]
+    blunt = _model(np.zeros(300), np.full(300, 1e-12), 20.0)
+    assert power(blunt, blunt)["order 46"] == [False, False, False]
+    friction = Term("friction.coulomb", parameters={"f_c": Parameter(0.5, "N*m", 0.005)})
+    assert power(*(sharp.with_term(friction),) * 2)["Coulomb friction"] == [False, False, True]
+
+
+def test_campaigns_differ_and_are_the_same_again() -> None:
+    assert campaign_text(3) == campaign_text(3)
+    assert campaign_text(3) != campaign_text(4)
+
+
+def test_interval_of_a_share() -> None:
+    low, high = interval(38, 40)
+    assert low == pytest.approx(0.831, abs=0.002)
+    assert high == pytest.approx(0.994, abs=0.002)
+    assert interval(40, 40)[1] == 1.0
+
+
+def test_command_goes_on_where_it_was(
+    campaign_folder: Path, found: Identification, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[int] = []
+
+    def stand_in(seed: int, work: Path, bench: str) -> Path:
+        asked.append(seed)
+        work.mkdir(exist_ok=True)
+        return campaign_folder
+
+    monkeypatch.setattr(_coverage_runs, "recordings", stand_in)
+    # identified once for all tests
+    monkeypatch.setattr("bench.identification.identify_folder", lambda folder, options: found)
+    store, table = tmp_path / "coverage.json", tmp_path / "coverage.md"
+    line = ["benchmark", "coverage", "--campaigns", "2", "--work", str(tmp_path / "work"), "--store", str(store)]
+    first = CliRunner().invoke(make_app(), [*line, "--table", str(table)])
+    assert first.exit_code == 0, first.output
+    assert asked == [1, 2]
+    content: dict[str, Any] = json.loads(store.read_text())
+    assert [c["seed"] for c in content["campaigns"]] == [1, 2]
+    # the same recordings twice: nothing differs
+    assert [p["changed"] for p in content["pairs"]] == [[], []]
+    assert set(content["pairs"][0]["power"]) == set(CHANGES)
+    assert "| f_c |" in table.read_text()
+    assert table.read_text() == page(content)
+    CliRunner().invoke(make_app(), line)
+    assert asked == [1, 2]
+
+
+def test_a_store_of_something_else_is_refused(tmp_path: Path) -> None:
+    store = tmp_path / "other.json"
+    store.write_text('{"format": "bench-proof"}')
+    result = CliRunner().invoke(
+        make_app(), ["benchmark", "coverage", "--store", str(store), "--work", str(tmp_path)], standalone_mode=False
+    )
+    assert "is no bench-coverage of rh380n" in str(result.exception)
