@@ -13,7 +13,6 @@ from bench.cli import _coverage_runs
 from bench.cli._coverage_runs import campaign_text
 from bench.cli.app import make_app
 from bench.identification import Identification, to_simulation
-from bench.identification.compare import compare
 from bench.identification.coverage import LIMIT, deviates, normal_deviate
 from bench.identification.coverage_table import interval, page
 from bench.identification.freedom import parameter_freedom, series_freedom
