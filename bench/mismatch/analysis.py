@@ -208,8 +208,6 @@ def uncertainty(model: ChannelModel, frame: Frame, rows: NDArray[np.bool_], numb
 
 MOST_ROWS = 4000
 """rows on which the uncertainty of a prediction is worked out"""
-LOW_ORDERS = 12
-"""orders over the output angle that the rows of a torque show: those are found among them"""
 
 
 def _periodic(data: Dataset, given: Given, search: Search, seed: int) -> list[Discovery]:
@@ -225,7 +223,7 @@ def _periodic(data: Dataset, given: Given, search: Search, seed: int) -> list[Di
         data.ratio,
         search.model.floor,
     )
-    return [d for d in torque_discoveries(seen, seed) if min(d.orders, default=0.0) > LOW_ORDERS]
+    return torque_discoveries(seen, seed)
 
 
 def _less(seen: OutputSpectrum, known: Sequence[Wave]) -> OutputSpectrum:

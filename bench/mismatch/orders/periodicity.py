@@ -18,6 +18,10 @@ Parts = Sequence[tuple[Line, tuple[int, ...]]]
 """orders, with the numbers of those of their factors that belong to an effect"""
 
 
+LOW_ORDERS = 12
+"""orders over the output angle that the rows of a torque show: those are found among them"""
+
+
 @dataclass(frozen=True, slots=True)
 class Periodicity:
     """A torque's revolutions and its rows: what :func:`torque_discoveries` looks at.

@@ -11,7 +11,7 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.discovery import NAMED, UNKNOWN, UNNAMED, Discovery
 from bench.mismatch.orders.lines import Line, Model, Turns, standing
-from bench.mismatch.orders.periodicity import Periodicity, equation, on_rows, power, squares_of, wave_of
+from bench.mismatch.orders.periodicity import LOW_ORDERS, Periodicity, equation, on_rows, power, squares_of, wave_of
 from bench.mismatch.orders.told import parameter, probability
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms import LIBRARY, MOTOR_TORQUE
@@ -34,7 +34,7 @@ def over_shaft(seen: Periodicity, seed: int) -> list[Discovery]:
     turns = Turns(
         vectors, np.array([s.sigma for s in seen.shaft]), factors, seen.folds[[s.recording for s in seen.shaft]]
     )
-    lines = standing(turns, SHAFT_MODELS, seed)
+    lines = [line for line in standing(turns, SHAFT_MODELS, seed) if line.order * seen.ratio > LOW_ORDERS]
     ripple = [line for line in lines if line.order % PHASES == 0]
     other = [line for line in lines if line.order % PHASES != 0]
     out = []

@@ -7,7 +7,7 @@ times the pole pairs. What stands otherwise has no name.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.discovery import AMBIGUOUS, NAMED, UNKNOWN, UNNAMED, Discovery, Rival
 from bench.mismatch.orders.lines import Line, Model, Turns, standing
-from bench.mismatch.orders.periodicity import Periodicity, equation, on_rows, power, squares_of, wave_of
+from bench.mismatch.orders.periodicity import LOW_ORDERS, Periodicity, equation, on_rows, power, squares_of, wave_of
 from bench.mismatch.orders.shaft import over_shaft
 from bench.mismatch.orders.told import parameter
 from bench.mismatch.recordings.output_orders import OutputSpectrum
@@ -39,17 +39,18 @@ OUTPUT_MODELS: tuple[Model, ...] = (
 
 def torque_discoveries(seen: Periodicity, seed: int) -> list[Discovery]:
     """Everything periodic in a torque beyond its simulation, strongest first; each has the waves that it is."""
-    out = _over_output(seen, seed)
-    if seen.channel == MOTOR_TORQUE:
-        out += over_shaft(seen, seed)
+    out = over_shaft(seen, seed) if seen.channel == MOTOR_TORQUE else []
+    # of a direct drive the orders of the shaft are those of the output
+    taken = {f for found in out for f in found.orders}
+    out += _over_output(seen, seed, taken)
     return sorted(out, key=lambda d: -d.gain)
 
 
-def _over_output(seen: Periodicity, seed: int) -> list[Discovery]:
+def _over_output(seen: Periodicity, seed: int, taken: Collection[float]) -> list[Discovery]:
     if not seen.output:
         return []
     turns = output_turns(seen.output, seen.folds)
-    lines = standing(turns, OUTPUT_MODELS, seed)
+    lines = [s for s in standing(turns, OUTPUT_MODELS, seed) if s.order > LOW_ORDERS and s.order not in taken]
     one_way = len({s.direction for s, t in zip(seen.output, turns.train, strict=True) if t}) < 2
     by_effect: dict[str, list[tuple[Line, tuple[int, ...]]]] = {}
     for line in lines:
