@@ -1,0 +1,54 @@
+"""Orders of a motor's torque over its shaft and over the output, where both are one."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.mismatch.orders.periodicity import LOW_ORDERS, Periodicity
+from bench.mismatch.orders.torques import torque_discoveries
+from bench.mismatch.recordings.output_orders import HIGHEST_OUTPUT_ORDER, OutputSpectrum
+from bench.mismatch.recordings.rows import Rows
+from bench.mismatch.recordings.vibration import ShaftSpectrum
+from bench.simulation.frame import Frame
+from bench.simulation.terms import MOTOR_TORQUE
+from tests.bench.mismatch.report.made import campaign
+
+NOISE, RECORDINGS = 0.002, 20
+LOW, HIGH = 6, 18
+"""two ripple orders: rows over the angle show the first, the second only a spectrum"""
+
+
+def vectors(rng: np.random.Generator, size: int) -> NDArray[np.complex128]:
+    out = NOISE * (rng.normal(size=size) + 1j * rng.normal(size=size))
+    out[LOW] += 0.05
+    out[HIGH] += 0.04j
+    return np.asarray(out)
+
+
+def seen(ratio: float) -> Periodicity:
+    frame: Frame = campaign()
+    rng = np.random.default_rng(8)
+    shaft = [ShaftSpectrum(k, vectors(rng, HIGHEST_OUTPUT_ORDER + 1), NOISE, 1.0, 0.1, 25.0) for k in range(RECORDINGS)]
+    output = [
+        OutputSpectrum(
+            k, vectors(rng, HIGHEST_OUTPUT_ORDER + 1), NOISE, NOISE, 100.0, 0.1, 25.0, 60.0 * k, (-1.0) ** k, 2.0
+        )
+        for k in range(RECORDINGS)
+    ]
+    rows = Rows(frame, np.zeros(frame.size), np.full(frame.size, 25.0))
+    folds = np.arange(RECORDINGS, dtype=np.int64)
+    return Periodicity(MOTOR_TORQUE, output, shaft, rows, folds, ratio, 0.02)
+
+
+def test_a_low_order_takes_no_higher_one_with_it() -> None:
+    found = torque_discoveries(seen(1.0), 0)
+    # of a direct drive the shaft's orders are the output's: told once, as the motor's
+    assert [d.effect for d in found] == ["motor.torque_ripple"]
+    assert found[0].orders == (float(HIGH),)
+    assert LOW <= LOW_ORDERS < HIGH
+
+
+def test_behind_a_gearbox_both_orders_of_the_shaft_are_told() -> None:
+    (ripple,) = [d for d in torque_discoveries(seen(185.0), 0) if d.effect == "motor.torque_ripple"]
+    assert set(ripple.orders) == {185.0 * LOW, 185.0 * HIGH}
