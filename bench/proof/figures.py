@@ -19,8 +19,9 @@ PAGES = (Path("README.md"), Path("docs/proof.md"))
 #: The examinations that the pages quote, and the command of each.
 COMMANDS = {
     "development": "bench prove --set clear,faint,compound,unknown,ambiguous,null,switched_off --seed 5",
-    "blind": "bench prove --held-back --set clear,faint,compound,unknown --seed NEW",
-    "clutter": "bench prove --clutter --set clear,compound,unknown,null --seed 5",
+    "blind": "bench prove --held-back --set clear,compound,unknown,ambiguous,null --seed NEW",
+    "clutter": "bench prove --clutter --set clear,compound,unknown,null --seed NEW",
+    "through": "bench prove --through-the-bench --count 20 --seed NEW",
     "null": "bench prove --set null --nulls 300 --seed 7",
     "null-small": "bench prove --set null_small --nulls 300 --seed 7",
     "null-clutter": "bench prove --clutter --set null --nulls 100 --seed 8",
