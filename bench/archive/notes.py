@@ -60,7 +60,7 @@ def add_note(folder: Path, note: Note) -> None:
 def read_notes(folder: Path) -> list[Note]:
     """Return the notes of a folder, oldest first; a line that was cut or is none is left out, the others stand."""
     try:
-        lines = (folder / FILE).read_text("utf-8", "replace").splitlines()
+        lines = (folder / FILE).read_text("utf-8", "replace").split("\n")
     except OSError:
         return []
     notes = []

@@ -19,6 +19,8 @@ from bench.service.process_link import ProcessLink, send_once
 
 _OWN_CLOCK_NS = 600 * 10**9
 """A stamp further from this computer's clock is of a clock that is wrong."""
+_SAME_PRESS_NS = 10**9
+"""Presses of one person closer than this are one: nobody looks and presses anew so soon."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,8 +76,17 @@ class Stopper:
         at = now if pressed_at_ns is None or abs(pressed_at_ns - now) > _OWN_CLOCK_NS else pressed_at_ns
         if run is not None and self.press is not None and self.press.run == run:
             return self.press, False
+        if run is None and self.press is not None and self._is_known(by, at):
+            return self.press, False
         self.press = Press(by, at, run)
         return self.press, True
+
+    def _is_known(self, by: str, at_ns: int) -> bool:
+        """Whether this press has been heard of already: a page presses here and at the run's own listener, and a
+        service that hung hears of it when the run has ended.
+        """
+        press = self.press
+        return press is not None and press.by == by and abs(press.pressed_at_ns - at_ns) < _SAME_PRESS_NS
 
     def stop(self, target: Target, link: ProcessLink | None, is_running: Callable[[], bool]) -> None:
         """Send STOP by every way there is; returns at once."""

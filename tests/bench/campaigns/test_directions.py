@@ -131,6 +131,9 @@ class Watching:
         self.segments: set[Segment | None] = set()
         self.scaling: Scaling | None = None
 
+    def opened(self, view: object) -> None:
+        assert view is not None
+
     def begin(self, scaling: Scaling, bench_time: datetime, what: str) -> None:
         assert bench_time.utcoffset() is not None
         self.motions.append(what)

@@ -74,7 +74,7 @@ def test_changes_that_are_put_in_are_found_when_large_enough() -> None:
     assert found["order 46"] == [True, True, True]
     blunt = _model(np.zeros(300), np.full(300, 1e-12), 20.0)
     assert power(blunt, blunt)["order 46"] == [False, False, False]
-    friction = Term("friction.coulomb", parameters={"f_c": Parameter(0.5, "N*m", 0.005)})
+    friction = Term("friction.coulomb", parameters={"f_c": Parameter(0.5, "N*m", 0.003)})
     assert power(*(sharp.with_term(friction),) * 2)["Coulomb friction"] == [False, False, True]
 
 
