@@ -9,7 +9,7 @@ import shutil
 import subprocess
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -92,20 +92,7 @@ def prove_case(job: Job) -> Outcome:
     begin = time.perf_counter()
     failed = _run(job, case.alias, target)
     seconds = time.perf_counter() - begin
-    report = _read(target / "report.json") if not failed else None
-    (target).mkdir(parents=True, exist_ok=True)
-    own = None if report is None else recompute(truth, report, target / "model.json", recordings)
-    note = {
-        "seal": make.seal_of(truth_path),
-        "analyser": analyser_digest(),
-        "seconds": seconds,
-        "failed": failed,
-        "own": own,
-    }
-    (target / "proof.json").write_text(json.dumps(note))
-    if not job.keep:
-        shutil.rmtree(recordings, ignore_errors=True)
-    return Outcome(truth, report, seconds, failed, own)
+    return _told(job, truth, truth_path, Outcome(truth, None, seconds, failed))
 
 
 def _through(job: Job) -> Outcome:
@@ -116,19 +103,26 @@ def _through(job: Job) -> Outcome:
     failed, seconds = through.timed(recordings, target)
     truth_path = job.out / make.TRUTHS / f"{job.name}.json"
     truth_path.write_bytes(content)
-    report = _read(target / "report.json") if not failed else None
+    return _told(job, truth, truth_path, Outcome(truth, None, seconds, failed))
+
+
+def _told(job: Job, truth: dict[str, Any], truth_path: Path, ran: Outcome) -> Outcome:
+    """Read the report of an analysis that ``ran``, work out what is the examiner's own, and note both."""
+    recordings, target = (job.out / folder / truth["folder"] for folder in (make.RECORDINGS, REPORTS))
+    report = _read(target / "report.json") if not ran.failed else None
+    target.mkdir(parents=True, exist_ok=True)
     own = None if report is None else recompute(truth, report, target / "model.json", recordings)
     note = {
         "seal": make.seal_of(truth_path),
         "analyser": analyser_digest(),
-        "seconds": seconds,
-        "failed": failed,
+        "seconds": ran.seconds,
+        "failed": ran.failed,
         "own": own,
     }
     (target / "proof.json").write_text(json.dumps(note))
     if not job.keep:
         shutil.rmtree(recordings, ignore_errors=True)
-    return Outcome(truth, report, seconds, failed, own)
+    return replace(ran, report=report, own=own)
 
 
 def analyser_digest() -> str:

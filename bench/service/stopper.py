@@ -56,6 +56,13 @@ class Target:
     socket: Path
 
 
+def _is_same(press: Press, by: str, at_ns: int) -> bool:
+    """Whether this press has been heard of already: a page presses here and at the run's own listener, and a service
+    that hung hears of it when the run has ended.
+    """
+    return press.by == by and abs(press.pressed_at_ns - at_ns) < _SAME_PRESS_NS
+
+
 class Stopper:
     """Stops what runs.
 
@@ -74,19 +81,11 @@ class Stopper:
         """Note a press; return the one that counts for this run and whether it is this one."""
         now = time.time_ns()
         at = now if pressed_at_ns is None or abs(pressed_at_ns - now) > _OWN_CLOCK_NS else pressed_at_ns
-        if run is not None and self.press is not None and self.press.run == run:
-            return self.press, False
-        if run is None and self.press is not None and self._is_known(by, at):
-            return self.press, False
+        known = self.press
+        if known is not None and (known.run == run if run is not None else _is_same(known, by, at)):
+            return known, False
         self.press = Press(by, at, run)
         return self.press, True
-
-    def _is_known(self, by: str, at_ns: int) -> bool:
-        """Whether this press has been heard of already: a page presses here and at the run's own listener, and a
-        service that hung hears of it when the run has ended.
-        """
-        press = self.press
-        return press is not None and press.by == by and abs(press.pressed_at_ns - at_ns) < _SAME_PRESS_NS
 
     def stop(self, target: Target, link: ProcessLink | None, is_running: Callable[[], bool]) -> None:
         """Send STOP by every way there is; returns at once."""
