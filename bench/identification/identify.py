@@ -22,6 +22,7 @@ from bench.identification.reduction import Reduction, reduce_recording
 from bench.identification.refined import RefinedDirection, TorqueZero, identify_direction
 from bench.identification.regression import LinearFit
 from bench.identification.ripple import find_ripple
+from bench.identification.rounding import find_step
 from bench.identification.selection import select
 from bench.identification.slow_equations import friction_of
 from bench.identification.steady import ReductionOptions
@@ -155,7 +156,8 @@ def identify_folder(folder: Path | str, options: Options, progress: Progress | N
     if any(f < 1 for f in orders):
         raise BenchError(f"Harmonic orders should be whole numbers from 1, not {min(orders)}.")
     notch, told = (options.notch_orders, "") if options.notch_orders is not None else find_ripple(recordings)
-    reduction_options = ReductionOptions(orders, notch, band_limit_hz=options.band_limit_hz)
+    step = find_step(recordings)
+    reduction_options = ReductionOptions(orders, notch, band_limit_hz=options.band_limit_hz, torque_step=step)
     reductions: list[Reduction] = []
     for result in reduce_all(recordings, reduction_options, options.jobs, progress):
         if isinstance(result, Skipped):

@@ -13,11 +13,17 @@ MIN_ACCELERATED_ROWS = 12
 
 
 def moving(blocks: Blocks) -> NDArray[np.bool_]:
-    """Rows in motion; those beside standstill are left out, where friction is whatever holds the shaft."""
+    """Rows in motion from end to end; at standstill friction is whatever holds the shaft.
+
+    A row spans two blocks. That it moves on average says that motion began before its end, so only the second row
+    after it is in motion throughout; the same holds before a stop.
+    """
     d = blocks.direction
     same = np.zeros(d.size, dtype=bool)
-    if d.size > 2:
-        same[1:-1] = (d[1:-1] != 0) & (d[:-2] == d[1:-1]) & (d[2:] == d[1:-1])
+    if d.size > 4:
+        same[2:-2] = d[2:-2] != 0
+        for off in (-2, -1, 1, 2):
+            same[2:-2] &= d[2 + off : d.size - 2 + off] == d[2:-2]
     return np.asarray(same & (blocks.whole > 0))
 
 

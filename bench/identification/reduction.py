@@ -16,6 +16,7 @@ from bench.errors import RecordingError
 from bench.identification.band_limited import band_limited_rows
 from bench.identification.blocks import Blocks, make_blocks
 from bench.identification.paper_harmonics import Harmonics, paper_harmonics
+from bench.identification.rounding import rounded_once
 from bench.identification.rows import Rows
 from bench.identification.steady import ReductionOptions, SteadySums, steady_sums
 from bench.identification.windows import lost_cycles, spike_mask, steady_window
@@ -90,12 +91,16 @@ def _repaired(
     return kept, bad_rows
 
 
-def _read(recording: Recording, said: list[str]) -> tuple[dict[str, FloatArray], NDArray[np.int64]]:
+def _read(
+    recording: Recording, said: list[str], torque_step: float | None = None
+) -> tuple[dict[str, FloatArray], NDArray[np.int64]]:
     names = [name for name in CHANNELS if name in recording.specs]
     for angle, velocity in (("motor_angle", "motor_velocity"), ("load_angle", "load_velocity")):
         if angle not in recording.specs and velocity in recording.specs:
             names.append(velocity)
     channels = recording.read_si(names)
+    if torque_step is not None and "motor_torque" in channels:
+        channels["motor_torque"] = rounded_once(channels["motor_torque"], recording.specs["motor_torque"], torque_step)
     gaps = np.empty(0, dtype=np.int64)
     if "cycle" in recording.specs:
         gaps, lost = lost_cycles(recording.raw("cycle").astype(np.int64))
@@ -154,7 +159,7 @@ def reduce_recording(path: Path | str | Recording, options: ReductionOptions) ->
     """
     recording = path if isinstance(path, Recording) else Recording.open(path)
     said = [f"{recording.recording_id}: {problem}" for problem in recording.problems]
-    channels, gaps = _read(recording, said)
+    channels, gaps = _read(recording, said, options.torque_step)
     if "time" not in channels or recording.size < 2:
         raise RecordingError(f"{recording.path}: holds no samples that can be used.")
     channels, bad_rows = _repaired(recording, channels, said)

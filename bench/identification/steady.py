@@ -22,7 +22,10 @@ ANGLE_STEPS = 2.0**32
 
 @dataclass(frozen=True, slots=True)
 class ReductionOptions:
-    """What to reduce to: integer ``orders`` and ``notch_orders``, blocks a window, reach of the proposal spectrum."""
+    """What to reduce to: integer ``orders`` and ``notch_orders``, blocks a window, reach of the proposal spectrum.
+
+    ``torque_step`` is the drive's own step of the motor torque in codes (:mod:`.rounding`), None where none is known.
+    """
 
     orders: tuple[int, ...]
     notch_orders: tuple[int, ...] = (150, 300)
@@ -30,6 +33,7 @@ class ReductionOptions:
     spectrum_reach: int = 5000
     band_limit_hz: float | None = None
     kinds: tuple[str, ...] = ("constant_velocity", "validation", "free")
+    torque_step: float | None = None
 
     @property
     def reach(self) -> int:

@@ -56,6 +56,7 @@ class Bench:
     friction: tuple[float, float, float, float] = (0.5, 0.006, -1e-4, 0.04)
     clock: datetime = datetime(2026, 1, 5, 8, 0, tzinfo=UTC)
     number: int = 0
+    serial: str | None = None
 
     def write(
         self, torque: float, velocity: float, temperature: float, kind: str = "constant_velocity", turns: float = 1.02
@@ -98,6 +99,7 @@ class Bench:
             RecordingHeader(
                 name, "synthetic", kind, self.clock, self.rate, "emulator",
                 Setpoint(torque, velocity, temperature), Gearbox(RATIO, 24, 96, 45, 46),
+                gearbox_serial=self.serial,
             ),
             {
                 "time": (np.arange(n, dtype=np.int64), ChannelSpec.of("time", scale=1.0 / self.rate)),
