@@ -14,6 +14,7 @@ from bench.errors import BenchError
 from bench.whole import write_whole
 
 FORMAT, FORMAT_VERSION = "bench-coverage", "1.0"
+PAIRS = 40
 
 
 def coverage(
@@ -31,8 +32,9 @@ def coverage(
 ) -> None:
     """Run short campaigns of one plant, identify each, and count how often 95 % intervals hold the truth.
 
-    Also compares each campaign with the next (the last with the first): nothing differs, so whatever is called changed
-    is wrong; and counts how often changes put in are found. It can be stopped and run again at any time.
+    Also compares campaigns in forty pairs: nothing differs, so whatever is called changed is wrong; and counts how
+    often changes put in are found. It can be stopped at any time, what there is stands in the table; run again, without
+    --again, it goes on.
     """
     from bench.cli._coverage_runs import recordings
     from bench.identification.coverage_table import page
@@ -43,6 +45,7 @@ def coverage(
     content = _load(store, bench) if store is not None else _empty(bench)
     if again:
         content |= {"campaigns": [], "pairs": []}
+    content["asked"] = campaigns
     content["command"] = f"bench benchmark coverage --campaigns {campaigns} --bench {bench}"
     done = {row["seed"]: row for row in content["campaigns"]}
     for seed in range(1, campaigns + 1):
@@ -50,14 +53,23 @@ def coverage(
             continue
         done[seed] = _measured(recordings(seed, work, bench), seed, work, bench, made_by)
         content["campaigns"] = [done[key] for key in sorted(done)]
+        content["pairs"] = [row for row in content["pairs"] if seed not in (row["before"], row["after"])]
         _save(store, content)
         if not as_json:
             say(f"campaign {seed} of {campaigns}")
-    content["pairs"] = _pairs(campaigns, work)
+        _show(content, work, store, table)
+    _show(content, work, store, table)
+    say(json.dumps(content, ensure_ascii=False) if as_json else page(content))
+
+
+def _show(content: dict[str, Any], work: Path, store: Path | None, table: Path | None) -> None:
+    """Compare what there is, store it and write the tables."""
+    from bench.identification.coverage_table import page
+
+    content["pairs"] = _pairs(content, work)
     _save(store, content)
     if table is not None:
         table.write_text(page(content), "utf-8")
-    say(json.dumps(content, ensure_ascii=False) if as_json else page(content))
 
 
 def _empty(bench: str) -> dict[str, Any]:
@@ -66,6 +78,7 @@ def _empty(bench: str) -> dict[str, Any]:
         "format_version": FORMAT_VERSION,
         "bench": bench,
         "command": "",
+        "asked": 0,
         "campaigns": [],
         "pairs": [],
     }
@@ -117,22 +130,32 @@ def _measured(folder: Path, seed: int, work: Path, bench: str, made_by: str) -> 
     return about | deviates(found, truth)
 
 
-def _pairs(campaigns: int, work: Path) -> list[dict[str, Any]]:
-    """Each campaign's model against the next one's, the last against the first."""
+def pairs_of(seeds: list[int], number: int = PAIRS) -> list[tuple[int, int]]:
+    """Return up to ``number`` pairs of campaigns, neighbours first; each campaign is in as few as can be."""
+    n = len(seeds)
+    # distances up to half way round the circle, so that no pair comes twice
+    rows = [(k, i) for k in range(1, n // 2 + 1) for i in range(n) if 2 * k < n or i < k]
+    return [(seeds[i], seeds[(i + k) % n]) for k, i in rows[:number]]
+
+
+def _pairs(content: dict[str, Any], work: Path) -> list[dict[str, Any]]:
+    """Models of campaigns compared two by two; pairs that stand in the content already are kept."""
     from bench.identification.compare import compare
     from bench.identification.power import power
     from bench.simulation import Simulation
 
-    models = {seed: Simulation.load(_model(work, seed)) for seed in range(1, campaigns + 1)}
-    out = []
-    for seed in models:
-        after = seed % campaigns + 1
-        rows = compare(models[seed], models[after])
-        out.append({
-            "before": seed,
+    known = {(row["before"], row["after"]): row for row in content["pairs"]}
+    wanted = pairs_of(sorted(row["seed"] for row in content["campaigns"]))
+    models = {seed: Simulation.load(_model(work, seed)) for pair in wanted if pair not in known for seed in pair}
+    for before, after in wanted:
+        if (before, after) in known:
+            continue
+        rows = compare(models[before], models[after])
+        known[before, after] = {
+            "before": before,
             "after": after,
             "compared": sum(row.p_value == row.p_value for row in rows),
             "changed": [row.what for row in rows if row.changed],
-            "power": power(models[seed], models[after]),
-        })  # fmt: skip
-    return out
+            "power": power(models[before], models[after]),
+        }
+    return [known[pair] for pair in wanted]

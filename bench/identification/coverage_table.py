@@ -93,11 +93,18 @@ def comparisons(pairs: Sequence[Mapping[str, Any]]) -> list[str]:
     """Lines on false changes and on the changes found."""
     wrong = [p for p in pairs if p["changed"]]
     low, high = interval(len(wrong), len(pairs))
+    campaigns = len({seed for p in pairs for seed in (p["before"], p["after"])})
     told = "; ".join(f"{p['before']} and {p['after']}: {', '.join(p['changed'])}" for p in wrong)
     out = [
         f"{len(wrong)} of {len(pairs)} comparisons of the same plant call something changed "
         f"({100 * len(wrong) / len(pairs):.1f} %, 95 % interval {100 * low:.0f} to {100 * high:.0f} %; promised is "
-        f"at most 5 %)." + (f" They are: {told}." if told else ""),
+        f"at most 5 %)."
+        + (f" They are: {told}." if told else "")
+        + (
+            f" The pairs are of {campaigns} campaigns, so they are not independent and the interval is too narrow."
+            if 2 * len(pairs) > campaigns
+            else ""
+        ),
         "",
         *_head(["changed is", *(f"by {100 * share:g} %" for share in SHARES)]),
     ]
@@ -120,7 +127,8 @@ def page(content: Mapping[str, Any]) -> str:
     lines = [
         "# Do the intervals hold the truth?",
         "",
-        f"{len(campaigns)} short campaigns on the emulated bench `{content['bench']}`, weaker orders on;",
+        f"{len(campaigns)} of {content.get('asked') or len(campaigns)} short campaigns asked for, on the emulated "
+        f"bench `{content['bench']}`, weaker orders on;",
         "95 % intervals. Made by",
         f"`{content['command']}`; commits {', '.join(commits) or 'not known'}.",
     ]

@@ -10,6 +10,7 @@ from scipy.stats import t
 from typer.testing import CliRunner
 
 from bench.cli import _coverage_runs
+from bench.cli._benchmark_coverage import pairs_of
 from bench.cli._coverage_runs import campaign_text
 from bench.cli.app import make_app
 from bench.identification import Identification, to_simulation
@@ -126,3 +127,11 @@ def test_a_store_of_something_else_is_refused(tmp_path: Path) -> None:
         make_app(), ["benchmark", "coverage", "--store", str(store), "--work", str(tmp_path)], standalone_mode=False
     )
     assert "is no bench-coverage of rh380n" in str(result.exception)
+
+
+@pytest.mark.parametrize(("campaigns", "pairs"), [(1, 0), (2, 1), (4, 6), (13, 40), (40, 40)])
+def test_pairs_are_different_and_spread_over_the_campaigns(campaigns: int, pairs: int) -> None:
+    made = pairs_of(list(range(1, campaigns + 1)))
+    assert len(made) == len({frozenset(pair) for pair in made}) == pairs
+    often = [sum(seed in pair for pair in made) for seed in range(1, campaigns + 1)]
+    assert max(often) - min(often) <= 2
