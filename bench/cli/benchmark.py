@@ -16,6 +16,7 @@ from bench.cli._benchmark_fuzz import fuzz
 from bench.cli._benchmark_identify import identify
 from bench.cli._benchmark_mismatch import mismatch
 from bench.cli._benchmark_stop import stop
+from bench.cli._benchmark_twin import twin
 from bench.cli._benchmark_wire import wire
 from bench.cli._plain import say
 from bench.cli.exit_codes import ExitCode
@@ -31,6 +32,7 @@ def register(app: typer.Typer) -> None:
     group.command(name="survival")(survival)
     group.command(name="identify")(identify)
     group.command(name="coverage")(coverage)
+    group.command(name="twin")(twin)
     group.command(name="mismatch")(mismatch)
     group.command(name="wire")(wire)
     group.command(name="faults")(faults)

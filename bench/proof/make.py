@@ -65,7 +65,7 @@ def make_case(examiner: Any, case: Any, out: Path) -> Path:
     folder.mkdir(parents=True)
     made = examiner.open_folder(case)
     for recording in made.recordings():
-        _write(folder, case.alias, recording)
+        write_made(folder, case.alias, recording)
     truth = made.truth().to_dict()
     if truth["switched_off"]:
         _write_simulation(out / SIMULATIONS / f"{case.alias}.json", truth["switched_off"])
@@ -130,7 +130,8 @@ def _write_simulation(path: Path, switched_off: list[str]) -> None:
     path.write_text(json.dumps(content, indent=1))
 
 
-def _write(folder: Path, campaign: str, recording: Any) -> None:
+def write_made(folder: Path, campaign: str, recording: Any) -> None:
+    """Write one generated recording of a campaign into a folder."""
     torque, velocity, temperature = recording.setpoint
     header = RecordingHeader(
         recording_id=recording.name,

@@ -7,5 +7,17 @@ mathematical forms than a library would try first. ``cases`` lists an exam, ``op
 from fakes.concealed.catalogue import CaseSpec, cases, vocabulary
 from fakes.concealed.exam import GROUPS
 from fakes.concealed.folder import Folder, open_folder, with_strength
+from fakes.concealed.watched import CHANGES, known_by, watched
 
-__all__ = ["GROUPS", "CaseSpec", "Folder", "cases", "open_folder", "vocabulary", "with_strength"]
+__all__ = [
+    "CHANGES",
+    "GROUPS",
+    "CaseSpec",
+    "Folder",
+    "cases",
+    "known_by",
+    "open_folder",
+    "vocabulary",
+    "watched",
+    "with_strength",
+]

@@ -1,0 +1,77 @@
+"""``bench benchmark twin``: how soon the twin sees a change, and how often it sees one that is not there."""
+
+from __future__ import annotations
+
+import json
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from bench.cli._plain import say
+from bench.errors import BenchError
+from bench.whole import write_whole
+
+FORMAT, FORMAT_VERSION = "bench-twin", "1.0"
+
+
+def twin(
+    campaigns: Annotated[int, typer.Option("--campaigns", min=0, help="How many with a change.")] = 60,
+    without: Annotated[int, typer.Option("--without", min=0, help="How many without one.")] = 100,
+    work: Annotated[Path, typer.Option("--work", help="Folder of the models; what is there is used.")] = Path("twin"),
+    store: Annotated[
+        Path | None, typer.Option("--store", help="Keep results here; later runs go on from them.")
+    ] = None,
+    table: Annotated[Path | None, typer.Option("--table", help="Write the tables into this page of Markdown.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
+) -> None:
+    """Run generated campaigns past the twin: some in which physics begins in the middle, some in which nothing does.
+
+    Each recording is written to a file and looked at as in a running campaign; no bus is in between. It can be stopped
+    and run again at any time.
+    """
+    from bench.proof.results import commit
+    from bench.twin.proof.campaigns import cases, run
+    from bench.twin.proof.page import into, tables
+
+    # of the program that is running: others may commit meanwhile
+    made_by = commit()
+    content = _load(store)
+    content["command"] = f"bench benchmark twin --campaigns {campaigns} --without {without}"
+    done = {row["key"]: row for row in content["campaigns"]}
+    listed = cases(campaigns, without)
+    work.mkdir(parents=True, exist_ok=True)
+    for number, case in enumerate(listed, 1):
+        if case.key in done:
+            continue
+        about = {"commit": made_by, "day": datetime.now(UTC).date().isoformat()}
+        done[case.key] = run(case, work) | about
+        content["campaigns"] = [done[own.key] for own in listed if own.key in done]
+        _save(store, content)
+        if not as_json:
+            say(f"campaign {number} of {len(listed)}: {case.change}")
+    if table is not None:
+        table.write_text(into(table.read_text("utf-8") if table.exists() else "", content), "utf-8")
+    say(json.dumps(content, ensure_ascii=False) if as_json else tables(content))
+
+
+def _load(path: Path | None) -> dict[str, Any]:
+    empty = {"format": FORMAT, "format_version": FORMAT_VERSION, "command": "", "campaigns": []}
+    if path is None or not path.exists():
+        return empty
+    try:
+        content: dict[str, Any] = json.loads(path.read_text("utf-8"))
+    except ValueError as error:
+        raise BenchError(f"{path}: is no JSON ({error}); --store should name a result of this command.") from error
+    if content.get("format") != FORMAT:
+        raise BenchError(f"{path}: is no {FORMAT}; --store should name one, or a new file.")
+    return content
+
+
+def _save(path: Path | None, content: dict[str, Any]) -> None:
+    if path is None:
+        return
+    head = {key: value for key, value in content.items() if key != "campaigns"}
+    rows = ",\n".join(json.dumps(row, ensure_ascii=False) for row in content["campaigns"])
+    write_whole(path, f'{json.dumps(head, ensure_ascii=False)[:-1]}, "campaigns": [\n{rows}\n]}}\n')

@@ -1,0 +1,127 @@
+"""What no longer holds: since which recording, in which channel, orders or angles, at which conditions, how much."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bench.simulation.frame import FloatArray
+from bench.simulation.terms import CHANNEL_UNITS
+from bench.twin.scale import measured_for
+from bench.twin.streams import SPREAD, Stream
+from bench.twin.watch import Seen, Watch
+
+MOST = 5
+"""streams that are told"""
+ONE_SIDED = 0.85
+"""share of the change's energy from which it is said to be at one kind of condition only"""
+_FEWEST = 4
+"""recordings of either side of a condition for it to be told"""
+
+
+@dataclass(frozen=True, slots=True)
+class Changed:
+    """One stream that changed. ``size``: mean change since, in ``unit``; of an order its amplitude, never below 0;
+    ``evidence``: log of the stream's own.
+    """
+
+    stream: Stream
+    size: float
+    unit: str
+    evidence: float
+
+    @property
+    def words(self) -> str:
+        """One line."""
+        return f"{self.stream.channel.replace('_', ' ')}, {self.stream.words}: {self.size:+.3g} {self.unit}"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Why the model no longer holds. ``since``: index in ``Watch.seen`` of the likeliest first recording with the
+    change; ``noticed``: after which one it was said; ``streams`` the most telling first; ``conditions`` in words.
+    """
+
+    since: int
+    noticed: int
+    streams: tuple[Changed, ...]
+    conditions: tuple[str, ...]
+
+
+def found(watch: Watch) -> Finding | None:
+    """Where and since when, as far as the recordings seen so far tell; None while the model holds."""
+    if watch.alarmed is None:
+        return None
+    ranked = sorted(watch.evidence, key=lambda s: -watch.evidence[s].log)
+    first = watch.evidence[ranked[0]].since()
+    assert first is not None
+    since = len(watch.seen) - watch.tested + first - 1
+    # of the others those with half the strongest's evidence, told once: a mean and the same along the direction differ
+    least = 0.5 * watch.evidence[ranked[0]].log
+    told: list[Stream] = []
+    for stream in ranked:
+        same = any(measured_for(stream) == measured_for(other) for other in told)
+        if watch.evidence[stream].log >= least and not same:
+            told.append(stream)
+    changed = tuple(_changed(watch, stream, since) for stream in told[:MOST])
+    return Finding(since, watch.alarmed, changed, tuple(_conditions(watch, ranked[0], since)))
+
+
+def _changed(watch: Watch, stream: Stream, since: int) -> Changed:
+    scale = watch.scales[stream]
+    offs = [off for own in watch.seen[since:] if (off := scale.change(own.values)) is not None]
+    unit = CHANNEL_UNITS[stream.channel]
+    return Changed(
+        stream,
+        float(np.mean(offs)) if offs else float("nan"),
+        f"{unit}²" if stream.what == SPREAD else unit,
+        watch.evidence[stream].log,
+    )
+
+
+def _load(own: Seen) -> float:
+    return own.recording.setpoint.load_torque
+
+
+def _speed(own: Seen) -> float:
+    return own.recording.setpoint.velocity
+
+
+_CONDITIONS: tuple[tuple[str, str, Callable[[Seen], float]], ...] = (
+    ("forwards", "backwards", lambda own: np.sign(_speed(own))),
+    ("loaded forwards", "loaded backwards", lambda own: np.sign(_load(own))),
+    ("at high load", "at low load", lambda own: abs(_load(own))),
+    ("fast", "slow", lambda own: abs(_speed(own))),
+    ("warm", "cold", lambda own: own.recording.setpoint.temperature),
+)
+
+
+def _conditions(watch: Watch, stream: Stream, since: int) -> list[str]:
+    """Conditions to which the change is confined: one half of the recordings since has nearly all of its energy."""
+    own = [seen for seen in watch.seen[since:] if stream in seen.innovations]
+    energy = np.array([seen.innovations[stream] ** 2 for seen in own])
+    told = []
+    for high, low, of in _CONDITIONS:
+        values = np.array([of(seen) for seen in own])
+        side = _sides(values)
+        if side is None or min((side > 0).sum(), (side < 0).sum()) < _FEWEST:
+            continue
+        up, down = float(energy[side > 0].mean()), float(energy[side < 0].mean())
+        if max(up, down) > ONE_SIDED * (up + down):
+            told.append(high if up > down else low)
+    return told
+
+
+def _sides(values: FloatArray) -> FloatArray | None:
+    """+1 above the middle of the values, −1 below, 0 at it; None where they hardly differ or are not known."""
+    if values.size == 0 or not np.isfinite(values).all() or np.ptp(values) <= 1e-9:
+        return None
+    middle = 0.0 if values.min() < 0.0 < values.max() else float(np.median(values))
+    return np.sign(values - middle)
+
+
+def names(streams: Sequence[Changed]) -> str:
+    """The streams as one sentence's part."""
+    return "; ".join(own.words for own in streams)

@@ -1,0 +1,94 @@
+"""What the model in force leaves of each recording, one after the other, as a campaign makes them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from bench.errors import ConfigurationError
+from bench.foreign.opening import base_of
+from bench.mismatch.given import Given
+from bench.mismatch.prediction import Predictor
+from bench.mismatch.problem import CHANNELS
+from bench.mismatch.recordings.beginning import at_start
+from bench.mismatch.recordings.dataset import Collected
+from bench.mismatch.recordings.motion import Manner
+from bench.mismatch.recordings.notch import ripple_orders
+from bench.mismatch.recordings.prepared import Folder, Prepared, prepare
+from bench.mismatch.recordings.rows import Rows, angle_rows, heat_rows, join, slow_rows
+from bench.recording import Recording
+from bench.simulation.frame import FloatArray
+from bench.simulation.model import Simulation
+from bench.simulation.terms import TEMPERATURE, TRANSMISSION_ERROR
+from bench.twin.heat import with_rates
+from bench.twin.streams import Stream, looked_at_orders, measure
+
+
+class Predicting:
+    """The model in force on the recordings of one campaign, in the order in which they were made.
+
+    Parameters
+    ----------
+    model : simulation file.
+    first : the first recordings; they say how the bench moves and at which orders the load motor ripples.
+
+    Raises
+    ------
+    ConfigurationError
+        The file is wrong.
+    """
+
+    def __init__(self, model: Path, first: Sequence[Recording]) -> None:
+        if not first:
+            raise ConfigurationError("the twin needs a recording to begin with")
+        simulation = with_rates(Simulation.load(model))
+        base = base_of(simulation.extra, model.resolve().parent)
+        given = Given.of(simulation)
+        self._predictor = Predictor(given)
+        self._folder = Folder(first[0].started_at.timestamp(), Manner.of(first), ripple_orders(first), base)
+        speeds = [abs(r.setpoint.velocity) for r in first if np.isfinite(r.setpoint.velocity)]
+        self._largest = max(self._folder.manner.torque, 1.0), max(speeds, default=0.0) or 1.0
+        self._rows, self._travelled, self._number = Collected(), 0.0, 0
+        waves = [wave.order for own in given.waves.values() for wave in own]
+        self.orders = looked_at_orders([*given.orders, *waves])
+        self.without: dict[str, str] = {}
+        """channels that cannot be watched, and why"""
+
+    def look(self, recording: Recording) -> dict[Stream, float]:
+        """The numbers of all streams of the next recording. Raises RecordingError where it cannot be read."""
+        out: dict[Stream, float] = {}
+        for channel, (left, rows) in self.left(recording).items():
+            out |= measure(channel, left, rows, self.orders)
+        return out
+
+    def left(self, recording: Recording) -> dict[str, tuple[FloatArray, Rows]]:
+        """By channel the rows (n) of the next recording and what the model leaves of them (n,), in SI units."""
+        ready = prepare(recording, self._number, self._folder, self._travelled)
+        self._number += 1
+        self._travelled = float(ready.frame.travel[-1])
+        campaign = {}
+        if self._predictor.remembers:
+            self._rows.add(ready, frozenset(CHANNELS), *self._largest)
+            campaign = {channel: join(parts).frame for channel, parts in self._rows.rows.items()}
+        out = {}
+        for channel, spec in CHANNELS.items():
+            if channel not in ready.measured or not all(name in recording.specs for name in spec.made_of):
+                continue
+            rows = _rows(ready, channel, self._largest)
+            lacking = self._predictor.missing(channel, rows.frame)
+            if lacking:
+                self.without[channel] = f"the model has no numbers for {', '.join(lacking)}"
+                continue
+            start = at_start(rows.frame, rows.y) if channel == TEMPERATURE else None
+            predicted = self._predictor.channel(channel, rows.frame, start, campaign)
+            out[channel] = (rows.y - predicted, rows)
+        return out
+
+
+def _rows(ready: Prepared, channel: str, largest: tuple[float, float]) -> Rows:
+    """A channel in the rows in which everything is compared; the angle in parts far finer than any order."""
+    if channel == TEMPERATURE:
+        return heat_rows(ready)
+    return angle_rows(ready) if channel == TRANSMISSION_ERROR else slow_rows(ready, channel, *largest)

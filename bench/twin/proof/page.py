@@ -1,0 +1,109 @@
+"""The stored result as tables of the page docs/twin.md, between two marks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from bench.proof.statistics import clopper_pearson
+from bench.twin.proof.campaigns import STRENGTHS, WITHOUT
+
+BEGIN, END = "<!-- twin tables -->", "<!-- /twin tables -->"
+Rows = Sequence[Mapping[str, Any]]
+
+
+def tables(content: Mapping[str, Any]) -> str:
+    """False alarms, then delay and misses by change and strength, then what was told, then the cost."""
+    rows: Rows = content["campaigns"]
+    lines = [*_false(rows), "", *_seen(rows), "", *_told(rows), "", *_cost(rows)]
+    made = sorted({f"{row['commit'][:12]}{'+changes' * row['commit'].endswith('+changes')}" for row in rows})
+    return "\n".join([*lines, "", f"Made by `{content['command']}`, commit {', '.join(made) or 'none'}."])
+
+
+def into(page: str, content: Mapping[str, Any]) -> str:
+    """The page with new tables between its marks; at its end where it has none."""
+    own = f"{BEGIN}\n{tables(content)}\n{END}"
+    if BEGIN not in page or END not in page:
+        return f"{page.rstrip()}\n\n{own}\n".lstrip("\n")
+    before, rest = page.split(BEGIN, 1)
+    return before + own + rest.split(END, 1)[1]
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    return [f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *rows)]
+
+
+def _share(hits: int, trials: int) -> str:
+    if trials == 0:
+        return "not run"
+    low, high = clopper_pearson(hits, trials)
+    return f"{hits} of {trials} ({100.0 * low:.1f} to {100.0 * high:.1f} %)"
+
+
+def _false(rows: Rows) -> list[str]:
+    """Alarms before anything began."""
+    without = [row for row in rows if row["change"] == WITHOUT]
+    early = [row for row in rows if row["change"] != WITHOUT]
+    wrong = sum(row["noticed"] is not None for row in without)
+    before = sum(row["noticed"] is not None and row["noticed"] < row["began"] for row in early)
+    highest = max((row["strongest"] for row in without), default=None)
+    out = _table(
+        ["campaigns", "false alarms (95 % interval)"],
+        [
+            ["without a change", _share(wrong, len(without))],
+            ["with one, alarm before it began", _share(before, len(early))],
+        ],
+    )
+    if highest is not None:
+        out += ["", f"Strongest evidence (natural logarithm) without a change: {highest:.2f}; the alarm is at 4.83."]
+    return out
+
+
+def _seen(rows: Rows) -> list[str]:
+    cells = []
+    changes = list(dict.fromkeys(row["change"] for row in rows if row["change"] != WITHOUT))
+    for level in STRENGTHS:
+        for change in [*sorted(changes), "all"]:
+            own = [row for row in rows if row["level"] == level and change in (row["change"], "all")]
+            own = [row for row in own if row["noticed"] is None or row["noticed"] >= row["began"]]
+            delays = sorted(row["noticed"] - row["began"] + 1 for row in own if row["noticed"] is not None)
+            after = [row["points"] - row["began"] for row in own]
+            cells.append([
+                level,
+                change,
+                f"{np.median(delays):.0f} ({delays[0]} to {delays[-1]})" if delays else "not seen",
+                _share(len(own) - len(delays), len(own)),
+                f"{min(after)} to {max(after)}" if after else "",
+            ])  # fmt: skip
+    head = ["strength", "what begins", "delay in points, median (range)", "missed (95 % interval)", "points after it"]
+    return _table(head, cells)
+
+
+def _told(rows: Rows) -> list[str]:
+    seen = [row for row in rows if row["noticed"] is not None and row["began"] is not None]
+    seen = [row for row in seen if row["noticed"] >= row["began"]]
+    if not seen:
+        return ["No change was seen."]
+    off = [abs(row["told_since"] - row["began"]) for row in seen]
+    right = sum(row["channel"] == row["true_channel"] for row in seen)
+    return _table(
+        ["of the changes seen", ""],
+        [
+            ["told in the channel where it is strongest", _share(right, len(seen))],
+            ["told to begin within 2 points of where it did", _share(sum(o <= 2 for o in off), len(off))],
+            ["points between, median (largest)", f"{np.median(off):.0f} ({max(off)})"],
+        ],
+    )
+
+
+def _cost(rows: Rows) -> list[str]:
+    looks = [row["look_s"] for row in rows if row["look_s"] is not None]
+    if not looks:
+        return ["No look was timed."]
+    longest = max(row["longest_look_s"] for row in rows if row["longest_look_s"] is not None)
+    return [
+        f"Processor time of a look at one recording (200 Hz, a revolution): median {np.median(looks):.2f} s, "
+        f"longest {longest:.2f} s."
+    ]
