@@ -14,7 +14,7 @@ from bench.configuration import BenchFile
 from bench.cycle.channels import Scaling
 from bench.cycle.rig import EndKind, Rig
 from bench.errors import ConfigurationError, DeviceError
-from bench.identification.feedforward import Series, ripple_free_rmse, steady_phases
+from bench.identification.feedforward import Left, Loop, Series, ripple_free, steady_phases
 from bench.protocols import Phase, Segment
 from bench.simulation import Simulation
 
@@ -36,11 +36,15 @@ class OperatingPoint:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """RMS of q − q_d in rad of each run at one point, and the lubricant temperature there in °C."""
+    """What each run leaves at one point, the lubricant temperature there in °C and the counting of the motor's encoder.
+
+    ``counting`` is the RMS in rad, at the load side, of reading whole counts: no feedforward is held to less.
+    """
 
     point: OperatingPoint
     temperature: float
-    rmse: dict[str, float]
+    left: dict[str, Left]
+    counting: float
 
 
 class _AngleSink:
@@ -82,8 +86,16 @@ def _run_phases(rig: Rig, phases: Sequence[Phase], sink: _AngleSink) -> None:
         raise DeviceError(f"the compensation run was stopped: {end.text}")
 
 
-def _one(rig: Rig, file: BenchFile, point: OperatingPoint, series: Series, gain: float, notch: Sequence[int]) -> float:
-    """Ramp up, find the angle reached, run one revolution with the feedforward, ramp down; RMS in rad."""
+def _one(
+    rig: Rig,
+    file: BenchFile,
+    point: OperatingPoint,
+    series: Series,
+    gain: float,
+    extra: Series | None,
+    notch: Sequence[int],
+) -> Left:
+    """Ramp up, find the angle reached, run one revolution with the feedforward, ramp down; what is left."""
     bench = facts(file.configuration)
     sink = _AngleSink(rig.scaling, bench.ratio)
     v, tau = point.velocity, point.load_torque
@@ -94,14 +106,14 @@ def _one(rig: Rig, file: BenchFile, point: OperatingPoint, series: Series, gain:
     )
     _run_phases(rig, up, sink)
     duration = (1.0 + MARGIN) * 2.0 * np.pi / abs(v)
-    _run_phases(rig, steady_phases(series, sink.theta, v, duration, tau, gain), sink)
+    _run_phases(rig, steady_phases(series, sink.theta, v, duration, tau, gain, extra), sink)
     time, theta, load = sink.steady()
     down = (
         Phase(Segment.RAMP_DOWN, bench.torque_ramp_s(tau, 0.0), v, 0.0),
         Phase(Segment.RAMP_DOWN, bench.velocity_ramp_s(v, 0.0), 0.0, 0.0),
     )
     _run_phases(rig, down, sink)
-    return ripple_free_rmse(time, theta, load, v, notch, series.orders)
+    return ripple_free(time, theta, load, v, notch, series.orders)
 
 
 def compensate(
@@ -112,9 +124,13 @@ def compensate(
     seed: int = 0,
     runs: Sequence[str] = ("without", "with"),
     notch_orders: Sequence[int] = (150, 300),
+    loop: tuple[float, float] | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> list[Outcome]:
     """Run every point with each feedforward of ``runs`` on an emulated bench; names of runs as in :data:`GAINS`.
+
+    ``loop`` is the input drive's velocity loop, if it is to be allowed for: proportional gain in N·m·s/rad at the motor
+    shaft and integral time in s. Inertia and viscous friction are the model's.
 
     Raises
     ------
@@ -129,9 +145,14 @@ def compensate(
     if not file.configuration.bus.in_process:
         raise ConfigurationError(f"bench {file.configuration.name} is no emulated one; it is tried there only")
     friction = simulation.value("load.bearing_friction", "f_b") or 0.0
+    shaft = None
+    if loop is not None:
+        inertia, viscous = simulation.value("motor.inertia", "J"), simulation.value("friction.viscous", "f_v")
+        shaft = Loop(*loop, inertia or 0.0, viscous or 0.0, facts(file.configuration).ratio)
     outcomes = []
     with Rig(file, seed=seed) as rig:
         rig.enable()
+        counting = abs(rig.scaling.scale("motor_angle")) / facts(file.configuration).ratio / np.sqrt(12.0)
         for point in points:
             fourier = model.direction(np.sign(point.velocity))
             if fourier is None:
@@ -140,10 +161,13 @@ def compensate(
             torque = point.load_torque + friction * float(np.sign(point.velocity))
             temperature = rig.temperature
             series = Series.at(fourier, torque, point.velocity, temperature)
-            rmse = {}
+            left = {}
             for name in runs:
                 if progress:
                     progress(f"{point.load_torque:.0f} N·m, {np.degrees(point.velocity):.1f} deg/s, {name}")
-                rmse[name] = _one(rig, file, point, series, GAINS[name], notch_orders)
-            outcomes.append(Outcome(point, temperature, rmse))
+                extra = None
+                if shaft is not None and GAINS[name] != 0.0:
+                    extra = shaft.extra(series, GAINS[name], torque, point.velocity)
+                left[name] = _one(rig, file, point, series, GAINS[name], extra, notch_orders)
+            outcomes.append(Outcome(point, temperature, left, counting))
     return outcomes

@@ -5,15 +5,18 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from bench.cli._plain import PlainConsole, say
 from bench.errors import BenchError
+from bench.whole import write_whole
 
 if TYPE_CHECKING:
-    from bench.campaigns.compensation import OperatingPoint
+    from collections.abc import Sequence
+
+    from bench.campaigns.compensation import OperatingPoint, Outcome
 
 DEFAULT_POINTS = ("700,6", "-250,-8.5", "150,4")
 """Load torque N·m and velocity deg/s; none of the paper campaign's identification points."""
@@ -39,11 +42,21 @@ def compensate(
     ] = None,
     run: Annotated[bool, typer.Option("--run/--no-run", help="Try the feedforward on the emulated bench.")] = True,
     seed: Annotated[int, typer.Option(help="Seed of the emulated plant's noise.")] = 0,
+    loop: Annotated[
+        str | None,
+        typer.Option(
+            "--loop",
+            help="The input drive's velocity loop, to allow for it: gain N·m·s/rad, integral time s: 0.6,0.02.",
+        ),
+    ] = None,
+    table: Annotated[Path | None, typer.Option("--table", help="Write the table as Markdown.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
 ) -> None:
     """Send the motor to q_d − TE instead of q_d and compare the error of the load side with and without.
 
-    The error is q − q_d over one revolution; its mean, its trend and the load motor's ripple are taken off.
+    The error is q − q_d over one revolution; its mean, its trend and the load motor's ripple are taken off. The speed
+    ripple is the rate of the same. "With / counting" is against what reading whole counts of the motor's encoder
+    leaves.
     """
     from rich.table import Table
 
@@ -61,37 +74,74 @@ def compensate(
         runs = ("without", "with", "added") if added else ("without", "with")
         with console.status("starting") as status:
             outcomes = run_points(
-                load_bench(bench), simulation, points, seed=seed, runs=runs, progress=lambda text: status.update(text)
+                load_bench(bench),
+                simulation,
+                points,
+                seed=seed,
+                runs=runs,
+                loop=None if loop is None else _loop(loop),
+                progress=lambda text: status.update(text),
             )
+    if table is not None and outcomes:
+        write_whole(table, markdown(outcomes))
     if as_json:
-        rows = [
-            {
-                "load_torque": o.point.load_torque,
-                "velocity": o.point.velocity,
-                "temperature": o.temperature,
-                "rmse": o.rmse,
-            }
-            for o in outcomes
-        ]
-        say(json.dumps({"points": rows, "files": [str(path) for path in written]}))
+        say(json.dumps({"points": [_row(o) for o in outcomes], "files": [str(path) for path in written]}))
         return
     if outcomes:
-        table = Table(title="RMS of q − q_d in µrad")
-        for heading in ("load torque", "velocity", "temperature", *outcomes[0].rmse, "left"):
-            table.add_column(heading, justify="right")
+        shown = Table(title="RMS of q − q_d in µrad, and of the load side's speed ripple in mrad/s")
+        for heading in _headings(outcomes):
+            shown.add_column(heading, justify="right")
         for o in outcomes:
-            cells = [f"{1e6 * value:.2f}" for value in o.rmse.values()]
-            at = (
-                f"{o.point.load_torque:g} N·m",
-                f"{math.degrees(o.point.velocity):g} deg/s",
-                f"{o.temperature:.1f} °C",
-            )
-            table.add_row(*at, *cells, f"{100 * o.rmse['with'] / o.rmse['without']:.0f} %")
-        console.print(table)
+            shown.add_row(*_cells(o))
+        console.print(shown)
     for path in written:
         console.print(f"{path}", markup=False)
     if written:
         console.print("Test: cc -std=c99 -O2 transmission_error.c test_transmission_error.c -lm -o test && ./test")
+
+
+def _loop(text: str) -> tuple[float, float]:
+    try:
+        gain, integral_time = (float(part) for part in text.split(","))
+    except ValueError as error:
+        raise BenchError(f"--loop is '{text}', it should be gain and integral time such as 0.6,0.02.") from error
+    if not (gain > 0.0 and integral_time > 0.0):
+        raise BenchError(f"--loop is '{text}', gain and integral time should be above 0.")
+    return gain, integral_time
+
+
+def _row(o: Outcome) -> dict[str, Any]:
+    return {
+        "load_torque": o.point.load_torque,
+        "velocity": o.point.velocity,
+        "temperature": o.temperature,
+        "rmse": {name: left.rmse for name, left in o.left.items()},
+        "speed": {name: left.speed for name, left in o.left.items()},
+        "counting": o.counting,
+    }
+
+
+def _headings(outcomes: Sequence[Outcome]) -> list[str]:
+    names = list(outcomes[0].left)
+    return ["point", *(f"q − q_d {n}" for n in names), "with / counting", *(f"speed {n}" for n in names), "speed left"]
+
+
+def _cells(o: Outcome) -> list[str]:
+    plain, taken = o.left["without"], o.left["with"]
+    return [
+        f"{o.point.load_torque:g} N·m, {math.degrees(o.point.velocity):g} deg/s, {o.temperature:.1f} °C",
+        *(f"{1e6 * left.rmse:.2f}" for left in o.left.values()),
+        f"{taken.rmse / o.counting:.2f}",
+        *(f"{1e3 * left.speed:.3f}" for left in o.left.values()),
+        f"{100 * taken.speed / plain.speed:.0f} %",
+    ]
+
+
+def markdown(outcomes: Sequence[Outcome]) -> str:
+    """Return the table as Markdown: µrad and mrad/s, RMS."""
+    head = _headings(outcomes)
+    rows = [head, ["---"] * len(head), *(_cells(o) for o in outcomes)]
+    return "\n".join(f"| {' | '.join(row)} |" for row in rows) + "\n"
 
 
 def _point(text: str) -> OperatingPoint:

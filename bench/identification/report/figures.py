@@ -72,16 +72,20 @@ def _axes(title_left: str, title_right: str) -> tuple[Figure, Any, Any]:
     return figure, left, right
 
 
-def _comparison(members: Sequence[tuple[Reduction, str]], remove_mean: bool) -> str | None:
+def _comparison(members: Sequence[tuple[Reduction, str]]) -> str | None:
+    """Curves less their means, one above the other, and their spectra; means, in the legend, are far larger."""
     if not members:
         return None
-    figure, left, right = _axes("Position domain", "Order spectrum")
+    figure, left, right = _axes("Position domain, curves apart", "Order spectrum")
+    curves = [(*curve(r.steady), r.steady.reference) for r, _ in members if r.steady is not None]
+    apart = 1.05 * max(float(np.nanmax(value) - np.nanmin(value)) for _, value, _ in curves)
+    left.set(ylabel=f"without mean, each {1e6 * apart:.0f} µrad higher")
     for number, (r, label) in enumerate(members):
         assert r.steady is not None
-        angle, value = curve(r.steady)
-        level = 0.0 if remove_mean else r.steady.reference
+        angle, value, level = curves[number]
+        label = f"{label}, mean {1e6 * level:.0f} µrad"
         colour = f"C{number}"
-        left.plot(np.degrees(angle), 1e6 * (value + level), lw=0.7, color=colour, label=label)
+        left.plot(np.degrees(angle), 1e6 * (value + number * apart), lw=0.7, color=colour, label=label)
         reach = min(r.steady.spectrum.size, 301)
         right.plot(np.arange(1, reach), 1e6 * np.sqrt(r.steady.spectrum[1:reach]), lw=0.8, color=colour, label=label)
     right.legend(fontsize=7)
@@ -147,7 +151,7 @@ def influences(found: Identification) -> list[tuple[str, str, str]]:
         ("By velocity", {0: light, 2: cold + 2.0}, 1, f"{load}, about {cold:.0f} °C"),
         ("By temperature", {0: light, 1: slow}, 2, f"{load}, {np.degrees(slow):.1f} deg/s"),
     ):
-        uri = _comparison(_levels(found, fixed, varied), remove_mean=False)
+        uri = _comparison(_levels(found, fixed, varied))
         if uri is not None:
             out.append((heading, uri, f"Transmission error at {words}."))
     return out

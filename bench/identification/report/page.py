@@ -10,17 +10,22 @@ import numpy as np
 
 from bench.identification.identify import Identification
 from bench.identification.report import figures
-from bench.identification.summary import SYMBOL_TERMS, parameters, sensitivities, verdict
+from bench.identification.report.opening import MEANING, equations, opening
+from bench.identification.report.stems import stems
+from bench.identification.summary import SYMBOL_TERMS, doubtful, parameters, sensitivities
 from bench.identification.validation import PAPER_TABLE, table
 from bench.simulation import TERM_COUNT, basis
 from bench.simulation.polynomial import TERM_NAMES
+from bench.typeset import engineering, figure, symbol
 from bench.whole import write_whole
 
 STYLE = """
 body{font:15px/1.5 system-ui,sans-serif;max-width:1080px;margin:2em auto;padding:0 1em;color:#1b1b1b}
 table{border-collapse:collapse;margin:.6em 0}td,th{padding:.2em .7em;border-bottom:1px solid #ddd;text-align:right}
 th{background:#f3f5f8}td:first-child,th:first-child{text-align:left}img{max-width:100%}
-figure{margin:1em 0}figcaption{color:#555;font-size:90%}.verdict{font-size:115%;font-weight:600}
+figure{margin:1em 0}figcaption{color:#555;font-size:90%}.verdict{font-size:115%;border-left:.35em solid #00519e;
+padding-left:1em}.verdict p{margin:.3em 0}.verdict p:first-child{font-weight:600}.equation{font-size:110%}
+math{font-size:110%}dt{float:left;clear:left;min-width:4em}dd{margin-left:5em}.wide{overflow-x:auto}
 """
 MODELS = (("refined", "refined"), ("paper", "paper's method"), ("bound", "bound"))
 
@@ -28,12 +33,13 @@ MODELS = (("refined", "refined"), ("paper", "paper's method"), ("bound", "bound"
 def _table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     head = "".join(f"<th>{html.escape(h)}</th>" for h in headings)
     body = "".join("<tr>" + "".join(f"<td>{html.escape(c)}</td>" for c in row) + "</tr>" for row in rows)
-    return f"<table><tr>{head}</tr>{body}</table>"
+    return f"<div class=wide><table><tr>{head}</tr>{body}</table></div>"
 
 
 def _figure(uri: str, caption: str) -> str:
     text = html.escape(caption)
-    return f'<figure><img src="{uri}" alt="{text}"><figcaption>{text}</figcaption></figure>'
+    link = f'<a download="figure.png" href="{uri}">Save the figure</a>'
+    return f'<figure><img src="{uri}" alt="{text}"><figcaption>{text} {link}</figcaption></figure>'
 
 
 def _errors(found: Identification) -> str:
@@ -41,7 +47,7 @@ def _errors(found: Identification) -> str:
     for title, directions in table(found.scores).items():
         for direction, models in directions.items():
             for quantity, index in (("rmse", 0), ("mae", 1)):
-                cells = [f"{1e6 * models[m][quantity]:.2f}" for m, _ in MODELS]
+                cells = [figure(1e6 * models[m][quantity], ".2f") for m, _ in MODELS]
                 own = f"{1e6 * PAPER_TABLE[title][direction][index]:.1f}"
                 rows.append([title, direction, quantity.upper(), str(int(models["bound"]["recordings"])), *cells, own])
     headings = ["recordings", "direction", "µrad", "number", *(t for _, t in MODELS), "the paper, on its bench"]
@@ -49,12 +55,18 @@ def _errors(found: Identification) -> str:
 
 
 def _parameters(found: Identification) -> str:
-    rows = []
-    for symbol, p in parameters(found).items():
-        rows.append([symbol, f"{p.value:.5g}", "–" if p.std is None else f"{p.std:.2g}", p.unit, SYMBOL_TERMS[symbol]])
+    doubts, rows = doubtful(found), []
+    for key, p in parameters(found).items():
+        value, std, unit = engineering(p.value, p.std, p.unit)
+        cells = [MEANING[key], value, std, unit, SYMBOL_TERMS[key], doubts.get(key, "")]
+        rows.append(
+            f"<tr><td>{symbol(key)}</td>" + "".join(f"<td>{html.escape(cell)}</td>" for cell in cells) + "</tr>"
+        )
     if not rows:
         return "<p>No recording determines any of them.</p>"
-    return _table(["parameter", "value", "standard deviation", "unit", "term"], rows)
+    names = ("", "what it is", "value", "±", "unit", "term", "doubt")
+    head = "".join(f"<th>{name}</th>" for name in names)
+    return f"<div class=wide><table><tr>{head}</tr>{''.join(rows)}</table></div>"
 
 
 def _proposals(found: Identification) -> str:
@@ -88,7 +100,7 @@ def _sensitivities(found: Identification) -> str:
     rows = []
     for direction, names in sensitivities(found).items():
         for name, unit in (("A", 1e6), ("phi", 1.0), ("a0", 1e6)):
-            cells = [f"{unit * names[name][term]:.3g}" for term in TERM_NAMES]
+            cells = [figure(unit * names[name][term], ".3g") for term in TERM_NAMES]
             rows.append([f"{direction} {name} ({'µrad' if unit > 1 else 'rad'})", *cells])
     return _table(["change of the standardised parameter", *TERM_NAMES], rows) if rows else "<p>Not determined.</p>"
 
@@ -98,11 +110,18 @@ def _list(items: Iterable[str]) -> str:
     return f"<ul>{rows}</ul>" if rows else "<p>Nothing.</p>"
 
 
-def write_report(found: Identification, folder: Path) -> Path:
-    """Write ``report.html`` into ``folder`` (made where it is missing) and return its path."""
+def write_report(found: Identification, folder: Path, since_last: Sequence[str] = ()) -> Path:
+    """Write ``report.html`` into ``folder`` (made where it is missing) and return its path.
+
+    ``since_last`` says in sentences what changed since the last campaign of the same gearbox.
+    """
     folder.mkdir(parents=True, exist_ok=True)
+    spectrum = stems(found)
     parts = [
-        f"<p class=verdict>{html.escape(verdict(found))}</p>",
+        opening(found, since_last),
+        "" if spectrum is None else _figure(*spectrum),
+        "<h2>Equations</h2>",
+        equations(),
         "<h2>Errors of the models</h2>",
         "<p>Mean over recordings, mean of the measurement removed, a₀ left out, ripple of the load motor notched. "
         "The bound is the Fourier series fitted to each recording itself.</p>",
@@ -136,7 +155,7 @@ def write_report(found: Identification, folder: Path) -> Path:
     title = f"Identification of {html.escape(found.folder.name)}"
     page = (
         f"<!doctype html><html lang=en><meta charset=utf-8><title>{title}</title><style>{STYLE}</style>"
-        f"<h1>{title}</h1>{''.join(parts)}</html>"
+        f"<meta name=viewport content='width=device-width,initial-scale=1'><h1>{title}</h1>{''.join(parts)}</html>"
     )
     path = folder / "report.html"
     write_whole(path, page)

@@ -92,10 +92,13 @@ def test_compensate_on_the_emulated_bench(tmp_path: Path) -> None:
     path = tmp_path / "model.json"
     Simulation.from_json(content).save(path)
     arguments = ["compensate", str(path), "--point", "200,10", "--added", "--json", "--c", str(tmp_path / "c")]
+    arguments += ["--loop", "0.6,0.02", "--table", str(tmp_path / "table.md")]
     result = RUNNER.invoke(_app(), arguments, catch_exceptions=False)
     figures = json.loads(result.stdout)
     (point,) = figures["points"]
     assert point["rmse"]["with"] < 0.1 * point["rmse"]["without"]
+    assert point["speed"]["with"] < 0.4 * point["speed"]["without"]
+    assert "| with / counting |" in (tmp_path / "table.md").read_text()
     assert point["rmse"]["added"] == pytest.approx(2.0 * point["rmse"]["without"], rel=0.1)
     assert len(figures["files"]) == 3
 
@@ -105,3 +108,10 @@ def test_compensate_refuses_a_wrong_point(text: str, tmp_path: Path) -> None:
     Simulation.nominal().save(tmp_path / "m.json")
     with pytest.raises(BenchError, match="--point"):
         RUNNER.invoke(_app(), ["compensate", str(tmp_path / "m.json"), "--point", text], catch_exceptions=False)
+
+
+@pytest.mark.parametrize("text", ["0.6", "0.6,0", "-1,0.02", "a,b"])
+def test_compensate_refuses_a_wrong_loop(text: str, tmp_path: Path) -> None:
+    Simulation.nominal().save(tmp_path / "m.json")
+    with pytest.raises(BenchError, match="--loop"):
+        RUNNER.invoke(_app(), ["compensate", str(tmp_path / "m.json"), "--loop", text], catch_exceptions=False)
