@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bench.cli._plain import PlainConsole, say
+from bench.cli.identify import parse_orders
 from bench.errors import BenchError
 from bench.whole import write_whole
 
@@ -49,6 +50,10 @@ def compensate(
             help="The input drive's velocity loop, to allow for it: gain N·m·s/rad, integral time s: 0.6,0.02.",
         ),
     ] = None,
+    notch: Annotated[
+        str,
+        typer.Option("--notch", help="Orders of the load motor's ripple: none of the gearbox's, they are taken off."),
+    ] = "150,300",
     table: Annotated[Path | None, typer.Option("--table", help="Write the table as Markdown.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
 ) -> None:
@@ -79,6 +84,7 @@ def compensate(
                 points,
                 seed=seed,
                 runs=runs,
+                notch_orders=parse_orders(notch, "--notch") if notch else (),
                 loop=None if loop is None else _loop(loop),
                 progress=lambda text: status.update(text),
             )

@@ -66,7 +66,7 @@ def identify(
     if method not in ("refined", "paper"):
         raise BenchError(f"--method is '{method}', it should be refined or paper.")
     console = PlainConsole(stderr=as_json, highlight=False)
-    chosen = None if orders in ("paper", "proposed") else _orders(orders, "--orders")
+    chosen = None if orders in ("paper", "proposed") else parse_orders(orders, "--orders")
     options = Options(chosen, _notch(notch, pole_pairs), jobs, band_limit)
     found = _with_progress(folder, options, console)
     if orders == "proposed":
@@ -95,10 +95,11 @@ def _notch(text: str, pole_pairs: int | None) -> tuple[int, ...] | None:
         return of_pole_pairs(pole_pairs)
     if text == "found":
         return None
-    return _orders(text, "--notch") if text else ()
+    return parse_orders(text, "--notch") if text else ()
 
 
-def _orders(text: str, option: str) -> tuple[int, ...]:
+def parse_orders(text: str, option: str) -> tuple[int, ...]:
+    """Whole numbers of a list such as 1,3,46, ascending; BenchError naming ``option`` where it is none."""
     try:
         values = tuple(sorted({int(part) for part in text.split(",")}))
     except ValueError as error:
