@@ -36,6 +36,8 @@ from bench.mismatch.run import run as run_mismatch
 from bench.recording import Recording, RecordingFolder
 from bench.service.registry import bus_in_use, service_for
 from bench.simulation import Simulation
+from bench.trend import Trend
+from bench.trend.book import trend
 
 __all__ = [
     "Bench",
@@ -48,12 +50,14 @@ __all__ = [
     "Report",
     "Simulation",
     "Stage",
+    "Trend",
     "campaign",
     "connect",
     "load_campaign",
     "recordings",
     "steady",
     "to_xarray",
+    "trend",
 ]
 
 

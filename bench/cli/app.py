@@ -32,6 +32,7 @@ COMMANDS: tuple[str, ...] = (
     "import_",
     "identify",
     "compare",
+    "trend",
     "compensate",
     "mismatch",
     "predict",
