@@ -27,10 +27,19 @@ _CODES: dict[str, ExitCode] = {
 }
 
 
-def run_joined(client: Client, campaign: str, out: Path | None, real_time: bool, seed: int, as_json: bool) -> ExitCode:
-    """Ask the service for the run and follow it to its end."""
+def run_joined(
+    client: Client,
+    campaign: str,
+    out: Path | None,
+    real_time: bool,
+    seed: int,
+    as_json: bool,
+    twin: Path | None = None,
+    twin_pause: bool = False,
+) -> ExitCode:
+    """Ask the service for the run and follow it to its end; ``twin``: the model that watches it."""
     console = PlainConsole(stderr=as_json, highlight=False)
-    asked = client.ask(campaign, out, real_time, seed)
+    asked = client.ask(campaign, out, real_time, seed, twin, twin_pause)
     console.print(f"A service has this bench ([bold]{marked(client.url)}[/]); the run joins its queue.", soft_wrap=True)
     console.print(
         f"Recordings go to [bold]{marked(asked['folder'])}[/]. Ctrl-C brings the bench to rest.", soft_wrap=True

@@ -56,21 +56,31 @@ def run(
         int | None,
         typer.Option(min=0, help="Seed of a plant drawn with physics nobody is told of; bench prove --open tells."),
     ] = None,
+    twin: Annotated[
+        Path | None, typer.Option("--twin", help="Model (model.json) that watches each finished recording.")
+    ] = None,
+    twin_pause: Annotated[
+        bool, typer.Option("--twin-pause", help="Come to rest when it no longer holds; the same command goes on.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON, nothing else.")] = False,
 ) -> None:
     """Run a campaign (the help text stands in _HELP)."""
     import time
 
     from bench.campaigns import load_campaign, make_plan
+    from bench.campaigns.directions import Directions
     from bench.campaigns.session import run_campaign
     from bench.cli._operator import somebody
     from bench.cli._progress import ProgressListener
+    from bench.cli._twin import say_seen, watched_by
     from bench.cli.plan import print_plan
     from bench.configuration import concealing, load_bench, on_interface
     from bench.service.client import Client
     from bench.service.registry import bus_in_use, service_for
 
     console = PlainConsole(stderr=as_json)
+    if twin_pause and twin is None:
+        raise ConfigurationError("--twin-pause asks for a model that watches; give one with --twin model.json")
     file, loaded = load_bench(bench), load_campaign(campaign)
     if bus is not None:
         file = on_interface(file, bus)
@@ -80,7 +90,7 @@ def run(
             raise ConfigurationError("a service has this bench; give --conceal to bench serve, or --bench another one")
         from bench.cli._joined import run_joined
 
-        raise typer.Exit(run_joined(Client.at(address), campaign, out, real_time, seed, as_json))
+        raise typer.Exit(run_joined(Client.at(address), campaign, out, real_time, seed, as_json, twin, twin_pause))
     folder = out or Path("recordings") / f"{loaded.name}-{time.strftime('%Y%m%d-%H%M%S')}"
     if conceal is not None:
         hidden = concealing(file, conceal)
@@ -92,13 +102,19 @@ def run(
         console.print(f"Recordings go to [bold]{marked(folder)}[/]. Ctrl-C brings the bench to rest.", soft_wrap=True)
     by = somebody(file.configuration, "resume", "May the bench move again?") if resume else None
     began = time.monotonic()
-    with bus_in_use(file), ProgressListener(plan.duration_s, console, quiet=as_json) as listener:
-        summary = run_campaign(file, loaded, folder, listener, seed=seed, real_time=real_time, resumed_by=by)
-    wall = time.monotonic() - began
+    directions, keeps_pace = Directions(), real_time or not file.configuration.bus.in_process
+    with watched_by(twin, folder, directions if twin_pause else None, console, keeps_pace) as heard:
+        with bus_in_use(file), ProgressListener(plan.duration_s, console, quiet=as_json) as listener:
+            summary = run_campaign(
+                file, loaded, folder, listener, seed=seed, real_time=real_time, resumed_by=by, directions=directions
+            )
+        wall = time.monotonic() - began
     picture = _picture(folder, loaded.title)
     if as_json:
-        say(json.dumps(_as_dict(summary, folder, picture, wall), ensure_ascii=False))
+        more = {} if heard is None else {"twin": heard.as_dict()}
+        say(json.dumps(_as_dict(summary, folder, picture, wall) | more, ensure_ascii=False))
     else:
+        say_seen(heard, console)
         _print(summary, folder, picture, wall, console)
     raise typer.Exit(_exit_code(summary))
 

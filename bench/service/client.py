@@ -66,7 +66,15 @@ class Client:
         with self._open(request) as answer:
             return json.load(answer)
 
-    def ask(self, campaign: str, out: Path | None, real_time: bool, seed: int) -> Message:
+    def ask(
+        self,
+        campaign: str,
+        out: Path | None,
+        real_time: bool,
+        seed: int,
+        twin: Path | None = None,
+        twin_pause: bool = False,
+    ) -> Message:
         """Put a campaign into the queue, with the controls if nobody else holds them; return the run.
 
         Raises
@@ -75,6 +83,8 @@ class Client:
             If the campaign or the folder is refused.
         """
         body: Message = {"name": self.person, "real_time": real_time, "seed": seed, **_campaign(campaign)}
+        if twin is not None:
+            body |= {"twin": _analysis(twin), "twin_pause": twin_pause}
         if out is not None:
             body["folder"] = self._folder_name(out)
         secret = self._controls()
@@ -138,6 +148,17 @@ _ADDRESS: tuple[tuple[str, Any], ...] = (("url", ""), ("token", None), ("certifi
 
 def _new(body: Message) -> Message:
     return {"request_id": secrets.token_hex(16), **body}
+
+
+def _analysis(model: Path) -> str:
+    """The analysis of the service that a model is of."""
+    folder = model.absolute().parent
+    if folder.parent.name != "analyses" or model.name != "model.json":
+        raise Refused(
+            f"{model} is no model of the service that has this bench; identify on its page and give"
+            " FOLDER/.service/analyses/ID/model.json, or choose it there"
+        )
+    return folder.name
 
 
 def _campaign(campaign: str) -> Message:

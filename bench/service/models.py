@@ -90,7 +90,8 @@ class Offer(Act):
 class NewRun(Body):
     """A campaign to be run: a name the service offers, or the text of a TOML file.
 
-    Without the secret of the controls the run is proposed: whoever holds them lets it begin.
+    Without the secret of the controls the run is proposed: whoever holds them lets it begin. ``twin``: id of the
+    analysis whose model watches it; ``twin_pause``: no further point begins when it no longer holds.
     """
 
     request_id: RequestId
@@ -101,6 +102,8 @@ class NewRun(Body):
     folder: PlaceName | None = None
     real_time: bool = False
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
+    twin: RunId | None = None
+    twin_pause: bool = False
 
 
 class Draft(Body):

@@ -37,6 +37,10 @@ class Run:
     """Torque may be given again after a stop that was acknowledged and reset."""
     resets: bool = False
     """Nothing is run: the drives' faults are taken away."""
+    twin: str | None = None
+    """Model that watches it."""
+    twin_pause: bool = False
+    """Whether no further point begins when that model no longer holds."""
     pid: int | None = None
     started_at: str | None = None
     ended_at: str | None = None

@@ -39,6 +39,7 @@ from bench.service.settings import Settings
 from bench.service.stopper import Press
 from bench.service.storage import storage
 from bench.service.stream import Stream
+from bench.service.twin import Twins
 from bench.service.watches import DISK_EVERY_S, LOOK_EVERY_S, look_at_disk, look_at_itself, watch
 
 Message = dict[str, Any]
@@ -85,6 +86,7 @@ class Service:
             settings.state, runs, launcher, self.stream, self.book, self.alarms, self.disk, deadline, port, plant
         )
         self.idle = Idle(settings, self.bench, plant, launcher, lambda: self.keeper.is_busy, self.keeper.shown.take)
+        self.twins = Twins(settings.state, self.keeper, self.alarms, self.book)
         self.after_stop = AfterStop(self.bench, settings, self.keeper, self.book)
         self.keeper.shown.on_spectrum = self.overlay.take
         self.keeper.shown.on_phase = self.tell_state
@@ -121,6 +123,7 @@ class Service:
         self._watching = [
             loop.create_task(watch(lambda: look_at_disk(self), DISK_EVERY_S)),
             loop.create_task(watch(lambda: look_at_itself(self), LOOK_EVERY_S)),
+            loop.create_task(watch(self.twins.look, LOOK_EVERY_S)),
         ]
 
     async def close(self) -> None:
@@ -128,6 +131,7 @@ class Service:
         self.stream.close()
         for task in self._watching:
             task.cancel()
+        await asyncio.to_thread(self.twins.close)
         await self.idle.close()
         await self.keeper.close()
         await self.analyses.close()
@@ -298,6 +302,8 @@ class Service:
             interface=self.settings.interface,
             real_time=new.real_time,
             seed=new.seed,
+            twin=None if new.twin is None else str(self.model_path(new.twin)),
+            twin_pause=new.twin_pause,
             resumes=new.secret is not None,
         )
         if new.secret is not None and self.keeper.runs.running() is None:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -19,11 +20,32 @@ from bench.mismatch.recordings.notch import ripple_orders
 from bench.mismatch.recordings.prepared import Folder, Prepared, prepare
 from bench.mismatch.recordings.rows import Rows, angle_rows, heat_rows, join, slow_rows
 from bench.recording import Recording
-from bench.simulation.frame import FloatArray
+from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.model import Simulation
 from bench.simulation.terms import TEMPERATURE, TRANSMISSION_ERROR
 from bench.twin.heat import with_rates
 from bench.twin.streams import Stream, looked_at_orders, measure
+
+SKETCH = 40
+"""rows of a sketch, about"""
+
+
+@dataclass(frozen=True, slots=True)
+class Sketch:
+    """What the model leaves of one recording's channel, coarsely: ``left`` (k,) means of blocks of rows in steady
+    motion, ``frame`` a row in the middle of each.
+    """
+
+    left: FloatArray
+    frame: Frame
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """One recording: its numbers by stream, its channels in sketches."""
+
+    values: Mapping[Stream, float]
+    left: Mapping[str, Sketch]
 
 
 class Predicting:
@@ -56,12 +78,14 @@ class Predicting:
         self.without: dict[str, str] = {}
         """channels that cannot be watched, and why"""
 
-    def look(self, recording: Recording) -> dict[Stream, float]:
+    def look(self, recording: Recording) -> Look:
         """The numbers of all streams of the next recording. Raises RecordingError where it cannot be read."""
-        out: dict[Stream, float] = {}
+        values: dict[Stream, float] = {}
+        sketches = {}
         for channel, (left, rows) in self.left(recording).items():
-            out |= measure(channel, left, rows, self.orders)
-        return out
+            values |= measure(channel, left, rows, self.orders)
+            sketches[channel] = _sketch(left, rows)
+        return Look(values, sketches)
 
     def left(self, recording: Recording) -> dict[str, tuple[FloatArray, Rows]]:
         """By channel the rows (n) of the next recording and what the model leaves of them (n,), in SI units."""
@@ -85,6 +109,15 @@ class Predicting:
             predicted = self._predictor.channel(channel, rows.frame, start, campaign)
             out[channel] = (rows.y - predicted, rows)
         return out
+
+
+def _sketch(left: FloatArray, rows: Rows) -> Sketch:
+    use = np.flatnonzero((rows.number > 0) & np.isfinite(left) & (rows.frame.steady > 0.5))
+    if use.size == 0:
+        use = np.flatnonzero(np.isfinite(left))
+    parts = np.array_split(use, min(SKETCH, use.size)) if use.size else []
+    means = np.array([float(left[part].mean()) for part in parts])
+    return Sketch(means, rows.frame.take(np.array([part[part.size // 2] for part in parts], dtype=np.int64)))
 
 
 def _rows(ready: Prepared, channel: str, largest: tuple[float, float]) -> Rows:

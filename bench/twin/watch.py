@@ -12,7 +12,7 @@ import numpy as np
 from bench.errors import RecordingError
 from bench.recording import Recording
 from bench.twin.evidence import Evidence, together
-from bench.twin.predicting import Predicting
+from bench.twin.predicting import Look, Predicting, Sketch
 from bench.twin.scale import ALPHA_TEST, CALIBRATION, Scale, scales
 from bench.twin.streams import AT_ONE_POINT, Stream, streams
 
@@ -29,6 +29,8 @@ class Seen:
     innovations: Mapping[Stream, float] = field(default_factory=dict)
     evidence: float = 0.0
     """log of the evidence against the model, all streams together, after this recording"""
+    left: Mapping[str, Sketch] = field(default_factory=dict)
+    """by channel what the model left of it, coarsely"""
 
 
 @dataclass(slots=True)
@@ -89,18 +91,18 @@ class Watch:
     def _look(self, recording: Recording) -> bool:
         assert self._predicting is not None
         try:
-            values = self._predicting.look(recording)
+            look = self._predicting.look(recording)
         except (RecordingError, OSError, ValueError) as error:
             self.unread[recording.recording_id] = str(error)
             return False
         if recording.kind not in AT_ONE_POINT:
             return False
         if not self.calibrated:
-            self.seen.append(Seen(recording, values))
+            self.seen.append(Seen(recording, look.values, left=look.left))
             if len(self.seen) >= CALIBRATION:
                 self._calibrate()
             return False
-        return self._test(recording, values)
+        return self._test(recording, look)
 
     def _calibrate(self) -> None:
         assert self._predicting is not None
@@ -110,15 +112,15 @@ class Watch:
         self.weights = {stream: every[stream] / total for stream in self.scales}
         self.evidence = {stream: Evidence(stream.signed) for stream in self.scales}
 
-    def _test(self, recording: Recording, values: Mapping[Stream, float]) -> bool:
+    def _test(self, recording: Recording, look: Look) -> bool:
         number = self.tested + 1
-        each = {stream: scale.innovation(values) for stream, scale in self.scales.items()}
+        each = {stream: scale.innovation(look.values) for stream, scale in self.scales.items()}
         own = {stream: z for stream, z in each.items() if z is not None}
         for stream, z in own.items():
             self.evidence[stream].add(z, number)
         weights = np.array([self.weights[s] for s in self.evidence])
         log = together(np.array([e.log for e in self.evidence.values()]), weights)
-        self.seen.append(Seen(recording, values, own, log))
+        self.seen.append(Seen(recording, look.values, own, log, look.left))
         if self.alarmed is None and log >= LIMIT:
             self.alarmed = len(self.seen) - 1
             return True

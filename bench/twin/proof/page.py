@@ -73,12 +73,16 @@ def _seen(rows: Rows) -> list[str]:
             cells.append([
                 level,
                 change,
-                f"{np.median(delays):.0f} ({delays[0]} to {delays[-1]})" if delays else "not seen",
+                _delay(delays) if own else "not run",
                 _share(len(own) - len(delays), len(own)),
                 f"{min(after)} to {max(after)}" if after else "",
             ])  # fmt: skip
     head = ["strength", "what begins", "delay in points, median (range)", "missed (95 % interval)", "points after it"]
     return _table(head, cells)
+
+
+def _delay(delays: Sequence[int]) -> str:
+    return f"{np.median(delays):.0f} ({delays[0]} to {delays[-1]})" if delays else "none was seen"
 
 
 def _told(rows: Rows) -> list[str]:
