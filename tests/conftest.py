@@ -25,6 +25,11 @@ settings.register_profile("bench", deadline=None)
 settings.load_profile("bench")
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """``--fmus``: where the Reference FMUs of the FMI project are."""
+    parser.addoption("--fmus", help="folder of the Reference FMUs, for their compatibility test")
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _own_locks(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Tests neither join a service that somebody runs on this computer nor lock its bus."""

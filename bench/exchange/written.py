@@ -21,9 +21,10 @@ from bench.mismatch.given import Given, Known
 from bench.mismatch.prediction import SENSOR
 from bench.mismatch.problem import CHANNELS, nominal_base
 from bench.mismatch.regression.regressors import Free, Named
+from bench.mismatch.unnamed.formula_regressor import Equation
 from bench.simulation.composed import composed
 from bench.simulation.fourier import FourierSet
-from bench.simulation.frame import ARRAYS, Frame
+from bench.simulation.frame import ARRAYS, FloatArray, Frame
 from bench.simulation.laws import FUNCTIONS, RESONANCE, Law
 from bench.simulation.model import Simulation
 from bench.simulation.quantities import AUXILIARY, FACTORS, QUANTITIES
@@ -185,8 +186,10 @@ class _Writer:
                 for s, c in zip(own.form.linear, known.coefficients, strict=True)
             ]
             return total([make("mul", f, c) for f, c in zip(factors, columns, strict=True)])
+        if isinstance(own, Equation):
+            return self._equation(own, known.coefficients, frame)
         if not isinstance(own, Free):
-            raise ConfigurationError(f"{own.words} cannot be exported: it is neither a term nor a table.")
+            raise ConfigurationError(f"{own.words} cannot be exported: it is no term, table or formula.")
         parts, at = [], 0
         for grid in own.grids:
             values = known.coefficients[at : at + grid.size]
@@ -198,6 +201,23 @@ class _Writer:
             if grid.over:
                 value = formula.table(grid, values, [_quantity(name, frame) for name in grid.over])
             part = make("mul", times, value)
+            parts.append(part.remembered("integral") if own.channel == TEMPERATURE else part)
+        return total(parts)
+
+    def _equation(self, own: Equation, coefficients: FloatArray, frame: Frame) -> Written:
+        """A formula that no name fits; its coefficients and constants are parameters."""
+        where = f"{own.words}, {own.equation}"
+        inside = tuple(
+            (c.symbol, self._parameter(f"{own.effect}.{c.symbol}", c.value, c.unit, where)) for c in own.constants
+        )
+        formula_of = replace(own.formula, constants=inside)  # type: ignore[arg-type]
+        values = formula_of.parts_at([_quantity(name, frame) for name in own.formula.over])
+        parts = []
+        told = zip(own.formula.coefficients, coefficients, own.units, own.formula.parts, values, strict=True)
+        for symbol, coefficient, unit, (times, _), value in told:
+            part = make("mul", self._parameter(f"{own.effect}.{symbol}", float(coefficient), unit, where), lift(value))
+            for name in times.split("*"):
+                part = make("mul", lift(FACTORS[name](frame)), part)
             parts.append(part.remembered("integral") if own.channel == TEMPERATURE else part)
         return total(parts)
 

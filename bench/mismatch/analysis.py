@@ -39,6 +39,7 @@ from bench.mismatch.regression.model import ChannelModel, scattered
 from bench.mismatch.regression.search import Search, searched
 from bench.mismatch.regression.sensitivity import sensitivities
 from bench.mismatch.regression.slots import settle
+from bench.mismatch.unnamed.formula import in_formulas
 from bench.mismatch.unnamed.structure import examine
 from bench.simulation import waves
 from bench.simulation.frame import FloatArray, Frame
@@ -87,8 +88,12 @@ def analyse(
     progress: Progress | None = None,
     seed: int = 0,
     banned: Sequence[str] = (),
+    formulas: bool = True,
 ) -> Analysis:
-    """Search ``channels`` of a folder for what the simulation ``given`` leaves out, but for the effects ``banned``."""
+    """Search ``channels`` of a folder for what the simulation ``given`` leaves out, but for the effects ``banned``.
+
+    ``formulas``: whether a formula is looked for where something has no name.
+    """
     tell = progress or (lambda _what, _share: None)
     out = Analysis(given)
     sensor: tuple[Known, ...] = given.known.get(LOAD_TORQUE, ())
@@ -101,7 +106,7 @@ def analyse(
             rows = replace(rows, frame=corrected(rows.frame, sensor))
         if channel == TRANSMISSION_ERROR:
             out.transmission = _transmission(data, given, rows, seed, banned)
-            out.outcomes[channel] = _of_transmission(out.transmission, data, seed)
+            out.outcomes[channel] = _of_transmission(out.transmission, data, seed, formulas)
             assert out.transmission.offset is not None
             periodic = out.transmission.periodic
             known = () if periodic is None else (*periodic.series.orders, *(w.order for w in periodic.weak))
@@ -110,7 +115,7 @@ def analyse(
         else:
             problem = _problem(data, given, channel, rows, banned)
             out.searches[channel] = search = searched(problem, seed)
-            out.outcomes[channel] = _of_search(search, data)
+            out.outcomes[channel] = _of_search(search, data, formulas)
             if channel in (LOAD_TORQUE, MOTOR_TORQUE) and not data.linear:
                 out.outcomes[channel].discoveries += _periodic(data, given, search, seed)
             examine(out.outcomes[channel], search, data.density.get(channel, ()), seed)
@@ -163,8 +168,10 @@ def _sensor_errors(search: Search) -> list[Known]:
     return out
 
 
-def _of_search(search: Search, data: Dataset) -> ChannelOutcome:
+def _of_search(search: Search, data: Dataset, formulas: bool) -> ChannelOutcome:
     slots = settle(search)
+    if formulas:
+        slots = in_formulas(search, slots, data.auxiliary_units)
     model = search.model
     problem = model.problem
     frame = problem.rows.frame
@@ -280,10 +287,12 @@ def _transmission(data: Dataset, given: Given, rows: Rows, seed: int, banned: Se
     return orders.analyse(begun, seed)
 
 
-def _of_transmission(model: TransmissionModel, data: Dataset, seed: int) -> ChannelOutcome:
+def _of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas: bool) -> ChannelOutcome:
     offset = model.offset
     assert offset is not None
     slots = settle(offset)
+    if formulas:
+        slots = in_formulas(offset, slots, data.auxiliary_units)
     frame = model.rows.frame
     own = offset.model
     found = of_orders(model, data.gearbox, seed)
@@ -317,5 +326,5 @@ def _of_transmission(model: TransmissionModel, data: Dataset, seed: int) -> Chan
     outcome.discoveries += found
     number = np.where(model.inside, model.rows.number, 0.0)
     outcome.discoveries += of_regression(offset, slots, level, number, frame, model.rows.y - periodic)
-    outcome.notes += model.notes
+    outcome.notes += [*model.notes, *own.notes]
     return outcome

@@ -16,6 +16,7 @@ from bench.errors import ConfigurationError
 from bench.foreign.base import Base
 from bench.mismatch.orders.periodic import Pulse
 from bench.mismatch.regression.regressors import Free, Named, Regressor
+from bench.mismatch.unnamed.formula_regressor import from_row
 from bench.simulation import tables, waves
 from bench.simulation.frame import FloatArray
 from bench.simulation.laws import Law
@@ -87,6 +88,10 @@ class Given:
                     grid, values = tables.from_json(row, f"the simulation's term {effect}")
                     for channel in row.get("channels", []):
                         known.setdefault(channel, []).append(Known(Free(channel, (grid,), effect), values))
+                elif row.get("form") == "formula":
+                    for channel in row.get("channels", []):
+                        equation = from_row(row, channel, effect, f"the simulation's term {effect}")
+                        known.setdefault(channel, []).append(Known(*equation))
                 elif "orders" in row or effect in ("te.harmonic", "te.sideband"):
                     orders |= set(_own_orders(row))
                 elif effect == "te.resonance":

@@ -84,7 +84,7 @@ def _asked(data: Dataset, question: Question) -> LeftOut:
     if why:
         return LeftOut(term.effect, term.name, channel, NOT_ASKED, why=why)
     left = model.with_term(Term(term.effect, False))
-    analysis = analyse(data, Given.of(left), [channel])
+    analysis = analyse(data, Given.of(left), [channel], formulas=False)
     held = [m for m in data.members if m.held_out] or data.members
     models = {
         "before": simulation_file.recalibrated(analysis, data.gearbox),

@@ -41,6 +41,8 @@ QUANTITIES: dict[str, Quantity] = {
     "since_reversal": Quantity(
         "distance since start or reversal", "log10 rad", lambda f: np.log10(f.reversal_travel + SHORTEST_TRAVEL)
     ),
+    "distance_since_start": Quantity("distance since start or reversal", "rad", lambda f: f.reversal_travel),
+    "seconds": Quantity("time in the recording", "s", lambda f: f.elapsed),
     "elapsed": Quantity("time in the recording", "log10 s", lambda f: np.log10(f.elapsed + 1.0)),
     "torque_rate": Quantity("change of the load torque", "N*m/s", lambda f: f.torque_rate),
     # in steady motion the acceleration is the encoder's noise

@@ -33,6 +33,8 @@ def value(effect: Effect, frame: Frame) -> NDArray[np.float64]:
     """Return what an effect adds to its channel on the rows of a frame."""
     if effect.grid is not None:
         return np.asarray(effect.grid.columns(frame) @ np.array(effect.linear))
+    if effect.formula is not None:
+        return np.asarray(effect.formula.columns(frame) @ np.array(effect.linear))
     if effect.waves:
         return waves.evaluate(effect.waves, frame.theta if effect.channel == TRANSMISSION_ERROR else frame.q, frame)
     form = next(f for f in LIBRARY[effect.effect].forms[effect.channel] if f.name == effect.form)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from bench.simulation.formulas import Formula
 from bench.simulation.tables import Grid
 from bench.simulation.waves import Wave
 
@@ -189,6 +190,8 @@ class Effect:
     """knots of a free function whose values are ``linear``, in place of a form"""
     waves: tuple[Wave, ...] = ()
     """waves over the angle, in place of a form"""
+    formula: Formula | None = None
+    """a formula whose coefficients are ``linear``, in place of a form"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.simulation import tables, waves
+from bench.simulation import formulas, tables, waves
 from bench.simulation.fourier import FourierSet
 from bench.simulation.laws import from_json as law_from_json
 from bench.simulation.model import NOMINAL_TERMS, Simulation, Term
@@ -197,6 +197,9 @@ def _effect(effect: str, row: dict[str, Any], where: str) -> Effect:
     if row.get("form") == "table" and len(channels) == 1 and channels[0] != TEMPERATURE:
         grid, values = tables.from_json(row, f"{where}: {effect}")
         return Effect(effect, channels[0], "table", tuple(float(v) for v in values), grid=grid)
+    if row.get("form") == "formula" and len(channels) == 1 and channels[0] != TEMPERATURE:
+        formula, values = formulas.from_json(row, f"{where}: {effect}")
+        return Effect(effect, channels[0], "formula", tuple(float(v) for v in values), formula=formula)
     if effect not in LIBRARY or effect in _WITH_MEMORY:
         why = "it depends on the path before" if effect in LIBRARY else "the library has no such term"
         raise PlantError(f"{where}: {effect} cannot be played by a plant: {why}")

@@ -24,6 +24,7 @@ from bench.mismatch.recordings.split import point_of, split, split_blocks
 from bench.mismatch.recordings.vibration import Density, ShaftSpectrum, density, shaft_spectrum
 from bench.recording import Recording, RecordingFolder
 from bench.recording.header import Gearbox
+from bench.simulation.quantities import AUXILIARY
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 
 Progress = Callable[[str, float], None]
@@ -125,6 +126,12 @@ class Dataset:
     def linear(self) -> bool:
         """Whether the recordings are of a linear axis, whose motor_angle is a length."""
         return is_linear(self.members[0].recording)
+
+    @property
+    def auxiliary_units(self) -> dict[str, str]:
+        """Units of the quantities that are no channels of the bench, by name without ``aux/``."""
+        own = [(name, spec.unit) for m in self.members for name, spec in m.recording.specs.items()]
+        return {name.removeprefix(AUXILIARY): unit for name, unit in own if name.startswith(AUXILIARY)}
 
     @property
     def present(self) -> frozenset[str]:

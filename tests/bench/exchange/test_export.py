@@ -28,10 +28,10 @@ CHANNELS = ("transmission_error", "motor_torque", "temperature")
 
 
 def model() -> Simulation:
-    """Series, table, a memory, a free function of what was recorded beside, heat."""
+    """Series, a table and a formula of what was recorded beside, a memory, heat."""
     return with_rows(
         *MADE["series"],
-        *MADE["table"],
+        MADE["table"][0] | {"also": MADE["formula"]},
         {"effect": "friction.coulomb", "parameters": {"f_c": {"value": 0.4, "unit": "N*m"}}},
         {"effect": "friction.presliding", "form": "dahl", "point": [2.0], "parameters": {"f_d": 0.3, "s_d": 2.0}},
         {"effect": "thermal.loss_heating", "parameters": {"1/C": {"value": 2e-5, "unit": "K/J"}}},

@@ -49,6 +49,21 @@ MADE: dict[str, list[dict[str, Any]]] = {
             "values": [[0.1, 0.2], [0.4, 0.3], [0.5, 0.9]],
         }
     ],
+    "formula": [
+        {
+            "effect": "unknown",
+            "channels": ["motor_torque"],
+            "form": "formula",
+            "over": ["aux/pressure", "temperature"],
+            "within": [[2.2, 3.8], [26.0, 40.0]],
+            "parts": [
+                {"times": "d", "text": "exp(-x1/s1)*x2"},
+                {"times": "1", "text": "1/(1 + x1**3/s2)"},
+                {"times": "d*abs_tau", "text": "tanh((x2 - m3)/s4)*abs(x1)"},
+            ],
+            "parameters": {"c1": 0.1, "c2": 2.0, "c3": -0.4, "s1": 1.5, "s2": 4.0, "m3": 30.0, "s4": 6.0},
+        }
+    ],
     "waves": [
         {"effect": "unknown", "channels": ["load_torque"], "waves": [{"order": 6, "times": "d*tau", "c": 0.3, "s": 1}]}
     ],
@@ -59,7 +74,13 @@ MADE: dict[str, list[dict[str, Any]]] = {
         {"effect": "friction.load_dependent", "parameters": {"f_l": 0.2}},
     ],
 }  # fmt: skip
-CHANNEL = {"table": "motor_torque", "waves": "load_torque", "ripple": "motor_torque", "sensor": "motor_torque"}
+CHANNEL = {
+    "table": "motor_torque",
+    "formula": "motor_torque",
+    "waves": "load_torque",
+    "ripple": "motor_torque",
+    "sensor": "motor_torque",
+}
 
 
 def run(simulation: Simulation, name: str) -> np.ndarray[Any, Any]:
