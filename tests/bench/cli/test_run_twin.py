@@ -1,0 +1,49 @@
+"""What ``bench run --twin`` refuses before anything moves, and what it says at the end."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from bench.cli._twin import Heard, say_seen, watched_by
+from bench.cli.run import run
+from bench.errors import ConfigurationError
+from bench.service.client import Refused, _analysis
+
+
+def test_a_pause_without_a_twin_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="give one with --twin"):
+        run("quick", out=tmp_path / "run", twin_pause=True)
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_model_that_is_not_there_is_refused_before_anything_is_done(tmp_path: Path) -> None:
+    reached = False
+    with (
+        pytest.raises(ConfigurationError, match="no such model"),
+        watched_by(tmp_path / "model.json", tmp_path, None, Console()),
+    ):
+        reached = True
+    assert not reached
+
+
+def test_beside_a_service_the_model_is_one_of_its_analyses() -> None:
+    assert _analysis(Path("recordings/.service/analyses/20260101T000000-abc/model.json")) == "20260101T000000-abc"
+    with pytest.raises(Refused, match="no model of the service"):
+        _analysis(Path("model.json"))
+
+
+@pytest.mark.parametrize(
+    ("heard", "said"),
+    [
+        (Heard(looked={"tested": 8, "points": 24, "not_watched": {}}), "holds in all 8 recordings"),
+        (Heard(looked={"tested": 0, "points": 5, "not_watched": {}}), "5 recordings at one point each are too few"),
+        (Heard(why="it broke", looked={"tested": 8, "points": 24, "not_watched": {"temperature": "no C"}}), "it broke"),
+        (Heard(unread={"0007": "cut"}), "0007 was not looked at: cut"),
+    ],
+)
+def test_what_the_twin_saw_is_said(heard: Heard, said: str, capsys: pytest.CaptureFixture[str]) -> None:
+    say_seen(heard, Console(width=200))
+    assert said in capsys.readouterr().out
