@@ -17,6 +17,8 @@ from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.periodicity import Periodicity, on_rows
 from bench.mismatch.orders.torques import torque_discoveries
 from bench.mismatch.orders.turns import found_in
+from bench.mismatch.power_zeros import Zeros
+from bench.mismatch.power_zeros import chosen as zeros_chosen
 from bench.mismatch.prediction import SENSOR, corrected
 from bench.mismatch.problem import (
     CHANNELS,
@@ -61,6 +63,8 @@ class Analysis:
     searches: dict[str, Search] = field(default_factory=dict)
     transmission: TransmissionModel | None = None
     outcomes: dict[str, ChannelOutcome] = field(default_factory=dict)
+    zeros: Zeros = field(default_factory=Zeros)
+    """zeros of the torques that are taken off the loss that heats"""
 
 
 def compared_channels(data: Dataset) -> tuple[list[str], list[str]]:
@@ -113,6 +117,8 @@ def analyse(
             heard = data.density.get(channel, ())
             examine(out.outcomes[channel], out.transmission.offset, heard, seed, known)
         else:
+            if channel == TEMPERATURE:
+                rows = _heated(out, data, given, rows, banned)
             problem = _problem(data, given, channel, rows, banned)
             out.searches[channel] = search = searched(problem, seed)
             out.outcomes[channel] = _of_search(search, data, formulas)
@@ -122,6 +128,13 @@ def analyse(
             if channel == LOAD_TORQUE:
                 sensor = (*sensor, *_sensor_errors(search))
     return out
+
+
+def _heated(out: Analysis, data: Dataset, given: Given, rows: Rows, banned: Sequence[str]) -> Rows:
+    """The temperature's rows with the loss less the zeros of the torques that it wants taken off."""
+    models = {c: out.searches[c].model for c in (LOAD_TORQUE, MOTOR_TORQUE) if c in out.searches}
+    out.zeros = zeros_chosen(models, rows, lambda own: _problem(data, given, TEMPERATURE, own, banned))
+    return replace(rows, frame=out.zeros.less(rows.frame))
 
 
 def _usable(channel: str, rows: Rows) -> NDArray[np.bool_]:

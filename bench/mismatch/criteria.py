@@ -72,6 +72,10 @@ more than slow noise that a floor misses and the calibration's own doubt come to
 """
 EXERCISED = 0.02
 """share of the energy of a hysteresis' regressor that is no function of the torque, from which its loops were driven"""
+LAW_BEYOND = 1e-3
+"""share of a law's variation that no polynomial of the series can say, below which it is not asked for: its strength
+would be known to no better than thirty times what the noise allows
+"""
 HIGHEST_MODULATION = 12
 """order per output revolution of a modulation: what turns slowly in a gearbox"""
 NARROW = 4.0

@@ -17,13 +17,14 @@ from numpy.typing import NDArray
 
 from bench.foreign.opening import base_of
 from bench.mismatch.given import Given, Known
+from bench.mismatch.power_zeros import CONSTANT, EFFECT, KEY, RECORDINGS, Zeros, left_of
 from bench.mismatch.problem import CHANNELS, fixed_part, nominal_base
 from bench.mismatch.recordings.beginning import START_S, at_start, risen
 from bench.mismatch.recordings.dataset import Collected
 from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.recordings.notch import ripple_orders
 from bench.mismatch.recordings.prepared import Folder, Prepared, prepare
-from bench.mismatch.recordings.rows import join
+from bench.mismatch.recordings.rows import Rows, join
 from bench.mismatch.regression.regressors import Named
 from bench.recording import Recording
 from bench.simulation import waves
@@ -52,6 +53,32 @@ class Predictor:
         """Whether some state goes on from one recording to the next."""
         own = [k.regressor for known in self.given.known.values() for k in known]
         return any(getattr(r, "form", None) is not None and r.form.remembers for r in own)  # type: ignore[attr-defined]
+
+    @property
+    def takes_zeros(self) -> bool:
+        """Whether the file takes zeros of the torques off the loss."""
+        term = self.given.simulation.terms.get(EFFECT)
+        return term is not None and bool(term.extra.get(KEY))
+
+    def zeros(self, rows: Mapping[str, Rows]) -> Zeros:
+        """Zeros of the torques that the file takes off the loss; ``rows`` by channel of all recordings."""
+        term = self.given.simulation.terms.get(EFFECT)
+        which = tuple(term.extra.get(KEY, ())) if term is not None else ()
+        if not which:
+            return Zeros()
+        constant = {}
+        for channel, effect in CONSTANT.items():
+            told = self.given.simulation.terms.get(effect)
+            values = [] if told is None or not told.enabled else list(told.parameters.values())
+            constant[channel] = values[0].value if values else 0.0
+        own = {}
+        frames = {channel: part.frame for channel, part in rows.items()}
+        for channel in CONSTANT:
+            if RECORDINGS in which and channel in rows:
+                part = rows[channel]
+                usable = (part.number > 0) & (part.frame.direction != 0)
+                own[channel] = left_of(part, self.channel(channel, part.frame, None, frames), usable)
+        return Zeros(which, constant, own)
 
     def missing(self, channel: str, frame: Frame) -> list[str]:
         """Nominal terms in force that matter on a frame and have no coefficients in the file."""
@@ -241,12 +268,16 @@ def told_of(
     largest = max(own.manner.torque, 1.0), max(speeds, default=0.0) or 1.0
     travelled = [0.0]
     rows = Collected()
-    if predictor.remembers or only:
+    if predictor.remembers or predictor.takes_zeros or only:
         for number, part in enumerate(whole):
             ready = prepare(part, number, own, travelled[-1])
             travelled.append(float(ready.frame.travel[-1]))
             rows.add(ready, frozenset(CHANNELS), *largest)
-    campaign = {channel: join(parts).frame for channel, parts in rows.rows.items()}
+    joined = {channel: join(parts) for channel, parts in rows.rows.items()}
+    zeros = predictor.zeros(joined)
+    campaign = {channel: part.frame for channel, part in joined.items()}
+    if TEMPERATURE in campaign:
+        campaign[TEMPERATURE] = zeros.less(campaign[TEMPERATURE])
     for number, part in enumerate(whole):
         if only is not None and number != only:
             continue
@@ -257,7 +288,8 @@ def told_of(
         for channel, spec in CHANNELS.items():
             if channel in ready.measured and all(name in part.specs for name in spec.made_of):
                 side = compared(ready, channel)
-                values = predictor.channel(channel, ready.frame, side.start, campaign)
+                frame = zeros.less(ready.frame) if channel == TEMPERATURE else ready.frame
+                values = predictor.channel(channel, frame, side.start, campaign)
                 if channel in ready.ripple:  # the simulation is silent at these orders, as a notch is
                     values = values + ready.ripple[channel]
                 values = values + ready.simulated.get(channel, 0.0)

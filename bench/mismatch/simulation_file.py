@@ -17,6 +17,7 @@ from bench.mismatch.discovery import Discovery
 from bench.mismatch.given import instances
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.series import Scaling, Series
+from bench.mismatch.power_zeros import EFFECT, KEY
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.discoveries import rows_of
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen
@@ -26,7 +27,7 @@ from bench.simulation.fourier import FourierSet, TransmissionErrorModel
 from bench.simulation.frame import FloatArray
 from bench.simulation.model import Gearbox, Parameter, Simulation, Term
 from bench.simulation.polynomial import Standardisation
-from bench.simulation.terms import LIBRARY
+from bench.simulation.terms import LIBRARY, TEMPERATURE
 from bench.simulation.terms.nominal.transmission_error import CENTRE, SPREAD
 
 Row = Mapping[str, Any]
@@ -74,7 +75,18 @@ def _made(analysis: Analysis, found: Sequence[Discovery] | None, gearbox: object
         out = out.with_term(_term(effect, [r for r in rows if r["effect"] == effect]))
     if whole is not None:
         out = _with_series(out, whole, found is not None)
-    return out
+    return _with_zeros(out, analysis) if TEMPERATURE in models else out
+
+
+def _with_zeros(simulation: Simulation, analysis: Analysis) -> Simulation:
+    """The simulation with what is taken off the loss said in its term."""
+    term = simulation.terms.get(EFFECT)
+    if term is None or not term.enabled:
+        return simulation
+    extra = {key: value for key, value in term.extra.items() if key != KEY}
+    if analysis.zeros.which:
+        extra[KEY] = list(analysis.zeros.which)
+    return simulation.with_term(replace(term, extra=extra))
 
 
 def _of_gearbox(simulation: Simulation, gearbox: object) -> Simulation:

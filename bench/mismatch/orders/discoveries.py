@@ -15,7 +15,7 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.discovery import Discovery
 from bench.mismatch.orders import defects, laws, modulation
-from bench.mismatch.orders.model import TransmissionModel
+from bench.mismatch.orders.model import TransmissionModel, with_parts
 from bench.mismatch.orders.sight import Sight, rebuilt
 from bench.mismatch.orders.told import (
     modulation_parameters,
@@ -110,7 +110,8 @@ def _law(model: TransmissionModel, seed: int) -> Discovery | None:
         return None
     before = model.periodic
     assert before is not None
-    model.periodic = replace(before, series=laws.joined(before.series, found.series), laws=(*before.laws, found.law))
+    joined = laws.joined(before.series, found.series)
+    model.periodic = with_parts(model, replace(before, series=joined, laws=(*before.laws, found.law)))
     told = of_law(model, found, before)
     if told is None:
         model.periodic = before

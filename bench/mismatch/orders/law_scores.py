@@ -18,6 +18,8 @@ from bench.simulation.terms.te.resonance import response
 
 PRIOR_TURNS = 20.0
 """revolutions' worth of evidence that the noise is that of the spectra"""
+RANK = 1e-3
+"""singular values, over the largest, below which the revolutions do not tell two monomials apart"""
 DAMPINGS = (0.03, 0.06, 0.12, 0.25)
 
 
@@ -137,11 +139,28 @@ def factors(data: Amplitudes) -> list[Law]:
             centres = float(values.min()) + np.linspace(0.0, 1.0, 13) * width
             tried.append((effect, form, name, [(float(c), w * width) for c in centres for w in (0.06, 0.12)]))
     names = {"velocity": "speed"}
-    return [
+    laws = [
         _law(effect, form, point, (names.get(name, name),), data)
         for effect, form, name, points in tried
         for point in points
     ]
+    return [law for law in laws if _beyond_polynomials(law, data) > criteria.LAW_BEYOND]
+
+
+def _beyond_polynomials(law: Law, data: Amplitudes) -> float:
+    """Share of a law's variation over the revolutions of a direction that no polynomial of the series can say.
+
+    With two speeds every function of speed is a straight line: what such a law gains, it gains from the polynomials'
+    prior and not from the recordings.
+    """
+    g = value(law.effect, law.form, law.point, data.x, data.time, law.reference)
+    left, whole = 0.0, 0.0
+    for side, scaling in data.series.scaling.items():
+        own = data.direction * side > 0
+        basis = scaling.monomials(data.x[own])
+        left += float(np.sum((g[own] - basis @ np.linalg.lstsq(basis, g[own], rcond=RANK)[0]) ** 2))
+        whole += float(np.sum((g[own] - g[own].mean()) ** 2))
+    return left / whole if whole > 0.0 else 0.0
 
 
 def changes_of(data: Amplitudes, white: Sequence[FloatArray], law: Law) -> list[FloatArray]:

@@ -13,7 +13,8 @@ from bench.mismatch.orders import offset_rows as slow
 from bench.mismatch.orders.bounds import Bounds
 from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.series import Series, calibrate
-from bench.mismatch.orders.turns import HIGHEST_ORDER, Seen, Turn, found_in, seen, states
+from bench.mismatch.orders.partial import refined
+from bench.mismatch.orders.turns import HIGHEST_ORDER, LEAST_PART, LEAST_TURN, Seen, Turn, found_in, seen, states
 from bench.mismatch.orders.weak import Stage, WeakOrder, search, search_between
 from bench.mismatch.problem import BaseTerm, ChannelProblem
 from bench.mismatch.recordings.rows import Rows
@@ -68,6 +69,8 @@ class TransmissionModel:
     offset: Search | None = None
     quiet: FloatArray | None = field(default=None, repr=False)
     """the rows without their offset (n,): what the orders were found in"""
+    parts: tuple[Turn, ...] = ()
+    """steady parts of less than a revolution that may be fitted"""
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -90,7 +93,14 @@ def begun(
     if bounds is not None:
         inside &= bounds.inside(rows.frame)
     train = np.array([folds[t.recording] >= 0 for t in turns], dtype=bool)
-    return TransmissionModel(rows, inside, turns, train, given, folds, tuple(base), tuple(switched_off))
+    parts = tuple(
+        p
+        for p in found_in(rows.frame, LEAST_PART, LEAST_TURN)
+        if folds[p.recording] >= 0 and bool(inside[p.rows].all()) and bool((rows.number[p.rows] > 0).all())
+    )
+    return TransmissionModel(
+        rows, inside, turns, train, given, folds, tuple(base), tuple(switched_off), parts=parts
+    )
 
 
 def analyse(model: TransmissionModel, seed: int) -> TransmissionModel:
@@ -165,7 +175,7 @@ def calibrated(model: TransmissionModel, now: Seen, known: Sequence[float], foun
         vectors = now.vectors[model.train, k] / stage.scale
         sigma = float(stage.shape[min(round(f), HIGHEST_ORDER)])
         own = stage.estimated(f, order.model, vectors, sigma, order.gain)
-        if stage.misfit(own, vectors, sigma) > FOLLOWED and int(model.train.sum()) > 20:
+        if stage.misfit(own, vectors, sigma) > FOLLOWED:
             polynomial.append(f)
         weak.append(own)
     turns = model.own_turns
@@ -177,9 +187,23 @@ def calibrated(model: TransmissionModel, now: Seen, known: Sequence[float], foun
         by = factor(law, states(turns), time, polynomial)
         vectors, noise = vectors / by, noise / np.abs(by)
     series = calibrate(turns, vectors, noise, polynomial)
-    model.plain = series.less([f for f in polynomial if f not in known])
     model.seen = now
-    model.periodic = Periodic(series, tuple(w for w in weak if w.order not in polynomial), laws=model.given.laws)
+    alone = tuple(w for w in weak if w.order not in polynomial)
+    model.periodic = with_parts(model, Periodic(series, alone, laws=model.given.laws))
+    model.plain = model.periodic.series.less([f for f in polynomial if f not in known])
+
+
+def with_parts(model: TransmissionModel, periodic: Periodic) -> Periodic:
+    """What is periodic with what the steady parts of less than a revolution say of its series."""
+    if not model.parts or model.seen is None or not periodic.series.orders:
+        return periodic
+    y = model.rows.y if model.quiet is None else model.quiet
+    rest = replace(periodic, series=periodic.series.less(periodic.series.orders), laws=())
+    own = y.copy()
+    for part in model.parts:
+        own[part.rows] -= rest.evaluate(model.rows.frame.take(part.rows))
+    white = float(np.median(model.seen.white[model.train]))
+    return replace(periodic, series=refined(periodic.series, model.rows, own, model.parts, white, periodic.laws))
 
 
 def _wavering(model: TransmissionModel, y: FloatArray) -> FloatArray:

@@ -30,6 +30,8 @@ HIGHEST_BETWEEN = 600
 """order up to which such are looked for"""
 LEAST_TURN = 0.97 * 2.0 * np.pi
 """rad: a segment that falls short of a revolution by a smoothing window still counts"""
+LEAST_PART = 0.1 * 2.0 * np.pi
+"""rad: a steady segment that turns less says next to nothing of most orders"""
 _NEIGHBOURS = 61
 """orders whose median tells the noise at an order"""
 _LOW = 45
@@ -84,8 +86,8 @@ def directions(turns: Sequence[Turn]) -> FloatArray:
     return np.array([t.direction for t in turns])
 
 
-def found_in(frame: Frame) -> list[Turn]:
-    """Steady segments of at least a revolution in which load and speed keep their level."""
+def found_in(frame: Frame, least: float = LEAST_TURN, most: float = np.inf) -> list[Turn]:
+    """Steady segments in which load and speed keep their level, of at least ``least`` and less than ``most`` rad."""
     steady = frame.steady > 0.5
     begins = np.append(True, ~steady[:-1]) | np.append(True, np.diff(frame.recording) != 0)
     start = np.flatnonzero(steady & begins)
@@ -96,7 +98,7 @@ def found_in(frame: Frame) -> list[Turn]:
         b = int(ends[np.searchsorted(ends, a)]) + 1
         rows = slice(int(a), b)
         angle = abs(float(frame.theta[b - 1] - frame.theta[a]))
-        if angle < LEAST_TURN or b - int(a) < 50:
+        if not least <= angle < most or b - int(a) < 50:
             continue
         if not _rests(frame.torque[rows], largest) or not _rests(frame.velocity[rows], 0.0):
             continue

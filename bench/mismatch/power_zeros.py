@@ -1,0 +1,106 @@
+"""Zeros of the two torque channels, as far as the heat says that they are sensors' and no torque.
+
+The loss is the difference of two large powers, abs(τ_m·ω_m − τ·q̇) (bench-physics, "Nominal simulation" 3). A torque
+sensor's zero of 3 N·m at heating speed is 3 W of 100; a drive's zero moves a little from recording to recording. The
+simulation's constants τ_0 and z_0, and what the torque models leave of each recording's mean, tell these zeros. Whether
+heat flows as if they were taken off is asked of the temperature itself.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from bench.mismatch.problem import ChannelProblem
+from bench.mismatch.recordings.rows import Rows
+from bench.mismatch.regression.discoveries import of_start
+from bench.mismatch.regression.model import ChannelModel, add_base, fit_blocks, plain_residual, prepare_bank
+from bench.mismatch.regression.prior import settled
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE
+
+EFFECT, KEY = "thermal.loss_heating", "less"
+"""term of a simulation file that says what is taken off, and its key there"""
+LOAD, MOTOR, RECORDINGS = "load zero", "motor zero", "zeros of recordings"
+WHICH = (LOAD, MOTOR, RECORDINGS)
+CONSTANT = {MOTOR_TORQUE: "motor.torque_offset", LOAD_TORQUE: "load.torque_offset"}
+"""term whose constant is a channel's zero"""
+
+
+@dataclass(frozen=True, slots=True)
+class Zeros:
+    """What is taken off (names of :data:`WHICH`), the constants by channel, each recording's own by channel, N·m."""
+
+    which: tuple[str, ...] = ()
+    constant: Mapping[str, float] = field(default_factory=dict)
+    own: Mapping[str, Mapping[int, float]] = field(default_factory=dict)
+
+    def of(self, channel: str, constant: str, frame: Frame) -> FloatArray:
+        """Zero of a channel at the rows of a frame (n,), N·m."""
+        out = np.full(frame.size, self.constant.get(channel, 0.0) if constant in self.which else 0.0)
+        if RECORDINGS in self.which:
+            for recording, value in self.own.get(channel, {}).items():
+                out[frame.recording == recording] += value
+        return out
+
+    def less(self, frame: Frame) -> Frame:
+        """The frame with the loss that is left when the zeros are taken off."""
+        if not self.which:
+            return frame
+        sign = np.sign(frame.motor_torque * frame.omega - frame.torque * frame.velocity)
+        motor, load = self.of(MOTOR_TORQUE, MOTOR, frame), self.of(LOAD_TORQUE, LOAD, frame)
+        return replace(frame, power=np.abs(sign * frame.power - motor * frame.omega + load * frame.velocity))
+
+
+def chosen(models: Mapping[str, ChannelModel], rows: Rows, problem: Callable[[Rows], ChannelProblem]) -> Zeros:
+    """Which zeros the temperature of the training recordings wants taken off: none where it cannot tell.
+
+    ``models`` of the torque channels that there are; ``rows`` of the temperature; ``problem`` made of such rows. The
+    choice is paid for as one of eight, at a log-likelihood that counts a recording as one reading (BIC).
+    """
+    constant = {c: _constant(m, CONSTANT[c]) for c, m in models.items()}
+    own = {c: left_of(m.problem.rows, m.predict(m.problem.rows.frame), m.problem.usable) for c, m in models.items()}
+    # a constant that the simulation says in another way, or not at all, is no zero to take off
+    sets = [s for n in range(len(WHICH) + 1) for s in itertools.combinations(WHICH, n)]
+    tried = [Zeros(which, constant, own) for which in sets]
+    energy = [_energy(problem(replace(rows, frame=zeros.less(rows.frame)))) for zeros in tried]
+    recordings = np.unique(rows.frame.recording).size
+    best = int(np.argmin(energy))
+    if energy[best] <= 0.0 or energy[0] <= 0.0:
+        return tried[0]
+    gain = 0.5 * recordings * float(np.log(energy[0] / energy[best]))
+    return tried[best] if gain > np.log(len(tried)) + 0.5 * np.log(recordings) else tried[0]
+
+
+def left_of(rows: Rows, predicted: FloatArray, usable: np.ndarray) -> dict[int, float]:
+    """Mean of what a prediction leaves of each recording's usable rows, by the recording's number."""
+    weight = np.where(usable, rows.number, 0.0)
+    count = np.bincount(rows.frame.recording, weight)
+    mean = np.bincount(rows.frame.recording, weight * (rows.y - predicted)) / np.maximum(count, 1e-300)
+    return {int(r): float(mean[r]) for r in np.flatnonzero(count > 0.0)}
+
+
+def _constant(model: ChannelModel, effect: str) -> float:
+    for block in model.base:
+        if block.regressor.effect == effect:
+            return float(model.fit.of(block.place)[0][0])
+    return 0.0
+
+
+def _energy(problem: ChannelProblem) -> float:
+    """Weighted squares that the calibrated simulation, begun at each recording's first reading, leaves of the training
+    rows.
+    """
+    bank, *_ = prepare_bank(problem, plain_residual(problem))
+    blocks = settled(problem, bank, add_base(problem, bank))
+    found = fit_blocks(bank, blocks, bank.variances())
+    frame = problem.rows.frame
+    predicted = np.zeros(frame.size)
+    for block in blocks:
+        if block.regressor.effect != "nuisance":
+            predicted += block.regressor.columns(frame) @ found.of(block.place)[0]
+    left = (problem.rows.y - of_start(problem, predicted))[problem.train]
+    return float(np.sum(problem.rows.number[problem.train] * left**2))
