@@ -90,7 +90,7 @@ def _told(
     kind = hidden.definition
     at = SHOWN.index(kind.channel)
     own = [shown[one["cycle"] // EVERY, number, at].astype(np.float64) for one in samples]
-    excess = _fitted(samples, kind.channel, own)
+    excess = _fitted(samples, kind.channel, own, ramps=True)
     return ConcealedEffect(
         effect=kind.effect,
         status="unknown" if kind.effect == "unknown" else "named",
@@ -161,11 +161,16 @@ def _measured(one: Mapping[str, Any], channel: str) -> Floats:
     return np.asarray(one[channel])
 
 
-def _fitted(samples: Samples, channel: str, values: Sequence[Floats]) -> Excess:
-    """What is left of ``values``, one array a recording, once the nominal simulation is fitted to them."""
+def _fitted(samples: Samples, channel: str, values: Sequence[Floats], ramps: bool = False) -> Excess:
+    """What is left of ``values``, one array a recording, once the nominal simulation is fitted to them.
+
+    Of a torque in steady motion, or with ``ramps`` in all motion: ramps and heating are compared as well.
+    """
     tables, left, states, numbers = [], [], [], []
     for number, (one, own) in enumerate(zip(samples, values, strict=True)):
         inside = np.ones(own.size, dtype=bool) if channel == "temperature" else one["steady"]
+        if ramps and channel in ("motor_torque", "load_torque"):
+            inside = np.abs(one["rate"]) > 0.0
         if channel == "transmission_error":
             inside = inside & (np.abs(one["rate"]) > 0.0)
         if np.count_nonzero(inside) < 10:

@@ -11,14 +11,19 @@ from bench.mismatch.discovery import AMBIGUOUS, NAMED, Discovery, Rival
 from bench.mismatch.discovery import UNKNOWN as UNKNOWN_STATUS
 from bench.mismatch.problem import ChannelProblem
 from bench.mismatch.recordings.beginning import at_start, risen
+from bench.mismatch.regression import windows
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.candidates import Spell
 from bench.mismatch.regression.excess import excess, levelled
 from bench.mismatch.regression.model import ChannelModel, Chosen
-from bench.mismatch.regression.regressors import UNKNOWN, Free
+from bench.mismatch.regression.regressors import UNKNOWN, Free, Regressor
 from bench.mismatch.regression.search import Search
 from bench.mismatch.regression.slots import Contender, Slot
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.quantities import QUANTITIES
+
+ANGLE = "angle"
+"""name of the output angle among the quantities"""
 
 
 def of_start(problem: ChannelProblem, prediction: FloatArray) -> FloatArray:
@@ -65,6 +70,8 @@ def _discovery(
     regressor = own.main.regressor
     coefficients, covariance = model.fit.of(own.main.place)
     std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    course = excess_of(model, own, frame, number)
+    angles, orders = _over_angle(regressor, course, frame, number)
     return Discovery(
         effect=own.effect,
         status=status,
@@ -75,14 +82,29 @@ def _discovery(
         variables=regressor.variables,
         parameters=tuple(regressor.parameters(coefficients, std)),
         added=whole - without,
-        excess=excess_of(model, own, frame, number),
+        excess=course,
         gain=slot.gain,
         p_value=slot.p_value,
         simulation_rows=tuple(rows_of(model, own)),
         rivals=tuple(_rival(model, r, others, predicted, y) for r in rivals),
+        orders=orders,
+        angle_windows=angles,
         time_window=_window(own),
         numbers=regressor.numbers,
     )
+
+
+def _over_angle(
+    regressor: Regressor, course: FloatArray, frame: Frame, number: FloatArray
+) -> tuple[tuple[tuple[float, float], ...], tuple[float, ...]]:
+    """Windows of the output angle in which a function of it alone acts; its orders where it acts all around."""
+    if not isinstance(regressor, Free) or regressor.variables != (ANGLE,):
+        return (), ()
+    angle = QUANTITIES[ANGLE].values(frame)
+    by_direction = any("d" in grid.times.split("*") for grid in regressor.grids)
+    own = course * frame.last_direction if by_direction else course
+    found = windows.acting(angle, own, number)
+    return (found, ()) if found else ((), windows.orders(angle, own, number))
 
 
 def excess_of(model: ChannelModel, own: Chosen, frame: Frame, number: FloatArray) -> FloatArray:
