@@ -18,7 +18,7 @@ from bench.foreign.inputs import inputs_of
 from bench.mismatch import criteria
 from bench.mismatch.recordings.motion import Manner, corners, directions, since_change
 from bench.mismatch.recordings.notch import notched
-from bench.mismatch.recordings.smoothing import local_quadratic, repaired, spikes
+from bench.mismatch.recordings.smoothing import local_quadratic, window, repaired, spikes
 from bench.mismatch.recordings.thinning import Measured, Thinning, group_of
 from bench.recording import SIMULATED, Recording
 from bench.simulation.frame import FloatArray, Frame, IntArray
@@ -127,17 +127,17 @@ def prepare(
     time = signals.time()
     n = time.size
     motor, load = signals.mean("motor_angle"), signals.mean("load_angle")
+    label, steady = _segments(recording, thinning)
     if "motor_angle" in signals:
-        motor, omega, acceleration = motor, *local_quadratic(motor, rate, span)[1:]
+        omega, acceleration = _smoothed(motor, rate, span, label, steady)[1:]
     else:
-        omega, acceleration, _ = local_quadratic(signals.mean("motor_velocity"), rate, span)
+        omega, acceleration, _ = _smoothed(signals.mean("motor_velocity"), rate, span, label, steady)
         motor = np.cumsum(omega) / rate
     theta = motor / ratio
     q = load if "load_angle" in signals else theta
-    _, q_rate, q_acceleration = local_quadratic(q, rate, span)
+    _, q_rate, q_acceleration = _smoothed(q, rate, span, label, steady)
     direction, last = directions(omega, manner.standstill)
     reversal_travel, reversal_time, reversed_before = since_change(theta, time, direction, last)
-    label, steady = _segments(recording, thinning)
 
     load_motor = signals.mean("load_motor_torque")
     load_torque, motor_torque = signals.mean("load_torque"), signals.mean("motor_torque")
@@ -243,6 +243,22 @@ def _told(recording: Recording, folder: Folder) -> dict[str, FloatArray]:
         return folder.base.told(recording, lambda: inputs_of(recording, prepare(recording, 0, plain, group=1).frame))
     except ConfigurationError as error:
         raise RecordingError(str(error)) from error
+
+
+def _smoothed(
+    signal: FloatArray, rate: float, span: float, label: IntArray, steady: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """:func:`local_quadratic`, with steady segments smoothed by their own samples alone.
+
+    A ramp ends in a corner: a window that reaches over it sees an acceleration where there is none any more.
+    """
+    value, slope, curve = local_quadratic(signal, rate, span)
+    for number in _numbers(np.where(steady > 0.5, label, -1)):
+        rows = np.flatnonzero((label == number) & (steady > 0.5))
+        own = slice(int(rows[0]), int(rows[-1]) + 1)
+        if rows.size >= window(rate, span) and rows.size == own.stop - own.start:
+            value[own], slope[own], curve[own] = local_quadratic(signal[own], rate, span)
+    return value, slope, curve
 
 
 def _segments(recording: Recording, thinning: Thinning) -> tuple[IntArray, FloatArray]:
