@@ -6,6 +6,7 @@ so differences of single samples say nothing. Wild samples are found against a r
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -18,7 +19,7 @@ from bench.foreign.inputs import inputs_of
 from bench.mismatch import criteria
 from bench.mismatch.recordings.motion import Manner, corners, directions, since_change
 from bench.mismatch.recordings.notch import notched
-from bench.mismatch.recordings.smoothing import local_quadratic, window, repaired, spikes
+from bench.mismatch.recordings.smoothing import local_quadratic, repaired, spikes, window
 from bench.mismatch.recordings.thinning import Measured, Thinning, group_of
 from bench.recording import SIMULATED, Recording
 from bench.simulation.frame import FloatArray, Frame, IntArray
@@ -128,14 +129,15 @@ def prepare(
     n = time.size
     motor, load = signals.mean("motor_angle"), signals.mean("load_angle")
     label, steady = _segments(recording, thinning)
+    whole = _pieces(time, rate, np.where(steady > 0.5, label, -1))
     if "motor_angle" in signals:
-        omega, acceleration = _smoothed(motor, rate, span, label, steady)[1:]
+        omega, acceleration = _smoothed(motor, rate, span, whole)[1:]
     else:
-        omega, acceleration, _ = _smoothed(signals.mean("motor_velocity"), rate, span, label, steady)
+        omega, acceleration, _ = _smoothed(signals.mean("motor_velocity"), rate, span, whole)
         motor = np.cumsum(omega) / rate
     theta = motor / ratio
     q = load if "load_angle" in signals else theta
-    _, q_rate, q_acceleration = _smoothed(q, rate, span, label, steady)
+    _, q_rate, q_acceleration = _smoothed(q, rate, span, whole)
     direction, last = directions(omega, manner.standstill)
     reversal_travel, reversal_time, reversed_before = since_change(theta, time, direction, last)
 
@@ -245,18 +247,25 @@ def _told(recording: Recording, folder: Folder) -> dict[str, FloatArray]:
         raise RecordingError(str(error)) from error
 
 
-def _smoothed(
-    signal: FloatArray, rate: float, span: float, label: IntArray, steady: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """:func:`local_quadratic`, with steady segments smoothed by their own samples alone.
+def _pieces(time: FloatArray, rate: float, label: IntArray) -> list[slice]:
+    """Runs of samples that are smoothed by themselves: steady segments (``label``, -1 elsewhere), and what lost cycles
+    leave whole.
 
-    A ramp ends in a corner: a window that reaches over it sees an acceleration where there is none any more.
+    A ramp ends in a corner, and the angle jumps where cycles were lost: a window that reaches over it sees an
+    acceleration that never was.
     """
+    broken = np.flatnonzero((np.diff(label) != 0) | (np.diff(time) > 1.5 / rate)) + 1
+    edges = [0, *broken.tolist(), time.size]
+    return [slice(a, b) for a, b in itertools.pairwise(edges)] if len(edges) > 2 else []
+
+
+def _smoothed(
+    signal: FloatArray, rate: float, span: float, pieces: Sequence[slice]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """:func:`local_quadratic`, with ``pieces`` that are no shorter than a window smoothed by their own samples alone."""
     value, slope, curve = local_quadratic(signal, rate, span)
-    for number in _numbers(np.where(steady > 0.5, label, -1)):
-        rows = np.flatnonzero((label == number) & (steady > 0.5))
-        own = slice(int(rows[0]), int(rows[-1]) + 1)
-        if rows.size >= window(rate, span) and rows.size == own.stop - own.start:
+    for own in pieces:
+        if own.stop - own.start >= window(rate, span):
             value[own], slope[own], curve[own] = local_quadratic(signal[own], rate, span)
     return value, slope, curve
 
