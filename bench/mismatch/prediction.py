@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from bench.foreign.opening import base_of
 from bench.mismatch.given import Given, Known
+from bench.mismatch.orders.series import summed
 from bench.mismatch.power_zeros import CONSTANT, EFFECT, KEY, RECORDINGS, Zeros, left_of
 from bench.mismatch.problem import CHANNELS, fixed_part, nominal_base
 from bench.mismatch.recordings.beginning import START_S, at_start, risen
@@ -33,6 +34,7 @@ from bench.simulation.laws import factor
 from bench.simulation.model import Simulation
 from bench.simulation.polynomial import basis
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
+from bench.simulation.waves import ROWS_AT_ONCE
 
 SENSOR = "sensor.torque"
 """begins the ids of errors of the torque sensor: what it reads beyond the torque is taken off before others use it"""
@@ -146,16 +148,17 @@ class Predictor:
             rows = np.flatnonzero(frame.last_direction > 0 if sign > 0 else frame.last_direction <= 0)
             if own is None or rows.size == 0:
                 continue
-            monomials = basis(*x[rows].T)
-            amplitude, phase = monomials @ own.amplitude.T, monomials @ own.phase.T
-            vectors = amplitude * np.exp(1j * phase)
-            for law in self.given.laws:
-                vectors = vectors * factor(law, x[rows], frame.time[rows], [float(f) for f in own.orders])
-            total = monomials @ own.offset
-            for k, order in enumerate(own.orders):
-                angle = order * frame.theta[rows]
-                total = total + vectors[:, k].real * np.sin(angle) + vectors[:, k].imag * np.cos(angle)
-            out[rows] = total
+            orders = np.asarray(own.orders, dtype=np.float64)
+            for a in range(0, rows.size, ROWS_AT_ONCE):
+                part = rows[a : a + ROWS_AT_ONCE]
+                monomials = basis(*x[part].T)
+                amplitude, phase = monomials @ own.amplitude.T, monomials @ own.phase.T
+                if self.given.laws:
+                    vectors = amplitude * np.exp(1j * phase)
+                    for law in self.given.laws:
+                        vectors = vectors * factor(law, x[part], frame.time[part], [float(f) for f in own.orders])
+                    amplitude, phase = np.abs(vectors), np.angle(vectors)
+                out[part] = monomials @ own.offset + summed(frame.theta[part], orders, amplitude, phase)
         for pulse in self.given.pulses:
             out = out + pulse.evaluate(frame.theta)
         return out

@@ -23,6 +23,11 @@ FIRST_PRIOR = np.array([0.3, 0.3, 0.3, 0.6, 0.6, 0.6, 0.3, 0.3, 0.3])
 """spread of the polynomials' coefficients before anything is known: of the amplitude (relative); of the phase half as
 much again, rad
 """
+BEFOREHAND = 1.0
+"""coefficients' worth of evidence that a monomial's spread is as usual among all monomials: two speeds say nothing of
+what goes with the square of speed, and then it is taken so
+"""
+INTERPLAY = 0.2
 LEAST_SPREAD, LARGEST_SPREAD = 5e-4, 2.0
 ROUNDS = 4
 """in which orders tell the prior and the prior the orders"""
@@ -126,12 +131,13 @@ class Series:
                 x = np.column_stack([frame.torque[own], frame.velocity[own], frame.temperature[own]])
                 basis = self.scaling[side].monomials(x)
                 amplitude = basis @ (self.amplitude[side] * factor[:, None]).T
-                out[own] = _sum(frame.theta[own], orders, amplitude, basis @ self.phase[side].T + ahead)
+                out[own] = summed(frame.theta[own], orders, amplitude, basis @ self.phase[side].T + ahead)
         return out
 
 
 @numba.njit(cache=True)
-def _sum(theta: FloatArray, orders: FloatArray, amplitude: FloatArray, phase: FloatArray) -> FloatArray:
+def summed(theta: FloatArray, orders: FloatArray, amplitude: FloatArray, phase: FloatArray) -> FloatArray:
+    """Sum of ``amplitude`` (n, k) times sin(f*theta + ``phase``) over ``orders`` (k,) at angles ``theta`` (n,)."""
     out = np.zeros(theta.size)
     for i in range(theta.size):
         for k in range(orders.size):
@@ -209,7 +215,11 @@ def _empirical_prior(found: FloatArray, determined: FloatArray) -> FloatArray:
     limit = np.maximum(3.0 * np.median(np.abs(found), axis=0) / 0.6745, 1e-9)
     # a mean of squares that a single wild order does not rule
     squares = np.minimum(np.abs(found), limit) ** 2
-    usual = np.sqrt(squares.sum(axis=0) / np.maximum(determined.sum(axis=0), 0.5))
+    first = np.concatenate([FIRST_PRIOR, 1.5 * FIRST_PRIOR])
+    first[[6, 7, 8, 15, 16, 17]] *= INTERPLAY
+    for part in (slice(0, 9), slice(9, 18)):  # how much the amplitudes depend on anything, and the phases
+        first[part] *= np.sqrt(squares[:, part].sum() / max(float(np.sum(determined[:, part] * first[part] ** 2)), 1e-9))
+    usual = np.sqrt((squares.sum(axis=0) + BEFOREHAND * first**2) / (determined.sum(axis=0) + BEFOREHAND))
     return np.asarray(np.clip(usual, LEAST_SPREAD, LARGEST_SPREAD))
 
 

@@ -67,8 +67,9 @@ def slots(search: Search) -> list[Slot]:
 
 
 def settle(search: Search) -> list[Slot]:
-    """Let a name take the place of a free function that is less probable than it, and nothing that of one less probable
-    than nothing; the slots of the effects that are left.
+    """Let a name take the place of a free function that is less probable than it, a free function that of a name which
+    it leaves next to no probability, and nothing that of one less probable than nothing; the slots of the effects that
+    are left.
     """
     found = slots(search)
     for _ in range(len(search.model.chosen)):
@@ -77,6 +78,13 @@ def settle(search: Search) -> list[Slot]:
             named = [r for r in slot.rivals if r.chosen.effect != UNKNOWN]
             best = max(named, key=lambda r: r.weight, default=None)
             nothing = 1.0 - slot.weight - sum(r.weight for r in slot.rivals)
+            nameless = max((r for r in slot.rivals if r.chosen.effect == UNKNOWN), key=lambda r: r.weight, default=None)
+            if _disowned(slot, nameless):
+                assert nameless is not None
+                chosen = [*(c for c in model.chosen if c is not slot.chosen), nameless.chosen]
+                search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
+                found = slots(search)
+                break
             if slot.chosen.effect != UNKNOWN or slot.weight >= max(nothing, 0.0 if best is None else best.weight):
                 continue
             others = [c for c in model.chosen if c is not slot.chosen]
@@ -87,6 +95,15 @@ def settle(search: Search) -> list[Slot]:
         else:
             break
     return found
+
+
+def _disowned(slot: Slot, nameless: Contender | None) -> bool:
+    """Whether a free function leaves a name too little probability to be told."""
+    effect = slot.chosen.effect
+    if nameless is None or effect == UNKNOWN or (effect in LIBRARY and LIBRARY[effect].nominal):
+        return False
+    named = slot.weight + sum(r.weight for r in slot.rivals if r.chosen.effect != UNKNOWN)
+    return named < criteria.AS_GOOD * nameless.weight
 
 
 def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:

@@ -1,0 +1,70 @@
+"""Where over the output angle a function of the angle acts: few windows, or the orders that draw it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bench.simulation.frame import FloatArray
+
+BINS = 90
+"""parts of a revolution"""
+HELD = 0.9
+"""share of the energy that the windows hold: the report's contract on places"""
+WIDEST = 0.5
+"""share of a revolution from which a function is no longer told by windows, but by its orders"""
+HIGHEST = 20
+"""order up to which those of a function are told: its table has no finer knots"""
+
+
+def acting(angle: FloatArray, course: FloatArray, number: FloatArray) -> tuple[tuple[float, float], ...]:
+    """Windows (rad, begin to end in the sense of rotation) of the output angle in which a ``course`` (n,) acts.
+
+    The smallest that hold nine tenths of its energy on samples (``number`` a row); none where they would be more than
+    half a revolution, or where the rows leave a part of the revolution out.
+    """
+    mean = _density(angle, course, number)
+    if mean is None:
+        return ()
+    # a calibration takes the mean off: what stands at the usual level does not act
+    density = (mean - np.median(mean)) ** 2
+    order = np.argsort(-density, kind="stable")
+    held = np.cumsum(density[order])
+    if held[-1] <= 0.0:
+        return ()
+    own = order[: int(np.searchsorted(held, HELD * held[-1])) + 1]
+    if own.size > WIDEST * BINS:
+        return ()
+    inside = np.zeros(BINS, dtype=bool)
+    inside[own] = True
+    # a passage through zero is no end of a window
+    inside |= np.roll(inside, 1) & np.roll(inside, -1)
+    step = 2.0 * np.pi / BINS
+    begins = np.flatnonzero(inside & ~np.roll(inside, 1))
+    out = []
+    for begin in begins.tolist():
+        length = next(k for k in range(1, BINS + 1) if not inside[(begin + k) % BINS])
+        out.append((begin * step, (begin + length) * step))
+    return tuple(out)
+
+
+def orders(angle: FloatArray, course: FloatArray, number: FloatArray) -> tuple[float, ...]:
+    """Whole orders of a ``course`` (n,) over the output angle that hold nine tenths of its energy, strongest first."""
+    mean = _density(angle, course, number)
+    if mean is None:
+        return ()
+    power = np.abs(np.fft.rfft(mean)[1 : HIGHEST + 1]) ** 2
+    if power.sum() <= 0.0:
+        return ()
+    order = np.argsort(-power, kind="stable")
+    enough = int(np.searchsorted(np.cumsum(power[order]), HELD * power.sum())) + 1
+    return tuple(float(k + 1) for k in order[:enough])
+
+
+def _density(angle: FloatArray, values: FloatArray, number: FloatArray) -> FloatArray | None:
+    """Mean of values (n,) in each part of a revolution; None where a part has no sample."""
+    own = number > 0
+    place = np.floor(np.mod(angle[own], 2.0 * np.pi) / (2.0 * np.pi) * BINS).astype(np.int64) % BINS
+    weight = np.bincount(place, number[own], BINS)
+    if not np.all(weight > 0.0):
+        return None
+    return np.asarray(np.bincount(place, number[own] * values[own], BINS) / weight)
