@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from bench.mismatch import criteria
 from bench.mismatch.orders import offset_rows as slow
 from bench.mismatch.orders.bounds import Bounds
+from bench.mismatch.orders.partial import refined
 from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.series import Series, calibrate
-from bench.mismatch.orders.partial import refined
 from bench.mismatch.orders.turns import HIGHEST_ORDER, LEAST_PART, LEAST_TURN, Seen, Turn, found_in, seen, states
 from bench.mismatch.orders.weak import Stage, WeakOrder, search, search_between
 from bench.mismatch.problem import BaseTerm, ChannelProblem
@@ -98,9 +98,7 @@ def begun(
         for p in found_in(rows.frame, LEAST_PART, LEAST_TURN)
         if folds[p.recording] >= 0 and bool(inside[p.rows].all()) and bool((rows.number[p.rows] > 0).all())
     )
-    return TransmissionModel(
-        rows, inside, turns, train, given, folds, tuple(base), tuple(switched_off), parts=parts
-    )
+    return TransmissionModel(rows, inside, turns, train, given, folds, tuple(base), tuple(switched_off), parts=parts)
 
 
 def analyse(model: TransmissionModel, seed: int) -> TransmissionModel:

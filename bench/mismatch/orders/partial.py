@@ -38,7 +38,9 @@ class _Part:
     number: int
 
 
-def refined(series: Series, rows: Rows, y: FloatArray, parts: Sequence[Turn], white: float, laws: Sequence[Law]) -> Series:
+def refined(
+    series: Series, rows: Rows, y: FloatArray, parts: Sequence[Turn], white: float, laws: Sequence[Law]
+) -> Series:
     """``series`` with what the rows ``y`` (n,) of steady ``parts`` say of it; rad.
 
     ``white``: noise of a row, rad; where a part is left with more than that, its own is taken. ``laws`` multiply the

@@ -218,7 +218,9 @@ def _empirical_prior(found: FloatArray, determined: FloatArray) -> FloatArray:
     first = np.concatenate([FIRST_PRIOR, 1.5 * FIRST_PRIOR])
     first[[6, 7, 8, 15, 16, 17]] *= INTERPLAY
     for part in (slice(0, 9), slice(9, 18)):  # how much the amplitudes depend on anything, and the phases
-        first[part] *= np.sqrt(squares[:, part].sum() / max(float(np.sum(determined[:, part] * first[part] ** 2)), 1e-9))
+        first[part] *= np.sqrt(
+            squares[:, part].sum() / max(float(np.sum(determined[:, part] * first[part] ** 2)), 1e-9)
+        )
     usual = np.sqrt((squares.sum(axis=0) + BEFOREHAND * first**2) / (determined.sum(axis=0) + BEFOREHAND))
     return np.asarray(np.clip(usual, LEAST_SPREAD, LARGEST_SPREAD))
 

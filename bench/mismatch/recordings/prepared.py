@@ -262,7 +262,7 @@ def _pieces(time: FloatArray, rate: float, label: IntArray) -> list[slice]:
 def _smoothed(
     signal: FloatArray, rate: float, span: float, pieces: Sequence[slice]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """:func:`local_quadratic`, with ``pieces`` that are no shorter than a window smoothed by their own samples alone."""
+    """:func:`local_quadratic`, with ``pieces`` no shorter than a window smoothed by their own samples alone."""
     value, slope, curve = local_quadratic(signal, rate, span)
     for own in pieces:
         if own.stop - own.start >= window(rate, span):

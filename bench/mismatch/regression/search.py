@@ -33,7 +33,7 @@ from bench.mismatch.regression.regressors import UNKNOWN, Named, Regressor
 from bench.mismatch.regression.scan import LEAST_OWN, Scan, Units, scan, units, whole
 from bench.simulation.frame import FloatArray
 from bench.simulation.quantities import AUXILIARY
-from bench.simulation.terms import LIBRARY
+from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE
 
 MOST_EFFECTS = 12
 MOST_UNKNOWN = 2
@@ -377,11 +377,14 @@ class Strength:
 
     acts: float
     overall: float
+    trusted: float = 0.0
+    """what no transducer of the channel is trusted with, over the noise of a sample"""
 
     @property
     def enough(self) -> bool:
         """Whether it is told."""
-        return self.acts >= criteria.LEAST_STRENGTH and self.overall >= criteria.LEAST_OVERALL
+        least = max(criteria.LEAST_STRENGTH, self.trusted)
+        return self.acts >= least and self.overall >= criteria.LEAST_OVERALL
 
 
 def strength(search: Search, candidate: Chosen) -> Strength:
@@ -395,7 +398,15 @@ def strength(search: Search, candidate: Chosen) -> Strength:
     number = problem.rows.number[train]
     floor = max(model.floor, 1e-300)
     overall = float(np.sqrt(np.sum(beyond**2 * number) / max(float(number.sum()), 1.0)))
-    return Strength(active_size(beyond, number) / floor, overall / floor)
+    trusted = criteria.TRANSDUCER * _range(problem)
+    return Strength(active_size(beyond, number) / floor, overall / floor, trusted / floor)
+
+
+def _range(problem: ChannelProblem) -> float:
+    """Largest value of a torque in the recordings, N·m; 0 of a channel that is no torque."""
+    frame = problem.rows.frame
+    values = {LOAD_TORQUE: frame.torque, MOTOR_TORQUE: frame.motor_torque}.get(problem.channel)
+    return 0.0 if values is None else float(np.max(np.abs(values[problem.usable]), initial=0.0))
 
 
 def strength_of(search: Search, block: Block) -> Strength:

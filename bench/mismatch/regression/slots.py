@@ -85,7 +85,9 @@ def settle(search: Search) -> list[Slot]:
                 search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
                 found = slots(search)
                 break
-            if slot.chosen.effect != UNKNOWN or slot.weight >= max(nothing, 0.0 if best is None else best.weight):
+            # whichever function it is: what they say in common is that no name does
+            without = slot.weight + (0.0 if nameless is None else nameless.weight)
+            if slot.chosen.effect != UNKNOWN or without >= max(nothing, 0.0 if best is None else best.weight):
                 continue
             others = [c for c in model.chosen if c is not slot.chosen]
             chosen = [*others, best.chosen] if best is not None and best.weight > nothing else others
