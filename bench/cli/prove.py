@@ -135,6 +135,13 @@ def prove(
         single = [job for s in seeds for job in jobs_of(Plan(("clear",), s, count, clutter=clutter), options.out, keep)]
         listed = sweep_jobs(_with_effects(single, effects), values)
     if make_only:
+        if through:
+            from bench.errors import ConfigurationError
+
+            raise ConfigurationError(
+                "--make-only does not go with --through-the-bench: what such a plant conceals is written down only "
+                "after its recordings have been analysed; leave one of the two out."
+            )
         for path in make_folders(listed, jobs):
             say(str(options.out / RECORDINGS / read_truth(path)["folder"]))
         say(f"what is in each: {options.out / TRUTHS}")

@@ -94,8 +94,8 @@ def _refined(
         now = now + cho_solve(factored, right).reshape(orders, 20)
         for place, (part, b, by) in enumerate(zip(parts, basis, answer, strict=True)):
             vectors, _ = _linear(now, b, by)
-            left = part.squares - 2.0 * float(vectors @ part.product) + float(vectors @ part.gram @ vectors)
-            noise[place] = max(white**2, left / part.number)
+            squares = part.squares - 2.0 * float(vectors @ part.product) + float(vectors @ part.gram @ vectors)
+            noise[place] = max(white**2, squares / part.number)
     assert factored is not None
     inverse = cho_solve(factored, np.eye(orders * 20))
     covariance = np.stack([inverse[20 * k : 20 * k + 20, 20 * k : 20 * k + 20] for k in range(orders)])

@@ -35,6 +35,13 @@ def test_make_only_seals_and_analyses_nothing(app: typer.Typer, tmp_path: Path) 
     assert not list(tmp_path.rglob("report.json"))
 
 
+def test_a_plant_is_not_made_and_left(app: typer.Typer, tmp_path: Path) -> None:
+    """What a plant conceals is written down after its analysis, so that nothing can be made beforehand."""
+    done = CliRunner().invoke(app, ["prove", "--through-the-bench", "--make-only", "--out", str(tmp_path)])
+    assert done.exit_code != 0
+    assert "--make-only does not go with --through-the-bench" in str(done.exception) + done.output
+
+
 def test_table_and_json_say_the_same(app: typer.Typer, tmp_path: Path) -> None:
     table = tmp_path / "table.md"
     arguments = ["prove", "--set", "null,switched_off", "--count", "1", "--out", str(tmp_path), "--table", str(table)]

@@ -1,0 +1,99 @@
+"""A zero of the torque sensor heats nothing: the temperature says so, and where it cannot, nothing is taken off."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from bench.mismatch.power_zeros import LOAD, RECORDINGS, Zeros, chosen
+from bench.mismatch.problem import BaseTerm, ChannelProblem, nominal_base
+from bench.mismatch.recordings.rows import Rows
+from bench.simulation.frame import ARRAYS, FloatArray, Frame, concatenate
+from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE
+
+RATIO, SPEED, STEP = 185.0, 0.9, 2.0
+ZERO = 4.0
+"""N·m of the torque sensor"""
+CAPACITY, RESISTANCE, AMBIENT = 7000.0, 0.3, 21.0
+RECORDINGS_MADE, EACH = 24, 60
+
+
+LOSS = np.random.default_rng(5).uniform(60.0, 180.0, RECORDINGS_MADE)
+"""W of each recording"""
+
+
+def heated(zero: float, seed: int = 0) -> Rows:
+    """Heating runs both ways whose true loss is :data:`LOSS`; the sensor reads ``zero`` N·m beside the load."""
+    rng = np.random.default_rng(seed)
+    parts, y, level = [], [], 25.0
+    for number in range(RECORDINGS_MADE):
+        side = 1.0 if number % 2 == 0 else -1.0
+        elapsed = STEP * np.arange(EACH)
+        motor = np.full(EACH, side * LOSS[number] / (SPEED * RATIO))
+        torque = np.full(EACH, zero)
+        values: dict[str, FloatArray] = {name: np.zeros(EACH) for name in ARRAYS}
+        temperature = np.empty(EACH)
+        for k in range(EACH):
+            temperature[k] = level
+            level += STEP * (LOSS[number] - (level - AMBIENT) / RESISTANCE) / CAPACITY
+        read = temperature + rng.normal(0.0, 0.002, EACH)
+        values |= {
+            "count": np.full(EACH, 100.0),
+            "time": 500.0 * number + elapsed,
+            "elapsed": elapsed,
+            "velocity": np.full(EACH, side * SPEED),
+            "direction": np.full(EACH, side),
+            "last_direction": np.full(EACH, side),
+            "torque": torque,
+            "motor_torque": motor,
+            "power": np.abs(motor * side * SPEED * RATIO - torque * side * SPEED),
+            "temperature": read,
+            "step": np.where(elapsed > 0.0, STEP, 0.0),
+        }
+        values["recording"] = np.full(EACH, number, dtype=np.int64)
+        parts.append(Frame(ratio=RATIO, **values))  # type: ignore[arg-type]
+        y.append(read)
+        level -= 3.0  # it stands and cools before the next
+    frame = concatenate(parts)
+    return Rows(frame, np.concatenate(y), np.full(frame.size, 100.0), np.full(frame.size, 1e-4))
+
+
+def problem(rows: Rows) -> ChannelProblem:
+    """The temperature with its nominal balance."""
+    base: tuple[BaseTerm, ...] = tuple(nominal_base(TEMPERATURE, ()))
+    usable = np.ones(rows.size, dtype=bool)
+    return ChannelProblem(TEMPERATURE, rows, usable, np.arange(RECORDINGS_MADE) % 5, base)
+
+
+def torque_model(rows: Rows, effect: str, constant: float) -> Any:
+    """A calibrated model of a torque whose constant is known and that leaves nothing."""
+    block = SimpleNamespace(regressor=SimpleNamespace(effect=effect), place=(0,))
+    fit = SimpleNamespace(of=lambda _place: (np.array([constant]), np.zeros((1, 1))))
+    whole = SimpleNamespace(rows=rows, usable=np.ones(rows.size, dtype=bool))
+    return SimpleNamespace(base=[block], fit=fit, problem=whole, predict=lambda _frame: rows.y)
+
+
+@pytest.mark.parametrize(("zero", "taken"), [(ZERO, True), (0.0, False)])
+def test_the_heat_tells_whether_a_constant_is_a_zero(zero: float, taken: bool) -> None:
+    rows = heated(zero)
+    models = {
+        LOAD_TORQUE: torque_model(rows, "load.torque_offset", ZERO),
+        MOTOR_TORQUE: torque_model(rows, "motor.torque_offset", 0.0),
+    }
+    found = chosen(cast("Any", models), rows, problem)
+    assert (LOAD in found.which) is taken
+    power = found.less(rows.frame).power
+    assert np.allclose(power, LOSS[rows.frame.recording])
+
+
+def test_each_recording_has_its_own() -> None:
+    frame = heated(0.0).frame
+    zeros = Zeros((RECORDINGS,), {}, {MOTOR_TORQUE: {0: 0.1, 1: 0.1}})
+    change = zeros.less(frame).power - frame.power
+    # the motor's zero counts with the direction of its speed; both ways it puts in less than it says or more
+    assert np.allclose(change[frame.recording == 0], -0.1 * SPEED * RATIO)
+    assert np.allclose(change[frame.recording == 1], +0.1 * SPEED * RATIO)
+    assert np.all(change[frame.recording > 1] == 0.0)
