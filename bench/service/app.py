@@ -17,7 +17,7 @@ from starlette.exceptions import HTTPException
 
 import bench
 from bench.errors import BenchError
-from bench.service import models, routes_acts, routes_archive, routes_data, routes_plan
+from bench.service import models, routes_acts, routes_archive, routes_data, routes_jog, routes_plan, routes_trend
 from bench.service.launcher import Launcher
 from bench.service.security import COOKIE, Guard, check
 from bench.service.service import Service
@@ -55,6 +55,8 @@ def create_app(settings: Settings, launcher: Launcher) -> FastAPI:
     app.include_router(routes_data.router)
     app.include_router(routes_plan.router)
     app.include_router(routes_archive.router)
+    app.include_router(routes_trend.router)
+    app.include_router(routes_jog.router)
 
     @app.post("/api/session", responses=PROBLEMS, summary="Show the token")
     async def session(body: models.Session, service: Annotated[Service, Depends(service_of)]) -> Response:

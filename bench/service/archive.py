@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from pathlib import Path
+from typing import Any
 
 from bench.archive import Found, Index, Note, Query, add_note
 from bench.campaigns.remark import clean_remark
@@ -28,6 +29,27 @@ class Archive:
         """Search the folders as they are now."""
         self._index.refresh()
         return self._index.search(query)
+
+    def gearboxes(self) -> list[dict[str, Any]]:
+        """Return serial numbers with how many campaigns there are of each."""
+        from bench.trend import gearboxes
+
+        self._index.refresh()
+        return [{"serial": serial, "campaigns": count} for serial, count in gearboxes(self._index).items()]
+
+    def trend(self, gearbox: str, since_s: float | None) -> dict[str, Any]:
+        """Return a gearbox over its campaigns, of what is identified so far.
+
+        Raises
+        ------
+        ConfigurationError
+            If there is no campaign of it.
+        """
+        # what identifies is loaded when it is first asked for: the service begins without it
+        from bench.trend import trend_of
+
+        self._index.refresh()
+        return trend_of(self._root, gearbox, self._index, since_s).as_dict()
 
     def note(self, new: NewNote) -> str:
         """Write a note into the folder it is about; return what was done.
@@ -54,7 +76,7 @@ class Archive:
 
         Returns at once: a disk that hangs holds up nobody who waits for the end of a run.
         """
-        if not run.resets:
+        if not run.resets and run.by_hand is None:
             threading.Thread(target=self._name_person, args=(run,), name="name-person", daemon=True).start()
 
     def _name_person(self, run: Run) -> None:

@@ -47,18 +47,43 @@ class Book:
         """The last entries, newest first."""
         return list(reversed(self._last))
 
+    def find(self, words: str = "", act: str = "", limit: int = _SHOWN) -> list[dict[str, Any]]:
+        """Return entries of the whole book, newest first; each word stands somewhere in an entry, ``act`` is its act.
+
+        It reads the file, and may take as long as the disk does; what is not on the disk yet is there all the same.
+        """
+        try:
+            lines = self._path.read_text("utf-8", "replace").splitlines()
+        except FileNotFoundError:
+            lines = []
+        kept = [entry for entry in map(_read, lines) if entry is not None]
+        known = {json.dumps(entry, sort_keys=True) for entry in kept[-2 * _SHOWN :]}
+        kept += [entry for entry in self._last if json.dumps(entry, sort_keys=True) not in known]
+        wanted = words.lower().split()
+
+        def fits(entry: dict[str, Any]) -> bool:
+            text = " ".join(str(value) for value in entry.values()).lower()
+            return act in ("", entry["act"]) and all(word in text for word in wanted)
+
+        return [entry for entry in reversed(kept) if fits(entry)][:limit]
+
     def last_of(self, act: str) -> dict[str, Any] | None:
         """The last entry of an act among those at hand, None if there is none."""
         return next((entry for entry in reversed(self._last) if entry["act"] == act), None)
 
     def _take(self, line: str) -> None:
-        try:
-            entry = json.loads(line)
-        except ValueError:
-            # the last line of a power cut; what it would have said is lost, the rest is not
-            return
-        if isinstance(entry, dict) and {"at", "act", "by", "text"} <= entry.keys():
+        entry = _read(line)
+        if entry is not None:
             self._last.append(entry)
+
+
+def _read(line: str) -> dict[str, Any] | None:
+    """An entry, None for a line that is none: the last one of a power cut; the rest is not lost with it."""
+    try:
+        entry = json.loads(line)
+    except ValueError:
+        return None
+    return entry if isinstance(entry, dict) and {"at", "act", "by", "text"} <= entry.keys() else None
 
 
 def _entry(act: str, by: str, text: str, **more: Any) -> dict[str, Any]:

@@ -4,9 +4,13 @@ minutes do.
 
 from __future__ import annotations
 
+import json
 from collections import deque
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Any
+
+from bench.service.disk import Disk
 
 FINE = 3300
 """Buckets as they come, some 0.2 s each: eleven minutes."""
@@ -33,13 +37,35 @@ def merge(buckets: Iterable[Bucket]) -> Bucket:
 
 
 class History:
-    """Bounded memory of one run's live values."""
+    """Bounded memory of one run's live values; its hours are kept in a file, where it is given one."""
 
     def __init__(self) -> None:
+        self._path: Path | None = None
+        self._disk: Disk | None = None
         self.clear()
+
+    def keep_in(self, path: Path, disk: Disk) -> None:
+        """Write merged buckets into a file of the run from now on; nothing is read, and nothing is waited for."""
+        self._path, self._disk = path, disk
+
+    def take_up(self, path: Path, disk: Disk) -> None:
+        """Go on with the file of a run that an earlier service wrote; a line that was cut, or is none, is left out."""
+        self.keep_in(path, disk)
+        try:
+            lines = path.read_text("utf-8", "replace").splitlines()
+        except OSError:
+            return
+        for line in lines[-COARSE:]:
+            try:
+                bucket = json.loads(line)
+                merge([bucket, bucket])
+            except (ValueError, KeyError, TypeError, IndexError, AttributeError):
+                continue
+            self._coarse.append(bucket)
 
     def clear(self) -> None:
         """Forget: a new run begins, whose bench time may be another."""
+        self._path = None
         self._fine: deque[Bucket] = deque(maxlen=FINE)
         self._coarse: deque[Bucket] = deque(maxlen=COARSE)
         self._open: list[Bucket] = []
@@ -49,8 +75,11 @@ class History:
         self._fine.append(bucket)
         self._open.append(bucket)
         if bucket["end"] - self._open[0]["start"] >= COARSE_S:
-            self._coarse.append(merge(self._open))
+            merged = merge(self._open)
+            self._coarse.append(merged)
             self._open.clear()
+            if self._path is not None and self._disk is not None:
+                self._disk.append(self._path, json.dumps(merged))
 
     def fine(self) -> list[Bucket]:
         """The last minutes."""

@@ -29,6 +29,7 @@ def write_job(run: Run, folder: Path, socket: Path, stop_port: int, plant: str |
         seed=run.seed,
         resumed_by=run.by if run.resumes else None,
         reset_by=run.by if run.resets else None,
+        by_hand=run.by_hand,
         plant=plant,
         stop_port=stop_port,
     )

@@ -30,6 +30,8 @@ _SILENT_S = {"opening": 180.0, "resetting": 180.0}
 _SILENT_ELSE_S = 10.0
 _POLL_S = 0.2
 _SHOWN = 30
+_HISTORY = "history.jsonl"
+"""Live values of a run, in its folder: pages show the hours before a service that was started anew."""
 _AGAIN_S = 1.0
 """After an error of its own the keeper takes so long a breath."""
 _GOOD_ENDS = frozenset({"finished", "failed_points"})
@@ -79,6 +81,9 @@ class Keeper:
 
     def open(self) -> None:
         """Begin to work; a run that an earlier service left behind is followed further."""
+        measured = [run for run in self.runs.all() if run.started_at and not run.resets and run.by_hand is None]
+        if measured:
+            self.shown.history.take_up(self._folder(measured[-1]) / _HISTORY, self._disk)
         self._task = asyncio.get_running_loop().create_task(self._work())
 
     async def close(self) -> None:
@@ -217,6 +222,8 @@ class Keeper:
             self.stopper.forget()
         # what was measured until a stop stays in sight while the bench is reset
         self.shown.begin(clear=not run.resets)
+        if not run.resets:
+            self.shown.history.keep_in(folder / _HISTORY, self._disk)
         run = self.runs.change(run.id, state="running", pid=pid, started_at=now())
         self._book.write("run", run.by, f"{run.title} begins", run=run.id, folder=run.folder)
         self.changed()

@@ -106,6 +106,28 @@ class NewRun(Body):
     twin_pause: bool = False
 
 
+class Jog(Act):
+    """Turn the bench by hand: ``velocity`` of the load side in rad/s, slow (``jog_speed`` of the state at most)."""
+
+    velocity: Annotated[float, Field(ge=-100.0, le=100.0)]
+
+
+class Hold(Body):
+    """The button of a motion by hand is still held, or (``held`` false) no longer."""
+
+    secret: Secret
+    run: RunId
+    held: bool = True
+
+
+class BookRemark(Body):
+    """A remark for the record book, whether anything runs or not."""
+
+    request_id: RequestId
+    name: Name
+    text: Annotated[str, StringConstraints(min_length=1, max_length=500)]
+
+
 class Draft(Body):
     """A campaign that is being written: its TOML text, or the table that text would hold."""
 

@@ -11,6 +11,7 @@ from fastapi import Path as InPath
 from fastapi import Query as InQuery
 from fastapi.responses import FileResponse, StreamingResponse
 
+from bench.campaigns.remark import clean_remark
 from bench.service import models as m
 from bench.service import recordings
 from bench.service.refusals import NotNow, Unknown
@@ -145,10 +146,34 @@ async def storage(service: The) -> Answer:
     return await asyncio.to_thread(service.storage)
 
 
-@router.get("/book", summary="The last entries of the record book")
-async def book(service: The) -> list[Answer]:
-    """Acts of operators and alarms, newest first, UTC."""
-    return service.book.last()
+@router.get("/book", summary="Entries of the record book")
+async def book(
+    service: The,
+    words: Annotated[str, InQuery(max_length=200)] = "",
+    act: Annotated[str, InQuery(max_length=40)] = "",
+    limit: Annotated[int, InQuery(ge=1, le=100_000)] = 200,
+) -> list[Answer]:
+    """Who did what, and alarms; newest first, in local time with its offset to UTC. Without anything asked, the last.
+
+    Every word has to stand somewhere in an entry: a name, a date, a run, a part of a sentence.
+    """
+    if not words and not act and limit <= 200:
+        return service.book.last()[:limit]
+    found: list[Answer] = await service.reading(service.book.find, words, act, limit)
+    return found
+
+
+@router.post("/book", summary="Write a remark into the record book")
+async def remark(body: m.BookRemark, service: The) -> m.Done:
+    """Of anybody, with or without a run; what is written is never changed."""
+
+    async def do() -> m.Done:
+        text = clean_remark(body.text)
+        service.book.write("remark", body.name, text)
+        return m.Done(done=f"written down: {text}")
+
+    answer: m.Done = await service.once(body.request_id, f"book {body.model_dump_json()}", do)
+    return answer
 
 
 @router.get("/health", summary="Whether the service and its run live")

@@ -37,6 +37,8 @@ class Run:
     """Torque may be given again after a stop that was acknowledged and reset."""
     resets: bool = False
     """Nothing is run: the drives' faults are taken away."""
+    by_hand: float | None = None
+    """Motion by hand, rad/s of the load side; nothing is recorded then."""
     twin: str | None = None
     """Model that watches it."""
     twin_pause: bool = False

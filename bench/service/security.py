@@ -31,7 +31,7 @@ HEADERS: dict[str, str] = {
 """On every answer; plots set styles, a run's own stop listener is asked, nothing else comes from elsewhere."""
 REPORT_HEADERS: dict[str, str] = {
     "Content-Security-Policy": (
-        "sandbox; default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'self'"
+        "sandbox allow-downloads; default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'self'"
     ),
     "X-Frame-Options": "SAMEORIGIN",
 }

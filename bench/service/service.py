@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from bench.campaigns.gentle import greatest_speed
 from bench.configuration import BenchFile, concealing, load_bench, on_interface
 from bench.service import recordings
 from bench.service.after_stop import AfterStop
@@ -18,6 +19,7 @@ from bench.service.allowed import BEGINS, DONE, Situation, allowed, why_not
 from bench.service.analyses import Analyses
 from bench.service.archive import Archive
 from bench.service.book import Book
+from bench.service.by_hand import ByHand
 from bench.service.catalog import Catalog
 from bench.service.disk import Disk
 from bench.service.downloads import Exports
@@ -86,6 +88,7 @@ class Service:
             settings.state, runs, launcher, self.stream, self.book, self.alarms, self.disk, deadline, port, plant
         )
         self.idle = Idle(settings, self.bench, plant, launcher, lambda: self.keeper.is_busy, self.keeper.shown.take)
+        self.by_hand = ByHand(self.bench, settings, self.keeper, self.book)
         self.twins = Twins(settings.state, self.keeper, self.alarms, self.book)
         self.after_stop = AfterStop(self.bench, settings, self.keeper, self.book)
         self.keeper.shown.on_spectrum = self.overlay.take
@@ -185,6 +188,7 @@ class Service:
                 "load_torque": configuration.limits.load_torque,
                 "temperature": configuration.limits.temperature,
             },
+            "jog_speed": greatest_speed(configuration),
         }
         shown = self.keeper.shown
         spectrum = self.overlay.last if shown.spectrum is not None else None
@@ -315,6 +319,8 @@ class Service:
     def again(self, run_id: str, by: str) -> Run:
         """Let a run that ended go on where it stopped."""
         run = self.run(run_id, "ended")
+        if run.by_hand is not None:
+            raise NotNow("a motion by hand does not go on; press its button again")
         self.keeper.held = False
         self.book.write("again", by, f"{run.title} goes on in {Path(run.folder).name}", run=run.id)
         return self.keeper.add(following(run, by, resumes=True))

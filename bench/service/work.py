@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import sqlite3
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,7 +38,10 @@ def identify(work: Work) -> str:
     from bench.identification import Options, identify_folder, to_json, to_simulation
     from bench.identification.report import write_report
     from bench.identification.summary import verdict
+    from bench.trend import kept
+    from bench.trend.book import since_last
 
+    stamp = kept.stamp_of(Path(work.recordings))
     out = Path(work.out)
     out.mkdir(parents=True, exist_ok=True)
     found = identify_folder(
@@ -47,7 +51,13 @@ def identify(work: Work) -> str:
     )
     tell("writing the report", 0.92)
     to_simulation(found, "refined").save(out / "model.json")
-    write_report(found, out)
+    changed: tuple[str, ...] = ()
+    try:
+        kept.keep(found, Path(work.recordings), stamp)
+        changed = since_last(Path(work.recordings))
+    except (OSError, sqlite3.Error) as error:
+        tell(f"it is not kept for the trend of this gearbox: {error}", 0.93)
+    write_report(found, out, changed)
     write_whole(out / "summary.json", json.dumps(to_json(found), indent=1, ensure_ascii=False))
     if found.scores:
         return verdict(found)

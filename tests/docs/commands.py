@@ -37,6 +37,7 @@ LONG = {
         for option in ("set", "held-back", "clutter", "severity", "peers", "quick")
     },
     "bench prove --through-the-bench": "minutes a folder; tests/bench/proof/through does one in process",
+    "bench trend recordings": "needs campaigns of a gearbox; tests/bench/trend has them",
     "bench mismatch mine": "needs the folder that bench serve --conceal makes",
     "bench prove --open 77 --sealed mine": "needs that folder; tests/fakes/sealed opens one",
     "bench prove --real": "needs recordings of others, and minutes; tests/bench/proof/real has what needs none",

@@ -27,6 +27,8 @@ class Job:
     """Who wants torque again after a stop that was acknowledged and reset."""
     reset_by: str | None = None
     """Who wants the drives' faults taken away; nothing is run then."""
+    by_hand: float | None = None
+    """Nothing is measured: the load side turns at this velocity, rad/s, while somebody holds the button."""
     plant: str | None = None
     """What plays an emulated bench in place of the plant its file names: a plant with physics concealed in it."""
     stop_port: int = 0

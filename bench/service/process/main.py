@@ -15,11 +15,13 @@ from pathlib import Path
 from bench.campaigns import load_campaign
 from bench.campaigns.acts import reset
 from bench.campaigns.directions import Directions
+from bench.campaigns.jog import jog
 from bench.campaigns.session import run_campaign
 from bench.campaigns.taken import Summary
 from bench.configuration import BenchFile, load_bench, on_interface, playing
 from bench.cycle.rig import EndKind
 from bench.errors import BenchError, DeviceError
+from bench.service.process.hold import Hold
 from bench.service.process.job import Job
 from bench.service.process.lines import LineServer, Message
 from bench.service.process.obey import Obedience
@@ -41,7 +43,9 @@ class Process:
         self._directions = Directions()
         self._reporter = Reporter(self._file.configuration, self._emit)
         self._button = StopButton(job.run)
-        self._obey = Obedience(job.run, self._directions, self._reporter)
+        self._hold = Hold()
+        hold = None if job.by_hand is None else self._hold
+        self._obey = Obedience(job.run, self._directions, self._reporter, hold)
         self._server = LineServer(Path(job.socket), self._reporter.greeting, self._take)
 
     def run(self) -> Message:
@@ -79,6 +83,8 @@ class Process:
     def _end(self) -> Message:
         try:
             with bus_in_use(self._file):
+                if self._job.by_hand is not None:
+                    return self._by_hand(self._job.by_hand)
                 return self._reset() if self._job.reset_by is not None else self._campaign()
         except BenchError as error:
             kind = "device" if isinstance(error, DeviceError) else "refused"
@@ -94,6 +100,31 @@ class Process:
         self._reporter.tell("resetting", "the drives lose their faults, no torque is given")
         reset(self._file, Path(job.folder), str(job.reset_by), seed=job.seed)
         return {"kind": "finished", "cause": "NONE", "text": ""}
+
+    def _by_hand(self, velocity: float) -> Message:
+        """Turn the bench while the button is held; to let go of it is the end that was meant."""
+        folder = Path(self._job.folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        tell = self._reporter.tell
+        tell("opening", "brings bus and drives up; keep holding")
+        tap = LiveTap(self._emit, self._file.configuration.gearbox.ratio)
+        try:
+            end = jog(
+                self._file,
+                folder,
+                velocity,
+                lambda: self._hold.is_held() and not self._directions.stop_requested,
+                self._button,
+                noticed=self._reporter.noticed,
+                tap=tap,
+                moving=lambda: tell("by_hand", "it stops as soon as the button is let go"),
+                seed=self._job.seed,
+            )
+        finally:
+            tap.close()
+        let_go = end.kind is EndKind.INTERRUPTED and not self._button.is_pressed
+        kind = "finished" if let_go else end.kind.name.lower()
+        return {"kind": kind, "cause": end.cause.name, "text": "let go" if let_go else end.text}
 
     def _campaign(self) -> Message:
         job = self._job

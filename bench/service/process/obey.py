@@ -11,6 +11,7 @@ from typing import Any, Protocol
 
 from bench.campaigns.directions import Directions
 from bench.errors import BenchError
+from bench.service.process.hold import Hold
 
 Message = dict[str, Any]
 _SKIPPABLE = frozenset({"waiting", "running", "heating"})
@@ -55,9 +56,10 @@ class Obedience:
     run : id of the run.
     directions : where the wishes go.
     reporter : tells what was done, or why not.
+    hold : hears that the button of a motion by hand is held, or no longer; None where there is none.
     """
 
-    def __init__(self, run: str, directions: Directions, reporter: Told) -> None:
+    def __init__(self, run: str, directions: Directions, reporter: Told, hold: Hold | None = None) -> None:
         self._run, self._directions, self._reporter = run, directions, reporter
         self._acts: dict[str, Callable[[Message], None]] = {
             "pause": self._pause,
@@ -67,6 +69,8 @@ class Obedience:
             "repeat": self._repeat,
             "note": self._note,
         }
+        if hold is not None:
+            self._acts |= {"hold": lambda _: hold.still(), "let_go": lambda _: hold.let_go()}
 
     def __call__(self, message: Message) -> None:
         """Do what is asked, or tell in one sentence why not; what is not understood is no order."""

@@ -2,6 +2,7 @@
 // An act names the run (and point) that was on the page when it was asked for: it is refused for another.
 
 import { get, newId, post, Refused } from "./api.js";
+import { jog } from "./jog.js";
 import { may, me, running, state, unfinished } from "./state.js";
 import { $, duration, make, number, toast } from "./text.js";
 
@@ -164,10 +165,11 @@ export function buttons() {
     ["note", "Remark", () => withControls(note), may("note")],
     ["abort", "End the run", () => withControls(abort), may("abort"), "hard"],
     ["again", "Go on where it stopped", () => again(ended), may("again") && Boolean(ended), "main"],
+    ["jog", "Move by hand", () => withControls(jog), may("jog")],
     ["reset", "Reset the bench", () => withControls(reset), may("reset"), state.latch?.due === "reset" ? "main" : ""],
   ];
   // What cannot be done is left out where it would never make sense now, and greyed where it soon may.
-  const shown = running() ? list.filter(([act]) => !["again", "reset"].includes(act) && (act !== "go_on" || may("go_on")) && (act !== "pause" || !may("go_on"))) : list.filter(([act]) => act === "start" || (act === "reset" && (may("reset") || state.latch?.due)) || (act === "again" && ended));
+  const shown = running() ? list.filter(([act]) => !["again", "reset"].includes(act) && (act !== "go_on" || may("go_on")) && (act !== "pause" || !may("go_on"))) : list.filter(([act]) => act === "start" || act === "jog" || (act === "reset" && (may("reset") || state.latch?.due)) || (act === "again" && ended));
   return shown.map(([act, label, click, possible, kind = ""]) => make("button", { type: "button", "data-act": act, class: kind, disabled: !possible, on: { click } }, label));
 }
 

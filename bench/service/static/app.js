@@ -10,10 +10,11 @@ import * as place from "./place.js";
 import * as plan from "./plan.js";
 import * as recordings from "./recordings.js";
 import { me, running, state } from "./state.js";
+import * as trend from "./trend.js";
 import * as stop from "./stop.js";
 import { $, make, moment, toast } from "./text.js";
 
-const VIEWS = { now: now.spectrum, campaign: () => { campaign.queue(); campaign.points(); }, plan: plan.show, recordings: recordings.folders, analysis: analysis.analyses, place: place.show };
+const VIEWS = { now: now.spectrum, campaign: () => { campaign.queue(); campaign.points(); }, plan: plan.show, recordings: recordings.folders, analysis: analysis.analyses, trend: trend.show, place: place.show };
 
 function view(name) {
   for (const tab of $("tabs").children) tab.setAttribute("aria-selected", tab.dataset.view === name);
@@ -95,7 +96,7 @@ async function main() {
   place.theme();
   // sheets and what is scrolled to begin below the header, however high it is on this screen
   new ResizeObserver(() => document.documentElement.style.setProperty("--header", `${document.querySelector("header").offsetHeight}px`)).observe(document.querySelector("header"));
-  for (const part of [now, campaign, plan, recordings, analysis, place]) part.open();
+  for (const part of [now, campaign, plan, recordings, analysis, trend, place]) part.open();
   for (const tab of $("tabs").children) tab.addEventListener("click", () => view(tab.dataset.view));
   // pointerdown: a gloved finger that slides off the button has pressed it all the same
   $("stop").addEventListener("pointerdown", stop.stop);

@@ -180,7 +180,7 @@ export function spectrum() {
 
 const DUE = { reset: "acknowledged; next: reset the bench", resume: "reset; the next start gives torque again" };
 const ENDS = { finished: "is finished", failed_points: "is finished, but not every point passed", interrupted: "was stopped by the operator", refused: "was refused", tripped: "was stopped by a limit or a fault" };
-const PHASES = { free: "Ready", opening: "Opening the bench", measuring_zero: "Measuring the zero", measuring: "Measuring", heating: "Warming up", paused: "Paused", stopping: "Stopping", resetting: "Resetting", ended: "Finishing" };
+const PHASES = { free: "Ready", opening: "Opening the bench", measuring_zero: "Measuring the zero", measuring: "Measuring", heating: "Warming up", paused: "Paused", stopping: "Stopping", resetting: "Resetting", by_hand: "Moved by hand", ended: "Finishing" };
 
 export function status() {
   const { status: now } = state, run = running(), box = $("phase");

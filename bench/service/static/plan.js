@@ -17,6 +17,7 @@ const fresh = () => ({ format: "bench-campaign", format_version: "1.0", name: "m
 
 export function open() {
   $("plan-new").addEventListener("click", () => edit(fresh(), null));
+  $("plan-compare").addEventListener("click", compare);
   $("plan-save").addEventListener("click", save);
   $("plan-start").addEventListener("click", () => acts.start(origin));
 }
@@ -32,6 +33,34 @@ export async function show() {
         make("button", { type: "button", on: { click: () => load(one.name, false) } }, "Copy"))))))));
     if (!table) edit(fresh(), null);
   } catch (error) { $("plan-problem").textContent = acts.sentence(error); }
+}
+
+// Two campaigns on this bench: what each takes, and the points only one of them has.
+async function compare() {
+  const list = (await acts.doIt(() => get("campaigns"), "") ?? []).filter(one => !one.problem);
+  $("toast").hidden = true;
+  const select = (label, i) => make("label", { class: "field" }, label, make("select", { class: "compared" }, ...list.map((one, k) => make("option", { value: one.name, selected: k === Math.min(i, list.length - 1) }, one.name))));
+  const place = make("div", { id: "compared", role: "status" });
+  const look = async () => {
+    const names = [...document.querySelectorAll("select.compared")].map(one => one.value);
+    place.textContent = "plans …";
+    try { place.replaceChildren(...compared(names, await Promise.all(names.map(name => get(`campaigns/${encodeURIComponent(name)}/plan`))))); } catch (error) { place.textContent = acts.sentence(error); }
+  };
+  acts.sheet("Compare two campaigns", [select("One", 0), select("The other", 1), place], []);
+  for (const one of document.querySelectorAll("select.compared")) one.addEventListener("change", look);
+  look();
+}
+
+function compared(names, plans) {
+  const key = one => [one.sequence.replaceAll("_", " "), `${number(one.load_torque_nm, 0)} N·m`, `${number(one.velocity_rad_s * DEGREES, 1)} °/s`, one.temperature_degc === null ? "as found" : `${number(one.temperature_degc, 1)} °C`].join(", ");
+  const counts = plans.map(plan => { const found = new Map(); for (const one of plan.tasks.filter(task => task.number)) found.set(key(one), (found.get(key(one)) ?? 0) + 1); return found; });
+  const rows = [...new Set(counts.flatMap(found => [...found.keys()]))].map(name => [name, ...counts.map(found => found.get(name) ?? 0)]);
+  const differ = rows.filter(([, a, b]) => a !== b);
+  const total = (label, of) => make("tr", {}, make("td", {}, label), ...plans.map(plan => make("td", { class: "number" }, of(plan))));
+  return [make("div", { class: "scroll" }, make("table", {}, make("thead", {}, make("tr", {}, make("th", {}, ""), ...names.map(name => make("th", {}, name)))), make("tbody", {},
+    total("points", plan => String(plan.points)), total("bench time", plan => duration(plan.duration_s)), total("of it warming", plan => duration(plan.heating_s)), total("energy, kWh", plan => number(plan.energy_j / 3.6e6, 2)),
+    ...differ.map(([name, a, b]) => make("tr", {}, make("td", {}, name), make("td", { class: "number" }, a ? `${a} ×` : "–"), make("td", { class: "number" }, b ? `${b} ×` : "–")))))),
+    make("p", { class: "quiet" }, `${rows.length - differ.length} kinds of points are the same in both; ${differ.length} differ and are listed.`)];
 }
 
 async function load(name, keep) {

@@ -1,0 +1,66 @@
+"""Motion by hand, as the service sees it: begun, held, let go; the run's own process looks at the clock."""
+
+from __future__ import annotations
+
+from math import degrees
+
+from bench.campaigns.gentle import greatest_speed
+from bench.configuration import BenchFile
+from bench.service.book import Book
+from bench.service.keeper import Keeper
+from bench.service.refusals import NotNow
+from bench.service.runs import Run, new_id, now
+from bench.service.settings import Settings
+
+FOLDER = "by-hand"
+"""Of the service's own: an emulated bench keeps its latch there; nothing is recorded."""
+
+
+class ByHand:
+    """Begins motions by hand, and passes on that their button is held."""
+
+    def __init__(self, bench: BenchFile, settings: Settings, keeper: Keeper, book: Book) -> None:
+        self._bench, self._settings, self._keeper, self._book = bench, settings, keeper, book
+
+    def begin(self, velocity: float, by: str) -> Run:
+        """Let the load side be turned at a velocity (rad/s) in the name of ``by``.
+
+        Raises
+        ------
+        NotNow
+            If it is too fast, or none.
+        """
+        most = greatest_speed(self._bench.configuration)
+        if velocity == 0.0 or abs(velocity) > most:
+            raise NotNow(f"by hand the load side turns at {degrees(most):.3g} °/s at most, either way, and not at none")
+        title = f"Motion by hand, {degrees(velocity):+.3g} °/s"
+        run = Run(
+            id=new_id(),
+            campaign="",
+            title=title,
+            bench=self._settings.bench,
+            folder=str(self._settings.state.absolute() / FOLDER),
+            by=by,
+            asked_at=now(),
+            interface=self._settings.interface,
+            real_time=True,
+            by_hand=velocity,
+        )
+        self._keeper.held = False
+        self._book.write("by_hand", by, title, run=run.id)
+        return self._keeper.add(run)
+
+    def hold(self, run_id: str, held: bool) -> str:
+        """Pass on that the button is held, or no longer; return which.
+
+        Raises
+        ------
+        NotNow
+            If that motion is over: the page lets go of its button.
+        """
+        run = self._keeper.runs.get(run_id)
+        if run is None or run.by_hand is None or run.state == "ended":
+            raise NotNow("this motion by hand is over; let go, and press again")
+        # before its socket is there nobody hears it, and nothing moves before the first word
+        self._keeper.tell_run("hold" if held else "let_go", run=run_id)
+        return "held" if held else "let go"
