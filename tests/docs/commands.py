@@ -43,7 +43,7 @@ LONG = {
     "bench prove --real": "needs recordings of others, and minutes; tests/bench/proof/real has what needs none",
     "bench mismatch hidden/seed-1/recordings/e9339ad6d5a4 --out again": "test_end_to_end.py does it",
     "python docs/examples/mismatch_pictures.py": "needs the folder above, and draws the pictures of the docs",
-    "bench benchmark twin --campaigns 60": "hours; tests/bench/twin has campaigns with a change and without",
+    "bench benchmark twin": "minutes to hours; tests/bench/twin has campaigns with a change and without",
     "bench serve": "runs until it is stopped; tests/browser and tests/bench/service do it",
     "bench emulate": "runs until it is stopped; tests/fakes/ethercat/wire does it",
     "bench commission --b": "needs a wire or hardware; tests/bench/commissioning does it in process",
