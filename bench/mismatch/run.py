@@ -13,6 +13,7 @@ from bench.mismatch import score, simulation_file
 from bench.mismatch.analysis import Analysis, Progress, analyse, compared_channels
 from bench.mismatch.given import Given
 from bench.mismatch.leave_one_out import Map, leave_one_out
+from bench.mismatch.limits import limits
 from bench.mismatch.recordings.dataset import Dataset, enough, load
 from bench.mismatch.report.experiment import proposed
 from bench.mismatch.report.finding import conclude
@@ -88,6 +89,7 @@ def _run(
         report.outcomes = tuple(analysis.outcomes.values())
         for outcome in report.outcomes:
             unexplained(outcome)
+            outcome.notes.append(limits(outcome, data))
         anew = () if base is None else tuple(p.name for p in base.free)
         report.simulation = replace(report.simulation, recalibrated=(*_calibrated(made, given), *anew))
         findings = conclude(report.outcomes, data)

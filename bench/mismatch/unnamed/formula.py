@@ -171,6 +171,9 @@ class _Judge:
         if not bounded(self.model.problem, equation):
             return None
         blocks = [*self.beside, add_block(self.model.problem, self.bank, equation)]
-        variance = fit_blocks(self.bank, blocks, self.model.variances).variance
-        density = predictive(self.bank, blocks, self.model.folds, variance)
+        try:
+            variance = fit_blocks(self.bank, blocks, self.model.variances).variance
+            density = predictive(self.bank, blocks, self.model.folds, variance)
+        except np.linalg.LinAlgError:  # parts that these rows do not tell from each other
+            return None
         return _Judged(equation, density, self.length(density, equation.numbers, equation.nodes))

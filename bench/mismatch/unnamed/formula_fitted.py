@@ -25,6 +25,8 @@ DOUBT = 1.0
 POLE = 3.0
 """times its largest value on the rows that a part may reach between them"""
 LOOKS = 2000
+LARGEST = 1e100
+"""what a part may come to on the way of a fit; beyond it, it is nothing"""
 
 
 def tuned(problem: ChannelProblem, bank: Bank, beside: Sequence[Block], start: Equation, variance: float) -> Equation:
@@ -46,7 +48,7 @@ def tuned(problem: ChannelProblem, bank: Bank, beside: Sequence[Block], start: E
         own = start.with_values(np.where(positive, np.exp(x), size * x))
         columns = own.columns(rows)
         columns = columns[train] if problem.spec.integral else columns
-        white = project(bank.whitening.apply(np.where(np.isfinite(columns), columns, 0.0)))
+        white = project(bank.whitening.apply(np.where(np.abs(columns) < LARGEST, columns, 0.0)))
         scale = np.sqrt(np.maximum(np.sum(white**2, axis=0), 1e-300))
         white = white / scale
         normal = white.T @ white + 1e-9 * np.eye(white.shape[1])

@@ -1,0 +1,45 @@
+"""What the recordings could not have shown, channel by channel.
+
+A report that finds nothing says how small and how quick that nothing may be.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bench.mismatch import criteria
+from bench.mismatch.discovery import ChannelOutcome
+from bench.mismatch.orders.turns import HIGHEST_ORDER
+from bench.mismatch.recordings.dataset import Dataset
+from bench.mismatch.recordings.output_orders import HIGHEST_OUTPUT_ORDER
+from bench.simulation.terms import CHANNEL_UNITS, LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR
+
+
+def limits(outcome: ChannelOutcome, data: Dataset) -> str:
+    """One sentence: below what size effects, and above what order, a channel's recordings could not have shown any."""
+    unit = CHANNEL_UNITS[outcome.channel]
+    acts, overall = criteria.LEAST_STRENGTH * outcome.floor, criteria.LEAST_OVERALL * outcome.floor
+    told = [f"effects below {acts:.2g} {unit} where they act or {overall:.2g} {unit} over all samples"]
+    if not data.linear:
+        told += _orders(outcome, data)
+    return f"{outcome.channel}: these recordings could not have shown {', nor '.join(told)}"
+
+
+def _orders(outcome: ChannelOutcome, data: Dataset) -> Sequence[str]:
+    if outcome.channel == TRANSMISSION_ERROR:
+        highest = float(HIGHEST_ORDER)
+    elif outcome.channel in (MOTOR_TORQUE, LOAD_TORQUE):
+        if not data.output.get(outcome.channel):
+            return ["what comes once a revolution of the output or oftener, of which no steady part has a whole one"]
+        highest = float(HIGHEST_OUTPUT_ORDER)
+    else:
+        return []
+    frame = outcome.rows.frame
+    speed = np.abs(frame.velocity[outcome.usable & (frame.steady > 0.5)])
+    slowest = float(speed.min(initial=np.inf))
+    rate = max(m.recording.sample_rate for m in data.members)
+    # half the samples of a revolution at the slowest speed
+    sampled = np.pi * rate / slowest if 0.0 < slowest < np.inf else highest
+    return [f"orders above {min(highest, sampled):.0f} per output revolution"]
