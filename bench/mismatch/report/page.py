@@ -5,6 +5,7 @@ A figure that could not be computed is told as such, with the reason.
 
 from __future__ import annotations
 
+import base64
 import html
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -17,15 +18,15 @@ from bench.mismatch.report.figures import finite
 from bench.mismatch.report.finding import Alternative, Finding, NextExperiment
 from bench.mismatch.report.left_out import said
 from bench.mismatch.report.linear import in_metres
+from bench.mismatch.report.opening import opening
 from bench.mismatch.report.plots import LINEAR_UNITS, UNITS, plot
 from bench.mismatch.report.style import STYLE
+from bench.mismatch.report.symbols import equation, parameters
 from bench.mismatch.report.verdict import in_words
 
 if TYPE_CHECKING:
     from bench.mismatch.report.report import Report
 
-MOST_PARAMETERS = 12
-"""values of a finding on the page; all are in report.json"""
 MOST_NAMES = 3
 STATUS = {
     "named": "named",
@@ -39,7 +40,7 @@ SCORES = {"as_given": "as given", "before": "recalibrated", "after": "improved"}
 
 def page(report: Report) -> str:
     """The page as HTML, plots inside."""
-    verdict, _, rest = report.sentence.partition(":")
+    verdict = report.sentence.partition(":")[0]
     members = report.data.members
     held = sum(m.held_out for m in members)
     scored = (
@@ -49,7 +50,7 @@ def page(report: Report) -> str:
     )
     body = [
         "<h1>Simulation against recordings</h1>",
-        f'<p class="verdict {report.verdict}"><b>{_e(verdict)}:</b>{_e(rest)}</p>',
+        opening(report),
         _compared(report),
         _channels(report),
         *(_finding(finding, report) for finding in report.findings),
@@ -171,15 +172,24 @@ def _finding(finding: Finding, report: Report) -> str:
         f'<span class="tag {_e(finding.status)}">{_e(STATUS.get(finding.status, finding.status))}</span>'
         f'<span class="dim">confidence {confidence}</span></div>',
         f"<p>In the <b>{_e(in_words(finding.channel))}</b>{also}: {_e(finding.text)}.{more}</p>",
-        plot(finding, report.data),
-        f"<h3>Equation</h3><p><code>{_e(finding.discovery.equation)}</code></p>",
-        _parameters(finding.discovery.parameters),
+        _drawn(plot(finding, report.data), finding.name),
+        f"<h3>Equation</h3>{equation(finding)}",
+        parameters(finding, report.data.linear),
         _table(finding.discovery.table),
         f"<h3>Evidence</h3><p>{_evidence(finding, report)}{_where(finding)}</p>",
         _alternatives(finding, report),
         _next(finding.next_experiment),
     ]
     return f"<article>{''.join(parts)}</article>"
+
+
+def _drawn(svg: str, name: str) -> str:
+    """A plot with a link that saves it as it stands; in a file there is no page whose colour it could take."""
+    if not svg:
+        return ""
+    alone = base64.b64encode(svg.replace("currentColor", "#1d2126").encode()).decode("ascii")
+    link = f'<a class="dim" download="{_e(name)}.svg" href="data:image/svg+xml;base64,{alone}">Save the figure</a>'
+    return f"<figure>{svg}<figcaption>{link}</figcaption></figure>"
 
 
 def _evidence(finding: Finding, report: Report) -> str:
@@ -207,26 +217,6 @@ def _where(finding: Finding) -> str:
     more = len(names) - MOST_NAMES
     told = ", ".join(names[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
     return f" Strongest in {_e(told)}."
-
-
-def _parameters(parameters: Sequence[Mapping[str, Any]]) -> str:
-    if not parameters:
-        return ""
-    rows = []
-    for p in parameters[:MOST_PARAMETERS]:
-        std = finite(p.get("std"))
-        doubt = f" ± {std:.2g}" if std is not None else f" (± {_missing(reasons.NO_STD)})"
-        value = finite(p["value"])
-        told = _missing(reasons.NO_VALUE) if value is None else f"{value:.4g}{doubt}"
-        rows.append(f"<tr><td>{_e(p['symbol'])}</td><td>{told}</td><td>{_e(_unit(p['unit']))}</td></tr>")
-    hidden = len(parameters) - MOST_PARAMETERS
-    more = f'<p class="dim">and {hidden} more in report.json</p>' if hidden > 0 else ""
-    return f'<div class="wide"><table><tr><th>symbol<th>value<th>unit</tr>{"".join(rows)}</table></div>{more}'
-
-
-def _unit(unit: object) -> str:
-    """A unit as people write it: none for a bare number."""
-    return "" if unit in ("1", "") else str(unit)
 
 
 def _table(table: Sequence[Mapping[str, Any]]) -> str:

@@ -20,6 +20,8 @@ td,th{border-bottom:1px solid var(--line);padding:.25rem .9rem .25rem 0;text-ali
 th{font-weight:600;color:var(--dim)}td.n{font-variant-numeric:tabular-nums;text-align:right}
 code{font:.95em ui-monospace,monospace;background:var(--box);padding:.15rem .45rem;border-radius:.25rem;
 overflow-wrap:anywhere}svg{max-width:100%;height:auto;color:var(--ink);margin:.5rem 0}
+figure{margin:0}.equation{font-size:1.15rem;overflow-x:auto}dl{margin:.3rem 0}dt{float:left;clear:left;min-width:4.5rem}
+dd{margin-left:5rem}.verdict p{margin:.2rem 0}.verdict p+p{font-size:1.05rem;color:var(--ink)}
 ul{margin:.3rem 0;padding-left:1.2rem}
 .wide{overflow-x:auto}.tall{max-height:26rem;overflow-y:auto}
 """

@@ -57,7 +57,9 @@ def test_the_page_stands_alone() -> None:
     assert all(link.startswith(("data:", "#")) for link in reader.links)
     assert "http://" not in re.sub(r'(xmlns(:\w+)?|rdf:resource)="[^"]*"|"http://www.w3.org[^"]*"', "", text)
     assert reader.tags.count("article") == 2
-    assert reader.tags.count("svg") == 1
+    # what is left against the noise, and the finding; the latter can be saved
+    assert reader.tags.count("svg") == 2
+    assert sum(link.startswith("data:image/svg+xml;base64,") for link in reader.links) == 1
     assert "currentColor" in text
     assert "prefers-color-scheme:dark" in text
 
@@ -81,7 +83,15 @@ def test_it_says_verdict_equation_values_evidence_and_why_not_another() -> None:
     report = _report(_stribeck())
     text = page(report)
     assert report.sentence.startswith("Mismatch: the simulation leaves out Stribeck friction (motor torque: below")
-    for told in ("<b>Mismatch:</b>", "f_s", "0.4 ± 0.02", "Why not another", "have been found?", "Strongest in r0"):
+    for told in (
+        "<b>Mismatch:</b>",
+        "f_s",
+        "400 ± 20",
+        "mN·m",
+        "Why not another",
+        "have been found?",
+        "Strongest in r0",
+    ):
         assert told in text
     share = report.findings[0].share_of_excess
     assert share is not None
@@ -110,6 +120,33 @@ def test_where_nothing_is_held_out_the_page_says_so() -> None:
     assert "no recording could be held out" in text
     assert "none of them held out" in text
     assert "Residual of what was fitted" in text
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_it_opens_with_three_lines_and_a_picture() -> None:
+    text = page(_report(_stribeck()))
+    opened = text[text.index('class="verdict') : text.index("</svg>")]
+    assert opened.count("<p>") == 3
+    assert "Left on recordings held out: motor torque" in opened
+    assert "Findings: 1 named" in opened
+    assert opened.count("<rect") == 2
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_the_equation_is_typeset_and_its_symbols_are_explained() -> None:
+    text = page(_report(_stribeck(equation="tau_m += d * f_s * exp(-(abs(w_m)/w_s)**delta)")))
+    assert "<math>" in text
+    assert "<msub><mi>ω</mi><mtext>m</mtext></msub>" in text
+    assert "speed of the motor" in text
+    assert "tau_m +=" not in text
+
+
+@pytest.mark.usefixtures("undrawn")
+def test_no_figure_that_is_none_stands_on_the_page() -> None:
+    odd = ({"symbol": "c", "value": float("nan"), "unit": "rad", "std": float("inf")},)
+    text = re.sub(r"<[^>]*>", " ", page(_report(_stribeck(parameters=odd))))
+    assert not re.search(r"\b(nan|inf)\b", text)
+    assert "the recordings do not determine it" in text
 
 
 @pytest.mark.usefixtures("undrawn")
