@@ -186,7 +186,7 @@ def test_report_is_one_file_that_needs_nothing_else(found: Identification, tmp_p
         "Not determined",
         "<math>",
         "mN·m",
-        "heat resistance to the room",
+        "Coulomb friction",
         "Save the figure",
     ):
         assert words in page
