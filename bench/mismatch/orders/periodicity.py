@@ -61,6 +61,15 @@ def on_rows(waves: Sequence[Wave], rows: Rows) -> FloatArray:
     return out
 
 
+def loudness(waves: Sequence[Wave], rows: Rows) -> FloatArray:
+    """Root mean square of waves too quick for the rows, over a period, at each row (n,)."""
+    squares = np.zeros(rows.size)
+    for wave in waves:
+        for ahead in (0.0, 0.5 * np.pi):
+            squares += 0.5 * evaluate([wave], rows.frame.q, rows.frame, ahead) ** 2
+    return np.sqrt(squares)
+
+
 def power(turns: Turns, parts: Parts) -> float:
     """Mean square that some orders add to the training revolutions."""
     total = 0.0

@@ -11,7 +11,16 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.discovery import NAMED, UNKNOWN, UNNAMED, Discovery
 from bench.mismatch.orders.lines import Line, Model, Turns, standing
-from bench.mismatch.orders.periodicity import LOW_ORDERS, Periodicity, equation, on_rows, power, squares_of, wave_of
+from bench.mismatch.orders.periodicity import (
+    LOW_ORDERS,
+    Periodicity,
+    equation,
+    loudness,
+    on_rows,
+    power,
+    squares_of,
+    wave_of,
+)
 from bench.mismatch.orders.told import parameter, probability
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms import LIBRARY, MOTOR_TORQUE
@@ -86,6 +95,7 @@ def _of_shaft(seen: Periodicity, turns: Turns, effect: str, lines: Sequence[Line
         variables=("angle",),
         parameters=tuple(parameters),
         added=on_rows(waves, seen.rows),
+        excess=loudness(waves, seen.rows),
         gain=float(sum(line.gain for line in lines)),
         p_value=p_value,
         simulation_rows=tuple(rows),

@@ -19,9 +19,7 @@ from bench.simulation.frame import FloatArray, Frame, recording_starts
 from bench.simulation.terms import TEMPERATURE as TEMPERATURE_CHANNEL
 
 HELD = 0.9
-"""share of the energy that a place holds: the report's contract"""
-TOLD = 0.25
-"""share of the energy that the recordings named together hold"""
+"""share of the energy that a place holds, its recordings too: the report's contract"""
 STEPS = {"te.lost_motion": TORQUE}
 """effects that are a step, and over what: they are where they change, not where they have changed"""
 PARTS = 60
@@ -158,13 +156,13 @@ def _time_window(discovery: Discovery, frame: Frame, own: FloatArray, depends: b
 
 
 def strongest(frame: Frame, own: FloatArray) -> list[int]:
-    """Recordings of the largest energy, in order: the fewest that hold ``TOLD`` of it."""
+    """Recordings of the largest energy, in order: the fewest that hold ``HELD`` of it."""
     held = np.bincount(frame.recording, own)
     order = np.argsort(-held, kind="stable")
     total = np.cumsum(held[order])
     if total.size == 0 or total[-1] <= 0.0:
         return []
-    return [int(r) for r in order[: int(np.searchsorted(total, TOLD * total[-1])) + 1]]
+    return [int(r) for r in order[: int(np.searchsorted(total, HELD * total[-1])) + 1]]
 
 
 def _iso(posix: float) -> str:

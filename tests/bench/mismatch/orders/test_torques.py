@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.mismatch.orders.periodicity import LOW_ORDERS, Periodicity
+from bench.mismatch.orders.periodicity import LOW_ORDERS, Periodicity, loudness, on_rows
 from bench.mismatch.orders.torques import torque_discoveries
 from bench.mismatch.recordings.output_orders import HIGHEST_OUTPUT_ORDER, OutputSpectrum
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.recordings.vibration import ShaftSpectrum
 from bench.simulation.frame import Frame
 from bench.simulation.terms import MOTOR_TORQUE
+from bench.simulation.waves import Wave
 from tests.bench.mismatch.report.made import campaign
 
 NOISE, RECORDINGS = 0.002, 20
@@ -52,3 +53,13 @@ def test_a_low_order_takes_no_higher_one_with_it() -> None:
 def test_behind_a_gearbox_both_orders_of_the_shaft_are_told() -> None:
     (ripple,) = [d for d in torque_discoveries(seen(185.0), 0) if d.effect == "motor.torque_ripple"]
     assert set(ripple.orders) == {185.0 * LOW, 185.0 * HIGH}
+
+
+def test_a_wave_too_quick_for_the_rows_is_as_loud_as_it_is() -> None:
+    """Rows of a second average a ripple away; its place is where it is, not where the rows happen to show it."""
+    frame = campaign()
+    rows = Rows(frame, np.zeros(frame.size), np.full(frame.size, 100.0))
+    waves = [Wave(4440.0, "1", 3.0, 4.0), Wave(8880.0, "1", 0.0, 2.0)]
+    assert np.allclose(loudness(waves, rows), np.sqrt((25.0 + 4.0) / 2.0))
+    moving = np.abs(frame.velocity) * frame.step > 0.01
+    assert np.max(np.abs(on_rows(waves, rows)[moving])) < 0.5

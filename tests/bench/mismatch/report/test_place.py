@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bench.mismatch.discovery import ChannelOutcome, Discovery
-from bench.mismatch.report.place import TOLD, Place, place, to_json
+from bench.mismatch.report.place import HELD, Place, place, to_json
 from bench.mismatch.report.smallest import interval
 from bench.mismatch.report.words import text
 from bench.simulation.frame import Frame
@@ -71,7 +71,7 @@ def test_recordings_are_those_of_the_largest_energy_in_order() -> None:
     ordered = sorted(held, key=lambda name: held[name], reverse=True)
     assert list(where.recordings) == ordered[: len(where.recordings)]
     told = sum(held[name] for name in where.recordings)
-    assert told >= TOLD * sum(held.values()) > told - held[where.recordings[-1]]
+    assert told >= HELD * sum(held.values()) > told - held[where.recordings[-1]]
 
 
 def test_two_quantities_together_hold_nine_tenths() -> None:
