@@ -19,6 +19,7 @@ from bench.mismatch.regression.regressors import Free, Named, Regressor
 from bench.mismatch.unnamed.formula_regressor import from_row
 from bench.simulation import tables, waves
 from bench.simulation.frame import FloatArray
+from bench.simulation.heat_rates import with_rates
 from bench.simulation.laws import Law
 from bench.simulation.laws import from_json as law_from_json
 from bench.simulation.model import NOMINAL_ORDERS, Simulation, Term
@@ -61,6 +62,7 @@ class Given:
     @classmethod
     def of(cls, model: Simulation, base: Base | None = None) -> Given:
         """Read a simulation. Raises ConfigurationError where a term's form or numbers are not the library's."""
+        model = with_rates(model)
         off = tuple(effect for effect, term in LIBRARY.items() if term.nominal and not model.enabled(effect))
         orders = _series_orders(model, "te.fourier" in off)
         known: dict[str, list[Known]] = {}

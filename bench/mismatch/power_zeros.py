@@ -20,11 +20,12 @@ from bench.mismatch.regression.discoveries import of_start
 from bench.mismatch.regression.model import ChannelModel, add_base, fit_blocks, plain_residual, prepare_bank
 from bench.mismatch.regression.prior import settled
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.heat_rates import HEATING, LESS, LOAD_ZERO, MOTOR_ZERO
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE
 
-EFFECT, KEY = "thermal.loss_heating", "less"
+EFFECT, KEY = HEATING, LESS
 """term of a simulation file that says what is taken off, and its key there"""
-LOAD, MOTOR, RECORDINGS = "load zero", "motor zero", "zeros of recordings"
+LOAD, MOTOR, RECORDINGS = LOAD_ZERO, MOTOR_ZERO, "zeros of recordings"
 WHICH = (LOAD, MOTOR, RECORDINGS)
 CONSTANT = {MOTOR_TORQUE: "motor.torque_offset", LOAD_TORQUE: "load.torque_offset"}
 """term whose constant is a channel's zero"""

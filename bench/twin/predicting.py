@@ -23,7 +23,6 @@ from bench.recording import Recording
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.model import Simulation
 from bench.simulation.terms import TEMPERATURE, TRANSMISSION_ERROR
-from bench.twin.heat import with_rates
 from bench.twin.streams import Stream, looked_at_orders, measure
 
 SKETCH = 40
@@ -65,7 +64,7 @@ class Predicting:
     def __init__(self, model: Path, first: Sequence[Recording]) -> None:
         if not first:
             raise ConfigurationError("the twin needs a recording to begin with")
-        simulation = with_rates(Simulation.load(model))
+        simulation = Simulation.load(model)
         base = base_of(simulation.extra, model.resolve().parent)
         given = Given.of(simulation)
         self._predictor = Predictor(given)

@@ -11,11 +11,9 @@ import pytest
 
 from bench.errors import ConfigurationError
 from bench.recording import RecordingFolder
-from bench.simulation.model import Simulation
 from bench.simulation.terms import CHANNEL_UNITS
 from bench.twin.companion import Companion
 from bench.twin.finding import found
-from bench.twin.heat import with_rates
 from bench.twin.job import Job
 from bench.twin.names import likely
 from bench.twin.process import RESULT, Watching
@@ -100,16 +98,3 @@ def test_a_wrong_model_is_refused_before_anything_moves(tmp_path: Path) -> None:
     (tmp_path / "model.json").write_text("{}")
     with pytest.raises(ConfigurationError):
         Companion(tmp_path / "model.json", tmp_path, tmp_path / "job.json", print)
-
-
-def test_an_identified_heat_balance_is_read_as_rates(known: Known) -> None:
-    told = Simulation.load(known.model)
-    own = {
-        s: p.value for e in ("thermal.loss_heating", "thermal.convection") for s, p in told.terms[e].parameters.items()
-    }
-    rates = with_rates(told).terms
-    assert rates["thermal.loss_heating"].parameters["1/C"].value == pytest.approx(1.0 / own["C"])
-    slow = rates["thermal.convection"].parameters["1/(R*C)"].value
-    assert slow == pytest.approx(1.0 / (own["R"] * own["C"]))
-    at = rates["thermal.convection"].parameters["(T_amb-25)/(R*C)"].value
-    assert at / slow + 25.0 == pytest.approx(own["T_amb"])

@@ -1,0 +1,44 @@
+"""The heat balance of an identified model in the form that predictions and calibrations ask for.
+
+Identification tells C, R and T_amb, of the loss less the zeros of both torques; the nominal terms are linear in 1/C,
+1/(R·C) and (T_amb − 25 °C)/(R·C), and say in a key of their own what is taken off the loss.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from bench.simulation.model import Parameter, Simulation
+
+REFERENCE_CELSIUS = 25.0
+"""temperature to which the cooling is referred (bench-physics, "Nominal simulation")"""
+LESS = "less"
+"""key of the term of the loss that names what is taken off it"""
+LOAD_ZERO, MOTOR_ZERO = "load zero", "motor zero"
+"""the constants z_0 and tau_0 as zeros of their sensors"""
+HEATING, CONVECTION = "thermal.loss_heating", "thermal.convection"
+
+
+def with_rates(simulation: Simulation) -> Simulation:
+    """The simulation with the rates in place of its C, R and T_amb; unchanged where it has not all three, positive."""
+    own = {symbol: p.value for e in (HEATING, CONVECTION) if e in simulation.terms for symbol, p in _of(simulation, e)}
+    if not {"C", "R", "T_amb"} <= set(own) or min(own["C"], own["R"]) <= 0.0:
+        return simulation
+    slow = 1.0 / (own["C"] * own["R"])
+    rates = {
+        HEATING: {"1/C": Parameter(1.0 / own["C"], "K/J")},
+        CONVECTION: {
+            "1/(R*C)": Parameter(slow, "1/s"),
+            "(T_amb-25)/(R*C)": Parameter((own["T_amb"] - REFERENCE_CELSIUS) * slow, "K/s"),
+        },
+    }
+    for effect, parameters in rates.items():
+        term = simulation.terms[effect]
+        kept = {symbol: p for symbol, p in term.parameters.items() if symbol not in ("C", "R", "T_amb")}
+        simulation = simulation.with_term(replace(term, parameters={**parameters, **kept}))
+    heating = simulation.terms[HEATING]
+    return simulation.with_term(replace(heating, extra={LESS: [LOAD_ZERO, MOTOR_ZERO], **heating.extra}))
+
+
+def _of(simulation: Simulation, effect: str) -> list[tuple[str, Parameter]]:
+    return list(simulation.terms[effect].parameters.items())
