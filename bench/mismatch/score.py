@@ -16,7 +16,7 @@ from bench.mismatch.recordings.prepared import Prepared, prepare
 from bench.mismatch.recordings.rows import settled_rows
 from bench.simulation.frame import FloatArray
 from bench.simulation.model import Simulation
-from bench.simulation.terms import TRANSMISSION_ERROR
+from bench.simulation.terms import TEMPERATURE, TRANSMISSION_ERROR
 
 STEADY = "_steady"
 """ends the name of what is scored in steady motion alone"""
@@ -60,6 +60,8 @@ def rmse(
     bounds = Bounds.of(turns)
     pieces = {m.index: m for m in members}
     campaign = {channel: rows.frame for channel, rows in data.rows.items()}
+    zeros = {name: predictor.zeros(data.rows) for name, predictor in predictors.items()}
+    heated = {name: own.less(campaign[TEMPERATURE]) for name, own in zeros.items() if TEMPERATURE in campaign}
     for part in prepared_members(data, pieces):
         for channel, own in sums.items():
             if channel not in part.measured or not _may(channel, part, data):
@@ -77,7 +79,10 @@ def rmse(
                 if predictor.missing(channel, side.frame):
                     unknown.add((channel, name))
                     continue
-                left = side.measured - predictor.channel(channel, side.frame, side.start, campaign)
+                frame, whole = side.frame, campaign
+                if channel == TEMPERATURE:
+                    frame, whole = zeros[name].less(frame), campaign | {channel: heated[name]}
+                left = side.measured - predictor.channel(channel, frame, side.start, whole)
                 own[name].add(left[counts])
                 own[name + STEADY].add(left[settled])
     return {
