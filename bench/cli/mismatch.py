@@ -42,6 +42,12 @@ def mismatch(
             "columns (simulated/NAME in the recordings). Default: the nominal simulation, calibrated.",
         ),
     ] = None,
+    together: Annotated[
+        bool,
+        typer.Option(
+            "--together", help="Several folders are one data set: campaigns on one gearbox between two referencings."
+        ),
+    ] = False,
     leave_one_out: Annotated[
         bool,
         typer.Option("--leave-one-out", help="Switch off each nominal term in turn: would it have been found?"),
@@ -66,7 +72,7 @@ def mismatch(
     one_thread()
     from bench.mismatch.many import compare_all, tasks_of
 
-    tasks = tasks_of(recordings, out, simulation, leave_one_out)
+    tasks = tasks_of(recordings, out, simulation, leave_one_out, together)
     if len(tasks) == 1:
         _one(tasks[0], jobs, dask, as_json)
         return

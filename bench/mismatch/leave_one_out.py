@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 
@@ -18,6 +17,7 @@ from bench.mismatch import score, simulation_file
 from bench.mismatch.analysis import Analysis, analyse
 from bench.mismatch.given import Given
 from bench.mismatch.recordings.dataset import Dataset, load
+from bench.mismatch.recordings.source import Paths
 from bench.mismatch.report.finding import Finding, conclude
 from bench.mismatch.report.left_out import AMBIGUOUS, NAMED, NOT_ASKED, NOT_FOUND, OTHERWISE, LeftOut
 from bench.simulation.model import NOMINAL_TERMS, Simulation, Term
@@ -32,7 +32,7 @@ _IDLE = 1e-12
 class Question:
     """One term to leave out, picklable: a worker reads the folder itself, once for all its questions."""
 
-    recordings: Path
+    recordings: Paths
     model: Simulation
     channels: tuple[str, ...]
     known: frozenset[str]
@@ -47,7 +47,7 @@ def leave_one_out(
     model: Simulation,
     channels: Sequence[str],
     whole: Sequence[Finding],
-    recordings: Path,
+    recordings: Paths,
     progress: Callable[[str, float], None],
     elsewhere: Map | None = None,
     effects: Sequence[str] = NOMINAL_TERMS,
@@ -73,7 +73,7 @@ def answer(question: Question) -> LeftOut:
 
 
 @lru_cache(1)
-def _loaded(recordings: Path) -> Dataset:
+def _loaded(recordings: Paths) -> Dataset:
     return load(recordings)
 
 

@@ -21,9 +21,9 @@ from bench.mismatch.run import run
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """One folder to compare."""
+    """One folder to compare, or several as one data set."""
 
-    recordings: Path
+    recordings: Path | tuple[Path, ...]
     out: Path
     simulation: Path | None = None
     leaving_out: bool = False
@@ -39,14 +39,21 @@ class Told:
 
 
 def tasks_of(
-    folders: Sequence[Path], out: Path, simulation: Path | None = None, leaving_out: bool = False
+    folders: Sequence[Path],
+    out: Path,
+    simulation: Path | None = None,
+    leaving_out: bool = False,
+    together: bool = False,
 ) -> list[Task]:
-    """One task a folder: ``out`` itself for one folder, for several a folder in it of each one's name.
+    """One task a folder: ``out`` itself for one folder, for several a folder in it of each one's name; one task of all
+    where they are compared ``together``.
 
     Raises ConfigurationError where two folders have the same name.
     """
     if len(folders) == 1:
         return [Task(folders[0], out, simulation, leaving_out)]
+    if together:
+        return [Task(tuple(folders), out, simulation, leaving_out)]
     names = [folder.resolve().name for folder in folders]
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:

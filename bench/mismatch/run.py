@@ -15,6 +15,7 @@ from bench.mismatch.given import Given
 from bench.mismatch.leave_one_out import Map, leave_one_out
 from bench.mismatch.limits import limits
 from bench.mismatch.recordings.dataset import Dataset, enough, load
+from bench.mismatch.recordings.source import Paths
 from bench.mismatch.report.experiment import proposed
 from bench.mismatch.report.finding import conclude
 from bench.mismatch.report.page import page
@@ -31,7 +32,7 @@ AS_GIVEN, BEFORE, AFTER = "as_given", "before", "after"
 
 
 def run(
-    recordings: Path,
+    recordings: Paths,
     out: Path,
     simulation: Path | None = None,
     progress: Progress | None = None,
@@ -39,8 +40,8 @@ def run(
     elsewhere: Map | None = None,
     jobs: int = 1,
 ) -> Report:
-    """Compare the simulation with recordings and write the report into ``out``; a large folder is read on ``jobs``
-    processes.
+    """Compare the simulation with recordings (a folder, or several as one data set) and write the report into ``out``;
+    a large folder is read on ``jobs`` processes.
 
     With ``leaving_out`` every nominal term is switched off in turn as well (``elsewhere`` maps them over other
     processes). Raises RecordingError where nothing can be read, ConfigurationError where the simulation file is wrong.
@@ -50,7 +51,7 @@ def run(
 
 
 def _run(
-    recordings: Path,
+    recordings: Paths,
     out: Path,
     standing: Standing,
     progress: Progress | None,
@@ -60,7 +61,7 @@ def _run(
 ) -> Report:
     tell = progress or (lambda _what, _share: None)
     base = standing.base
-    data = load(Path(recordings), lambda what, share: tell(what, 0.3 * share), jobs, base)
+    data = load(recordings, lambda what, share: tell(what, 0.3 * share), jobs, base)
     given = standing.given(data)
     channels, skipped = compared_channels(data)
     report = Report(UNDETERMINED, enough(data), data, skipped=skipped)
@@ -75,7 +76,7 @@ def _run(
             if base is None or not bent(data, analysis, values_of(analysis, base)[0]):
                 break
             base = base.at(values_of(analysis, base)[0])
-            data = load(Path(recordings), None, jobs, base)
+            data = load(recordings, None, jobs, base)
             report.data = data
             analysis = analyse(data, Given.of(given, base), channels, searching)
         # what is scored is what the file will say
@@ -101,7 +102,7 @@ def _run(
                 given,
                 channels,
                 report.findings,
-                Path(recordings),
+                recordings,
                 lambda what, _: tell(f"without {what}", 0.9),
                 elsewhere,
             )

@@ -109,6 +109,6 @@ def prepared_members(data: Dataset, members: Mapping[int, Member]) -> Iterator[P
     for number in sorted(members):
         piece = data.parts[number]
         if ready is None or ready[0] is not piece.recording:
-            whole = prepare(piece.recording, number, data.folder, data.travelled[piece.recording.recording_id], group=1)
+            whole = prepare(piece.recording, number, data.folder, data.travelled[str(piece.recording.path)], group=1)
             ready = (piece.recording, whole)
         yield piece.cut(ready[1], number)

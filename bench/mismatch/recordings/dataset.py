@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
-from pathlib import Path
 
 import numpy as np
 
@@ -20,9 +19,10 @@ from bench.mismatch.recordings.output_orders import OutputSpectrum, output_spect
 from bench.mismatch.recordings.pieces import Piece, pieces
 from bench.mismatch.recordings.prepared import Folder, Prepared, prepare
 from bench.mismatch.recordings.rows import Rows, angle_rows, heat_rows, join, slow_rows
+from bench.mismatch.recordings.source import Paths, folders_of, gathered, names_of, of_one_zero
 from bench.mismatch.recordings.split import point_of, split, split_blocks
 from bench.mismatch.recordings.vibration import Density, ShaftSpectrum, density, shaft_spectrum
-from bench.recording import Recording, RecordingFolder
+from bench.recording import Recording
 from bench.recording.header import Gearbox
 from bench.simulation.quantities import AUXILIARY
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
@@ -108,7 +108,7 @@ class Dataset:
     notes: list[str] = field(default_factory=list)
     parts: list[Piece] = field(default_factory=list)
     travelled: dict[str, float] = field(default_factory=dict)
-    """distance run before each recording in this campaign, rad at the output, by the recording's id"""
+    """distance run before each recording in this campaign, rad at the output, by the recording's path"""
     simulated: frozenset[str] = frozenset()
     """channels that a simulation from elsewhere predicts; they hold what it leaves"""
 
@@ -172,25 +172,28 @@ def _usable(recording: Recording) -> str | None:
     return None
 
 
-def load(path: Path, progress: Progress | None = None, jobs: int = 1, base: Base | None = None) -> Dataset:
-    """Read a folder of recordings and reduce it, on ``jobs`` processes; ``base``: a simulation from elsewhere.
+def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Base | None = None) -> Dataset:
+    """Read a folder of recordings, or several as one, and reduce it, on ``jobs`` processes; ``base``: a simulation from
+    elsewhere.
 
-    Raises RecordingError where no recording can be used.
+    Raises RecordingError where no recording can be used, ConfigurationError where folders are no one data set.
     """
-    source = RecordingFolder.open(path)
-    rejected = [(str(r.file), r.why) for r in source.rejected]
+    found, rejected = gathered(path)
     usable: list[Recording] = []
-    for recording in source.recordings:
+    for recording in found:
         why = _usable(recording)
         if why is None:
             usable.append(recording)
         else:
             rejected.append((recording.path.name, why))
     if not usable:
-        raise RecordingError(f"{path} holds no recording that can be compared; see `bench validate` for each file")
+        raise RecordingError(
+            f"{_named(path)} holds no recording that can be compared; see `bench validate` for each file"
+        )
     usable.sort(key=lambda r: r.started_at)
-    usable = _of_one_gearbox(usable, rejected)
+    usable = of_one_zero(_of_one_gearbox(usable, rejected), rejected)
     parts, note = pieces(usable)
+    called = {str(r.path): name for r, name in zip(usable, names_of(usable), strict=True)}
     held, fold = split_blocks(parts) if note else split(usable)
     notes = [note] if note else []
     comparable = Comparable.of(usable, notes)
@@ -212,22 +215,27 @@ def load(path: Path, progress: Progress | None = None, jobs: int = 1, base: Base
             rejected += [(recording.path.name, read.why)] * len(task.pieces)
             continue
         read.rows.travelled_before(travelled)
-        data.travelled[recording.recording_id] = travelled
+        data.travelled[str(recording.path)] = travelled
         travelled += read.travel
         rows.take(read.rows)
         data.simulated = read.simulated
         for number, part in task.pieces:
-            data.members.append(Member(number, recording, point_of(recording), held[number], fold[number], part.name))
+            own = called[str(recording.path)] + part.name.removeprefix(recording.recording_id)
+            data.members.append(Member(number, recording, point_of(recording), held[number], fold[number], own))
         if read.dead:
             told = f"{recording.recording_id} holds no number in {', '.join(sorted(read.dead))}"
             notes.append(f"{told}: not compared where it is needed")
     if not data.members:
         if base is not None and rejected:
             raise RecordingError(rejected[0][1])
-        raise RecordingError(f"{path} holds no recording that can be read; see `bench validate` for each file")
+        raise RecordingError(f"{_named(path)} holds no recording that can be read; see `bench validate` for each file")
     data.rows = {channel: join(own) for channel, own in rows.rows.items()}
     data.density, data.shaft, data.output = rows.density, rows.shaft, rows.output
     return data
+
+
+def _named(path: Paths) -> str:
+    return ", ".join(str(folder) for folder in folders_of(path))
 
 
 @dataclass(frozen=True, slots=True)
