@@ -1,4 +1,4 @@
-"""What a bench, a master and a sequence are to each other. Imports nothing of ours, so that anyone may import it.
+"""What a bench and a sequence are to each other. Imports nothing of ours, so that anyone may import it.
 
 A sequence is a pure function: from a point (what is to be measured) and the facts of a bench (ratio, ramps, limits) to
 a tuple of phases. A phase leads velocity and torque from wherever they stand to an end value within a given time; what
@@ -12,10 +12,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
-from typing import Annotated, Any, Protocol, runtime_checkable
+from typing import Annotated, Protocol, runtime_checkable
 
 import numpy as np
-from numpy.typing import NDArray
 
 
 class Segment(Enum):
@@ -158,25 +157,4 @@ class Sequence(Protocol):
 
     def phases(self, point: Point, bench: BenchFacts) -> tuple[Phase, ...]:
         """Return the motion; the first phase starts at rest without load, the last ends there."""
-        ...
-
-
-class BlockMaster(Protocol):
-    """A bus master that can take many cycles at once, and be put back to where it was.
-
-    Only an emulated one can do either; on hardware cycles are exchanged one by one.
-    """
-
-    def exchange_block(
-        self, outputs: NDArray[np.uint8], inputs: NDArray[np.uint8], working_counters: NDArray[np.int32]
-    ) -> int:
-        """Exchange one process image a row; return how many rows were done."""
-        ...
-
-    def snapshot(self) -> Any:
-        """Return a token of the whole state behind this master."""
-        ...
-
-    def restore(self, token: Any) -> None:
-        """Return to the state of a snapshot."""
         ...

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from datetime import UTC, datetime
-from typing import Any
 
 import numpy as np
 
 from bench.commissioning.trial import Trial
 from bench.cycle.assembly import device_errors
 from bench.cycle.plugins import DRIVERS, plugin
+from bench.devices import ObjectDictionary, SafetyInputs
 from bench.errors import DeviceError
 
 DRIVES = ("input_drive", "load_drive")
@@ -79,8 +79,8 @@ def safety_circuits(trial: Trial) -> str:
     DeviceError
         If a circuit is open, or does not open when the emergency stop is pressed.
     """
-    names = getattr(trial.rig.link.assembly.safety, "names", ())
-    if "emergency_stop" not in names:
+    safety = trial.rig.link.assembly.safety
+    if safety is None or "emergency_stop" not in safety.names:
         return "the bench has no emergency stop input: software does not see it, hardware must act all the same"
     verdict = trial.rig.look()
     if verdict.tripped:
@@ -89,7 +89,7 @@ def safety_circuits(trial: Trial) -> str:
         return "both circuits are closed (nobody pressed the emergency stop: an emulated plant)"
     for pressed, wish in ((True, "Press the emergency stop now."), (False, "Release it and reset the safety relay.")):
         trial.guide.tell(wish)
-        _wait(trial, pressed)
+        _wait(trial, safety, pressed)
     trial.rig.reset_faults()
     return "the emergency stop opens its circuit and closes it again"
 
@@ -116,8 +116,7 @@ def tare(trial: Trial) -> str:
     return f"the unloaded torque sensor reads {zero:.3g} N·m"
 
 
-def _wait(trial: Trial, pressed: bool) -> None:
-    safety: Any = trial.rig.link.assembly.safety
+def _wait(trial: Trial, safety: SafetyInputs, pressed: bool) -> None:
     bit, low = safety.names.index("emergency_stop"), "emergency_stop" in safety.active_low
     waited = 0.0
     while waited < _PATIENCE_S:
@@ -131,7 +130,6 @@ def _wait(trial: Trial, pressed: bool) -> None:
     )
 
 
-def _read(sdo: Any, name: str, kind: str) -> int:
+def _read(sdo: ObjectDictionary, name: str, kind: str) -> int:
     index, subindex = (int(part, 16) for part in name.split(":"))
-    value: int = sdo.read(index, subindex, kind)
-    return value
+    return sdo.read(index, subindex, kind)

@@ -11,7 +11,6 @@ from __future__ import annotations
 import math
 import secrets
 from datetime import UTC, datetime
-from typing import Any
 
 import numpy as np
 
@@ -79,8 +78,7 @@ def require_zero(rig: Rig, zero: Zero) -> None:
     index, subindex = (int(part, 16) for part in rig.bench.commissioning.marker.split(":"))
     with device_errors():
         for role in DRIVES:
-            sdo: Any = rig.link.assembly.bus.sdo(role)
-            if sdo.read(index, subindex, "u4") != zero.marker:
+            if rig.link.assembly.bus.sdo(role).read(index, subindex, "u4") != zero.marker:
                 raise LimitError(
                     f"the {role.replace('_', ' ')} has lost its power since zero {zero.zero_id} was found; run bench"
                     f" commission --zero --bus {rig.bench.bus.interface}"

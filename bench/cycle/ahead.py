@@ -12,6 +12,7 @@ from bench.cycle.assembly import Assembly
 from bench.cycle.decode import Decoded
 from bench.cycle.link import Link
 from bench.cycle.plugins import DRIVERS, plugin
+from bench.errors import DeviceError
 
 FloatArray = NDArray[np.float64]
 _REST_AHEAD_S = 2.0
@@ -30,6 +31,9 @@ class AheadLink(Link):
 
     def __init__(self, bench: BenchConfiguration, assembly: Assembly, zero: float = 0.0) -> None:
         super().__init__(bench, assembly, paced=False, zero=zero)
+        if assembly.process_bus is None:
+            raise DeviceError("set values go ahead only to a bus with a process of its own; this one has none")
+        self._bus = assembly.process_bus
         self._lead_cycles = assembly.block
         self._set_values = np.zeros((_HISTORY, 2))
 
@@ -50,7 +54,7 @@ class AheadLink(Link):
     @property
     def sent_values(self) -> tuple[float, float]:
         """Set values of the cycle sent last."""
-        velocity, torque = self._set_values[(self.assembly.bus.used - 1) % _HISTORY].tolist()
+        velocity, torque = self._set_values[(self._bus.used - 1) % _HISTORY].tolist()
         return velocity, torque
 
     def clock(self) -> float:
@@ -59,23 +63,23 @@ class AheadLink(Link):
 
     def missing_ahead(self, n: int) -> int:
         """Return how many cycles are missing ahead, so that a rig that is late delays no ramp."""
-        return min(max(0, max(n, self.assembly.ahead) - self.queued), int(self.assembly.bus.block_capacity))
+        return min(max(0, max(n, self.assembly.ahead) - self.queued), self._bus.block_capacity)
 
     def go_silent(self) -> None:
         """Have the process end without another frame of process data."""
         super().go_silent()
-        self.assembly.bus.silence()
+        self._bus.silence()
 
     @property
     def queued(self) -> int:
         """Cycles whose set values are handed over and not yet sent."""
-        return int(self.assembly.bus.queued)
+        return self._bus.queued
 
     def submit(self, velocity: FloatArray, torque: FloatArray) -> int:
         """Hand over set values (n,), load side, one a cycle; return the index of the first."""
         n = velocity.size
         self._prepare(velocity, torque)
-        index = int(self.assembly.bus.submit(n))
+        index = self._bus.submit(n)
         self._set_values[np.arange(index, index + n) % _HISTORY] = np.column_stack((velocity, torque))
         self.velocity, self.torque = float(velocity[-1]), float(torque[-1])
         return index
@@ -89,13 +93,16 @@ class AheadLink(Link):
             If the bus process has ended or hands over nothing any more.
         """
         self._require_voice()
-        done = self.assembly.bus.collect(least)
-        velocity = np.where(done.set_index < 0, 0.0, self._set_values[done.set_index % _HISTORY, 0])
+        done = self._bus.collect(least)
+        index = done.set_index
+        if index is None:
+            raise DeviceError("the bus process does not say which set values it has sent; it should, for every cycle")
+        velocity = np.where(index < 0, 0.0, self._set_values[index % _HISTORY, 0])
         return self._take(done, velocity * self._bench.gearbox.ratio)
 
     def flush(self) -> int:
         """Drop the set values not yet sent, go on from those sent last; return the index of the next."""
-        index = int(self.assembly.bus.flush())
+        index = self._bus.flush()
         self.velocity, self.torque = self.sent_values
         return index
 
@@ -110,33 +117,32 @@ class AheadLink(Link):
         """
         if armed:
             self.release()
-        self.assembly.bus.arm(self.cycles(self._bench.bus.hold) if armed else 0)
+        self._bus.arm(self.cycles(self._bench.bus.hold) if armed else 0)
 
     def hold_stopped(self) -> None:
         """Have the process keep the drives without voltage whatever it is handed, until :meth:`arm`."""
-        self.assembly.bus.order_stop()
+        self._bus.order_stop()
 
     def release(self) -> None:
         """Have the process follow set values again, if it had stopped the drives."""
-        if self.assembly.bus.stopped is not None:
-            self.assembly.bus.resume()
+        if self._bus.stopped is not None:
+            self._bus.resume()
 
     def keep_ahead(self, at_rest: bool) -> None:
         """Hand the last set values over for a while more; long at rest."""
         missing = (self.cycles(_REST_AHEAD_S) if at_rest else self.assembly.ahead) - self.queued
         while missing > 0:
-            n = min(missing, self.assembly.bus.block_capacity)
+            n = min(missing, self._bus.block_capacity)
             self.submit(np.full(n, self.velocity), np.full(n, self.torque))
             missing -= n
 
     def stopped(self) -> str | None:
         """Why the bus process has stopped the drives by itself, or None."""
-        reason: str | None = self.assembly.bus.stopped
-        return reason
+        return self._bus.stopped
 
     def _protect(self) -> None:
         """Tell the process how it stops these drives, and when it does without being asked."""
-        bus, stopping = self.assembly.bus, self._bench.stopping
+        bus, stopping = self._bus, self._bench.stopping
         bus.protect(
             plugin(DRIVERS, "cia402_protection")(
                 bus,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -11,25 +11,36 @@ from bench.configuration import BenchConfiguration
 from bench.configuration.bus import OPTIONAL_ROLES, Slave
 from bench.cycle.plugins import DRIVERS, MASTERS, plugin
 from bench.cycle.slow import SlowThermometer
+from bench.devices import (
+    AnalogInput,
+    BlockBus,
+    Bus,
+    Drive,
+    Master,
+    ProcessBus,
+    SafetyInputs,
+    SlaveSpec,
+    Thermometer,
+)
 from bench.errors import ConfigurationError, DeviceError
 
 _CATCH_UP_S = 0.5
-
-Device = Any
-"""A driver found by entry point; what is used of it stands in docs/drivers (its class is not ours to import)."""
 
 
 @dataclass(frozen=True, slots=True)
 class Assembly:
     """The devices of a bench, not yet talking."""
 
-    master: Device
-    bus: Device
-    input_drive: Device
-    load_drive: Device
-    torque_terminal: Device
-    thermometer: Device
-    safety: Device | None
+    master: Master
+    block_bus: BlockBus | None
+    """The bus, where it cycles only while it is asked to."""
+    process_bus: ProcessBus | None
+    """The bus, where it has a process of its own."""
+    input_drive: Drive
+    load_drive: Drive
+    torque_terminal: AnalogInput
+    thermometer: Thermometer
+    safety: SafetyInputs | None
     """Digital inputs of emergency stop and safe torque off, where the bench has them."""
     block: int
     """Most cycles that are exchanged at once."""
@@ -37,6 +48,14 @@ class Assembly:
     """Whether the master can be put back to a snapshot."""
     ahead: int = 0
     """Cycles for which set values are kept ahead of the bus, where it has a process of its own; else 0."""
+
+    @property
+    def bus(self) -> Bus:
+        """The one bus, whoever cycles it."""
+        bus = self.block_bus if self.process_bus is None else self.process_bus
+        if bus is None:
+            raise DeviceError("the bench was put together without a bus; it should have one")
+        return bus
 
 
 @contextmanager
@@ -67,20 +86,23 @@ def assemble(bench: BenchConfiguration, *, seed: int, real_time: bool, own_proce
     master = _made(bench, factory, arguments)
     takes_blocks = hasattr(master, "exchange_block")
     apart = not takes_blocks if own_process is None else own_process
-    specs = [devices[slave.role].spec for slave in bench.bus.slaves]
+    specs: list[SlaveSpec] = [devices[slave.role].spec for slave in bench.bus.slaves]
+    block_bus: BlockBus | None = None
+    process_bus: ProcessBus | None = None
     if apart:
-        block, bus = bench.bus.cycles_at_once, _bus_process(bench, factory, arguments, specs)
+        block, process_bus = bench.bus.cycles_at_once, _bus_process(bench, factory, arguments, specs)
     else:
         block = bench.bus.block
         if real_time:
             # a twentieth of a second: short enough for an operator, long enough for the clock of a desktop machine
             block = min(block, max(1, round(0.05 / bench.bus.cycle_time)))
-        bus = plugin(DRIVERS, "ethercat")(
+        block_bus = plugin(DRIVERS, "ethercat")(
             master, bench.bus.interface, specs, cycle_time_s=bench.bus.cycle_time, block_capacity=block
         )
     return Assembly(
         master,
-        bus,
+        block_bus,
+        process_bus,
         devices["input_drive"],
         devices["load_drive"],
         devices["torque_terminal"],
@@ -92,8 +114,10 @@ def assemble(bench: BenchConfiguration, *, seed: int, real_time: bool, own_proce
     )
 
 
-def _bus_process(bench: BenchConfiguration, factory: Any, arguments: dict[str, Any], specs: list[Any]) -> Device:
-    return plugin(DRIVERS, "ethercat_process")(
+def _bus_process(
+    bench: BenchConfiguration, factory: Any, arguments: dict[str, Any], specs: Sequence[SlaveSpec]
+) -> ProcessBus:
+    bus: ProcessBus = plugin(DRIVERS, "ethercat_process")(
         f"{factory.__module__}:{factory.__qualname__}",
         bench.bus.interface,
         specs,
@@ -104,6 +128,7 @@ def _bus_process(bench: BenchConfiguration, factory: Any, arguments: dict[str, A
         arguments=arguments,
         make_up_s=bench.bus.make_up,
     )
+    return bus
 
 
 def _master(bench: BenchConfiguration, seed: int) -> tuple[Any, dict[str, Any]]:
@@ -120,11 +145,12 @@ def _master(bench: BenchConfiguration, seed: int) -> tuple[Any, dict[str, Any]]:
     }
 
 
-def _made(bench: BenchConfiguration, factory: Any, arguments: dict[str, Any]) -> Device:
+def _made(bench: BenchConfiguration, factory: Callable[..., Any], arguments: dict[str, Any]) -> Master:
     try:
-        return factory(**arguments)
+        master: Master = factory(**arguments)
     except (FileNotFoundError, ValueError) as error:
         raise ConfigurationError(f"bus.plant = {bench.bus.plant}: {error}") from error
+    return master
 
 
 def _slow_thermometer(bench: BenchConfiguration) -> SlowThermometer:
@@ -148,7 +174,8 @@ class _Place:
     cycle_time_s: float
 
 
-def _device(bench: BenchConfiguration, slave: Slave) -> Device:
+def _device(bench: BenchConfiguration, slave: Slave) -> Any:
+    """Return the driver of a slave: of its class nothing is known here, its role says what is used of it."""
     place = _Place(slave.role, slave.position, slave.vendor, slave.product, slave.revision, bench.bus.cycle_time)
     options: dict[str, Any] = dict(slave.options)
     if slave.role in ("input_drive", "load_drive"):

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bench.cycle.assembly import Assembly
 from bench.cycle.channels import Scaling
 from bench.cycle.unwrap import Unwrapper
+from bench.devices import Temperatures
 from bench.safety import Inputs, SafetySettings, SafetyState, step
 from bench.signals import SOURCES
 
@@ -119,7 +120,7 @@ class Decoder:
     def _inputs(
         self,
         raw: dict[str, NDArray[Any]],
-        lubricant: Any,
+        lubricant: Temperatures,
         wkc: NDArray[np.int32],
         velocity: NDArray[np.float64],
         n: int,
@@ -152,5 +153,4 @@ class Decoder:
         safety = self._assembly.safety
         if safety is None or name not in safety.names:
             return np.zeros(n, np.bool_)
-        demanded: NDArray[np.bool_] = safety.read(name, n)
-        return demanded
+        return safety.read(name, n)

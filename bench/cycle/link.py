@@ -14,6 +14,7 @@ from bench.configuration import BenchConfiguration
 from bench.cycle.assembly import Assembly
 from bench.cycle.channels import DriveScales, Scaling, Zeros, make_scaling
 from bench.cycle.decode import Decoded, Decoder
+from bench.devices import Drive, Exchange, ReplayMaster
 from bench.errors import DeviceError
 
 FloatArray = NDArray[np.float64]
@@ -29,11 +30,11 @@ class BusLostError(DeviceError):
 
 @dataclass(frozen=True, slots=True)
 class Memory:
-    """Everything a replay goes back to."""
+    """Everything a replay goes back to; master and drives gave tokens that only they understand."""
 
     master: Any
-    decoder: Any
-    sequences: tuple[Any, ...]
+    decoder: tuple[tuple[int | None, int], ...]
+    drives: tuple[Any, ...]
     cycle: int
 
 
@@ -67,7 +68,7 @@ class Link:
         self.zeros = Zeros(bench.input_encoder.zero + zero, bench.load_encoder.zero, bench.torque_sensor.zero)
         self._bench = bench
         self._paced = paced and assembly.can_replay
-        self._drives: tuple[Any, Any] = (assembly.input_drive, assembly.load_drive)
+        self._drives: tuple[Drive, Drive] = (assembly.input_drive, assembly.load_drive)
         self._decoder: Decoder | None = None
         self._shift = 0
         self._due = time.monotonic()
@@ -111,9 +112,7 @@ class Link:
         try:
             self.assembly.bus.close()
         finally:
-            close = getattr(self.assembly.thermometer, "close", None)
-            if close is not None:
-                close()
+            self.assembly.thermometer.close()
 
     def tare(self, zero: float) -> None:
         """Subtract ``zero`` in N·m from the torque sensor, beyond what is subtracted already."""
@@ -139,7 +138,7 @@ class Link:
         """
         n = velocity.size
         motor_velocity = self._prepare(velocity, torque)
-        done = self.assembly.bus.exchange(n)
+        done = self._exchange(n)
         decoded = self._take(done, motor_velocity[: done.n_done])
         n = done.n_done
         self.velocity, self.torque = float(velocity[n - 1]), float(torque[n - 1])
@@ -197,6 +196,12 @@ class Link:
     def _protect(self) -> None:
         """Get ready for OP: the devices are configured and attached."""
 
+    def _exchange(self, n: int) -> Exchange:
+        bus = self.assembly.block_bus
+        if bus is None:
+            raise DeviceError("the bus has a process of its own; set values should be handed over ahead")
+        return bus.exchange(n)
+
     def _prepare(self, velocity: FloatArray, torque: FloatArray) -> FloatArray:
         """Write set values and control words into the outputs; return the velocity at the motor shaft."""
         self._require_voice()
@@ -213,10 +218,11 @@ class Link:
         if self.is_silent:
             raise BusLostError("process data was stopped at the end of the stop ladder; open the bench anew")
 
-    def _take(self, done: Any, motor_velocity: FloatArray) -> Decoded:
+    def _take(self, done: Exchange, motor_velocity: FloatArray) -> Decoded:
         n = done.n_done
         if n == 0:
-            reason = getattr(self.assembly.bus, "ended", None)
+            process = self.assembly.process_bus
+            reason = None if process is None else process.ended
             raise BusLostError(reason or "the master exchanged no cycle; the bus is down")
         for drive in self._drives:
             drive.digest(n)
@@ -231,42 +237,44 @@ class Link:
 
     def remember(self) -> Memory:
         """Return what :meth:`go_back` needs; only where the master can go back."""
-        sequences = tuple(drive.sequence for drive in self._drives)
-        return Memory(self.assembly.master.snapshot(), self._opened().state(), sequences, self.cycle)
+        drives = tuple(drive.snapshot() for drive in self._drives)
+        return Memory(self._replayed().snapshot(), self._opened().state(), drives, self.cycle)
 
     def go_back(self, memory: Memory) -> None:
         """Return bench and drivers to an earlier moment."""
-        self.assembly.master.restore(memory.master)
+        self._replayed().restore(memory.master)
         self._opened().restore(memory.decoder)
-        for drive, sequence in zip(self._drives, memory.sequences, strict=True):
-            drive.sequence = sequence
+        for drive, token in zip(self._drives, memory.drives, strict=True):
+            drive.restore(token)
         # the bus goes on counting; the bench's own cycles go back
         self._shift += self.cycle - memory.cycle
         self.cycle = memory.cycle
 
+    def _replayed(self) -> ReplayMaster:
+        master = self.assembly.master
+        if not isinstance(master, ReplayMaster):
+            raise DeviceError("this master cannot be put back to where it was; an emulated one can")
+        return master
+
     def request(self, goal: str, only: str | None = None) -> None:
         """Ask both drives, or the ``only`` one named, for a goal of their state machine, by its name."""
         for drive in self._chosen(only):
-            # the drives' own enumeration of goals; its class is not ours to import
-            drive.request(type(drive.sequence.goal)[goal])
+            drive.request(goal)
 
-    def _chosen(self, only: str | None) -> tuple[Any, ...]:
+    def _chosen(self, only: str | None) -> tuple[Drive, ...]:
         return tuple(drive for name, drive in zip(DRIVES, self._drives, strict=True) if only in (None, name))
 
     def reached(self, goal: str | None = None, only: str | None = None) -> bool:
         """Whether both drives are where they were asked to go (and that is ``goal``)."""
-        return all(
-            drive.sequence.outcome.name == "REACHED" and goal in (None, drive.sequence.goal.name)
-            for drive in self._chosen(only)
-        )
+        return all(drive.reached(goal) for drive in self._chosen(only))
 
     def asked_for(self, goal: str) -> bool:
         """Whether both drives were asked for a goal last, wherever they are by now."""
-        return all(drive.sequence.goal.name == goal for drive in self._drives)
+        return all(drive.goal_name == goal for drive in self._drives)
 
     def drive_states(self) -> dict[str, str]:
         """Return the state of each drive's state machine as of the last cycle."""
-        return {name: drive.sequence.state.name for name, drive in zip(DRIVES, self._drives, strict=True)}
+        return {name: drive.state_name for name, drive in zip(DRIVES, self._drives, strict=True)}
 
     def lead(self, goal: str, what: str, only: str | None = None) -> None:
         """Ask for a goal, of both drives or the ``only`` one named, and run cycles until it is reached.
@@ -310,7 +318,7 @@ class Link:
             scales[1],
             self.assembly.torque_terminal.volt_per_count,
             thermometer.scale,
-            getattr(thermometer, "dtype", "int16"),
+            thermometer.dtype,
             thermometer.channels > 1,
             self.zeros,
         )

@@ -22,6 +22,7 @@ import numpy as np
 
 from bench.cycle.host import steal_s
 from bench.cycle.plugins import DRIVERS, MASTERS, plugin
+from bench.devices import Master
 from bench.errors import DeviceError
 
 _OPERATIONAL = 0x08
@@ -98,7 +99,7 @@ def measure(interface: str, duration_s: float, cycle_time_s: float, priority: in
     ------
     DeviceError : no slaves, or they do not reach OPERATIONAL.
     """
-    master = plugin(MASTERS, "soem")()
+    master: Master = plugin(MASTERS, "soem")()
     try:
         master.open(interface)
     except ConnectionError as error:
@@ -112,7 +113,7 @@ def measure(interface: str, duration_s: float, cycle_time_s: float, priority: in
         master.close()
 
 
-def _bring_up(master: Any, interface: str) -> None:
+def _bring_up(master: Master, interface: str) -> None:
     if master.config_init() < 1:
         raise DeviceError(f"no slave answers on {interface}; is an emulator or a bench at its other end?")
     master.config_map()
@@ -130,7 +131,7 @@ def _bring_up(master: Any, interface: str) -> None:
     raise DeviceError(f"the slaves on {interface} do not reach OPERATIONAL (state {master.read_state():#x})")
 
 
-def _cycle(master: Any, cycles: int, cycle_time_s: float, priority: int | None) -> RoundTrip:
+def _cycle(master: Master, cycles: int, cycle_time_s: float, priority: int | None) -> RoundTrip:
     pacing = plugin(DRIVERS, "absolute_deadlines")(cycle_time_s)
     times = np.zeros(cycles)
     counters = np.zeros(cycles, np.int32)

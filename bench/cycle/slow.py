@@ -2,39 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.devices import Reader
+
 _MILLI = 1e-3
 _NO_READING = np.iinfo(np.int32).min
 """Raw value where there has been no reading yet."""
-
-
-class Reading(Protocol):
-    """A reading as the background reader of the drivers gives it."""
-
-    temperature_c: float
-    age_s: float
-    error: str | None
-
-
-class Reader(Protocol):
-    """Asks a device in a thread of its own."""
-
-    def start(self) -> None:
-        """Begin to ask."""
-        ...
-
-    def latest(self) -> Reading:
-        """Return the last reading at once."""
-        ...
-
-    def close(self) -> None:
-        """Let go of the device."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +31,7 @@ class SlowThermometer:
     scale = _MILLI
     dtype = "int32"
 
-    def __init__(self, readers: list[Reader], cycle_time_s: float) -> None:
+    def __init__(self, readers: Sequence[Reader], cycle_time_s: float) -> None:
         self._readers = readers
         self._cycle_time = cycle_time_s
         self.channels = len(readers)

@@ -102,8 +102,8 @@ class View:
     @property
     def notes(self) -> tuple[str, ...]:
         """What the bus process was not granted, in sentences; empty where there is nothing to say."""
-        notes: tuple[str, ...] = getattr(self._link.assembly.bus, "notes", ())
-        return notes
+        process = self._link.assembly.process_bus
+        return () if process is None else process.notes
 
     @property
     def is_real_time(self) -> bool:

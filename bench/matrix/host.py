@@ -49,7 +49,7 @@ def run_host_row(row: Row, file: BenchFile, folder: Path, seed: int = 0) -> Outc
 def _disk_full(row: Row, outcome: Outcome, file: BenchFile, folder: Path, seed: int) -> None:
     bench = file.configuration
     assembly = assemble(bench, seed=seed, real_time=False)
-    master = assembly.master
+    master: Any = assembly.master
     with Rig(file, assembly=assembly, latch=LatchFile(folder / "latch.json")) as rig:
         rig.enable()
         _, earlier = record(rig, file, folder, "earlier", _REST)
@@ -126,7 +126,8 @@ def _undisturbed(row: Row, outcome: Outcome, file: BenchFile, folder: Path, seed
         judge_end(row, outcome, rig, end, shafts)
         outcome.struck = shafts.at(at)
         judge_shafts(outcome, file.configuration, shafts)
-        outcome.drives = {drive.role: drive.state.name for drive in assembly.master.bench.drives}
+        master: Any = assembly.master
+        outcome.drives = {drive.role: drive.state.name for drive in master.bench.drives}
     read_back(outcome, folder, {"earlier": earlier, "struck": shafts})
 
 

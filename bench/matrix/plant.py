@@ -80,7 +80,7 @@ def run_plant_row(row: Row, file: BenchFile, folder: Path, seed: int = 0) -> Out
     bench = file.configuration
     outcome = Outcome(row.name, row.text, row.kind)
     assembly = assemble(bench, seed=seed, real_time=False)
-    master = assembly.master
+    master: Any = assembly.master
     with Rig(file, assembly=assembly, latch=LatchFile(folder / "latch.json")) as rig:
         rig.enable()
         earlier = record(rig, file, folder, "earlier", (Phase(Segment.DWELL, 0.5, 0.0, 0.0),))

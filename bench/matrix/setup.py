@@ -40,8 +40,9 @@ def run_setup_row(row: Row, file: BenchFile, folder: Path, seed: int = 0) -> Out
         _, shafts = record(rig, file, folder, "earlier", _REST)
     wrong = BenchFile(_WRONG[row.name](file.configuration), file.text, file.origin)
     other = assemble(wrong.configuration, seed=seed, real_time=False)
+    master: Any = other.master
     if row.name == "missing_slave":
-        other.master.faults.apply("slave_lost", "safety_terminal")
+        master.faults.apply("slave_lost", "safety_terminal")
     try:
         with Rig(wrong, assembly=other):
             outcome.reaction = "opened"
@@ -50,7 +51,7 @@ def run_setup_row(row: Row, file: BenchFile, folder: Path, seed: int = 0) -> Out
         outcome.told, outcome.reaction = str(error), "refused"
     outcome.require(row.told in outcome.told, f"the sentence does not say '{row.told}': {outcome.told}")
     _at_rest(outcome, other)
-    outcome.struck = Shafts(None, other.master).at(other.master.bench.cycle)
+    outcome.struck = Shafts(None, master).at(master.bench.cycle)
     read_back(outcome, folder, {"earlier": shafts})
     return outcome
 
@@ -84,7 +85,8 @@ def _default_settings(row: Row, outcome: Outcome, file: BenchFile, folder: Path,
     """The load drive loses its power while it turns, and comes back: without limits, and must not get torque so."""
     bench = file.configuration
     assembly = assemble(bench, seed=seed, real_time=False)
-    master, latch = assembly.master, LatchFile(folder / "latch.json")
+    master: Any = assembly.master
+    latch = LatchFile(folder / "latch.json")
     with Rig(file, assembly=assembly, latch=latch) as rig:
         rig.enable()
         _, earlier = record(rig, file, folder, "earlier", _REST)
@@ -119,12 +121,14 @@ def _default_settings(row: Row, outcome: Outcome, file: BenchFile, folder: Path,
 
 def _limit_of(assembly: Assembly) -> int:
     """Return the load drive's torque limit (0x6072), per mille."""
-    limit: int = assembly.master.bench.drive("load_drive").dictionary.integer(0x6072)
+    master: Any = assembly.master
+    limit: int = master.bench.drive("load_drive").dictionary.integer(0x6072)
     return limit
 
 
 def _at_rest(outcome: Outcome, assembly: Assembly) -> None:
-    bench = assembly.master.bench
+    master: Any = assembly.master
+    bench = master.bench
     outcome.drives = {drive.role: drive.state.name for drive in bench.drives}
     powered = [drive.role for drive in bench.drives if drive.power.powered]
     outcome.require(not powered, f"{', '.join(powered)} had torque")

@@ -40,6 +40,7 @@ def run_slow_rows(rows: Sequence[Row], file: BenchFile, folder: Path, seed: int 
 
 def _rows_on(rows: Sequence[Row], file: BenchFile, device: Any, folder: Path, seed: int) -> Iterator[Outcome]:
     assembly = assemble(file.configuration, seed=seed, real_time=True)
+    master: Any = assembly.master
     latch = LatchFile(folder / "latch.json")
     with Rig(file, assembly=assembly, latch=latch, real_time=True) as rig:
         for number, row in enumerate(rows):
@@ -47,8 +48,8 @@ def _rows_on(rows: Sequence[Row], file: BenchFile, device: Any, folder: Path, se
             _until_well(rig)
             rig.enable()
             _, earlier = record(rig, file, folder, f"earlier-{number}", _REST)
-            stops, offset = len(rig.stops), assembly.master.bench.cycle - rig.link.cycle
-            with _struck_at(assembly.master, strike_cycle(rig), partial(device.switch, row.name, True)) as struck:
+            stops, offset = len(rig.stops), master.bench.cycle - rig.link.cycle
+            with _struck_at(master, strike_cycle(rig), partial(device.switch, row.name, True)) as struck:
                 end, shafts = record(rig, file, folder, f"struck-{number}", motion(file.configuration, _LAST_S))
             shafts.look()
             outcome.require(bool(struck), f"the bench ended before it was struck: {end.text}")

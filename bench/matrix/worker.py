@@ -52,7 +52,9 @@ def main() -> None:
     with Rig(file, latch=LatchFile(folder / "latch.json")) as rig:
         rig.enable()
         _record(rig, file, folder, "earlier", (Phase(Segment.DWELL, 0.3, 0.0, 0.0),))
-        _say(at="moving", bus=rig.link.assembly.bus.pid)
+        bus = rig.link.assembly.process_bus
+        assert bus is not None, "on real frames the bus has a process of its own"
+        _say(at="moving", bus=bus.pid)
         end = _record(rig, file, folder, "struck", motion(file.configuration, options["last_s"]))
         rungs = [rung.rung for stop in rig.stops for rung in stop.rungs]
         standing = rig.latch.read().standing.value

@@ -14,7 +14,7 @@ from drivers.cia402.faults import describe
 from drivers.cia402.modes import SET_VALUE
 from drivers.cia402.objects import entries
 from drivers.cia402.parameters import Parameter, apply, cycle_parameters, limit_parameters, verify
-from drivers.cia402.sequence import COMMANDS, Goal, Outcome, advance, begin, holds
+from drivers.cia402.sequence import COMMANDS, Goal, Outcome, Sequence, advance, begin, holds
 from drivers.cia402.states import Command, State
 from drivers.cia402.units import DriveUnits, read_units
 from drivers.errors import DriveFaultError, DriverError, ParameterMismatchError
@@ -115,10 +115,38 @@ class ServoDrive:
             self._out["6060:00"][:] = self.config.mode
         self._encoder.reset()
 
-    def request(self, goal: Goal, timeout_s: float = 2.0) -> None:
-        """Start towards a goal; :attr:`sequence` tells how it goes."""
+    def request(self, goal: Goal | str, timeout_s: float = 2.0) -> None:
+        """Start towards a goal, or the one of that name; :attr:`sequence` tells how it goes.
+
+        Raises
+        ------
+        KeyError
+            If there is no goal of that name.
+        """
         cycles = max(1, math.ceil(timeout_s / self.config.cycle_time_s))
-        self.sequence = begin(goal, cycles, self.sequence.state)
+        self.sequence = begin(Goal[goal] if isinstance(goal, str) else goal, cycles, self.sequence.state)
+
+    def reached(self, goal: str | None = None) -> bool:
+        """Whether the drive has come to the goal asked for last and is there (and it has the name ``goal``)."""
+        return self.sequence.outcome is Outcome.REACHED and goal in (None, self.goal_name)
+
+    @property
+    def goal_name(self) -> str:
+        """Name of the goal asked for last."""
+        return self.sequence.goal.name
+
+    @property
+    def state_name(self) -> str:
+        """Name of the drive's state as of the last block."""
+        return self.sequence.state.name
+
+    def snapshot(self) -> Sequence:
+        """Return what :meth:`restore` needs: goal and state, not the extended position."""
+        return self.sequence
+
+    def restore(self, token: Sequence) -> None:
+        """Return to a snapshot: the way to the goal goes on as it stood then."""
+        self.sequence = token
 
     def set_velocity(self, velocity_rad_s: ArrayLike, n: int) -> None:
         """Set target velocities (scalar or (n,)), rad/s at the motor shaft in the bench's direction, for n cycles."""

@@ -105,6 +105,11 @@ class Pt100Terminal:
         """°C or Ω a count."""
         return SETTINGS[self.element][2]
 
+    @property
+    def dtype(self) -> str:
+        """Type of a count."""
+        return "int16"
+
     def configure(self, sdo: SdoClient) -> None:
         """Set element and resolution of every channel, read back and compared."""
         element, presentation, _ = SETTINGS[self.element]
@@ -117,6 +122,9 @@ class Pt100Terminal:
         self._inputs = inputs
         self._toggles.clear()
         self._ages.clear()
+
+    def close(self) -> None:
+        """Do nothing: the terminal is on the bus, which has let go of it."""
 
     def read(self, n: int, channel: int = 1) -> ChannelBlock:
         """Readings of one channel over the block just exchanged; call it once a block."""

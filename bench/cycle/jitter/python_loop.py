@@ -37,7 +37,8 @@ def run(
     """
     bench = _configuration(interface, rate, priority, cpu, make_up_s)
     assembly = assemble(bench, seed=0, real_time=True)
-    link = AheadLink(bench, assembly)
+    link, bus = AheadLink(bench, assembly), assembly.process_bus
+    assert bus is not None, "the link has refused a bus without a process"
     noted: list[NDArray[np.int64]] = []
     with device_errors():
         link.open()
@@ -48,7 +49,7 @@ def run(
             while time.monotonic() < end:
                 link.keep_ahead(at_rest=True)
                 decoded = link.collect(assembly.block)
-                noted.append(assembly.bus.meta)
+                noted.append(bus.meta)
                 if writer is not None:
                     writer.append({**decoded.raw, "time": decoded.raw["cycle"]})
             if writer is not None:
@@ -57,7 +58,7 @@ def run(
             link.close()
     meta = np.concatenate(noted)[: round(seconds * rate)]
     slot, due, woke, back, done = meta[:, _TIMES].T
-    return Notes(slot, due, woke, back, done, meta[:, _WKC]), assembly.bus.notes
+    return Notes(slot, due, woke, back, done, meta[:, _WKC]), bus.notes
 
 
 def _configuration(

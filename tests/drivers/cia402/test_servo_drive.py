@@ -249,3 +249,36 @@ def test_factory_reads_options() -> None:
 def test_factory_refuses_with_what_would_be_right(options: dict[str, Any], words: str) -> None:
     with pytest.raises(DriverError, match=words):
         servo_drive(PLACE, options)
+
+
+def test_a_goal_is_asked_for_and_answered_by_its_name() -> None:
+    drive, _, inputs = attached()
+    inputs["6041:00"] = WORD[State.SWITCH_ON_DISABLED]
+    drive.digest(8)
+    drive.request("ENABLED")
+    assert drive.sequence.goal is Goal.ENABLED
+    assert drive.goal_name == "ENABLED"
+    assert drive.state_name == "SWITCH_ON_DISABLED"
+    assert not drive.reached()
+    inputs["6041:00"] = ENABLED
+    drive.digest(8)
+    assert drive.state_name == "OPERATION_ENABLED"
+    assert drive.reached()
+    assert drive.reached("ENABLED")
+    assert not drive.reached("DISABLED")
+    with pytest.raises(KeyError):
+        drive.request("NOWHERE")
+
+
+def test_a_drive_goes_back_to_its_snapshot() -> None:
+    drive, _, inputs = attached()
+    inputs["6041:00"] = ENABLED
+    drive.request(Goal.ENABLED)
+    drive.digest(8)
+    before = drive.snapshot()
+    inputs["6041:00"] = FAULT
+    drive.digest(8)
+    assert not drive.reached()
+    drive.restore(before)
+    assert drive.reached("ENABLED")
+    assert drive.state_name == "OPERATION_ENABLED"
