@@ -22,6 +22,7 @@ from bench.proof.statistics import reliability, summarise
 FORMAT, FORMAT_VERSION = "bench-proof", "1.1"
 #: Options of a command line that change nothing of what comes out.
 _OF_NO_ACCOUNT = ("--out", "--jobs", "--dask", "--table", "--store")
+_FLAGS_OF_NO_ACCOUNT = ("--done", "--keep")
 
 
 class ResultsError(BenchError):
@@ -93,6 +94,8 @@ def command_line(arguments: Sequence[str]) -> str:
     kept: list[str] = []
     words = iter(arguments)
     for word in words:
+        if word in _FLAGS_OF_NO_ACCOUNT:
+            continue
         name, equals, _value = word.partition("=")
         if name not in _OF_NO_ACCOUNT:
             kept.append(word)

@@ -49,7 +49,8 @@ def test_a_file_that_is_no_result_is_refused(tmp_path: Path) -> None:
 
 
 def test_the_command_is_told_without_what_changes_nothing() -> None:
-    told = ["prove", "--set", "null", "--jobs", "4", "--out=there", "--store", "x.json", "--seed", "3"]
+    where = ["--jobs", "4", "--out=there", "--store", "x.json", "--done", "--keep"]
+    told = ["prove", "--set", "null", *where, "--seed", "3"]
     assert command_line(told) == "bench prove --set null --seed 3"
 
 
