@@ -19,7 +19,7 @@ from bench.mismatch.recordings.output_orders import OutputSpectrum, output_spect
 from bench.mismatch.recordings.pieces import Piece, pieces
 from bench.mismatch.recordings.prepared import Folder, Prepared, prepare
 from bench.mismatch.recordings.rows import Rows, angle_rows, heat_rows, join, slow_rows
-from bench.mismatch.recordings.source import Paths, folders_of, gathered, names_of, of_one_zero
+from bench.mismatch.recordings.source import Paths, folders_of, gathered, names_of
 from bench.mismatch.recordings.split import point_of, split, split_blocks
 from bench.mismatch.recordings.vibration import Density, ShaftSpectrum, density, shaft_spectrum
 from bench.recording import Recording
@@ -191,7 +191,7 @@ def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Bas
             f"{_named(path)} holds no recording that can be compared; see `bench validate` for each file"
         )
     usable.sort(key=lambda r: r.started_at)
-    usable = of_one_zero(_of_one_gearbox(usable, rejected), rejected)
+    usable = _of_one_gearbox(usable, rejected)
     parts, note = pieces(usable)
     called = {str(r.path): name for r, name in zip(usable, names_of(usable), strict=True)}
     held, fold = split_blocks(parts) if note else split(usable)

@@ -53,21 +53,6 @@ def gathered(paths: Paths) -> tuple[list[Recording], list[tuple[str, str]]]:
     return sorted(recordings, key=lambda r: (r.started_at, r.recording_id)), rejected
 
 
-def of_one_zero(recordings: Sequence[Recording], rejected: list[tuple[str, str]]) -> list[Recording]:
-    """The recordings of the encoder zero that most have; the others are rejected, those that name none stay."""
-    named = [r.zero_id for r in recordings if r.zero_id is not None]
-    if len(set(named)) < 2:
-        return list(recordings)
-    usual = max(sorted(set(named)), key=named.count)
-    for recording in recordings:
-        if recording.zero_id not in (usual, None):
-            why = (
-                f"is of the encoder zero {recording.zero_id}, most of the recordings of {usual}: angles would not agree"
-            )
-            rejected.append((recording.path.name, f"{recording.path.name} {why}"))
-    return [r for r in recordings if r.zero_id in (usual, None)]
-
-
 def names_of(recordings: Sequence[Recording]) -> list[str]:
     """What each recording is called: its id, with its folder before it where two have the same id."""
     ids = [r.recording_id for r in recordings]

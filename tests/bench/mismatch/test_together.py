@@ -87,14 +87,6 @@ def test_a_folder_counts_once(tmp_path: Path) -> None:
         gathered([first, tmp_path / "." / "a"])
 
 
-def test_a_referencing_within_a_folder_is_said(tmp_path: Path) -> None:
-    where = folder(tmp_path / "a", 6, count=4)
-    write(where, 5, 6, "zero-2", SERIAL)
-    data = load(where)
-    assert {m.recording.zero_id for m in data.members} == {ZERO}
-    assert any("0005-constant_velocity.h5 is of the encoder zero zero-2" in why for _, why in data.rejected)
-
-
 def test_together_is_one_task(tmp_path: Path) -> None:
     paths = [tmp_path / "a", tmp_path / "b"]
     (task,) = tasks_of(paths, tmp_path / "out", together=True)
