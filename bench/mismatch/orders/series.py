@@ -28,6 +28,9 @@ BEFOREHAND = 1.0
 what goes with the square of speed, and then it is taken so
 """
 INTERPLAY = 0.2
+"""spread of products of two quantities, over what it is of squares, before the orders say anything: interactions are
+smaller than main effects (effect hierarchy, Wu and Hamada, Experiments, 2009)
+"""
 LEAST_SPREAD, LARGEST_SPREAD = 5e-4, 2.0
 ROUNDS = 4
 """in which orders tell the prior and the prior the orders"""
