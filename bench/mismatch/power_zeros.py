@@ -17,7 +17,14 @@ import numpy as np
 from bench.mismatch.problem import ChannelProblem
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.discoveries import of_start
-from bench.mismatch.regression.model import ChannelModel, add_base, fit_blocks, plain_residual, prepare_bank
+from bench.mismatch.regression.model import (
+    ChannelModel,
+    add_base,
+    fit_blocks,
+    plain_residual,
+    predicted,
+    prepare_bank,
+)
 from bench.mismatch.regression.prior import settled
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.heat_rates import HEATING, LESS, LOAD_ZERO, MOTOR_ZERO
@@ -64,7 +71,6 @@ def chosen(models: Mapping[str, ChannelModel], rows: Rows, problem: Callable[[Ro
     """
     constant = {c: _constant(m, CONSTANT[c]) for c, m in models.items()}
     own = {c: left_of(m.problem.rows, m.predict(m.problem.rows.frame), m.problem.usable) for c, m in models.items()}
-    # a constant that the simulation says in another way, or not at all, is no zero to take off
     sets = [s for n in range(len(WHICH) + 1) for s in itertools.combinations(WHICH, n)]
     tried = [Zeros(which, constant, own) for which in sets]
     energy = [_energy(problem(replace(rows, frame=zeros.less(rows.frame)))) for zeros in tried]
@@ -76,11 +82,11 @@ def chosen(models: Mapping[str, ChannelModel], rows: Rows, problem: Callable[[Ro
     return tried[best] if gain > np.log(len(tried)) + 0.5 * np.log(recordings) else tried[0]
 
 
-def left_of(rows: Rows, predicted: FloatArray, usable: np.ndarray) -> dict[int, float]:
+def left_of(rows: Rows, said: FloatArray, usable: np.ndarray) -> dict[int, float]:
     """Mean of what a prediction leaves of each recording's usable rows, by the recording's number."""
     weight = np.where(usable, rows.number, 0.0)
     count = np.bincount(rows.frame.recording, weight)
-    mean = np.bincount(rows.frame.recording, weight * (rows.y - predicted)) / np.maximum(count, 1e-300)
+    mean = np.bincount(rows.frame.recording, weight * (rows.y - said)) / np.maximum(count, 1e-300)
     return {int(r): float(mean[r]) for r in np.flatnonzero(count > 0.0)}
 
 
@@ -97,11 +103,6 @@ def _energy(problem: ChannelProblem) -> float:
     """
     bank, *_ = prepare_bank(problem, plain_residual(problem))
     blocks = settled(problem, bank, add_base(problem, bank))
-    found = fit_blocks(bank, blocks, bank.variances())
-    frame = problem.rows.frame
-    predicted = np.zeros(frame.size)
-    for block in blocks:
-        if block.regressor.effect != "nuisance":
-            predicted += block.regressor.columns(frame) @ found.of(block.place)[0]
-    left = (problem.rows.y - of_start(problem, predicted))[problem.train]
+    said = predicted(blocks, fit_blocks(bank, blocks, bank.variances()), problem.rows.frame)
+    left = (problem.rows.y - of_start(problem, said))[problem.train]
     return float(np.sum(problem.rows.number[problem.train] * left**2))

@@ -57,15 +57,14 @@ class Predictor:
         return any(getattr(r, "form", None) is not None and r.form.remembers for r in own)  # type: ignore[attr-defined]
 
     @property
-    def takes_zeros(self) -> bool:
-        """Whether the file takes zeros of the torques off the loss."""
+    def takes_zeros(self) -> tuple[str, ...]:
+        """Which zeros of the torques the file takes off the loss."""
         term = self.given.simulation.terms.get(EFFECT)
-        return term is not None and bool(term.extra.get(KEY))
+        return () if term is None else tuple(term.extra.get(KEY, ()))
 
     def zeros(self, rows: Mapping[str, Rows]) -> Zeros:
         """Zeros of the torques that the file takes off the loss; ``rows`` by channel of all recordings."""
-        term = self.given.simulation.terms.get(EFFECT)
-        which = tuple(term.extra.get(KEY, ())) if term is not None else ()
+        which = self.takes_zeros
         if not which:
             return Zeros()
         constant = {}

@@ -92,13 +92,16 @@ class ChannelModel:
 
     def predict(self, frame: Frame, chosen: Sequence[Chosen] | None = None, fitted: Fit | None = None) -> FloatArray:
         """The channel, less what is fixed, as the model says on the rows of a frame (n,)."""
-        own = self.fit if fitted is None else fitted
-        out = np.zeros(frame.size)
-        for block in self.blocks(chosen):
-            if block.regressor.effect == "nuisance":
-                continue
-            out += block.regressor.columns(frame) @ own.of(block.place)[0]
-        return out
+        return predicted(self.blocks(chosen), self.fit if fitted is None else fitted, frame)
+
+
+def predicted(blocks: Sequence[Block], fitted: Fit, frame: Frame) -> FloatArray:
+    """What fitted blocks say on the rows of a frame (n,), but for those that are no part of a simulation."""
+    out = np.zeros(frame.size)
+    for block in blocks:
+        if block.regressor.effect != "nuisance":
+            out += block.regressor.columns(frame) @ fitted.of(block.place)[0]
+    return out
 
 
 def scattered(problem: ChannelProblem) -> tuple[float, float | None]:
