@@ -10,8 +10,9 @@ from typing import Annotated, Any
 import typer
 
 from bench.cli._plain import say
+from bench.cli._stored import store as keep
+from bench.cli._stored import stored
 from bench.errors import BenchError
-from bench.whole import write_whole
 
 FORMAT, FORMAT_VERSION = "bench-coverage", "1.0"
 PAIRS = 40
@@ -42,7 +43,7 @@ def coverage(
 
     # of the program that is running: others may commit meanwhile
     made_by = commit()
-    content = _load(store, bench) if store is not None else _empty(bench)
+    content = stored(store, _empty(bench), ("format", "bench"))
     if again:
         content |= {"campaigns": [], "pairs": []}
     content["asked"] = campaigns
@@ -54,7 +55,7 @@ def coverage(
         done[seed] = _measured(recordings(seed, work, bench), seed, work, bench, made_by)
         content["campaigns"] = [done[key] for key in sorted(done)]
         content["pairs"] = [row for row in content["pairs"] if seed not in (row["before"], row["after"])]
-        _save(store, content)
+        keep(store, content)
         if not as_json:
             say(f"campaign {seed} of {campaigns}")
         _show(content, work, store, table)
@@ -67,7 +68,7 @@ def _show(content: dict[str, Any], work: Path, store: Path | None, table: Path |
     from bench.identification.coverage_table import page
 
     content["pairs"] = _pairs(content, work)
-    _save(store, content)
+    keep(store, content)
     if table is not None:
         table.write_text(page(content), "utf-8")
 
@@ -82,27 +83,6 @@ def _empty(bench: str) -> dict[str, Any]:
         "campaigns": [],
         "pairs": [],
     }
-
-
-def _load(path: Path, bench: str) -> dict[str, Any]:
-    if not path.exists():
-        return _empty(bench)
-    try:
-        content: dict[str, Any] = json.loads(path.read_text("utf-8"))
-    except ValueError as error:
-        raise BenchError(f"{path}: is no JSON ({error}); --store should name a result of this command.") from error
-    if content.get("format") != FORMAT or content.get("bench") != bench:
-        raise BenchError(f"{path}: is no {FORMAT} of {bench}; --store should name one, or a new file.")
-    return content
-
-
-def _save(path: Path | None, content: dict[str, Any]) -> None:
-    if path is None:
-        return
-    head = {key: value for key, value in content.items() if key != "campaigns"}
-    rows = ",\n".join(json.dumps(row, ensure_ascii=False) for row in content["campaigns"])
-    text = json.dumps(head, ensure_ascii=False)
-    write_whole(path, f'{text[:-1]}, "campaigns": [\n{rows}\n]}}\n')
 
 
 def _model(work: Path, seed: int) -> Path:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
 from bench.cli._plain import say
-from bench.errors import BenchError
-from bench.whole import write_whole
+from bench.cli._stored import store as keep
+from bench.cli._stored import stored
 
 FORMAT, FORMAT_VERSION = "bench-twin", "1.0"
 
@@ -37,7 +37,7 @@ def twin(
 
     # of the program that is running: others may commit meanwhile
     made_by = commit()
-    content = _load(store)
+    content = stored(store, {"format": FORMAT, "format_version": FORMAT_VERSION, "command": "", "campaigns": []})
     content["command"] = f"bench benchmark twin --campaigns {campaigns} --without {without}"
     done = {row["key"]: row for row in content["campaigns"]}
     listed = cases(campaigns, without)
@@ -48,30 +48,9 @@ def twin(
         about = {"commit": made_by, "day": datetime.now(UTC).date().isoformat()}
         done[case.key] = run(case, work) | about
         content["campaigns"] = [done[own.key] for own in listed if own.key in done]
-        _save(store, content)
+        keep(store, content)
         if not as_json:
             say(f"campaign {number} of {len(listed)}: {case.change}")
     if table is not None:
         table.write_text(into(table.read_text("utf-8") if table.exists() else "", content), "utf-8")
     say(json.dumps(content, ensure_ascii=False) if as_json else tables(content))
-
-
-def _load(path: Path | None) -> dict[str, Any]:
-    empty = {"format": FORMAT, "format_version": FORMAT_VERSION, "command": "", "campaigns": []}
-    if path is None or not path.exists():
-        return empty
-    try:
-        content: dict[str, Any] = json.loads(path.read_text("utf-8"))
-    except ValueError as error:
-        raise BenchError(f"{path}: is no JSON ({error}); --store should name a result of this command.") from error
-    if content.get("format") != FORMAT:
-        raise BenchError(f"{path}: is no {FORMAT}; --store should name one, or a new file.")
-    return content
-
-
-def _save(path: Path | None, content: dict[str, Any]) -> None:
-    if path is None:
-        return
-    head = {key: value for key, value in content.items() if key != "campaigns"}
-    rows = ",\n".join(json.dumps(row, ensure_ascii=False) for row in content["campaigns"])
-    write_whole(path, f'{json.dumps(head, ensure_ascii=False)[:-1]}, "campaigns": [\n{rows}\n]}}\n')
