@@ -63,9 +63,10 @@ def export_model(
             "outputs": list(formulas.outputs),
             "parameters": {p.name: p.value for p in formulas.parameters},
             "refused": list(formulas.refused),
+            "notes": list(formulas.notes),
         }
         say(json.dumps(told, ensure_ascii=False))
         return
     say(f"{', '.join(str(f) for f in files)}: {', '.join(formulas.outputs)} from {', '.join(formulas.inputs)}")
-    for sentence in formulas.refused:
+    for sentence in (*formulas.refused, *formulas.notes):
         say(f"note: {sentence}")

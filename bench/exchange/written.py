@@ -64,12 +64,15 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class Formulas:
-    """A simulation as formulas: outputs by name, inputs and parameters they need; why channels are left out."""
+    """A simulation as formulas: outputs by name, inputs and parameters they need; why channels are left out; ``notes``:
+    which terms are not in them.
+    """
 
     outputs: dict[str, Written]
     inputs: tuple[str, ...]
     parameters: tuple[Parameter, ...]
     refused: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
     @property
     def steps(self) -> list[Written]:
@@ -94,13 +97,19 @@ def written(simulation: Simulation, standstill: float = 1e-3) -> Formulas:
         )
     own = _Writer(Given.of(simulation), standstill)
     outputs: dict[str, Written] = {}
-    refused = []
+    refused, notes = [], []
     for channel in CHANNELS:
         missing = own.missing(channel)
-        if missing:
+        if missing and not own.calibrated(channel):
             refused.append(f"{channel} is left out: the simulation has no numbers for {', '.join(missing)}")
-        else:
-            outputs[OUTPUT + channel] = own.channel(channel)
+            continue
+        outputs[OUTPUT + channel] = own.channel(channel)
+        if missing:
+            notes.append(
+                f"{channel} is without {', '.join(missing)}: the recordings it was calibrated on did not show "
+                f"{'it' if len(missing) == 1 else 'them'}, and the simulation has no numbers for "
+                f"{'it' if len(missing) == 1 else 'them'}"
+            )
     if not outputs:
         raise ConfigurationError(f"nothing can be exported: {'; '.join(refused)}.")
     steps = formula.ordered(list(outputs.values()))
@@ -108,7 +117,7 @@ def written(simulation: Simulation, standstill: float = 1e-3) -> Formulas:
     inputs = [*(n for n in INPUTS if n in used), *sorted(n for n in used if n not in (*INPUTS, "time"))]
     named = {n.extra[0] for n in steps if n.op == "parameter"}
     return Formulas(
-        outputs, tuple(inputs), tuple(p for p in own.parameters.values() if p.name in named), tuple(refused)
+        outputs, tuple(inputs), tuple(p for p in own.parameters.values() if p.name in named), tuple(refused), tuple(notes)
     )
 
 
@@ -133,6 +142,14 @@ class _Writer:
             own += "_"
         self.parameters.setdefault(own, Parameter(own, float(value), unit, meaning))
         return formula.named("parameter", own)
+
+    def calibrated(self, channel: str) -> bool:
+        """Whether some nominal term of a channel has numbers: what has none then was not in the recordings."""
+        given = self.given
+        if channel == TRANSMISSION_ERROR:
+            return given.simulation.transmission_error() is not None
+        own = (term.regressor for term in nominal_base(channel, given.switched_off))
+        return any(isinstance(named, Named) and given.nominal_coefficients(named) is not None for named in own)
 
     def missing(self, channel: str) -> list[str]:
         """Nominal terms in force without numbers."""

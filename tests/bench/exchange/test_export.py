@@ -115,3 +115,16 @@ def test_modelica_has_all_of_it(tmp_path: Path) -> None:
         "input Real aux_pressure",
     ):
         assert told in text
+
+
+def test_what_the_recordings_did_not_show_is_left_out_and_told() -> None:
+    # a rig without a load cell and a thermometer: its friction has numbers, what hangs on load and heat has none
+    content = {"format": "bench-simulation", "format_version": "1.0", "gearbox": {"ratio": 1.0}}
+    coulomb = {"effect": "friction.coulomb", "parameters": {"f_c": {"value": 0.4, "unit": "N*m"}}}
+    formulas = written(Simulation.from_json(content | {"terms": [coulomb]}), STANDSTILL)
+    assert list(formulas.outputs) == ["simulated_motor_torque"]
+    (note,) = formulas.notes
+    assert note.startswith("motor_torque is without friction.viscous, friction.viscous_temperature_linear")
+    assert any(why.startswith("load_torque is left out: the simulation has no numbers for") for why in formulas.refused)
+    with pytest.raises(ConfigurationError, match="nothing can be exported: .* has no numbers for friction.coulomb"):
+        written(Simulation.from_json(content | {"terms": []}))
