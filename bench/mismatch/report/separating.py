@@ -45,10 +45,10 @@ def separating(finding: Finding, covered: Range, ratio: float) -> Proposal | Non
     rivals = list(dict.fromkeys(e for e in rivals if e != finding.effect))[:MOST_RIVALS]
     if own is None or not rivals or finding.channel == TEMPERATURE:
         return None
-    measured = _Measured.of(finding, own)
+    measured = Measured.of(finding, own)
     listed = list(candidates(covered))
     frames = [frame_of(c, covered, ratio) for c in listed]
-    looks = [look for effect in rivals for look in _both_ways(measured, own, effect, frames)]
+    looks = [look for effect in rivals for look in both_ways(measured, own, effect, frames)]
     if not looks:
         return None
     chosen: list[int] = []
@@ -71,7 +71,7 @@ def separating(finding: Finding, covered: Range, ratio: float) -> Proposal | Non
 
 
 @dataclass(frozen=True, slots=True)
-class _Measured:
+class Measured:
     """The recordings as a design: frame of some rows, regressors of the simulation, variance of what a row leaves."""
 
     channel: str
@@ -84,7 +84,7 @@ class _Measured:
     variance: float
 
     @classmethod
-    def of(cls, finding: Finding, own: Truth) -> _Measured:
+    def of(cls, finding: Finding, own: Truth) -> Measured:
         outcome: ChannelOutcome = finding.outcome
         fitted = outcome.usable & ~outcome.held_out & (outcome.rows.number > 0)
         stride = max(1, -(-outcome.rows.size // MOST_ROWS))
@@ -115,7 +115,7 @@ class _Fit:
         return self.coefficients[self.coefficients.size - len(self.term.form.linear) :]
 
 
-def _fitted(measured: _Measured, effect: str, truth: FloatArray) -> _Fit | None:
+def _fitted(measured: Measured, effect: str, truth: FloatArray) -> _Fit | None:
     """The form and point of an effect that, beside the simulation, come nearest to a truth (rows,)."""
     best: _Fit | None = None
     for form in LIBRARY[effect].forms[measured.channel]:
@@ -126,7 +126,7 @@ def _fitted(measured: _Measured, effect: str, truth: FloatArray) -> _Fit | None:
     return best
 
 
-def _at(measured: _Measured, term: Named, truth: FloatArray) -> _Fit | None:
+def _at(measured: Measured, term: Named, truth: FloatArray) -> _Fit | None:
     x = measured.design(measured.frame, term) * measured.rows[:, None]
     y = truth * measured.rows
     scale = np.sqrt(np.sum(x**2, axis=0))
@@ -141,21 +141,21 @@ def _at(measured: _Measured, term: Named, truth: FloatArray) -> _Fit | None:
     return _Fit(term, beta / scale, covariance, missed)
 
 
-def _both_ways(measured: _Measured, own: Truth, effect: str, frames: Sequence[Frame]) -> list[_Look]:
+def both_ways(measured: Measured, own: Truth, effect: str, frames: Sequence[Frame]) -> list[Look]:
     """The rival where the finding is true, and the finding where the rival is true."""
     wrong = _fitted(measured, effect, own.on(measured.frame))
     if wrong is None:
         return []
     other = Truth(wrong.term, wrong.own())
     back = _fitted(measured, own.term.effect, other.on(measured.frame))
-    looks = [_Look(measured, own, wrong, frames)]
-    return looks if back is None else [*looks, _Look(measured, other, back, frames)]
+    looks = [Look(measured, own, wrong, frames)]
+    return looks if back is None else [*looks, Look(measured, other, back, frames)]
 
 
-class _Look:
+class Look:
     """How far an explanation would be off at each candidate if another holds; both calibrated on the recordings."""
 
-    def __init__(self, measured: _Measured, true: Truth, wrong: _Fit, frames: Sequence[Frame]) -> None:
+    def __init__(self, measured: Measured, true: Truth, wrong: _Fit, frames: Sequence[Frame]) -> None:
         self._covariance, self._variance = wrong.covariance, measured.variance
         self._parts: list[tuple[FloatArray, FloatArray]] = []
         for frame in frames:
