@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.stats import norm, t
 
 from bench.identification.freedom import parameter_freedom, series_freedom
+from bench.identification.instant import systematic_std
 from bench.simulation import FourierSet, Simulation
 from bench.simulation._coefficients import DIRECTIONS, fourier_from_json
 
@@ -70,10 +71,17 @@ def deviates(found: Simulation, truth: Mapping[str, Any]) -> dict[str, Any]:
             if parameter is None or parameter.std is None:
                 continue
             freedom = parameter_freedom(found_term, symbol)
-            z = float(normal_deviate(np.array(parameter.value - true), np.array(parameter.std), freedom))
+            shared = systematic_std(found_term, symbol)
+            std = float(np.hypot(parameter.std, shared))
+            # a known bound has no degrees of freedom to speak of; what is left of the others' share is Welch's
+            freedom *= (std / parameter.std) ** 4 if parameter.std > 0.0 else 1.0
+            off = np.array(parameter.value - true)
+            z = float(normal_deviate(off, np.array(std), freedom))
             parameters[symbol] = {
                 "value": parameter.value,
-                "std": parameter.std,
+                "std": std,
+                "repeat_std": parameter.std,
+                "repeat_z": float(normal_deviate(off, np.array(parameter.std), parameter_freedom(found_term, symbol))),
                 "freedom": freedom if np.isfinite(freedom) else None,
                 "truth": true,
                 "z": z,

@@ -15,6 +15,7 @@ from typing import Any
 
 from bench.errors import BenchError, RecordingError
 from bench.identification.heat import HeatFit, identify_heat
+from bench.identification.instant import systematic
 from bench.identification.load_side import identify_load_side
 from bench.identification.orders import Proposal, default_orders, nuisance_orders, propose
 from bench.identification.paper import identify_paper
@@ -172,6 +173,7 @@ def identify_folder(folder: Path | str, options: Options, progress: Progress | N
     zero = torque_zero(load_side)
     friction, more = friction_of(training, zero.value, zero.std, load_side.freedom.get("z_0", math.inf))
     said += more
+    friction = replace(friction, systematic=systematic(recordings, friction))
     heat = identify_heat(training, zero.value, friction.values.get("tau_0", 0.0), friction.values.get("J", 0.0))
     said += heat.sentences
     proposals = propose(reductions, gearbox, orders, notch)

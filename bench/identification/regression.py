@@ -21,7 +21,8 @@ MIN_OWN_SHARE = 0.01
 class LinearFit:
     """Values and standard deviations by symbol; ``undetermined`` lists symbols left out; RMSE of the residual.
 
-    ``freedom`` has by symbol the degrees of freedom of the standard deviation (:mod:`.freedom`).
+    ``freedom`` has by symbol the degrees of freedom of the standard deviation (:mod:`.freedom`), ``systematic`` a
+    further one that all recordings of a bench share (:mod:`.instant`).
     """
 
     values: dict[str, float]
@@ -30,6 +31,7 @@ class LinearFit:
     rmse: float
     rows: int
     freedom: dict[str, float] = field(default_factory=dict)
+    systematic: dict[str, float] = field(default_factory=dict)
 
 
 def regress(

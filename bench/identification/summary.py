@@ -8,6 +8,7 @@ from typing import Any
 
 from bench.identification.freedom import told
 from bench.identification.identify import Identification
+from bench.identification.instant import told as told_systematic
 from bench.identification.load_side import LOAD_UNITS
 from bench.identification.plausible import KEY, implausible
 from bench.identification.regression import LinearFit
@@ -71,6 +72,7 @@ def to_simulation(found: Identification, method: str = "refined") -> Simulation:
         known = {symbol: freedom[symbol] for symbol in values if symbol in freedom}
         marks = {symbol: doubts[symbol] for symbol in values if symbol in doubts}
         extra: dict[str, Any] = told(known) | ({KEY: marks} if marks else {})
+        extra |= told_systematic({s: std for s, std in found.friction.systematic.items() if s in values})
         simulation = simulation.with_term(Term(effect, parameters=values, extra=extra))
     if method in found.models:
         simulation = simulation.with_transmission_error(found.models[method])
@@ -158,6 +160,7 @@ def to_json(found: Identification) -> dict[str, Any]:
         "parameters": {
             symbol: {"value": p.value, "unit": p.unit, "std": p.std, "term": SYMBOL_TERMS[symbol]}
             | {"freedom": {**found.friction.freedom, **found.load_side.freedom}.get(symbol)}
+            | {"systematic_std": found.friction.systematic.get(symbol)}
             for symbol, p in parameters(found).items()
         },
         "residual_rmse": {"motor_torque": found.friction.rmse, "load_torque": found.load_side.rmse}

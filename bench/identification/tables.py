@@ -36,6 +36,8 @@ def parameter_table(found: Identification) -> Table:
     doubts = doubtful(found)
     for symbol, p in parameters(found).items():
         std = "–" if p.std is None else f"{p.std:.2g}"
+        if symbol in found.friction.systematic:
+            std += f" and {found.friction.systematic[symbol]:.2g} (instant of torque)"
         out.add_row(
             f"{symbol} (!)" if symbol in doubts else symbol, f"{p.value:.5g}", std, p.unit, SYMBOL_TERMS[symbol]
         )
