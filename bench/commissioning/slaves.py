@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
-
-import numpy as np
-
+from bench.commissioning.torque_zero import torque_zero
 from bench.commissioning.trial import Trial
 from bench.cycle.assembly import device_errors
-from bench.cycle.plugins import DRIVERS, plugin
 from bench.devices import ObjectDictionary, SafetyInputs
 from bench.errors import DeviceError
 
@@ -17,7 +13,6 @@ _OBJECTS = {"6072:00": "u2", "6080:00": "u4", "6065:00": "u4", "605A:00": "i2", 
 """What is read back of a drive for the record: torque, speed, following error, quick stop, fault reaction, ramp."""
 _IDENTITY = {"vendor": "1018:01", "product": "1018:02", "revision": "1018:03", "serial": "1018:04"}
 _TARE_S = 1.0
-_SHARE_OF_RATED, _SPREAD_OF_RATED = 0.01, 0.001
 _PATIENCE_S = 60.0
 
 
@@ -96,24 +91,10 @@ def safety_circuits(trial: Trial) -> str:
 
 def tare(trial: Trial) -> str:
     """Take the torque sensor's zero at rest without load; refuses a dead, saturated, moving or loaded sensor."""
-    sensor, terminal = trial.bench.torque_sensor, trial.rig.link.assembly.torque_terminal
-    tape = trial.watch(_TARE_S)
-    counts = tape.raw("load_torque", steady=False)
-    with device_errors():
-        scale = plugin(DRIVERS, "torque_scale")(
-            terminal.volt_per_count, sensor.rated_torque / sensor.rated_voltage, sensor.polarity
-        )
-        taken = plugin(DRIVERS, "torque_tare")(
-            counts,
-            np.abs(counts.astype(np.int32)) < np.iinfo(np.int16).max,
-            scale,
-            datetime.now(UTC),
-            trial.bench.commissioning.largest_tare or _SHARE_OF_RATED * sensor.rated_torque,
-            _SPREAD_OF_RATED * sensor.rated_torque,
-        )
-    zero = taken.zero_count * scale.newton_metre_per_count
-    trial.values.update(zero_nm=zero, deviation_nm=abs(taken.deviation_count * scale.newton_metre_per_count))
-    return f"the unloaded torque sensor reads {zero:.3g} N·m"
+    counts = trial.watch(_TARE_S).raw("load_torque", steady=False)
+    taken = torque_zero(trial.bench, trial.rig.link.assembly.torque_terminal.volt_per_count, counts)
+    trial.values.update(zero_nm=taken.zero, deviation_nm=taken.deviation)
+    return f"the unloaded torque sensor reads {taken.zero:.3g} N·m"
 
 
 def _wait(trial: Trial, safety: SafetyInputs, pressed: bool) -> None:

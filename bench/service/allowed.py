@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 RUNNING = frozenset({"measuring_zero", "measuring", "heating"})
-PHASES = frozenset({"free", "opening", "paused", "stopping", "resetting", "by_hand", "ended"}) | RUNNING
+PHASES = frozenset({"free", "opening", "paused", "stopping", "resetting", "by_hand", "taring", "ended"}) | RUNNING
 """Every phase of the bench; ``ended`` is a run whose process is about to go."""
 
 DONE = {
@@ -35,7 +35,7 @@ class Situation:
     """Act that is due after a stop: ``acknowledge``, ``reset``, ``resume``, or nothing."""
 
 
-BEGINS = frozenset({"start", "jog", "queue", "approve", "again", "reset", "go_on"})
+BEGINS = frozenset({"start", "jog", "tare", "queue", "approve", "again", "reset", "go_on"})
 """Acts after which something may move or be powered; none while an alarm waits to be acknowledged."""
 
 _IN_PHASES: dict[str, frozenset[str]] = {
@@ -44,7 +44,7 @@ _IN_PHASES: dict[str, frozenset[str]] = {
     "skip": RUNNING | {"paused"},
     "repeat": RUNNING | {"paused"},
     "note": RUNNING | {"paused"},
-    "abort": RUNNING | {"paused", "opening", "by_hand"},
+    "abort": RUNNING | {"paused", "opening", "by_hand", "taring"},
 }
 
 
@@ -56,7 +56,7 @@ def allowed(now: Situation) -> frozenset[str]:
     free = now.phase == "free"
     acts |= {"start"} if now.due in ("", "resume") else set()
     # what waits would begin as soon as the button is let go
-    acts |= {"jog"} if free and not now.due and not now.waiting else set()
+    acts |= {"jog", "tare"} if free and not now.due and not now.waiting else set()
     acts |= {"queue"} if now.held and now.waiting else set()
     acts |= {"approve"} if now.proposed else set()
     acts |= {"withdraw"} if now.proposed or now.waiting else set()

@@ -76,7 +76,7 @@ class Archive:
 
         Returns at once: a disk that hangs holds up nobody who waits for the end of a run.
         """
-        if not run.resets and run.by_hand is None:
+        if run.measures:
             threading.Thread(target=self._name_person, args=(run,), name="name-person", daemon=True).start()
 
     def _name_person(self, run: Run) -> None:

@@ -1,8 +1,9 @@
-"""Motion by hand, as the service sees it: begun, held, let go; the run's own process looks at the clock."""
+"""What is done by hand, as the service sees it: a motion begun, held, let go; the torque sensor tared."""
 
 from __future__ import annotations
 
 from math import degrees
+from typing import Any
 
 from bench.campaigns.gentle import greatest_speed
 from bench.configuration import BenchFile
@@ -17,7 +18,7 @@ FOLDER = "by-hand"
 
 
 class ByHand:
-    """Begins motions by hand, and passes on that their button is held."""
+    """Begins motions by hand and passes on that their button is held; begins tarings."""
 
     def __init__(self, bench: BenchFile, settings: Settings, keeper: Keeper, book: Book) -> None:
         self._bench, self._settings, self._keeper, self._book = bench, settings, keeper, book
@@ -33,7 +34,13 @@ class ByHand:
         most = greatest_speed(self._bench.configuration)
         if velocity == 0.0 or abs(velocity) > most:
             raise NotNow(f"by hand the load side turns at {degrees(most):.3g} °/s at most, either way, and not at none")
-        title = f"Motion by hand, {degrees(velocity):+.3g} °/s"
+        return self._add(f"Motion by hand, {degrees(velocity):+.3g} °/s", by, "by_hand", by_hand=velocity)
+
+    def tare(self, by: str) -> Run:
+        """Let the torque sensor's zero be taken at rest, without torque, in the name of ``by``."""
+        return self._add("Taring of the torque sensor", by, "tare", tares=True)
+
+    def _add(self, title: str, by: str, act: str, **what: Any) -> Run:
         run = Run(
             id=new_id(),
             campaign="",
@@ -44,10 +51,10 @@ class ByHand:
             asked_at=now(),
             interface=self._settings.interface,
             real_time=True,
-            by_hand=velocity,
+            **what,
         )
         self._keeper.held = False
-        self._book.write("by_hand", by, title, run=run.id)
+        self._book.write(act, by, title, run=run.id)
         return self._keeper.add(run)
 
     def hold(self, run_id: str, held: bool) -> str:

@@ -30,6 +30,7 @@ def write_job(run: Run, folder: Path, socket: Path, stop_port: int, plant: str |
         resumed_by=run.by if run.resumes else None,
         reset_by=run.by if run.resets else None,
         by_hand=run.by_hand,
+        tares=run.tares,
         plant=plant,
         stop_port=stop_port,
     )

@@ -81,7 +81,7 @@ class Keeper:
 
     def open(self) -> None:
         """Begin to work; a run that an earlier service left behind is followed further."""
-        measured = [run for run in self.runs.all() if run.started_at and not run.resets and run.by_hand is None]
+        measured = [run for run in self.runs.all() if run.started_at and run.measures]
         if measured:
             self.shown.history.take_up(self._folder(measured[-1]) / _HISTORY, self._disk)
         self._task = asyncio.get_running_loop().create_task(self._work())
@@ -221,8 +221,9 @@ class Keeper:
         if not self.held:
             self.stopper.forget()
         # what was measured until a stop stays in sight while the bench is reset
-        self.shown.begin(clear=not run.resets)
-        if not run.resets:
+        keeps = run.resets or run.tares
+        self.shown.begin(clear=not keeps)
+        if not keeps:
             self.shown.history.keep_in(folder / _HISTORY, self._disk)
         run = self.runs.change(run.id, state="running", pid=pid, started_at=now())
         self._book.write("run", run.by, f"{run.title} begins", run=run.id, folder=run.folder)

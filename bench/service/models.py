@@ -112,6 +112,10 @@ class Jog(Act):
     velocity: Annotated[float, Field(ge=-100.0, le=100.0)]
 
 
+class Tare(Act):
+    """Take the torque sensor's zero: at rest, without torque."""
+
+
 class Hold(Body):
     """The button of a motion by hand is still held, or (``held`` false) no longer."""
 

@@ -1,4 +1,4 @@
-"""Motion by hand over HTTP: begun by whoever holds the controls, and going on only while the page says so."""
+"""By hand over HTTP: a motion that goes on only while the page says so, and the torque sensor's zero."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Annotated
 from fastapi import APIRouter, Depends
 
 from bench.service import models as m
+from bench.service.runs import Run
 from bench.service.service import Service
 from bench.service.wiring import PROBLEMS, service_of
 
@@ -20,8 +21,7 @@ async def jog(body: m.Jog, service: The) -> m.RunAnswer:
     """Slow, without load, at low torque. Say ``/jog/hold`` every 0.15 s: half a second of silence ends it."""
 
     async def do(name: str) -> m.RunAnswer:
-        run = service.by_hand.begin(body.velocity, name)
-        return m.RunAnswer(id=run.id, state=run.state, folder=run.folder)
+        return _answer(service.by_hand.begin(body.velocity, name))
 
     async def act() -> m.RunAnswer:
         answer: m.RunAnswer = await service.act(body.secret, "jog", do)
@@ -29,6 +29,25 @@ async def jog(body: m.Jog, service: The) -> m.RunAnswer:
 
     answer: m.RunAnswer = await service.once(body.request_id, f"jog {body.model_dump_json()}", act)
     return answer
+
+
+@router.post("/tare", summary="Take the torque sensor's zero")
+async def tare(body: m.Tare, service: The) -> m.RunAnswer:
+    """At rest, without load and without torque; the run's end says what the sensor reads."""
+
+    async def do(name: str) -> m.RunAnswer:
+        return _answer(service.by_hand.tare(name))
+
+    async def act() -> m.RunAnswer:
+        answer: m.RunAnswer = await service.act(body.secret, "tare", do)
+        return answer
+
+    answer: m.RunAnswer = await service.once(body.request_id, f"tare {body.model_dump_json()}", act)
+    return answer
+
+
+def _answer(run: Run) -> m.RunAnswer:
+    return m.RunAnswer(id=run.id, state=run.state, folder=run.folder)
 
 
 @router.post("/jog/hold", summary="The button is still held, or no longer")

@@ -39,6 +39,8 @@ class Run:
     """Nothing is run: the drives' faults are taken away."""
     by_hand: float | None = None
     """Motion by hand, rad/s of the load side; nothing is recorded then."""
+    tares: bool = False
+    """The torque sensor's zero is taken at rest; nothing is recorded then."""
     twin: str | None = None
     """Model that watches it."""
     twin_pause: bool = False
@@ -47,6 +49,11 @@ class Run:
     started_at: str | None = None
     ended_at: str | None = None
     end: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def measures(self) -> bool:
+        """Whether it makes recordings: a reset, a motion by hand and a taring make none."""
+        return not self.resets and self.by_hand is None and not self.tares
 
     def as_dict(self) -> dict[str, Any]:
         """For the page and the file."""
@@ -139,6 +146,8 @@ def rebuild(folder: Path) -> list[Run]:
                 real_time=bool(job.get("real_time")),
                 seed=int(job.get("seed", 0)),
                 resets=job.get("reset_by") is not None,
+                by_hand=job.get("by_hand"),
+                tares=bool(job.get("tares")),
             )
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
             # neither is the job of any use; recordings stay, and a run of them can be started anew

@@ -319,8 +319,8 @@ class Service:
     def again(self, run_id: str, by: str) -> Run:
         """Let a run that ended go on where it stopped."""
         run = self.run(run_id, "ended")
-        if run.by_hand is not None:
-            raise NotNow("a motion by hand does not go on; press its button again")
+        if run.by_hand is not None or run.tares:
+            raise NotNow("a motion by hand or a taring does not go on; press its button again")
         self.keeper.held = False
         self.book.write("again", by, f"{run.title} goes on in {Path(run.folder).name}", run=run.id)
         return self.keeper.add(following(run, by, resumes=True))

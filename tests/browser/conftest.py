@@ -82,6 +82,14 @@ class Browser:
     def size(self, width: int, height: int) -> None:
         self.driver.set_window_size(width, height)
 
+    def screen(self, width: int = 0, height: int = 0) -> None:
+        """Show exactly so many pixels, as a phone does (a window is never so narrow); without numbers the window's."""
+        if width:
+            values = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": width < 600}
+            self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", values)
+        else:
+            self.driver.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
     def shot(self, name: str) -> None:
         self.driver.execute_script("document.activeElement?.blur()")
         self.driver.save_screenshot(str(self._images / f"{name}.png"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from datetime import UTC, datetime
 from pathlib import Path
@@ -13,8 +14,9 @@ from bench.trend import kept
 from tests.bench.recording.builders import write
 from tests.bench.service.conftest import served
 from tests.bench.trend.conftest import identified
-from tests.browser.conftest import Browser
+from tests.browser.conftest import REQUIRE, Browser
 
+AXE = Path(__file__).parent / "node_modules" / "axe-core" / "axe.min.js"
 VIEWS = ("now", "campaign", "plan", "recordings", "analysis", "trend", "place")
 
 
@@ -84,12 +86,87 @@ def test_every_text_has_the_contrast_of_wcag_aa_and_every_control_a_name(page: B
     page.click("#themes button", "light")
 
 
-def test_no_page_is_wider_than_a_phone(page: Browser) -> None:
-    page.size(500, 900)
+@pytest.fixture(scope="module")
+def axe() -> str:
+    """The source of axe-core; without it the test skips with the command that installs it."""
+    if not AXE.exists():
+        why = "axe-core is not installed: npm install --no-package-lock --prefix tests/browser"
+        if os.environ.get(REQUIRE) == "1":
+            pytest.fail(f"{why} ({REQUIRE}=1)")
+        pytest.skip(why)
+    return AXE.read_text("utf-8")
+
+
+RUN_AXE = """const done = arguments[arguments.length - 1];
+const tags = ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa', 'best-practice'];
+const told = node => `${node.html.slice(0, 160)} | ${node.any.map(check => check.message).join('; ')}`;
+axe.run(document, { runOnly: tags, resultTypes: ['violations'] }).then(
+  found => done(found.violations.map(one => [one.id, one.help, one.nodes.slice(0, 4).map(told)])));"""
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("width", [390, 1280])
+def test_axe_finds_nothing_on_any_page(page: Browser, axe: str, theme: str, width: int) -> None:
+    page.view("place")
+    page.click("#themes button", theme)
+    page.screen(width, 800)
+    page.driver.execute_script(axe)
+    found = {}
     for name in VIEWS:
         page.view(name)
+        if violations := page.driver.execute_async_script(RUN_AXE):
+            found[name] = violations
+    page.find("body").send_keys("?")
+    page.until(lambda: page.find("#sheet").is_displayed())
+    if violations := page.driver.execute_async_script(RUN_AXE):
+        found["sheet"] = violations
+    page.find("body").send_keys(Keys.ESCAPE)
+    page.screen()
+    page.view("place")
+    page.click("#themes button", "light")
+    assert not found, "\n".join(f"{name}: {one}" for name, many in found.items() for one in many)
+
+
+@pytest.mark.parametrize("width", [360, 390, 500])
+def test_no_page_is_wider_than_a_phone(page: Browser, width: int) -> None:
+    page.screen(width, 844)
+    for name in VIEWS:
+        page.view(name)
+        assert page.driver.execute_script("return innerWidth") == width
         assert page.driver.execute_script(WIDER) <= 0, name
-    page.size(1280, 1100)
+    page.screen()
+
+
+BOX = (
+    "const box = document.querySelector(arguments[0]).getBoundingClientRect(); return [box.top, box.bottom, box.right]"
+)
+
+
+def test_on_a_phone_stop_and_a_value_come_before_anything_else(page: Browser) -> None:
+    page.screen(390, 844)
+    page.view("now")
+    page.driver.execute_script("scrollTo({top: 0, behavior: 'instant'})")
+    page.until(lambda: "°C" in page.text("#v-temperature"))
+    page.shot("operator-phone")
+    stop, value = page.driver.execute_script(BOX, "#stop"), page.driver.execute_script(BOX, "#v-speed")
+    assert 0 <= stop[0] < stop[1] <= 844
+    assert stop[2] <= 390
+    # without scrolling; the pages' tabs and everything that is only done come later
+    assert value[1] <= 844
+    for later in ("#tabs", "#acts", "#plot-speed"):
+        assert page.driver.execute_script(BOX, later)[0] >= value[1], later
+    page.screen()
+
+
+def test_plots_are_in_sight_at_1280_by_800(page: Browser) -> None:
+    page.screen(1280, 800)
+    page.view("now")
+    page.until(lambda: "°C" in page.text("#v-temperature"))
+    page.driver.execute_script("scrollTo({top: 0, behavior: 'instant'})")
+    page.shot("operator-small")
+    for plot in ("#plot-speed", "#plot-torque", "#plot-temperature", "#plot-spectrum", "#plot-curve"):
+        assert page.driver.execute_script(BOX, plot)[1] <= 800, plot
+    page.screen()
 
 
 def test_keys_do_what_the_list_says(page: Browser) -> None:

@@ -29,6 +29,8 @@ class Job:
     """Who wants the drives' faults taken away; nothing is run then."""
     by_hand: float | None = None
     """Nothing is measured: the load side turns at this velocity, rad/s, while somebody holds the button."""
+    tares: bool = False
+    """Nothing is measured: the torque sensor's zero is taken at rest, without torque."""
     plant: str | None = None
     """What plays an emulated bench in place of the plant its file names: a plant with physics concealed in it."""
     stop_port: int = 0

@@ -27,6 +27,7 @@ from bench.service.process.lines import LineServer, Message
 from bench.service.process.obey import Obedience
 from bench.service.process.reporter import Reporter
 from bench.service.process.tap import LiveTap
+from bench.service.process.tare import tare
 from bench.service.registry import bus_in_use
 from bench.stop_button import StopButton, listening
 
@@ -85,6 +86,8 @@ class Process:
             with bus_in_use(self._file):
                 if self._job.by_hand is not None:
                     return self._by_hand(self._job.by_hand)
+                if self._job.tares:
+                    return self._tare()
                 return self._reset() if self._job.reset_by is not None else self._campaign()
         except BenchError as error:
             kind = "device" if isinstance(error, DeviceError) else "refused"
@@ -100,6 +103,16 @@ class Process:
         self._reporter.tell("resetting", "the drives lose their faults, no torque is given")
         reset(self._file, Path(job.folder), str(job.reset_by), seed=job.seed)
         return {"kind": "finished", "cause": "NONE", "text": ""}
+
+    def _tare(self) -> Message:
+        folder = Path(self._job.folder)
+        folder.mkdir(parents=True, exist_ok=True)
+        self._reporter.tell("taring", "the torque sensor is read at rest; the drives have no voltage")
+
+        def stopped() -> bool:
+            return self._button.is_pressed or self._directions.stop_requested
+
+        return tare(self._file, folder, stopped, seed=self._job.seed)
 
     def _by_hand(self, velocity: float) -> Message:
         """Turn the bench while the button is held; to let go of it is the end that was meant."""

@@ -2,11 +2,13 @@
 // An act names the run (and point) that was on the page when it was asked for: it is refused for another.
 
 import { get, newId, post, Refused } from "./api.js";
-import { jog } from "./jog.js";
+import { jog, tare } from "./jog.js";
 import { may, me, running, state, unfinished } from "./state.js";
 import { $, duration, make, number, toast } from "./text.js";
 
 let ask;
+// What an act of a sheet returns whose answer stands in the sheet itself: it stays open.
+export const STAY = Symbol("stay");
 
 // Opens a sheet; `act` gets the form's values and may refuse with an error, whose sentence is shown.
 export function sheet(title, body, buttons) {
@@ -20,7 +22,7 @@ export function sheet(title, body, buttons) {
       try {
         const answer = await act();
         if (answer?.done) toast(answer.done);
-        close();
+        if (answer !== STAY) close();
       } catch (error) { $("sheet-problem").textContent = sentence(error); }
       event.target.disabled = false;
     } } }, label)),
@@ -166,10 +168,11 @@ export function buttons() {
     ["abort", "End the run", () => withControls(abort), may("abort"), "hard"],
     ["again", "Go on where it stopped", () => again(ended), may("again") && Boolean(ended), "main"],
     ["jog", "Move by hand", () => withControls(jog), may("jog")],
+    ["tare", "Tare", () => withControls(tare), may("tare")],
     ["reset", "Reset the bench", () => withControls(reset), may("reset"), state.latch?.due === "reset" ? "main" : ""],
   ];
   // What cannot be done is left out where it would never make sense now, and greyed where it soon may.
-  const shown = running() ? list.filter(([act]) => !["again", "reset"].includes(act) && (act !== "go_on" || may("go_on")) && (act !== "pause" || !may("go_on"))) : list.filter(([act]) => act === "start" || act === "jog" || (act === "reset" && (may("reset") || state.latch?.due)) || (act === "again" && ended));
+  const shown = running() ? list.filter(([act]) => !["again", "reset"].includes(act) && (act !== "go_on" || may("go_on")) && (act !== "pause" || !may("go_on"))) : list.filter(([act]) => act === "start" || ["jog", "tare"].includes(act) || (act === "reset" && (may("reset") || state.latch?.due)) || (act === "again" && ended));
   return shown.map(([act, label, click, possible, kind = ""]) => make("button", { type: "button", "data-act": act, class: kind, disabled: !possible, on: { click } }, label));
 }
 

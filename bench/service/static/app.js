@@ -97,7 +97,13 @@ async function main() {
   // sheets and what is scrolled to begin below the header, however high it is on this screen
   new ResizeObserver(() => document.documentElement.style.setProperty("--header", `${document.querySelector("header").offsetHeight}px`)).observe(document.querySelector("header"));
   for (const part of [now, campaign, plan, recordings, analysis, trend, place]) part.open();
-  for (const tab of $("tabs").children) tab.addEventListener("click", () => view(tab.dataset.view));
+  for (const tab of $("tabs").children) {
+    tab.id = `tab-${tab.dataset.view}`;
+    tab.setAttribute("aria-controls", tab.dataset.view);
+    $(tab.dataset.view).setAttribute("role", "tabpanel");
+    $(tab.dataset.view).setAttribute("aria-labelledby", tab.id);
+    tab.addEventListener("click", () => view(tab.dataset.view));
+  }
   // pointerdown: a gloved finger that slides off the button has pressed it all the same
   $("stop").addEventListener("pointerdown", stop.stop);
   $("stop").addEventListener("keydown", event => { if (event.key === "Enter" || event.key === " ") stop.stop(); });

@@ -30,6 +30,20 @@ class Plot {
     const width = this.place.clientWidth;
     if (!width || !this.data) return;
     this.plot = new (uPlot())({ width, height: this.height, ...this.options(this), cursor: this.cursor(), select: { show: true }, legend: { show: true } }, this.data, this.place);
+    this.plot.over.addEventListener("wheel", event => this.wheel(event), { passive: false });
+  }
+
+  // In a stretch that was chosen the wheel goes along it; without one it scrolls the page.
+  wheel(event) {
+    if (!this.zoom) return;
+    event.preventDefault();
+    const by = (event.deltaX || event.deltaY) / this.plot.over.clientWidth * (this.zoom[1] - this.zoom[0]);
+    this.zoom = this.zoom.map(end => end + by);
+    this.plot.setData(this.plot.data);
+    if (!this.onZoom) return;
+    // its own detail is asked for once the wheel rests
+    clearTimeout(this.resting);
+    this.resting = setTimeout(() => this.onZoom(this.zoom), 250);
   }
 
   // Drag over a stretch to look into it, click twice for all of it: what arrives meanwhile leaves the stretch alone.

@@ -1,7 +1,7 @@
-// Motion by hand: a button that is held. The page says so every 0.15 s; half a second of silence, and the run's own process stops.
+// By hand: the torque sensor is tared; and a motion, with a button that is held. The page says so every 0.15 s; half a second of silence, and the run's own process stops.
 
 import { post, Refused } from "./api.js";
-import { sentence, sheet } from "./acts.js";
+import { sentence, sheet, STAY } from "./acts.js";
 import { me, running, state } from "./state.js";
 import { $, DEGREES, make, number } from "./text.js";
 
@@ -29,6 +29,26 @@ export function jog() {
     make("div", { class: "acts" }, hold(-1, "◀ Hold: negative"), hold(1, "Hold: positive ▶")),
     make("p", { id: "jog-state", class: "big", role: "status" }, "Nothing moves."),
   ], []);
+}
+
+// The zero is taken at rest, without torque; the sheet waits for what was measured.
+export function tare() {
+  const told = make("p", { id: "tare-text", class: "big", role: "status" }, "");
+  sheet("Tare the torque sensor", [
+    make("p", {}, "Take every load off the gearbox first. The sensor is read for two seconds at rest; the drives have no voltage and nothing moves."),
+    make("p", { class: "quiet" }, "What is shown between runs begins from it anew. Every campaign takes its own zero, by a slow motion before and after."),
+    told,
+  ], [["Tare", async () => {
+    told.textContent = "The bench is opened …";
+    const { id } = await post("tare", { secret: me.secret });
+    for (;;) {
+      const run = state.runs.find(one => one.id === id);
+      if (run?.state === "ended") { told.textContent = run.end.text; break; }
+      if (running()?.id === id && state.status.phase === "taring") told.textContent = "The sensor is read …";
+      await new Promise(resolve => setTimeout(resolve, 100));
+    }
+    return STAY;
+  }]]);
 }
 
 const say = text => { if ($("jog-state")) $("jog-state").textContent = text; };

@@ -29,20 +29,28 @@ export function open() {
   $("te-csv").addEventListener("click", () => saveValues([plots.spectrum, plots.curve], "transmission-error"));
   fit();
   window.addEventListener("resize", fit);
-  new ResizeObserver(fit).observe(document.querySelector("header"));
+  for (const above of ["header", "#tabs", "#condition", "#te-text", "#model-text"]) new ResizeObserver(fit).observe(document.querySelector(above));
   setInterval(draw, 250);
   setInterval(stale, 500);
 }
 
-// Of a screen that is wide the plots take what is left below the values, as long as one can read them then.
-const HEADS = { live: 80, spectrum: 120 };
+// Of a wide screen the plots take the height that is left beside the values, as long as one can read them then.
+const STACKS = [[["speed", 1 / 3, 260], ["torque", 1 / 3, 260], ["temperature", 1 / 3, 260]], [["spectrum", 0.6, 420], ["curve", 0.4, 280]]];
+const ELSE = { speed: 170, torque: 170, temperature: 170, spectrum: 330, curve: 210 };
+const LEAST = 96, BELOW = 14;
 function fit() {
-  if (innerWidth <= 1000) { plots.spectrum.resize(330); plots.curve.resize(210); for (const name of ["speed", "torque", "temperature"]) plots[name].resize(170); return; }
-  const left = innerHeight - document.querySelector("#now .plots").getBoundingClientRect().top - scrollY - 16;
-  const each = (room, share) => Math.round(Math.max(96, room * share));
-  for (const name of ["speed", "torque", "temperature"]) plots[name].resize(Math.min(260, each(left - HEADS.live - 66, 1 / 3)));
-  plots.spectrum.resize(Math.min(420, each(left - HEADS.spectrum - 66, 0.58)));
-  plots.curve.resize(Math.min(260, each(left - HEADS.spectrum - 66, 0.42)));
+  if ($("now").hidden) return;
+  for (const stack of STACKS) {
+    const card = plots[stack[0][0]].place.closest(".card");
+    // what the card holds beside its plots: titles, texts, buttons, however many lines they take
+    const around = card.lastElementChild.getBoundingClientRect().bottom - card.getBoundingClientRect().top - stack.reduce((sum, [name]) => sum + plots[name].place.offsetHeight, 0);
+    const left = innerHeight - card.getBoundingClientRect().top - scrollY - around - BELOW;
+    for (const [name, share, most] of stack) {
+      const height = innerWidth < 1200 ? ELSE[name] : Math.round(Math.min(most, Math.max(LEAST, left * share)));
+      plots[name].place.style.height = `${height}px`;
+      plots[name].resize(height);
+    }
+  }
 }
 
 export async function load() {
@@ -60,7 +68,18 @@ export function condition(message) {
   showCondition();
   if (message.type === "unread") return;
   heard = Date.now();
-  if (Date.now() - moving > 1000) tiles(Object.fromEntries(Object.entries(message.values).map(([name, value]) => [name, [value, value, value, value]])));
+  const values = Object.fromEntries(Object.entries(message.values).map(([name, value]) => [name, [value, value, value, value]]));
+  if (Date.now() - moving > 1000) tiles(values);
+  if (message.source === "idle") idle(message.at, values);
+}
+
+// The plots go on while nothing runs; after a run in fast time, whose clock is ahead, they keep what it measured.
+const EVERY_S = 0.25;
+function idle(at, values) {
+  const last = buffers.last();
+  if (last && at < last.end) return;
+  buffers.add({ start: last && at - last.end < 3 * EVERY_S ? last.end : at - EVERY_S, end: at, values });
+  dirty = true;
 }
 
 // An old value in large figures would be taken for the state of the bench: it goes as soon as it is old.
@@ -92,7 +111,8 @@ function tiles(values) {
   $("s-temperature").textContent = Number.isFinite(target) && target !== null ? `wanted ${number(target, 1)} °C` : values.ambient_temperature ? `room ${number(mean("ambient_temperature"), 1)} °C` : "";
   limit("l-temperature", mean("temperature"), limits.temperature, 0, "°C", true);
   const angle = values.load_angle?.[3];
-  set("v-angle", angle === undefined ? undefined : ((angle * DEGREES) % 360 + 360) % 360, 1, "°");
+  // rounded first: 359.97° is 0.0, not 360.0
+  set("v-angle", angle === undefined ? undefined : (Math.round(angle * DEGREES * 10) % 3600 + 3600) % 3600 / 10, 1, "°");
   $("s-angle").textContent = values.motor_angle ? `motor ${number(values.motor_angle[3] * DEGREES / 360, 1)} turns` : "";
   set("v-motor", mean("motor_torque"), 2, "N·m");
   const [low, high] = values.motor_torque ?? [];
@@ -166,21 +186,21 @@ function withWay([time, , low, high, mean], way) {
 export function spectrum() {
   const message = state.spectrum;
   if (!message?.amplitude) {
-    $("te-text").textContent = message ? `${Math.floor(100 * message.share)} % of a revolution seen; the spectrum appears with the whole.` : "It appears as soon as a whole revolution of steady motion has been seen.";
+    $("te-text").textContent = message ? `${Math.floor(100 * message.share)} % of a revolution seen; the transmission error appears with the whole.` : "The transmission error appears after a whole revolution of steady motion.";
     // what an earlier revolution looked like is not what the text names
     $("model-text").textContent = "";
     plots.spectrum.show([[], [], []], plots.spectrum.range);
     plots.curve.show([[], [], []]);
     return;
   }
-  $("te-text").textContent = `${number(message.rms * 1e6, 1)} µrad RMS at ${number(message.torque, 0)} N·m, ${number(message.velocity * DEGREES, 1)} °/s, ${number(message.temperature, 1)} °C${message.at ? `, ${message.what.replaceAll("_", " ")}, the revolution that ended at ${clock(message.at)} bench time` : ""}.`;
-  $("model-text").textContent = message.model ? "Circles and dashes: the model at the same torque, speed and temperature." : "No model is drawn. Identify a campaign, then choose “Draw over the spectrum” under Analysis, or start the service with ‑‑model.";
+  $("te-text").textContent = `Transmission error ${number(message.rms * 1e6, 1)} µrad RMS at ${number(message.torque, 0)} N·m, ${number(message.velocity * DEGREES, 1)} °/s, ${number(message.temperature, 1)} °C${message.at ? `, ${message.what.replaceAll("_", " ")}, the revolution that ended at ${clock(message.at)} bench time` : ""}.`;
+  $("model-text").textContent = message.model ? "Circles and dashes: the model at the same torque, speed and temperature." : "No model is drawn: choose one under Analysis, “Draw over the spectrum”.";
   showSpectrum(plots.spectrum, plots.curve, message);
 }
 
 const DUE = { reset: "acknowledged; next: reset the bench", resume: "reset; the next start gives torque again" };
 const ENDS = { finished: "is finished", failed_points: "is finished, but not every point passed", interrupted: "was stopped by the operator", refused: "was refused", tripped: "was stopped by a limit or a fault" };
-const PHASES = { free: "Ready", opening: "Opening the bench", measuring_zero: "Measuring the zero", measuring: "Measuring", heating: "Warming up", paused: "Paused", stopping: "Stopping", resetting: "Resetting", by_hand: "Moved by hand", ended: "Finishing" };
+const PHASES = { free: "Ready", opening: "Opening the bench", measuring_zero: "Measuring the zero", measuring: "Measuring", heating: "Warming up", paused: "Paused", stopping: "Stopping", resetting: "Resetting", by_hand: "Moved by hand", taring: "Taring", ended: "Finishing" };
 
 export function status() {
   const { status: now } = state, run = running(), box = $("phase");

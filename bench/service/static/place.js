@@ -7,7 +7,7 @@ import { redraw } from "./charts.js";
 import { $, bytes, choice, make, moment, number, pill, toast } from "./text.js";
 
 let timer, asked = 0;
-const ACTS = [["", "everything"], ...["alarm", "stop", "run", "remark", "note", "controls", "by_hand", "analyse", "reset", "notice", "service"].map(one => [one, one.replaceAll("_", " ")])];
+const ACTS = [["", "everything"], ...["alarm", "stop", "run", "remark", "note", "controls", "by_hand", "tare", "analyse", "reset", "notice", "service"].map(one => [one, one.replaceAll("_", " ")])];
 
 export function theme(value = localStorage.getItem("theme") || "auto") {
   localStorage.setItem("theme", value);

@@ -20,5 +20,5 @@ export const may = act => state.allowed.includes(act);
 export const running = () => state.runs.find(run => run.state === "running");
 
 // What stopped before its end and was not taken up since: the last run in its folder, resets of the bench apart.
-export const unfinished = () => state.runs.filter((run, i) => run.state === "ended" && !run.resets && !run.by_hand && !["finished", "withdrawn", "refused"].includes(run.end.kind)
+export const unfinished = () => state.runs.filter((run, i) => run.state === "ended" && !run.resets && !run.by_hand && !run.tares && !["finished", "withdrawn", "refused"].includes(run.end.kind)
   && !state.runs.slice(i + 1).some(later => later.folder === run.folder && !later.resets && !["withdrawn", "refused"].includes(later.end?.kind)));

@@ -1,14 +1,19 @@
-"""Motion by hand over HTTP: for whoever holds the controls, on a free bench; silence lets go."""
+"""By hand over HTTP: for whoever holds the controls, on a free bench; silence lets go, a zero is told as measured."""
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from bench.campaigns.directions import Directions
+from bench.configuration import load_bench
+from bench.errors import DeviceError
 from bench.service.process.hold import SILENT_S, Hold
 from bench.service.process.obey import Obedience
+from bench.service.process.tare import TARE_S, tare
 from tests.bench.service.conftest import Client
 from tests.bench.service.test_obey import Reporter
 
@@ -115,3 +120,45 @@ def test_nothing_is_moved_by_hand_while_a_campaign_waits(client: Client) -> None
 
 def test_the_state_says_how_fast(client: Client) -> None:
     assert client.state("about")["jog_speed"] == pytest.approx(0.0595, rel=0.01)
+
+
+def test_the_sensor_is_tared_by_whoever_holds_the_controls(client: Client) -> None:
+    assert "nobody holds the controls" in client.ask("tare", 403, secret="nobody")["problem"]
+    client.take()
+    run = client.ask("tare", secret=client.secret)["id"]
+    client.until(lambda: client.launcher.jobs)
+    assert client.launcher.jobs[0]["tares"] is True
+    client.until(lambda: "tare" not in client.state("state")["allowed"])
+    assert "not possible now" in client.ask("tare", 409, secret=client.secret)["problem"]
+    assert any(entry["act"] == "tare" and entry["run"] == run for entry in client.get("book"))
+    for process in client.launcher.processes:
+        process.kill()
+    client.until(lambda: client.state("runs")["runs"][-1]["state"] == "ended")
+    # it is no campaign that could go on
+    client.until(lambda: client.state("state")["alarms"])
+    number = client.state("state")["alarms"][0]["number"]
+    client.ask(f"alarms/{number}/acknowledge", secret=client.secret)
+    assert "does not go on" in client.ask(f"runs/{run}/again", 409, secret=client.secret)["problem"]
+
+
+def test_the_zero_is_told_as_measured(tmp_path: Path) -> None:
+    file = load_bench("rh380n")
+    end = tare(file, tmp_path, lambda: False)
+    assert end["kind"] == "finished"
+    found = end["tare"]
+    assert found["readings"] == round(TARE_S / file.configuration.bus.cycle_time)
+    assert 0.0 < found["deviation"] < 1.0
+    assert f"{found['zero']:+.3g} N·m" in end["text"]
+    assert tare(file, tmp_path, lambda: True)["kind"] == "interrupted"
+
+
+def test_a_loaded_sensor_is_not_tared(tmp_path: Path) -> None:
+    file = load_bench("rh380n")
+    configuration = file.configuration
+    strict = configuration.commissioning.model_copy(update={"largest_tare": 1e-9})
+    with pytest.raises(DeviceError, match="take the load off"):
+        tare(
+            replace(file, configuration=configuration.model_copy(update={"commissioning": strict})),
+            tmp_path,
+            lambda: False,
+        )
