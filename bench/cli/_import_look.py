@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,8 @@ _WIDEST_NAME = 26
 
 def look(file: str, mapping: Path | None, changes: dict[str, Any], *, asking: bool, as_json: bool) -> Path:
     """Show what is in a file, write a mapping to begin with (``asking``: ask for what is open), and give its path."""
+    if file.lower().endswith(".fmu"):
+        return _look_at_fmu(Path(file), mapping, changes, asking=asking, as_json=as_json)
     from bench.importing.looking import ask, draft, take_inventory
 
     found = take_inventory(file)
@@ -37,6 +40,37 @@ def look(file: str, mapping: Path | None, changes: dict[str, Any], *, asking: bo
     say(f"mapping: {target}")
     for key in made.open():
         say(f"  {key} is open: {made.entries()[key].why}; --set {key}=… or the file itself gives it")
+    return target
+
+
+def _look_at_fmu(file: Path, mapping: Path | None, changes: dict[str, Any], *, asking: bool, as_json: bool) -> Path:
+    """Show what an FMU says of itself, and write the mapping that ``bench mismatch --simulation`` takes."""
+    from bench.errors import ConfigurationError
+    from bench.foreign.looking import draft, take_inventory
+
+    if asking:
+        raise ConfigurationError(f"{file}: --ask is for files of measurements; --look writes the mapping of an FMU.")
+    found = take_inventory(file)
+    target = mapping or Path(f"{file.stem}.toml")
+    text = draft(found, target, changes)
+    try:
+        with target.open("x", encoding="utf-8") as out:
+            out.write(text)
+    except FileExistsError:
+        raise ConfigurationError(
+            f"{target}: is there already and was not overwritten; --mapping should name another file."
+        ) from None
+    except OSError as error:
+        raise ConfigurationError(f"{target}: cannot be written ({error.strerror}).") from error
+    if as_json:
+        say(json.dumps({"file": str(file), "mapping": str(target), "variables": [asdict(v) for v in found.variables]}))
+        return target
+    say(f"{file}: {found.title}, FMI {found.version}, {found.kind}")
+    width = max((len(own.name) for own in found.variables), default=0)
+    for own in found.variables:
+        start = "" if own.start is None else f"{own.start:g}"
+        say(f"{line(own.name):<{width}} {own.causality:<9} {own.unit:<12} {start:>12}  {own.channel}".rstrip())
+    say(f"mapping: {target}; bench mismatch RECORDINGS --simulation {target} --out REPORT takes it")
     return target
 
 

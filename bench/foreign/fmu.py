@@ -28,7 +28,9 @@ from bench.signals import BY_NAME
 from bench.simulation.frame import FloatArray, IntArray
 
 _TYPES = {"co-simulation": "CoSimulation", "model-exchange": "ModelExchange"}
-_REALS = ("Real", "Float64", "Float32")
+KINDS = {own: name for name, own in _TYPES.items()}
+"""how an FMU is run, in words, by FMPy's name of it"""
+REALS = ("Real", "Float64", "Float32")
 _CHANNEL_UNITS = {name: signal.unit for name, signal in BY_NAME.items()} | {"transmission_error": "rad"}
 GIVEN = tuple(dict.fromkeys((*BY_NAME, *SMOOTH)))
 """names of channels that an FMU may be given"""
@@ -132,7 +134,7 @@ def by_name(path: Path, description: Any) -> VariableMapping:
     inputs, outputs = {}, {}
     for own in description.modelVariables:
         name = re.sub(r"[^a-z0-9]+", "_", own.name.lower()).strip("_")
-        if own.type not in _REALS:
+        if own.type not in REALS:
             continue
         if own.causality == "input" and name in GIVEN:
             inputs[own.name] = {"channel": name}
@@ -141,7 +143,7 @@ def by_name(path: Path, description: Any) -> VariableMapping:
     if not outputs:
         raise ConfigurationError(
             f"{path}: no output of the FMU is called as a channel ({', '.join(PREDICTED)}); write a mapping with "
-            f"'bench fmu {path.name} --mapping {path.stem}.toml'."
+            f"'bench import --look {path.name} --mapping {path.stem}.toml'."
         )
     return VariableMapping.model_validate({"fmu": path.name, "inputs": inputs, "outputs": outputs})
 
@@ -198,9 +200,14 @@ def _check(path: Path, mapping: VariableMapping, description: Any) -> None:
         _unit(own, there[name], f"{path}: outputs.{name}")
 
 
+def declared_unit(variable: Any) -> str:
+    """Unit that an FMU says of a variable, itself or by its type; "" where it says none."""
+    return getattr(variable, "unit", None) or getattr(variable.declaredType, "unit", None) or ""
+
+
 def _unit(own: Variable, variable: Any, where: str) -> Unit:
     """What makes SI of a variable: by the mapping's unit, else the FMU's own, else as it is."""
-    said = own.unit or getattr(variable, "unit", None) or getattr(variable.declaredType, "unit", None)
+    said = own.unit or declared_unit(variable)
     if not said:
         return Unit("", 1.0, 0.0)
     return read_unit(said, where, unit_of(own.channel, _CHANNEL_UNITS))

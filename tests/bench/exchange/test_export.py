@@ -126,5 +126,5 @@ def test_what_the_recordings_did_not_show_is_left_out_and_told() -> None:
     (note,) = formulas.notes
     assert note.startswith("motor_torque is without friction.viscous, friction.viscous_temperature_linear")
     assert any(why.startswith("load_torque is left out: the simulation has no numbers for") for why in formulas.refused)
-    with pytest.raises(ConfigurationError, match="nothing can be exported: .* has no numbers for friction.coulomb"):
+    with pytest.raises(ConfigurationError, match=r"nothing can be exported: .* has no numbers for friction\.coulomb"):
         written(Simulation.from_json(content | {"terms": []}))

@@ -1,0 +1,90 @@
+"""What ``bench import --look`` makes of an FMU: what is in it, and a mapping that the comparison takes."""
+
+from __future__ import annotations
+
+import shutil
+import tomllib
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from bench.cli.app import make_app
+from bench.errors import ConfigurationError
+from bench.exchange.to_fmu import write_fmu
+from bench.exchange.written import written
+from bench.foreign.fmu import open_fmu
+from bench.foreign.looking import draft, take_inventory
+from bench.simulation.model import Simulation
+from tests.docs.commands import ROOT
+
+pytest.importorskip("fmpy", reason="FMPy is not installed")
+pytestmark = pytest.mark.skipif(
+    not any(shutil.which(name) for name in ("cc", "gcc", "clang")), reason="there is no C compiler"
+)
+NAMES = {
+    '"motor_velocity"': '"w_rel"',
+    '"motor_acceleration"': '"a_rel"',
+    '"simulated_motor_torque"': '"tau_drive"',
+    '"friction_coulomb_f_c"': '"d_dry"',
+}
+
+
+@pytest.fixture
+def joint(tmp_path: Path) -> Path:
+    """An FMU whose author calls things by names of his own."""
+    made = tmp_path / "ours.fmu"
+    write_fmu(written(Simulation.load(ROOT / "docs/examples/rig_model.json")), made)
+    target = tmp_path / "joint.fmu"
+    with zipfile.ZipFile(made) as source, zipfile.ZipFile(target, "w") as out:
+        for item in source.namelist():
+            content = source.read(item)
+            if item == "modelDescription.xml":
+                for ours, theirs in NAMES.items():
+                    content = content.replace(f"name={ours}".encode(), f"name={theirs}".encode())
+            out.writestr(item, content)
+    return target
+
+
+def test_names_and_units_give_channels_and_each_guess_says_so(joint: Path, tmp_path: Path) -> None:
+    found = take_inventory(joint)
+    assert {own.name: own.channel for own in found.variables if own.channel} == {
+        "w_rel": "motor_velocity",
+        "a_rel": "motor_acceleration",
+        "tau_drive": "motor_torque",
+    }
+    assert (found.version, found.kind) == ("3.0", "co-simulation")
+    text = draft(found, tmp_path / "joint.toml", {"parameters.d_dry": {}})
+    content = tomllib.loads(text)
+    assert content["inputs"] == {"w_rel": "motor_velocity", "a_rel": "motor_acceleration"}
+    assert content["outputs"] == {"tau_drive": "motor_torque"}
+    assert content["parameters"] == {"d_dry": {}}
+    assert text.count("a guess, from its name and unit") == 3
+    assert '# "friction_viscous_f_v" = {}  # 0.0025 N*m*s/rad' in text
+
+
+def test_the_mapping_is_taken_by_the_comparison(joint: Path) -> None:
+    mapping = joint.with_name("mapping.toml")
+    arguments = ["import", "--look", str(joint), "--mapping", str(mapping), "--set", "parameters.d_dry={}"]
+    told = CliRunner().invoke(make_app(), arguments)
+    assert told.exit_code == 0, told.output
+    base = open_fmu(mapping)
+    assert [(own.name, own.value) for own in base.free] == [("d_dry", 0.28)]
+    time = np.arange(50) / 50.0
+    given = {"time": time, "motor_velocity": np.full(50, 10.0), "motor_acceleration": np.zeros(50)}
+    np.testing.assert_allclose(base.simulator.run(given, {})["motor_torque"], 0.28 + 0.025)
+
+
+def test_what_cannot_be_is_one_sentence(joint: Path, tmp_path: Path) -> None:
+    found = take_inventory(joint)
+    with pytest.raises(ConfigurationError, match=r"--set parameters\.nix: the FMU has no such variable; it has .*d_dry"):
+        draft(found, tmp_path / "x.toml", {"parameters.nix": {}})
+    with pytest.raises(ConfigurationError, match=r"no output of the FMU is called as a channel .*bench import --look joint"):
+        open_fmu(joint)
+    target = tmp_path / "there.toml"
+    target.write_text("kept = true\n", encoding="utf-8")
+    told = CliRunner().invoke(make_app(), ["import", "--look", str(joint), "--mapping", str(target)])
+    assert told.exit_code != 0
+    assert target.read_text(encoding="utf-8") == "kept = true\n"
