@@ -16,12 +16,17 @@ from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.candidates import Spell
 from bench.mismatch.regression.excess import excess, levelled
 from bench.mismatch.regression.model import ChannelModel, Chosen
+from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Regressor
 from bench.mismatch.regression.search import Search
 from bench.mismatch.regression.slots import Contender, Slot
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.quantities import QUANTITIES
 
+AT_THE_END = 0.5
+"""share of a name's confidence that is left where a nonlinear parameter stands at the end of its range: there the term
+turns into something else, and nothing says which of the two it is
+"""
 ANGLE = "angle"
 """name of the output angle among the quantities"""
 
@@ -75,7 +80,7 @@ def _discovery(
     return Discovery(
         effect=own.effect,
         status=status,
-        confidence=_confidence(slot, status, as_good),
+        confidence=_confidence(slot, status, as_good) * sure_of_shape(status, regressor, model.problem.rows.frame),
         channel=model.channel,
         words=regressor.words,
         equation=regressor.equation,
@@ -133,6 +138,11 @@ def _confidence(slot: Slot, status: str, as_good: Sequence[Contender]) -> float:
     else:
         share = slot.weight
     return float(min(max(share * (1.0 - slot.p_value), 0.0), 1.0))
+
+
+def sure_of_shape(status: str, regressor: Regressor, frame: Frame) -> float:
+    """Share of a confidence that is left for what the recordings say of the shape of a term that is named."""
+    return AT_THE_END if status == NAMED and strained(regressor, frame) else 1.0
 
 
 def _window(own: Chosen) -> tuple[float, float] | None:
