@@ -7,6 +7,7 @@ import signal
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
+from datetime import datetime
 from pathlib import Path
 from types import FrameType
 
@@ -71,6 +72,7 @@ def run_campaign(
     directions: Directions | None = None,
     tap: Tap | None = None,
     button: StopButton | None = None,
+    not_before: datetime | None = None,
 ) -> Summary:
     """Open the bench, run the campaign into ``folder``, bring the bench to rest.
 
@@ -78,7 +80,7 @@ def run_campaign(
     nobody. ``button`` is what stops it, with a listener of its own; None for one that is made here.
     ``reset_faults`` acknowledges faults the drives show from before; without it such a drive is not enabled.
     ``resumed_by`` is who wants torque again after a stop that was acknowledged and reset; without a name such a bench
-    is not run.
+    is not run. ``not_before``: when an emulated bench in fast time begins at the earliest.
 
     Raises
     ------
@@ -101,7 +103,7 @@ def run_campaign(
         stop_on_signals(button),
         marked(file.configuration, f"{campaign.name} in {folder.name}", (listener or Silent()).noticed),
         precedence(file.configuration.bus.master != "emulated") as refused,
-        Rig(file, seed=seed, real_time=real_time, latch=latch, zero=zero) as rig,
+        Rig(file, seed=seed, real_time=real_time, latch=latch, zero=zero, not_before=not_before) as rig,
     ):
         rig.tell_stops(button.stopped)
         if tap is not None:

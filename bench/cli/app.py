@@ -35,6 +35,7 @@ COMMANDS: tuple[str, ...] = (
     "trend",
     "compensate",
     "mismatch",
+    "investigate",
     "predict",
     "export_model",
     "prove",

@@ -14,6 +14,7 @@ from bench.cli._benchmark_cycle import cycle
 from bench.cli._benchmark_faults import faults
 from bench.cli._benchmark_fuzz import fuzz
 from bench.cli._benchmark_identify import identify
+from bench.cli._benchmark_investigate import investigate
 from bench.cli._benchmark_mismatch import mismatch
 from bench.cli._benchmark_stop import stop
 from bench.cli._benchmark_twin import twin
@@ -33,6 +34,7 @@ def register(app: typer.Typer) -> None:
     group.command(name="identify")(identify)
     group.command(name="coverage")(coverage)
     group.command(name="twin")(twin)
+    group.command(name="investigate")(investigate)
     group.command(name="mismatch")(mismatch)
     group.command(name="wire")(wire)
     group.command(name="faults")(faults)

@@ -148,8 +148,8 @@ class Tuning(Section):
 class Unattended(Section):
     """What may be done without a person at a terminal; by default nothing."""
 
-    may: tuple[Literal["acknowledge", "reset", "resume"], ...] = ()
-    """Acts after a stop that a script may do for the operator."""
+    may: tuple[Literal["acknowledge", "reset", "resume", "experiment"], ...] = ()
+    """Acts after a stop that a script may do for the operator; and experiments that ``bench investigate`` begins."""
 
 
 class Commissioning(Section):

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from datetime import datetime
 from types import TracebackType
 
 import numpy as np
@@ -43,6 +44,8 @@ class Rig(View):
     assembly : devices to use instead of those the file names (for tests).
     latch : where stops are remembered; in memory if None.
     zero : of the encoders as commissioning found it; that of the bench file if None.
+    not_before : time of day at which an emulated bench in fast time begins at the earliest: its time runs ahead of the
+        clock, and a campaign that follows another begins after it.
     """
 
     def __init__(
@@ -54,6 +57,7 @@ class Rig(View):
         assembly: Assembly | None = None,
         latch: LatchFile | None = None,
         zero: FoundZero | None = None,
+        not_before: datetime | None = None,
     ) -> None:
         bench = file.configuration
         link = make_link(
@@ -63,6 +67,8 @@ class Rig(View):
             zero=zero.motor_angle if zero else 0.0,
         )
         super().__init__(bench, link, real_time, zero.zero_id if zero else bench.zero_id, latch or LatchFile())
+        if not_before is not None and bench.bus.in_process and not real_time:
+            self._started = max(self._started, not_before)
         self._assembly, self._cycle_time = link.assembly, bench.bus.cycle_time
         self._limits = settings(
             self.bench.limits, self.bench.gearbox.ratio, self._cycle_time, self.bench.motion.standstill

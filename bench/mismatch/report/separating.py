@@ -34,6 +34,8 @@ LEAST_STEP = 1.01
 """by which factor a further point has to raise the gain"""
 MOST_ROWS = 20_000
 """rows of the recordings that the rivals are refitted to: every k-th where there are more"""
+LEAST_COLUMN = 1e-3
+"""root mean square in the recordings that a rival's column has at least: columns are of the order of one"""
 RIDGE = 1e-9
 """relative: prior precision of coefficients that the recordings do not determine"""
 
@@ -85,6 +87,7 @@ class Measured:
 
     @classmethod
     def of(cls, finding: Finding, own: Truth) -> Measured:
+        """The recordings in which a finding is, as the rivals are refitted to them."""
         outcome: ChannelOutcome = finding.outcome
         fitted = outcome.usable & ~outcome.held_out & (outcome.rows.number > 0)
         stride = max(1, -(-outcome.rows.size // MOST_ROWS))
@@ -130,7 +133,8 @@ def _at(measured: Measured, term: Named, truth: FloatArray) -> _Fit | None:
     x = measured.design(measured.frame, term) * measured.rows[:, None]
     y = truth * measured.rows
     scale = np.sqrt(np.sum(x**2, axis=0))
-    if not np.any(scale[x.shape[1] - len(term.form.linear) :] > 0.0):
+    # a column next to nothing in the recordings could be given any size where nothing was measured
+    if not np.any(scale[x.shape[1] - len(term.form.linear) :] > LEAST_COLUMN * np.sqrt(y.size)):
         return None
     scale = np.where(scale > 0.0, scale, 1.0)
     inner = x / scale
@@ -141,26 +145,35 @@ def _at(measured: Measured, term: Named, truth: FloatArray) -> _Fit | None:
     return _Fit(term, beta / scale, covariance, missed)
 
 
-def both_ways(measured: Measured, own: Truth, effect: str, frames: Sequence[Frame]) -> list[Look]:
-    """The rival where the finding is true, and the finding where the rival is true."""
+def both_ways(
+    measured: Measured, own: Truth, effect: str, frames: Sequence[Frame], most_rows: int | None = None
+) -> list[Look]:
+    """The rival where the finding is true, and the finding where the rival is true; of each frame ``most_rows`` count,
+    spread evenly, all where None.
+    """
     wrong = _fitted(measured, effect, own.on(measured.frame))
     if wrong is None:
         return []
     other = Truth(wrong.term, wrong.own())
     back = _fitted(measured, own.term.effect, other.on(measured.frame))
-    looks = [Look(measured, own, wrong, frames)]
-    return looks if back is None else [*looks, Look(measured, other, back, frames)]
+    looks = [Look(measured, own, wrong, frames, most_rows)]
+    return looks if back is None else [*looks, Look(measured, other, back, frames, most_rows)]
 
 
 class Look:
     """How far an explanation would be off at each candidate if another holds; both calibrated on the recordings."""
 
-    def __init__(self, measured: Measured, true: Truth, wrong: _Fit, frames: Sequence[Frame]) -> None:
+    def __init__(
+        self, measured: Measured, true: Truth, wrong: _Fit, frames: Sequence[Frame], most_rows: int | None = None
+    ) -> None:
         self._covariance, self._variance = wrong.covariance, measured.variance
         self._parts: list[tuple[FloatArray, FloatArray]] = []
         for frame in frames:
             x = measured.design(frame, wrong.term)
-            self._parts.append((x, true.on(frame) - x @ wrong.coefficients))
+            d = true.on(frame) - x @ wrong.coefficients
+            # a memory runs through all rows, so they are picked last
+            kept = np.unique(np.linspace(0, frame.size - 1, min(most_rows or frame.size, frame.size)).astype(int))
+            self._parts.append((x[kept], d[kept]))
 
     def gain(self, chosen: Sequence[int]) -> float:
         """Expected log-likelihood by which the points ``chosen`` together speak against the wrong explanation."""

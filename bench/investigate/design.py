@@ -1,0 +1,170 @@
+"""The next experiment: the points whose expected information on the rivals, refitted, is largest an hour of bench time.
+
+The gain of points is that of :mod:`bench.mismatch.report.separating`: expected log-likelihood against a wrong
+explanation that is refitted to all recordings and the new points together, the least over all pairs of a question, both
+ways; of each point few rows count. It counts up to ``ENOUGH`` a question; questions add up. The cost is the plan's:
+points, warming up or cooling down before, and what any experiment costs beside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from bench.configuration import BenchConfiguration
+from bench.errors import LimitError
+from bench.investigate.offer import Offered, State, beyond, offered, planned, states
+from bench.investigate.questions import Question
+from bench.mismatch.report.candidates import Candidate, Range, candidates, frame_of
+from bench.mismatch.report.rules import by_rule
+from bench.mismatch.report.separating import ENOUGH, Look, Measured, both_ways
+from bench.mismatch.report.truth import Truth, truth_of
+from bench.simulation.terms import TEMPERATURE
+
+LEAST_POINTS, MOST_POINTS = 4, 6
+"""several points: one more operating point by itself says little of how sure it is"""
+ROWS = 12
+"""rows of a point that count, each with the noise of one sample: the rest of a recording repeats its errors, those of a
+form that is not quite nature's among them"""
+LEAST_GAIN = 3.0
+"""expected gain below which an experiment is not worth the run: odds of twenty to one"""
+BESIDE_S = 1800.0
+"""time an experiment costs beside its own: tare, analysis, a person who comes and says yes"""
+SECONDS_AN_HOUR = 3600.0
+
+
+@dataclass(frozen=True, slots=True)
+class Experiment:
+    """What to run, in order; ``gains``: expected, by question, None where only a rule of the field speaks for it."""
+
+    points: tuple[Candidate, ...]
+    hours: float
+    gains: tuple[tuple[Question, float | None], ...]
+    why: str
+    state: str
+
+    @property
+    def expected(self) -> float:
+        """Expected gain of all questions together; 0 where none could be computed."""
+        return sum(gain for _, gain in self.gains if gain is not None)
+
+
+class Design:
+    """The questions of one look at the recordings, ready to rate points."""
+
+    def __init__(self, asked: Sequence[Question], ratio: float) -> None:
+        self._ratio = ratio
+        self._parts: list[tuple[Question, Measured, Truth]] = []
+        for question in asked:
+            own = truth_of(question.finding.discovery)
+            # the temperature is an integral over the campaign: no rows of a point by themselves predict it
+            if own is not None and question.rivals and question.finding.channel != TEMPERATURE:
+                measured = Measured.of(question.finding, own)
+                # what a row leaves is less than what a form that is not quite nature's leaves of a point
+                wide = replace(measured, variance=max(measured.variance, question.finding.outcome.floor**2))
+                self._parts.append((question, wide, own))
+
+    def looks(self, points: Sequence[Offered]) -> list[tuple[Question, list[Look]]]:
+        """Of each question the pairs of explanations, with what they say at the points."""
+        frames = [frame_of(o.point, o.state.covered, self._ratio) for o in points]
+        out = []
+        for question, measured, own in self._parts:
+            looks = [look for effect in question.rivals for look in both_ways(measured, own, effect, frames, ROWS)]
+            if looks:
+                out.append((question, looks))
+        return out
+
+
+def best(
+    asked: Sequence[Question], covered: Range, ratio: float, bench: BenchConfiguration, celsius: float, most_h: float
+) -> tuple[Experiment | None, list[str]]:
+    """The experiment of the largest expected gain an hour that takes at most ``most_h``; and what the bench refused.
+
+    None where no experiment is expected to tell anything apart.
+    """
+    design = Design(asked, ratio)
+    found: list[Experiment] = []
+    refused: list[str] = []
+    for state in states(covered, bench, celsius):
+        points, why = offered(state, bench)
+        refused += why
+        own = _in_state(design, state, points, bench, celsius)
+        if own is not None and own.hours <= most_h:
+            found.append(own)
+    chosen = max(found, key=lambda e: e.expected / (e.hours + BESIDE_S / SECONDS_AN_HOUR), default=None)
+    return chosen, list(dict.fromkeys(refused))
+
+
+def _in_state(
+    design: Design, state: State, points: Sequence[Offered], bench: BenchConfiguration, celsius: float
+) -> Experiment | None:
+    """The best points in a state, added one by one."""
+    looks = design.looks(points)
+    if not looks:
+        return None
+    prepared = () if state.before is None else (state.before,)
+    before_s = planned("before", prepared, bench, celsius).duration_s if prepared else 0.0
+
+    def gains(chosen: Sequence[int]) -> list[tuple[Question, float]]:
+        return [(question, min(min(look.gain(chosen) for look in own), ENOUGH)) for question, own in looks]
+
+    def rate(chosen: Sequence[int]) -> float:
+        seconds = BESIDE_S + before_s + sum(points[k].takes_s for k in chosen)
+        return sum(gain for _, gain in gains(chosen)) / seconds
+
+    chosen: list[int] = []
+    while len(chosen) < min(MOST_POINTS, len(points)):
+        left = [k for k in range(len(points)) if k not in chosen]
+        following = max(left, key=lambda k: rate([*chosen, k]))
+        if len(chosen) >= LEAST_POINTS and rate([*chosen, following]) <= rate(chosen):
+            break
+        chosen.append(following)
+    told = gains(chosen)
+    if sum(gain for _, gain in told) < LEAST_GAIN:
+        return None
+    listed = (*prepared, *(points[k].point for k in chosen))
+    hours = planned("whole", listed, bench, celsius).duration_s / SECONDS_AN_HOUR
+    return Experiment(listed, hours, tuple(told), "largest expected information an hour of bench time", state.name)
+
+
+def by_rules(
+    asked: Sequence[Question],
+    covered: Range,
+    bench: BenchConfiguration,
+    celsius: float,
+    most_h: float,
+    done: set[tuple[str, ...]],
+) -> Experiment | None:
+    """An experiment of the field for the first question that has one which was not run for it (``done``)."""
+    for question in asked:
+        proposal = by_rule(question.finding, replace(covered, coldest=min(covered.coldest, celsius)))
+        if proposal is None or (*question.key, proposal.why) in done:
+            continue
+        try:
+            hours = planned("rule", proposal.points, bench, celsius).duration_s / SECONDS_AN_HOUR
+        except LimitError:
+            continue
+        if hours <= most_h:
+            return Experiment(proposal.points, hours, ((question, None),), proposal.why, "by rule")
+    return None
+
+
+def wanted(
+    asked: Sequence[Question], covered: Range, ratio: float, bench: BenchConfiguration, celsius: float
+) -> list[str]:
+    """What the bench would need: its refusals of points, twice as far out, that would tell something apart."""
+    design = Design(asked, ratio)
+    told: dict[str, float] = {}
+    state = next(iter(states(beyond(covered), bench, celsius)))
+    every = [Offered(state, point, 0.0) for point in candidates(replace(state.covered, heats=False))]
+    looks = design.looks(every)
+    for k, one in enumerate(every):
+        gain = sum(min(min(look.gain([k]) for look in own), ENOUGH) for _, own in looks)
+        if gain < LEAST_GAIN:
+            continue
+        try:
+            planned("beyond", (one.point,), bench, celsius)
+        except LimitError as error:
+            words = str(error).split(" needs ", 1)[-1]
+            told[words] = max(told.get(words, 0.0), gain)
+    return [f"{words}: expected gain {gain:.0f}" for words, gain in sorted(told.items(), key=lambda p: -p[1])[:3]]

@@ -1,0 +1,89 @@
+"""The stored result as tables of the page docs/investigate.md, between two marks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from bench.investigate.proof.run import ASKED, EXPERIMENTS, GRID, OPEN, RANDOM, RIGHT, WAYS, WRONG
+from bench.proof.statistics import clopper_pearson
+
+BEGIN, END = "<!-- investigate tables -->", "<!-- /investigate tables -->"
+Rows = Sequence[Mapping[str, Any]]
+_WORDS = {ASKED: "designed", RANDOM: "as many points at random", GRID: "as many points of the grid again"}
+
+
+def tables(content: Mapping[str, Any]) -> str:
+    """Ways side by side, then every plant."""
+    rows: Rows = content["campaigns"]
+    plants = len({(row["seed"], row["case"]) for row in rows})
+    made = sorted({f"{row['commit'][:12]}{'+changes' * row['commit'].endswith('+changes')}" for row in rows})
+    done = f"{plants} of {content.get('asked', 0)} plants done of those of `{content['command']}`"
+    return "\n".join([*_ways(rows), "", *_plants(rows), "", f"{done}, commit {', '.join(made) or 'none'}."])
+
+
+def into(page: str, content: Mapping[str, Any]) -> str:
+    """The page with new tables between its marks; at its end where it has none."""
+    own = f"{BEGIN}\n{tables(content)}\n{END}"
+    if BEGIN not in page or END not in page:
+        return f"{page.rstrip()}\n\n{own}\n".lstrip("\n")
+    before, rest = page.split(BEGIN, 1)
+    return before + own + rest.split(END, 1)[1]
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    return [f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *rows)]
+
+
+def _share(hits: int, trials: int) -> str:
+    if trials == 0:
+        return "not run"
+    low, high = clopper_pearson(hits, trials)
+    return f"{hits} of {trials} ({100.0 * low:.0f} to {100.0 * high:.0f} %)"
+
+
+def _ways(rows: Rows) -> list[str]:
+    """Only plants that the first campaign left open: those are the question."""
+    cells = []
+    for way in WAYS:
+        own = [row for row in rows if row["way"] == way and row["first"] == OPEN]
+        right = [row for row in own if row["result"] == RIGHT]
+        hours = [row["hours_to_name"] for row in right if row["hours_to_name"] is not None]
+        cells.append([
+            _WORDS[way],
+            _share(len(right), len(own)),
+            _share(sum(row["result"] == WRONG for row in own), len(own)),
+            f"{np.median(hours):.2f} ({min(hours):.2f} to {max(hours):.2f})" if hours else "none",
+            f"{np.mean([row['hours'] for row in own]):.2f}" if own else "not run",
+        ])  # fmt: skip
+    head = [
+        f"experiments, {EXPERIMENTS} at most",
+        "rightly named (95 % interval)",
+        "wrongly named",
+        "h of bench time to a right name, median (range)",
+        "h run, mean of all",
+    ]
+    told = {(row["seed"], row["case"]): row["first"] for row in rows}
+    first = [
+        f"After the first campaign alone: {sum(f == OPEN for f in told.values())} of {len(told)} plants open (the "
+        f"table is of these), {sum(f == RIGHT for f in told.values())} rightly named, "
+        f"{sum(f == WRONG for f in told.values())} wrongly."
+    ]
+    return [*first, "", *_table(head, cells)]
+
+
+def _plants(rows: Rows) -> list[str]:
+    cells = []
+    for seed, case in sorted({(row["seed"], row["case"]) for row in rows}):
+        own = {row["way"]: row for row in rows if (row["seed"], row["case"]) == (seed, case)}
+        one = next(iter(own.values()))
+        told = [_told(own[way]) if way in own else "not run" for way in WAYS]
+        cells.append([f"{seed}/{case[-1]}", one["effect"], ", ".join(one["also"]), one["first"], *told])
+    return _table(["plant", "concealed", "not told from", "first campaign", *(_WORDS[way] for way in WAYS)], cells)
+
+
+def _told(row: Mapping[str, Any]) -> str:
+    hours = row["hours_to_name"] if row["hours_to_name"] is not None else row["hours"]
+    return f"{row['result']}, {row['needed'] or row['experiments']} experiments, {hours:.2f} h"

@@ -1,0 +1,153 @@
+"""One hidden plant, asked in three ways: designed experiments, random points, the grid once more."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+
+from bench.investigate.design import Experiment
+from bench.investigate.loop import LOOK, Asked, Choice, Scene, chosen, investigate
+from bench.investigate.offer import offered, planned, states
+from bench.investigate.proof.plants import SECONDS_AN_HOUR, HiddenBench
+from bench.mismatch.report.candidates import Candidate
+from bench.mismatch.report.report import Report
+from bench.mismatch.run import run as compare
+
+EXPERIMENTS = 3
+HOURS = 12.0
+ASKED, RANDOM, GRID = "asked", "random", "grid"
+WAYS = (ASKED, RANDOM, GRID)
+RIGHT, WRONG, OPEN = "right", "wrong", "open"
+
+
+@dataclass(slots=True)
+class _Counted:
+    """Designed experiments, and how many points each had: as many are drawn at random, or taken from the grid."""
+
+    sizes: list[int] = field(default_factory=list)
+
+    def designed(self, scene: Scene) -> Experiment | None:
+        out = chosen(scene)
+        if out is not None:
+            self.sizes.append(len(out.points))
+        return out
+
+    def others(self, draw: Callable[[Scene, int, int], tuple[Candidate, ...]], name: str) -> Choice:
+        """A choice that takes points from ``draw(scene, step, number)``."""
+        step = 0
+
+        def choose(scene: Scene) -> Experiment | None:
+            nonlocal step
+            number = self.sizes[min(step, len(self.sizes) - 1)] if self.sizes else MOST
+            points = draw(scene, step, number)
+            step += 1
+            hours = planned(name, points, scene.bench, scene.celsius).duration_s / SECONDS_AN_HOUR
+            return Experiment(points, hours, tuple((q, None) for q in scene.asked), name, name)
+
+        return choose
+
+
+MOST = 6
+"""points where no experiment was designed to count them"""
+
+
+def drawn(seed: int) -> Callable[[Scene, int, int], tuple[Candidate, ...]]:
+    """Points at random from what the bench can do, after a warm-up, a cooling or neither, at random as well."""
+
+    def draw(scene: Scene, step: int, number: int) -> tuple[Candidate, ...]:
+        rng = np.random.default_rng([seed, 17, step])
+        every = list(states(scene.covered, scene.bench, scene.celsius))
+        state = every[int(rng.integers(len(every)))]
+        points, _ = offered(state, scene.bench)
+        picked = rng.choice(len(points), min(number, len(points)), replace=False)
+        before = () if state.before is None else (state.before,)
+        return (*before, *(points[k].point for k in picked))
+
+    return draw
+
+
+def repeated(grid: list[Candidate]) -> Callable[[Scene, int, int], tuple[Candidate, ...]]:
+    """The next points of the grid, which begins again at its end."""
+    at = 0
+
+    def draw(scene: Scene, step: int, number: int) -> tuple[Candidate, ...]:
+        nonlocal at
+        out = tuple(grid[(at + k) % len(grid)] for k in range(number))
+        at += number
+        return out
+
+    return draw
+
+
+def judged(report: dict[str, Any], truth: dict[str, Any]) -> str:
+    """How the concealed effect stands in a report: right where it is named, wrong where another name has its place.
+
+    Any other named finding in a channel of the effect is wrong; anything else is open.
+    """
+    own = truth["effects"][0]
+    here = [f for f in report["findings"] if {f["channel"], *f["also_in"]} & set(own["channels"])]
+    named = {f["effect"] for f in here if f["status"] == "named"}
+    if own["effect"] in named:
+        return RIGHT
+    return WRONG if named and all(f["status"] == "named" for f in here) else OPEN
+
+
+def run(case: Any, seed: int, tell: Callable[[str], None] = lambda _: None) -> list[dict[str, Any]]:
+    """A row for each way; all start from the same campaign and the same look at it."""
+    with TemporaryDirectory() as place:
+        work = Path(place)
+        truth = HiddenBench(case).begin(work / "first")
+        first = compare(work / "first", work / "look")
+        begun = judged(first.to_json(), truth)
+        counted = _Counted()
+        rows = []
+        for way in WAYS:
+            lab = HiddenBench(case)
+            lab.begin(work / way / "first")
+            choices: dict[str, Choice] = {
+                ASKED: counted.designed,
+                RANDOM: counted.others(drawn(seed), "as many points at random"),
+                GRID: counted.others(repeated(lab.grid()), "as many points of the grid again"),
+            }
+            at = time.process_time()
+            row = _one(lab, work / way, first, truth, choices[way])
+            row |= {"way": way, "first": begun, "processor_s": round(time.process_time() - at, 1)}
+            rows.append(_about(case, seed, truth) | row)
+            tell(f"{case.name} of seed {seed}, {way}: {row['result']} after {row['experiments']}")
+        return rows
+
+
+def _about(case: Any, seed: int, truth: dict[str, Any]) -> dict[str, Any]:
+    own = truth["effects"][0]
+    return {"case": case.name, "seed": seed, "effect": own["effect"], "also": own["also"], "strength": own["strength"]}
+
+
+def _one(lab: HiddenBench, work: Path, first: Report, truth: dict[str, Any], choose: Choice) -> dict[str, Any]:
+    log = investigate(
+        work / "first", work / "out", lab, Asked(hours=HOURS, experiments=EXPERIMENTS), choose, first=first
+    )
+    steps = log.to_json()["steps"]
+    results = [
+        judged(json.loads((work / "out" / f"{LOOK}-{k}" / "report.json").read_text("utf-8")), truth)
+        for k in range(1, len(steps) + 1)
+    ]
+    last = results[-1] if results else judged(first.to_json(), truth)
+    # counted from where it is right and stays so
+    right = next((k for k in range(len(results)) if all(r == RIGHT for r in results[k:])), None)
+    hours = [float(step["took_h"]) for step in steps]
+    return {
+        "result": last,
+        "experiments": len(steps),
+        "needed": None if right is None else right + 1,
+        "hours": round(sum(hours), 3),
+        "hours_to_name": None if right is None else round(sum(hours[: right + 1]), 3),
+        "gains": [[(q["expected_gain"], q["came"]) for q in step["questions"]] for step in steps],
+        "ended": log.state["ended"],
+    }

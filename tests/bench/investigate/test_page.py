@@ -1,0 +1,52 @@
+"""The tables of the proof: every way counted alike, nothing claimed where nothing was run."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from bench.investigate.proof.page import BEGIN, END, into, tables
+from bench.investigate.proof.run import OPEN, RIGHT, WAYS, WRONG, judged
+
+TRUTH = {"effects": [{"effect": "te.hysteresis", "also": ["te.lost_motion"], "channels": ["transmission_error"]}]}
+
+
+def _finding(effect: str, status: str, channel: str = "transmission_error") -> dict[str, Any]:
+    return {"effect": effect, "status": status, "channel": channel, "also_in": []}
+
+
+def _row(way: str, result: str, first: str = OPEN, case: str = "ambiguous-000") -> dict[str, Any]:
+    right = result == RIGHT
+    return {
+        "case": case, "seed": 1, "effect": "te.hysteresis", "also": ["te.lost_motion"], "strength": 1.2, "way": way,
+        "first": first, "result": result, "experiments": 2, "needed": 1 if right else None, "hours": 2.0,
+        "hours_to_name": 0.5 if right else None, "commit": "abc", "day": "2026-11-22",
+    }  # fmt: skip
+
+
+def test_a_report_is_right_wrong_or_open() -> None:
+    def told(*findings: dict[str, Any]) -> str:
+        return judged({"findings": list(findings)}, TRUTH)
+
+    assert told(_finding("te.hysteresis", "named")) == RIGHT
+    assert told(_finding("te.lost_motion", "named")) == WRONG
+    assert told(_finding("te.lost_motion", "ambiguous")) == OPEN
+    assert told(_finding("friction.stribeck", "named", "motor_torque")) == OPEN
+    assert told() == OPEN
+
+
+def test_plants_that_were_never_open_are_counted_and_not_in_the_shares() -> None:
+    rows = [_row(way, RIGHT if way == "asked" else OPEN) for way in WAYS]
+    rows += [_row(way, RIGHT, RIGHT, "ambiguous-001") for way in WAYS]
+    text = tables({"campaigns": rows, "asked": 9, "command": "c"})
+    assert "1 of 2 plants open" in text
+    assert "| designed | 1 of 1" in text
+    assert "| as many points at random | 0 of 1" in text
+    assert "2 of 9 plants done" in text
+
+
+def test_nothing_run_claims_nothing_and_the_page_keeps_its_words() -> None:
+    page = into(f"# Words\n\n{BEGIN}\noutdated\n{END}\n\nmore\n", {"campaigns": [], "asked": 9, "command": "c"})
+    assert "| designed | not run | not run | none | not run |" in page
+    assert page.startswith("# Words")
+    assert page.endswith("more\n")
+    assert "outdated" not in page
