@@ -43,6 +43,8 @@ LONG = {
     "bench prove --real": "needs recordings of others, and minutes; tests/bench/proof/real has what needs none",
     "bench mismatch hidden/seed-1/recordings/e9339ad6d5a4 --out again": "test_end_to_end.py does it",
     "python docs/examples/mismatch_pictures.py": "needs the folder above, and draws the pictures of the docs",
+    "bench investigate mine": "needs the folder that bench serve --conceal makes; tests/bench/investigate does it",
+    "bench benchmark investigate": "minutes a plant; tests/bench/investigate does one experiment",
     "bench benchmark twin": "minutes to hours; tests/bench/twin has campaigns with a change and without",
     "bench serve": "runs until it is stopped; tests/browser and tests/bench/service do it",
     "bench emulate": "runs until it is stopped; tests/fakes/ethercat/wire does it",
