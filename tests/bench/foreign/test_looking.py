@@ -79,9 +79,9 @@ def test_the_mapping_is_taken_by_the_comparison(joint: Path) -> None:
 
 def test_what_cannot_be_is_one_sentence(joint: Path, tmp_path: Path) -> None:
     found = take_inventory(joint)
-    with pytest.raises(ConfigurationError, match=r"--set parameters\.nix: the FMU has no such variable; it has .*d_dry"):
+    with pytest.raises(ConfigurationError, match=r"--set parameters\.nix: the FMU has no such variable.*d_dry"):
         draft(found, tmp_path / "x.toml", {"parameters.nix": {}})
-    with pytest.raises(ConfigurationError, match=r"no output of the FMU is called as a channel .*bench import --look joint"):
+    with pytest.raises(ConfigurationError, match=r"no output .* is called as a channel .*bench import --look joint"):
         open_fmu(joint)
     target = tmp_path / "there.toml"
     target.write_text("kept = true\n", encoding="utf-8")

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from bench.errors import ConfigurationError
 from bench.exchange.predicted import predict_recordings
+from bench.foreign.base import Base, Free
+from bench.foreign.columns import Columns
+from bench.mismatch import wrong_parameters
 from bench.mismatch.run import run
 from tests.bench.foreign.machine import F_C, F_V, NOISE, record
 
@@ -59,3 +64,27 @@ def test_what_cannot_be_opened_is_one_sentence(tmp_path: Path) -> None:
         run(folder, tmp_path / "out", Path("no.such:joint"))
     with pytest.raises(Exception, match="has no channel simulated/NAME"):
         run(folder, tmp_path / "out", Path("columns"))
+
+
+def test_a_parameter_that_shares_with_what_was_added_is_not_called_wrong(monkeypatch: pytest.MonkeyPatch) -> None:
+    ones = np.ones(50)
+    regressor = SimpleNamespace(columns=lambda frame: ones[:, None])
+    rows = SimpleNamespace(frame=None, number=ones)
+    problem = SimpleNamespace(rows=rows, usable=ones > 0)
+    model = SimpleNamespace(channel="motor_torque", problem=problem, price=5.0, floor=0.01)
+    analysis: Any = SimpleNamespace(outcomes={"motor_torque": SimpleNamespace(notes=[])})
+    given = Base.of(Columns(), (Free("f_c", 0.3, "N*m"),))
+    monkeypatch.setattr(wrong_parameters, "models_of", lambda _: [model])
+    monkeypatch.setattr(wrong_parameters, "parameters_in", lambda _: [SimpleNamespace(regressor=regressor)])
+    monkeypatch.setattr(wrong_parameters, "named", lambda _: "f_c")
+
+    def values(alone: float) -> Any:
+        return lambda _analysis, _base, whole=True: ({"f_c": -0.2 if whole else alone}, {"f_c": 0.01})
+
+    monkeypatch.setattr(wrong_parameters, "values_of", values(0.35))
+    assert wrong_parameters.wrong_parameters(analysis, given, given.at({"f_c": 0.31})) == []
+    (note,) = analysis.outcomes["motor_torque"].notes
+    assert note.startswith("parameter f_c is 0.35 recalibrated alone and -0.2 beside what was added")
+    monkeypatch.setattr(wrong_parameters, "values_of", values(0.1))
+    (found,) = wrong_parameters.wrong_parameters(analysis, given, given.at({"f_c": 0.31}))
+    assert found.parameters[0]["value"] == -0.2
