@@ -65,12 +65,12 @@ def predict_recordings(model: Path, path: Path) -> Iterator[Predicted]:
     RecordingError
         There is no such recording, or it cannot be read.
     """
-    simulation = Simulation.load(model)
+    Simulation.load(model)  # refused by its own sentence, before recordings are read
     if path.is_dir():
         recordings: Sequence[Recording] = RecordingFolder.open(path).recordings
         if not recordings:
             raise RecordingError(f"{path}: holds no recording that can be read; see `bench validate` for each file.")
-        told = told_of(simulation, recordings)
+        told = told_of(model, recordings)
     else:
         own = Recording.open(path)
         before = [
@@ -78,7 +78,7 @@ def predict_recordings(model: Path, path: Path) -> Iterator[Predicted]:
             for r in RecordingFolder.open(path.resolve().parent).recordings
             if r.campaign_id == own.campaign_id and r.started_at < own.started_at
         ]
-        told = told_of(simulation, [*before, own], only=len(before))
+        told = told_of(model, [*before, own], only=len(before))
     any_at_all = False
     refused: tuple[str, ...] = ()
     for recording, channels in told:
