@@ -4,7 +4,7 @@
 import { get, newId, post, Refused } from "./api.js";
 import { jog, tare } from "./jog.js";
 import { may, me, running, state, unfinished } from "./state.js";
-import { $, duration, make, number, toast } from "./text.js";
+import { $, duration, make, moment, number, toast } from "./text.js";
 
 let ask;
 // What an act of a sheet returns whose answer stands in the sheet itself: it stays open.
@@ -97,7 +97,12 @@ export async function start(first = null) {
   const plan = make("p", { class: "quiet" }, " ");
   const pace = state.about.emulated ? radios("pace", [["clock", "At the clock's pace", "as on a real bench"], ["fast", "As fast as the computer can", "hours of bench time in minutes"]]) : [];
   const choices = radios("campaign", offered.map(c => [c.name, c.title, c.problem ?? c.name, Boolean(c.problem)]), first);
-  const body = [...choices, plan, ...(pace.length ? [make("h2", {}, "Pace"), ...pace] : [])];
+  const models = state.analyses.filter(one => one.has_model && one.state === "done");
+  const pauses = make("input", { type: "checkbox", name: "twin_pause" });
+  const twins = models.length ? [make("h2", {}, "Watched by"), ...radios("twin", [["", "No model", "nothing is compared while it runs"],
+    ...models.map(one => [one.id, `The model of ${one.folder}`, `${one.kind === "identify" ? "identified" : "from a mismatch report"}, ${moment(one.asked_at)}`])]),
+  make("label", { class: "option" }, pauses, make("span", {}, "Begin no further point when it no longer holds"))] : [];
+  const body = [...choices, plan, ...(pace.length ? [make("h2", {}, "Pace"), ...pace] : []), ...twins];
   const chosen = name => document.querySelector(`#sheet-body input[name=${name}]:checked`)?.value;
   const look = async () => {
     plan.textContent = "…";
@@ -107,7 +112,7 @@ export async function start(first = null) {
     } catch (error) { plan.textContent = sentence(error); }
   };
   sheet("Start a campaign", body, [[state.runs.some(r => r.state === "running") ? "Put it into the queue" : "Start", async () => {
-    const answer = await post("runs", held({ name: me.name, campaign: chosen("campaign"), real_time: chosen("pace") === "clock" }));
+    const answer = await post("runs", held({ name: me.name, campaign: chosen("campaign"), real_time: chosen("pace") === "clock", ...(chosen("twin") ? { twin: chosen("twin"), twin_pause: pauses.checked } : {}) }));
     toast(answer.state === "queued" ? "It begins as soon as the bench is free" : "It waits for whoever holds the controls");
   }]]);
   for (const input of document.querySelectorAll("#sheet-body input[name=campaign]")) input.addEventListener("change", look);
