@@ -23,6 +23,7 @@ def investigate(
         Path | None, typer.Option("--store", help="Keep results here; later runs go on from them.")
     ] = None,
     table: Annotated[Path | None, typer.Option("--table", help="Write the tables into this page of Markdown.")] = None,
+    picture: Annotated[Path | None, typer.Option("--picture", help="PNG: hours to a right name, way by way.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
     """Conceal physics that the first campaign cannot tell, and let the bench ask: designed experiments, as many points
@@ -50,4 +51,8 @@ def investigate(
         keep(store, content)
     if table is not None:
         table.write_text(into(table.read_text("utf-8") if table.exists() else "", content), "utf-8")
+    if picture is not None:
+        from bench.investigate.proof.picture import draw
+
+        draw(content, picture)
     say(json.dumps(content, ensure_ascii=False) if as_json else tables(content))

@@ -24,6 +24,7 @@ def twin(
         Path | None, typer.Option("--store", help="Keep results here; later runs go on from them.")
     ] = None,
     table: Annotated[Path | None, typer.Option("--table", help="Write the tables into this page of Markdown.")] = None,
+    picture: Annotated[Path | None, typer.Option("--picture", help="PNG: the first campaign with a change.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
     """Run generated campaigns past the twin: some in which physics begins in the middle, some in which nothing does.
@@ -32,7 +33,7 @@ def twin(
     and run again at any time.
     """
     from bench.proof.results import commit
-    from bench.twin.proof.campaigns import cases, run
+    from bench.twin.proof.campaigns import WITHOUT, cases, run
     from bench.twin.proof.page import into, tables
 
     # of the program that is running: others may commit meanwhile
@@ -53,4 +54,12 @@ def twin(
             say(f"campaign {number} of {len(listed)}: {case.change}")
     if table is not None:
         table.write_text(into(table.read_text("utf-8") if table.exists() else "", content), "utf-8")
+    if picture is not None:
+        from bench.errors import BenchError
+        from bench.twin.proof.picture import draw
+
+        first = next((row for row in content["campaigns"] if row["change"] != WITHOUT), None)
+        if first is None:
+            raise BenchError("--picture draws a campaign with a change; ask for one with --campaigns.")
+        draw(first, picture)
     say(json.dumps(content, ensure_ascii=False) if as_json else tables(content))

@@ -12,7 +12,7 @@ from bench.proof.statistics import clopper_pearson
 
 BEGIN, END = "<!-- investigate tables -->", "<!-- /investigate tables -->"
 Rows = Sequence[Mapping[str, Any]]
-_WORDS = {ASKED: "designed", RANDOM: "as many points at random", GRID: "as many points of the grid again"}
+WORDS = {ASKED: "designed", RANDOM: "as many points at random", GRID: "as many points of the grid again"}
 
 
 def tables(content: Mapping[str, Any]) -> str:
@@ -52,7 +52,7 @@ def _ways(rows: Rows) -> list[str]:
         right = [row for row in own if row["result"] == RIGHT]
         hours = [row["hours_to_name"] for row in right if row["hours_to_name"] is not None]
         cells.append([
-            _WORDS[way],
+            WORDS[way],
             _share(len(right), len(own)),
             _share(sum(row["result"] == WRONG for row in own), len(own)),
             f"{np.median(hours):.2f} ({min(hours):.2f} to {max(hours):.2f})" if hours else "none",
@@ -81,7 +81,7 @@ def _plants(rows: Rows) -> list[str]:
         one = next(iter(own.values()))
         told = [_told(own[way]) if way in own else "not run" for way in WAYS]
         cells.append([f"{seed}/{case[-1]}", one["effect"], ", ".join(one["also"]), one["first"], *told])
-    return _table(["plant", "concealed", "not told from", "first campaign", *(_WORDS[way] for way in WAYS)], cells)
+    return _table(["plant", "concealed", "not told from", "first campaign", *(WORDS[way] for way in WAYS)], cells)
 
 
 def _told(row: Mapping[str, Any]) -> str:

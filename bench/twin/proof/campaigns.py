@@ -105,6 +105,7 @@ def run(case: Case, work: Path) -> dict[str, Any]:
         "true_channel": campaign.channel,
         "told": [] if first_finding is None else [own.words for own in first_finding.streams],
         "strongest": round(max((own.evidence for own in watch.seen), default=0.0), 2),
+        "evidence": [round(own.evidence, 2) for own in watch.seen],
         "look_s": round(spent / looked, 4) if looked else None,
         "longest_look_s": round(latest, 4) if looked else None,
         "unread": len(watch.unread),

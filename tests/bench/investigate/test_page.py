@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
+import pytest
+
+from bench.errors import BenchError
 from bench.investigate.proof.page import BEGIN, END, into, tables
+from bench.investigate.proof.picture import draw
 from bench.investigate.proof.run import OPEN, RIGHT, WAYS, WRONG, judged
 
 TRUTH = {"effects": [{"effect": "te.hysteresis", "also": ["te.lost_motion"], "channels": ["transmission_error"]}]}
@@ -50,3 +55,10 @@ def test_nothing_run_claims_nothing_and_the_page_keeps_its_words() -> None:
     assert page.startswith("# Words")
     assert page.endswith("more\n")
     assert "outdated" not in page
+
+
+def test_open_plants_are_drawn_and_none_is_refused(tmp_path: Path) -> None:
+    rows = [_row(way, result) for way, result in zip(WAYS, (RIGHT, OPEN, WRONG), strict=True)]
+    assert draw({"campaigns": rows}, tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+    with pytest.raises(BenchError, match="no plant was left open"):
+        draw({"campaigns": [_row(way, RIGHT, RIGHT) for way in WAYS]}, tmp_path / "b.png")
