@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
     from bench.identification import Identification, Options
 
+HIGHEST_ORDER = 1e5
+"""More orders than any encoder of a gearbox has counts."""
+
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
@@ -29,6 +32,12 @@ def identify(
     report: Annotated[
         Path | None, typer.Option("--report", help="Folder for report.html and summary.json; default: no report.")
     ] = None,
+    figures: Annotated[
+        str | None,
+        typer.Option(
+            "--figures", help="'paper': the paper's figures 4 to 7 as PNG, in the report's folder or figures."
+        ),
+    ] = None,
     method: Annotated[
         str, typer.Option("--method", help="Whose coefficients go into the simulation file: refined or paper.")
     ] = "refined",
@@ -36,7 +45,7 @@ def identify(
         str,
         typer.Option(
             "--orders",
-            help="'paper' (the paper's choice for the gearbox), 'proposed' (and those the spectra show), or 1,3,46.",
+            help="'paper' (the paper's choice for the gearbox), 'proposed' (and those the spectra show), or 1,3,7.297.",
         ),
     ] = "paper",
     notch: Annotated[
@@ -65,8 +74,10 @@ def identify(
 
     if method not in ("refined", "paper"):
         raise BenchError(f"--method is '{method}', it should be refined or paper.")
+    if figures not in (None, "paper"):
+        raise BenchError(f"--figures is '{figures}', it should be paper.")
     console = PlainConsole(stderr=as_json, highlight=False)
-    chosen = None if orders in ("paper", "proposed") else parse_orders(orders, "--orders")
+    chosen = None if orders in ("paper", "proposed") else parse_ratios(orders, "--orders")
     options = Options(chosen, _notch(notch, pole_pairs), jobs, band_limit)
     found = _with_progress(folder, options, console)
     if orders == "proposed":
@@ -79,10 +90,21 @@ def identify(
 
         summary["report"] = str(write_report(found, report))
         write_whole(report / "summary.json", json.dumps(summary, indent=1, ensure_ascii=False))
+    if figures is not None:
+        summary["figures"] = _figures(console, found, report or out.parent / "figures")
     if as_json:
         say(json.dumps(summary, ensure_ascii=False))
     else:
         _print(console, found, out, report)
+
+
+def _figures(console: Console, found: Identification, folder: Path) -> list[str]:
+    from bench.identification.report.paper_figures import write_paper_figures
+
+    paths, missing = write_paper_figures(found, folder)
+    for sentence in (*(f"Figure: {path}" for path in paths), *missing):
+        console.print(line(sentence), markup=False)
+    return [str(path) for path in paths]
 
 
 def _notch(text: str, pole_pairs: int | None) -> tuple[int, ...] | None:
@@ -107,6 +129,17 @@ def parse_orders(text: str, option: str) -> tuple[int, ...]:
     if not values or values[0] < 1:
         raise BenchError(f"{option} is '{text}', harmonic orders should be whole numbers from 1.")
     return values
+
+
+def parse_ratios(text: str, option: str) -> tuple[float, ...]:
+    """Numbers from 1 of a list such as 1,3,7.297, ascending; BenchError naming ``option`` where it is none."""
+    try:
+        values = tuple(sorted({float(part) for part in text.split(",")}))
+    except ValueError as error:
+        raise BenchError(f"{option} is '{text}', it should be numbers such as 1,3,7.297.") from error
+    if not all(1.0 <= value < HIGHEST_ORDER for value in values):
+        raise BenchError(f"{option} is '{text}', harmonic orders should be from 1 to {HIGHEST_ORDER:g}.")
+    return tuple(int(value) if value == int(value) else value for value in values)
 
 
 def _with_progress(folder: Path, options: Options, console: Console) -> Identification:

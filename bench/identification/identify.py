@@ -43,7 +43,7 @@ class Options:
     ``notch_orders`` are the load motor's ripple; None finds them in the load torque.
     """
 
-    orders: tuple[int, ...] | None = None
+    orders: tuple[float, ...] | None = None
     notch_orders: tuple[int, ...] | None = None
     jobs: int = 1
     band_limit_hz: float | None = None
@@ -55,7 +55,7 @@ class Identification:
 
     folder: Path
     gearbox: Gearbox
-    orders: tuple[int, ...]
+    orders: tuple[float, ...]
     notch_orders: tuple[int, ...]
     reductions: tuple[Reduction, ...]
     refined: dict[str, RefinedDirection]
@@ -153,9 +153,9 @@ def identify_folder(folder: Path | str, options: Options, progress: Progress | N
         reason = f" ({skipped[0].why})" if skipped else ""
         raise RecordingError(f"{folder}: holds no recording that can be used{reason}")
     gearbox = _gearbox(recordings)
-    orders = options.orders or default_orders(gearbox)
+    orders: tuple[float, ...] = options.orders or default_orders(gearbox)
     if any(f < 1 for f in orders):
-        raise BenchError(f"Harmonic orders should be whole numbers from 1, not {min(orders)}.")
+        raise BenchError(f"Harmonic orders should be 1 or higher, not {min(orders):g}.")
     notch, told = (options.notch_orders, "") if options.notch_orders is not None else find_ripple(recordings)
     step = find_step(recordings)
     reduction_options = ReductionOptions(orders, notch, band_limit_hz=options.band_limit_hz, torque_step=step)
@@ -177,7 +177,7 @@ def identify_folder(folder: Path | str, options: Options, progress: Progress | N
     heat = identify_heat(training, zero.value, friction.values.get("tau_0", 0.0), friction.values.get("J", 0.0))
     said += heat.sentences
     proposals = propose(reductions, gearbox, orders, notch)
-    nuisance = nuisance_orders(proposals, notch, reduction_options.reach)
+    nuisance = nuisance_orders(proposals, notch, reduction_options.reach, orders)
     refined: dict[str, RefinedDirection] = {}
     paper: dict[str, Any] = {"positive": None, "negative": None}
     for name in ("positive", "negative"):

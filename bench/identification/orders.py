@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
+from bench.identification.fractions import fractions
 from bench.identification.reduction import Reduction
 from bench.simulation import Gearbox
 
@@ -95,7 +96,7 @@ def peak_ratio(power: NDArray[np.float32]) -> FloatArray:
 
 
 def propose(
-    reductions: Sequence[Reduction], gearbox: Gearbox, used: Sequence[int], notch_orders: Sequence[int]
+    reductions: Sequence[Reduction], gearbox: Gearbox, used: Sequence[float], notch_orders: Sequence[int]
 ) -> tuple[Proposal, ...]:
     """Find orders that stand out of the noise in many recordings, strongest first."""
     spectra = [r.steady.spectrum for r in reductions if r.steady is not None]
@@ -113,6 +114,21 @@ def propose(
     )
 
 
-def nuisance_orders(proposals: Sequence[Proposal], notch_orders: Sequence[int], reach: int) -> tuple[int, ...]:
-    """Return the orders that stand out and are not asked for, up to ``reach``: they are fitted beside the others."""
-    return tuple(sorted(p.order for p in proposals if not p.used and p.order not in notch_orders and p.order <= reach))
+def nuisance_orders(
+    proposals: Sequence[Proposal], notch_orders: Sequence[int], reach: int, used: Sequence[float] = ()
+) -> tuple[int, ...]:
+    """Return the orders that stand out and are not asked for, up to ``reach``: they are fitted beside the others.
+
+    A whole order within one of a ``used`` one that is no whole number stands out because of that one.
+    """
+    broken = fractions(used)
+    return tuple(
+        sorted(
+            p.order
+            for p in proposals
+            if not p.used
+            and p.order not in notch_orders
+            and p.order <= reach
+            and not (np.abs(broken - p.order) < 1.0).any()
+        )
+    )

@@ -15,7 +15,7 @@ from bench.identification.reduction import Reduction
 from bench.simulation import FourierSet
 
 
-def identify_paper(reductions: Sequence[Reduction], orders: Sequence[int]) -> FourierSet | None:
+def identify_paper(reductions: Sequence[Reduction], orders: Sequence[float]) -> FourierSet | None:
     """Identify one direction from its recordings; None without any. Polynomial terms not determined stay 0."""
     used = [(r.paper, r.steady) for r in reductions if r.paper is not None and r.steady is not None]
     if not used:

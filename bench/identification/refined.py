@@ -83,15 +83,15 @@ class TorqueZero:
     std: float = 0.0
 
 
-def _normal(steady: SteadySums, orders: NDArray[np.int64], zero: TorqueZero) -> _Normal:
+def _normal(steady: SteadySums, orders: FloatArray, zero: TorqueZero) -> _Normal:
     samples = steady.unit[:, 0].real
     inputs = np.stack([steady.torque - zero.value, steady.velocity, steady.temperature], axis=1)
     inputs = np.where(np.isfinite(inputs), inputs, 0.0)
     return _Normal(
         steady,
-        gram(steady.unit, orders),
-        projections(steady.error, orders),
-        projections(steady.torque_change, orders),
+        gram(steady.unit, orders, steady.unit_extra),
+        projections(steady.error, orders, steady.fractions),
+        projections(steady.torque_change, orders, steady.fractions),
         inputs,
         samples @ inputs / samples.sum(),
         samples,
@@ -133,31 +133,30 @@ def _beside(power: FloatArray, order: int) -> FloatArray:
     return near
 
 
-def _noise(normal: _Normal, fourier: FourierSet | None, ripples: int, orders: NDArray[np.int64]) -> FloatArray:
+def _noise(normal: _Normal, fourier: FourierSet | None, ripples: int, orders: FloatArray) -> FloatArray:
     """Residual power |Σ r·exp(imθ)|²/N beside each order (K,) and, last, at order 0; the median of its neighbours."""
     steady = normal.sums
-    reach = steady.error.shape[1] - 1
+    reach = steady.reach
     coefficients = np.broadcast_to(normal.solution, (normal.samples.size, normal.solution.size))
-    rest = steady.error
+    rest = steady.error[:, : reach + 1]
     if fourier is not None:
         deviation = _local(fourier, ripples, normal.inputs) - _local(fourier, ripples, normal.mean[None, :])
         coefficients = coefficients + deviation
-        rest = rest - _torque_slope(fourier, normal.inputs)[:, None] * steady.torque_change
-    rest = rest - series_sums(steady.unit, orders, coefficients, reach)
+        rest = rest - _torque_slope(fourier, normal.inputs)[:, None] * steady.torque_change[:, : reach + 1]
+    rest = rest - series_sums(steady.unit, orders, coefficients, reach, steady.unit_extra)
     power = np.abs(rest.sum(axis=0)) ** 2 / normal.samples.sum()
-    power[orders] = np.nan
+    # a fraction is told apart from the whole order next to it by little: neither says what the noise is
+    power[np.rint(orders).astype(np.int64)] = np.nan
     power[0] = np.nan
     out = np.empty(orders.size - ripples + 1)
     for k, order in enumerate([*orders[: orders.size - ripples], 0]):
-        near = _beside(power, int(order))
+        near = _beside(power, round(order))
         # The power of noise at an order is exponentially distributed: its mean is its median / ln 2.
         out[k] = float(np.median(near)) / np.log(2.0)
     return out
 
 
-def _harmonics(
-    normal: _Normal, name: str, orders: NDArray[np.int64], ripples: int, noise: FloatArray
-) -> RecordingHarmonics:
+def _harmonics(normal: _Normal, name: str, orders: FloatArray, ripples: int, noise: FloatArray) -> RecordingHarmonics:
     size = orders.size
     inverse = np.linalg.inv(normal.gram.sum(axis=0))
     s, c = normal.solution[:size], normal.solution[size : 2 * size]
@@ -269,7 +268,7 @@ def _with_zero_uncertainty(fourier: FourierSet, std: float) -> FourierSet:
 
 def identify_direction(
     reductions: Sequence[Reduction],
-    orders: Sequence[int],
+    orders: Sequence[float],
     notch_orders: Sequence[int],
     direction: str,
     zero: TorqueZero = TorqueZero(),
@@ -284,7 +283,7 @@ def identify_direction(
     if not members:
         return None
     beside = [n for n in dict.fromkeys([*notch_orders, *nuisance]) if n not in orders]
-    listed = np.asarray([*orders, *beside], dtype=np.int64)
+    listed = np.asarray([*orders, *beside], dtype=np.float64)
     ripples = len(beside)
     normals = [_normal(steady, listed, zero) for _, steady in members]
     design = make_design(np.stack([n.mean for n in normals]))
@@ -316,10 +315,10 @@ def identify_direction(
 
 
 def single_recording(
-    steady: SteadySums, orders: Sequence[int], notch_orders: Sequence[int]
+    steady: SteadySums, orders: Sequence[float], notch_orders: Sequence[int]
 ) -> tuple[ComplexArray, ComplexArray]:
     """Fourier series fitted to one recording alone: z (K,) of the orders and of the ripple; the bound of any model."""
-    listed = np.asarray([*orders, *(n for n in notch_orders if n not in orders)], dtype=np.int64)
+    listed = np.asarray([*orders, *(n for n in notch_orders if n not in orders)], dtype=np.float64)
     normal = _normal(steady, listed, TorqueZero())
     solution = _solve(normal, None, 0)
     z = solution[: listed.size] + 1j * solution[listed.size : 2 * listed.size]

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from bench.identification.fractions import beside, fractions, sums_at
 from bench.identification.sums import angle_sums
 from bench.identification.windows import SteadyWindow, counting_bias
 
@@ -22,12 +23,12 @@ ANGLE_STEPS = 2.0**32
 
 @dataclass(frozen=True, slots=True)
 class ReductionOptions:
-    """What to reduce to: integer ``orders`` and ``notch_orders``, blocks a window, reach of the proposal spectrum.
+    """What to reduce to: ``orders``, whole ``notch_orders``, blocks a window, reach of the proposal spectrum.
 
     ``torque_step`` is the drive's own step of the motor torque in codes (:mod:`.rounding`), None where none is known.
     """
 
-    orders: tuple[int, ...]
+    orders: tuple[float, ...]
     notch_orders: tuple[int, ...] = (150, 300)
     blocks: int = 16
     spectrum_reach: int = 5000
@@ -38,7 +39,7 @@ class ReductionOptions:
     @property
     def reach(self) -> int:
         """Highest order of the sums; somewhat above the highest order fitted, so that its noise can be seen."""
-        return max([*self.orders, *self.notch_orders, 1]) + 12
+        return int(np.ceil(max([*self.orders, *self.notch_orders, 1]))) + 12
 
     @property
     def block_count(self) -> int:
@@ -54,12 +55,14 @@ class SteadySums:
     ----------
     torque, velocity, temperature : (B,) means of the block (N·m, rad/s at the load side, °C).
     unit : (B, 2M + 1) sums of 1; ``error`` : (B, M + 1) of the transmission error; ``torque_change`` : (B, M + 1) of
-        the load torque less its block mean.
+        the load torque less its block mean. Behind them stand the sums at ``unit_extra`` and ``fractions``.
     error_square : Σ of the squared error over the window.
     spectrum : (S + 1,) power |Σ TE·exp(imθ)|²·(2/N)² of the window, orders 0 … S: squared amplitudes.
     angle, sample : (N,) samples kept for residuals: angle in 2⁻³² turns, error less ``reference`` (float32).
     resolution : rad, one count of the motor encoder at the load side (0 where not quantised).
     counting_bias : rad, standard deviation of the mean error that counting leaves at this speed.
+    fractions, unit_extra : (F,), (E,) frequencies that are no whole number; ``first_turn`` : whole turns of the first
+        kept sample, which such orders go on from.
     """
 
     window: SteadyWindow
@@ -76,6 +79,18 @@ class SteadySums:
     sample: NDArray[np.float32]
     resolution: float
     counting_bias: float
+    fractions: FloatArray
+    unit_extra: FloatArray
+    first_turn: float
+
+    @property
+    def reach(self) -> int:
+        """Highest whole order M of the sums."""
+        return int(self.error.shape[1]) - 1 - int(self.fractions.size)
+
+    def turned(self) -> FloatArray:
+        """Angles (N,) of the kept samples in rad, whole turns and all."""
+        return np.asarray(np.unwrap(self.angle / ANGLE_STEPS * TURN) + self.first_turn * TURN)
 
 
 def _block_slices(start: int, stop: int, count: int) -> Iterable[slice]:
@@ -116,19 +131,25 @@ def steady_sums(
     reference = float(chosen(error, part).mean())
     reach, count = options.reach, options.block_count
     means = np.full((3, count), np.nan)
-    unit = np.empty((count, 2 * reach + 1), dtype=np.complex128)
-    first = np.empty((count, reach + 1), dtype=np.complex128)
-    second = np.zeros((count, reach + 1), dtype=np.complex128)
+    broken = fractions(options.orders)
+    extra = beside(broken, reach)
+    unit = np.empty((count, 2 * reach + 1 + extra.size), dtype=np.complex128)
+    first = np.empty((count, reach + 1 + broken.size), dtype=np.complex128)
+    second = np.zeros((count, reach + 1 + broken.size), dtype=np.complex128)
     for b, rows in enumerate(_block_slices(window.start, window.stop, count)):
         angle, time = chosen(theta, rows), chosen(channels["time"], rows)
         centred = time - time.mean()
         means[1, b] = float(centred @ angle / (centred @ centred))
-        unit[b], both = angle_sums(angle, np.ones_like(angle), chosen(error, rows) - reference, 2 * reach)
-        first[b] = both[: reach + 1]
+        off = chosen(error, rows) - reference
+        unit[b, : 2 * reach + 1], both = angle_sums(angle, np.ones_like(angle), off, 2 * reach)
+        unit[b, 2 * reach + 1 :] = sums_at(angle, np.ones_like(angle), extra)
+        first[b] = np.concatenate([both[: reach + 1], sums_at(angle, off, broken)])
         if "load_torque" in channels:
             load = chosen(channels["load_torque"], rows)
             means[0, b] = load.mean()
-            second[b] = angle_sums(angle, load - means[0, b], np.zeros_like(load), reach)[0]
+            load = load - means[0, b]
+            second[b, : reach + 1] = angle_sums(angle, load, np.zeros_like(load), reach)[0]
+            second[b, reach + 1 :] = sums_at(angle, load, broken)
         if "temperature" in channels:
             means[2, b] = chosen(channels["temperature"], rows).mean()
     kept_theta, kept = chosen(theta, part), chosen(error, part) - reference
@@ -140,5 +161,5 @@ def steady_sums(
         window, reference, means[0], means[1], means[2], unit, first, second, float(kept @ kept),
         (np.abs(whole) ** 2 * (2.0 / kept.size) ** 2).astype(np.float32),
         _fixed_point(kept_theta),
-        kept.astype(np.float32), resolution, resolution * bias,
+        kept.astype(np.float32), resolution, resolution * bias, broken, extra, float(np.floor(kept_theta[0] / TURN)),
     )  # fmt: skip

@@ -13,6 +13,8 @@ import finufft
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.identification.fractions import NO_FRACTIONS, columns
+
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
@@ -48,22 +50,22 @@ def angle_sums(
     return 0.5 * (positive + negative), -0.5j * (positive - negative)
 
 
-def gram(sums: ComplexArray, orders: NDArray[np.int64]) -> FloatArray:
+def gram(sums: ComplexArray, orders: FloatArray, extra: FloatArray = NO_FRACTIONS) -> FloatArray:
     """Gram matrix of the regressors [sin f_1θ … sin f_Kθ, cos f_1θ … cos f_Kθ, 1] from S_m of unit strengths.
 
     Parameters
     ----------
-    sums : (..., M + 1) with M ≥ 2·max(orders).
-    orders : (K,) integer orders.
+    sums : (..., M + 1 + E) with M ≥ 2·max(orders); those at ``extra`` (E,) last (:mod:`.fractions`).
+    orders : (K,) orders.
 
     Returns
     -------
     (..., 2K + 1, 2K + 1).
     """
-    size = orders.size
-    plus = sums[..., orders[:, None] + orders[None, :]]
+    size, whole = orders.size, sums.shape[-1] - extra.size
+    plus = sums[..., columns(orders[:, None] + orders[None, :], whole, extra)]
     difference = orders[:, None] - orders[None, :]
-    minus = sums[..., np.abs(difference)]
+    minus = sums[..., columns(np.abs(difference), whole, extra)]
     minus = np.where(difference < 0, np.conj(minus), minus)
     out = np.empty((*sums.shape[:-1], 2 * size + 1, 2 * size + 1))
     s, c = slice(0, size), slice(size, 2 * size)
@@ -71,28 +73,30 @@ def gram(sums: ComplexArray, orders: NDArray[np.int64]) -> FloatArray:
     out[..., c, c] = 0.5 * (minus.real + plus.real)
     out[..., s, c] = 0.5 * (plus.imag + minus.imag)
     out[..., c, s] = np.swapaxes(out[..., s, c], -1, -2)
-    single = sums[..., orders]
+    single = sums[..., columns(orders, whole, extra)]
     out[..., s, -1] = out[..., -1, s] = single.imag
     out[..., c, -1] = out[..., -1, c] = single.real
     out[..., -1, -1] = sums[..., 0].real
     return out
 
 
-def projections(sums: ComplexArray, orders: NDArray[np.int64]) -> FloatArray:
+def projections(sums: ComplexArray, orders: FloatArray, extra: FloatArray = NO_FRACTIONS) -> FloatArray:
     """Products of the regressors of :func:`gram` with a sequence whose sums are given, shape (..., 2K + 1)."""
-    single = sums[..., orders]
+    single = sums[..., columns(orders, sums.shape[-1] - extra.size, extra)]
     return np.concatenate([single.imag, single.real, sums[..., :1].real], axis=-1)
 
 
-def series_sums(sums: ComplexArray, orders: NDArray[np.int64], coefficients: FloatArray, modes: int) -> ComplexArray:
+def series_sums(
+    sums: ComplexArray, orders: FloatArray, coefficients: FloatArray, modes: int, extra: FloatArray = NO_FRACTIONS
+) -> ComplexArray:
     """Sums S_0 … S_modes of the series with these coefficients (..., 2K + 1), from the unit sums at its angles."""
-    size = orders.size
+    size, whole = orders.size, sums.shape[-1] - extra.size
     m = np.arange(modes + 1)
     out = coefficients[..., -1:] * sums[..., : modes + 1]
     for k in range(size):
         half = 0.5 * (coefficients[..., size + k, None] - 1j * coefficients[..., k, None])
         shifted = m - orders[k]
-        below = sums[..., np.abs(shifted)]
+        below = sums[..., columns(np.abs(shifted), whole, extra)]
         below = np.where(shifted < 0, np.conj(below), below)
-        out = out + half * sums[..., m + orders[k]] + np.conj(half) * below
+        out = out + half * sums[..., columns(m + orders[k], whole, extra)] + np.conj(half) * below
     return out

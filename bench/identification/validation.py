@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from bench.identification.fractions import is_whole
 from bench.identification.reduction import Reduction
 from bench.identification.refined import single_recording
 from bench.identification.steady import SteadySums
@@ -67,13 +68,26 @@ def _errors(angle: NDArray[np.uint32], sample: NDArray[np.float32], table: Float
 
 
 def revolution(orders: Sequence[float], z: ComplexArray, bits: int = TABLE_BITS) -> FloatArray:
-    """Series Σ |z|·sin(f·θ + arg z) at 2^bits + 1 angles of one revolution, by an inverse FFT; integer orders."""
+    """Series Σ |z|·sin(f·θ + arg z) at 2^bits + 1 angles of one revolution, by an inverse FFT.
+
+    Orders that are no whole number do not come back after a revolution, and are left out.
+    """
+    listed = np.asarray(orders, dtype=np.float64)
+    at = is_whole(listed)
     size = 1 << bits
     spectrum = np.zeros(size // 2 + 1, dtype=np.complex128)
     # sin(fθ)·Re z + cos(fθ)·Im z is the real part of −i·z·exp(i·f·θ).
-    np.add.at(spectrum, np.asarray(orders, dtype=np.int64), -0.5j * z * size)
+    np.add.at(spectrum, np.rint(listed[at]).astype(np.int64), -0.5j * z[at] * size)
     values = np.fft.irfft(spectrum, size)
     return np.concatenate([values, values[:1]])
+
+
+def _without_fractions(steady: SteadySums, orders: FloatArray, z: ComplexArray) -> NDArray[np.float32]:
+    """Kept samples (N,) less what orders (K,) that are no whole number make of them, with complex amplitudes z (K,)."""
+    theta, left = steady.turned(), steady.sample.astype(np.float64)
+    for k in np.flatnonzero(~is_whole(orders)):
+        left -= (np.exp(1j * orders[k] * theta) * z[k]).imag
+    return left.astype(np.float32)
 
 
 def model_harmonics(fourier: FourierSet, torque: float, velocity: float, temperature: float) -> ComplexArray:
@@ -90,7 +104,7 @@ def mean_inputs(steady: SteadySums) -> tuple[float, float, float]:
 def score(
     reduction: Reduction,
     models: Mapping[str, TransmissionErrorModel],
-    orders: Sequence[int],
+    orders: Sequence[float],
     notch_orders: Sequence[int],
     zeros: Mapping[str, float],
 ) -> Score | None:
@@ -105,15 +119,24 @@ def score(
     z, ripple = single_recording(steady, orders, notch_orders)
     extra = [n for n in notch_orders if n not in orders]
     names, rows = [BOUND], [revolution([*orders, *extra], np.concatenate([z, ripple]))]
+    series = [z]
     for name, model in models.items():
         fourier = model.direction(steady.window.direction)
         if fourier is None:
             return None
         harmonics = model_harmonics(fourier, inputs[0] - zeros.get(name, 0.0), inputs[1], inputs[2])
         names.append(name)
+        series.append(harmonics)
         # The ripple is taken off by the same notch for every model.
         rows.append(revolution([*fourier.orders, *extra], np.concatenate([harmonics, ripple])))
-    errors = _errors(steady.angle, steady.sample, np.stack(rows), 32 - TABLE_BITS)
+    if steady.fractions.size:
+        listed = np.asarray(orders, dtype=np.float64)
+        errors = np.concatenate([
+            _errors(steady.angle, _without_fractions(steady, listed, own), row[None, :], 32 - TABLE_BITS)
+            for own, row in zip(series, rows, strict=True)
+        ])  # fmt: skip
+    else:
+        errors = _errors(steady.angle, steady.sample, np.stack(rows), 32 - TABLE_BITS)
     return Score(
         reduction.recording_id,
         reduction.kind,

@@ -183,9 +183,9 @@ def validation_example(found: Identification) -> tuple[str, str] | None:
     seen = set()
     for order in [*found.orders, *found.notch_orders]:
         part = part_of(float(order), found.gearbox, found.notch_orders)
-        if order < reach:
+        if round(order) < reach:
             label = None if part in seen else part
-            right.plot(order, amplitude[order], "o", ms=4, color=PART_COLOURS.get(part, "k"), label=label)
+            right.plot(order, amplitude[round(order)], "o", ms=4, color=PART_COLOURS.get(part, "k"), label=label)
             seen.add(part)
     right.legend(fontsize=7)
     return to_uri(figure), f"Validation recording {chosen.recording_id}: {_point(steady)}."

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -58,8 +59,10 @@ def test_identify_prints_tables_and_sentences(folder: Path, tmp_path: Path) -> N
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--orders", "1,x"], "whole numbers"),
-        (["--orders", "0,3"], "whole numbers from 1"),
+        (["--orders", "1,x"], "numbers such as"),
+        (["--orders", "0,3"], "from 1 to"),
+        (["--notch", "7.297"], "whole numbers"),
+        (["--figures", "all"], "should be paper"),
         (["--method", "best"], "refined or paper"),
     ],
 )
@@ -68,6 +71,23 @@ def test_identify_refuses_wrong_options(folder: Path, tmp_path: Path, arguments:
         RUNNER.invoke(
             _app(), ["identify", str(folder), "--out", str(tmp_path / "m"), *arguments], catch_exceptions=False
         )
+
+
+def test_the_papers_figures_are_written_and_those_that_cannot_be_are_told(folder: Path, tmp_path: Path) -> None:
+    arguments = ["identify", str(folder), "--out", str(tmp_path / "m.json"), "--orders", "1,3,7.297", "--jobs", "1"]
+    result = RUNNER.invoke(_app(), [*arguments, "--figures", "paper"], catch_exceptions=False)
+    assert result.exit_code == 0
+    names = sorted(path.name for path in (tmp_path / "figures").iterdir())
+    assert names == ["figure-4.png", "figure-5.png", "figure-6.png", "figure-7.png"]
+    assert all(path.read_bytes().startswith(b"\x89PNG") for path in (tmp_path / "figures").iterdir())
+    fourier = Simulation.load(tmp_path / "m.json").terms["te.fourier"]
+    assert fourier.orders == (1.0, 3.0, 7.297)
+    bare = tmp_path / "bare"
+    bare.mkdir()
+    shutil.copy(sorted(folder.glob("*.h5"))[0], bare)
+    arguments[1] = str(bare)
+    result = RUNNER.invoke(_app(), [*arguments, "--figures", "paper"], catch_exceptions=False)
+    assert "Figure 7 (a validation recording beside the models) cannot be drawn" in result.output
 
 
 def test_compare_two_files(tmp_path: Path) -> None:

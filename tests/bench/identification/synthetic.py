@@ -21,7 +21,7 @@ STIFFNESS = 3.2e6
 COUNT = 2.0 * np.pi / 8192
 
 
-def true_model(orders: Sequence[int] = NOMINAL_ORDERS, seed: int = 5) -> TransmissionErrorModel:
+def true_model(orders: Sequence[float] = NOMINAL_ORDERS, seed: int = 5) -> TransmissionErrorModel:
     """A plausible transmission error: some 25 µrad and below, phases that move by some tenths of a radian."""
     rng = np.random.default_rng(seed)
     scale = Standardisation(np.array([0.0, 0.0, 35.0]), np.array([1000.0, np.deg2rad(10.0), 15.0]))
