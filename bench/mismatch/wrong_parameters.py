@@ -22,8 +22,9 @@ def wrong_parameters(analysis: Analysis, given: Base, last: Base) -> list[Discov
     """Free parameters whose value as ``given`` the recordings do not bear.
 
     One counts as wrong in a channel where its change gains more of log-likelihood than the price of anything else
-    there, and takes off what is worth telling; and where recalibration alone moves it to the same side, for what was
-    added may share a part with it. ``last``: the values at which the channels were compared.
+    there, and takes off what is worth telling; and where recalibration alone changes it by as much, within a factor of
+    two: else what was added shares a part with it, which a note says. ``last``: the values at which the channels were
+    compared.
     """
     values, std = values_of(analysis, last)
     alone, _ = values_of(analysis, last, whole=False)
@@ -42,7 +43,7 @@ def wrong_parameters(analysis: Analysis, given: Base, last: Base) -> list[Discov
             size = float(np.sqrt(np.average(added[usable] ** 2, weights=number)))
             if 0.5 * score**2 <= model.price or size < criteria.LEAST_OVERALL * model.floor:
                 continue
-            if change * (alone[name] - given.named[name]) <= 0.0:
+            if not 0.5 <= (alone[name] - given.named[name]) / change <= 2.0:
                 analysis.outcomes[model.channel].notes.append(
                     f"parameter {name} is {alone[name]:.4g} recalibrated alone and {values[name]:.4g} beside what was "
                     f"added, the simulation has {given.named[name]:.4g}: what was added shares a part with it, and "

@@ -22,9 +22,13 @@ def test_the_example_is_what_its_script_makes(capsys: pytest.CaptureFixture[str]
 
 def test_five_commands_go_from_a_file_to_a_report() -> None:
     lines = [command.line for command in commands() if command.page == "docs/your-data.md"]
-    five = lines[:5]
-    assert [line.split()[1] for line in five] == ["import", "import", "validate", "inspect", "mismatch"]
+    # the first stands for the FMU that a reader brings along
+    assert lines[0].startswith("bench export-model")
+    five = lines[1:6]
+    assert [line.split()[1] for line in five] == ["import", "import", "import", "mismatch", "predict"]
     assert "--look" in five[0]
+    assert ".fmu" in five[2]
+    assert "--simulation" in five[3]
 
 
 def test_the_page_quotes_what_is_printed(tmp_path: Path) -> None:

@@ -23,10 +23,12 @@ from bench.mismatch.regression.slots import Contender, Slot
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.quantities import QUANTITIES
 
-AT_THE_END = 0.5
-"""share of a name's confidence that is left where a nonlinear parameter stands at the end of its range: there the term
-turns into something else, and nothing says which of the two it is
+EITHER = 0.5
+"""share of a name's confidence that is left where nothing says whether it is this or another: at the end of its range a
+term turns into something else; of a size that may be nothing, something beside it may be the whole
 """
+TOLD = 1.96
+"""standard deviations from nothing of at least one coefficient of a term whose size is told"""
 ANGLE = "angle"
 """name of the output angle among the quantities"""
 
@@ -80,7 +82,8 @@ def _discovery(
     return Discovery(
         effect=own.effect,
         status=status,
-        confidence=_confidence(slot, status, as_good) * sure_of_shape(status, regressor, model.problem.rows.frame),
+        confidence=_confidence(slot, status, as_good)
+        * sure_of_name(status, strained(regressor, model.problem.rows.frame), coefficients, std),
         channel=model.channel,
         words=regressor.words,
         equation=regressor.equation,
@@ -140,9 +143,10 @@ def _confidence(slot: Slot, status: str, as_good: Sequence[Contender]) -> float:
     return float(min(max(share * (1.0 - slot.p_value), 0.0), 1.0))
 
 
-def sure_of_shape(status: str, regressor: Regressor, frame: Frame) -> float:
-    """Share of a confidence that is left for what the recordings say of the shape of a term that is named."""
-    return AT_THE_END if status == NAMED and strained(regressor, frame) else 1.0
+def sure_of_name(status: str, at_the_end: bool, coefficients: FloatArray, std: FloatArray) -> float:
+    """Share of a confidence that is left for what the recordings say of a named term's shape and coefficients (k,)."""
+    told = bool(np.any(np.abs(coefficients) > TOLD * std))
+    return EITHER if status == NAMED and (at_the_end or not told) else 1.0
 
 
 def _window(own: Chosen) -> tuple[float, float] | None:

@@ -81,10 +81,14 @@ def test_a_parameter_that_shares_with_what_was_added_is_not_called_wrong(monkeyp
     def values(alone: float) -> Any:
         return lambda _analysis, _base, whole=True: ({"f_c": -0.2 if whole else alone}, {"f_c": 0.01})
 
+    for alone in (0.35, 0.29):  # to the other side; by a fiftieth
+        monkeypatch.setattr(wrong_parameters, "values_of", values(alone))
+        assert wrong_parameters.wrong_parameters(analysis, given, given.at({"f_c": 0.31})) == []
+    analysis.outcomes["motor_torque"].notes.clear()
     monkeypatch.setattr(wrong_parameters, "values_of", values(0.35))
     assert wrong_parameters.wrong_parameters(analysis, given, given.at({"f_c": 0.31})) == []
     (note,) = analysis.outcomes["motor_torque"].notes
     assert note.startswith("parameter f_c is 0.35 recalibrated alone and -0.2 beside what was added")
-    monkeypatch.setattr(wrong_parameters, "values_of", values(0.1))
+    monkeypatch.setattr(wrong_parameters, "values_of", values(0.0))
     (found,) = wrong_parameters.wrong_parameters(analysis, given, given.at({"f_c": 0.31}))
     assert found.parameters[0]["value"] == -0.2

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.mismatch.discovery import NAMED
-from bench.mismatch.regression.discoveries import sure_of_shape
+from bench.mismatch.discovery import AMBIGUOUS, NAMED
+from bench.mismatch.regression.discoveries import sure_of_name
 from bench.mismatch.regression.refine import bounds, projector, refined, strained
 from bench.mismatch.regression.regressors import Named, named
 from bench.simulation.terms import MOTOR_TORQUE
@@ -49,9 +49,16 @@ def test_a_parameter_at_the_end_of_its_range_has_no_deviation() -> None:
     better, at_end = found(1, true=20.0, size=8.0, start=12.0)
     assert at_end
     assert better.deviation == (None,)
-    # it may be the term or what it turns into: a coin's toss
-    assert sure_of_shape(NAMED, better, campaign()) == 0.5
-    assert sure_of_shape(NAMED, stribeck(SPEED), campaign()) == 1.0
+
+
+@pytest.mark.parametrize(
+    ("at_the_end", "size", "left"),
+    # it may be the term or what it turns into; it may be the whole or nothing: a coin's toss
+    [(False, 0.1, 1.0), (True, 0.1, 0.5), (False, 0.03, 0.5)],
+)
+def test_a_name_is_half_as_sure_where_it_may_be_another(at_the_end: bool, size: float, left: float) -> None:
+    assert sure_of_name(NAMED, at_the_end, np.array([0.0, size]), np.array([0.02, 0.02])) == left
+    assert sure_of_name(AMBIGUOUS, at_the_end, np.array([0.0, size]), np.array([0.02, 0.02])) == 1.0
 
 
 def test_a_deviation_stands_in_the_report_and_in_the_file() -> None:
