@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -25,6 +25,10 @@ def twin(
     ] = None,
     table: Annotated[Path | None, typer.Option("--table", help="Write the tables into this page of Markdown.")] = None,
     picture: Annotated[Path | None, typer.Option("--picture", help="PNG: the first campaign with a change.")] = None,
+    cost: Annotated[
+        Path | None, typer.Option("--cost", help="Folder of recordings: measure what looking at them costs.")
+    ] = None,
+    model: Annotated[Path | None, typer.Option("--model", help="With --cost: the model that watches them.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
     """Run generated campaigns past the twin: some in which physics begins in the middle, some in which nothing does.
@@ -52,6 +56,9 @@ def twin(
         keep(store, content)
         if not as_json:
             say(f"campaign {number} of {len(listed)}: {case.change}")
+    if cost is not None:
+        content["cost"] = _cost(model, cost)
+        keep(store, content)
     if table is not None:
         table.write_text(into(table.read_text("utf-8") if table.exists() else "", content), "utf-8")
     if picture is not None:
@@ -63,3 +70,12 @@ def twin(
             raise BenchError("--picture draws a campaign with a change; ask for one with --campaigns.")
         draw(first, picture)
     say(json.dumps(content, ensure_ascii=False) if as_json else tables(content))
+
+
+def _cost(model: Path | None, folder: Path) -> dict[str, Any]:
+    from bench.errors import ConfigurationError
+    from bench.twin.proof.cost import cost
+
+    if model is None:
+        raise ConfigurationError("--cost asks for the model that watches; give one with --model model.json")
+    return cost(model, folder)

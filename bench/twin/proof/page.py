@@ -17,7 +17,7 @@ Rows = Sequence[Mapping[str, Any]]
 def tables(content: Mapping[str, Any]) -> str:
     """False alarms, then delay and misses by change and strength, then what was told, then the cost."""
     rows: Rows = content["campaigns"]
-    lines = [*_false(rows), "", *_seen(rows), "", *_told(rows), "", *_cost(rows)]
+    lines = [*_false(rows), "", *_seen(rows), "", *_told(rows), "", *_cost(rows), *_at_its_rate(content)]
     made = sorted({f"{row['commit'][:12]}{'+changes' * row['commit'].endswith('+changes')}" for row in rows})
     told = f"{len(rows)} campaigns run so far of those of `{content['command']}`, commit {', '.join(made) or 'none'}."
     return "\n".join([*lines, "", told])
@@ -111,4 +111,18 @@ def _cost(rows: Rows) -> list[str]:
     return [
         f"Processor time of a look at one recording (200 Hz, a revolution): median {np.median(looks):.2f} s, "
         f"longest {longest:.2f} s."
+    ]
+
+
+def _at_its_rate(content: Mapping[str, Any]) -> list[str]:
+    """The cost on recordings of the bench itself, where it was measured."""
+    cost = content.get("cost")
+    if not cost:
+        return []
+    return [
+        "",
+        f"At {cost['sample_rate'] / 1000.0:g} kHz ({cost['recordings']} recordings of the emulated bench, "
+        f"{cost['recorded_s'] / 60.0:.1f} min): {100.0 * cost['share']:.1f} % of a core at real time; longest look "
+        f"{cost['longest_s']:.2f} s of processor time, the first, which calibrates on all before it, "
+        f"{cost['first_s']:.2f} s.",
     ]

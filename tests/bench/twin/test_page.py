@@ -43,3 +43,13 @@ def test_every_change_comes_clear_and_faint_spread_among_those_without() -> None
     with_one = [(case.change, case.level) for case in listed if case.change != "none"]
     assert {with_one.count(own) for own in with_one} == {5}
     assert sum(case.change == "none" for case in listed[:80]) == 50
+
+
+def test_the_cost_at_the_bench_s_rate_is_told_where_it_was_measured() -> None:
+    content: dict[str, Any] = {"command": "x", "campaigns": [row("a pin chips", "clear", 24)]}
+    assert "of a core" not in tables(content)
+    cost = {"sample_rate": 2000.0, "recordings": 24, "recorded_s": 480.0, "share": 0.031}
+    cost |= {"longest_s": 1.5, "first_s": 9.0}
+    assert "At 2 kHz (24 recordings of the emulated bench, 8.0 min): 3.1 % of a core" in tables(
+        content | {"cost": cost}
+    )
