@@ -43,7 +43,8 @@ def twin(
     # of the program that is running: others may commit meanwhile
     made_by = commit()
     content = stored(store, {"format": FORMAT, "format_version": FORMAT_VERSION, "command": "", "campaigns": []})
-    content["command"] = f"bench benchmark twin --campaigns {campaigns} --without {without}"
+    if campaigns or without:
+        content["command"] = f"bench benchmark twin --campaigns {campaigns} --without {without}"
     done = {row["key"]: row for row in content["campaigns"]}
     listed = cases(campaigns, without)
     work.mkdir(parents=True, exist_ok=True)

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from bench.errors import ConfigurationError
 from bench.investigate.design import Experiment
 from bench.investigate.questions import Question, loss_of
 from bench.mismatch.report.finding import Finding
@@ -107,8 +108,15 @@ class Log:
         path = out / "investigation.json"
         head: dict[str, Any] = {"format": FORMAT, "format_version": FORMAT_VERSION, "folder": str(folder)}
         head |= {"asked": {"confidence": confidence, "hours": hours}}
-        before = json.loads(path.read_text("utf-8"))["steps"] if path.exists() else []
+        before = _steps(path) if path.exists() else []
         return cls(path, head, [step for step in before if step["took_h"] is not None])
+
+    @property
+    def done(self) -> frozenset[tuple[str, ...]]:
+        """Questions that an experiment was run for, each with why that experiment was."""
+        now = {(*key, step.experiment.why) for step in self.steps for key in step.keys}
+        before = {(*_key(row), step["why"]) for step in self.earlier for row in step["questions"]}
+        return frozenset(now | before)
 
     @property
     def hours(self) -> float:
@@ -149,6 +157,23 @@ class Log:
         content = self.to_json()
         write_whole(self.path, json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
         write_whole(self.path.with_suffix(".md"), text(content))
+
+
+def _steps(path: Path) -> list[dict[str, Any]]:
+    """Steps of an earlier run. Raises ConfigurationError where the file is no such log."""
+    try:
+        content = json.loads(path.read_text("utf-8"))
+    except ValueError as error:
+        raise ConfigurationError(f"{path} is no JSON ({error}); give another folder with --out") from error
+    if not isinstance(content, dict) or content.get("format") != FORMAT:
+        raise ConfigurationError(f"{path} is no {FORMAT}; give another folder with --out")
+    steps: list[dict[str, Any]] = content["steps"]
+    return steps
+
+
+def _key(row: dict[str, Any]) -> tuple[str, ...]:
+    """The key of a question as it was stored."""
+    return (row["channel"], *sorted({row["effect"], *row["rivals"]}))
 
 
 def text(content: dict[str, Any]) -> str:

@@ -74,10 +74,9 @@ class Scene:
         data = report.data
         covered = reach(Range.of(data), lab.bench)
         celsius = lab.celsius(last_celsius([rows.frame for rows in data.rows.values()]))
-        done = frozenset((*key, step.experiment.why) for step in log.steps for key in step.keys)
         left = asked.hours - log.hours
         found = questions(report.findings, asked.confidence)
-        return cls(found, covered, data.ratio, lab.bench, celsius, left, done)
+        return cls(found, covered, data.ratio, lab.bench, celsius, left, log.done)
 
 
 Choice = Callable[[Scene], Experiment | None]
