@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from bench.cli._plain import PlainConsole, say
+from bench.errors import ConfigurationError
 
 if TYPE_CHECKING:
     from bench.simulation import Simulation
@@ -21,7 +23,13 @@ def register(app: typer.Typer) -> None:
 
 def compare(
     before: Annotated[Path, typer.Argument(help="A simulation file (model.json) or a folder of recordings.")],
-    after: Annotated[Path, typer.Argument(help="Another one.")],
+    after: Annotated[
+        Path | None,
+        typer.Argument(help="Another one. None: a watched folder, before the change its twin saw and since."),
+    ] = None,
+    since: Annotated[
+        str, typer.Option("--since", help="With one folder: id of the first recording after the change.")
+    ] = "",
     everything: Annotated[bool, typer.Option("--all", help="List what did not change too.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the comparison as JSON.")] = False,
 ) -> None:
@@ -34,7 +42,14 @@ def compare(
     from bench.identification.compare import compare as compare_simulations
     from bench.identification.compare import to_json
 
-    changes = compare_simulations(_simulation(before), _simulation(after))
+    if after is not None and since:
+        raise ConfigurationError("--since splits one folder; give one, or two without --since")
+    with TemporaryDirectory() as place:
+        if after is None:
+            from bench.twin.halves import halves
+
+            before, after = halves(before, Path(place) / before.resolve().name, since)
+        changes = compare_simulations(_simulation(before), _simulation(after))
     if as_json:
         say(json.dumps({"before": str(before), "after": str(after), "changes": to_json(changes)}))
         return
