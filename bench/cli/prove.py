@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -156,6 +157,7 @@ def _real(folder: Path, out: Path, names: tuple[str, ...], table: Path | None) -
     from bench.proof.real.examine import examine
     from bench.proof.real.page import page
     from bench.proof.real.sets import all_sets
+    from bench.proof.results import commit
 
     known = all_sets()
     unknown = set(names) - {own.name for own in known}
@@ -167,7 +169,10 @@ def _real(folder: Path, out: Path, names: tuple[str, ...], table: Path | None) -
         if names and own.name not in names:
             continue
         rows.append(examine(own, folder, out / "real", tell=lambda what: say(what, err=True)))
-    text = page(rows)
+    made = commit()
+    changed = " with changes" if made.endswith("+changes") else ""
+    at = f"commit `{made[:12]}`{changed}" if made else "a commit that is not known"
+    text = page(rows, f"Made at {at}, {datetime.now(UTC).date().isoformat()}.")
     if table is None:
         typer.echo(text)
     else:

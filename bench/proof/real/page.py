@@ -43,11 +43,12 @@ _HEAD = "| " + " | ".join(_HEADS) + " |"
 _LINE = "| --- | --- | --- | --- | --- | --- | --- | --- | --- |"
 
 
-def page(rows: Sequence[Examined]) -> str:
-    """The whole page as Markdown."""
+def page(rows: Sequence[Examined], made: str = "") -> str:
+    """The whole page as Markdown; ``made``: how, from what and when, a sentence."""
     lines = [_ABOUT, _HEAD, _LINE]
     lines += [_row(row) for row in rows]
     lines += ["", *_totals(rows)]
+    lines += ["", made] if made else []
     for row in rows:
         lines += ["", *_section(row)]
     return "\n".join(lines) + "\n"
@@ -103,6 +104,7 @@ def _section(row: Examined) -> list[str]:
     if asked:
         lines += ["", left_out_table(asked)]
     lines += ["", *(f"At import: {note}" for note in row.notes)] if row.notes else []
+    lines += ["", real.remark] if real.remark else []
     return lines
 
 

@@ -72,6 +72,8 @@ class RealSet(_Strict):
     mapping: str
     """text of the mapping file of the import"""
     expert: Expert
+    remark: str = ""
+    """what was found out about a poor result; Markdown"""
 
     def missing(self, folder: Path) -> list[str]:
         """Sentences of the files that are not there or not the published ones; empty where all are."""

@@ -66,5 +66,6 @@ def test_a_table_with_an_unknown_key_is_refused() -> None:
 
 
 def test_a_set_that_failed_is_a_row_with_the_reason() -> None:
-    text = page([Examined(all_sets()[0], failed="it has no torque")])
+    text = page([Examined(all_sets()[0], failed="it has no torque")], "Made at noon.")
+    assert "false names 0.\n\nMade at noon." in text or "No set was examined.\n\nMade at noon." in text
     assert "Failed: it has no torque" in text
