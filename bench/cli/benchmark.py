@@ -16,6 +16,7 @@ from bench.cli._benchmark_fuzz import fuzz
 from bench.cli._benchmark_identify import identify
 from bench.cli._benchmark_investigate import investigate
 from bench.cli._benchmark_mismatch import mismatch
+from bench.cli._benchmark_page import page
 from bench.cli._benchmark_stop import stop
 from bench.cli._benchmark_twin import twin
 from bench.cli._benchmark_wire import wire
@@ -42,6 +43,7 @@ def register(app: typer.Typer) -> None:
     group.command(name="stop")(stop)
     group.command(name="cycle")(cycle)
     group.command(name="archive")(archive)
+    group.command(name="page")(page)
     app.add_typer(group, name="benchmark")
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 from collections import deque
-from datetime import datetime
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,11 @@ _SHOWN = 200
 def local_time(moment: datetime | None = None) -> str:
     """ISO 8601 with milliseconds and the offset of this computer's zone; now, if no moment is given."""
     return (moment or datetime.now()).astimezone().isoformat(timespec="milliseconds")
+
+
+def local_time_of(moment_ns: int) -> str:
+    """A Unix time in ns as local time with its offset to UTC."""
+    return local_time(datetime.fromtimestamp(moment_ns / 1e9, UTC))
 
 
 class Book:

@@ -7,18 +7,18 @@ import contextlib
 import logging
 import time
 from collections.abc import Callable
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from bench.service.alarms import Alarms
-from bench.service.book import Book, local_time
+from bench.service.book import Book, local_time_of
 from bench.service.disk import Disk
 from bench.service.jobs import outcome, write_job
+from bench.service.kept import is_there
 from bench.service.launcher import Launcher
 from bench.service.process_link import ProcessLink
-from bench.service.registry import runtime_folder
-from bench.service.runs import Run, Runs, now, process_of
+from bench.service.run_process import RunProcesses
+from bench.service.runs import Run, Runs, now
 from bench.service.shown import Shown
 from bench.service.stopper import Press, Stopper, Target
 from bench.service.stream import Stream
@@ -64,15 +64,15 @@ class Keeper:
         self._state, self._launcher, self._stream, self._book = state, launcher, stream, book
         self._alarms, self._disk, self.runs, self._stop_port = alarms, disk, runs, stop_port
         self._plant = plant
+        self._processes = RunProcesses(state, launcher)
         self.stopper = Stopper(stop_deadline_s, self._killed)
         self.shown = Shown(stream, book)
         self.on_end: Callable[[Run], None] = lambda run: None
         """Is called with a run that has ended; must not wait for anything."""
         self.heard = time.monotonic()
-        self._held = runs.rebuilt or _is_there(state / "held")
+        self._held = runs.rebuilt or is_there(state / "held")
         self._link: ProcessLink | None = None
         self._starting: Run | None = None
-        self._sockets: dict[str, Path] = {}
         self._wake = asyncio.Event()
         self._task: asyncio.Task[None] | None = None
         self._failure: tuple[float, str] | None = None
@@ -83,7 +83,7 @@ class Keeper:
         """Begin to work; a run that an earlier service left behind is followed further."""
         measured = [run for run in self.runs.all() if run.started_at and run.measures]
         if measured:
-            self.shown.history.take_up(self._folder(measured[-1]) / _HISTORY, self._disk)
+            self.shown.history.take_up(self._processes.folder(measured[-1]) / _HISTORY, self._disk)
         self._task = asyncio.get_running_loop().create_task(self._work())
 
     async def close(self) -> None:
@@ -161,7 +161,9 @@ class Keeper:
         run = self.runs.running() or self._starting
         press, first = self.stopper.pressed(by, pressed_at_ns, None if run is None else run.id)
         if run is not None and run.pid is not None:
-            self.stopper.stop(Target(run.id, run.pid, self._socket(run)), self._link, lambda: self._runs(run))
+            self.stopper.stop(
+                Target(run.id, run.pid, self._processes.socket(run)), self._link, lambda: self._processes.live(run)
+            )
         self.held = True
         return press, first
 
@@ -205,10 +207,12 @@ class Keeper:
         await self._wake.wait()
 
     async def _start(self, run: Run) -> Run | None:
-        folder = self._folder(run)
+        folder = self._processes.folder(run)
         self._starting = run
         try:
-            path = await asyncio.to_thread(write_job, run, folder, self._socket(run), self._stop_port, self._plant)
+            path = await asyncio.to_thread(
+                write_job, run, folder, self._processes.socket(run), self._stop_port, self._plant
+            )
             if self.held:
                 self._end(run, {"kind": "interrupted", "cause": "OPERATOR", "text": "stopped before it began"})
                 return None
@@ -235,25 +239,25 @@ class Keeper:
 
     async def _follow(self, run: Run) -> None:
         self.heard = time.monotonic()
-        self._link = ProcessLink(self._socket(run))
+        self._link = ProcessLink(self._processes.socket(run))
         end: Message | None = None
         try:
-            async for message in self._link.messages(lambda: self._runs(run)):
+            async for message in self._link.messages(lambda: self._processes.live(run)):
                 self.heard = time.monotonic()
                 if message["type"] == "end":
                     end = message
                 else:
                     self.shown.take(message)
-            while self._runs(run):
+            while self._processes.live(run):
                 await asyncio.sleep(_POLL_S)
             if end is None:
                 # the launcher hears of the exit a moment later than the process is gone
                 await asyncio.sleep(_POLL_S)
         finally:
             self._link = None
-        code = None if run.pid is None else self._launcher.exit_code(run.pid)
         if end is None:
-            end = await asyncio.to_thread(outcome, self._folder(run), code)
+            code = self._processes.exit_code(run)
+            end = await asyncio.to_thread(outcome, self._processes.folder(run), code)
         self.on_end(run)
         self._end(run, end)
 
@@ -288,35 +292,3 @@ class Keeper:
         when = local_time_of(press.pressed_at_ns)
         rest = "nobody saw the shafts" if seen is None else f"{seen:.2f} s after the press both shafts were seen"
         self._book.write("stop", press.by, f"STOP pressed at {when}: {rest} at rest", run=run.id, at_rest_after_s=seen)
-
-    def _runs(self, run: Run) -> bool:
-        """Whether the process of a run still lives (and is the very one: process ids are used again)."""
-        if run.pid is None or self._launcher.exit_code(run.pid) is not None:
-            return False
-        if self._launcher.has_started(run.pid):
-            # its end will be heard of; right after its start the command line may still be empty
-            return True
-        return process_of(self._folder(run) / "job.json", run.pid) is not None
-
-    def _folder(self, run: Run) -> Path:
-        return self._state.absolute() / "runs" / run.id
-
-    def _socket(self, run: Run) -> Path:
-        """Return the socket of a run; its folder is looked at once, for STOP must not wait for a disk."""
-        if run.id not in self._sockets:
-            # Unix socket paths hold 107 bytes, and folders of recordings may have long names
-            self._sockets = {run.id: runtime_folder() / f"{run.id}.sock"}
-        return self._sockets[run.id]
-
-
-def local_time_of(moment_ns: int) -> str:
-    """A Unix time in ns as local time with its offset to UTC."""
-    return local_time(datetime.fromtimestamp(moment_ns / 1e9, UTC))
-
-
-def _is_there(path: Path) -> bool:
-    """Whether a file is there; one nobody can look for counts as there."""
-    try:
-        return path.exists()
-    except OSError:
-        return True

@@ -32,3 +32,11 @@ class Broken:
                 kept = f"it could not be put aside ({why.strerror})"
             self.sentences.append(f"{path} cannot be read ({type(error).__name__}: {str(error)[:120]}); {kept}")
             return None
+
+
+def is_there(path: Path) -> bool:
+    """Whether a file is there; one nobody can look for counts as there."""
+    try:
+        return path.exists()
+    except OSError:
+        return True

@@ -67,6 +67,7 @@ def plot(path: Path, start_s: float = 0.0, stop_s: float | None = None) -> dict[
     return {
         "id": recording.recording_id,
         "kind": recording.kind,
+        "gearbox": recording.gearbox_serial,
         "started_at": recording.started_at.isoformat(),
         "time": [round(float(value), 5) for value in middle],
         "duration_s": float(times[-1]) if times.size else 0.0,

@@ -131,7 +131,7 @@ def revolution(path: Path) -> dict[str, Any]:
     recording = Recording.open(path)
     error = transmission_error(recording)
     steady = max(recording.steady(), key=lambda part: part.stop - part.start)
-    names = [name for name in ("load_torque", "motor_velocity", "temperature") if name in recording]
+    names = [name for name in ("load_torque", "motor_velocity", "motor_torque", "temperature") if name in recording]
     values = recording.read_si(names, steady.start, steady.stop)
     ratio = recording.gearbox.ratio or 1.0
     means = {name: float(np.mean(rows)) for name, rows in values.items()}
@@ -141,6 +141,7 @@ def revolution(path: Path) -> dict[str, Any]:
         "curve": short(error.reshape(512, -1).mean(axis=1)),
         "rms": float(np.sqrt(np.mean(error**2))),
         "torque": means.get("load_torque"),
+        "motor_torque": means.get("motor_torque"),
         "velocity": means["motor_velocity"] / ratio if "motor_velocity" in means else None,
         "temperature": means.get("temperature"),
     }

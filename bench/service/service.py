@@ -6,7 +6,6 @@ import asyncio
 import os
 import time
 from collections.abc import Awaitable, Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,27 +14,27 @@ from bench.configuration import BenchFile, concealing, load_bench, on_interface
 from bench.service import recordings
 from bench.service.after_stop import AfterStop
 from bench.service.alarms import Alarm, Alarms
-from bench.service.allowed import BEGINS, DONE, Situation, allowed, why_not
+from bench.service.allowed import BEGINS, Situation, allowed, why_not
 from bench.service.analyses import Analyses
 from bench.service.archive import Archive
-from bench.service.book import Book
+from bench.service.asking import Asking
+from bench.service.book import Book, local_time_of
 from bench.service.by_hand import ByHand
 from bench.service.catalog import Catalog
 from bench.service.disk import Disk
 from bench.service.downloads import Exports
 from bench.service.idle import Idle
-from bench.service.keeper import Keeper, local_time_of
+from bench.service.keeper import Keeper
 from bench.service.kept import Broken
 from bench.service.launcher import Launcher
 from bench.service.lease import Lease
-from bench.service.models import NewAnalysis, NewRun
+from bench.service.models import NewAnalysis
 from bench.service.notify import Notifier
 from bench.service.once import Once
 from bench.service.overlay import Overlay
-from bench.service.planning import require_possible
 from bench.service.readers import Readers
 from bench.service.refusals import NotNow, Unknown
-from bench.service.runs import Run, Runs, following, new_id, now
+from bench.service.runs import Runs
 from bench.service.seen import last_seen
 from bench.service.settings import Settings
 from bench.service.stopper import Press
@@ -50,7 +49,6 @@ _SETTLE_S = 1.0
 _LAST_WRITES_S = 3.0
 _TELL_AFTER_S = 0.02
 """Pages hear of a STOP this much later than its answer is on its way."""
-_IS = {"proposed": "is proposed", "queued": "waits", "running": "runs", "ended": "has ended"}
 _ENDED = "the service ended"
 
 
@@ -98,6 +96,17 @@ class Service:
         self._launcher = launcher
         self.catalog = Catalog(settings, self.bench)
         self.plans = Readers("plans", at_once=2, most_waiting=6)
+        self.asking = Asking(
+            self.bench,
+            settings,
+            self.keeper,
+            self.book,
+            self.lease,
+            self.catalog,
+            self.plans,
+            self.check_possible,
+            self.model_path,
+        )
         self.archive = Archive(settings, self.book)
         self.keeper.on_end = self.archive.run_ended
         self.searching = Readers("searches", at_once=2, most_waiting=20)
@@ -251,98 +260,6 @@ class Service:
             self.book.write("stop", by, f"{by} pressed STOP too, after {press.by} at {at}", run=press.run)
         asyncio.get_running_loop().call_later(_TELL_AFTER_S, self.keeper.changed)
         return press
-
-    def require_running(self, run_id: str) -> Run:
-        """Return the run an act was meant for.
-
-        Raises
-        ------
-        NotNow
-            If it does not run (any more): what was meant for one run is not done to the next.
-        """
-        run = self.keeper.runs.running()
-        if run is None or run.id != run_id:
-            meant = self.keeper.runs.get(run_id)
-            was = f'run "{run_id}"' if meant is None else f"{meant.title}, which {_IS[meant.state]}"
-            now_runs = "nothing runs" if run is None else f"{run.title} runs now"
-            raise NotNow(f"this was meant for {was}; {now_runs}, and nothing was done to it")
-        return run
-
-    def wish(self, by: str, wish: str, run_id: str, **more: str) -> str:
-        """Pass an operator's wish on to the run it is meant for, with an entry in the book."""
-        self.require_running(run_id)
-        if not self.keeper.tell_run(wish, run=run_id, **more):
-            raise NotNow("the run cannot be reached at the moment; STOP works all the same")
-        text = DONE[wish].format(*more.values())
-        point = {"point": more["identity"]} if "identity" in more else {}
-        self.book.write(wish, by, text, run=run_id, **point)
-        return text
-
-    async def new_run(self, new: NewRun) -> Run:
-        """Put a campaign into the queue; proposed only, if the caller does not hold the controls.
-
-        Raises
-        ------
-        BenchError
-            If the campaign is wrong or would break a limit; nothing is queued then.
-        """
-        now_s = time.monotonic()
-        by = new.name if new.secret is None else self.lease.check(new.secret, now_s).name
-        if new.secret is not None:
-            self.check_possible("start")
-        run_id = new_id()
-        source = await self.plans(self.catalog.source, new.campaign, new.text, run_id)
-        root = self.settings.folder.absolute()
-        planned = await self.plans(require_possible, source, self.bench, new.folder, run_id[:15], root)
-        run = Run(
-            id=run_id,
-            campaign=source,
-            title=planned.title,
-            bench=self.settings.bench,
-            folder=planned.folder,
-            by=by,
-            asked_at=now(),
-            state="proposed" if new.secret is None else "queued",
-            interface=self.settings.interface,
-            real_time=new.real_time,
-            seed=new.seed,
-            twin=None if new.twin is None else str(self.model_path(new.twin)),
-            twin_pause=new.twin_pause,
-            resumes=new.secret is not None,
-        )
-        if new.secret is not None and self.keeper.runs.running() is None:
-            # whoever holds the controls and starts a run lets the queue go on
-            self.keeper.held = False
-        self.book.write("ask", by, f"{planned.title} {run.state}", run=run.id)
-        return self.keeper.add(run)
-
-    def again(self, run_id: str, by: str) -> Run:
-        """Let a run that ended go on where it stopped."""
-        run = self.run(run_id, "ended")
-        if run.by_hand is not None or run.tares:
-            raise NotNow("a motion by hand or a taring does not go on; press its button again")
-        self.keeper.held = False
-        self.book.write("again", by, f"{run.title} goes on in {Path(run.folder).name}", run=run.id)
-        return self.keeper.add(following(run, by, resumes=True))
-
-    def run(self, run_id: str, state: str) -> Run:
-        """Return a run in the state it has to be in.
-
-        Raises
-        ------
-        Unknown
-            If there is none of this id and state.
-        """
-        run = self.keeper.runs.get(run_id)
-        if run is None or run.state != state:
-            raise Unknown(f'there is no {state} run "{run_id}"')
-        return run
-
-    def change_run(self, run: Run, **changes: Any) -> Run:
-        """Change a run that waits."""
-        changed = self.keeper.runs.put(replace(run, **changes))
-        self.keeper.changed()
-        return changed
 
     def model_path(self, analysis_id: str) -> Path:
         """Return the model an analysis made.

@@ -1,4 +1,4 @@
-"""By hand, in a real browser: a button that is held moves the bench, one that is let go stops it; the sensor is tared."""
+"""By hand, in a real browser: a button that is held moves the bench, let go it stops; the torque sensor is tared."""
 
 from __future__ import annotations
 

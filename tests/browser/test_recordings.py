@@ -86,10 +86,19 @@ def test_a_recording_is_found_again_noted_and_another_laid_over_it(page: Browser
     page.click("#sheet-acts button", "Write it down")
     page.until(lambda: "louder than in spring" in page.text("#recording-notes"))
     page.click("#recording-acts button", "Lay another over it")
+    # offered are those of this gearbox at this set point
+    page.until(lambda: "Choose the one to lay over" in page.text("#found-text"))
+    assert page.find("#q-gearbox").get_attribute("value") == "RH-0417"
+    page.until(lambda: len(page.all("#found tbody tr")) == 2)
     page.click("#found tbody tr:nth-child(2)")
     page.until(lambda: ", over 0" in page.text("#recording-title"))
+    # the earlier one stands first, whichever was opened first
+    page.until(lambda: page.text("#changes h2").startswith("What changed: spring, 2026-03-01"))
+    assert "→ autumn, 2026-09-01" in page.text("#changes h2")
+    assert "µrad RMS" in page.text("#changes p")
+    assert "lubricant" in page.text("#changes")
     page.until(lambda: len(page.all("[data-channel=load_torque] .u-legend .u-series")) == 5)
-    page.until(lambda: "below it" in page.text("#recording-plots h2"))
+    page.until(lambda: "below it" in page.text("#recording-plots > h2"))
     page.size(1280, 1500)
     page.driver.execute_script("document.getElementById('recording-card').scrollIntoView({behavior: 'instant'})")
     page.shot("operator-overlay")

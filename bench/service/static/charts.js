@@ -137,8 +137,8 @@ function key(place, title, entries) {
 }
 
 // Columns: order, measured amplitude, model amplitude (may be all null); µrad.
-export function spectrumPlot(place, height = 330) {
-  key(place, "Order spectrum", [["actual", "measured", "area"], ["model", "model", "ring"]]);
+export function spectrumPlot(place, height = 330, second = "model") {
+  key(place, "Order spectrum", [["actual", "measured", "area"], ["model", second, "ring"]]);
   const label = u => {
     const [orders, measured] = u.data, { ctx } = u;
     const [from, to] = [u.scales.x.min, u.scales.x.max];
@@ -163,7 +163,7 @@ export function spectrumPlot(place, height = 330) {
     series: [
       { label: "order" },
       { label: "measured µrad", stroke: colour("actual"), fill: colour("actual"), paths: uPlot().paths.bars({ size: [0.7, 14] }), points: { show: false }, value: (u, v) => short(v) },
-      { label: "model µrad", stroke: colour("model"), width: 0, paths: () => null, points: { show: true, size: 9, width: 2, stroke: colour("model"), fill: "transparent", filter: (u, s, show) => null }, value: (u, v) => short(v) },
+      { label: `${second} µrad`, stroke: colour("model"), width: 0, paths: () => null, points: { show: true, size: 9, width: 2, stroke: colour("model"), fill: "transparent", filter: (u, s, show) => null }, value: (u, v) => short(v) },
     ],
     hooks: self.hooks({ draw: [label] }),
   })));
@@ -172,15 +172,15 @@ export function spectrumPlot(place, height = 330) {
 const titled = (title, plot) => Object.assign(plot, { title });
 
 // Columns: input angle in degrees, measured, model; µrad, as the spectrum.
-export function curvePlot(place, height = 210) {
-  key(place, "Over the revolution", [["actual", "measured", "stroke"], ["model", "model", "dash"]]);
+export function curvePlot(place, height = 210, second = "model") {
+  key(place, "Over the revolution", [["actual", "measured", "stroke"], ["model", second, "dash"]]);
   return titled("Transmission error over the revolution", new Plot(place, height, self => ({
     scales: { x: { time: false, range: () => self.zoom ?? [0, 360] }, y: { range: padded(10) } },
     axes: [axis({ label: "input angle θ in degrees", labelSize: 22, incrs: [15, 30, 45, 60, 90] }), axis({ label: "error in µrad", size: 60, labelSize: 22 })],
     series: [
       { label: "θ °", value: (u, v) => short(v) },
       { label: "measured µrad", stroke: colour("actual"), width: 1.5, points: { show: false }, value: (u, v) => short(v) },
-      { label: "model µrad", stroke: colour("model"), width: 1.5, dash: [6, 4], points: { show: false }, value: (u, v) => short(v) },
+      { label: `${second} µrad`, stroke: colour("model"), width: 1.5, dash: [6, 4], points: { show: false }, value: (u, v) => short(v) },
     ],
     hooks: self.hooks(),
   })));

@@ -19,7 +19,8 @@ export function open() {
   $("plan-new").addEventListener("click", () => edit(fresh(), null));
   $("plan-compare").addEventListener("click", compare);
   $("plan-save").addEventListener("click", save);
-  $("plan-start").addEventListener("click", () => acts.start(origin));
+  // beside somebody who holds the controls it is proposed; where nobody does they are taken first
+  $("plan-start").addEventListener("click", () => { const begin = () => acts.start(origin); return state.holder && !me.holds ? begin() : acts.withControls(begin); });
 }
 
 export async function show() {

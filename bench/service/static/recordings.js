@@ -2,6 +2,7 @@
 
 import { get, post } from "./api.js";
 import { doIt, sheet } from "./acts.js";
+import { changes, lookForLike } from "./changes.js";
 import { bandPlot, curvePlot, showSpectrum, spectrumPlot } from "./charts.js";
 import * as find from "./find.js";
 import { savePicture, saveValues } from "./marks.js";
@@ -61,9 +62,21 @@ function tools() {
   const link = (form, label) => make("a", { class: "button", href: `/api/${path}/download?form=${form}` }, label);
   $("recording-acts").replaceChildren(
     under ? button("Take the other away", () => { under = null; recording(place, one); })
-      : button("Lay another over it", () => { under = main; $("toast").hidden = true; $("search").scrollIntoView({ behavior: "smooth" }); $("found-text").textContent = `Choose the recording to lay over ${one.id}.`; }),
+      : button("Lay another over it", another),
     button("Picture", () => savePicture(all(), one.id)), button("Values", () => saveValues(all(), one.id)),
     link("hdf5", "HDF5"), link("csv", "CSV"), link("mat", "MAT"), ...noteButtons(place, one.file, notes));
+}
+
+// Of the same gearbox, at the same set point: an earlier run is one of those that are found.
+function another() {
+  const { one, data } = main;
+  under = main;
+  $("toast").hidden = true;
+  lookForLike(one, data.gearbox, async () => {
+    await find.find();
+    $("found-text").textContent = `${$("found-text").textContent} of this gearbox at this set point. Choose the one to lay over ${one.id}, or clear a field to see more.`;
+    $("search").scrollIntoView({ behavior: "smooth" });
+  });
 }
 
 // -- what people say of it ----------------------------------------------------------------------------------------------
@@ -161,8 +174,9 @@ async function revolution() {
   const places = [make("div", { class: "plot tall" }), make("div", { class: "plot" })], model = message.model && !second;
   $("recording-plots").prepend(make("h2", {}, `Transmission error over a revolution: ${number(message.rms * 1e6, 1)} µrad RMS${second ? `, below it ${number(second.rms * 1e6, 1)} µrad RMS of ${under.one.id}, ${under.folder}` : ""}`),
     make("p", { class: "quiet" }, second ? "Circles and dashes: the other recording." : model ? "Circles and dashes: the model." : ""), ...places);
-  const spectrum = spectrumPlot(places[0]), curve = curvePlot(places[1]);
+  const below = second ? "the other" : "model", spectrum = spectrumPlot(places[0], 330, below), curve = curvePlot(places[1], 210, below);
   turned = [spectrum, curve];
+  if (second) $("recording-plots").prepend(changes({ ...main, turn: message }, { ...under, turn: second }));
   showSpectrum(spectrum, curve, second ? { ...message, model: second.amplitude, model_curve: second.curve } : message);
 }
 

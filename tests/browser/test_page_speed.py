@@ -1,0 +1,24 @@
+"""The benchmark of the page measures what it says; how fast it is depends on the machine and is no test."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from bench.matrix.page_speed import PAGES, measure_page
+from tests.browser.conftest import Browser
+
+
+def test_four_pages_are_watched(new_browser: Callable[[str], Browser], tmp_path: Path) -> None:
+    seconds = 3.0
+    found = measure_page(seconds, tmp_path)
+    assert found.pages == PAGES == 4
+    # values come five times a second at most, into each page
+    assert PAGES < found.values <= PAGES * (5 * seconds + 10)
+    assert found.value_p95_s is not None
+    assert found.value_longest_s is not None
+    assert 0.0 < found.value_p95_s <= found.value_longest_s
+    assert found.paint_s is not None
+    assert found.paint_s > 0.0
+    assert 0.0 < found.frames_per_s < 200.0
+    assert 0.0 < found.service_share < 1.0
