@@ -17,8 +17,8 @@ from bench.investigate.offer import Offered, State, beyond, offered, planned, st
 from bench.investigate.questions import Question
 from bench.mismatch.report.candidates import Candidate, Range, candidates, frame_of
 from bench.mismatch.report.rules import by_rule
-from bench.mismatch.report.separating import ENOUGH, Look, Measured, both_ways
-from bench.mismatch.report.truth import Truth, truth_of
+from bench.mismatch.report.separating import ENOUGH, Look, Measured, both_ways, fitted_to
+from bench.mismatch.report.truth import Truth, is_regressor, truth_of
 from bench.simulation.terms import TEMPERATURE
 
 LEAST_POINTS, MOST_POINTS = 4, 6
@@ -56,10 +56,12 @@ class Design:
         self._ratio = ratio
         self._parts: list[tuple[Question, Measured, Truth]] = []
         for question in asked:
-            own = truth_of(question.finding.discovery)
             # the temperature is an integral over the campaign: no rows of a point by themselves predict it
-            if own is not None and question.rivals and question.finding.channel != TEMPERATURE:
-                measured = Measured.of(question.finding, own)
+            if not question.rivals or question.finding.channel == TEMPERATURE:
+                continue
+            measured = Measured.of(question.finding, question.finding.effect)
+            own = truth_of(question.finding.discovery) or nearest(question, measured)
+            if own is not None:
                 # what a row leaves is less than what a form that is not quite nature's leaves of a point
                 wide = replace(measured, variance=max(measured.variance, question.finding.outcome.floor**2))
                 self._parts.append((question, wide, own))
@@ -73,6 +75,15 @@ class Design:
             if looks:
                 out.append((question, looks))
         return out
+
+
+def nearest(question: Question, measured: Measured) -> Truth | None:
+    """The form of a finding's effect that comes nearest to what was found, where it stands as a table of numbers."""
+    found = question.finding
+    if not is_regressor(found.effect, found.channel):
+        return None
+    fit = fitted_to(measured, found.effect, found.discovery.added[:: int(measured.each)])
+    return None if fit is None else Truth(fit.term, fit.own())
 
 
 def best(

@@ -47,7 +47,7 @@ def separating(finding: Finding, covered: Range, ratio: float) -> Proposal | Non
     rivals = list(dict.fromkeys(e for e in rivals if e != finding.effect))[:MOST_RIVALS]
     if own is None or not rivals or finding.channel == TEMPERATURE:
         return None
-    measured = Measured.of(finding, own)
+    measured = Measured.of(finding, own.term.effect)
     listed = list(candidates(covered))
     frames = [frame_of(c, covered, ratio) for c in listed]
     looks = [look for effect in rivals for look in both_ways(measured, own, effect, frames)]
@@ -86,12 +86,12 @@ class Measured:
     variance: float
 
     @classmethod
-    def of(cls, finding: Finding, own: Truth) -> Measured:
-        """The recordings in which a finding is, as the rivals are refitted to them."""
+    def of(cls, finding: Finding, effect: str) -> Measured:
+        """The recordings in which a finding is, as rivals of ``effect`` are refitted to them."""
         outcome: ChannelOutcome = finding.outcome
         fitted = outcome.usable & ~outcome.held_out & (outcome.rows.number > 0)
         stride = max(1, -(-outcome.rows.size // MOST_ROWS))
-        base: list[Regressor] = [t.regressor for t in nominal_base(finding.channel, (own.term.effect,))]
+        base: list[Regressor] = [t.regressor for t in nominal_base(finding.channel, (effect,))]
         variance = float(np.mean(outcome.left[fitted] ** 2)) if fitted.any() else outcome.floor**2
         frame = outcome.rows.frame.take(slice(None, None, stride))
         rows = fitted[::stride].astype(np.float64)
@@ -105,7 +105,7 @@ class Measured:
 
 
 @dataclass(frozen=True, slots=True)
-class _Fit:
+class Fit:
     """A term fitted in place of a truth, beside the simulation: its coefficients with their covariance."""
 
     term: Named
@@ -115,12 +115,13 @@ class _Fit:
     """sum of squares that it does not follow"""
 
     def own(self) -> FloatArray:
+        """The term's own coefficients (k,)."""
         return self.coefficients[self.coefficients.size - len(self.term.form.linear) :]
 
 
-def _fitted(measured: Measured, effect: str, truth: FloatArray) -> _Fit | None:
+def fitted_to(measured: Measured, effect: str, truth: FloatArray) -> Fit | None:
     """The form and point of an effect that, beside the simulation, come nearest to a truth (rows,)."""
-    best: _Fit | None = None
+    best: Fit | None = None
     for form in LIBRARY[effect].forms[measured.channel]:
         for point in form.grid(measured.frame):
             found = _at(measured, Named(LIBRARY[effect], measured.channel, form, point), truth)
@@ -129,7 +130,7 @@ def _fitted(measured: Measured, effect: str, truth: FloatArray) -> _Fit | None:
     return best
 
 
-def _at(measured: Measured, term: Named, truth: FloatArray) -> _Fit | None:
+def _at(measured: Measured, term: Named, truth: FloatArray) -> Fit | None:
     x = measured.design(measured.frame, term) * measured.rows[:, None]
     y = truth * measured.rows
     scale = np.sqrt(np.sum(x**2, axis=0))
@@ -142,7 +143,7 @@ def _at(measured: Measured, term: Named, truth: FloatArray) -> _Fit | None:
     beta = inverse @ (inner.T @ y)
     missed = float(np.sum((y - inner @ beta) ** 2))
     covariance = inverse * measured.variance / measured.each / np.outer(scale, scale)
-    return _Fit(term, beta / scale, covariance, missed)
+    return Fit(term, beta / scale, covariance, missed)
 
 
 def both_ways(
@@ -151,11 +152,11 @@ def both_ways(
     """The rival where the finding is true, and the finding where the rival is true; of each frame ``most_rows`` count,
     spread evenly, all where None.
     """
-    wrong = _fitted(measured, effect, own.on(measured.frame))
+    wrong = fitted_to(measured, effect, own.on(measured.frame))
     if wrong is None:
         return []
     other = Truth(wrong.term, wrong.own())
-    back = _fitted(measured, own.term.effect, other.on(measured.frame))
+    back = fitted_to(measured, own.term.effect, other.on(measured.frame))
     looks = [Look(measured, own, wrong, frames, most_rows)]
     return looks if back is None else [*looks, Look(measured, other, back, frames, most_rows)]
 
@@ -164,7 +165,7 @@ class Look:
     """How far an explanation would be off at each candidate if another holds; both calibrated on the recordings."""
 
     def __init__(
-        self, measured: Measured, true: Truth, wrong: _Fit, frames: Sequence[Frame], most_rows: int | None = None
+        self, measured: Measured, true: Truth, wrong: Fit, frames: Sequence[Frame], most_rows: int | None = None
     ) -> None:
         self._covariance, self._variance = wrong.covariance, measured.variance
         self._parts: list[tuple[FloatArray, FloatArray]] = []

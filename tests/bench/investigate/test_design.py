@@ -69,6 +69,29 @@ def test_two_laws_of_speed_are_told_apart_by_slow_points_soon(bench: BenchConfig
     assert 0.0 < chosen.hours < 1.0
 
 
+def test_a_path_is_told_from_a_function_of_the_torque_by_a_staircase(bench: BenchConfiguration) -> None:
+    frame = made.campaign()
+    far = frame.take(np.abs(frame.torque) > 250.0)
+    far = replace(far, recording=np.unique(far.recording, return_inverse=True)[1].astype(np.int64))
+    form = LIBRARY["te.lost_motion"].forms["transmission_error"][0]
+    added = form.columns(far, form.grid(far)[0])[:, 0] * 2e-5
+    # it stands as a table of numbers: no row of the simulation says its form
+    found = made.discovery(
+        "transmission_error",
+        "te.lost_motion",
+        added,
+        ("torque",),
+        status="ambiguous",
+        rivals=(made.rival("te.hysteresis", None, True),),
+    )
+    own = made.outcome(far, "transmission_error", [found], 4e-6)
+    data = made.dataset(far, "transmission_error", own.rows)
+    asked = questions(conclude([own], data), 0.7)
+    chosen, _ = best(asked, reach(Range.of(data), bench), data.ratio, bench, CELSIUS, 8.0)
+    assert chosen is not None
+    assert chosen.points[0].sequence == "torque_ramp"
+
+
 def test_an_experiment_beyond_the_budget_is_not_chosen(bench: BenchConfiguration) -> None:
     finding, data = _finding(_fast())
     covered = reach(Range.of(data), bench)
