@@ -65,7 +65,7 @@ class Step:
             "campaign": self.file,
             "why": self.experiment.why,
             "state": self.experiment.state,
-            "points": [point.to_json() for point in self.experiment.points],
+            "points": [point.to_json() | {"options": dict(point.options)} for point in self.experiment.points],
             "expected_h": self.experiment.hours,
             "took_h": self.hours,
             "questions": rows,
@@ -207,4 +207,5 @@ def _number(value: float | None) -> str:
 
 def _point(point: dict[str, Any]) -> str:
     told = f"{point['kind']}, {point['load_torque']:g} N·m, {point['velocity']:.3g} rad/s"
-    return told + (f", {point['temperature']:g} °C" if "temperature" in point else "")
+    told += f", {point['temperature']:g} °C" if "temperature" in point else ""
+    return told + "".join(f", {key} {value.strip(chr(34))}" for key, value in point["options"].items())

@@ -23,7 +23,7 @@ def _question() -> Any:
 
 
 def _step(gain: float | None, hours: float | None = 0.25, came: float | None = 12.0) -> Step:
-    points = (Candidate("constant_velocity", 0.0, 0.05),)
+    points = (Candidate("reversal", 0.0, 0.05, None, (("amplitude", '"2 deg"'), ("cycles", "3"))),)
     experiment = Experiment(points, 0.2, ((_question(), gain),), "a rule", "as found")
     told = () if hours is None else (Came(came, "friction.stribeck named"),)
     return Step(1, experiment, "experiment-1.toml", hours, told)
@@ -42,6 +42,7 @@ def test_expected_and_what_came_stand_side_by_side_and_hours_add_up(tmp_path: Pa
     )
     assert "| not computed | not computed |" in text
     assert "Ended: all is named. 0.75 h" in text
+    assert "- reversal, 0 N·m, 0.05 rad/s, amplitude 2 deg, cycles 3" in text
     assert "more torque" in text
 
 
