@@ -143,7 +143,19 @@ def _unit(name: str, text: str, where: str, linear: bool | None) -> Unit:
             continue
     if text == "1" and signal.unit in LINEAR:
         raise ConfigurationError(f"{where}.unit: is missing, it should be one that becomes '{signal.unit}'.")
+    if _is_current(text) and signal.unit == "N·m":
+        plain = "'80 N/A'" if linear else "0.21 (N·m/A)"
+        raise ConfigurationError(
+            f"{where}: unit '{text}' is a current's, torque_constant such as {plain} makes a torque."
+        )
     return unit_of(text, where, LINEAR.get(signal.unit, signal.unit) if linear else signal.unit)
+
+
+def _is_current(text: str) -> bool:
+    try:
+        return unit_of(text, "").si == "A"
+    except ConfigurationError:
+        return False
 
 
 def _unwrapped(raw: NDArray[Any], period: float) -> NDArray[Any]:

@@ -107,8 +107,9 @@ def _localised(stamps: NDArray[Any], zone: str, files: Files, where: str) -> NDA
         if "ambiguous" in str(error).lower() or "repeated" in str(error).lower():
             first = local[0].tz_localize(known, ambiguous=True)
             return np.asarray((first + (local - local[0])).tz_convert(None).to_numpy())
+        why = str(error).splitlines()[0].split(" due to")[0]
         raise RecordingError(
-            f"{files.main}: time stamps do not exist in {zone} ({str(error).splitlines()[0]}); channels.time.timezone "
-            "should be the zone they were written in."
+            f"{files.main}: time stamps do not exist in {zone} ({why}, where summer time begins); "
+            "channels.time.timezone should be the zone they were written in."
         ) from error
     return np.asarray(aware.tz_convert(None).to_numpy())

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from datetime import UTC, datetime
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -218,9 +219,29 @@ def load_mapping(path: Path, changes: dict[str, Any] | None = None) -> tuple[Map
         first = error.errors()[0]
         key = ".".join(str(part) for part in first["loc"]) or "the file"
         given = f" (given: {first['input']!r})" if not isinstance(first["input"], dict | BaseModel) else ""
-        raise ConfigurationError(f"{path}: {key}: {first['msg']}{given}.") from error
+        told = f"is no key there; {_keys(key)}" if first["type"] == "extra_forbidden" else f"{first['msg']}{given}."
+        raise ConfigurationError(f"{path}: {key}{' ' if told.startswith('is') else ': '}{told}") from error
     changed = "".join(f"# changed on the command line: {key} = {value!r}\n" for key, value in (changes or {}).items())
     return mapping, changed + text
+
+
+def _keys(key: str) -> str:
+    """What stands in a table of which somebody wrote an unknown key."""
+    *tables, last = (part for part in key.split(".") if not part.isdigit())
+    own: type[BaseModel] = _TABLES.get(tables[0] if tables else "", Mapping)
+    own = ChannelMapping if set(tables) & {"channels", "aux", "sum"} else own
+    near = get_close_matches(last, own.model_fields, n=1)
+    meant = f"; did you mean '{near[0]}'?" if near else "."
+    return f"keys are {', '.join(own.model_fields)}{meant}"
+
+
+_TABLES: dict[str, type[BaseModel]] = {
+    "gearbox": GearboxMapping,
+    "csv": CsvMapping,
+    "recordings": RecordingMapping,
+    "segments": SegmentMapping,
+    "pieces": PiecesMapping,
+}
 
 
 def put(content: dict[str, Any], key: str, value: Any, where: str) -> None:

@@ -17,6 +17,8 @@ _JITTER = 0.25
 _WHOLE = 0.05
 _HOUR = 3600.0
 _MANY = 0.2
+_SHAKEN = 0.2
+"""Share by which the mean step of a clock that shakes may be off the usual one; more is another rate for a while."""
 
 FloatArray = NDArray[np.float64]
 Place = Callable[[int], str]
@@ -57,6 +59,8 @@ class Evenness:
     gaps: NDArray[np.int64]
     shortest: float
     longest: float
+    mean: float
+    """of all steps but gaps where that is near the usual one: a clock that shakes keeps its rate"""
 
 
 def evenness(time: FloatArray) -> Evenness:
@@ -69,7 +73,9 @@ def evenness(time: FloatArray) -> Evenness:
     off = np.abs(inside / usual - np.maximum(np.round(inside / usual), 1.0))
     drift = np.abs(_drift(time, usual))
     even = bool(off.size == 0 or np.max(off) <= _WHOLE or (np.max(off) <= _JITTER and np.max(drift) <= _JITTER))
-    return Evenness(usual, even, gaps, float(steps.min()), float(inside.max()) if inside.size else usual)
+    mean = float(inside.mean()) if inside.size else usual
+    mean = mean if abs(mean / usual - 1.0) < _SHAKEN else usual
+    return Evenness(usual, even, gaps, float(steps.min()), float(inside.max()) if inside.size else usual, mean)
 
 
 def _drift(time: FloatArray, usual: float) -> FloatArray:

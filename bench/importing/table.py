@@ -180,10 +180,10 @@ def _regular(table: ChannelTable, mapping: Mapping, file: Path) -> None:
         return
     if mapping.irregular == "refuse":
         raise refuse_uneven(found, str(file))
-    _resample(table, 1.0 / mapping.sample_rate if mapping.sample_rate else found.step)
+    _resample(table, 1.0 / mapping.sample_rate if mapping.sample_rate else found.mean)
     table.notes.append(
         f"steps of time differ ({found.shortest:g} to {found.longest:g} s): all channels were brought onto an even "
-        f"clock of {1 / found.step if mapping.sample_rate is None else mapping.sample_rate:g} Hz by straight lines"
+        f"clock of {1 / found.mean if mapping.sample_rate is None else mapping.sample_rate:g} Hz by straight lines"
     )
 
 

@@ -123,7 +123,7 @@ def test_samples_that_are_not_there_are_held_where_the_mapping_says_so(tmp_path:
     [
         (
             'motor_torque = {variable = "i", unit = "A"}',
-            "channels.motor_torque: unit 'A' should be one that becomes 'N·m'",
+            "channels.motor_torque: unit 'A' is a current's, torque_constant",
         ),
         (
             'motor_torque = {variable = "i"}',

@@ -9,6 +9,7 @@ import pytest
 
 from bench.errors import ConfigurationError
 from bench.importing import Imported
+from bench.importing.stamps import evenness
 from tests.bench.importing import builders
 
 _CHANNEL = 'motor_torque = {variable = "M", unit = "N*m"}'
@@ -128,3 +129,14 @@ def test_a_rate_that_the_stamps_do_not_have_is_made_or_refused(tmp_path: Path) -
     (tmp_path / "out/a.h5").unlink()
     sentence = builders.why(tmp_path, mapping, top='sample_rate = 200.0\nirregular = "refuse"')
     assert "sample_rate is 200 Hz and the stamps are 400 Hz" in sentence
+
+
+def test_a_clock_that_shakes_keeps_its_rate() -> None:
+    steps = np.random.default_rng(0).uniform(0.001, 0.009, 4000)
+    steps[::10] = 0.0041  # the median is no measure of the rate
+    found = evenness(np.cumsum(steps))
+    assert not found.even
+    assert found.mean == pytest.approx(np.mean(steps), rel=1e-3)
+    # two rates, one after the other: the finer one is kept
+    mixed = evenness(np.cumsum(np.r_[np.full(3000, 0.001), np.full(1000, 0.005)]))
+    assert mixed.mean == mixed.step == pytest.approx(0.001)
