@@ -39,6 +39,7 @@ def draw(content: Mapping[str, Any], target: Path) -> Path:
     axes.set_yticks(range(len(WAYS)), [WORDS[way] for way in WAYS])
     axes.invert_yaxis()
     axes.set_xscale("symlog", linthresh=0.1)
+    axes.margins(x=0.05, y=0.15)
     axes.set(xlabel="h of bench time: to the right name, or run in all without one", xlim=(0.0, None))
     axes.legend(fontsize=8)
     target.parent.mkdir(parents=True, exist_ok=True)
