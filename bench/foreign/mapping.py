@@ -94,6 +94,13 @@ def load_mapping(path: Path) -> Mapping:
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise ConfigurationError(f"{path}: not readable as TOML ({error}).") from error
     except ValidationError as error:
-        first = error.errors()[0]
+        # a key that is misspelt is missing, too: the misspelling is what helps
+        first = min(error.errors(), key=lambda own: own["type"] != "extra_forbidden")
         key = ".".join(str(part) for part in first["loc"])
+        if first["type"] == "extra_forbidden":
+            *tables, _ = (str(part) for part in first["loc"])
+            own = Variable if set(tables) & {"inputs", "outputs"} else FreeParameter if tables else Mapping
+            raise ConfigurationError(
+                f"{path}: {key} is no key there; keys are {', '.join(own.model_fields)}."
+            ) from error
         raise ConfigurationError(f"{path}: {key or 'the file'}: {first['msg']}.") from error

@@ -83,6 +83,17 @@ def test_what_cannot_be_is_one_sentence(joint: Path, tmp_path: Path) -> None:
         draft(found, tmp_path / "x.toml", {"parameters.nix": {}})
     with pytest.raises(ConfigurationError, match=r"no output .* is called as a channel .*bench import --look joint"):
         open_fmu(joint)
+    for text, sentence in {
+        'fmu = "joint.fmu"\n[inptus]\n': r"inptus is no key there; keys are fmu, inputs, outputs, parameters, start",
+        'fmu = "joint.fmu"\n[outputs.tau_drive]\nchannel = "motor_torque"\nunits = "N*m"': r"units is no key",
+        'fmu = "joint.fmu"\n[outputs]\ntau = "motor_torque"': r"outputs\.tau: the FMU has no such variable",
+        'fmu = "joint.fmu"\n[outputs]\ntau_drive = "torque"': r"outputs\.tau_drive: 'torque' is not compared",
+        'fmu = "no.fmu"\n[outputs]\ntau_drive = "motor_torque"': r"no\.fmu: there is no such file",
+    }.items():
+        wrong = tmp_path / "wrong.toml"
+        wrong.write_text(text, encoding="utf-8")
+        with pytest.raises(ConfigurationError, match=sentence):
+            open_fmu(wrong)
     target = tmp_path / "there.toml"
     target.write_text("kept = true\n", encoding="utf-8")
     told = CliRunner().invoke(make_app(), ["import", "--look", str(joint), "--mapping", str(target)])
