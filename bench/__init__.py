@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from bench.version import __version__
+
 if TYPE_CHECKING:
     from bench.api import campaign, connect, recordings, steady
 
 __all__ = ["__version__", "campaign", "connect", "recordings", "steady"]
-__version__ = "0.1.0"
 
 
 def __getattr__(name: str) -> Any:

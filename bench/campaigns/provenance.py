@@ -8,11 +8,11 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import bench
 from bench.campaigns.taken import Taken
 from bench.configuration import BenchFile
 from bench.cycle.rig import Rig
 from bench.recording import Gearbox, RecordingHeader, Setpoint
+from bench.version import __version__
 
 
 def recording_header(
@@ -36,7 +36,7 @@ def recording_header(
         zero_id=rig.zero_id,
         gearbox_serial=gearbox.serial,
         config=file.text,
-        software={"name": "gearbench", "version": bench.__version__, "revision": revision()},
+        software={"name": "gearbench", "version": __version__, "revision": revision()},
         attributes={"tare_torque": rig.zeros.load_torque, "label": begun.label, **more},
     )
 
@@ -44,7 +44,7 @@ def recording_header(
 @cache
 def revision() -> str:
     """Return the revision of the program where it runs from a git work tree, else an empty text."""
-    head = Path(bench.__file__).resolve().parent.parent / ".git" / "HEAD"
+    head = Path(__file__).resolve().parents[2] / ".git" / "HEAD"
     try:
         text = head.read_text("utf-8").strip()
         return (head.parent / text.removeprefix("ref: ")).read_text("utf-8").strip() if "ref:" in text else text

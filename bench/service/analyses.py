@@ -16,7 +16,9 @@ from typing import Any
 
 from bench.service.catalog import next_name
 from bench.service.kept import Broken
+from bench.service.refusals import Unknown
 from bench.service.runs import new_id, now
+from bench.service.since import Report
 from bench.service.work import Kind, Work
 
 Message = dict[str, Any]
@@ -84,6 +86,23 @@ class Analyses:
     def folder(self, id_: str) -> Path:
         """Folder of the results."""
         return self._state / id_
+
+    def reports(self, id_: str, root: Path) -> tuple[Report, list[Report]]:
+        """Return a mismatch report and all of them; ``root`` is the folder of recordings.
+
+        Raises
+        ------
+        Unknown
+            If there is none of this id.
+        """
+        made = {
+            one.id: Report(self.folder(one.id), root / one.folder, one.asked_at)
+            for one in self._all.values()
+            if one.kind == "mismatch" and one.state == "done"
+        }
+        if id_ not in made:
+            raise Unknown(f'there is no mismatch report "{id_}"')
+        return made[id_], list(made.values())
 
     def message(self) -> Message:
         """All analyses, newest first."""

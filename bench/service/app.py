@@ -15,7 +15,6 @@ from fastapi.responses import FileResponse, JSONResponse
 from fastapi.staticfiles import StaticFiles
 from starlette.exceptions import HTTPException
 
-import bench
 from bench.errors import BenchError
 from bench.service import models, routes_acts, routes_archive, routes_data, routes_jog, routes_plan, routes_trend
 from bench.service.launcher import Launcher
@@ -24,6 +23,7 @@ from bench.service.service import Service
 from bench.service.settings import Settings
 from bench.service.watchdog import feed
 from bench.service.wiring import PROBLEMS, problem, refusal, service_of
+from bench.version import __version__
 
 
 def create_app(settings: Settings, launcher: Launcher) -> FastAPI:
@@ -45,7 +45,7 @@ def create_app(settings: Settings, launcher: Launcher) -> FastAPI:
 
     app = FastAPI(
         title="Gearbox bench",
-        version=bench.__version__,
+        version=__version__,
         description="One bench: its runs, operators, recordings. Changes by POST only, each once per request id.",
         lifespan=life,
         docs_url=None,

@@ -17,6 +17,7 @@ from bench.service import recordings
 from bench.service.refusals import NotNow, Unknown
 from bench.service.security import REPORT_HEADERS
 from bench.service.service import Service
+from bench.service.since import since_last
 from bench.service.wiring import PROBLEMS, service_of
 
 router = APIRouter(prefix="/api", responses=PROBLEMS)
@@ -110,6 +111,13 @@ async def cancel(analysis_id: AnalysisId, body: m.Cancel, service: The) -> m.Don
 
     answer: m.Done = await service.once(body.request_id, f"cancel {analysis_id} {body.model_dump_json()}", act)
     return answer
+
+
+@router.get("/analyses/{analysis_id}/since", summary="A mismatch report beside the last one of the same gearbox")
+async def since(analysis_id: AnalysisId, service: The) -> list[str]:
+    """Lines that say what is found anew and what no more; none without an earlier report."""
+    this, others = service.analyses.reports(analysis_id, service.settings.folder.absolute())
+    return await service.reading(since_last, this, others)
 
 
 @router.get(

@@ -1,7 +1,7 @@
 // The view "Analysis": progress of identifications and mismatch reports, their reports and models.
 
-import { post } from "./api.js";
-import { doIt, start, withControls } from "./acts.js";
+import { get, post } from "./api.js";
+import { doIt, sentence, start, withControls } from "./acts.js";
 import { may, me, state } from "./state.js";
 import { $, make, moment, pill } from "./text.js";
 
@@ -36,6 +36,9 @@ function card(one) {
 function report(one) {
   $("report-card").hidden = false;
   $("report-title").textContent = `${TITLES[one.kind]}: ${one.folder}`;
+  $("report-since").replaceChildren();
+  // an identification says in its own report what changed
+  if (one.kind === "mismatch") get(`analyses/${one.id}/since`).then(lines => $("report-since").replaceChildren(...lines.map(line => make("p", {}, line)))).catch(error => { $("report-since").textContent = sentence(error); });
   $("report").src = `/api/analyses/${one.id}/report`;
   $("report-card").scrollIntoView({ behavior: "smooth", block: "start" });
 }

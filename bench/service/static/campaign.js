@@ -40,7 +40,7 @@ function offers(run) {
   return [];
 }
 
-const head = (...names) => make("thead", {}, make("tr", {}, ...names.map(name => make("th", {}, name))));
+const head = (...names) => make("thead", {}, make("tr", {}, ...names.map(name => make(name ? "th" : "td", {}, name))));
 
 export function points() {
   const list = [...state.points.values()];

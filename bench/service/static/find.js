@@ -9,7 +9,7 @@ const TEXTS = ["words", "since", "until", "gearbox", "person", "bench", "tag", "
 const NUMBERS = { load_torque: 1, velocity: 1 / DEGREES, temperature: 1 };
 let timer, asked = 0, openFolder, openRecording;
 
-export const head = (...names) => make("thead", {}, make("tr", {}, ...names.map(name => make("th", {}, name))));
+export const head = (...names) => make("thead", {}, make("tr", {}, ...names.map(name => make(name ? "th" : "td", {}, name))));
 export const opened = (element, act) => {
   element.tabIndex = 0;
   element.setAttribute("data-open", "");

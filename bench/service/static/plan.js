@@ -58,7 +58,7 @@ function compared(names, plans) {
   const rows = [...new Set(counts.flatMap(found => [...found.keys()]))].map(name => [name, ...counts.map(found => found.get(name) ?? 0)]);
   const differ = rows.filter(([, a, b]) => a !== b);
   const total = (label, of) => make("tr", {}, make("td", {}, label), ...plans.map(plan => make("td", { class: "number" }, of(plan))));
-  return [make("div", { class: "scroll" }, make("table", {}, make("thead", {}, make("tr", {}, make("th", {}, ""), ...names.map(name => make("th", {}, name)))), make("tbody", {},
+  return [make("div", { class: "scroll" }, make("table", {}, make("thead", {}, make("tr", {}, make("td", {}), ...names.map(name => make("th", {}, name)))), make("tbody", {},
     total("points", plan => String(plan.points)), total("bench time", plan => duration(plan.duration_s)), total("of it warming", plan => duration(plan.heating_s)), total("energy, kWh", plan => number(plan.energy_j / 3.6e6, 2)),
     ...differ.map(([name, a, b]) => make("tr", {}, make("td", {}, name), make("td", { class: "number" }, a ? `${a} ×` : "–"), make("td", { class: "number" }, b ? `${b} ×` : "–")))))),
     make("p", { class: "quiet" }, `${rows.length - differ.length} kinds of points are the same in both; ${differ.length} differ and are listed.`)];
@@ -151,7 +151,7 @@ function planned(found) {
   $("plan-text").textContent = found.text;
   const head = ["", "Measurement", "N·m", "°/s", "°C wanted", "Begins after", "Takes", "°C expected", "Wh", "Motor N·m"];
   const cell = text => make("td", { class: "number" }, text);
-  $("plan-points").replaceChildren(make("table", {}, make("thead", {}, make("tr", {}, ...head.map(name => make("th", {}, name)))), make("tbody", {}, ...found.tasks.map(task => make("tr", { class: task.preparation ? "quiet" : "" },
+  $("plan-points").replaceChildren(make("table", {}, make("thead", {}, make("tr", {}, ...head.map(name => make(name ? "th" : "td", {}, name)))), make("tbody", {}, ...found.tasks.map(task => make("tr", { class: task.preparation ? "quiet" : "" },
     cell(task.number || ""), make("td", {}, task.sequence.replaceAll("_", " "), task.repeat > 1 ? make("small", { class: "quiet" }, ` repeat ${task.repeat}`) : null),
     cell(number(task.load_torque_nm, 0)), cell(number(task.velocity_rad_s * DEGREES, 1)), cell(task.temperature_degc === null ? "as found" : number(task.temperature_degc, 1)),
     cell(duration(task.start_s)), cell(duration(task.duration_s)), cell(number(task.expected_end_temperature_degc, 1)), cell(number(task.energy_j / 3600, 1)), cell(number(task.expected_motor_torque_nm, 2)))))));
