@@ -1,4 +1,4 @@
-"""What reads a file of each kind, and what became of it: a word of :data:`OUTCOMES`."""
+"""What reads a file of each kind, and what became of it, in a word."""
 
 from __future__ import annotations
 
@@ -22,7 +22,6 @@ from bench.simulation import Simulation
 
 REFUSED, READ, TOLD, CAUGHT = "refused", "read", "told", "crash caught"
 SILENT, LOST = "silent", "source lost"
-OUTCOMES = (REFUSED, READ, TOLD, CAUGHT, SILENT, LOST)
 """In one sentence; as it was written; not as it was, and said so; the library crashed in a child, and one sentence came
 of it; wrong samples and no word; the spoiled file, or what lay beside it, is gone or changed."""
 

@@ -65,7 +65,6 @@ class Sink:
         self._partial = partial
         self._unfiltered_start = -1
         self._error: Exception | None = None
-        self._dirty = False
         self._wait = wait
         self._jobs: queue.Queue[Callable[[], None] | None] = queue.Queue(_QUEUE_WAITING if wait else _QUEUE_BACKLOG)
         self._too_late: list[Callable[[], None]] = []

@@ -95,11 +95,6 @@ class RecordingWriter:
             with contextlib.suppress(RecordingError):
                 self.abandon()
 
-    @property
-    def backlog_rows(self) -> int:
-        """Rows taken but not yet handed to the operating system."""
-        return self.rows - self._sink.rows_written
-
     def append(self, block: Mapping[str, NDArray[Any]]) -> None:
         """Take a block of rows: raw values (n,) of every channel. Returns when they are copied.
 

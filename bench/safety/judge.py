@@ -7,7 +7,7 @@ takes blocks goes back to the start of the block on a trip and replays up to tha
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -124,11 +124,6 @@ class SafetySettings:
     """Of each rule (:func:`bench.safety.rules.bounds`)."""
     follow: FloatArray
     """Gains of the filters."""
-
-    def with_limits(self, changed: Mapping[Cause, float | None]) -> SafetySettings:
-        """Return settings with some limits changed."""
-        limits = {**self.limits, **changed}
-        return replace(self, limits=limits, bounds=bounds(limits))
 
 
 def settings(limits: Limits, ratio: float, cycle_time_s: float, standstill: float) -> SafetySettings:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import pysoem
 
@@ -17,19 +17,27 @@ from fakes.ethercat.al import ERROR
 from fakes.ethercat.pdo import RX_ASSIGN, TX_ASSIGN
 from fakes.ethercat.slave import Slave
 
-if TYPE_CHECKING:
-    from fakes.ethercat.master import EmulatedMaster
-
 _SDO_BUFFER = 256
 _WATCHDOG_UNIT_MS = 0.1
 _WATCHDOG_LIMIT_MS = 6553.5
 _MAILBOX_STATES = (pysoem.PREOP_STATE, pysoem.SAFEOP_STATE, pysoem.OP_STATE)
 
 
-class StandInSlave:
-    """One slave of :class:`~fakes.ethercat.master.EmulatedMaster`."""
+class Master(Protocol):
+    """What a slave asks of the master it belongs to."""
 
-    def __init__(self, master: EmulatedMaster, position: int, slave: Slave) -> None:
+    def check_open(self) -> None:
+        """Raise pysoem's error where the master is not open."""
+
+    def reaches(self, position: int) -> bool:
+        """Whether the slave at a position (from 0) answers."""
+        ...
+
+
+class StandInSlave:
+    """One slave of the emulated master."""
+
+    def __init__(self, master: Master, position: int, slave: Slave) -> None:
         self._master = master
         self._position = position
         self._slave = slave

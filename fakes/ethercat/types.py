@@ -50,7 +50,3 @@ STRING = DataType("STRING", 0x0009, 0, "", "S")
 OCTETS = DataType("OCTET_STRING", 0x000A, 0, "", "S")
 LINT = DataType("LINT", 0x0015, 64, "q", "<i8")
 ULINT = DataType("ULINT", 0x001B, 64, "Q", "<u8")
-
-BY_CODE: dict[int, DataType] = {
-    t.code: t for t in (BOOL, SINT, INT, DINT, USINT, UINT, UDINT, REAL, STRING, OCTETS, LINT, ULINT)
-}

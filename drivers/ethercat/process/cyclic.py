@@ -42,7 +42,6 @@ class Cyclic:
         self._sent = -1
         """Which set values ``_last`` holds; −1 where they are none that were handed over."""
         self._mode = CYCLING
-        self._reason = Reason.NONE
         self._resumed = 0
         self.guard: Guard | None = None
         self.leaving = False
@@ -58,7 +57,6 @@ class Cyclic:
         """Begin the stop, unless one is on already."""
         if self._mode != CYCLING:
             return
-        self._reason = reason
         self._words[at.STOP_IMAGE] = self._count
         self._words[at.DETAIL] = -1 if self.guard is None else self.guard.broken
         self._words[at.STOP_REASON] = reason

@@ -153,7 +153,7 @@ def test_a_stalled_source_is_flushed_and_goes_on(tmp_path: Path) -> None:
         for start, stop in ((0, 100), (100, 900), (900, 2000)):
             writer.append({name: values[start:stop] for name, values in data.items()})
             deadline = time.monotonic() + 5
-            while writer.backlog_rows and time.monotonic() < deadline:
+            while Recording.open(writer.part).size < stop and time.monotonic() < deadline:
                 time.sleep(0.02)
             assert Recording.open(writer.part).size == stop
     recording = Recording.open(path)

@@ -1,3 +1,4 @@
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import pairwise
 
@@ -25,6 +26,7 @@ from bench.safety import (
     settings,
     step,
 )
+from bench.safety.rules import bounds
 
 DT = 5e-4
 FloatArray = NDArray[np.float64]
@@ -36,6 +38,12 @@ ENABLED = 0x1237
 @pytest.fixture(scope="module")
 def limits() -> SafetySettings:
     return settings(load_bench("rh380n").configuration.limits, RATIO, DT, 0.5)
+
+
+def with_limits(of: SafetySettings, changed: Mapping[Cause, float | None]) -> SafetySettings:
+    """Settings with some limits changed."""
+    limits = {**of.limits, **changed}
+    return replace(of, limits=limits, bounds=bounds(limits))
 
 
 def healthy(n: int = N, speed: float = 32.0) -> Inputs:
@@ -148,7 +156,7 @@ def test_what_both_sides_agree_on_is_still_limited(
     limits: SafetySettings, changes: dict[str, float], cause: Cause
 ) -> None:
     unwatched = (Cause.MOTOR_ACCELERATION, Cause.LOAD_TORQUE_RATE, Cause.FRICTION, Cause.TORQUE_ERROR)
-    limits = limits.with_limits(dict.fromkeys(unwatched))
+    limits = with_limits(limits, dict.fromkeys(unwatched))
     inputs = healthy()
     changed = {name: np.where(np.arange(N) < 500, getattr(inputs, name), value) for name, value in changes.items()}
     _, verdict = step(SafetyState.fresh(), replace(inputs, **changed), True, limits)

@@ -13,7 +13,7 @@ from bench.safety._scan import first_broken
 from bench.safety._slots import STATE_SIZE, Slot
 from bench.safety.causes import describe
 from bench.safety.rules import RULES, Condition, Rule, When, bounds, compiled
-from tests.bench.safety.test_judge import DT, healthy
+from tests.bench.safety.test_judge import DT, healthy, with_limits
 
 ENABLED = 0x1237
 LIMIT = 10.0
@@ -104,7 +104,7 @@ STEADY: list[tuple[Cause, str, float]] = [
 @pytest.mark.parametrize(("cause", "name", "sign"), STEADY, ids=[case[0].name for case in STEADY])
 @pytest.mark.parametrize("limit", [0.375, 26.0])
 def test_a_signal_trips_just_beyond_its_limit(cause: Cause, name: str, sign: float, limit: float) -> None:
-    only = wide().with_limits({**dict.fromkeys(Cause), cause: limit})
+    only = with_limits(wide(), {**dict.fromkeys(Cause), cause: limit})
     quiet = still(1)
     for step_beyond, expected in ((0.0, Cause.NONE), (sign, cause)):
         value = limit if not step_beyond else math.nextafter(limit, step_beyond * math.inf)
@@ -128,7 +128,7 @@ def test_a_drive_is_in_operation_by_the_bits_that_say_so(word: int) -> None:
     # of the status word bits 0 … 3, 5 and 6 count: x01x 0111 is operation enabled, and bit 4 says nothing of it
     enabled = word & 0x6F == 0x27
     inputs = replace(still(1), input_status=np.full(1, word | 0x1200))
-    verdict = step(SafetyState.fresh(), inputs, True, wide().with_limits(dict.fromkeys(Cause)))[1]
+    verdict = step(SafetyState.fresh(), inputs, True, with_limits(wide(), dict.fromkeys(Cause)))[1]
     assert verdict.cause is (Cause.NONE if enabled else Cause.INPUT_DRIVE_FAULT)
     assert enabled or verdict.value == word | 0x1200
 
