@@ -64,10 +64,13 @@ def symbols(campaigns: Sequence[Mapping[str, Any]]) -> list[str]:
 
 
 def _symbol(name: str, unit: str, rows: Sequence[Mapping[str, Any]], std: str, z: str) -> str:
-    """Line of one symbol, by the standard deviations and deviates that stand under these keys."""
+    """Line of one symbol, by the standard deviations and deviates under these keys; rows without count as they are."""
     off = np.asarray([r["value"] - r["truth"] for r in rows])
-    truth, told = float(np.mean([r["truth"] for r in rows])), float(np.sqrt(np.mean([r[std] ** 2 for r in rows])))
-    right, tries = _covered([r[z] for r in rows])
+    truth, told = (
+        float(np.mean([r["truth"] for r in rows])),
+        float(np.sqrt(np.mean([r.get(std, r["std"]) ** 2 for r in rows]))),
+    )
+    right, tries = _covered([r.get(z, r["z"]) for r in rows])
     low, high = interval(right, tries)
     scatter = f"{off.std(ddof=1):.2g}" if off.size > 1 else ""
     return _row([

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from bench.identification.coverage import deviates
+from bench.identification.coverage_table import symbols
 from bench.identification.instant import fall_per_row, systematic, systematic_std, told
 from bench.identification.regression import LinearFit
 from bench.recording import ChannelSpec, Recording, Setpoint
@@ -83,3 +84,17 @@ def test_coverage_counts_it_and_says_what_it_is_without() -> None:
     row = deviates(found, truth)["parameters"]["J"]
     assert abs(row["z"]) < 1.0
     assert abs(row["repeat_z"]) > 5.0
+
+
+def test_the_table_has_a_row_without_it_beside_results_that_are_older() -> None:
+    older = {"value": 1.0, "std": 0.1, "truth": 1.05, "z": -0.5}
+    newer = older | {"std": 0.5, "z": -0.1, "repeat_std": 0.01, "repeat_z": -5.0}
+    rows = [
+        line
+        for line in symbols([{"parameters": {"J": older}}, {"parameters": {"J": newer}}])
+        if line.startswith(("| J |", "| J,"))
+    ]
+    assert len(rows) == 2
+    assert "2 of 2" in rows[0]
+    assert "without what recordings share" in rows[1]
+    assert "1 of 2" in rows[1]
