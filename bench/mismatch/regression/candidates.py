@@ -194,7 +194,7 @@ def free_candidates(channel: str, frame: Frame) -> Iterator[Free]:
     for times in _PRODUCTS[channel]:
         if constant & set(times.split("*")):
             continue
-        yield Free(channel, (Grid((), times, ()),))
+        yield Free(channel, (Grid((), times, ()),), _of_product(channel, times))
     for times in () if timeless else _SPELLS[channel]:
         yield from _spells(channel, frame, times)
 
@@ -237,6 +237,22 @@ def _by_definition(channel: str, name: str, factors: tuple[str, ...]) -> str:
     for term in LIBRARY.values():
         if term.any_function and own <= set(term.shape.get(channel, ())):
             return term.effect
+    return UNKNOWN
+
+
+def _of_product(channel: str, times: str) -> str:
+    """The effect that a product is, where it is a function of the one quantity by which an effect is defined."""
+    parts = times.split("*")
+    made_of = {FACTOR_OF[part] for part in parts if part in FACTOR_OF}
+    if len(made_of) != 1:
+        return UNKNOWN
+    name = made_of.pop()
+    # a function of the velocity is one of the speed in each direction
+    either = ("speed" if name == "velocity" else name, ("p", "n"))
+    for of, factors in ((name, ("1",)), either)["last_d" in parts :]:
+        effect = _by_definition(channel, of, factors)
+        if effect != UNKNOWN:
+            return effect
     return UNKNOWN
 
 

@@ -29,7 +29,7 @@ from bench.mismatch.regression.model import (
 )
 from bench.mismatch.regression.prior import settled
 from bench.mismatch.regression.refine import refined, strained
-from bench.mismatch.regression.regressors import UNKNOWN, Named, Regressor
+from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
 from bench.mismatch.regression.scan import LEAST_OWN, Scan, Units, scan, units, whole
 from bench.simulation.frame import FloatArray
 from bench.simulation.quantities import AUXILIARY
@@ -221,6 +221,8 @@ def _best(search: Search, seen: Scan) -> Chosen | None:
     effects = [c.effect for c in model.chosen]
     taken = {e for e in effects if effects.count(e) >= MOST_ALIKE} - {UNKNOWN}
     free_ones = [c for c in model.chosen if c.effect == UNKNOWN]
+    # an effect that is any function of a quantity has one
+    whole = {(c.effect, c.main.regressor.variables) for c in model.chosen if isinstance(c.main.regressor, Free)}
     beside = sum(_auxiliary(c.main.regressor) for c in free_ones)
     more = len(free_ones) - beside < MOST_UNKNOWN
     order = np.argsort(-seen.gain)
@@ -237,7 +239,7 @@ def _best(search: Search, seen: Scan) -> Chosen | None:
         elif _auxiliary(regressor):
             if len(free) < SHORT_LIST and beside < MOST_AUXILIARY:
                 free.setdefault(regressor.variables, int(k))
-        elif len(free) < SHORT_LIST and regressor.effect not in taken and (regressor.effect != UNKNOWN or more):
+        elif len(free) < SHORT_LIST and _still_open(regressor, taken, whole, more):
             free.setdefault(regressor.variables, int(k))
     if not named and not free:
         return None
@@ -278,6 +280,13 @@ def _best(search: Search, seen: Scan) -> Chosen | None:
             # a name and something that depends on another quantity say what one function without a name says
             return first[1]
     return None if best is None else best[1]
+
+
+def _still_open(regressor: Regressor, taken: set[str], whole: set[tuple[str, tuple[str, ...]]], more: bool) -> bool:
+    """Whether one more function of an effect, or (``more``) without a name, may be asked for."""
+    if regressor.effect == UNKNOWN:
+        return more
+    return regressor.effect not in taken and (regressor.effect, regressor.variables) not in whole
 
 
 def _with_another(search: Search, first: Chosen) -> float | None:

@@ -28,13 +28,18 @@ def _cubic(frame: Frame, _: Point) -> FloatArray:
     return columns(x**3, frame.last_direction * x**3)
 
 
-def _middles(frame: Frame) -> tuple[Point, ...]:
+def _transitions(frame: Frame) -> tuple[Point, ...]:
     low, high = np.percentile(frame.temperature, [2, 98])
-    return tuple((float(low + share * (high - low)),) for share in (0.2, 0.35, 0.5, 0.65, 0.8))
+    span = float(high - low) or 10.0
+    return tuple(
+        (float(low + share * span), float(width * span))
+        for share in (0.2, 0.35, 0.5, 0.65, 0.8)
+        for width in (0.05, 0.12, 0.3)
+    )
 
 
-def _threshold(frame: Frame, point: Point) -> FloatArray:
-    step = np.tanh((frame.temperature - point[0]) / 3.0)
+def _transition(frame: Frame, point: Point) -> FloatArray:
+    step = np.tanh((frame.temperature - point[0]) / point[1])
     return columns(step, frame.last_direction * step)
 
 
@@ -42,11 +47,12 @@ T_E = Symbol("t_e", "rad", "amplitude, the same in both directions")
 T_O = Symbol("t_o", "rad", "amplitude, with the sign of the motion")
 T_S = Symbol("T_s", "K", "temperature over which it falls by e", 0.0)
 T_M = Symbol("T_m", "degC", "temperature of the change")
+T_W = Symbol("T_w", "K", "temperature over which it changes", 0.0)
 
 TERM = Term(
     effect="te.temperature_nonlinear",
     name="dependence of the transmission error on temperature beyond the quadratic",
-    equation="TE += (t_e + d*t_o)*exp(-(T - 25 degC)/T_s), or growing, or cubic, or a change at T_m",
+    equation="TE += (t_e + d*t_o)*exp(-(T - 25 degC)/T_s), or growing, or cubic, or a change at T_m over T_w",
     reference="viscosity laws, Vogel, Phys. Z. 22 (1921) 645",
     where="transmission_error's offset over temperature",
     forms={
@@ -54,7 +60,7 @@ TERM = Term(
             Form("exponential", _exponential, (T_E, T_O), (T_S,), _scales),
             Form("growing", _growing, (T_E, T_O), (T_S,), _scales),
             Form("cubic", _cubic, (T_E, T_O)),
-            Form("threshold", _threshold, (T_E, T_O), (T_M,), _middles),
+            Form("transition", _transition, (T_E, T_O), (T_M, T_W), _transitions),
         )
     },
     variables=("temperature",),
