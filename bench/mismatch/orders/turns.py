@@ -18,7 +18,7 @@ from scipy.ndimage import median_filter
 from bench.mismatch import criteria
 from bench.mismatch.recordings.notch import spectrum
 from bench.mismatch.recordings.rows import ANGLE_STEP, Rows
-from bench.mismatch.regression.noise import robust_spread
+from bench.mismatch.regression.noise import Mixture, fitted, robust_spread
 from bench.simulation.frame import FloatArray, Frame
 
 Complex = NDArray[np.complex128]
@@ -38,6 +38,10 @@ _LOW = 45
 """orders up to which noise is not taken to be level"""
 _MIDDLE = 80
 """how many orders above these tell a recording's own level"""
+_BINS = 16
+"""of frequency, in which the recordings' spectra are pooled"""
+_FEWEST = 12
+"""values of a bin"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,15 +240,19 @@ def _sum(theta: FloatArray, line: FloatArray, beta: FloatArray, orders: FloatArr
 
 
 def _levels(left: Complex, orders: Sequence[float]) -> FloatArray:
-    """Standard deviation of a component at each order (turns, orders), from the median of its neighbours."""
-    power = np.abs(left) ** 2
-    fitted = [round(f) for f in orders if f < power.shape[1] - 0.5]
-    power[:, [0, *fitted]] = np.nan
-    middle = np.nanmedian(power, axis=1, keepdims=True)
-    filled = np.where(np.isfinite(power), power, middle)
+    """Standard deviation of a component at each order (turns, orders), from the median of the orders about it that are
+    not fitted.
+    """
+    fitted = {0, *(round(f) for f in orders)}
+    free = np.array([f for f in range(left.shape[1]) if f not in fitted], dtype=np.int64)
+    power = np.abs(left[:, free]) ** 2
     # the median of an exponential variable is ln 2 of its mean
-    level = median_filter(filled, (1, _NEIGHBOURS), mode="nearest") / np.log(2.0)
-    level[:, : _LOW + 1] = np.median(filled[:, _LOW : _LOW + _MIDDLE], axis=1, keepdims=True) / np.log(2.0)
+    level = median_filter(power, (1, _NEIGHBOURS), mode="nearest") / np.log(2.0)
+    middle = (free >= _LOW) & (free < _LOW + _MIDDLE)
+    if middle.any():
+        level[:, free <= _LOW] = np.median(power[:, middle], axis=1, keepdims=True) / np.log(2.0)
+    every = np.arange(left.shape[1])
+    level = np.stack([np.interp(every, free, own) for own in level]) if len(level) else np.zeros(left.shape)
     return np.asarray(np.sqrt(np.maximum(level, 1e-300) / 2.0))
 
 
@@ -252,47 +260,35 @@ def _coloured(left: Complex, sigma: FloatArray, turns: Sequence[Turn], orders: S
     """Noise with that of low orders raised to what the recordings show there: disturbances of a rig are not white.
 
     They have a spectrum over time, not over the angle: power density is pooled over all recordings by frequency f*|v|
-    (medians, so that one missing order is not taken for noise), made to fall with frequency, and put beside each
-    recording's own level at middle orders.
+    (medians, so that one missing order is not taken for noise); noise with a memory, which says as well what is below
+    the lowest order that is not fitted, is put beside each recording's own level at middle orders.
     """
     if len(turns) < 3:
         return sigma
     known = {round(f) for f in orders}
     low, middle = np.arange(1, _LOW + 1), np.arange(_LOW, _LOW + _MIDDLE)
     free = np.array([f for f in range(1, _LOW + _MIDDLE) if f not in known])
+    if not free.size:
+        return sigma
     hertz = np.array([abs(t.velocity) / (2.0 * np.pi) for t in turns])
     duration = np.array([t.revolutions for t in turns]) / hertz
-    density = np.abs(left[:, free]) ** 2 * duration[:, None]
-    grid, level = _falling((hertz[:, None] * free[None, :]).ravel(), density.ravel())
+    # a component of the spectrum is noise of density P over the time T: |R|^2 = 2*P/T
+    density = 0.5 * np.abs(left[:, free]) ** 2 * duration[:, None]
+    pooled = _pooled((hertz[:, None] * free[None, :]).ravel(), density.ravel())
     out = sigma.copy()
     for k, per_order in enumerate(hertz):
-        at_low = np.exp(np.interp(np.log(low * per_order), grid, level))
-        at_middle = np.exp(np.interp(np.log(middle * per_order), grid, level))
-        out[k, low] *= np.sqrt(np.maximum(at_low / float(np.mean(at_middle)), 1.0))
+        raised = pooled.density(low * per_order) / float(np.mean(pooled.density(middle * per_order)))
+        out[k, low] *= np.sqrt(np.maximum(raised, 1.0))
         out[k, 0] = out[k, 1]
     return out
 
 
-def _falling(frequency: FloatArray, density: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Logarithms of frequency and of power density, the latter never rising (pooled adjacent violators)."""
-    edges = np.geomspace(frequency.min(), frequency.max() * 1.0001, 17)
+def _pooled(frequency: FloatArray, density: FloatArray) -> Mixture:
+    """Noise whose spectrum comes nearest to the medians of ``density`` (n,) over ``frequency`` (n,) Hz."""
+    edges = np.geomspace(frequency.min(), frequency.max() * 1.0001, _BINS + 1)
     number = np.digitize(frequency, edges) - 1
-    values: list[float] = []
-    weights: list[float] = []
-    members: list[list[float]] = []
-    for b in range(edges.size - 1):
-        own = density[number == b]
-        if own.size < 12:
-            continue
-        values.append(float(np.log(np.median(own) / np.log(2.0) + 1e-300)))
-        weights.append(float(own.size))
-        members.append([float(np.log(np.sqrt(edges[b] * edges[b + 1])))])
-        while len(values) > 1 and values[-1] > values[-2]:
-            total = weights[-1] + weights[-2]
-            values[-2] = (values[-1] * weights[-1] + values[-2] * weights[-2]) / total
-            weights[-2] = total
-            members[-2] += members[-1]
-            del values[-1], weights[-1], members[-1]
-    grid = [x for group in members for x in group]
-    level = [v for v, group in zip(values, members, strict=True) for _ in group]
-    return (np.asarray(grid), np.asarray(level)) if grid else (np.zeros(1), np.zeros(1))
+    own = [(b, density[number == b]) for b in range(_BINS)]
+    kept = [(b, values) for b, values in own if values.size >= _FEWEST] or [(0, density)]
+    centre = np.array([np.sqrt(edges[b] * edges[b + 1]) for b, _ in kept])
+    level = np.array([np.median(values) / np.log(2.0) for _, values in kept])
+    return fitted(centre, np.maximum(level, 1e-300), 1.0)

@@ -54,6 +54,13 @@ class Mixture:
         """Variance of a single sample."""
         return self.white + sum(self.parts)
 
+    def density(self, frequency: FloatArray) -> FloatArray:
+        """One-sided spectral density of the samples at ``frequency`` Hz (any shape)."""
+        out = np.full(np.shape(frequency), 2.0 * self.white / self.rate)
+        for variance, memory in zip(self.parts, MEMORIES_S, strict=True):
+            out = out + 4.0 * variance * memory / (1.0 + (2.0 * np.pi * frequency * memory) ** 2)
+        return np.asarray(out)
+
     def of_means(self, number: FloatArray, duration: FloatArray) -> FloatArray:
         """Variance of means over ``number`` samples, spread over ``duration`` s (n,)."""
         out = self.white / np.maximum(number, 1.0)
