@@ -69,6 +69,7 @@ FACTORS: dict[str, Callable[[Frame], FloatArray]] = {
     "reversed": lambda f: f.reversed_before,
     "per_ratio": lambda f: np.full(f.size, 1.0 / f.ratio),
     "motor_torque": lambda f: f.motor_torque,
+    "power": lambda f: f.power / 100.0,
 }
 """factors of the order of one; a product is written with ``*``, such as ``d*abs_tau``"""
 FACTOR_WORDS: dict[str, str] = {
@@ -87,6 +88,7 @@ FACTOR_WORDS: dict[str, str] = {
     "reversed": "[after a reversal]",
     "per_ratio": "1/u",
     "motor_torque": "tau_m",
+    "power": "loss/(100 W)",
 }
 
 FACTOR_OF: dict[str, str] = {

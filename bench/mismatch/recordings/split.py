@@ -1,7 +1,8 @@
-"""Which recordings are held out: whole operating points, never the outermost, the validation points always."""
+"""Which recordings are held out: whole operating points that others spare, the validation points always."""
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 
 import numpy as np
@@ -35,10 +36,10 @@ def _named(recording: Recording) -> bool:
 def split(recordings: Sequence[Recording]) -> tuple[list[bool], list[int]]:
     """Choose held-out recordings by whole operating points, and a fold for each of the others.
 
-    Validation points are always held out. Of the other kinds a fifth of the points is (a tenth of
-    the constant-velocity points where there are five validation points or more), spread evenly, never the outermost of
-    a kind with few points, and none of a kind that has fewer than six recordings. A recording that names no setpoint
-    (most imported ones) is a point by itself: nothing says that it repeats another.
+    Validation points are always held out. Of the other kinds a fifth of the points is (a tenth of the constant-velocity
+    points where there are five validation points or more), spread evenly along the campaign, of each stretch the one
+    that the others spare best, and none of a kind that has fewer than six recordings. A recording that names no
+    setpoint (most imported ones) is a point by itself: nothing says that it repeats another.
     """
     points = [(*point_of(r), REPEATED if _named(r) else number) for number, r in enumerate(recordings)]
     held: list[bool] = [r.kind == "validation" for r in recordings]
@@ -69,17 +70,31 @@ def split(recordings: Sequence[Recording]) -> tuple[list[bool], list[int]]:
 
 
 def _spread(members: Sequence[_Own], number: int) -> list[_Own]:
-    """A number of points, evenly along the campaign but inside the bounds of torque and speed where possible."""
-    torque = [abs(p[1]) for p in members]
-    speed = [abs(p[2]) for p in members]
-    inner = [
-        p
-        for p, t, v in zip(members, torque, speed, strict=True)
-        if not (t >= 0.99 * max(torque) and v in (max(speed), min(speed)))
-    ]
-    pool = inner if len(inner) >= number + 2 else list(members)
-    step = len(pool) / number
-    return [pool[int((i + 0.5) * step)] for i in range(number)]
+    """A number of points, one of each stretch of the campaign: the one that those left in training spare best."""
+    pool = list(members)
+    ends = [int(round(k * len(pool) / number)) for k in range(number + 1)]
+    out: list[_Own] = []
+    for first, last in itertools.pairwise(ends):
+        alone = _leverage([p for p in pool if p not in out])
+        out.append(min(pool[first:last], key=lambda p: (alone[p], p)))
+    return out
+
+
+def _leverage(points: Sequence[_Own]) -> dict[_Own, float]:
+    """How far each point speaks for itself alone, 0 to 1, where torque, speed and temperature act by a quadratic
+    polynomial in each direction (bench-physics, "Nominal simulation"): leverages of that regression (Hoaglin and
+    Welsch, The American Statistician 32 (1978) 17), with a prior as heavy as a point.
+    """
+    states = np.array([[p[1], abs(p[2]), p[3]] for p in points])
+    spread = np.maximum(states.std(axis=0), 1e-9 * (1.0 + np.abs(states).max(axis=0)))
+    a, b, c = ((states - states.mean(axis=0)) / spread).T
+    basis = np.column_stack([np.ones(len(points)), a, b, c, a * a, b * b, c * c, a * b, a * c, b * c])
+    forward = np.array([p[2] >= 0.0 for p in points])
+    out = np.zeros(len(points))
+    for side in (forward, ~forward):
+        own = basis[side]
+        out[side] = np.einsum("ni,ij,nj->n", own, np.linalg.inv(own.T @ own + np.eye(own.shape[1])), own)
+    return dict(zip(points, out.tolist(), strict=True))
 
 
 HELD_OUT_BLOCK = 4

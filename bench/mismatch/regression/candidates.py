@@ -101,6 +101,7 @@ _ONE: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
     TEMPERATURE: (
         ("speed", ("1",)),
         ("temperature", ("1",)),
+        ("temperature", ("1", "power")),  # a heat capacity that depends on temperature divides the loss and the cooling
         ("time", ("1",)),
         ("load", ("1",)),
         ("elapsed", ("1",)),
