@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch.orders.turns import Seen, Turn
-from bench.mismatch.recordings.rows import LIVELY_S, SLOW_S, Rows, lively, reduced
+from bench.mismatch.recordings.rows import LIVELY_S, SLOW_S, Rows, blocks, changes, lively, reduced
 from bench.mismatch.regression.noise import MEMORIES_S, Mixture, fitted
 from bench.simulation.frame import FloatArray, IntArray
+from bench.simulation.terms.base import top
 
 LOWEST_ORDER = 3
 """below it a revolution cannot tell noise from drift"""
@@ -22,12 +23,13 @@ def offset_rows(rows: Rows, y: FloatArray, inside: NDArray[np.bool_]) -> tuple[R
     """
     frame = rows.frame
     width = np.where(lively(frame), LIVELY_S, SLOW_S)
-    number = np.floor(np.cumsum(frame.step / width))
-    change = np.ones(frame.size, dtype=bool)
-    change[1:] = np.diff(number) != 0
+    change = np.zeros(frame.size, dtype=bool)
     for values in (frame.recording, frame.steady, frame.direction, inside):
         change[1:] |= values[1:] != values[:-1]
-    edges = np.flatnonzero(change).astype(np.int64)
+    share = frame.step / width
+    share[np.append(True, frame.recording[1:] != frame.recording[:-1])] = 0.0
+    limits = changes(top(frame.torque), top(frame.velocity))
+    edges = blocks(share, np.cumsum(change), frame.velocity, frame.torque_level, limits)
     total = np.add.reduceat(rows.number, edges)
     mean = np.add.reduceat(y * rows.number, edges) / np.maximum(total, 1.0)
     return Rows(reduced(frame, edges), mean, total), inside[edges], edges

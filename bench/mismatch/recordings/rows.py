@@ -84,8 +84,8 @@ def slow_rows(prepared: Prepared, channel: str, torque: float, speed: float) -> 
     turning = TORQUE_STEP * rate / np.maximum(np.abs(frame.velocity), 1e-12)
     width = np.minimum(width, np.maximum(turning, max(1.0, round(LIVELY_S * rate))))
     parting: IntArray = np.cumsum(_changes(frame.direction, prepared.label, prepared.corner))
-    limits = np.array([speed / _CHANGES, torque / _CHANGES])
-    edges = _blocks(1.0 / width, parting, frame.velocity, frame.torque_level, limits)
+    limits = changes(torque, speed)
+    edges = blocks(1.0 / width, parting, frame.velocity, frame.torque_level, limits)
     own = prepared.measured[channel]
     mean, number = block_mean(own.mean, own.number, edges)
     return Rows(reduced(frame, edges), mean, number)
@@ -121,6 +121,13 @@ def angle_rows(prepared: Prepared) -> Rows:
     return Rows(reduced(frame, edges), mean, number, within, lean, sweep)
 
 
+def changes(torque: float, speed: float) -> FloatArray:
+    """By how much speed and load may change inside a block (2,), where ``torque`` and ``speed`` are the largest: what
+    is no straight line of them has no mean at their means.
+    """
+    return np.array([speed / _CHANGES, torque / _CHANGES])
+
+
 def _changes(*values: NDArray[Any]) -> NDArray[np.bool_]:
     """Where any of the values differs from the one before (n,)."""
     out = np.zeros(values[0].size, dtype=bool)
@@ -137,7 +144,7 @@ def _edges(progress: FloatArray, *parting: NDArray[Any]) -> IntArray:
 
 
 @numba.njit(cache=True)
-def _blocks(
+def blocks(
     share: FloatArray, parting: IntArray, speed: FloatArray, torque: FloatArray, limits: FloatArray
 ) -> IntArray:
     """First index of each block: one ends when its shares make a whole, or speed or torque have changed by a limit."""

@@ -44,6 +44,8 @@ MOST_AUXILIARY = 6
 """functions of quantities that are no channels of the bench: these were measured, and each may act in several ways"""
 MOST_ALIKE = 4
 """parts that one effect may have: two orders, two plays"""
+MOST_FORMS = 3
+"""forms of one effect that are refined in a step"""
 SHORT_LIST = 3
 """effects, and free functions, that are refined and compared on points left out in a step"""
 BEYOND_BOUNDS = 2.0
@@ -226,7 +228,7 @@ def _best(search: Search, seen: Scan) -> Chosen | None:
     beside = sum(_auxiliary(c.main.regressor) for c in free_ones)
     more = len(free_ones) - beside < MOST_UNKNOWN
     order = np.argsort(-seen.gain)
-    named: dict[str, int] = {}
+    named: dict[str, dict[str, int]] = {}
     free: dict[tuple[str, ...], int] = {}
     for k in order:
         if seen.gain[k] < min(seen.price, 0.3 * seen.gain[order[0]]) or not np.isfinite(seen.gain[k]):
@@ -235,7 +237,10 @@ def _best(search: Search, seen: Scan) -> Chosen | None:
         if isinstance(regressor, Named):
             # a term of the nominal simulation that is switched off is always asked
             if regressor.effect not in taken and (len(named) < SHORT_LIST or regressor.term.nominal):
-                named.setdefault(regressor.effect, int(k))
+                forms = named.setdefault(regressor.effect, {})
+                # which form is best is known when each has its own parameters: a knee lies between two grid points
+                if len(forms) < MOST_FORMS:
+                    forms.setdefault(regressor.form.name, int(k))
         elif _auxiliary(regressor):
             if len(free) < SHORT_LIST and beside < MOST_AUXILIARY:
                 free.setdefault(regressor.variables, int(k))
@@ -243,12 +248,13 @@ def _best(search: Search, seen: Scan) -> Chosen | None:
             free.setdefault(regressor.variables, int(k))
     if not named and not free:
         return None
-    if max(seen.gain[k] for k in (*named.values(), *free.values())) < seen.price:
+    asked = [k for forms in named.values() for k in forms.values()]
+    if max(seen.gain[k] for k in (*asked, *free.values())) < seen.price:
         return None
     best: tuple[float, Chosen] | None = None
     nominal = any(LIBRARY[effect].nominal for effect in named)
     start = float(search.density(model.chosen).sum())
-    for k in named.values():
+    for k in asked:
         candidate = shaped(search, model.chosen, search.blocks[k].regressor)
         if candidate is None or not strength(search, candidate).enough:
             continue
