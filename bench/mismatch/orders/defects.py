@@ -80,11 +80,12 @@ class _Line:
             size[k] = level if whole else 10.0 * sight.error[round(f)]
         return cls(orders, vectors[own], sight.error[own], share, size)
 
-    def density(self, centre: Complex) -> FloatArray:
-        """Log density of each vector (k,) about a pulse's vectors ``centre`` (k,)."""
+    def density(self, centre: Complex, unlike: FloatArray) -> FloatArray:
+        """Log density of each vector (k,) about a pulse's vectors ``centre`` (k,), from which nature's may be
+        ``unlike`` (k,): a variance.
+        """
         off = 0.5 * np.abs(self.vectors - centre) ** 2
-        # nature's pulse is no Gaussian
-        plain = self.error**2 + 0.5 * (criteria.SHAPE * np.abs(centre)) ** 2
+        plain = self.error**2 + unlike
         more = plain + self.size**2
         alone = np.log1p(-self.share) - np.log(plain) - off / plain
         beside = np.log(self.share) - np.log(more) - off / more
@@ -93,7 +94,10 @@ class _Line:
     def gain(self, pulse: Pulse, before: Complex) -> float:
         """Gain of log-likelihood of a pulse beside others that give ``before`` (k,)."""
         with_it = before + pulse.vectors(self.orders)
-        return float(np.sum(self.density(with_it) - self.density(before)))
+        # nature's pulse is no Gaussian: here and beside those before
+        others = 0.5 * (criteria.SHAPE * np.abs(before)) ** 2
+        own = 0.5 * (criteria.SHAPE * _envelope(pulse, self.orders)) ** 2
+        return float(np.sum(self.density(with_it, others + own) - self.density(before, others)))
 
     def best(self, before: Complex, starts: int) -> tuple[float, Pulse] | None:
         """The pulse that gains most beside others: by a matched filter over the angle, then refined."""
@@ -126,6 +130,13 @@ class _Line:
         found = lowest(lambda x: -self.gain(pulse(x), before), np.zeros(3), np.array([0.3, 0.25, 0.25]), 90)
         best = pulse(found)
         return self.gain(best, before), Pulse(float(np.mod(best.angle, 2.0 * np.pi)), best.width, best.height)
+
+
+def _envelope(pulse: Pulse, orders: FloatArray) -> FloatArray:
+    """Size (k,) at each order of a pulse with corners, as high and as wide as a Gaussian: an edge's spectrum falls with
+    the square of the order, however smooth the Gaussian that it is most like (Bracewell, The Fourier Transform, ch. 8).
+    """
+    return np.asarray(np.abs(pulse.height) * pulse.width * np.sqrt(2.0 / np.pi) / (1.0 + (orders * pulse.width) ** 2))
 
 
 def search(sight: Sight, seed: int) -> list[Defect]:
@@ -238,7 +249,7 @@ def _least_squares(
 
     ``doubt``: how far the form may be from these Gaussians, over the pulse's size.
     """
-    error = np.sqrt(line.error**2 + 0.5 * (doubt * np.abs(first.vectors(line.orders))) ** 2)
+    error = np.sqrt(line.error**2 + 0.5 * (doubt * _envelope(first, line.orders)) ** 2)
     number = begin.size // 3
     units = np.tile([abs(first.height), first.width, 1.0], number)
     half = REACH * first.width

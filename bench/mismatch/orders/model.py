@@ -232,8 +232,9 @@ def _problem(model: TransmissionModel, y: FloatArray) -> ChannelProblem:
         x = np.column_stack([frame.torque, frame.velocity, frame.temperature])
         doubt = model.periodic.series.variance(x, frame.last_direction)
         # where the series, at a state that no revolution has shown, is as uncertain as a sample is noisy, it says
-        # nothing
-        usable &= doubt < _floor(model) ** 2
+        # nothing; a series that is so everywhere still has a mean
+        sure = usable & (doubt < _floor(model) ** 2)
+        usable = sure if sure.any() else usable
     return ChannelProblem(
         TRANSMISSION_ERROR, rows, usable, model.folds, model.base, model.noise, doubt, model.switched_off
     )

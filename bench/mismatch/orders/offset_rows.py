@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.mismatch.orders.turns import Seen, Turn
+from bench.mismatch.orders.turns import Seen, Turn, scattered
 from bench.mismatch.recordings.rows import LIVELY_S, SLOW_S, Rows, blocks, changes, lively, reduced
 from bench.mismatch.regression.noise import MEMORIES_S, Mixture, fitted
 from bench.simulation.frame import FloatArray, IntArray
@@ -46,7 +46,7 @@ def mixture(seen: Seen, turns: Sequence[Turn], rows: Rows, inner: FloatArray, ra
     orders = np.arange(seen.left.shape[1])
     known = [round(f) for f in seen.orders if f < orders.size - 0.5]
     free = np.setdiff1d(orders[LOWEST_ORDER:], known)
-    for turn, left in zip(turns, seen.left, strict=True):
+    for turn, left in zip(turns, scattered(seen.left, turns), strict=True):
         hertz = abs(turn.velocity) / (2.0 * np.pi)
         frequency.append(free * hertz)
         # a component of the spectrum is noise of density P over the time T: |R|^2 = 2*P/T

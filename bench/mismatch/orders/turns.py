@@ -42,6 +42,8 @@ _BINS = 16
 """of frequency, in which the recordings' spectra are pooled"""
 _FEWEST = 12
 """values of a bin"""
+_FEWEST_ALIKE = 4
+"""revolutions of a direction from which their mean is taken off"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,8 +139,25 @@ def seen(rows: Rows, turns: Sequence[Turn], y: FloatArray, orders: Sequence[floa
     white = np.zeros(len(turns))
     for k, turn in enumerate(turns):
         vectors[k], left[k], between[k], white[k] = _one(rows, turn, y, own)
-    sigma = _levels(left, own)
-    return Seen(own, vectors, left, _coloured(left, sigma, turns, own), white, between)
+    scatter = scattered(left, turns)
+    sigma = _levels(scatter, own)
+    return Seen(own, vectors, left, _coloured(scatter, sigma, turns, own), white, between)
+
+
+def scattered(left: Complex, turns: Sequence[Turn]) -> Complex:
+    """Revolutions against each other: spectra (turns, orders) less their mean in the same direction, as large as noise
+    alone would be.
+
+    A pulse stands in every order of every revolution, alike; the median over orders would take it for noise.
+    """
+    out = left.copy()
+    direction = directions(turns)
+    for side in (1.0, -1.0):
+        own = direction == side
+        number = int(own.sum())
+        if number >= _FEWEST_ALIKE:
+            out[own] = (left[own] - left[own].mean(axis=0)) * np.sqrt(number / (number - 1.0))
+    return out
 
 
 def _one(rows: Rows, turn: Turn, y: FloatArray, orders: tuple[float, ...]) -> tuple[Complex, Complex, Complex, float]:
