@@ -275,13 +275,16 @@ def knots_of(values: FloatArray, number: int) -> tuple[float, ...] | None:
     levels = np.unique(np.round(values / spread, 4)) * spread
     if levels.size < 3:
         return None
-    if levels.size <= number:
-        return tuple(float(v) for v in levels)
+    apart = spread / (3.0 * number)
+    alike = np.split(levels, np.flatnonzero(np.diff(levels) > apart) + 1)
+    if len(alike) <= number and all(np.ptp(own) < apart for own in alike):
+        # a few levels, each with what a controller leaves: a knot each
+        return tuple(float(own.mean()) for own in alike) if len(alike) >= 3 else None
     sample = np.quantile(values, np.linspace(0.005, 0.995, number))
     even = np.linspace(sample[0], sample[-1], number)
     kept: list[float] = []
     for knot in np.unique(0.5 * sample + 0.5 * even):
-        if not kept or knot - kept[-1] >= spread / (3.0 * number):
+        if not kept or knot - kept[-1] >= apart:
             kept.append(float(knot))
     return tuple(kept) if len(kept) >= 3 else None
 
