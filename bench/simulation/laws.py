@@ -112,7 +112,7 @@ FUNCTIONS: dict[tuple[str, str], Function] = {
     ("te.velocity_nonlinear", "exponential"): lambda v, m, c, t, p, r: np.exp(-v / p[0]),
     ("te.velocity_nonlinear", "rational"): lambda v, m, c, t, p, r: 1.0 / (1.0 + v / p[0]),
     ("te.temperature_nonlinear", "exponential"): lambda v, m, c, t, p, r: np.exp(-(c - r.coldest) / p[0]),
-    ("te.temperature_nonlinear", "threshold"): lambda v, m, c, t, p, r: np.tanh((c - p[0]) / 3.0),
+    ("te.temperature_nonlinear", "transition"): lambda v, m, c, t, p, r: np.tanh((c - p[0]) / p[1]),
     ("te.velocity_nonlinear", "band"): lambda v, m, c, t, p, r: np.exp(-(((v - p[0]) / p[1]) ** 2)),
     ("te.temperature_nonlinear", "band"): lambda v, m, c, t, p, r: np.exp(-(((c - p[0]) / p[1]) ** 2)),
     ("te.drift_time", "linear"): lambda v, m, c, t, p, r: (t - r.start) / r.span,

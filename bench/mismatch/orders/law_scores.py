@@ -119,7 +119,11 @@ def factors(data: Amplitudes) -> list[Law]:
             ("velocity", "exponential", [(float(v),) for v in np.geomspace(0.08, 0.8, 7) * speed.max()]),
             ("velocity", "rational", [(float(v),) for v in np.geomspace(0.08, 0.8, 7) * speed.max()]),
             ("temperature", "exponential", [(float(s * span),) for s in (0.08, 0.15, 0.3, 0.6)]),
-            ("temperature", "threshold", [(float(coldest + s * span),) for s in (0.2, 0.35, 0.5, 0.65, 0.8)]),
+            (
+                "temperature",
+                "transition",
+                [(float(coldest + s * span), w * span) for s in (0.2, 0.35, 0.5, 0.65, 0.8) for w in (0.05, 0.12, 0.3)],
+            ),
         )
     ]
     tried += [

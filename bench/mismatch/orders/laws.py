@@ -90,6 +90,8 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
         if told[RESONANCE] >= gains[best]:
             law, std, series = mode, mode_std, mode_series
     if law.effect != RESONANCE:
+        law, finer = _between_points(data, white, flat, law, gains[best])
+        told[law.effect] = finer
         law, series, strength_std = _strengths(model, data, law)
     odds = {e: float(np.exp(min(g - told[law.effect], 0.0))) for e, g in told.items()}
     whole = sum(odds.values())
@@ -103,6 +105,24 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
     rivals.sort(key=lambda r: r[1])
     law = replace(law, gain=told[law.effect])
     return FoundLaw(law, rate, std, strength_std, series, tuple(rivals), 1.0 / whole)
+
+
+def _between_points(
+    data: Amplitudes, white: Sequence[FloatArray], flat: Sequence[FloatArray], begin: Law, gain: float
+) -> tuple[Law, float]:
+    """A law of the form 1 + e*g between the points of its grid, where it gains most, and what it gains there."""
+    if not begin.point:
+        return begin, gain
+    size = np.asarray(begin.point)
+
+    def at(x: FloatArray) -> Law:
+        return replace(begin, point=tuple(float(v) for v in size * np.exp(np.clip(x, -1.0, 1.0))))
+
+    def loss(x: FloatArray) -> float:
+        return -score(at(x), changes_of(data, white, at(x)), flat).total
+
+    found = lowest(loss, np.zeros(size.size), np.full(size.size, 0.05), 50)
+    return (at(found), -loss(found)) if -loss(found) > gain else (begin, gain)
 
 
 def _loss(data: Amplitudes, k: int, answer: Complex) -> float:
