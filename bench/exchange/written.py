@@ -117,7 +117,11 @@ def written(simulation: Simulation, standstill: float = 1e-3) -> Formulas:
     inputs = [*(n for n in INPUTS if n in used), *sorted(n for n in used if n not in (*INPUTS, "time"))]
     named = {n.extra[0] for n in steps if n.op == "parameter"}
     return Formulas(
-        outputs, tuple(inputs), tuple(p for p in own.parameters.values() if p.name in named), tuple(refused), tuple(notes)
+        outputs,
+        tuple(inputs),
+        tuple(p for p in own.parameters.values() if p.name in named),
+        tuple(refused),
+        tuple(notes),
     )
 
 

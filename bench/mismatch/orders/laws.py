@@ -8,7 +8,7 @@ absorb. What the best of all laws gains in noise is measured on draws of it.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -144,9 +144,7 @@ def _edges(progress: FloatArray, *parting: NDArray[Any]) -> IntArray:
 
 
 @numba.njit(cache=True)
-def blocks(
-    share: FloatArray, parting: IntArray, speed: FloatArray, torque: FloatArray, limits: FloatArray
-) -> IntArray:
+def blocks(share: FloatArray, parting: IntArray, speed: FloatArray, torque: FloatArray, limits: FloatArray) -> IntArray:
     """First index of each block: one ends when its shares make a whole, or speed or torque have changed by a limit."""
     out = np.empty(share.size, dtype=np.int64)
     number = 0

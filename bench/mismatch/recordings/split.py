@@ -72,7 +72,7 @@ def split(recordings: Sequence[Recording]) -> tuple[list[bool], list[int]]:
 def _spread(members: Sequence[_Own], number: int) -> list[_Own]:
     """A number of points, one of each stretch of the campaign: the one that those left in training spare best."""
     pool = list(members)
-    ends = [int(round(k * len(pool) / number)) for k in range(number + 1)]
+    ends = [round(k * len(pool) / number) for k in range(number + 1)]
     out: list[_Own] = []
     for first, last in itertools.pairwise(ends):
         alone = _leverage([p for p in pool if p not in out])

@@ -50,3 +50,19 @@ def test_many_orders_are_no_pulse() -> None:
     stand = stand[~np.isin(stand, [46, 92])]
     mean[stand] = 2e-6 * np.exp(0.8 * rng.normal(size=stand.size) + 2j * np.pi * rng.random(stand.size))
     assert defects.search(sight(mean, tuple(float(f) for f in np.sort(stand))), 0) == []
+
+
+def test_a_pulse_with_corners_far_above_the_noise_is_one_place() -> None:
+    """A skewed triangle, 0.02 rad up and 0.07 rad down, whose edges no Gaussian has."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 1 << 14, endpoint=False)
+    after = np.mod(angle - 2.1, 2.0 * np.pi)
+    values = 1.6e-4 * np.where(after < 0.02, after / 0.02, np.clip(1.0 - (after - 0.02) / 0.07, 0.0, None))
+    spectrum = 2.0 * np.fft.rfft(values)[:ORDERS] / angle.size
+    mean = 1j * spectrum  # b + j*a of a - j*b
+    mean[0] = 0.0
+    found = defects.search(sight(mean, tuple(float(f) for f in range(1, 200) if f not in (3, 46, 92))), 0)
+    assert found
+    assert found[0].first.angle == pytest.approx(2.12, abs=0.03)
+    assert 0.004 < found[0].first.width < 0.06
+    drawn = sum(p.evaluate(angle) for p in found[0].form)
+    assert np.std(values - drawn) < 0.25 * np.std(values)

@@ -1,0 +1,36 @@
+"""Free functions: where their knots are, and which of them have a name by definition."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bench.mismatch.regression.candidates import _of_product, free_candidates, knots_of
+from bench.simulation.terms import MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
+from tests.bench.mismatch.regression.synthetic import campaign
+
+
+def test_levels_that_a_controller_left_a_little_apart_are_one_knot() -> None:
+    """Six loads, each met to a newton metre."""
+    loads = np.repeat([-900.0, -600.0, -300.0, 300.0, 600.0, 900.0], 40)
+    values = loads + np.random.default_rng(0).choice([-0.5, 0.0, 0.5, 6.0], loads.size)
+    knots = knots_of(values, 12)
+    assert knots is not None
+    assert knots == pytest.approx([-900.0, -600.0, -300.0, 300.0, 600.0, 900.0], abs=6.0)
+
+
+def test_a_product_of_one_quantity_is_the_effect_that_is_any_function_of_it() -> None:
+    """Cubes of temperature, speed and load in the transmission error; not of two quantities, not in a torque."""
+    assert _of_product(TRANSMISSION_ERROR, "T*T*T") == "te.temperature_nonlinear"
+    assert _of_product(TRANSMISSION_ERROR, "last_d*T*T*T") == "te.temperature_nonlinear"
+    assert _of_product(TRANSMISSION_ERROR, "v*v*v") == "te.velocity_nonlinear"
+    assert _of_product(TRANSMISSION_ERROR, "tau*tau*tau") == "te.stiffness_nonlinear"
+    assert _of_product(TRANSMISSION_ERROR, "last_d*tau*tau*tau") == "unknown"
+    assert _of_product(TRANSMISSION_ERROR, "tau*tau*T") == "unknown"
+    assert _of_product(MOTOR_TORQUE, "d*T*T") == "unknown"
+
+
+def test_a_heat_capacity_that_depends_on_temperature_can_be_drawn() -> None:
+    """The temperature's functions hold one that divides loss and cooling alike."""
+    found = [f for f in free_candidates(TEMPERATURE, campaign()) if f.grids[0].over == ("temperature",)]
+    assert any({g.times for g in f.grids} == {"1", "power"} for f in found)
