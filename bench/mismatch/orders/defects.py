@@ -169,7 +169,7 @@ def search(sight: Sight, seed: int) -> list[Defect]:
     for gain, pulse, p in places:
         first, form = _form(line, others, pulse)
         others = others + sum(q.vectors(line.orders) for q in form)
-        out.append(Defect(first, form, gain, p))
+        out.append(Defect(first if len(form) == 1 else _apex(form), form, gain, p))
     return out
 
 
@@ -208,6 +208,20 @@ def _form(line: _Line, before: Complex, first: Pulse) -> tuple[Pulse, tuple[Puls
     assert best is not None
     assert one is not None
     return one, tuple(sorted(_pulses(best[1], best[2], first), key=lambda p: -abs(p.height * np.sqrt(p.width))))
+
+
+def _apex(form: Sequence[Pulse]) -> Pulse:
+    """The Gaussian as high and, at half its height, as wide as several together, where they are highest."""
+    reach = REACH * max(p.width for p in form)
+    angle = form[0].angle + np.linspace(-reach, reach, 2 * _GRID + 1)
+    values = np.asarray(sum(p.evaluate(angle) for p in form))
+    top = int(np.argmax(np.abs(values)))
+    low = np.abs(values) < 0.5 * np.abs(values[top])
+    before, after = np.flatnonzero(low[:top]), np.flatnonzero(low[top:])
+    first = angle[before[-1]] if before.size else angle[0]
+    last = angle[top + after[0]] if after.size else angle[-1]
+    width = float(last - first) / (2.0 * np.sqrt(2.0 * np.log(2.0)))
+    return Pulse(float(np.mod(angle[top], 2.0 * np.pi)), width, float(values[top]))
 
 
 def _pulses(x: FloatArray, covariance: FloatArray, first: Pulse) -> list[Pulse]:

@@ -104,8 +104,9 @@ def search(
     usable = np.ones(stage.vectors.shape[1], dtype=bool)
     usable[[0, *(round(f) for f in fitted if f < usable.size - 0.5)]] = False
     gain, which = stage.gains(stage.vectors)
-    found = np.flatnonzero(usable & (gain > price))
     # what is strong leaks into its neighbours until it has been fitted: only summits are taken in one round
+    gain = np.where(usable, gain, -np.inf)
+    found = np.flatnonzero(gain > price)
     out = []
     for f in found:
         if gain[f] < gain[max(f - 2, 0) : f + 3].max():

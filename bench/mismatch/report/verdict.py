@@ -55,6 +55,10 @@ def _doubt(outcome: ChannelOutcome) -> str:
     if after**2 > most + criteria.FLOOR_ERRORS * error:
         noise = f"{outcome.floor:.3g} ± {std:.2g} {unit}"
         return f"what is left of the {name}, {after:.3g} {unit}, is more than the noise, {noise}"
+    # a few recordings far off hardly move the median recording
+    every = finite(outcome.rmse.get("after"))
+    if every is not None and every**2 > criteria.MORE_THAN_NOISE**2 * most + criteria.FLOOR_ERRORS * error:
+        return f"a few recordings leave more of the {name} than noise: {every:.3g} {unit} over all, {after:.3g} usually"
     return ""
 
 
