@@ -116,3 +116,10 @@ RIGHT_WHEN_SURE = 0.9
 were right in folders of ``bench prove`` that the method had been mended on (seeds 162989 held back, 9101, 9201 with
 clutter, 77001 and 77002 through the bench); docs/proof.md has how often they are right in folders never seen
 """
+EITHER = 0.5
+"""share of a confidence that is left where nothing says whether it is this or another: at the end of its range a
+term turns into something else; of a size that may be nothing, something beside it may be the whole; recordings held out
+that are predicted better without it do not bear it out
+"""
+TOLD = 1.96
+"""standard deviations from nothing of at least one coefficient of a term whose size is told"""

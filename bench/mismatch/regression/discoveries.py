@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from bench.mismatch import criteria
 from bench.mismatch.discovery import AMBIGUOUS, NAMED, Discovery, Rival
 from bench.mismatch.discovery import UNKNOWN as UNKNOWN_STATUS
 from bench.mismatch.problem import ChannelProblem
@@ -23,12 +24,6 @@ from bench.mismatch.regression.slots import Contender, Slot
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.quantities import QUANTITIES
 
-EITHER = 0.5
-"""share of a name's confidence that is left where nothing says whether it is this or another: at the end of its range a
-term turns into something else; of a size that may be nothing, something beside it may be the whole
-"""
-TOLD = 1.96
-"""standard deviations from nothing of at least one coefficient of a term whose size is told"""
 ANGLE = "angle"
 """name of the output angle among the quantities"""
 
@@ -145,8 +140,8 @@ def _confidence(slot: Slot, status: str, as_good: Sequence[Contender]) -> float:
 
 def sure_of_name(status: str, at_the_end: bool, coefficients: FloatArray, std: FloatArray) -> float:
     """Share of a confidence that is left for what the recordings say of a named term's shape and coefficients (k,)."""
-    told = bool(np.any(np.abs(coefficients) > TOLD * std))
-    return EITHER if status == NAMED and (at_the_end or not told) else 1.0
+    told = bool(np.any(np.abs(coefficients) > criteria.TOLD * std))
+    return criteria.EITHER if status == NAMED and (at_the_end or not told) else 1.0
 
 
 def _window(own: Chosen) -> tuple[float, float] | None:

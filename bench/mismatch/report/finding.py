@@ -131,7 +131,8 @@ def _auxiliary(found: Discovery) -> tuple[str, ...]:
 
 
 def _finding(found: Sequence[Discovery], outcome: ChannelOutcome, data: Dataset) -> Finding:
-    first = calibrated(found[0])
+    share = figures.share_of_excess(found[0], outcome)
+    first = calibrated(found[0], share)
     also = dict.fromkeys(c for d in found for c in (d.channel, *d.also_in) if c != first.channel)
     where = place(first, outcome, data)
     scored = figures.Scored.of(outcome)
@@ -144,17 +145,22 @@ def _finding(found: Sequence[Discovery], outcome: ChannelOutcome, data: Dataset)
         scored.held_out,
         figures.without(first, outcome),
         scored.after,
-        figures.share_of_excess(first, outcome),
+        share,
         # those that are as good first, then by what they lose
         tuple(_alternative(r, outcome) for r in sorted(first.rivals, key=lambda r: (not r.as_good, r.loss))),
     )
 
 
-def calibrated(found: Discovery) -> Discovery:
-    """A discovery with the confidence that findings of its weight have earned."""
+def calibrated(found: Discovery, share: float | None = None) -> Discovery:
+    """A discovery with the confidence that findings of its weight have earned; half of it where ``share``, what it
+    takes off the excess of recordings held out, is negative: they are predicted better without it.
+    """
     if found.confidence is None:
         return found
-    return replace(found, confidence=criteria.RIGHT_WHEN_SURE * found.confidence)
+    borne_out = share is None or share >= 0.0
+    return replace(
+        found, confidence=criteria.RIGHT_WHEN_SURE * found.confidence * (1.0 if borne_out else criteria.EITHER)
+    )
 
 
 def _alternative(rival: Rival, outcome: ChannelOutcome) -> Alternative:

@@ -205,9 +205,12 @@ def _evidence(finding: Finding, report: Report) -> str:
         if share is None
         else f"{100.0 * share:.0f} % of the energy above the noise"
     )
+    against = (
+        " They are predicted better without it, so its confidence is halved." if share is not None and share < 0 else ""
+    )
     p = finite(finding.discovery.p_value)
     chance = _missing(reasons.NO_SURROGATES) if p is None else f"{_chance(p)} against surrogates of this folder"
-    return f"{of}: {', '.join(sizes)}; {part}; p {chance}."
+    return f"{of}: {', '.join(sizes)}; {part}; p {chance}.{against}"
 
 
 def _where(finding: Finding) -> str:

@@ -212,3 +212,24 @@ def test_structure_without_a_finding_is_no_match() -> None:
     assert own.structure is not None
     own.structure = replace(own.structure, p_value=1e-4)
     assert judged([own], ())[0] == "undetermined"
+
+
+def test_a_few_recordings_far_off_are_no_match() -> None:
+    """The median recording is at the noise, all together are at twice as much."""
+    frame = made.campaign()
+    own = made.outcome(frame, "motor_torque", [])
+    own = replace(own, floor=0.0195, floor_std=0.0005, rmse={"after": 0.039, "after_steady": 0.0196})
+    verdict, why = judged([own], ())
+    assert verdict == "undetermined"
+    assert "a few recordings" in why
+    own = replace(own, rmse={"after": 0.0205, "after_steady": 0.0196})
+    assert judged([own], ())[0] == "match"
+
+
+def test_what_held_out_recordings_do_not_bear_out_is_half_as_sure() -> None:
+    """A finding whose removal predicts them better."""
+    helps, _, _ = _report(squares=(5e-4, 4e-4), confidence=0.8)
+    hurts, _, _ = _report(squares=(4e-4, 5e-4), confidence=0.8)
+    sure, unsure = (told["findings"][0]["confidence"] for told in (helps, hurts))
+    assert hurts["findings"][0]["location"]["share_of_excess"] < 0.0
+    assert unsure == pytest.approx(0.5 * sure)
