@@ -131,11 +131,10 @@ def _auxiliary(found: Discovery) -> tuple[str, ...]:
 
 
 def _finding(found: Sequence[Discovery], outcome: ChannelOutcome, data: Dataset) -> Finding:
-    share = figures.share_of_excess(found[0], outcome)
-    first = calibrated(found[0], share)
+    scored, without = figures.Scored.of(outcome), figures.without(found[0], outcome)
+    first = calibrated(found[0], scored.held_out and worse(without, scored.after))
     also = dict.fromkeys(c for d in found for c in (d.channel, *d.also_in) if c != first.channel)
     where = place(first, outcome, data)
-    scored = figures.Scored.of(outcome)
     return Finding(
         first,
         outcome,
@@ -143,23 +142,27 @@ def _finding(found: Sequence[Discovery], outcome: ChannelOutcome, data: Dataset)
         where,
         text(where, data.linear),
         scored.held_out,
-        figures.without(first, outcome),
+        without,
         scored.after,
-        share,
+        figures.share_of_excess(first, outcome),
         # those that are as good first, then by what they lose
         tuple(_alternative(r, outcome) for r in sorted(first.rivals, key=lambda r: (not r.as_good, r.loss))),
     )
 
 
-def calibrated(found: Discovery, share: float | None = None) -> Discovery:
-    """A discovery with the confidence that findings of its weight have earned; half of it where ``share``, what it
-    takes off the excess of recordings held out, is negative: they are predicted better without it.
+def worse(without: float | None, after: float | None) -> bool:
+    """Whether recordings held out are predicted better without a finding than with it."""
+    return without is not None and after is not None and without < after
+
+
+def calibrated(found: Discovery, against: bool = False) -> Discovery:
+    """A discovery with the confidence that findings of its weight have earned; half of it where the recordings held
+    out are ``against`` it.
     """
     if found.confidence is None:
         return found
-    borne_out = share is None or share >= 0.0
     return replace(
-        found, confidence=criteria.RIGHT_WHEN_SURE * found.confidence * (1.0 if borne_out else criteria.EITHER)
+        found, confidence=criteria.RIGHT_WHEN_SURE * found.confidence * (criteria.EITHER if against else 1.0)
     )
 
 
@@ -215,4 +218,4 @@ def _merged(discoveries: Iterable[Discovery]) -> list[Discovery]:
     return out
 
 
-__all__ = ["Alternative", "Finding", "NextExperiment", "conclude", "name_of"]
+__all__ = ["Alternative", "Finding", "NextExperiment", "conclude", "name_of", "worse"]

@@ -231,5 +231,6 @@ def test_what_held_out_recordings_do_not_bear_out_is_half_as_sure() -> None:
     helps, _, _ = _report(squares=(5e-4, 4e-4), confidence=0.8)
     hurts, _, _ = _report(squares=(4e-4, 5e-4), confidence=0.8)
     sure, unsure = (told["findings"][0]["confidence"] for told in (helps, hurts))
-    assert hurts["findings"][0]["location"]["share_of_excess"] < 0.0
+    evidence = hurts["findings"][0]["evidence"]
+    assert evidence["held_out_rmse_before"] < evidence["held_out_rmse_after"]
     assert unsure == pytest.approx(0.5 * sure)
