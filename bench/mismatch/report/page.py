@@ -205,9 +205,6 @@ def _evidence(finding: Finding, report: Report) -> str:
         if share is None
         else f"{100.0 * share:.0f} % of the energy above the noise"
     )
-    against = (
-        " They are predicted better without it, so its confidence is halved." if share is not None and share < 0 else ""
-    )
     unsure = finding.held_out and worse(finding.before, finding.after)
     against = " They are predicted better without it, so its confidence is halved." if unsure else ""
     p = finite(finding.discovery.p_value)
