@@ -84,7 +84,7 @@ def test_stop_does_not_look_at_the_folder_of_locks(client: Client, monkeypatch: 
     def refuse() -> Path:
         raise DeviceError("the runtime folder is gone")
 
-    monkeypatch.setattr("bench.service.keeper.runtime_folder", refuse)
+    monkeypatch.setattr("bench.service.run_process.runtime_folder", refuse)
     assert pressed(client) < STOPPED_S
     client.until(lambda: client.state("runs")["runs"][0]["state"] == "ended")
 
