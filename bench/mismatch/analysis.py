@@ -301,6 +301,11 @@ def _transmission(data: Dataset, given: Given, rows: Rows, seed: int, banned: Se
 
 
 def _of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas: bool) -> ChannelOutcome:
+    plain = model.periodic
+    found = of_orders(model, data.gearbox, seed)
+    if model.periodic is not plain:
+        # a pulse or a law says what orders had said badly: the offset is what they leave now
+        orders.offset_anew(model, seed)
     offset = model.offset
     assert offset is not None
     slots = settle(offset)
@@ -308,13 +313,12 @@ def _of_transmission(model: TransmissionModel, data: Dataset, seed: int, formula
         slots = in_formulas(offset, slots, data.auxiliary_units)
     frame = model.rows.frame
     own = offset.model
-    found = of_orders(model, data.gearbox, seed)
     periodic = model.periodic.evaluate(frame) if model.periodic is not None else np.zeros(frame.size)
-    plain = np.zeros(frame.size)
+    given = np.zeros(frame.size)
     if model.plain is not None:
-        plain = Periodic(model.plain, laws=model.given.laws).evaluate(frame)
+        given = Periodic(model.plain, laws=model.given.laws).evaluate(frame)
     level = own.predict(frame)
-    before = plain + own.predict(frame, [], own.refitted([]))
+    before = given + own.predict(frame, [], own.refitted([]))
     held = np.isin(frame.recording, list(data.held_out()))
     floor = own.floor
     spread = model.seen.white if model.seen is not None else np.zeros(0)

@@ -103,7 +103,6 @@ def begun(
 
 def analyse(model: TransmissionModel, seed: int) -> TransmissionModel:
     """Find what the transmission error's simulation lacks."""
-    periodic_free = np.zeros(model.rows.size)
     if int(model.train.sum()) >= 4:
         quiet = model.rows.y - _wavering(model, model.rows.y)
         _orders(model, quiet, seed)
@@ -112,9 +111,14 @@ def analyse(model: TransmissionModel, seed: int) -> TransmissionModel:
         level = _offset_alone(model, model.rows.y - periodic_free)
         model.quiet = model.rows.y - level
         _orders(model, model.quiet, seed)
-        periodic_free = model.periodic.evaluate(model.rows.frame)
-    model.offset = searched(_problem(model, model.rows.y - periodic_free), seed)
+    offset_anew(model, seed)
     return model
+
+
+def offset_anew(model: TransmissionModel, seed: int) -> None:
+    """Search what the model's periodic part leaves for what the offset lacks."""
+    periodic = model.periodic.evaluate(model.rows.frame) if model.periodic is not None else np.zeros(model.rows.size)
+    model.offset = searched(_problem(model, model.rows.y - periodic), seed)
 
 
 def _rate(rows: Rows) -> float:
