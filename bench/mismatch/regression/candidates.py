@@ -257,7 +257,7 @@ def _of_product(channel: str, times: str) -> str:
     return UNKNOWN
 
 
-def shape_of(channel: str, effect: str, frame: Frame, number: int = KNOTS[0]) -> Free | None:
+def shape_of(channel: str, effect: str, frame: Frame, number: int = KNOTS[-1]) -> Free | None:
     """The function by which nature's form of an effect may differ from the library's; None where it has none."""
     grids = []
     for name, times in LIBRARY[effect].shape.get(channel, ()):

@@ -163,7 +163,7 @@ def searched(problem: ChannelProblem, seed: int = 0) -> Search:
     search.scans.append(last)
     price = max(last.price, model.price)
     chosen = _believed(search, _pruned(search, model.chosen, price, keep=0))
-    chosen = _above_the_rest(search, chosen)
+    chosen = _no_mere_form(search, _above_the_rest(search, chosen))
     search.model = replace(model, chosen=chosen, fit=model.refitted(chosen), price=price)
     return search
 
@@ -207,6 +207,28 @@ def _above_the_rest(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
         return one.effect == UNKNOWN or strength(others, one).overall > rest
 
     return [c for c in chosen if keeps(c)]
+
+
+def _no_mere_form(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
+    """Effects without the functions that may be what a name's form leaves of nature's: those without a name that depend
+    on a quantity of a name, and are smaller than its form may be off.
+    """
+    model = search.model
+    fitted = model.refitted(chosen)
+    at = replace(search, model=replace(model, chosen=list(chosen), fit=fitted))
+
+    def size(one: Chosen) -> float:
+        others = replace(at, model=replace(at.model, chosen=[c for c in chosen if c is not one]))
+        return strength(others, one).acts
+
+    named = [(set(c.main.regressor.variables), size(c)) for c in chosen if c.effect != UNKNOWN]
+    out = []
+    for one in chosen:
+        own = set(one.main.regressor.variables)
+        largest = max((s for variables, s in named if variables & own), default=0.0)
+        if one.effect != UNKNOWN or largest == 0.0 or size(one) >= criteria.SHAPE * largest:
+            out.append(one)
+    return out
 
 
 def _odds(share: FloatArray, chosen: Chosen) -> float:
