@@ -4,8 +4,6 @@ STANDSTILL_RAD_S = 0.3
 """motor speed below which the bench counts as standing; a fifth of one count of a 13-bit encoder at 2 kHz"""
 SPEED_NOISE = 2e-3
 """noise of the speed, over the speed of standstill, below which a shorter smoothing window is taken"""
-LEAST_MOTION = 0.1
-"""share of the acceleration's power that a smoothing window keeps: one that takes more takes the motion, no noise"""
 SPIKE = 9.0
 """standard deviations of the difference to a running median from which a sample is wild; chance: 1 in 1e18"""
 KEEPS_ITS_LOAD = 0.02

@@ -24,38 +24,18 @@ def window(rate: float, span: float) -> int:
 
 
 def span_for(angle: FloatArray, rate: float, standstill: float) -> float:
-    """Window in s for rates of an angle: the shortest whose noise hides nothing as slow as ``standstill`` (rad/s); a
-    shorter one where that would take away nearly all acceleration.
+    """Window in s for rates of an angle: the shortest whose noise hides nothing as slow as ``standstill`` (rad/s).
 
     The angle's noise is read from its third differences, whose variance is 20 times its own.
     """
     if angle.size < 100:
         return _WINDOWS_S[-1]
     sigma = float(np.std(np.diff(angle, 3))) / np.sqrt(20.0)
-    quiet = _WINDOWS_S[-1]
     for span in _WINDOWS_S[:-1]:
         width = window(rate, span)
         if sigma * rate * np.sqrt(12.0 / width**3) < criteria.SPEED_NOISE * standstill:
-            quiet = span
-            break
-    return _no_longer_than_motion(angle, rate, sigma, quiet)
-
-
-def _no_longer_than_motion(angle: FloatArray, rate: float, sigma: float, quiet: float) -> float:
-    """The window ``quiet``, or the longest that keeps a share of the acceleration's power that the shortest shows.
-
-    What shakes faster than a window lasts is motion, and inertia times it is torque; noise ``sigma`` is not.
-    """
-    power = {}
-    for span in _WINDOWS_S:
-        n = float(window(rate, span))
-        # variance of the second derivative of a quadratic fitted to n samples of white noise
-        noise = (sigma * rate**2) ** 2 * 720.0 / (n * (n * n - 1.0) * (n * n - 4.0))
-        power[span] = float(np.mean(local_quadratic(angle, rate, span)[2] ** 2)) - noise
-        if span == _WINDOWS_S[0] and power[span] <= noise:
-            return quiet
-    kept = [span for span in _WINDOWS_S if power[span] >= criteria.LEAST_MOTION * power[_WINDOWS_S[0]]]
-    return min(quiet, max(kept))
+            return span
+    return _WINDOWS_S[-1]
 
 
 def local_quadratic(signal: FloatArray, rate: float, span: float) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -292,7 +292,7 @@ def _best(search: Search, seen: Scan) -> Chosen | None:
     for k in free.values():
         if seen.gain[k] < seen.price:
             continue
-        candidate = free_function(search, model.chosen, search.blocks[k])
+        candidate = free_function(search, model.chosen, _form_of_a_name(search.blocks[k], model.chosen))
         total = float(search.density([*model.chosen, candidate]).sum())
         if total - start < seen.price or not strength(search, candidate).enough:
             continue
@@ -308,6 +308,22 @@ def _best(search: Search, seen: Scan) -> Chosen | None:
             # a name and something that depends on another quantity say what one function without a name says
             return first[1]
     return None if best is None else best[1]
+
+
+def _form_of_a_name(block: Block, chosen: Sequence[Chosen]) -> Block:
+    """A free function as part of a name found before, where nature's form of that may differ from the library's by just
+    such a function: what two functions of one quantity add up to says nothing of a second effect.
+    """
+    free = block.regressor
+    if not isinstance(free, Free):
+        return block
+    own = {(name, grid.times) for grid in free.grids for name in grid.over}
+    for one in chosen:
+        term = LIBRARY.get(one.effect)
+        named = isinstance(one.main.regressor, Named)
+        if own and named and term is not None and own <= set(term.shape.get(free.channel, ())):
+            return replace(block, regressor=replace(free, effect=one.effect))
+    return block
 
 
 def _still_open(regressor: Regressor, taken: set[str], whole: set[tuple[str, tuple[str, ...]]], more: bool) -> bool:

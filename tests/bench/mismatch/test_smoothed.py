@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from bench.mismatch.recordings.prepared import _pieces, _smoothed
-from bench.mismatch.recordings.smoothing import local_quadratic, span_for
 
 RATE, SPAN = 500.0, 0.06
 RAMP = 300
@@ -36,16 +35,3 @@ def test_a_lost_cycle_is_no_acceleration() -> None:
 def test_one_piece_is_smoothed_as_a_whole() -> None:
     time = np.arange(900) / RATE
     assert _pieces(time, RATE, np.full(900, -1)) == []
-
-
-def test_a_shaft_that_shakes_is_no_coarse_encoder() -> None:
-    rng = np.random.default_rng(2)
-    time = np.arange(4000) / 1000.0
-    turning = 2.0 * time + 0.3 * np.sin(3.0 * time)
-    coarse = turning + rng.normal(0.0, 4e-4, time.size)
-    # the same encoder on a rotor that its cogging shakes at 60 Hz, with 1.4e3 rad/s²
-    shaken = coarse + 0.01 * np.sin(2.0 * np.pi * 60.0 * time)
-    assert span_for(coarse, 1000.0, 0.3) == 0.06
-    assert span_for(shaken, 1000.0, 0.3) == 0.015
-    kept = local_quadratic(shaken, 1000.0, 0.015)[2]
-    assert np.sqrt(2.0) * np.std(kept) > 0.5 * 0.01 * (2.0 * np.pi * 60.0) ** 2
