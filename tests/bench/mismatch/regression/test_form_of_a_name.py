@@ -1,0 +1,56 @@
+"""A free function of the very quantity by which nature's form of a name may differ is part of that name."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bench.mismatch.regression.model import Block, Chosen
+from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
+from bench.mismatch.regression.search import _form_of_a_name, _still_open
+from bench.simulation.tables import Grid
+from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR
+
+KNOTS = (-900.0, 0.0, 900.0)
+
+
+def block(regressor: Regressor) -> Block:
+    """A regressor as a block of a bank."""
+    return Block(regressor, (), np.zeros(0))
+
+
+def lost_motion() -> Chosen:
+    """Lost motion by the library's own form."""
+    term = LIBRARY["te.lost_motion"]
+    form = term.forms[TRANSMISSION_ERROR][0]
+    return Chosen(block(Named(term, TRANSMISSION_ERROR, form, (60.0,))))
+
+
+def table(over: str, times: str, effect: str = UNKNOWN) -> Free:
+    """A table over one quantity."""
+    return Free(TRANSMISSION_ERROR, (Grid((over,), times, (KNOTS,)),), effect)
+
+
+@pytest.mark.parametrize(
+    ("free", "effect"),
+    [
+        (table("torque", "1", "te.stiffness_nonlinear"), "te.lost_motion"),
+        (table("torque", "1"), "te.lost_motion"),
+        (table("temperature", "p", "te.temperature_nonlinear"), "te.temperature_nonlinear"),
+        (table("torque", "last_d"), UNKNOWN),
+    ],
+)
+def test_what_two_functions_of_one_quantity_add_up_to_is_one_effect(free: Free, effect: str) -> None:
+    found = _form_of_a_name(block(free), [lost_motion()])
+    assert found.regressor.effect == effect
+    assert _form_of_a_name(block(free), []).regressor is free
+
+
+def test_an_effect_that_is_any_function_of_a_quantity_is_asked_for_once() -> None:
+    own = table("torque", "1", "te.stiffness_nonlinear")
+    had = {(own.effect, own.variables)}
+    assert _still_open(own, set(), set(), True)
+    assert not _still_open(own, set(), had, True)
+    assert not _still_open(own, {own.effect}, set(), True)
+    assert _still_open(table("torque", "1"), set(), had, True)
+    assert not _still_open(table("torque", "1"), set(), set(), False)
