@@ -200,26 +200,18 @@ def _above_the_rest(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
     left = model.bank.residual(index, fitted.coefficients)
     beyond = max(float(np.mean(left**2)) - 1.0, 0.0)  # whitened: noise alone has 1
     rest = float(np.sqrt(beyond * np.sum(model.noise.sigma**2 * own.number) / own.number.sum())) / model.floor
-    at = replace(search, model=replace(model, chosen=list(chosen), fit=fitted))
-
-    def keeps(one: Chosen) -> bool:
-        others = replace(at, model=replace(at.model, chosen=[c for c in chosen if c is not one]))
-        return one.effect == UNKNOWN or strength(others, one).overall > rest
-
-    return [c for c in chosen if keeps(c)]
+    return [c for c in chosen if c.effect == UNKNOWN or _strength_among(search, chosen, c).overall > rest]
 
 
 def _no_mere_form(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
     """Effects without the functions that may be what a name's form leaves of nature's: those without a name that depend
     on a quantity of a name, and are smaller than its form may be off.
     """
-    model = search.model
-    fitted = model.refitted(chosen)
-    at = replace(search, model=replace(model, chosen=list(chosen), fit=fitted))
+    if all(c.effect != UNKNOWN for c in chosen):
+        return list(chosen)
 
     def size(one: Chosen) -> float:
-        others = replace(at, model=replace(at.model, chosen=[c for c in chosen if c is not one]))
-        return strength(others, one).acts
+        return _strength_among(search, chosen, one).acts
 
     named = [(set(c.main.regressor.variables), size(c)) for c in chosen if c.effect != UNKNOWN]
     out = []
@@ -229,6 +221,12 @@ def _no_mere_form(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
         if one.effect != UNKNOWN or largest == 0.0 or size(one) >= criteria.SHAPE * largest:
             out.append(one)
     return out
+
+
+def _strength_among(search: Search, chosen: Sequence[Chosen], one: Chosen) -> Strength:
+    """How strong one of some effects is beside the others."""
+    others = [c for c in chosen if c is not one]
+    return strength(replace(search, model=replace(search.model, chosen=others)), one)
 
 
 def _odds(share: FloatArray, chosen: Chosen) -> float:
