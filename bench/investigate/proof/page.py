@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from bench.investigate.proof.run import ASKED, EXPERIMENTS, GRID, OPEN, RANDOM, RIGHT, WAYS, WRONG
+from bench.proof.marked import between, table
 from bench.proof.statistics import clopper_pearson
 
 BEGIN, END = "<!-- investigate tables -->", "<!-- /investigate tables -->"
@@ -26,15 +27,7 @@ def tables(content: Mapping[str, Any]) -> str:
 
 def into(page: str, content: Mapping[str, Any]) -> str:
     """The page with new tables between its marks; at its end where it has none."""
-    own = f"{BEGIN}\n{tables(content)}\n{END}"
-    if BEGIN not in page or END not in page:
-        return f"{page.rstrip()}\n\n{own}\n".lstrip("\n")
-    before, rest = page.split(BEGIN, 1)
-    return before + own + rest.split(END, 1)[1]
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    return [f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *rows)]
+    return between(page, BEGIN, END, tables(content))
 
 
 def _share(hits: int, trials: int) -> str:
@@ -71,7 +64,7 @@ def _ways(rows: Rows) -> list[str]:
         f"table is of these), {sum(f == RIGHT for f in told.values())} rightly named, "
         f"{sum(f == WRONG for f in told.values())} wrongly."
     ]
-    return [*first, "", *_table(head, cells)]
+    return [*first, "", *table(head, cells)]
 
 
 def _plants(rows: Rows) -> list[str]:
@@ -81,7 +74,7 @@ def _plants(rows: Rows) -> list[str]:
         one = next(iter(own.values()))
         told = [_told(own[way]) if way in own else "not run" for way in WAYS]
         cells.append([f"{seed}/{case[-1]}", one["effect"], ", ".join(one["also"]), one["first"], *told])
-    return _table(["plant", "concealed", "not told from", "first campaign", *(WORDS[way] for way in WAYS)], cells)
+    return table(["plant", "concealed", "not told from", "first campaign", *(WORDS[way] for way in WAYS)], cells)
 
 
 def _told(row: Mapping[str, Any]) -> str:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from bench.proof.marked import between, table
 from bench.proof.statistics import clopper_pearson
 from bench.twin.proof.campaigns import STRENGTHS, WITHOUT
 
@@ -25,15 +26,7 @@ def tables(content: Mapping[str, Any]) -> str:
 
 def into(page: str, content: Mapping[str, Any]) -> str:
     """The page with new tables between its marks; at its end where it has none."""
-    own = f"{BEGIN}\n{tables(content)}\n{END}"
-    if BEGIN not in page or END not in page:
-        return f"{page.rstrip()}\n\n{own}\n".lstrip("\n")
-    before, rest = page.split(BEGIN, 1)
-    return before + own + rest.split(END, 1)[1]
-
-
-def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    return [f"| {' | '.join(row)} |" for row in (head, ["---"] * len(head), *rows)]
+    return between(page, BEGIN, END, tables(content))
 
 
 def _share(hits: int, trials: int) -> str:
@@ -50,7 +43,7 @@ def _false(rows: Rows) -> list[str]:
     wrong = sum(row["noticed"] is not None for row in without)
     before = sum(row["noticed"] is not None and row["noticed"] < row["began"] for row in early)
     highest = max((row["strongest"] for row in without), default=None)
-    out = _table(
+    out = table(
         ["campaigns", "false alarms (95 % interval)"],
         [
             ["without a change", _share(wrong, len(without))],
@@ -79,7 +72,7 @@ def _seen(rows: Rows) -> list[str]:
                 f"{min(after)} to {max(after)}" if after else "",
             ])  # fmt: skip
     head = ["strength", "what begins", "delay in points, median (range)", "missed (95 % interval)", "points after it"]
-    return _table(head, cells)
+    return table(head, cells)
 
 
 def _delay(delays: Sequence[int]) -> str:
@@ -93,7 +86,7 @@ def _told(rows: Rows) -> list[str]:
         return ["No change was seen."]
     off = [abs(row["told_since"] - row["began"]) for row in seen]
     right = sum(row["channel"] == row["true_channel"] for row in seen)
-    return _table(
+    return table(
         ["of the changes seen", ""],
         [
             ["told in the channel where it is strongest", _share(right, len(seen))],
