@@ -151,9 +151,11 @@ class Sink:
                 return
             if self._error is not None:
                 continue  # drain, so that nobody waits for a queue that is never emptied
+            empty = self.rows_written == 0
             try:
                 job()
-                if time.monotonic() - flushed_at >= _MIN_FLUSH_SPACING_S:
+                # The first rows at once: a disk that refuses soon after has them, however late this thread is.
+                if (empty and self.rows_written) or time.monotonic() - flushed_at >= _MIN_FLUSH_SPACING_S:
                     self._flush()
                     flushed_at = time.monotonic()
             except (*HDF5_ERRORS, MemoryError) as error:

@@ -34,6 +34,10 @@ HDF5_ERRORS = (OSError, RuntimeError, KeyError, ValueError, TypeError, Attribute
 """What h5py raises where the structure of a file is broken; which of them depends on the place."""
 
 
+_LOOKS = 5
+"""How often a file that is written meanwhile is looked at; its writer flushes five times a second at most."""
+
+
 @contextmanager
 def opened(path: Path) -> Iterator[h5py.File]:
     """Open an HDF5 file for reading, without locking it, or raise a :class:`RecordingError`."""
@@ -65,10 +69,21 @@ def hdf5_reason(error: Exception) -> str:
 
 
 def _header(path: Path, prefix: bool = False) -> dict[str, Any]:
-    stamp = _stamp(path)
+    for _ in range(_LOOKS - 1):
+        stamp = _stamp(path)
+        try:
+            return {**_looked_at(path, prefix), "stamp": stamp}
+        except RecordingError:
+            # Every state on the disk is whole, but a reader that began before a flush may end behind it.
+            if _stamp(path) == stamp:
+                raise
+    return {**_looked_at(path, prefix), "stamp": _stamp(path)}
+
+
+def _looked_at(path: Path, prefix: bool) -> dict[str, Any]:
     with opened(path) as file:
         try:
-            return {**read_header(file, path, prefix=prefix), "stamp": stamp}
+            return read_header(file, path, prefix=prefix)
         except HDF5_ERRORS as error:
             raise RecordingError(f"{path}: the HDF5 structure is damaged ({hdf5_reason(error)}).") from error
 

@@ -1,10 +1,12 @@
 from __future__ import annotations
 
 import json
+import os
 import pickle
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
@@ -13,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bench.errors import RecordingError
-from bench.recording import ChannelSpec, Event, Recording, RecordingFolder, Segment, write_recording
+from bench.recording import ChannelSpec, Event, Recording, RecordingFolder, Segment, reader, write_recording
 from bench.recording.missing import consequences
 from tests.bench.recording import builders
 
@@ -254,3 +256,34 @@ def test_values_that_would_change_are_refused(tmp_path: Path, values: np.ndarray
     with pytest.raises(RecordingError, match=message):
         write_recording(tmp_path / "a.h5", builders.header("a"), channels)
     assert not (tmp_path / "a.h5").exists()
+
+
+def test_a_reader_that_began_before_a_flush_looks_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, looks = builders.write(tmp_path / "a.h5"), list[Path]()
+
+    def torn(file: Any, of: Path, *, prefix: bool) -> dict[str, Any]:
+        looks.append(of)
+        if len(looks) < 3:
+            os.utime(of)
+            raise OSError("addr overflow")
+        return real(file, of, prefix=prefix)
+
+    real = reader.read_header
+    monkeypatch.setattr(reader, "read_header", torn)
+    monkeypatch.setattr(reader.guarded, "_inside", True)
+    assert Recording.open(path).complete
+    assert len(looks) == 3
+
+
+def test_a_file_that_nobody_writes_is_looked_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, looks = builders.write(tmp_path / "a.h5"), list[Path]()
+
+    def damaged(file: Any, of: Path, *, prefix: bool) -> dict[str, Any]:
+        looks.append(of)
+        raise OSError("addr overflow")
+
+    monkeypatch.setattr(reader, "read_header", damaged)
+    monkeypatch.setattr(reader.guarded, "_inside", True)
+    with pytest.raises(RecordingError, match="addr overflow"):
+        Recording.open(path)
+    assert len(looks) == 1

@@ -17,7 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bench.errors import RecordingError
-from bench.recording import FAST_CHUNK_ROWS, ChannelSpec, Event, Recording, RecordingWriter, Segment
+from bench.recording import FAST_CHUNK_ROWS, ChannelSpec, Event, Recording, RecordingWriter, Segment, _sink
 from bench.recording.repairing import repair
 from bench.recording.validation import validate
 from tests.bench.recording import builders
@@ -159,6 +159,19 @@ def test_a_stalled_source_is_flushed_and_goes_on(tmp_path: Path) -> None:
     recording = Recording.open(path)
     for name, values in data.items():
         assert np.array_equal(recording.raw(name), values)
+
+
+def test_the_first_rows_are_flushed_at_once(tmp_path: Path) -> None:
+    path = tmp_path / "a.h5"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(_sink, "_MIN_FLUSH_SPACING_S", 1e9)
+        with RecordingWriter(path, builders.header("a"), builders.specs(), chunk_rows=100) as writer:
+            writer.begin_segment("steady")
+            writer.append(builders.columns(0, 100))
+            deadline = time.monotonic() + 5
+            while Recording.open(writer.part).size < 100 and time.monotonic() < deadline:
+                time.sleep(0.02)
+            assert Recording.open(writer.part).size == 100
 
 
 def test_an_exception_leaves_a_readable_part(tmp_path: Path) -> None:

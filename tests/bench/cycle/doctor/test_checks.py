@@ -178,4 +178,5 @@ def test_the_bus_is_looked_at_where_there_is_one(tmp_path: Path) -> None:
     assert not any(check.startswith("interface") for check in emulated)
     wired = states(examine(load_bench("rh380n").configuration, "no-such-port", tmp_path))
     assert wired["interface no-such-port"] is State.BAD
-    assert set(emulated) < set(wired)
+    # "host" stands there only where the hypervisor took time away during the look.
+    assert set(emulated) - {"host"} < set(wired)
