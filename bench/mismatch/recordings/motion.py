@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch import criteria
+from bench.mismatch.recordings.level import confirmed
 from bench.mismatch.recordings.smoothing import local_quadratic, repaired, span_for, window
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray
@@ -19,12 +20,15 @@ class Manner:
     """How a folder's motion is read.
 
     ``standstill``: motor speed below which the bench stands, rad/s (a linear axis: m/s); ``smoothing``: window of the
-    rates in s; ``torque``: largest load torque of the folder, N·m, to which "hardly moves" is referred.
+    rates in s; ``torque``: largest load torque of the folder, N·m, to which "hardly moves" is referred; ``confirmed``:
+    share of what the torque sensor reads about a level that the load motor confirms
+    (:func:`bench.mismatch.recordings.level.confirmed`).
     """
 
     standstill: float
     smoothing: float
     torque: float
+    confirmed: float = 1.0
 
     @classmethod
     def of(cls, recordings: Sequence[Recording]) -> Manner:
@@ -40,7 +44,8 @@ class Manner:
                 smoothing = span_for(_angle(recording), float(recording.sample_rate), standstill)
                 break
         loads = [abs(r.setpoint.load_torque) for r in recordings if np.isfinite(r.setpoint.load_torque)]
-        return cls(standstill, smoothing, max(loads, default=0.0))
+        largest = max(loads, default=0.0)
+        return cls(standstill, smoothing, largest, confirmed(recordings, largest))
 
 
 def _angle(recording: Recording) -> FloatArray:

@@ -17,6 +17,7 @@ from bench.errors import ConfigurationError, RecordingError
 from bench.foreign.base import BY, Base
 from bench.foreign.inputs import inputs_of
 from bench.mismatch import criteria
+from bench.mismatch.recordings.level import levelled
 from bench.mismatch.recordings.motion import Manner, corners, directions, since_change
 from bench.mismatch.recordings.notch import notched
 from bench.mismatch.recordings.smoothing import local_quadratic, repaired, spikes, window
@@ -156,8 +157,8 @@ def prepare(
         acting = np.full(n, asked if np.isfinite(asked) else 0.0)
     torque_rate = local_quadratic(acting, rate, span)[1]
     rests = _rests(recording, thinning, n)
-    torque, torque_level = _levelled(acting, label, rests, manner.torque, rate)
-    load_motor, load_motor_level = _levelled(load_motor, label, rests, manner.torque, rate)
+    torque, torque_level = levelled(acting, label, rests, manner.torque, rate, manner.confirmed)
+    load_motor, load_motor_level = levelled(load_motor, label, rests, manner.torque, rate)
     if "motor_torque" in signals and "load_torque" in signals:  # without it there is no load motor to ripple
         # the ripple acts on the gearbox, so the input motor sees it through the ratio
         wild = signals.wild("motor_torque")
@@ -287,26 +288,3 @@ def _rests(recording: Recording, thinning: Thinning, size: int) -> NDArray[np.bo
         if segment.name in ("steady", "heat", "dwell"):
             out[segment.start : segment.stop] = True
     return np.asarray(thinning.every(out)[:size])
-
-
-def _levelled(
-    torque: FloatArray, label: IntArray, rests: NDArray[np.bool_], largest: float, rate: float
-) -> tuple[FloatArray, FloatArray]:
-    """A torque with the noise of its sensor kept down where a segment keeps its load: smoothed over a second, and as
-    the segment's mean; unchanged elsewhere.
-    """
-    smooth, level = torque.copy(), torque.copy()
-    for number in _numbers(label):
-        rows = np.flatnonzero((label == number) & rests)
-        if rows.size < 2:
-            continue
-        own = torque[rows]
-        # a staircase or a ramp spreads over far more than a controller's wavering
-        if float(np.std(own)) < criteria.KEEPS_ITS_LOAD * max(largest, float(np.abs(own.mean()))):
-            level[rows] = own.mean()
-            smooth[rows] = local_quadratic(own, rate, criteria.KEPT_LOAD_S)[0]
-    return smooth, level
-
-
-def _numbers(label: IntArray) -> Sequence[int]:
-    return [int(v) for v in np.unique(label) if v >= 0]

@@ -1,0 +1,84 @@
+"""The load where it is kept at a level, without the noise of the torque sensor.
+
+A regression on a quantity that is read with noise mistakes the noise for the quantity (errors in variables): where a
+load is kept, what the sensor reads about its level is mostly the sensor. A second witness tells how much of it is load:
+the load motor's own torque, whose noise is not the sensor's. The share that both have in common is kept, and no more
+("regression calibration", Carroll et al., Measurement Error in Nonlinear Models, 2006, chapter 4).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.mismatch import criteria
+from bench.mismatch.recordings.smoothing import local_quadratic, repaired, spikes
+from bench.recording import Recording
+from bench.simulation.frame import FloatArray, IntArray
+
+_LOOKED_AT = 6
+"""recordings in which both witnesses are compared"""
+_FEWEST_MEANS = 20
+"""means over :data:`criteria.KEPT_LOAD_S` from which a share can be told"""
+
+
+def levelled(
+    torque: FloatArray,
+    label: IntArray,
+    rests: NDArray[np.bool_],
+    largest: float,
+    rate: float,
+    confirmed: float = 1.0,
+) -> tuple[FloatArray, FloatArray]:
+    """A torque (n,) with the noise of its sensor kept down where a segment keeps its load, and as the segment's mean.
+
+    The first is the mean and the ``confirmed`` share of what is about it when it is smoothed over a second. ``label``
+    (n,) numbers the segments (-1: none), ``rests`` (n,) marks those in which the load may rest at a level, ``largest``
+    is the folder's largest torque in N·m. Both are unchanged elsewhere.
+    """
+    smooth, level = torque.copy(), torque.copy()
+    for number in (int(v) for v in np.unique(label) if v >= 0):
+        rows = np.flatnonzero((label == number) & rests)
+        if rows.size < 2 or not _kept(torque[rows], largest):
+            continue
+        own = torque[rows]
+        level[rows] = own.mean()
+        smooth[rows] = own.mean() + confirmed * (local_quadratic(own, rate, criteria.KEPT_LOAD_S)[0] - own.mean())
+    return smooth, level
+
+
+def confirmed(recordings: Sequence[Recording], largest: float) -> float:
+    """Share of what the torque sensor reads about a level, second by second, that the load motor's torque has as well.
+
+    The slope of the one on the other in the steady segments of some recordings, from 0 to 1; 1 where there is no second
+    witness or too little to tell. ``largest``: the folder's largest torque in N·m.
+    """
+    both = [r for r in recordings if {"load_torque", "load_motor_torque"} <= set(r.specs) and r.steady()]
+    common = own = 0.0
+    number = 0
+    for recording in both[:: max(1, len(both) // _LOOKED_AT)]:
+        width = max(1, round(criteria.KEPT_LOAD_S * float(recording.sample_rate)))
+        for part in recording.steady():
+            size = (part.stop - part.start) // width * width
+            if size < 3 * width:
+                continue
+            values = recording.read_si(("load_torque", "load_motor_torque"), part.start, part.start + size)
+            sensor, motor = (repaired(v, spikes(v)) for v in values.values())
+            if not _kept(sensor, largest) or not _kept(motor, largest):
+                continue
+            x, z = (v.reshape(-1, width).mean(axis=1) - v.mean() for v in (sensor, motor))
+            common += float(x @ z)
+            own += float(x @ x)
+            number += x.size - 1
+    if number < _FEWEST_MEANS or own <= 0.0:
+        return 1.0
+    return float(np.clip(common / own, 0.0, 1.0))
+
+
+def _kept(torque: FloatArray, largest: float) -> bool:
+    """Whether a torque stays about one level: a staircase or a ramp spreads over far more than a controller's
+    wavering.
+    """
+    return float(np.std(torque)) < criteria.KEEPS_ITS_LOAD * max(largest, float(np.abs(torque.mean())))
