@@ -9,6 +9,7 @@ from typing import Any
 from bench.identification.freedom import told
 from bench.identification.identify import Identification
 from bench.identification.instant import told as told_systematic
+from bench.identification.left import told_left
 from bench.identification.load_side import LOAD_UNITS
 from bench.identification.plausible import KEY, implausible
 from bench.identification.regression import LinearFit
@@ -80,7 +81,7 @@ def to_simulation(found: Identification, method: str = "refined") -> Simulation:
         rests = told({name: float(result.freedom) for name, result in found.refined.items()})
         chosen = tuple(float(f) for f in found.orders)
         # the paper's method has no standard deviations, so nothing that they could rest on
-        behind = rests if method == "refined" else {}
+        behind: dict[str, Any] = {**(rests if method == "refined" else {}), **told_left(found.scores, method)}
         simulation = simulation.with_term(
             Term("te.fourier", orders=chosen, coefficients=series.coefficients, extra=behind)
         )

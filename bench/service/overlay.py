@@ -1,4 +1,8 @@
-"""The simulation over the measurement: the model's order spectrum at the conditions of a measured revolution."""
+"""The model over the measurement: its transmission error and order spectrum at the conditions of a measured revolution.
+
+Computed here, beside the pages, and never in the run's process: while one revolution is worked out further ones go
+without.
+"""
 
 from __future__ import annotations
 
@@ -13,34 +17,18 @@ from numpy.typing import NDArray
 from bench.service.process.revolution import BINS, HIGHEST_ORDER
 
 if TYPE_CHECKING:
-    from bench.simulation import TransmissionErrorModel
+    from bench.twin.revolution import RevolutionModel
 
 Message = dict[str, Any]
+_CURVE = 512
 
 
-def model_of(path: Path) -> TransmissionErrorModel | None:
-    """Return the transmission error of a simulation file, None if it holds none.
+def model_of(path: Path) -> RevolutionModel:
+    """Return the model of a simulation file. Raises BenchError if the file is none."""
+    # heavy: only a service that draws a model pays for it
+    from bench.twin.revolution import RevolutionModel
 
-    Raises
-    ------
-    BenchError
-        If the file is no simulation file.
-    """
-    from bench.simulation import Simulation
-
-    return Simulation.load(path).transmission_error()
-
-
-def curve(model: TransmissionErrorModel, torque: float, velocity: float, temperature: float) -> NDArray[np.float64]:
-    """Return the model's transmission error over a revolution without mean, rad, shape (BINS,).
-
-    ``torque`` in N·m, ``velocity`` load side in rad/s (its sign is the direction), ``temperature`` in °C.
-    """
-    theta = (np.arange(BINS) + 0.5) * (2.0 * np.pi / BINS)
-    sign = 1.0 if velocity >= 0.0 else -1.0
-    one = np.ones(BINS)
-    error = model.evaluate(theta, torque * one, velocity * one, temperature * one, sign * one)
-    return np.asarray(error - error.mean())
+    return RevolutionModel(path)
 
 
 def spectrum(error: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -49,44 +37,80 @@ def spectrum(error: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 class Overlay:
-    """Adds the model to ``spectrum`` messages on their way to the pages, in a thread of its own."""
+    """Adds the model to ``spectrum`` messages on their way to the pages, in a thread of its own.
+
+    Drawn is the model that watches the run (:meth:`watch`), until somebody chooses another; else the one chosen.
+    """
 
     def __init__(self, publish: Callable[[Message], None]) -> None:
         self._publish = publish
-        self._model: TransmissionErrorModel | None = None
-        self.path: Path | None = None
+        self._chosen: tuple[Path, RevolutionModel] | None = None
+        self._watching: tuple[Path, RevolutionModel] | None = None
         self.last: Message | None = None
         self._busy: asyncio.Task[None] | None = None
 
+    @property
+    def path(self) -> Path | None:
+        """Simulation file that is drawn; None for none."""
+        drawn = self._watching or self._chosen
+        return None if drawn is None else drawn[0]
+
     def choose(self, path: Path | None) -> None:
         """Draw this simulation file from now on; None for no model (see :func:`model_of` for what is refused)."""
-        self._model = None if path is None else model_of(path)
-        self.path = path
+        self._chosen = None if path is None else (path, model_of(path))
+        self._watching = None
+
+    def watch(self, path: Path | None) -> None:
+        """Draw the model that watches the run; None when that run is over. Refuses as :meth:`choose` does."""
+        self._watching = None if path is None else (path, model_of(path))
 
     def take(self, message: Message) -> None:
         """Publish a message with the model in it; while one is being computed further ones go without."""
-        if self._model is None or "amplitude" not in message or (self._busy is not None and not self._busy.done()):
+        busy = self._busy is not None and not self._busy.done()
+        if self.path is None or "amplitude" not in message or busy:
             self._out(message)
             return
-        self._busy = asyncio.get_running_loop().create_task(self._with_model(self._model, message))
+        self._busy = asyncio.get_running_loop().create_task(self._with_model(message))
 
     def add(self, message: Message) -> Message:
-        """Return the message with the model at its conditions, as it is if there is no model."""
-        if self._model is None:
-            return message
-        error = curve(self._model, message["torque"], message["velocity"], message["temperature"])
-        if not np.isfinite(error).all():
-            # this direction of motion was never identified
-            return message
-        return {
-            **message,
-            "model": [float(f"{value:.4g}") for value in spectrum(error)],
-            "model_curve": [float(f"{value:.4g}") for value in error.reshape(512, -1).mean(axis=1)],
-        }
+        """Return the message with the model at its conditions, as it is if there is no model.
 
-    async def _with_model(self, model: TransmissionErrorModel, message: Message) -> None:
+        Added are ``model``, ``model_curve``, ``model_band`` (half of it) and ``model_inside``, the share of the
+        revolution in it; ``model_why`` says why one of them is not there.
+        """
+        drawn = self._watching or self._chosen
+        if drawn is None:
+            return message
+        from bench.twin.revolution import INSIDE, Conditions
+
+        known = [message.get(name) for name in ("torque", "velocity", "temperature")]
+        torque, velocity, temperature = (np.nan if value is None else float(value) for value in known)
+        also = {name: float(value) for name, value in message.get("also", {}).items()}
+        found = drawn[1].at(Conditions(torque, velocity, temperature, also), BINS)
+        out = {**message, "model_why": found.why}
+        if found.error is None:
+            return out
+        model = _reduced(found.error)
+        out |= {"model": _short(spectrum(found.error)), "model_curve": _short(model)}
+        if found.half is not None:
+            half = _reduced(found.half)
+            inside = np.abs(np.asarray(message["curve"], dtype=np.float64) - model) <= half
+            out |= {"model_band": _short(half), "model_inside": float(inside.mean())}
+            out |= {"model_band_share": INSIDE, "model_left": found.left}
+        return out
+
+    async def _with_model(self, message: Message) -> None:
         self._out(await asyncio.to_thread(self.add, message))
 
     def _out(self, message: Message) -> None:
         self.last = message
         self._publish(message)
+
+
+def _reduced(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Means over the parts of the revolution that pages draw."""
+    return np.asarray(values.reshape(_CURVE, -1).mean(axis=1))
+
+
+def _short(values: NDArray[np.float64]) -> list[float]:
+    return [float(f"{value:.4g}") for value in values]

@@ -87,7 +87,7 @@ class Service:
         )
         self.idle = Idle(settings, self.bench, plant, launcher, lambda: self.keeper.is_busy, self.keeper.shown.take)
         self.by_hand = ByHand(self.bench, settings, self.keeper, self.book)
-        self.twins = Twins(settings.state, self.keeper, self.alarms, self.book)
+        self.twins = Twins(settings.state, self.keeper, self.alarms, self.book, self.overlay)
         self.after_stop = AfterStop(self.bench, settings, self.keeper, self.book)
         self.keeper.shown.on_spectrum = self.overlay.take
         self.keeper.shown.on_phase = self.tell_state

@@ -10,6 +10,7 @@ from bench.errors import BenchError
 from bench.service.alarms import Alarms
 from bench.service.book import Book
 from bench.service.keeper import Keeper
+from bench.service.overlay import Overlay
 from bench.service.runs import Run
 from bench.twin.companion import Companion
 from bench.twin.job import BESIDE_EMULATED, LOWEST
@@ -23,10 +24,12 @@ class Twins:
     Parameters
     ----------
     state : folder of the service's own files.
+    overlay : draws the model over each revolution of the run that it watches.
     """
 
-    def __init__(self, state: Path, keeper: Keeper, alarms: Alarms, book: Book) -> None:
+    def __init__(self, state: Path, keeper: Keeper, alarms: Alarms, book: Book, overlay: Overlay) -> None:
         self._state, self._keeper, self._alarms, self._book = state.absolute(), keeper, alarms, book
+        self._overlay = overlay
         self._run: Run | None = None
         self._companion: Companion | None = None
         self.last: Message | None = None
@@ -40,6 +43,9 @@ class Twins:
         if self._companion is not None and (run is None or run.twin is not None):
             self._companion.finish()
         if run is None or run.twin is None:
+            if run is not None:
+                # the last revolution of a run that is over keeps its model until another run begins
+                self._overlay.watch(None)
             return
         self._run = run
         await self._start(run, run.twin)
@@ -63,11 +69,13 @@ class Twins:
         if self._companion is not None:
             await asyncio.to_thread(self._companion.kill)
         try:
+            await asyncio.to_thread(self._overlay.watch, Path(model))
             self._companion = await asyncio.to_thread(Companion, Path(model), Path(run.folder), job, hear, nice)
         except (BenchError, OSError) as error:
             self._companion = None
             self._alarms.set("TWIN_ENDED", f"{run.title} is not watched: {error}")
             return
+        self._keeper.shown.on_phase()
         self._book.write("twin", "service", f"{run.title} is watched by {model}", run=run.id)
 
     def _take(self, run: Run, message: Message) -> None:

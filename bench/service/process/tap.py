@@ -16,6 +16,7 @@ from bench.cycle.channels import Scaling
 from bench.cycle.view import View
 from bench.protocols import Segment
 from bench.service.process.condition import SHOWN, condition
+from bench.service.process.covered import Covered
 from bench.service.process.revolution import Revolution
 
 Message = dict[str, Any]
@@ -23,6 +24,7 @@ Message = dict[str, Any]
 _MOST_WAITING = 20_000
 """Blocks that may wait; at 2 kHz in blocks of one that is ten seconds. Then blocks are dropped, and counted."""
 _EVERY_S = 0.2
+_TORQUES = ("motor_torque", "load_motor_torque")
 _SPECTRUM_EVERY_S = 0.5
 _CONDITION_EVERY_S = 0.5
 
@@ -59,7 +61,8 @@ class LiveTap:
         self._revolution = Revolution()
         self._spectrum_told = 0.0
         self._whole = False
-        self._conditions: dict[str, float] = {}
+        self._conditions: dict[str, Any] = {}
+        self._covered = Covered()
         self._at = 0.0
         self._thread = threading.Thread(target=self._work, name="live-tap", daemon=True)
         self._thread.start()
@@ -126,6 +129,7 @@ class LiveTap:
                 _, self._scaling, self._began, self._what = item
                 self._cycle, self._steady = None, False
                 self._revolution.clear()
+                self._covered.begin(self._began.timestamp())
             else:
                 self._steady = item[1] is Segment.STEADY
         self._reduce(blocks)
@@ -163,16 +167,25 @@ class LiveTap:
                 "values": values,
             }
         )
-        if self._steady and len(angles) == 2:
-            self._turn(angles, values, end.timestamp())
+        if len(angles) == 2:
+            covered = self._covered.add(angles["motor_angle"] / self._ratio, end.timestamp())
+            if self._steady:
+                self._turn(angles, values, end.timestamp(), covered)
 
-    def _turn(self, angles: dict[str, NDArray[np.float64]], values: dict[str, list[float]], end_s: float) -> None:
+    def _turn(
+        self,
+        angles: dict[str, NDArray[np.float64]],
+        values: dict[str, list[float]],
+        end_s: float,
+        covered: dict[str, float],
+    ) -> None:
         theta = angles["motor_angle"] / self._ratio
         self._revolution.add(theta, angles["load_angle"] - theta)
         self._conditions = {
             "torque": values["load_torque"][2],
             "velocity": values["motor_velocity"][2] / self._ratio,
             "temperature": values["temperature"][2],
+            "also": covered | {name: values[name][2] for name in _TORQUES if name in values},
         }
         self._at = end_s
         whole, self._whole = self._whole, self._revolution.is_whole

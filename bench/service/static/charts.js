@@ -1,6 +1,7 @@
 // Plots with uPlot: bands of minimum and maximum, set values, order spectra. Colours come from the style sheet.
 
 import { limitLines, markLines } from "./marks.js";
+import { number } from "./text.js";
 
 const uPlot = () => window.uPlot;
 const colour = name => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
@@ -171,25 +172,41 @@ export function spectrumPlot(place, height = 330, second = "model") {
 
 const titled = (title, plot) => Object.assign(plot, { title });
 
-// Columns: input angle in degrees, measured, model; µrad, as the spectrum.
-export function curvePlot(place, height = 210, second = "model") {
-  key(place, "Over the revolution", [["actual", "measured", "stroke"], ["model", second, "dash"]]);
-  return titled("Transmission error over the revolution", new Plot(place, height, self => ({
+// Columns: input angle in degrees, measured, model, lower and upper end of its band; µrad, as the spectrum.
+export function curvePlot(place, height = 210, second = "model", band = false) {
+  key(place, "Over the revolution", [["actual", "measured", "stroke"], ["model", second, "dash"], ...(band ? [["model-band", "its band", "area"]] : [])]);
+  const end = name => ({ label: `${second} ${name} µrad`, stroke: colour("model-band"), width: 1, points: { show: false }, value: (u, v) => short(v) });
+  const plot = titled("Transmission error over the revolution", new Plot(place, height, self => ({
     scales: { x: { time: false, range: () => self.zoom ?? [0, 360] }, y: { range: padded(10) } },
     axes: [axis({ label: "input angle θ in degrees", labelSize: 22, incrs: [15, 30, 45, 60, 90] }), axis({ label: "error in µrad", size: 60, labelSize: 22 })],
     series: [
       { label: "θ °", value: (u, v) => short(v) },
       { label: "measured µrad", stroke: colour("actual"), width: 1.5, points: { show: false }, value: (u, v) => short(v) },
       { label: `${second} µrad`, stroke: colour("model"), width: 1.5, dash: [6, 4], points: { show: false }, value: (u, v) => short(v) },
+      ...(band ? [end("from"), end("to")] : []),
     ],
+    ...(band ? { bands: [{ series: [4, 3], fill: colour("model-band") }] } : {}),
     hooks: self.hooks(),
   })));
+  const show = plot.show.bind(plot);
+  plot.show = (columns, range) => show(columns.slice(0, band ? 5 : 3), range);
+  return plot;
 }
 
 export function showSpectrum(spectrum, curve, message) {
   const none = message.amplitude.map(() => null);
   const micro = values => values.map(value => value === null ? null : value * 1e6);
   spectrum.show([message.amplitude.map((_, i) => i + 1), micro(message.amplitude), message.model ? micro(message.model) : none], spectrum.range);
-  const angles = message.curve.map((_, i) => (i + 0.5) * 360 / message.curve.length);
-  curve.show([angles, micro(message.curve), message.model_curve ? micro(message.model_curve) : message.curve.map(() => null)]);
+  const angles = message.curve.map((_, i) => (i + 0.5) * 360 / message.curve.length), empty = message.curve.map(() => null);
+  const model = message.model_curve ?? empty, half = message.model_curve && message.model_band;
+  const end = sign => half ? micro(model.map((value, i) => value + sign * half[i])) : empty;
+  curve.show([angles, micro(message.curve), micro(model), end(-1), end(1)]);
+}
+
+// What is drawn of the model, and why a part of it is not.
+export function modelText(message) {
+  if (!message.model) return message.model_why ? `The model is not drawn: ${message.model_why}.` : "No model is drawn: choose one under Analysis, “Draw over the spectrum”, or let one watch the campaign.";
+  const drawn = "Circles and dashes: the model at the same load, speed, temperature, direction and time.";
+  if (!message.model_band) return `${drawn} No band: ${message.model_why}.`;
+  return `${drawn} Band: where ${number(100 * message.model_band_share, 0)} % should lie by its standard deviations and by what it left of its own recordings (${number(message.model_left * 1e6, 1)} µrad RMS); ${number(100 * message.model_inside, 0)} % of this revolution do.`;
 }

@@ -3,7 +3,7 @@
 import { get } from "./api.js";
 import { buttons } from "./acts.js";
 import { Buffers } from "./buffers.js";
-import { bandPlot, curvePlot, showSpectrum, spectrumPlot } from "./charts.js";
+import { bandPlot, curvePlot, modelText, showSpectrum, spectrumPlot } from "./charts.js";
 import { savePicture, saveValues } from "./marks.js";
 import { running, state } from "./state.js";
 import { $, choice, clock, DEGREES, duration, make, number } from "./text.js";
@@ -20,7 +20,7 @@ export function open() {
   plots.torque = bandPlot($("plot-torque"), { title: "Load torque, N·m", least: 5 });
   plots.temperature = bandPlot($("plot-temperature"), { title: "Lubricant, °C", set: "expected", least: 0.3 });
   plots.spectrum = spectrumPlot($("plot-spectrum"));
-  plots.curve = curvePlot($("plot-curve"));
+  plots.curve = curvePlot($("plot-curve"), 210, "model", true);
   choice($("windows"), WINDOWS, seconds, value => { seconds = Number(value); dirty = true; });
   choice($("orders"), [[320, "all"], [160, "to 160"], [50, "to 50"]], 320, value => { plots.spectrum.range = [0, Number(value)]; spectrum(); });
   $("live-png").addEventListener("click", () => savePicture([plots.speed, plots.torque, plots.temperature], "live"));
@@ -190,11 +190,11 @@ export function spectrum() {
     // what an earlier revolution looked like is not what the text names
     $("model-text").textContent = "";
     plots.spectrum.show([[], [], []], plots.spectrum.range);
-    plots.curve.show([[], [], []]);
+    plots.curve.show([[], [], [], [], []]);
     return;
   }
   $("te-text").textContent = `Transmission error ${number(message.rms * 1e6, 1)} µrad RMS at ${number(message.torque, 0)} N·m, ${number(message.velocity * DEGREES, 1)} °/s, ${number(message.temperature, 1)} °C${message.at ? `, ${message.what.replaceAll("_", " ")}, the revolution that ended at ${clock(message.at)} bench time` : ""}.`;
-  $("model-text").textContent = message.model ? "Circles and dashes: the model at the same torque, speed and temperature." : "No model is drawn: choose one under Analysis, “Draw over the spectrum”.";
+  $("model-text").textContent = modelText(message);
   showSpectrum(plots.spectrum, plots.curve, message);
 }
 

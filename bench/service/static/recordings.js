@@ -3,7 +3,7 @@
 import { get, post } from "./api.js";
 import { doIt, sheet } from "./acts.js";
 import { changes, lookForLike } from "./changes.js";
-import { bandPlot, curvePlot, showSpectrum, spectrumPlot } from "./charts.js";
+import { bandPlot, curvePlot, modelText, showSpectrum, spectrumPlot } from "./charts.js";
 import * as find from "./find.js";
 import { savePicture, saveValues } from "./marks.js";
 import { me, state } from "./state.js";
@@ -173,8 +173,8 @@ async function revolution() {
   if (wanted !== main) return;
   const places = [make("div", { class: "plot tall" }), make("div", { class: "plot" })], model = message.model && !second;
   $("recording-plots").prepend(make("h2", {}, `Transmission error over a revolution: ${number(message.rms * 1e6, 1)} µrad RMS${second ? `, below it ${number(second.rms * 1e6, 1)} µrad RMS of ${under.one.id}, ${under.folder}` : ""}`),
-    make("p", { class: "quiet" }, second ? "Circles and dashes: the other recording." : model ? "Circles and dashes: the model." : ""), ...places);
-  const below = second ? "the other" : "model", spectrum = spectrumPlot(places[0], 330, below), curve = curvePlot(places[1], 210, below);
+    make("p", { class: "quiet" }, second ? "Circles and dashes: the other recording." : message.model || message.model_why ? modelText(message) : ""), ...places);
+  const below = second ? "the other" : "model", spectrum = spectrumPlot(places[0], 330, below), curve = curvePlot(places[1], 210, below, model && Boolean(message.model_band));
   turned = [spectrum, curve];
   if (second) $("recording-plots").prepend(changes({ ...main, turn: message }, { ...under, turn: second }));
   showSpectrum(spectrum, curve, second ? { ...message, model: second.amplitude, model_curve: second.curve } : message);

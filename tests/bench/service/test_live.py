@@ -21,12 +21,13 @@ from bench.cycle.channels import Scaling
 from bench.protocols import Segment
 from bench.recording import ChannelSpec
 from bench.service.history import COARSE, COARSE_S, FINE, History, merge
-from bench.service.overlay import curve, spectrum
+from bench.service.overlay import Overlay
+from bench.service.process.covered import Covered
 from bench.service.process.lines import LineServer
 from bench.service.process.revolution import BINS, Revolution
 from bench.service.process.tap import LiveTap
 from bench.service.stream import Stream
-from bench.simulation import FourierSet, TransmissionErrorModel, basis
+from bench.simulation import FourierSet, Simulation, TransmissionErrorModel, basis
 
 RATIO = 100.0
 NAMES = ("motor_angle", "load_angle", "motor_velocity", "load_torque", "temperature")
@@ -99,16 +100,83 @@ def test_no_spectrum_before_the_revolution_is_whole_and_the_last_pass_counts() -
     assert revolution.share == 0.0
 
 
-def test_the_model_is_drawn_as_it_was_made() -> None:
-    zeros = np.zeros((1, 10))
-    amplitude, phase = zeros.copy(), zeros.copy()
-    (constant,) = np.flatnonzero(basis(0.0, 0.0, 0.0))
-    amplitude[0, constant] = 12e-6
-    model = TransmissionErrorModel(FourierSet(np.array([46.0]), amplitude, phase, np.zeros(10)), None)
-    drawn = spectrum(curve(model, 100.0, 0.1, 30.0))
-    assert int(np.argmax(drawn)) + 1 == 46
-    assert drawn[45] == pytest.approx(12e-6, rel=1e-3)
-    assert np.isnan(curve(model, 100.0, -0.1, 30.0)).all()
+def simulation_file(path: Path, **series: Any) -> Path:
+    """A model of one order, 12 µrad at order 46, in the positive direction only."""
+    amplitude = np.zeros((1, 10))
+    amplitude[0] = 12e-6 * basis(0.0, 0.0, 0.0)
+    fourier = FourierSet(np.array([46.0]), amplitude, np.zeros((1, 10)), np.zeros(10), **series)
+    Simulation.nominal().with_transmission_error(TransmissionErrorModel(fourier, None)).save(path)
+    return path
+
+
+def measured(velocity: float = 0.1) -> dict[str, Any]:
+    curve = 12e-6 * np.sin(46 * (np.arange(512) + 0.5) * 2 * np.pi / 512)
+    curve[:128] += 20e-6
+    known = {"torque": 100.0, "velocity": velocity, "temperature": 30.0}
+    return {"type": "spectrum", "amplitude": [0.0], "curve": curve.tolist(), **known}
+
+
+def test_the_model_is_drawn_as_it_was_made(tmp_path: Path) -> None:
+    overlay = Overlay(lambda _: None)
+    assert overlay.add(measured()) == measured()
+    overlay.choose(simulation_file(tmp_path / "model.json"))
+    drawn = overlay.add(measured())
+    assert int(np.argmax(drawn["model"])) + 1 == 46
+    assert drawn["model"][45] == pytest.approx(12e-6, rel=1e-3)
+    assert np.max(drawn["model_curve"]) == pytest.approx(12e-6, rel=0.05)
+    assert "model_band" not in drawn
+    assert "no covariance" in drawn["model_why"]
+    other_way = overlay.add(measured(-0.1))
+    assert "model" not in other_way
+    assert "never fitted in this direction" in other_way["model_why"]
+    without = overlay.add({**measured(), "temperature": None})
+    assert "not known here" in without["model_why"]
+
+
+def test_the_band_is_drawn_and_what_lies_in_it_counted(tmp_path: Path) -> None:
+    joint = np.zeros((1, 20, 20))
+    joint[0] = 1e-12 * np.outer(x := np.concatenate([basis(0.0, 0.0, 0.0), np.zeros(10)]), x)
+    path = simulation_file(tmp_path / "model.json", covariance=joint)
+    content = json.loads(path.read_text("utf-8"))
+    (term,) = (own for own in content["terms"] if own["effect"] == "te.fourier")
+    term["left_rmse"] = {"positive": 3e-6}
+    path.write_text(json.dumps(content), "utf-8")
+    overlay = Overlay(lambda _: None)
+    overlay.choose(path)
+    drawn = overlay.add(measured())
+    least, most = np.min(drawn["model_band"]), np.max(drawn["model_band"])
+    assert least == pytest.approx(1.96 * 3e-6, rel=0.01)
+    assert most == pytest.approx(1.96 * np.hypot(3e-6, 1e-6), rel=0.01)
+    # a quarter of the revolution is 20 µrad off
+    assert drawn["model_inside"] == pytest.approx(0.75)
+    assert (drawn["model_left"], drawn["model_why"]) == (3e-6, "")
+
+
+def test_the_model_that_watches_a_run_is_drawn_until_another_is_chosen(tmp_path: Path) -> None:
+    overlay = Overlay(lambda _: None)
+    mine, twin = simulation_file(tmp_path / "mine.json"), simulation_file(tmp_path / "twin.json")
+    overlay.choose(mine)
+    overlay.watch(twin)
+    assert overlay.path == twin
+    overlay.watch(None)
+    assert overlay.path == mine
+    overlay.watch(twin)
+    overlay.choose(None)
+    assert overlay.path is None
+    assert overlay.add(measured()) == measured()
+
+
+def test_how_far_a_run_has_moved() -> None:
+    covered = Covered()
+    covered.begin(100.0)
+    covered.add(np.linspace(0.0, 1.0, 50), 101.0)
+    turned = covered.add(np.linspace(1.0, 0.4, 50), 102.0)
+    way = {"travel": 1.6, "reversal_travel": 0.6, "reversal_time": 0.0, "reversed_before": 1.0}
+    assert turned == pytest.approx({"time": 2.0, "elapsed": 2.0, **way})
+    covered.begin(110.0)
+    again = covered.add(np.array([7.0, 7.5]), 111.0)
+    way = {"travel": 2.1, "reversal_travel": 0.5, "reversal_time": 1.0, "reversed_before": 0.0}
+    assert again == pytest.approx({"time": 11.0, "elapsed": 1.0, **way})
 
 
 def scaling() -> Scaling:
