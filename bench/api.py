@@ -31,10 +31,10 @@ from bench.campaigns.taken import Summary
 from bench.configuration import BenchConfiguration, BenchFile, load_bench, on_interface
 from bench.errors import DeviceError
 from bench.identification import Identification, Options, identify_folder, to_simulation
+from bench.locks import bus_in_use, service_for
 from bench.mismatch.report.report import Report
 from bench.mismatch.run import run as run_mismatch
 from bench.recording import Recording, RecordingFolder
-from bench.service.registry import bus_in_use, service_for
 from bench.simulation import Simulation
 from bench.trend import Trend
 from bench.trend.book import trend

@@ -20,7 +20,7 @@ from pymodbus.pdu import ModbusPDU
 from pymodbus.server import ModbusSerialServer, ModbusTcpServer
 from pymodbus.simulator import DataType, SimData, SimDevice
 
-from fakes.ethercat.rtd import Wiring
+from fakes.pt100 import Wiring
 from fakes.thermometer import Reading, Source, Transmitter
 
 REGISTERS_A_CHANNEL = 16

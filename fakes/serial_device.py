@@ -15,7 +15,7 @@ from collections.abc import Callable
 from functools import reduce
 from operator import xor
 
-from fakes.ethercat.rtd import Wiring
+from fakes.pt100 import Wiring
 from fakes.thermometer import Reading, Source, Transmitter
 
 LONGEST_QUESTION = 64

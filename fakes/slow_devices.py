@@ -16,8 +16,8 @@ from multiprocessing.sharedctypes import SynchronizedArray
 from pathlib import Path
 from typing import Any
 
-from fakes.ethercat.rtd import Wiring
 from fakes.modbus import LineFault, ModbusTransmitter
+from fakes.pt100 import Wiring
 from fakes.serial_device import SerialDevice
 from fakes.serial_line import Cable
 

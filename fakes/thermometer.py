@@ -10,7 +10,7 @@ import time
 from dataclasses import dataclass
 from typing import Protocol
 
-from fakes.ethercat.rtd import Wiring, measured_resistance, wiring_of
+from fakes.pt100 import Wiring, measured_resistance, wiring_of
 
 CONVERSION_S = 0.1
 """Time between conversions of a transmitter."""

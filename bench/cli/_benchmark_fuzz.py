@@ -65,9 +65,9 @@ def fuzz(
 
 def _revision() -> str:
     """Ask git, which knows of work trees, for the revision of the program."""
-    import bench
+    from bench.version import PACKAGE
 
-    command = ["git", "-C", str(Path(bench.__file__).parent), "describe", "--always", "--dirty"]
+    command = ["git", "-C", str(PACKAGE), "describe", "--always", "--dirty"]
     try:
         return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
     except (OSError, subprocess.CalledProcessError):

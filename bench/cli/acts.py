@@ -49,7 +49,7 @@ def reset(folder: _FOLDER = None, bench: _BENCH = "rh380n", bus: _BUS = None, as
     """
     from bench.campaigns import acts
     from bench.cli._operator import somebody
-    from bench.service.registry import bus_in_use
+    from bench.locks import bus_in_use
 
     file, run = _bench_and_run(folder, bench, bus)
     by = somebody(file.configuration, "reset", "Is the cause gone, and may the drives lose their faults?")

@@ -12,10 +12,10 @@ from typing import Annotated
 
 import typer
 
-from bench import __version__
 from bench.cli._plain import PlainConsole, plain, say
 from bench.cli.exit_codes import ExitCode, exit_code_help, exit_code_of
 from bench.errors import BenchError
+from bench.version import __version__
 
 COMMANDS: tuple[str, ...] = (
     "run",

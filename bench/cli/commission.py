@@ -75,7 +75,7 @@ def commission(
     from bench.commissioning import commission as run
     from bench.commissioning.record import record_path
     from bench.configuration import load_bench, on_interface
-    from bench.service.registry import bus_in_use
+    from bench.locks import bus_in_use
 
     file = load_bench(bench)
     if bus is not None:

@@ -102,7 +102,7 @@ class _Bench:
         from bench.cli._operator import somebody
         from bench.cli._progress import ProgressListener
         from bench.errors import ConfigurationError, LimitError
-        from bench.service.registry import bus_in_use, service_for
+        from bench.locks import bus_in_use, service_for
 
         if not self.bench.bus.in_process:
             somebody(self.bench, "experiment", f"Run {campaign} now?")

@@ -75,8 +75,8 @@ def run(
     from bench.cli._twin import say_seen, watched_by
     from bench.cli.plan import print_plan
     from bench.configuration import concealing, load_bench, on_interface
+    from bench.locks import bus_in_use, service_for
     from bench.service.client import Client
-    from bench.service.registry import bus_in_use, service_for
 
     console = PlainConsole(stderr=as_json)
     if twin_pause and twin is None:

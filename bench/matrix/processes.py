@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.safety.places import MACHINE, VARIABLE
-from bench.service.registry import RUNTIME
+from bench.safety.runtime import RUNTIME
 
 PATIENCE_S = 60.0
 START_S = 180.0

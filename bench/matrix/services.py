@@ -8,11 +8,11 @@ from collections.abc import Callable
 from pathlib import Path
 
 from bench.configuration import BenchFile, on_interface
+from bench.locks import bus_in_use
 from bench.matrix.outcome import Outcome
 from bench.matrix.processes import COMMAND, PATIENCE_S, free_port, get, own_places, post, running_service, until
 from bench.matrix.rows import Row
 from bench.recording.validation import validate
-from bench.service.registry import bus_in_use
 
 
 def run_service_row(row: Row, file: BenchFile, folder: Path, seed: int = 0) -> Outcome:

@@ -13,10 +13,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import bench
 from bench.proof import make
 from bench.proof.recompute import recompute
 from bench.proof.through import case as through
+from bench.version import PACKAGE
 
 REPORTS = "reports"
 _ANALYSER_PACKAGES = ("mismatch", "simulation", "recording", "identification")
@@ -128,7 +128,7 @@ def _told(job: Job, truth: dict[str, Any], truth_path: Path, ran: Outcome) -> Ou
 def analyser_digest() -> str:
     """SHA-256 over the analyser's sources: a report of another analyser is not reused."""
     digest = hashlib.sha256()
-    root = Path(bench.__file__).parent
+    root = PACKAGE
     for package in _ANALYSER_PACKAGES:
         for path in sorted((root / package).rglob("*.py")):
             digest.update(path.relative_to(root).as_posix().encode())

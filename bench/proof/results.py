@@ -12,12 +12,12 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import bench
 from bench.campaigns.provenance import revision
 from bench.errors import BenchError
 from bench.proof.analyse import Job, analyser_digest
 from bench.proof.score import CaseScore, EffectScore
 from bench.proof.statistics import reliability, summarise
+from bench.version import PACKAGE
 
 FORMAT, FORMAT_VERSION = "bench-proof", "1.1"
 #: Options of a command line that change nothing of what comes out.
@@ -77,7 +77,7 @@ def provenance(arguments: Sequence[str], jobs: Sequence[Job], seal: str) -> Prov
 
 def commit() -> str:
     """The commit the program runs from, ``+changes`` behind it where sources differ; empty outside a work tree."""
-    root = Path(bench.__file__).resolve().parent.parent
+    root = PACKAGE.parent
     git = ["git", "-C", str(root)]
     try:
         head = subprocess.run([*git, "rev-parse", "HEAD"], capture_output=True, text=True, check=True).stdout.strip()

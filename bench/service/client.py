@@ -29,7 +29,7 @@ class Refused(BenchError):
 
 @dataclass(frozen=True, slots=True)
 class Client:
-    """A service by its address, as :func:`bench.service.registry.service_for` gives it."""
+    """A service by its address, as :func:`bench.locks.service_for` gives it."""
 
     url: str
     token: str | None = None

@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from bench.configuration import BenchFile
+from bench.safety.runtime import runtime_folder
 from bench.service.launcher import Launcher
 from bench.service.process.ready import Spec
 from bench.service.process_link import ProcessLink
-from bench.service.registry import runtime_folder
 from bench.service.settings import Settings
 
 Message = dict[str, Any]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from bench.safety.runtime import runtime_folder
 from bench.service.launcher import Launcher
-from bench.service.registry import runtime_folder
 from bench.service.runs import Run, process_of
 
 

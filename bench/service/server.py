@@ -9,9 +9,9 @@ from types import FrameType
 
 from bench.configuration import load_bench, on_interface
 from bench.errors import ConfigurationError
+from bench.locks import folder_in_use, serving
 from bench.service.launcher import Launcher
 from bench.service.privileges import drop
-from bench.service.registry import folder_in_use, serving
 from bench.service.settings import Settings
 
 

@@ -41,7 +41,7 @@ from bench.service.stopper import Press
 from bench.service.storage import storage
 from bench.service.stream import Stream
 from bench.service.twin import Twins
-from bench.service.watches import DISK_EVERY_S, LOOK_EVERY_S, look_at_disk, look_at_itself, watch
+from bench.service.watches import DISK_EVERY_S, LOOK_EVERY_S, SelfWatch, look_at_disk, watch
 
 Message = dict[str, Any]
 _STOP_MARGIN_S = 10.0
@@ -66,10 +66,6 @@ class Service:
         self._broken = Broken()
         self.book = Book(settings.state / "log.jsonl", self.disk)
         self.seen = settings.state / "seen"
-        self.said_seen = 0.0
-        """When the file that says so was written last, s of the monotonic clock."""
-        self.stop_port: int | None = None
-        """Of the run's own stop listener, for the pages."""
         self.lease = Lease(self.book)
         self.stream = Stream()
         self.once = Once(self._settle, settings.state / "requests.json", self.disk, self._broken)
@@ -85,6 +81,7 @@ class Service:
         self.keeper = Keeper(
             settings.state, runs, launcher, self.stream, self.book, self.alarms, self.disk, deadline, port, plant
         )
+        self._myself = SelfWatch(self.alarms, self.disk, self.keeper, self.seen, self.tell_state)
         self.idle = Idle(settings, self.bench, plant, launcher, lambda: self.keeper.is_busy, self.keeper.shown.take)
         self.by_hand = ByHand(self.bench, settings, self.keeper, self.book)
         self.twins = Twins(settings.state, self.keeper, self.alarms, self.book, self.overlay)
@@ -133,8 +130,8 @@ class Service:
         self.idle.open()
         loop = asyncio.get_running_loop()
         self._watching = [
-            loop.create_task(watch(lambda: look_at_disk(self), DISK_EVERY_S)),
-            loop.create_task(watch(lambda: look_at_itself(self), LOOK_EVERY_S)),
+            loop.create_task(watch(lambda: look_at_disk(self.alarms, self.storage), DISK_EVERY_S)),
+            loop.create_task(watch(self._myself.look, LOOK_EVERY_S)),
             loop.create_task(watch(self.twins.look, LOOK_EVERY_S)),
         ]
 
@@ -179,7 +176,7 @@ class Service:
             "alive": self.keeper.is_alive(),
             "latch": self.after_stop.latch(),
             "stop": None if self.keeper.stopper.press is None else self.keeper.stopper.press.as_dict(),
-            "stop_port": self.stop_port,
+            "stop_port": self._myself.stop_port,
             "model": None if self.overlay.path is None else str(self.overlay.path),
         }
 

@@ -110,7 +110,7 @@ def since_last(folder: Path) -> tuple[str, ...]:
         return ()
     series = series_of(known, reference_of([one for _, one in known]))
     names = [one.folder for _, one in known]
-    return three_lines(series, _changed(series, names), (), names, 0)
+    return three_lines(series, _changed(series, names), len(names), names, 0)
 
 
 def gearboxes(index: Index) -> dict[str, int]:
@@ -154,7 +154,12 @@ def trend_of(root: Path, gearbox: str, index: Index, since_s: float | None = Non
     changed = _changed(series, names)
     waiting = sum(one.state == "not yet" for one in campaigns)
     return Trend(
-        gearbox, reference, tuple(campaigns), series, changed, three_lines(series, changed, campaigns, names, waiting)
+        gearbox,
+        reference,
+        tuple(campaigns),
+        series,
+        changed,
+        three_lines(series, changed, len(campaigns), names, waiting),
     )
 
 

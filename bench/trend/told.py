@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from bench.trend.limits import LEAST
 from bench.trend.quantities import Quantity
 from bench.trend.series import Series
-
-if TYPE_CHECKING:
-    from bench.trend.book import Campaign
 
 _MOST = 3
 
@@ -30,15 +26,15 @@ class Changed:
 def three_lines(
     series: Sequence[Series],
     compared: Sequence[Changed],
-    campaigns: Sequence[Campaign],
+    campaigns: int,
     names: Sequence[str],
     waiting: int,
 ) -> tuple[str, ...]:
     """Return three sentences: what changed, the strongest changes, what is outside of its limits.
 
-    ``names`` are the folders that were identified, oldest first; ``waiting`` is how many are not yet.
+    ``names`` are the folders that were identified, oldest first; ``waiting`` of all ``campaigns`` are not yet.
     """
-    missing = f" {waiting} of {len(campaigns)} campaigns are not identified yet." if waiting else ""
+    missing = f" {waiting} of {campaigns} campaigns are not identified yet." if waiting else ""
     if len(names) < 2:
         there = "No campaign is identified" if not names else f"Only {names[0]} is identified"
         return (f"{there}; what changed takes two.{missing}",)

@@ -23,7 +23,7 @@ from fakes.ethercat.slave import (
     Slave,
 )
 from fakes.ethercat.wire import sii
-from fakes.plant.truth import shipped
+from fakes.plant.plant_file import shipped
 
 _ENGLISH = "1033"
 _CYCLE_S = 0.0005

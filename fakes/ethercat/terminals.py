@@ -15,9 +15,9 @@ from fakes.ethercat.dictionary import Entry, Object, key, sparse_record
 from fakes.ethercat.identity import TEMPERATURE_TERMINAL, TORQUE_TERMINAL, Identity
 from fakes.ethercat.objects_common import assignments, common, mapping
 from fakes.ethercat.plant_link import Rows
-from fakes.ethercat.rtd import ELEMENTS, PRESENTATIONS, convert
 from fakes.ethercat.slave import Image, Slave
 from fakes.ethercat.types import INT, UINT, USINT, Value
+from fakes.pt100 import ELEMENTS, PRESENTATIONS, convert
 
 PROFILE_MODULAR = 0x00001389
 """0x1000 of a modular device (profile 5001)."""

@@ -4,7 +4,8 @@ from fakes.plant.errors import PlantError
 from fakes.plant.faults import FAULTS, Fault, FaultTable
 from fakes.plant.images import COMMAND_DTYPE, MEASUREMENT_DTYPE, MODE_TORQUE, MODE_VELOCITY
 from fakes.plant.plant import Plant, Snapshot
-from fakes.plant.truth import PlantTruth, shipped
+from fakes.plant.plant_file import read_plant, shipped
+from fakes.plant.truth import PlantTruth
 
 __all__ = [
     "COMMAND_DTYPE",
@@ -18,5 +19,6 @@ __all__ = [
     "PlantError",
     "PlantTruth",
     "Snapshot",
+    "read_plant",
     "shipped",
 ]

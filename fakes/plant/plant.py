@@ -13,9 +13,9 @@ from fakes.plant.errors import PlantError
 from fakes.plant.faults import FaultTable
 from fakes.plant.hidden.kinds import SHOWN, arrays
 from fakes.plant.hidden.ledger import Ledger
-from fakes.plant.hidden.spec import plant_of
 from fakes.plant.images import COMMAND_DTYPE, MEASUREMENT_DTYPE
 from fakes.plant.noise import seed_words
+from fakes.plant.plant_file import read_plant
 from fakes.plant.records import (
     CONDITIONS,
     DRIVE_STATE,
@@ -26,6 +26,7 @@ from fakes.plant.records import (
     drive_parameters,
     plant_parameters,
 )
+from fakes.plant.spec import plant_of
 from fakes.plant.stepping import step_block
 from fakes.plant.transmission import aim, place
 from fakes.plant.truth import PlantTruth
@@ -83,7 +84,7 @@ class Plant:
     def from_file(cls, name: str | Path, seed: int = 0, cycle_time_s: float = 0.0005) -> Plant:
         """Make a plant from a plant file: a path, or the name of one that ships.
 
-        Behind a question mark the name may say what is concealed (:mod:`fakes.plant.hidden.spec`).
+        Behind a question mark the name may say what is concealed (:mod:`fakes.plant.spec`).
 
         Raises:
             PlantError: the file is missing or wrong.
@@ -102,7 +103,7 @@ class Plant:
         """
         from fakes.plant.simulation import simulated
 
-        return cls(simulated(Path(simulation), PlantTruth.from_file(base)), seed, cycle_time_s)
+        return cls(simulated(Path(simulation), read_plant(base)), seed, cycle_time_s)
 
     @property
     def time_s(self) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from fakes.plant.hidden.kinds import Hidden
-from fakes.plant.hidden.spec import plant_of
+from fakes.plant.spec import plant_of
 
 
 def concealed_in(plant: str) -> dict[str, Any]:

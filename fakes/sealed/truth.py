@@ -21,7 +21,7 @@ from fakes.concealed.strength import Excess, project, strength
 from fakes.concealed.truth import CHANNELS, ConcealedEffect, Location, Truth
 from fakes.plant.hidden.kinds import SHOWN, Hidden
 from fakes.plant.hidden.ledger import EVERY, read_ledger
-from fakes.plant.hidden.spec import plant_of
+from fakes.plant.spec import plant_of
 from fakes.plant.truth import PlantTruth
 
 Floats = NDArray[np.float64]

@@ -12,8 +12,8 @@ import pytest
 import bench
 from bench import campaign, connect, recordings, steady
 from bench.errors import DeviceError, LimitError
+from bench.locks import bus_in_use, serving
 from bench.recording import RecordingFolder
-from bench.service.registry import bus_in_use, serving
 from bench.simulation import Simulation
 
 SWEEP = campaign("sweep", steady(load_torques=(0.0, 300.0), speeds_deg_s=(60.0, -60.0)))

@@ -13,7 +13,7 @@ import pytest
 from selenium.webdriver import ActionChains
 
 from bench.configuration import load_bench
-from bench.service.registry import service_for
+from bench.locks import service_for
 from tests.bench.service.conftest import served
 from tests.browser.conftest import Browser
 

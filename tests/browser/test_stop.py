@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from bench.configuration import load_bench
-from bench.service.registry import service_for
+from bench.locks import service_for
 from tests.bench.service.conftest import served
 from tests.browser.conftest import Browser
 from tests.browser.test_operator import running, state

@@ -9,8 +9,8 @@ import pytest
 from pymodbus.client import ModbusSerialClient, ModbusTcpClient
 from pymodbus.exceptions import ModbusIOException
 
-from fakes.ethercat.rtd import Wiring, resistance
 from fakes.modbus import LineFault, ModbusTransmitter
+from fakes.pt100 import Wiring, resistance
 from fakes.serial_line import Cable
 from fakes.thermometer import FixedSource
 

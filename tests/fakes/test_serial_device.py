@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 import serial
 
-from fakes.ethercat.rtd import Wiring, resistance
+from fakes.pt100 import Wiring, resistance
 from fakes.serial_device import SerialDevice, frame
 from fakes.thermometer import FixedSource
 

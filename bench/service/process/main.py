@@ -21,6 +21,7 @@ from bench.campaigns.taken import Summary
 from bench.configuration import BenchFile, load_bench, on_interface, playing
 from bench.cycle.rig import EndKind
 from bench.errors import BenchError, DeviceError
+from bench.locks import bus_in_use
 from bench.service.process.hold import Hold
 from bench.service.process.job import Job
 from bench.service.process.lines import LineServer, Message
@@ -28,7 +29,6 @@ from bench.service.process.obey import Obedience
 from bench.service.process.reporter import Reporter
 from bench.service.process.tap import LiveTap
 from bench.service.process.tare import tare
-from bench.service.registry import bus_in_use
 from bench.stop_button import StopButton, listening
 
 

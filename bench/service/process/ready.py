@@ -108,9 +108,9 @@ def _watch(spec: Spec, order: Order, tell: Callable[[Message], None]) -> None:
     from bench.configuration import load_bench, on_interface, playing
     from bench.cycle.decode import warm_up
     from bench.cycle.rig import Rig
+    from bench.locks import bus_in_use
     from bench.safety import settings
     from bench.service.process.condition import condition
-    from bench.service.registry import bus_in_use
 
     import_module("bench.service.process.main")
     for name in shipped_campaigns():

@@ -18,7 +18,7 @@ from bench.recording import RecordingFolder
 from bench.service.process.job import Job
 from bench.service.process.main import Process
 from fakes.plant import plant
-from fakes.plant.hidden.spec import plant_of
+from fakes.plant.spec import plant_of
 
 CAMPAIGN = """
 format = "bench-campaign"

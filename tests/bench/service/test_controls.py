@@ -257,7 +257,7 @@ def test_a_disk_that_fills_up_is_an_alarm_before_a_run_stops_for_it(client: Clie
 
     async def look() -> None:
         service.storage = lambda: said  # type: ignore[method-assign]
-        await look_at_disk(service)
+        await look_at_disk(service.alarms, service.storage)
 
     client.http.portal.call(look)  # type: ignore[union-attr]
     (alarm,) = client.state("state")["alarms"]

@@ -16,8 +16,8 @@ import pytest
 
 from bench.configuration import load_bench
 from bench.errors import DeviceError
+from bench.locks import bus_in_use, folder_in_use, service_for, serving
 from bench.service.client import Client, Refused
-from bench.service.registry import bus_in_use, folder_in_use, service_for, serving
 from tests.bench.service.conftest import DEADLINE_S, served
 
 CAMPAIGN = """

@@ -15,10 +15,10 @@ from starlette.testclient import TestClient
 
 from bench.configuration import load_bench
 from bench.errors import ConfigurationError, DeviceError
+from bench.locks import service_for
 from bench.service.app import create_app
 from bench.service.client import Client as ServiceClient
 from bench.service.client import Refused
-from bench.service.registry import service_for
 from bench.service.security import LONGEST_BODY, check
 from bench.service.settings import Settings
 from tests.bench.service.conftest import BASE, Client, NoLauncher, served

@@ -8,8 +8,8 @@ import pytest
 
 from drivers.errors import SensorError
 from drivers.pt100 import BackgroundReader, ModbusThermometer, modbus_rtu, modbus_tcp, serial_thermometer
-from fakes.ethercat.rtd import Wiring
 from fakes.modbus import LineFault, ModbusTransmitter
+from fakes.pt100 import Wiring
 from fakes.serial_device import SerialDevice
 from fakes.serial_line import Cable
 from fakes.thermometer import FixedSource

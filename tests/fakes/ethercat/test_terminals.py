@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fakes.ethercat.rtd import OHM_64, TEMPERATURE, Wiring, convert, measured_resistance, resistance, wiring_of
+from fakes.pt100 import OHM_64, TEMPERATURE, Wiring, convert, measured_resistance, resistance, wiring_of
 from tests.fakes.ethercat.stand_in import TEMPERATURE as RTD
 from tests.fakes.ethercat.stand_in import TORQUE, Bus
 

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fakes.plant import COMMAND_DTYPE, MODE_TORQUE, MODE_VELOCITY, Plant, PlantTruth
+from fakes.plant import COMMAND_DTYPE, MODE_TORQUE, MODE_VELOCITY, Plant, PlantTruth, read_plant
 from tests.fakes.plant.motion import CYCLE, bring_up, commands, quiet, ramped, smooth
 
 
 @pytest.fixture(scope="module")
 def truth() -> PlantTruth:
-    return PlantTruth.from_file("rh380n")
+    return read_plant("rh380n")
 
 
 def energy(plant: Plant) -> float:

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from fakes.plant import Plant, PlantError, PlantTruth
-from fakes.plant.hidden.draw import RANGES, draw, draw_plant
+from fakes.plant import Plant, PlantError, PlantTruth, read_plant
+from fakes.plant.draw import RANGES, draw, draw_plant
 from fakes.plant.hidden.kinds import KINDS, SHOWN, Hidden
 from fakes.plant.hidden.ledger import EVERY, read_ledger
 from tests.fakes.plant.motion import commands, quiet, ramped, smooth
@@ -43,7 +43,7 @@ ELSEWHERE = ("ripple", "floor", "delay")
 
 @pytest.fixture(scope="module")
 def truth() -> PlantTruth:
-    return PlantTruth.from_file("rh380n").without_weak_orders()
+    return read_plant("rh380n").without_weak_orders()
 
 
 @pytest.fixture(scope="module")
@@ -160,8 +160,8 @@ def test_a_plant_file_may_switch_kinds_on(tmp_path: Path) -> None:
     path = tmp_path / "plant.toml"
     row = '\n[[hidden]]\nkind = "dahl"\namplitude = 0.2\nangle = 2.0\n'
     path.write_text(source.read_text(encoding="utf-8") + row, encoding="utf-8")
-    assert PlantTruth.from_file(path).hidden == (Hidden("dahl", (0.2, 2.0)),)
+    assert read_plant(path).hidden == (Hidden("dahl", (0.2, 2.0)),)
     for old, new, message in (("dahl", "dal", "kind must be"), ("angle", "reach", "has the parameters")):
         path.write_text(source.read_text(encoding="utf-8") + row.replace(old, new), encoding="utf-8")
         with pytest.raises(PlantError, match=message):
-            PlantTruth.from_file(path)
+            read_plant(path)

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fakes.plant import COMMAND_DTYPE, FAULTS, Plant, PlantError, PlantTruth
+from fakes.plant import COMMAND_DTYPE, FAULTS, Plant, PlantError, PlantTruth, read_plant
 from tests.fakes.plant.motion import bring_up, commands, ramped
 
 
 @pytest.fixture(scope="module")
 def truth() -> PlantTruth:
-    return PlantTruth.from_file("rh380n")
+    return read_plant("rh380n")
 
 
 def test_result_does_not_depend_on_the_block(truth: PlantTruth) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from fakes.plant import Plant, PlantError, PlantTruth
+from fakes.plant import Plant, PlantError, PlantTruth, read_plant
 from tests.fakes.plant.motion import bring_up, commands, quiet
 
 GEARBOX = {"ratio": 185.0, "z1": 24, "z2": 96, "z3": 45, "z4": 46}
@@ -17,7 +17,7 @@ GEARBOX = {"ratio": 185.0, "z1": 24, "z2": 96, "z3": 45, "z4": 46}
 
 @pytest.fixture(scope="module")
 def truth() -> PlantTruth:
-    return quiet(PlantTruth.from_file("rh380n"))
+    return quiet(read_plant("rh380n"))
 
 
 def written(folder: Path, terms: list[dict[str, Any]]) -> Path:

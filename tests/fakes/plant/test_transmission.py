@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fakes.plant import Plant, PlantTruth, shipped
+from fakes.plant import Plant, PlantTruth, read_plant, shipped
 from fakes.plant.transmission import Scale, place, rotate
 from tests.fakes.plant.motion import bring_up, commands, quiet, ramped
 
@@ -18,7 +18,7 @@ PAPER = (1, 3, 4, 6, 9, 12, 13, 14, 18, 19, 24, 27, 46, 90, 92, 135, 138, 180, 1
 
 @pytest.fixture(scope="module")
 def truth() -> PlantTruth:
-    return PlantTruth.from_file("rh380n")
+    return read_plant("rh380n")
 
 
 @pytest.mark.parametrize(
@@ -56,7 +56,7 @@ def test_orders_and_size_of_the_truth(truth: PlantTruth) -> None:
 
 @pytest.mark.parametrize("name", shipped())
 def test_amplitudes_stay_positive_in_the_box(name: str) -> None:
-    series = PlantTruth.from_file(name).transmission_error
+    series = read_plant(name).transmission_error
     grids = np.meshgrid(*(np.linspace(low, high, 9) for low, high in series.box.array()), indexing="ij")
     t, v, c = (g.ravel() for g in grids)
     basis = np.stack([t * t, v * v, c * c, t, v, c, t * v, t * c, v * c, np.ones_like(t)], axis=-1)

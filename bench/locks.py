@@ -13,9 +13,9 @@ from typing import Any
 
 from bench.configuration import BenchFile
 from bench.errors import DeviceError
-from bench.safety.runtime import RUNTIME, open_here, runtime_folder
+from bench.safety.runtime import open_here, runtime_folder
 
-__all__ = ["RUNTIME", "bus_in_use", "bus_name", "folder_in_use", "runtime_folder", "service_for", "serving"]
+__all__ = ["bus_in_use", "bus_name", "folder_in_use", "service_for", "serving"]
 
 
 def bus_name(file: BenchFile) -> str:

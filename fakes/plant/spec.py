@@ -11,8 +11,9 @@ from urllib.parse import parse_qsl
 
 import numpy as np
 
+from fakes.plant.draw import draw, draw_plant
 from fakes.plant.errors import PlantError
-from fakes.plant.hidden.draw import draw, draw_plant
+from fakes.plant.plant_file import read_plant
 from fakes.plant.truth import PlantTruth
 
 _KNOWN = ("conceal", "kinds", "weak", "ledger")
@@ -25,7 +26,7 @@ def plant_of(name: str) -> PlantTruth:
         PlantError: the plant file is missing or wrong, or what stands behind the question mark is.
     """
     base, mark, behind = name.partition("?")
-    truth = PlantTruth.from_file(base)
+    truth = read_plant(base)
     if not mark:
         return truth
     asked = dict(parse_qsl(behind, keep_blank_values=True))
