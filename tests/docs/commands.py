@@ -17,6 +17,7 @@ ELSEWHERE = {
     "python3 -m venv": ".ci/run runs the README's two commands",
     ". .venv/bin/activate": "sets up a shell, not a program",
     ".ci/run": "runs this test",
+    "pip install -q -e": ".ci/run installs the extra and builds the site",
     "ip link add": "needs rights; tests/veth.py makes such a pair",
     "ip link set": "needs rights; tests/veth.py does it",
     "sysctl net.": "setting of a host",

@@ -65,10 +65,19 @@ def test_short_commands_run(command: Command, folder: Path) -> None:
     assert done.returncode == 0, done.stderr or done.stdout
 
 
-def test_links_between_pages_lead_somewhere() -> None:
-    for page in PAGES:
-        for target in re.findall(r"\]\(([^)#:]+)\)", page.read_text("utf-8")):
-            assert (page.parent / target).exists(), f"{page.relative_to(ROOT)} links to {target}"
+def _anchors(page: Path) -> set[str]:
+    """Anchors of a page: its headings as GitHub and mkdocs write them, and those set by hand."""
+    text = page.read_text("utf-8")
+    headings = (re.sub(r"[^\w\- ]", "", line.lower()) for line in re.findall(r"^#+ (.*)$", text, re.MULTILINE))
+    return {heading.replace(" ", "-") for heading in headings} | set(re.findall(r'(?:id|name)="([^"]+)"', text))
+
+
+@pytest.mark.parametrize("page", [*PAGES, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"], ids=lambda p: p.name)
+def test_links_between_pages_lead_somewhere(page: Path) -> None:
+    for target, anchor in re.findall(r"\]\((?!https?:)([^)#\s]*)#?([^)\s]*)\)", page.read_text("utf-8")):
+        found = page.parent / target if target else page
+        assert found.exists(), f"{page.relative_to(ROOT)} links to {target}"
+        assert not anchor or anchor in _anchors(found), f"{page.relative_to(ROOT)} links to {target}#{anchor}"
 
 
 def test_every_page_is_in_the_index() -> None:
@@ -89,3 +98,11 @@ def test_readme_quotes_the_example() -> None:
     for line in readme.split("```python\n")[1].split("```")[0].splitlines():
         if line and not line.startswith(("run_campaign", "for recording")):
             assert line in example
+
+
+def test_the_tutorial_for_scripts_quotes_the_example() -> None:
+    example = (ROOT / "docs/examples/experiment.py").read_text("utf-8")
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "docs/scripts.md").read_text("utf-8"), re.DOTALL)
+    assert len(blocks) == 4
+    for line in "".join(blocks).splitlines():
+        assert not line or line in example, line
