@@ -146,7 +146,7 @@ class AheadLink(Link):
         bus.protect(
             plugin(DRIVERS, "cia402_protection")(
                 bus,
-                self._drives,
+                self.drives.both,
                 quick_stop_s=stopping.quick_stop,
                 disable_s=stopping.disable_voltage,
                 patience_s=_PATIENCE_S,

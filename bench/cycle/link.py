@@ -12,16 +12,16 @@ from numpy.typing import NDArray
 
 from bench.configuration import BenchConfiguration
 from bench.cycle.assembly import Assembly
-from bench.cycle.channels import DriveScales, Scaling, Zeros, make_scaling
+from bench.cycle.channels import Scaling, Zeros, make_scaling
 from bench.cycle.decode import Decoded, Decoder
-from bench.devices import Drive, Exchange, ReplayMaster
+from bench.cycle.drive_pair import DrivePair
+from bench.devices import Exchange, ReplayMaster
 from bench.errors import DeviceError
 
 FloatArray = NDArray[np.float64]
 _FIRST_LOOK_S = 0.3
 _LEAD_S = 3.0
 _TURN = 2.0 * math.pi
-DRIVES = ("input_drive", "load_drive")
 
 
 class BusLostError(DeviceError):
@@ -50,6 +50,7 @@ class Link:
 
     Attributes
     ----------
+    drives : both drives.
     cycle : bus cycles since the link was opened; goes back with a replay.
     velocity, torque : set values after the last cycle, load side, rad/s and N·m.
     last : the last block.
@@ -68,7 +69,7 @@ class Link:
         self.zeros = Zeros(bench.input_encoder.zero + zero, bench.load_encoder.zero, bench.torque_sensor.zero)
         self._bench = bench
         self._paced = paced and assembly.can_replay
-        self._drives: tuple[Drive, Drive] = (assembly.input_drive, assembly.load_drive)
+        self.drives = DrivePair(assembly.input_drive, assembly.load_drive)
         self._decoder: Decoder | None = None
         self._shift = 0
         self._due = time.monotonic()
@@ -91,8 +92,7 @@ class Link:
         bus.open()
         try:
             bus.configure()
-            for role, drive in zip(("input_drive", "load_drive"), self._drives, strict=True):
-                drive.attach(bus.outputs[role], bus.inputs[role])
+            self.drives.attach(bus.outputs, bus.inputs)
             assembly.torque_terminal.attach(None, bus.inputs["torque_terminal"])
             assembly.thermometer.attach(None, bus.inputs.get("temperature_terminal"))
             if assembly.safety is not None:
@@ -205,13 +205,8 @@ class Link:
     def _prepare(self, velocity: FloatArray, torque: FloatArray) -> FloatArray:
         """Write set values and control words into the outputs; return the velocity at the motor shaft."""
         self._require_voice()
-        n = velocity.size
-        first, second = self._drives
         motor_velocity: FloatArray = velocity * self._bench.gearbox.ratio
-        first.set_velocity(motor_velocity, n)
-        second.set_torque(torque, n)
-        first.prepare(n)
-        second.prepare(n)
+        self.drives.prepare(motor_velocity, torque)
         return motor_velocity
 
     def _require_voice(self) -> None:
@@ -224,8 +219,7 @@ class Link:
             process = self.assembly.process_bus
             reason = None if process is None else process.ended
             raise BusLostError(reason or "the master exchanged no cycle; the bus is down")
-        for drive in self._drives:
-            drive.digest(n)
+        self.drives.digest(n)
         cycle = done.cycle - self._shift
         decoded = self._opened().decode(n, cycle, done.wkc, motor_velocity, done.set_index)
         if done.late_ns is not None:
@@ -237,15 +231,13 @@ class Link:
 
     def remember(self) -> Memory:
         """Return what :meth:`go_back` needs; only where the master can go back."""
-        drives = tuple(drive.snapshot() for drive in self._drives)
-        return Memory(self._replayed().snapshot(), self._opened().state(), drives, self.cycle)
+        return Memory(self._replayed().snapshot(), self._opened().state(), self.drives.snapshot(), self.cycle)
 
     def go_back(self, memory: Memory) -> None:
         """Return bench and drivers to an earlier moment."""
         self._replayed().restore(memory.master)
         self._opened().restore(memory.decoder)
-        for drive, token in zip(self._drives, memory.drives, strict=True):
-            drive.restore(token)
+        self.drives.restore(memory.drives)
         # the bus goes on counting; the bench's own cycles go back
         self._shift += self.cycle - memory.cycle
         self.cycle = memory.cycle
@@ -256,26 +248,6 @@ class Link:
             raise DeviceError("this master cannot be put back to where it was; an emulated one can")
         return master
 
-    def request(self, goal: str, only: str | None = None) -> None:
-        """Ask both drives, or the ``only`` one named, for a goal of their state machine, by its name."""
-        for drive in self._chosen(only):
-            drive.request(goal)
-
-    def _chosen(self, only: str | None) -> tuple[Drive, ...]:
-        return tuple(drive for name, drive in zip(DRIVES, self._drives, strict=True) if only in (None, name))
-
-    def reached(self, goal: str | None = None, only: str | None = None) -> bool:
-        """Whether both drives are where they were asked to go (and that is ``goal``)."""
-        return all(drive.reached(goal) for drive in self._chosen(only))
-
-    def asked_for(self, goal: str) -> bool:
-        """Whether both drives were asked for a goal last, wherever they are by now."""
-        return all(drive.goal_name == goal for drive in self._drives)
-
-    def drive_states(self) -> dict[str, str]:
-        """Return the state of each drive's state machine as of the last cycle."""
-        return {name: drive.state_name for name, drive in zip(DRIVES, self._drives, strict=True)}
-
     def lead(self, goal: str, what: str, only: str | None = None) -> None:
         """Ask for a goal, of both drives or the ``only`` one named, and run cycles until it is reached.
 
@@ -284,18 +256,17 @@ class Link:
         DeviceError
             If it is not within three seconds, or a drive is in fault.
         """
-        self.request(goal, only)
+        self.drives.request(goal, only)
         deadline = self.cycle + round(_LEAD_S / self._bench.bus.cycle_time)
         n, asked = self._lead_cycles, (self.velocity, self.torque)
         self.drop_ahead()
         self.velocity, self.torque = asked
-        while not self.reached(only=only):
+        while not self.drives.reached(only=only):
             seen = self.exchange(np.full(n, self.velocity), np.full(n, self.torque)).size
             reason = self.stopped()
             if reason is not None:
                 raise DeviceError(f"the drives did not {what}, the bus process has stopped them by itself: {reason}")
-            for drive in self._chosen(only):
-                drive.check(seen)
+            self.drives.check(seen, only)
             if self.cycle > deadline:
                 raise DeviceError(f"the drives did not {what} within {_LEAD_S:g} s")
 
@@ -308,14 +279,9 @@ class Link:
 
     def _scaling(self) -> Scaling:
         thermometer = self.assembly.thermometer
-        scales = [
-            DriveScales(drive.units.position_rad, drive.units.velocity_rad_s, drive.units.torque_nm)
-            for drive in self._drives
-        ]
         return make_scaling(
             self._bench,
-            scales[0],
-            scales[1],
+            *self.drives.scales,
             self.assembly.torque_terminal.volt_per_count,
             thermometer.scale,
             thermometer.dtype,

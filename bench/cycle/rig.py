@@ -139,7 +139,7 @@ class Rig(View):
         if self._tripped is not None:
             sink.event("error", f"stopped before: {self._tripped.text}")
             return self._tripped
-        if not self._link.asked_for("ENABLED"):
+        if not self._link.drives.asked_for("ENABLED"):
             return End(EndKind.TRIPPED, "the drives have no voltage; enable() comes first", Cause.INPUT_DRIVE_FAULT)
         sink, self._where = SafeSink(sink), where
         trajectory = Trajectory(phases, self._cycle_time, self._link.velocity, self._link.torque)
@@ -168,7 +168,7 @@ class Rig(View):
 
         Drives that have no voltage any more are left as they are: they were stopped for another reason.
         """
-        if self._tripped is not None or not self._link.asked_for("ENABLED"):
+        if self._tripped is not None or not self._link.drives.asked_for("ENABLED"):
             return self._tripped or end
         safe = SafeSink(sink or NoSink())
         safe.event("error", f"stopped: {end.text}")
@@ -189,7 +189,7 @@ class Rig(View):
         remaining = self._link.cycles(duration_s)
         try:
             with device_errors():
-                while remaining > 0 and self._tripped is None and self._link.asked_for("ENABLED"):
+                while remaining > 0 and self._tripped is None and self._link.drives.asked_for("ENABLED"):
                     n = min(remaining, self._assembly.block)
                     self._link.keep_ahead(self.set_values == (0.0, 0.0))
                     velocity, torque = self.set_values
@@ -255,7 +255,7 @@ class Rig(View):
         Returns what came meanwhile, ``least`` cycles or more.
         """
         if goal is not None:
-            self._link.request(goal)
+            self._link.drives.request(goal)
         share = np.arange(1, n + 1) / max(n, 1)
         start_velocity, start_torque = self.set_values
         decoded = self._link.descend(

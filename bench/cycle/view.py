@@ -123,13 +123,13 @@ class View:
     @property
     def has_torque(self) -> bool:
         """Whether the drives were asked for torque last, and may have it."""
-        return self._link.asked_for("ENABLED")
+        return self._link.drives.asked_for("ENABLED")
 
     def drives_off(self) -> bool:
         """Whether both drives say that they have no voltage."""
-        return self._link.reached("DISABLED")
+        return self._link.drives.reached("DISABLED")
 
     @property
     def drive_states(self) -> dict[str, str]:
         """State of each drive's state machine (CiA 402) as of the last cycle, by role."""
-        return self._link.drive_states()
+        return self._link.drives.states()

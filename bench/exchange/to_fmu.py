@@ -14,7 +14,8 @@ from xml.sax.saxutils import quoteattr
 
 from bench.errors import ConfigurationError
 from bench.exchange import fmi2, fmi3, to_c
-from bench.exchange.written import INPUTS, OUTPUT, START, Formulas, unit_of
+from bench.exchange.sample import INPUTS
+from bench.exchange.written import OUTPUT, START, Formulas, unit_of
 
 IDENTIFIER = "model"
 _FORMS = {"2.0": fmi2, "3.0": fmi3}

@@ -6,7 +6,8 @@ Everything is worked out at the samples, as the analysis does; between them outp
 from __future__ import annotations
 
 from bench.exchange.formula import Written
-from bench.exchange.written import INPUTS, STATES, Formulas, identifier
+from bench.exchange.sample import INPUTS
+from bench.exchange.written import STATES, Formulas, identifier
 
 _INFIX = {
     "add": "+", "sub": "-", "mul": "*", "div": "/", "gt": ">", "ge": ">=", "lt": "<", "le": "<=", "eq": "==",

@@ -1,7 +1,7 @@
 """A simulation file as formulas: each channel that it predicts, of the quantities that a sample has.
 
-Quantities that a program cannot measure (direction, distance since a reversal) are made of those it can, from sample to
-sample, by the rules of the analysis. Coefficients stay parameters by name; what stands inside a function is a number.
+The quantities are those of :mod:`bench.exchange.sample`. Coefficients stay parameters by name; what stands inside a
+function is a number.
 """
 
 from __future__ import annotations
@@ -9,45 +9,27 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 
 from bench.errors import ConfigurationError
-from bench.exchange import formula
+from bench.exchange import formula, pieces
 from bench.exchange.formula import Written, columns_of, const, lift, make, total
+from bench.exchange.sample import INPUTS, STANDSTILL, formula_frame, loss
 from bench.mismatch.given import Given, Known
 from bench.mismatch.prediction import SENSOR
 from bench.mismatch.problem import CHANNELS, nominal_base
 from bench.mismatch.regression.regressors import Free, Named
 from bench.mismatch.unnamed.formula_regressor import Equation
-from bench.simulation.composed import composed
 from bench.simulation.fourier import FourierSet
-from bench.simulation.frame import ARRAYS, FloatArray, Frame
-from bench.simulation.laws import FUNCTIONS, RESONANCE, Law
+from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.model import Simulation
-from bench.simulation.quantities import AUXILIARY, FACTORS, QUANTITIES
+from bench.simulation.quantities import FACTORS
 from bench.simulation.terms import CHANNEL_UNITS, LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
-from bench.simulation.waves import Wave
 
-INPUTS: dict[str, tuple[str, str]] = {
-    "motor_angle": ("rad", "angle of the motor's shaft"),
-    "motor_velocity": ("rad/s", "speed of the motor's shaft"),
-    "motor_acceleration": ("rad/s^2", "acceleration of the motor's shaft"),
-    "motor_torque": ("N*m", "torque of the motor at its shaft"),
-    "load_angle": ("rad", "angle of the output"),
-    "load_velocity": ("rad/s", "speed of the output"),
-    "load_acceleration": ("rad/s^2", "acceleration of the output"),
-    "load_torque": ("N*m", "torque of the gearbox on the load side"),
-    "load_torque_rate": ("N*m/s", "its rate of change"),
-    "load_motor_torque": ("N*m", "torque of the load motor"),
-    "temperature": ("degC", "temperature of the lubricant"),
-}
-"""quantities that a sample has: unit and meaning"""
 OUTPUT = "simulated_"
 """begins the name of a predicted channel, which may be an input as well"""
-STANDSTILL = "standstill"
 START = "temperature_start"
 STATES = ("relaxing", "play", "lag", "integral", "campaign_lag", "held", "distance", "begun", "reversals")
 
@@ -138,7 +120,7 @@ class _Writer:
         self.given = given
         self.parameters: dict[str, Parameter] = {}
         self._parameter(STANDSTILL, standstill, "rad/s", "motor speed below which it stands")
-        self.frame = _frame(given.simulation.gearbox.ratio)
+        self.frame = formula_frame(given.simulation.gearbox.ratio)
 
     def _parameter(self, name: str, value: float, unit: str, meaning: str) -> Written:
         own = identifier(name)
@@ -186,12 +168,12 @@ class _Writer:
                 parts.append(self._regressor(Known(named, told), frame))
         parts += [self._regressor(k, frame) for k in given.known.get(channel, ()) if k.coefficients is not None]
         angle = frame.theta if channel == TRANSMISSION_ERROR else frame.q
-        parts += [_wave(wave, angle, frame) for wave in given.waves.get(channel, ())]
+        parts += [pieces.wave(wave, angle, frame) for wave in given.waves.get(channel, ())]
         if channel == MOTOR_TORQUE:
-            parts += [_wave(wave, frame.theta, frame) for wave in given.ripples]
+            parts += [pieces.wave(wave, frame.theta, frame) for wave in given.ripples]
         if channel == TRANSMISSION_ERROR:
             parts += self._series(frame)
-            parts += [_pulse(p.angle, p.width, p.height, frame) for p in given.pulses]
+            parts += [pieces.pulse(p.angle, p.width, p.height, frame) for p in given.pulses]
         if channel == TEMPERATURE:
             parts.append(self._parameter(START, 25.0, "degC", "temperature at the beginning"))
         return total(parts)
@@ -220,7 +202,7 @@ class _Writer:
                 times = make("mul", times, lift(FACTORS[name](frame)))
             value = lift(values[0])
             if grid.over:
-                value = formula.table(grid, values, [_quantity(name, frame) for name in grid.over])
+                value = formula.table(grid, values, [pieces.quantity(name, frame) for name in grid.over])
             part = make("mul", times, value)
             parts.append(part.remembered("integral") if own.channel == TEMPERATURE else part)
         return total(parts)
@@ -232,7 +214,7 @@ class _Writer:
             (c.symbol, self._parameter(f"{own.effect}.{c.symbol}", c.value, c.unit, where)) for c in own.constants
         )
         formula_of = replace(own.formula, constants=inside)  # type: ignore[arg-type]
-        values = formula_of.parts_at([_quantity(name, frame) for name in own.formula.over])
+        values = formula_of.parts_at([pieces.quantity(name, frame) for name in own.formula.over])
         parts = []
         told = zip(own.formula.coefficients, coefficients, own.units, own.formula.parts, values, strict=True)
         for symbol, coefficient, unit, (times, _), value in told:
@@ -249,7 +231,7 @@ class _Writer:
         if not own:
             return frame
         torque: Any = make("sub", frame.torque, total([self._regressor(k, frame) for k in own]))
-        return replace(frame, torque=torque, torque_level=torque, power=_power(frame, torque))
+        return replace(frame, torque=torque, torque_level=torque, power=loss(frame, torque))
 
     def _series(self, frame: Frame) -> list[Written]:
         model = self.given.simulation.transmission_error()
@@ -272,7 +254,7 @@ class _Writer:
             size, phase = polynomial(own.amplitude[k]), polynomial(own.phase[k])
             real, imag = make("mul", size, np.cos(phase)), make("mul", size, np.sin(phase))
             for law in self.given.laws:
-                a, b = _law(law, float(order), frame)
+                a, b = pieces.law(law, float(order), frame)
                 real, imag = (
                     make("sub", make("mul", real, a), make("mul", imag, b)),
                     make("add", make("mul", real, b), make("mul", imag, a)),
@@ -282,148 +264,4 @@ class _Writer:
         return total(parts)
 
 
-def _law(law: Law, order: float, frame: Frame) -> tuple[Any, Any]:
-    """Real and imaginary part of a law's factor on an order."""
-    speed = np.abs(frame.velocity)
-    if law.effect == RESONANCE:
-        if order not in law.orders:
-            return 1.0, 0.0
-        ratio = speed * (order / law.point[0])
-        a, b = 1.0 - ratio * ratio, 2.0 * law.point[1] * ratio
-        size, share = a * a + b * b, (law.point[2] if len(law.point) > 2 else 1.0)
-        return 1.0 + share * (a / size - 1.0), -share * b / size
-    own = dict(zip(law.series, law.strength, strict=True)).get(order, 0.0j)
-    if own == 0:
-        return 1.0, 0.0
-    g = FUNCTIONS[law.effect, law.form](speed, frame.torque, frame.temperature, frame.time, law.point, law.reference)
-    return 1.0 + g * own.real, g * own.imag
-
-
-def _wave(wave: Wave, angle: Any, frame: Frame) -> Written:
-    turned = make("mul", const(wave.order), angle)
-    value = total([make("mul", const(wave.cosine), np.cos(turned)), make("mul", const(wave.sine), np.sin(turned))])
-    for name in wave.times.split("*"):
-        value = make("mul", lift(FACTORS[name](frame)), value)
-    return value
-
-
-def _pulse(angle: float, width: float, height: float, frame: Frame) -> Written:
-    distance = np.mod(frame.theta - angle + np.pi, 2.0 * np.pi) - np.pi
-    return lift(height * np.exp(-0.5 * (distance / width) ** 2))
-
-
-def _quantity(name: str, frame: Frame) -> Written:
-    if name.startswith(AUXILIARY):
-        return _composed(name.removeprefix(AUXILIARY))
-    return lift(QUANTITIES[name].values(frame))
-
-
-def _composed(name: str) -> Written:
-    """An auxiliary input, or what is composed of several.
-
-    Raises ConfigurationError for a rate: an input's rate is no function of the sample.
-    """
-
-    class Inputs(dict[str, Any]):
-        def __contains__(self, key: object) -> bool:
-            return True
-
-        def __missing__(self, key: str) -> Any:
-            return formula.named("input", AUXILIARY + key)
-
-    if name.startswith("rate("):
-        raise ConfigurationError(f"aux/{name} cannot be exported: a sample does not tell the rate of an input")
-    made = composed(name, SimpleNamespace(aux=Inputs(), q=formula.named("input", "load_angle")))  # type: ignore[arg-type]
-    return formula.named("input", AUXILIARY + name) if made is None else lift(made)
-
-
-def _power(frame: Frame, torque: Any) -> Any:
-    return np.abs(frame.motor_torque * frame.omega - torque * formula.named("input", "load_velocity"))
-
-
-def _frame(ratio: float) -> Frame:
-    """The quantities of a frame as formulas of those that a sample has."""
-    has = {name: formula.named("input", name) for name in (*INPUTS, "time")}
-    omega = has["motor_velocity"]
-    standstill = formula.named("parameter", STANDSTILL)
-    direction = formula.where(np.abs(omega) > standstill, np.sign(omega), 0.0)
-    theta = has["motor_angle"] / ratio
-    elapsed = has["time"]
-    last = direction.remembered("held")
-    path = theta.remembered("distance")
-    arrays: dict[str, Any] = {
-        "time": has["time"],
-        "elapsed": elapsed,
-        "theta": theta,
-        "q": has["load_angle"],
-        "velocity": omega / ratio,
-        "acceleration": has["motor_acceleration"],
-        "load_acceleration": has["load_acceleration"],
-        "direction": direction,
-        "last_direction": last,
-        "torque": has["load_torque"],
-        "torque_level": has["load_torque"],
-        "torque_rate": has["load_torque_rate"],
-        "temperature": has["temperature"],
-        "motor_torque": has["motor_torque"],
-        "load_motor_torque": has["load_motor_torque"],
-        "load_motor_level": has["load_motor_torque"],
-        "travel": path,
-        # since the motion last began
-        "reversal_travel": path - formula.node("begun", (path, direction)),
-        "reversal_time": elapsed - formula.node("begun", (elapsed, direction)),
-        "reversed_before": last.remembered("reversals"),
-        "steady": const(0.0),
-    }
-    missing = {name: np.zeros(1) for name in ARRAYS if name not in arrays}
-    plain = Frame(ratio=ratio, **{**missing, **arrays, "recording": np.zeros(1, dtype=np.int64)})
-    return replace(plain, power=_power(plain, plain.torque))
-
-
-def frame_of(inputs: dict[str, Any], ratio: float, standstill: float) -> Frame:
-    """The frame of samples (n,) by the same rules, for :class:`bench.mismatch.prediction.Predictor`."""
-    time = inputs["time"]
-    zeros = np.zeros(time.size)
-    has = {name: inputs.get(name, zeros) for name in INPUTS}
-    omega = has["motor_velocity"]
-    direction = np.where(np.abs(omega) > standstill, np.sign(omega), 0.0)
-    moved = np.maximum.accumulate(np.where(direction != 0, np.arange(time.size), -1))
-    last = np.where(moved >= 0, direction[moved], 0.0)
-    theta = has["motor_angle"] / ratio
-    path = np.cumsum(np.abs(np.diff(theta, prepend=theta[0])))
-    begins = (direction != 0) & (direction != np.concatenate(([0.0], direction[:-1])))
-    start = np.maximum.accumulate(np.where(begins, np.arange(time.size), 0))
-    turned = np.concatenate(([False], (last[1:] != last[:-1]) & (last[:-1] != 0)))
-    torque = has["load_torque"]
-    return Frame(
-        ratio=ratio,
-        recording=np.zeros(time.size, dtype=np.int64),
-        count=np.ones(time.size),
-        time=time,
-        elapsed=time,
-        theta=theta,
-        q=has["load_angle"],
-        velocity=omega / ratio,
-        acceleration=has["motor_acceleration"],
-        load_acceleration=has["load_acceleration"],
-        direction=direction,
-        last_direction=last,
-        torque=torque,
-        torque_level=torque,
-        torque_rate=has["load_torque_rate"],
-        temperature=has["temperature"],
-        motor_torque=has["motor_torque"],
-        load_motor_torque=has["load_motor_torque"],
-        load_motor_level=has["load_motor_torque"],
-        power=np.abs(has["motor_torque"] * omega - torque * has["load_velocity"]),
-        travel=path,
-        reversal_travel=path - path[start],
-        reversal_time=time - time[start],
-        reversed_before=(np.cumsum(turned) > 0).astype(np.float64),
-        steady=zeros,
-        step=np.diff(time, prepend=time[0]),
-        aux={name.removeprefix(AUXILIARY): own for name, own in inputs.items() if name.startswith(AUXILIARY)},
-    )
-
-
-__all__: Sequence[str] = ["Formulas", "Parameter", "frame_of", "identifier", "unit_of", "written"]
+__all__: Sequence[str] = ["Formulas", "Parameter", "identifier", "unit_of", "written"]

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from bench.exchange.written import OUTPUT, frame_of
+from bench.exchange.sample import frame_of
+from bench.exchange.written import OUTPUT
 from bench.mismatch.given import Given
 from bench.mismatch.prediction import Predictor
 from bench.simulation.frame import FloatArray, Frame

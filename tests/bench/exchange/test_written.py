@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from bench.errors import ConfigurationError
+from bench.exchange.sample import frame_of
 from bench.exchange.to_python import to_python
-from bench.exchange.written import frame_of, written
+from bench.exchange.written import written
 from bench.simulation.model import Simulation
 from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR
 from tests.bench.exchange.samples import RATIO, STANDSTILL, inputs, name_of, ours, row_of, with_rows

@@ -1,0 +1,78 @@
+"""Parts of a channel as formulas: laws and waves of the orders, pulses, recorded quantities."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from bench.errors import ConfigurationError
+from bench.exchange import formula
+from bench.exchange.formula import Written, const, lift, make, total
+from bench.simulation.composed import composed
+from bench.simulation.frame import Frame
+from bench.simulation.laws import FUNCTIONS, RESONANCE, Law
+from bench.simulation.quantities import AUXILIARY, FACTORS, QUANTITIES
+from bench.simulation.waves import Wave
+
+
+def law(of: Law, order: float, frame: Frame) -> tuple[Any, Any]:
+    """Real and imaginary part of a law's factor on an order."""
+    speed = np.abs(frame.velocity)
+    if of.effect == RESONANCE:
+        if order not in of.orders:
+            return 1.0, 0.0
+        ratio = speed * (order / of.point[0])
+        a, b = 1.0 - ratio * ratio, 2.0 * of.point[1] * ratio
+        size, share = a * a + b * b, (of.point[2] if len(of.point) > 2 else 1.0)
+        return 1.0 + share * (a / size - 1.0), -share * b / size
+    own = dict(zip(of.series, of.strength, strict=True)).get(order, 0.0j)
+    if own == 0:
+        return 1.0, 0.0
+    g = FUNCTIONS[of.effect, of.form](speed, frame.torque, frame.temperature, frame.time, of.point, of.reference)
+    return 1.0 + g * own.real, g * own.imag
+
+
+def wave(own: Wave, angle: Any, frame: Frame) -> Written:
+    """A wave over an angle in rad, times the factors it names."""
+    turned = make("mul", const(own.order), angle)
+    value = total([make("mul", const(own.cosine), np.cos(turned)), make("mul", const(own.sine), np.sin(turned))])
+    for name in own.times.split("*"):
+        value = make("mul", lift(FACTORS[name](frame)), value)
+    return value
+
+
+def pulse(angle: float, width: float, height: float, frame: Frame) -> Written:
+    """A Gaussian pulse once a revolution: angle and width in rad at the output, height in the unit of the channel."""
+    distance = np.mod(frame.theta - angle + np.pi, 2.0 * np.pi) - np.pi
+    return lift(height * np.exp(-0.5 * (distance / width) ** 2))
+
+
+def quantity(name: str, frame: Frame) -> Written:
+    """A recorded quantity by its name.
+
+    Raises ConfigurationError for the rate of an auxiliary input, which is no function of the sample.
+    """
+    if name.startswith(AUXILIARY):
+        return _composed(name.removeprefix(AUXILIARY))
+    return lift(QUANTITIES[name].values(frame))
+
+
+def _composed(name: str) -> Written:
+    """An auxiliary input, or what is composed of several.
+
+    Raises ConfigurationError for a rate: an input's rate is no function of the sample.
+    """
+
+    class Inputs(dict[str, Any]):
+        def __contains__(self, key: object) -> bool:
+            return True
+
+        def __missing__(self, key: str) -> Any:
+            return formula.named("input", AUXILIARY + key)
+
+    if name.startswith("rate("):
+        raise ConfigurationError(f"aux/{name} cannot be exported: a sample does not tell the rate of an input")
+    made = composed(name, SimpleNamespace(aux=Inputs(), q=formula.named("input", "load_angle")))  # type: ignore[arg-type]
+    return formula.named("input", AUXILIARY + name) if made is None else lift(made)
