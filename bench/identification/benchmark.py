@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import resource
 import sys
 import time
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from bench.identification.identify import Options, identify_folder
 from bench.identification.reduction import CHANNELS
+from bench.processes import over
 from bench.recording import Recording, RecordingFolder
 
 
@@ -47,11 +47,7 @@ def _read(path: Path, only: tuple[str, ...] | None) -> int:
 
 def _read_all(paths: list[Path], only: tuple[str, ...] | None, jobs: int) -> tuple[float, int]:
     begin = time.perf_counter()
-    if jobs <= 1:
-        samples = sum(_read(path, only) for path in paths)
-        return time.perf_counter() - begin, samples
-    with ProcessPoolExecutor(jobs, mp_context=multiprocessing.get_context("spawn")) as pool:
-        samples = sum(pool.map(_read, paths, [only] * len(paths), chunksize=2))
+    samples = sum(over(partial(_read, only=only), paths, jobs, chunk=2))
     return time.perf_counter() - begin, samples
 
 

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import math
-import multiprocessing
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -29,6 +27,7 @@ from bench.identification.slow_equations import friction_of
 from bench.identification.steady import ReductionOptions
 from bench.identification.validation import Score, score
 from bench.identification.windows import Skipped
+from bench.processes import over
 from bench.recording import Recording, RecordingFolder
 from bench.simulation import Gearbox, TransmissionErrorModel
 
@@ -105,16 +104,9 @@ def reduce_all(
     """Reduce recordings in ``jobs`` processes, in their order."""
     work = partial(_reduce_or_say, options=options)
     total = len(recordings)
-    if jobs <= 1 or total < 8:
-        for number, recording in enumerate(recordings, 1):
-            yield work(recording)
-            if progress:
-                progress(number, total)
-        return
-    # Fresh processes: neither HDF5 nor the threads of the transform survive a fork in good order. Each has one thread.
-    context = multiprocessing.get_context("spawn")
-    with _single_threaded(), ProcessPoolExecutor(max_workers=jobs, mp_context=context) as pool:
-        for number, result in enumerate(pool.map(work, recordings, chunksize=2), 1):
+    apart = jobs > 1 and total >= 8
+    with _single_threaded() if apart else nullcontext():
+        for number, result in enumerate(over(work, recordings, jobs if apart else 1, chunk=2), 1):
             yield result
             if progress:
                 progress(number, total)

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from bench.identification.freedom import told
+from bench.identification.heat import HEAT_UNITS
 from bench.identification.identify import Identification
 from bench.identification.instant import told as told_systematic
 from bench.identification.left import told_left
@@ -35,7 +36,6 @@ SYMBOL_TERMS: dict[str, str] = {
 }
 """Symbol of each identified parameter and the term of the nominal simulation it belongs to."""
 LINEAR_UNITS = {"f_c": "N", "f_v": "N*s/m", "J": "kg", "tau_0": "N", "f_b": "N", "J_L": "kg", "z_0": "N", "f_l": "1"}
-HEAT_UNITS = {"C": "J/K", "R": "K/W", "T_amb": "degC"}
 
 
 def parameters(found: Identification) -> dict[str, Parameter]:

@@ -74,7 +74,7 @@ class Given:
         for effect, term in model.terms.items():
             if not term.enabled or (effect in LIBRARY and LIBRARY[effect].nominal and "also" not in term.extra):
                 continue
-            for row in instances(term):
+            for row in term.rows():
                 if "law" in row:
                     laws.append(law_from_json(effect, row["law"]))
                 elif "waves" in row:
@@ -126,18 +126,6 @@ def _coefficients(named: Named, term: Term | None) -> FloatArray | None:
     if term is None or any(s.symbol not in term.parameters for s in named.form.linear):
         return None
     return np.array([term.parameters[s.symbol].value for s in named.form.linear])
-
-
-def instances(term: Term) -> Iterator[dict[str, Any]]:
-    """A term's rows: itself and those under ``also``, each with ``parameters`` by symbol (numbers)."""
-    first = {key: value for key, value in term.extra.items() if key != "also"}
-    if term.orders is not None:
-        first["orders"] = list(term.orders)
-    if first or term.parameters or "also" not in term.extra:
-        yield {**first, "parameters": {symbol: p.value for symbol, p in term.parameters.items()}}
-    for item in term.extra.get("also", []):
-        told = {s: p["value"] if isinstance(p, dict) else p for s, p in item.get("parameters", {}).items()}
-        yield {**item, "parameters": told}
 
 
 def numbers(effect: str, row: Row, symbols: tuple[str, ...]) -> list[float]:

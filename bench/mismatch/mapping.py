@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 from typing import Any, TypeVar
 
+from bench import processes
 from bench.errors import ConfigurationError
 
 T = TypeVar("T")
@@ -17,11 +16,8 @@ def over(function: Callable[[T], R], items: Sequence[T], jobs: int = 1, dask: st
     """Map a function over items on processes of this machine, or on the cluster at ``dask``; results in order."""
     if dask is not None:
         yield from _on_dask(function, items, dask)
-    elif jobs <= 1:
-        yield from map(function, items)
     else:
-        with ProcessPoolExecutor(min(jobs, len(items)), mp_context=get_context("spawn")) as pool:
-            yield from pool.map(function, items)
+        yield from processes.over(function, items, jobs)
 
 
 def _on_dask(function: Callable[[T], R], items: Sequence[T], address: str) -> Iterator[R]:

@@ -14,7 +14,6 @@ import numpy as np
 
 from bench.mismatch.analysis import Analysis
 from bench.mismatch.discovery import Discovery
-from bench.mismatch.given import instances
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.series import Scaling, Series
 from bench.mismatch.power_zeros import EFFECT, KEY
@@ -107,7 +106,7 @@ def _kept(simulation: Simulation) -> list[Row]:
     for effect, term in simulation.terms.items():
         if effect in LIBRARY and LIBRARY[effect].nominal:
             continue
-        for row in instances(term) if term.enabled else ():
+        for row in term.rows() if term.enabled else ():
             if any(key in row for key in _PERIODIC) or effect == "te.local_defect" or row.get("form") == "ripple":
                 out.append({"effect": effect, **row})
     return out

@@ -9,6 +9,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+from bench.processes import over
 from bench.proof import make
 from bench.proof.analyse import Job, Outcome, done_before, draw_case, prove_case
 from bench.proof.score import CaseScore, score
@@ -73,10 +74,7 @@ def done_so_far(jobs: Sequence[Job]) -> list[CaseScore]:
 
 def make_only(jobs: Sequence[Job], processes: int = 1) -> list[Path]:
     """Make the folders and seal the truths without analysing anything."""
-    if processes <= 1:
-        return [_make(job) for job in jobs]
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-        return list(pool.map(_make, jobs))
+    return list(over(_make, jobs, processes))
 
 
 def sweep_jobs(jobs: Iterable[Job], strengths: Sequence[float]) -> list[Job]:

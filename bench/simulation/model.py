@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -81,6 +81,17 @@ class Term:
     orders: tuple[float, ...] | None = None
     coefficients: TransmissionErrorModel | None = None
     extra: Mapping[str, Any] = field(default_factory=dict)
+
+    def rows(self) -> Iterator[dict[str, Any]]:
+        """Its rows: itself and those under ``also``, each with ``parameters`` by symbol (numbers)."""
+        first = {key: value for key, value in self.extra.items() if key != "also"}
+        if self.orders is not None:
+            first["orders"] = list(self.orders)
+        if first or self.parameters or "also" not in self.extra:
+            yield {**first, "parameters": {symbol: p.value for symbol, p in self.parameters.items()}}
+        for row in self.extra.get("also", []):
+            values = {s: p["value"] if isinstance(p, dict) else p for s, p in row.get("parameters", {}).items()}
+            yield {**row, "parameters": values}
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,6 +20,7 @@ from bench.simulation.laws import factor as law_factor
 from bench.simulation.terms.base import LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR
 from bench.simulation.terms.table import LIBRARY
 from fakes.plant.drag import speeds, temperatures
+from fakes.plant.errors import PlantError
 from fakes.plant.parts import Effect
 from fakes.plant.transmission import NEGATIVE, POSITIVE
 from fakes.plant.truth import PlantTruth
@@ -37,7 +38,9 @@ def value(effect: Effect, frame: Frame) -> NDArray[np.float64]:
         return np.asarray(effect.formula.columns(frame) @ np.array(effect.linear))
     if effect.waves:
         return waves.evaluate(effect.waves, frame.theta if effect.channel == TRANSMISSION_ERROR else frame.q, frame)
-    form = next(f for f in LIBRARY[effect.effect].forms[effect.channel] if f.name == effect.form)
+    form = LIBRARY[effect.effect].form(effect.channel, effect.form)
+    if form is None:
+        raise PlantError(f"{effect.effect} has no form {effect.form} in {effect.channel}")
     result: NDArray[np.float64] = form.columns(frame, effect.nonlinear) @ np.array(effect.linear)
     return result
 

@@ -89,7 +89,7 @@ def of_simulation(simulation: Simulation, base: PlantTruth, where: str = "simula
         torque_sensor=replace(base.torque_sensor, zero=given("load.torque_offset", "z_0", base.torque_sensor.zero)),
         transmission_error=series,
         effects=tuple(effect for term in further for effect in _effects(term, played, where)),
-        laws=tuple(law_from_json(term.effect, row["law"]) for term in further for row in _rows(term) if "law" in row),
+        laws=tuple(law_from_json(term.effect, row["law"]) for term in further for row in term.rows() if "law" in row),
     )
 
 
@@ -168,19 +168,9 @@ def _series(simulation: Simulation, base: PlantTruth, where: str) -> Transmissio
 TransmissionArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 
-def _rows(term: Term) -> Iterator[dict[str, Any]]:
-    """The rows of a term: itself, and what stands under ``also``; each with ``parameters`` by symbol (numbers)."""
-    own = {key: value for key, value in term.extra.items() if key != "also"}
-    own |= {"orders": list(term.orders)} if term.orders is not None else {}
-    yield own | {"parameters": {symbol: p.value for symbol, p in term.parameters.items()}}
-    for row in term.extra.get("also", []):
-        values = {s: p["value"] if isinstance(p, dict) else p for s, p in row.get("parameters", {}).items()}
-        yield row | {"parameters": values}
-
-
 def _effects(term: Term, played: frozenset[float], where: str) -> Iterator[Effect]:
     """What is played on top of a term's rows; orders that stand in the series are played by it, laws by themselves."""
-    for row in _rows(term):
+    for row in term.rows():
         if "law" in row:
             continue
         orders = [float(f) for f in row.get("orders", [])]

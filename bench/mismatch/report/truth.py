@@ -33,7 +33,7 @@ def truth_of(discovery: Discovery) -> Truth | None:
         values = row.get("parameters", {})
         if row.get("effect") != discovery.effect or discovery.channel not in row.get("channels", [discovery.channel]):
             continue
-        form = next((f for f in LIBRARY[discovery.effect].forms[discovery.channel] if f.name == row.get("form")), None)
+        form = LIBRARY[discovery.effect].form(discovery.channel, row.get("form"))
         if form is None or any(s.symbol not in values for s in form.linear):
             continue
         term = named(discovery.effect, discovery.channel, form.name, tuple(float(v) for v in row.get("point", ())))

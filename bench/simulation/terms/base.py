@@ -79,6 +79,10 @@ class Term:
     any_function: bool = False
     """whether a free function of ``shape`` is the effect by definition, whatever it looks like"""
 
+    def form(self, channel: str, name: str | None) -> Form | None:
+        """Its form of a name in a channel; None where there is none."""
+        return next((form for form in self.forms.get(channel, ()) if form.name == name), None)
+
 
 def columns(*parts: FloatArray) -> FloatArray:
     """Stack one-dimensional regressors as columns."""

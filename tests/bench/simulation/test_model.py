@@ -19,6 +19,7 @@ from bench.simulation import (
     basis,
     evaluate,
 )
+from bench.simulation.terms import LIBRARY
 
 
 def _model() -> TransmissionErrorModel:
@@ -153,3 +154,25 @@ def test_orders_between_whole_ones_keep_all_their_digits() -> None:
     assert again is not None
     assert again.positive is not None
     assert again.positive.orders.tolist() == orders.tolist()
+
+
+def test_rows_of_a_term_are_itself_and_those_beside_it() -> None:
+    value = Parameter(2.0, "N*m")
+    beside = {"channels": ["load_torque"], "parameters": {"c": {"value": 3.0, "unit": "N*m"}}}
+    both = Term("sensor.torque_gain", parameters={"c": value}, orders=(46.0,), extra={"also": [beside]})
+    assert list(both.rows()) == [
+        {"orders": [46.0], "parameters": {"c": 2.0}},
+        {"channels": ["load_torque"], "parameters": {"c": 3.0}},
+    ]
+    only_beside = Term("sensor.torque_gain", extra={"also": [beside]})
+    assert list(only_beside.rows()) == [{"channels": ["load_torque"], "parameters": {"c": 3.0}}]
+    assert list(Term("friction.coulomb").rows()) == [{"parameters": {}}]
+
+
+def test_a_form_is_found_by_channel_and_name() -> None:
+    for term in LIBRARY.values():
+        for channel, forms in term.forms.items():
+            for form in forms:
+                assert term.form(channel, form.name) is form
+    assert LIBRARY["friction.coulomb"].form("motor_torque", "no such form") is None
+    assert LIBRARY["friction.coulomb"].form("no such channel", "sign") is None
