@@ -16,6 +16,41 @@ REQUIRE_WIRE = "BENCH_REQUIRE_WIRE"
 
 WIRE_REASONS = ("raw sockets", "veth pair")
 
+SLOW = (
+    # a browser, a service, a bench on frames, or a whole campaign
+    "tests/browser/",
+    "tests/system/",
+    "tests/drivers/test_wire.py",
+    "tests/fakes/ethercat/wire/",
+    "tests/bench/campaigns/test_directions.py",
+    "tests/bench/matrix/",
+    "tests/bench/service/",
+    "tests/bench/twin/test_service.py",
+    # a program of its own for each test
+    "tests/bench/cli/",
+    "tests/docs/test_commands.py::test_short_commands_run",
+    "tests/docs/test_notebook.py",
+    "tests/docs/test_your_data.py",
+    # a whole analysis
+    "tests/bench/identification/test_orders.py",
+    "tests/bench/identification/test_outlook.py",
+    "tests/bench/investigate/",
+    "tests/bench/mismatch/test_cuts.py",
+    "tests/bench/mismatch/test_end_to_end.py",
+    "tests/bench/mismatch/test_leave_one_out.py",
+    "tests/bench/mismatch/test_many.py",
+    "tests/bench/mismatch/test_thinning.py",
+    "tests/bench/mismatch/test_together.py",
+    "tests/bench/proof/test_analyse.py",
+    "tests/bench/proof/test_peers.py",
+    "tests/bench/proof/through/",
+    "tests/bench/trend/test_trend.py",
+    # every kind of hidden physics
+    "tests/fakes/concealed/test_clutter.py",
+    "tests/fakes/plant/test_hidden.py",
+)
+"""Where the tests marked ``slow`` are: the beginnings of their names."""
+
 # Started in the background of a shell, this process ignores Ctrl-C, and so would every program that tests send one to.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -28,6 +63,13 @@ settings.load_profile("bench")
 def pytest_addoption(parser: pytest.Parser) -> None:
     """``--fmus``: where the Reference FMUs of the FMI project are."""
     parser.addoption("--fmus", help="folder of the Reference FMUs, for their compatibility test")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the tests of :data:`SLOW`, so that ``-m "not slow"`` leaves them out."""
+    for item in items:
+        if item.nodeid.startswith(SLOW):
+            item.add_marker(pytest.mark.slow)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -12,6 +12,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.conftest import SLOW
+
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
 GROUPS = PROJECT["project"]["entry-points"]
@@ -25,11 +27,25 @@ def test_entry_points_load(group: str, name: str) -> None:
     assert installed[name].load() is not None
 
 
+def test_places_of_slow_tests_exist() -> None:
+    for beginning in SLOW:
+        file, _, test = beginning.partition("::")
+        assert (ROOT / file).exists(), f"tests/conftest.py calls {file} slow, which is not there"
+        assert not test or f"def {test}(" in (ROOT / file).read_text("utf-8")
+
+
+def test_slow_tests_are_left_out_on_request() -> None:
+    command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-m", "not slow", "tests/docs/test_commands.py"]
+    told = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    assert "test_every_page_is_in_the_index" in told
+    assert "test_short_commands_run" not in told
+
+
 def test_every_dependency_is_pinned() -> None:
     pinned = {_normal(re.split("==", pin)[0]) for pin in PROJECT["tool"]["uv"]["constraint-dependencies"]}
     extras = PROJECT["project"]["optional-dependencies"]
-    wanted = [*PROJECT["project"]["dependencies"], *extras["test"], *extras["tdms"]]
-    assert {_normal(re.split("[<>=!~ ;]", name)[0]) for name in wanted} <= pinned
+    wanted = [*PROJECT["project"]["dependencies"], *extras["test"], *extras["docs"], *extras["tdms"]]
+    assert {_normal(re.split(r"[<>=!~ ;\[]", name)[0]) for name in wanted} <= pinned
 
 
 def test_pins_allow_what_is_asked_for() -> None:
