@@ -156,6 +156,10 @@ _SPELLS: dict[str, tuple[str, ...]] = {
 }
 """what may be there for a spell of the campaign's time only"""
 SPELL_ENDS = 16
+FEWEST_ENDS = 9
+"""moments at which a spell may begin or end, below which none is looked for"""
+STEEP_S = 1e-3
+"""how long a spell takes to begin and to end, s: no time"""
 
 
 def named_candidates(
@@ -291,19 +295,33 @@ def knots_of(values: FloatArray, number: int) -> tuple[float, ...] | None:
 
 def _spells(channel: str, frame: Frame, times: str) -> Iterator[Free]:
     """Something that is there between two moments of the campaign: a table over time with two steep sides."""
-    first = np.flatnonzero(np.diff(frame.recording, prepend=frame.recording[0] - 1))
-    if first.size < 8:
+    every = spell_ends(frame)
+    if len(every) < FEWEST_ENDS:
         return
-    before = frame.time[first[1:] - 1]
-    gaps = 0.5 * (before + frame.time[first[1:]])
-    chosen = np.unique(np.round(np.linspace(0, gaps.size - 1, SPELL_ENDS)).astype(int))
-    ends = [float(frame.time.min()) - 1.0, *(float(gaps[k]) for k in chosen), float(frame.time.max()) + 1.0]
-    steep = 1e-3
+    chosen = np.unique(np.round(np.linspace(1, len(every) - 2, SPELL_ENDS)).astype(int))
+    ends = [every[0], *(every[k] for k in chosen), every[-1]]
     for i in range(len(ends) - 1):
         for j in range(i + 1, len(ends)):
-            if (i, j) == (0, len(ends) - 1):
-                continue
-            yield Free(channel, (Spell(("time",), times, ((ends[i], ends[i] + steep, ends[j], ends[j] + steep),)),))
+            if (i, j) != (0, len(ends) - 1):
+                yield spell(channel, times, ends[i], ends[j])
+
+
+def spell_ends(frame: Frame) -> list[float]:
+    """Moments between the recordings at which a spell may begin or end, and one before and after all of them, s."""
+    first = np.flatnonzero(np.diff(frame.recording, prepend=frame.recording[0] - 1))
+    gaps = 0.5 * (frame.time[first[1:] - 1] + frame.time[first[1:]])
+    return [float(frame.time.min()) - 1.0, *(float(g) for g in gaps), float(frame.time.max()) + 1.0]
+
+
+def spell(channel: str, times: str, begin: float, end: float) -> Free:
+    """Something that is there from one moment of the campaign to another, in s of its time."""
+    return Free(channel, (Spell(("time",), times, ((begin, begin + STEEP_S, end, end + STEEP_S),)),))
+
+
+def spell_of(regressor: Regressor) -> Spell | None:
+    """The spell that a regressor is, if it is one."""
+    own = regressor.grids[0] if isinstance(regressor, Free) else None
+    return own if isinstance(own, Spell) else None
 
 
 class Spell(Grid):

@@ -138,6 +138,10 @@ class Free:
         """What it is, for people."""
         if not self.grids[0].over:
             return "a product: " + " and ".join(in_words(g.times) for g in self.grids)
+        if self.numbers == 1:  # it is there from one moment to another
+            begin, end = self.grids[0].knots[0][1:3]
+            own = in_words(self.grids[0].times)
+            return f"a constant{f' times {own}' if own else ''} from {begin:.0f} s to {end:.0f} s of the campaign"
         of = " and ".join(label(name) for name in self.grids[0].over)
         times = {in_words(g.times) for g in self.grids} - {""}
         straight = all(len(knots) == STRAIGHT for g in self.grids for knots in g.knots)

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.regression.bank import RIDGE, Bank
@@ -21,6 +22,10 @@ from bench.simulation.frame import FloatArray, IntArray
 
 SURROGATES = 300
 MOST_LEVERAGE = 0.95
+SHARES = (1.0, 8.0, 64.0)
+"""by which the variance of the offsets is divided where smaller ones are tried"""
+TELLING = 1.0
+"""variance of the offsets, over that which noise gives a recording's mean, above which smaller ones are tried"""
 LEAST_OWN = 1e-4
 """share of a column's energy beside the model, below which the model says it all"""
 
@@ -134,6 +139,65 @@ def scan(
     model; ``extra`` (m,) parameters that a candidate has beyond its columns. Surrogates are the residual itself with
     its signs drawn (``shuffled``), which is right where nothing is left in it but noise; else noise as the model has
     it.
+
+    An effect that differs from recording to recording swells the offsets' variance, and hides behind it. So smaller
+    variances are tried as well (profile likelihood), in the recordings and in each surrogate alike; not with signs
+    drawn, where the residual's own offsets stand for any variance.
+    """
+    drawn_from = residual if shuffled else _noise(bank, variance, seed)
+    looks = [
+        _look(bank, index, precision, v, variance, residual, drawn_from, candidates, blocks, seed, shuffled, least)
+        for v in ([variance] if shuffled else _smaller(bank, variance))
+    ]
+    null = max(look.null for look in looks)
+    nulls = np.max([look.nulls for look in looks], axis=0)
+    likelihood = np.max([look.likelihood + (look.null - null) for look in looks], axis=0)
+    noise = np.max([look.noise + (look.nulls - nulls)[:, None] for look in looks], axis=0)
+    alive = looks[0].alive
+    sizes = np.array([len(c) for c in candidates])
+    # what its columns gain in these surrogates on the average, twice: once fitted, once more when predicted
+    price = 2.0 * np.maximum(noise.mean(axis=0), 0.5 * sizes) + extra
+    gain = np.where(alive, likelihood - price, -np.inf)
+    best = np.where(alive, noise - price, -np.inf).max(axis=1, initial=-np.inf)
+    return Scan(gain, best)
+
+
+def _smaller(bank: Bank, variance: float) -> list[float]:
+    """Variances of the offsets that are tried: the model's own, and smaller ones where it is more than noise."""
+    if not np.isfinite(variance) or variance * float(np.median(bank.energy)) < TELLING:
+        return [variance]
+    return [variance / share for share in SHARES]
+
+
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """At one variance of the offsets: log-likelihood of the model, of each surrogate (SURROGATES,), what each candidate
+    gains in the recordings (m,) and in each surrogate (SURROGATES, m), which have anything beside the model (m,).
+    """
+
+    null: float
+    nulls: FloatArray
+    likelihood: FloatArray
+    noise: FloatArray
+    alive: NDArray[np.bool_]
+
+
+def _look(
+    bank: Bank,
+    index: Sequence[int],
+    precision: FloatArray,
+    variance: float,
+    likeliest: float,
+    residual: FloatArray,
+    drawn_from: FloatArray,
+    candidates: Sequence[tuple[int, ...]],
+    blocks: Units,
+    seed: int,
+    shuffled: bool,
+    least: float,
+) -> _Look:
+    """One look of :func:`scan`; ``drawn_from`` (n,): whitened, whose signs are drawn, with offsets of the variance
+    ``likeliest``.
     """
     base = list(index)
     columns, ones, _ = bank.all()
@@ -145,17 +209,22 @@ def scan(
     inverse = np.linalg.inv(gram / np.outer(scale, scale) + RIDGE * np.eye(len(base))) / np.outer(scale, scale)
     away = cross @ inverse
     # the model's residual has nothing of the model's own columns left: no large numbers cancel here
-    mean = bank.whitening.by_recording(bank.one * residual)
-    net = columns.T @ residual - ones.T @ (weight * mean)
+    sums = bank.whitening.by_recording(bank.one * residual)
+    net = columns.T @ residual - ones.T @ (weight * sums)
+    # the coefficients are the best at another variance: how they are drawn at this one
+    drawn_to = ones[:, base].T @ ((bank.shrunk(likeliest) - weight) * sums)
+    null = _likelihood(bank, variance, sums[None], drawn_to[None], inverse)[0]
+    net = net - away @ drawn_to
 
-    drawn_from = residual if shuffled else _noise(bank, variance, seed)
-    pieces = _pieces(bank, columns, ones, drawn_from, variance, blocks, g, inverse, shuffled)
+    pieces, means = _pieces(bank, columns, ones, drawn_from, variance, likeliest, blocks, g, inverse, shuffled)
     signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(SURROGATES, pieces.shape[0]))
     drawn = signs @ pieces
+    nulls = _likelihood(bank, variance, signs @ means, drawn[:, base], inverse)
     drawn = drawn - drawn[:, base] @ away.T
 
-    gain = np.full(len(candidates), -np.inf)
-    best = np.full(SURROGATES, -np.inf)
+    likelihood = np.zeros(len(candidates))
+    noise = np.zeros((SURROGATES, len(candidates)))
+    alive = np.zeros(len(candidates), dtype=bool)
     sizes = np.array([len(c) for c in candidates])
     for k in np.unique(sizes):
         members = np.flatnonzero(sizes == k)
@@ -167,18 +236,23 @@ def scan(
         energy = np.einsum("mkk->mk", own)
         unit = np.sqrt(np.maximum(energy, 1e-300))
         scaled = left / unit[:, :, None] / unit[:, None, :]
-        alive = np.einsum("mkk->mk", scaled).max(axis=1) > least
+        alive[members] = np.einsum("mkk->mk", scaled).max(axis=1) > least
         ridge = np.maximum(1e-6 * np.einsum("mkk->m", scaled) / k, least * 1e-2)
         solved = np.linalg.inv(scaled + ridge[:, None, None] * np.eye(k))
         mine = net[places] / unit
-        likelihood = 0.5 * np.einsum("mk,mkl,ml->m", mine, solved, mine)
-        null = drawn[:, places] / unit
-        noise = 0.5 * np.einsum("smk,mkl,sml->sm", null, solved, null)
-        # what its columns gain in these surrogates on the average, twice: once fitted, once more when predicted
-        price = 2.0 * np.maximum(noise.mean(axis=0), 0.5 * k) + extra[members]
-        gain[members] = np.where(alive, likelihood - price, -np.inf)
-        best = np.maximum(best, np.where(alive, noise - price, -np.inf).max(axis=1))
-    return Scan(gain, best)
+        likelihood[members] = 0.5 * np.einsum("mk,mkl,ml->m", mine, solved, mine)
+        null_of = drawn[:, places] / unit
+        noise[:, members] = 0.5 * np.einsum("smk,mkl,sml->sm", null_of, solved, null_of)
+    return _Look(float(null), nulls, likelihood, noise, alive)
+
+
+def _likelihood(bank: Bank, variance: float, sums: FloatArray, net: FloatArray, inverse: FloatArray) -> FloatArray:
+    """Log-likelihood (s,) of the model, but for what every variance has in common.
+
+    ``sums`` (s, recordings): products of the residual with the whitened one; ``net`` (s, k): with the model's columns.
+    """
+    offsets = 0.5 * (sums**2) @ bank.shrunk(variance)
+    return np.asarray(offsets + 0.5 * np.einsum("sk,kl,sl->s", net, inverse, net) - 0.5 * bank.cost(variance))
 
 
 def _noise(bank: Bank, variance: float, seed: int) -> FloatArray:
@@ -197,12 +271,14 @@ def _pieces(
     ones: FloatArray,
     residual: FloatArray,
     variance: float,
+    likeliest: float,
     blocks: Units,
     g: FloatArray,
     inverse: FloatArray,
     fitted: bool,
-) -> FloatArray:
-    """Products of the columns with each unit's part of the residual (units, p), the offsets marginalised.
+) -> tuple[FloatArray, FloatArray]:
+    """Products of the columns with each unit's part of the residual (units, p), the offsets marginalised at
+    ``variance``; and of the whitened one of each recording (units, recordings).
 
     Units are the recordings' offsets, then the blocks of what is left. Where the residual is that of a fit, offsets are
     scaled up by what the model's own coefficients have taken of them (HC2, MacKinnon and White 1985).
@@ -211,13 +287,15 @@ def _pieces(
     mean = bank.whitening.by_recording(bank.one * residual) / energy
     rest = residual - np.repeat(mean, np.diff(bank.whitening.starts)) * bank.one
     weight = bank.shrunk(variance)
-    out = []
+    out, means = [], []
     if not np.isinf(variance):
-        share = energy * (1.0 + variance * energy)
+        share = energy * (1.0 + likeliest * energy)
         leverage = np.einsum("rk,kl,rl->r", g, inverse, g) / share
         scaled = mean / np.sqrt(1.0 - np.clip(leverage, 0.0, MOST_LEVERAGE)) if fitted else mean
         out.append(ones * (scaled * (1.0 - weight * energy))[:, None])
+        means.append(np.diag(scaled * energy))
     own = np.empty((blocks.recording.size, columns.shape[1]))
+    single = np.zeros((blocks.recording.size, energy.size))
     # what is left has lost its mean in each recording: a degree of freedom of as many as it has blocks
     number = np.bincount(blocks.recording)[blocks.recording].astype(np.float64)
     freed = np.sqrt(number / np.maximum(number - 1.0, 0.5)) if fitted else np.ones(number.size)
@@ -227,7 +305,7 @@ def _pieces(
     for b in range(blocks.recording.size):
         rows = slice(blocks.starts[b], blocks.starts[b + 1])
         part = rest[rows] * freed[b]
+        single[b, blocks.recording[b]] = float(bank.one[rows] @ part)
         own[b] = part @ columns[rows]
-        own[b] -= weight[blocks.recording[b]] * float(bank.one[rows] @ part) * ones[blocks.recording[b]]
-    out.append(own)
-    return np.vstack(out)
+        own[b] -= weight[blocks.recording[b]] * single[b, blocks.recording[b]] * ones[blocks.recording[b]]
+    return np.vstack([*out, own]), np.vstack([*means, single])

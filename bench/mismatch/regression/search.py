@@ -13,7 +13,15 @@ from bench.mismatch import criteria
 from bench.mismatch.problem import ChannelProblem
 from bench.mismatch.regression.auxiliary import auxiliary_candidates, composed_candidates
 from bench.mismatch.regression.bank import Bank, Fit
-from bench.mismatch.regression.candidates import exercised, free_candidates, named_candidates, shape_of
+from bench.mismatch.regression.candidates import (
+    exercised,
+    free_candidates,
+    named_candidates,
+    shape_of,
+    spell,
+    spell_ends,
+    spell_of,
+)
 from bench.mismatch.regression.folds import predictive, weights
 from bench.mismatch.regression.model import (
     Block,
@@ -46,6 +54,8 @@ MOST_ALIKE = 4
 """parts that one effect may have: two orders, two plays"""
 MOST_FORMS = 3
 """forms of one effect that are refined in a step"""
+MOST_TRIFLES = 2
+"""functions too small to be told that are set beside a model when the noise of its residual is looked at"""
 SHORT_LIST = 3
 """effects, and free functions, that are refined and compared on points left out in a step"""
 BEYOND_BOUNDS = 2.0
@@ -148,17 +158,21 @@ def searched(problem: ChannelProblem, seed: int = 0) -> Search:
     while len(model.chosen) < MOST_EFFECTS:
         seen = search.scan(model.chosen, model.fit)
         search.scans.append(seen)
-        model.price = seen.price
+        if len(search.scans) == 1:
+            # beside a rich function noise gains more: that is the next effect's affair, not that of those found before
+            model.price = seen.price
         found = _best(search, seen)
         if found is None:
             break
-        chosen = _pruned(search, [*model.chosen, found], seen.price)
+        chosen = _pruned(search, [*model.chosen, found], model.price)
         if found not in chosen:
             break
         search.model = model = replace(model, chosen=chosen, fit=model.refitted(chosen))
     # structure that nothing follows is alike for longer than a block: whole recordings are turned as well
-    looks = [search.scan(model.chosen, model.fit, shuffled=True)]
-    looks.append(replace(search, units=whole(search.units)).scan(model.chosen, model.fit, shuffled=True))
+    beside = [*model.chosen, *_trifles(search)]
+    fitted = model.refitted(beside)
+    looks = [search.scan(beside, fitted, shuffled=True)]
+    looks.append(replace(search, units=whole(search.units)).scan(beside, fitted, shuffled=True))
     last = max(looks, key=lambda s: s.price)
     search.scans.append(last)
     price = max(last.price, model.price)
@@ -166,6 +180,27 @@ def searched(problem: ChannelProblem, seed: int = 0) -> Search:
     chosen = _no_mere_form(search, _above_the_rest(search, chosen))
     search.model = replace(model, chosen=chosen, fit=model.refitted(chosen), price=price)
     return search
+
+
+def _trifles(search: Search) -> list[Chosen]:
+    """What gains its price beside the model and is too small to be told: a jerk at each corner of the speed must not
+    set the price of what acts elsewhere.
+    """
+    model = search.model
+    small: list[Chosen] = []
+    while len(small) < MOST_TRIFLES:
+        beside = [*model.chosen, *small]
+        seen = search.scan(beside, model.refitted(beside))
+        best = int(np.argmax(seen.gain)) if seen.gain.size else 0
+        if not seen.gain.size or not seen.gain[best] > seen.price:
+            break
+        block = search.blocks[best]
+        weak = np.full(len(block.place), weak_precision(search.bank, block.place))
+        candidate = Chosen(replace(block, precision=weak))
+        if strength(search, candidate).enough:
+            break
+        small.append(candidate)
+    return small
 
 
 def _nominal(candidate: Chosen) -> bool:
@@ -265,7 +300,8 @@ def _best(search: Search, seen: Scan) -> Chosen | None:
             if len(free) < SHORT_LIST and beside < MOST_AUXILIARY:
                 free.setdefault(regressor.variables, int(k))
         elif len(free) < SHORT_LIST and _still_open(regressor, taken, whole, more):
-            free.setdefault(regressor.variables, int(k))
+            sudden = ("",) if spell_of(regressor) else ()
+            free.setdefault((*regressor.variables, *sudden), int(k))
     if not named and not free:
         return None
     asked = [k for forms in named.values() for k in forms.values()]
@@ -290,7 +326,7 @@ def _best(search: Search, seen: Scan) -> Chosen | None:
     for k in free.values():
         if seen.gain[k] < seen.price:
             continue
-        candidate = free_function(search, model.chosen, _form_of_a_name(search.blocks[k], model.chosen))
+        candidate = free_function(search, model.chosen, _form_of_a_name(_timed(search, search.blocks[k]), model.chosen))
         total = float(search.density([*model.chosen, candidate]).sum())
         if total - start < seen.price or not strength(search, candidate).enough:
             continue
@@ -306,6 +342,34 @@ def _best(search: Search, seen: Scan) -> Chosen | None:
             # a name and something that depends on another quantity say what one function without a name says
             return first[1]
     return None if best is None else best[1]
+
+
+def _timed(search: Search, block: Block) -> Block:
+    """A spell with its ends at the likeliest moments between the recordings; any other candidate as it is."""
+    own = spell_of(block.regressor)
+    if own is None:
+        return block
+    model = search.model
+    beside = model.blocks(model.chosen)
+    ends = spell_ends(model.problem.rows.frame.take(model.problem.train))
+    begin, _, end, _ = own.knots[0]
+    places = [int(np.argmin(np.abs(np.asarray(ends) - at))) for at in (begin, end)]
+    tried: dict[tuple[int, int], tuple[float, Block]] = {}
+
+    def likelihood(i: int, j: int) -> float:
+        if (i, j) not in tried:
+            one = add_block(model.problem, model.bank, spell(model.channel, own.times, ends[i], ends[j]))
+            tried[i, j] = (fit_blocks(model.bank, [*beside, one], model.variances).likelihood, one)
+        return tried[i, j][0]
+
+    here = (places[0], places[1])
+    while True:
+        around = [(here[0] + a, here[1] + b) for a in (-1, 0, 1) for b in (-1, 0, 1)]
+        inside = [(i, j) for i, j in around if 0 <= i < j < len(ends) and (i, j) != (0, len(ends) - 1)]
+        best = max(inside, key=lambda p: (likelihood(*p), p == here))
+        if best == here:
+            return tried[here][1]
+        here = best
 
 
 def _form_of_a_name(block: Block, chosen: Sequence[Chosen]) -> Block:
