@@ -36,8 +36,7 @@ from bench.mismatch.recordings.vibration import Density, ShaftSpectrum
 from bench.mismatch.regression import noise
 from bench.mismatch.regression.candidates import TURNING
 from bench.mismatch.regression.discoveries import discoveries as of_regression
-from bench.mismatch.regression.discoveries import of_start
-from bench.mismatch.regression.model import ChannelModel, scattered
+from bench.mismatch.regression.model import ChannelModel, of_start, scattered
 from bench.mismatch.regression.search import Search, searched
 from bench.mismatch.regression.sensitivity import sensitivities
 from bench.mismatch.regression.slots import settle

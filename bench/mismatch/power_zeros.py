@@ -16,11 +16,11 @@ import numpy as np
 
 from bench.mismatch.problem import ChannelProblem
 from bench.mismatch.recordings.rows import Rows
-from bench.mismatch.regression.discoveries import of_start
 from bench.mismatch.regression.model import (
     ChannelModel,
     add_base,
     fit_blocks,
+    of_start,
     plain_residual,
     predicted,
     prepare_bank,

@@ -19,7 +19,7 @@ from bench.mismatch.orders.periodic import Periodic, Pulse
 from bench.mismatch.orders.sight import Sight
 from bench.mismatch.orders.weak import MODELS, WeakOrder
 from bench.mismatch.regression.scan import tail_rate
-from bench.mismatch.regression.search import active_size
+from bench.mismatch.regression.strength import active_size
 from bench.simulation import Gearbox, waves
 from bench.simulation.frame import FloatArray
 from bench.simulation.laws import RESONANCE, Law

@@ -10,13 +10,11 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.discovery import AMBIGUOUS, NAMED, Discovery, Rival
 from bench.mismatch.discovery import UNKNOWN as UNKNOWN_STATUS
-from bench.mismatch.problem import ChannelProblem
-from bench.mismatch.recordings.beginning import at_start, risen
 from bench.mismatch.regression import windows
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.candidates import Spell
 from bench.mismatch.regression.excess import excess, levelled
-from bench.mismatch.regression.model import ChannelModel, Chosen
+from bench.mismatch.regression.model import ChannelModel, Chosen, of_start
 from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Regressor
 from bench.mismatch.regression.search import Search
@@ -26,14 +24,6 @@ from bench.simulation.quantities import QUANTITIES
 
 ANGLE = "angle"
 """name of the output angle among the quantities"""
-
-
-def of_start(problem: ChannelProblem, prediction: FloatArray) -> FloatArray:
-    """A prediction (n,) of an integral with the level of each recording's first readings; others as they are."""
-    if not problem.spec.integral:
-        return prediction
-    frame = problem.rows.frame
-    return np.asarray(prediction + risen(frame, at_start(frame, problem.rows.y) - at_start(frame, prediction)))
 
 
 def discoveries(

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from bench.mismatch.problem import ChannelProblem, starts_and_folds
+from bench.mismatch.recordings.beginning import at_start, risen
 from bench.mismatch.regression.bank import Bank, Fit, Whitening, fit
 from bench.mismatch.regression.noise import Mixture, RowNoise, alike, of_rows, plain_mixture
 from bench.mismatch.regression.regressors import Free, Regressor
@@ -102,6 +103,14 @@ def predicted(blocks: Sequence[Block], fitted: Fit, frame: Frame) -> FloatArray:
         if block.regressor.effect != "nuisance":
             out += block.regressor.columns(frame) @ fitted.of(block.place)[0]
     return out
+
+
+def of_start(problem: ChannelProblem, prediction: FloatArray) -> FloatArray:
+    """A prediction (n,) of an integral with the level of each recording's first readings; others as they are."""
+    if not problem.spec.integral:
+        return prediction
+    frame = problem.rows.frame
+    return np.asarray(prediction + risen(frame, at_start(frame, problem.rows.y) - at_start(frame, prediction)))
 
 
 def scattered(problem: ChannelProblem) -> tuple[float, float | None]:

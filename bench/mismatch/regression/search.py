@@ -37,11 +37,13 @@ from bench.mismatch.regression.model import (
 )
 from bench.mismatch.regression.prior import settled
 from bench.mismatch.regression.refine import refined, strained
+from bench.mismatch.regression.refuted import not_refuted
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
 from bench.mismatch.regression.scan import LEAST_OWN, Scan, Units, scan, units, whole
+from bench.mismatch.regression.strength import Strength, strength
 from bench.simulation.frame import FloatArray
 from bench.simulation.quantities import AUXILIARY
-from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE
+from bench.simulation.terms import LIBRARY
 
 MOST_EFFECTS = 12
 MOST_UNKNOWN = 2
@@ -177,7 +179,7 @@ def searched(problem: ChannelProblem, seed: int = 0) -> Search:
     search.scans.append(last)
     price = max(last.price, model.price)
     chosen = _believed(search, _pruned(search, model.chosen, price, keep=0))
-    chosen = _no_mere_form(search, _above_the_rest(search, chosen))
+    chosen = not_refuted(model, _no_mere_form(search, _above_the_rest(search, chosen)))
     search.model = replace(model, chosen=chosen, fit=model.refitted(chosen), price=price)
     return search
 
@@ -197,7 +199,7 @@ def _trifles(search: Search) -> list[Chosen]:
         block = search.blocks[best]
         weak = np.full(len(block.place), weak_precision(search.bank, block.place))
         candidate = Chosen(replace(block, precision=weak))
-        if strength(search, candidate).enough:
+        if strength(search.model, candidate).enough:
             break
         small.append(candidate)
     return small
@@ -261,7 +263,7 @@ def _no_mere_form(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
 def _strength_among(search: Search, chosen: Sequence[Chosen], one: Chosen) -> Strength:
     """How strong one of some effects is beside the others."""
     others = [c for c in chosen if c is not one]
-    return strength(replace(search, model=replace(search.model, chosen=others)), one)
+    return strength(replace(search.model, chosen=others), one)
 
 
 def _odds(share: FloatArray, chosen: Chosen) -> float:
@@ -312,7 +314,7 @@ def _best(search: Search, seen: Scan) -> Chosen | None:
     start = float(search.density(model.chosen).sum())
     for k in asked:
         candidate = shaped(search, model.chosen, search.blocks[k].regressor)
-        if candidate is None or not strength(search, candidate).enough:
+        if candidate is None or not strength(search.model, candidate).enough:
             continue
         total = float(search.density([*model.chosen, candidate]).sum()) - handicap_of(search, candidate)
         if not _nominal(candidate):
@@ -328,7 +330,7 @@ def _best(search: Search, seen: Scan) -> Chosen | None:
             continue
         candidate = free_function(search, model.chosen, _form_of_a_name(_timed(search, search.blocks[k]), model.chosen))
         total = float(search.density([*model.chosen, candidate]).sum())
-        if total - start < seen.price or not strength(search, candidate).enough:
+        if total - start < seen.price or not strength(search.model, candidate).enough:
             continue
         # a name says more than a free function, and nature's form of it need not be the library's: the free
         # function has to predict better by more than that to take its place
@@ -474,6 +476,11 @@ def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen
     fitted = fit_blocks(bank, [*beside, main], model.variances)
     if not admissible(better, *fitted.of(main.place)):
         return None
+    for other in others:
+        # two of one kind with opposite signs are another curve in disguise
+        own = other.main.regressor
+        if isinstance(own, Named) and not admissible(own, *fitted.of(other.main.place)):
+            return None
     train = problem.train
     effect = better.columns(problem.rows.frame)[train] @ fitted.of(main.place)[0]
     size = _own_size(effect)
@@ -481,85 +488,6 @@ def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen
     if all(c.effect != better.effect for c in others):
         shape = shape_of(problem.channel, better.effect, problem.rows.frame.take(train))
     return with_shape(problem, bank, main, shape, criteria.SHAPE * size)
-
-
-@dataclass(frozen=True, slots=True)
-class Strength:
-    """Size of what an effect adds beyond the recalibrated simulation, over the noise of a sample: where it ``acts``
-    (the smallest set of samples that holds nearly all of its energy, a fiftieth of all at least), and over ``all``
-    samples.
-    """
-
-    acts: float
-    overall: float
-    trusted: float = 0.0
-    """what no transducer of the channel is trusted with, over the noise of a sample"""
-
-    @property
-    def enough(self) -> bool:
-        """Whether it is told."""
-        least = max(criteria.LEAST_STRENGTH, self.trusted)
-        return self.acts >= least and self.overall >= criteria.LEAST_OVERALL
-
-
-def strength(search: Search, candidate: Chosen) -> Strength:
-    """How strong an effect is beside the model."""
-    model = search.model
-    problem = model.problem
-    train = problem.train
-    fitted = fit_blocks(model.bank, model.blocks([*model.chosen, candidate]), model.variances)
-    own = model.contribution(candidate, problem.rows.frame, fitted)[train]
-    beyond = own - _said_by(model, own)
-    number = problem.rows.number[train]
-    floor = max(model.floor, 1e-300)
-    overall = float(np.sqrt(np.sum(beyond**2 * number) / max(float(number.sum()), 1.0)))
-    trusted = criteria.TRANSDUCER * _range(problem)
-    return Strength(active_size(beyond, number) / floor, overall / floor, trusted / floor)
-
-
-def _range(problem: ChannelProblem) -> float:
-    """Largest value of a torque in the recordings, N·m; 0 of a channel that is no torque."""
-    frame = problem.rows.frame
-    values = {LOAD_TORQUE: frame.torque, MOTOR_TORQUE: frame.motor_torque}.get(problem.channel)
-    return 0.0 if values is None else float(np.max(np.abs(values[problem.usable]), initial=0.0))
-
-
-def strength_of(search: Search, block: Block) -> Strength:
-    """The same of a candidate that is not refined, alone beside the model."""
-    return strength(
-        search, Chosen(replace(block, precision=np.full(len(block.place), weak_precision(search.bank, block.place))))
-    )
-
-
-def _said_by(model: ChannelModel, values: FloatArray) -> FloatArray:
-    """What the simulation's own terms can say of ``values`` (training rows,), weighted as a fit weighs rows."""
-    blocks = [b for b in model.base]
-    problem = model.problem
-    columns = [b.regressor.columns(problem.rows.frame)[problem.train] for b in blocks]
-    if not columns:
-        return np.zeros(values.size)
-    x = np.hstack(columns)
-    weight = 1.0 / model.noise.sigma
-    scale = np.maximum(np.sqrt(np.mean((x * weight[:, None]) ** 2, axis=0)), 1e-100)
-    left = x * weight[:, None] / scale
-    normal = left.T @ left
-    precision = np.concatenate([b.precision for b in blocks]) / scale**2
-    normal[np.diag_indices_from(normal)] += precision + 1e-9 * np.trace(normal) / normal.shape[0]
-    return np.asarray(x / scale @ np.linalg.solve(normal, left.T @ (values * weight)))
-
-
-def active_size(values: FloatArray, number: FloatArray) -> float:
-    """Root mean square of ``values`` (n,), of ``number`` samples each, over the smallest set of samples that holds
-    ``criteria.ACTIVE_ENERGY`` of their energy, ``criteria.LEAST_ACTIVE`` of all samples at least.
-    """
-    order = np.argsort(-(values**2))
-    energy = np.cumsum(values[order] ** 2 * number[order])
-    if energy.size == 0 or energy[-1] <= 0.0:
-        return 0.0
-    count = np.cumsum(number[order])
-    place = min(int(np.searchsorted(energy, criteria.ACTIVE_ENERGY * energy[-1])), energy.size - 1)
-    samples = max(float(count[place]), criteria.LEAST_ACTIVE * float(count[-1]))
-    return float(np.sqrt(energy[place] / samples))
 
 
 def admissible(named: Named, coefficients: FloatArray, covariance: FloatArray) -> bool:

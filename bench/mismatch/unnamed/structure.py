@@ -14,7 +14,8 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.discovery import UNKNOWN, UNNAMED, ChannelOutcome, Discovery, Structure
 from bench.mismatch.recordings.vibration import Density
-from bench.mismatch.regression.search import Search, strength_of
+from bench.mismatch.regression.search import Search
+from bench.mismatch.regression.strength import strength_of
 from bench.mismatch.unnamed.bursts import Bursts, bursts
 from bench.mismatch.unnamed.tones import Tone, tone
 from bench.simulation.terms import CHANNEL_UNITS
@@ -62,7 +63,7 @@ def _mean(search: Search) -> tuple[float, str, float]:
     seen = search.scan(model.chosen, model.fit, shuffled=True)
     order = int(np.argmax(seen.gain))
     block = search.blocks[order]
-    size = strength_of(search, block)
+    size = strength_of(search.model, block)
     least = max(criteria.LEAST_OVERALL / max(size.overall, 1e-300), criteria.LEAST_STRENGTH / max(size.acts, 1e-300))
     beyond = 1.0 - min(1.0, least**2)
     gain = float(seen.gain[order]) * beyond if np.isfinite(seen.gain[order]) else 0.0

@@ -1,0 +1,91 @@
+"""How strong an effect is beside a model, over the noise of a sample."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bench.mismatch import criteria
+from bench.mismatch.problem import ChannelProblem
+from bench.mismatch.regression.model import Block, ChannelModel, Chosen, fit_blocks, weak_precision
+from bench.simulation.frame import FloatArray
+from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE
+
+
+@dataclass(frozen=True, slots=True)
+class Strength:
+    """Size of what an effect adds beyond the recalibrated simulation, over the noise of a sample: where it ``acts``
+    (the smallest set of samples that holds nearly all of its energy, a fiftieth of all at least), and over ``all``
+    samples.
+    """
+
+    acts: float
+    overall: float
+    trusted: float = 0.0
+    """what no transducer of the channel is trusted with, over the noise of a sample"""
+
+    @property
+    def enough(self) -> bool:
+        """Whether it is told."""
+        least = max(criteria.LEAST_STRENGTH, self.trusted)
+        return self.acts >= least and self.overall >= criteria.LEAST_OVERALL
+
+
+def strength(model: ChannelModel, candidate: Chosen) -> Strength:
+    """How strong an effect is beside the model."""
+    problem = model.problem
+    train = problem.train
+    fitted = fit_blocks(model.bank, model.blocks([*model.chosen, candidate]), model.variances)
+    own = model.contribution(candidate, problem.rows.frame, fitted)[train]
+    beyond = own - _said_by(model, own)
+    number = problem.rows.number[train]
+    floor = max(model.floor, 1e-300)
+    overall = float(np.sqrt(np.sum(beyond**2 * number) / max(float(number.sum()), 1.0)))
+    trusted = criteria.TRANSDUCER * _range(problem)
+    return Strength(active_size(beyond, number) / floor, overall / floor, trusted / floor)
+
+
+def _range(problem: ChannelProblem) -> float:
+    """Largest value of a torque in the recordings, N·m; 0 of a channel that is no torque."""
+    frame = problem.rows.frame
+    values = {LOAD_TORQUE: frame.torque, MOTOR_TORQUE: frame.motor_torque}.get(problem.channel)
+    return 0.0 if values is None else float(np.max(np.abs(values[problem.usable]), initial=0.0))
+
+
+def strength_of(model: ChannelModel, block: Block) -> Strength:
+    """The same of a candidate that is not refined, alone beside the model."""
+    return strength(
+        model, Chosen(replace(block, precision=np.full(len(block.place), weak_precision(model.bank, block.place))))
+    )
+
+
+def _said_by(model: ChannelModel, values: FloatArray) -> FloatArray:
+    """What the simulation's own terms can say of ``values`` (training rows,), weighted as a fit weighs rows."""
+    blocks = [b for b in model.base]
+    problem = model.problem
+    columns = [b.regressor.columns(problem.rows.frame)[problem.train] for b in blocks]
+    if not columns:
+        return np.zeros(values.size)
+    x = np.hstack(columns)
+    weight = 1.0 / model.noise.sigma
+    scale = np.maximum(np.sqrt(np.mean((x * weight[:, None]) ** 2, axis=0)), 1e-100)
+    left = x * weight[:, None] / scale
+    normal = left.T @ left
+    precision = np.concatenate([b.precision for b in blocks]) / scale**2
+    normal[np.diag_indices_from(normal)] += precision + 1e-9 * np.trace(normal) / normal.shape[0]
+    return np.asarray(x / scale @ np.linalg.solve(normal, left.T @ (values * weight)))
+
+
+def active_size(values: FloatArray, number: FloatArray) -> float:
+    """Root mean square of ``values`` (n,), of ``number`` samples each, over the smallest set of samples that holds
+    ``criteria.ACTIVE_ENERGY`` of their energy, ``criteria.LEAST_ACTIVE`` of all samples at least.
+    """
+    order = np.argsort(-(values**2))
+    energy = np.cumsum(values[order] ** 2 * number[order])
+    if energy.size == 0 or energy[-1] <= 0.0:
+        return 0.0
+    count = np.cumsum(number[order])
+    place = min(int(np.searchsorted(energy, criteria.ACTIVE_ENERGY * energy[-1])), energy.size - 1)
+    samples = max(float(count[place]), criteria.LEAST_ACTIVE * float(count[-1]))
+    return float(np.sqrt(energy[place] / samples))
