@@ -43,6 +43,8 @@ BY_GEOMETRY = ("motor.load_reaction", "load.reaction")
 """terms without a free parameter: they are taken off the measured channel"""
 KNOTS = (6, 12)
 """knots of free functions of one quantity: coarse and fine"""
+CLOSE_KNOTS = 28
+"""knots of a function of the speed in even ratios: from 0.01 to 1 rad/s one a fifth further than the last"""
 KNOTS_OF_SEVERAL = {2: 5, 3: 4}
 """knots of each quantity in functions of two, and of three"""
 EACH_KNOT = 3
@@ -190,6 +192,13 @@ def free_candidates(channel: str, frame: Frame) -> Iterator[Free]:
             if knots is not None and (number <= KNOTS[0] or len(knots) > KNOTS[0]):
                 grids = tuple(Grid((name,), times, (knots,)) for times in factors)
                 yield Free(channel, grids, _by_definition(channel, name, factors))
+        close = close_knots(quantity(name, frame)) if name == "speed" else None
+        if close is not None:
+            yield Free(
+                channel,
+                tuple(Grid((name,), times, (close,)) for times in factors),
+                _by_definition(channel, name, factors),
+            )
     for names, times in _MORE[channel]:
         each = [knots_of(quantity(name, frame), KNOTS_OF_SEVERAL[len(names)]) for name in names]
         known = tuple(knots for knots in each if knots is not None)
@@ -291,6 +300,23 @@ def knots_of(values: FloatArray, number: int) -> tuple[float, ...] | None:
         if not kept or knot - kept[-1] >= apart:
             kept.append(float(knot))
     return tuple(kept) if len(kept) >= 3 else None
+
+
+def close_knots(speed: FloatArray) -> tuple[float, ...] | None:
+    """Knots of a function of the speed in even ratios, for what happens about one speed; None where too few speeds were
+    driven.
+
+    A warm-up runs five times as fast as any point: knots at even distances leave no more than three to all the others.
+    """
+    driven = speed[speed > 0.0]
+    if driven.size < CLOSE_KNOTS:
+        return None
+    low, high = np.quantile(driven, [0.02, 1.0])
+    edges = np.geomspace(low, high, CLOSE_KNOTS)
+    # a knot stands where rows are on both sides: nothing is known of a speed that was never driven
+    near = np.searchsorted(np.sort(driven), np.sqrt(edges[1:] * edges[:-1]))
+    kept = [float(edges[0]), *(float(e) for e, n in zip(edges[1:-1], np.diff(near), strict=True) if n), float(high)]
+    return tuple(kept) if len(kept) > KNOTS[1] else None
 
 
 def _spells(channel: str, frame: Frame, times: str) -> Iterator[Free]:

@@ -10,10 +10,18 @@ from bench.simulation.terms import CHANNEL_UNITS
 
 
 def unexplained(outcome: ChannelOutcome) -> None:
-    """Add what an outcome leaves as a discovery without a name, where it is clearly more than the noise floor."""
+    """Add what an outcome leaves as a discovery without a name, where it is clearly more than the noise floor.
+
+    That is asked of the median recording. Where the test for structure says that what is left of the fitted recordings
+    is no noise, a few recordings far off are a second witness, and all are asked together.
+    """
     after = outcome.settled
     if after is None or outcome.floor_std is None or any(d.effect == UNNAMED for d in outcome.discoveries):
         return
+    every = outcome.rmse.get("after")
+    p = None if outcome.structure is None else outcome.structure.p_value
+    if p is not None and p < criteria.ERROR_RATE_OF_A_CHANNEL and every is not None:
+        after = max(after, every)
     most = criteria.MORE_THAN_NOISE * outcome.floor + criteria.FLOOR_ERRORS * outcome.floor_std
     # at states that the calibration hardly knows, it may be off by what it says itself
     if after**2 < most**2 + criteria.FLOOR_ERRORS**2 * outcome.doubt:

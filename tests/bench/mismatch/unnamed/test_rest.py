@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bench.mismatch.discovery import Structure
 from bench.mismatch.score import _Sum
 from bench.mismatch.unnamed.rest import unexplained
 from tests.bench.mismatch.report import made
@@ -35,3 +36,12 @@ def test_one_loud_recording_is_not_the_usual_one() -> None:
     assert total.usual() == pytest.approx(1.0)
     assert total.rmse() == pytest.approx(np.sqrt((3.0 + 81.0) / 4.0))
     assert _Sum().usual() is None
+
+
+@pytest.mark.parametrize(("p_value", "told"), [(1.0, 0), (1e-4, 1)])
+def test_structure_and_a_few_recordings_far_off_are_two_witnesses(p_value: float, told: int) -> None:
+    own = made.outcome(made.campaign(), "motor_torque", [], SIGMA)
+    own.structure = Structure(p_value, "test")
+    own.rmse |= {"after": 2.0 * own.floor, "after_steady": own.floor}
+    unexplained(own)
+    assert len(own.discoveries) == told

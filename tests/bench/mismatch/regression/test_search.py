@@ -1,0 +1,62 @@
+"""What the search finds in a torque made by hand, and what it leaves alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.mismatch.problem import ChannelProblem
+from bench.mismatch.regression.candidates import spell_of
+from bench.mismatch.regression.search import searched
+from bench.simulation.frame import FloatArray, Frame
+from tests.bench.mismatch.regression.synthetic import campaign, problem
+
+SIGMA, RECORDINGS = 0.05, 40
+FRAME = campaign(RECORDINGS)
+
+
+def made(effect: FloatArray, frame: Frame = FRAME, seed: int = 1, offset: float = 0.02) -> ChannelProblem:
+    rng = np.random.default_rng(seed)
+    offsets = rng.normal(scale=offset, size=RECORDINGS)[frame.recording]
+    return problem(frame, 0.6 * frame.direction + effect + offsets + rng.normal(scale=SIGMA, size=frame.size))
+
+
+def test_a_zero_that_jumps_is_a_spell_with_its_ends_between_two_recordings() -> None:
+    first, last = 11, 24
+    inside = (FRAME.recording >= first) & (FRAME.recording <= last)
+    found = searched(made(0.15 * inside)).model
+    (own,) = found.chosen
+    spell = spell_of(own.main.regressor)
+    assert spell is not None
+    begin, _, end, _ = spell.knots[0]
+    times = FRAME.time[np.flatnonzero(np.diff(FRAME.recording, prepend=-1))]
+    assert times[first - 1] < begin < times[first]
+    assert times[last] < end < times[last + 1]
+    assert found.fit.of(own.main.place)[0][0] == pytest.approx(0.15, abs=0.03)
+    assert own.main.regressor.words.startswith("a constant from ")
+
+
+def test_a_hump_at_one_speed_is_a_function_of_the_speed_and_no_stribeck_curve() -> None:
+    speed = np.abs(FRAME.velocity)
+    hump = 0.25 * FRAME.direction * np.exp(-((np.log(speed / 0.03) / 0.3) ** 2))
+    found = searched(made(hump)).model
+    assert {c.main.regressor.variables for c in found.chosen} == {("speed",)}
+    assert {c.effect for c in found.chosen} == {"unknown"}
+
+
+def test_what_recordings_held_out_refute_is_not_told_and_a_note_says_so() -> None:
+    folds = np.arange(RECORDINGS, dtype=np.int64)
+    folds[[6, 13, 20, 27, 34]] = -1
+    hot = 0.25 * FRAME.direction * ((FRAME.temperature - 30.0) / 10.0) ** 2
+    borne_out = searched(replace(made(hot), folds=folds)).model
+    assert borne_out.chosen
+    against = np.where(folds[FRAME.recording] < 0, -1.0, 1.0)
+    refuted = searched(replace(made(hot * against), folds=folds)).model
+    assert not refuted.chosen
+    assert any("recordings held out are" in note for note in refuted.notes)
+
+
+def test_in_noise_nothing_is_found() -> None:
+    assert not any(searched(made(np.zeros(FRAME.size), seed=s)).model.chosen for s in range(6))
