@@ -32,6 +32,7 @@ def write_job(run: Run, folder: Path, socket: Path, stop_port: int, plant: str |
         by_hand=run.by_hand,
         tares=run.tares,
         plant=plant,
+        not_before=run.not_before,
         stop_port=stop_port,
     )
     path = folder / "job.json"

@@ -148,15 +148,30 @@ class SaveCampaign(Draft):
     replaces: bool = False
 
 
+class NewInvestigation(Body):
+    """What an investigation may cost and has to reach; see ``bench investigate``."""
+
+    hours: Annotated[float, Field(ge=0.0, le=1000.0)] = 8.0
+    experiments: Annotated[int, Field(ge=0, le=100)] = 5
+    confidence: Annotated[float, Field(ge=0.0, le=0.9)] = 0.7
+    alone: bool = False
+    """Whether experiments after the first begin without a yes, where the bench allows it."""
+    real_time: bool = False
+
+
 class NewAnalysis(Body):
-    """An identification, or a search for what the simulation leaves out."""
+    """An identification, a search for what the simulation leaves out, or an investigation of what that left open.
+
+    ``investigation`` goes with the kind ``investigate`` and with no other.
+    """
 
     request_id: RequestId
     name: Name
-    kind: Literal["identify", "mismatch"]
+    kind: Literal["identify", "mismatch", "investigate"]
     folder: PlaceName
     model: PlaceName | None = None
     """Id of the analysis whose model.json is the simulation; None for the nominal one, calibrated."""
+    investigation: NewInvestigation | None = None
 
 
 class NewNote(Body):

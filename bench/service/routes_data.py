@@ -14,6 +14,7 @@ from fastapi.responses import FileResponse, StreamingResponse
 from bench.campaigns.remark import clean_remark
 from bench.service import models as m
 from bench.service import recordings
+from bench.service.analyses import investigation_of
 from bench.service.refusals import NotNow, Unknown
 from bench.service.security import REPORT_HEADERS
 from bench.service.service import Service
@@ -104,7 +105,7 @@ async def cancel(analysis_id: AnalysisId, body: m.Cancel, service: The) -> m.Don
     """What it has written so far stays."""
 
     async def act() -> m.Done:
-        if not service.analyses.cancel(analysis_id):
+        if not service.analyses.cancel(analysis_id, body.name):
             raise Unknown(f'there is no analysis "{analysis_id}" that runs')
         service.book.write("cancel", body.name, f"analysis {analysis_id}")
         return m.Done(done="cancelled")
@@ -118,6 +119,12 @@ async def since(analysis_id: AnalysisId, service: The) -> list[str]:
     """Lines that say what is found anew and what no more; none without an earlier report."""
     this, others = service.analyses.reports(analysis_id, service.settings.folder.absolute())
     return await service.reading(since_last, this, others)
+
+
+@router.get("/analyses/{analysis_id}/steps", summary="The steps of an investigation")
+async def steps(analysis_id: AnalysisId, service: The) -> Answer:
+    """``log``: its experiments, what was expected and what came; ``said``: what it told, line by line."""
+    return await service.reading(investigation_of, service.analyses.investigated(analysis_id))
 
 
 @router.get(

@@ -43,6 +43,8 @@ class Run:
     """The torque sensor's zero is taken at rest; nothing is recorded then."""
     twin: str | None = None
     """Model that watches it."""
+    not_before: str | None = None
+    """Time (ISO 8601) before which no recording begins: those of an experiment stand behind the first campaign's."""
     twin_pause: bool = False
     """Whether no further point begins when that model no longer holds."""
     pid: int | None = None

@@ -23,6 +23,7 @@ from bench.service.by_hand import ByHand
 from bench.service.catalog import Catalog
 from bench.service.disk import Disk
 from bench.service.downloads import Exports
+from bench.service.experiments import Experiments, asked_of, may_go_alone
 from bench.service.idle import Idle
 from bench.service.keeper import Keeper
 from bench.service.kept import Broken
@@ -60,7 +61,7 @@ class Service:
         file = load_bench(settings.bench)
         self.bench: BenchFile = file if settings.interface is None else on_interface(file, settings.interface)
         hidden = None if settings.conceal is None else concealing(file, settings.conceal)
-        plant = None if hidden is None else hidden.configuration.bus.plant
+        self._plant = plant = None if hidden is None else hidden.configuration.bus.plant
         settings.state.mkdir(parents=True, exist_ok=True)
         self.disk = Disk()
         self._broken = Broken()
@@ -84,6 +85,8 @@ class Service:
         self._myself = SelfWatch(self.alarms, self.disk, self.keeper, self.seen, self.tell_state)
         self.idle = Idle(settings, self.bench, plant, launcher, lambda: self.keeper.is_busy, self.keeper.shown.take)
         self.by_hand = ByHand(self.bench, settings, self.keeper, self.book)
+        self.experiments = Experiments(self.bench.configuration, settings, self.keeper, self.book)
+        self.analyses.experiments = self.experiments
         self.twins = Twins(settings.state, self.keeper, self.alarms, self.book, self.overlay)
         self.after_stop = AfterStop(self.bench, settings, self.keeper, self.book)
         self.keeper.shown.on_spectrum = self.overlay.take
@@ -194,6 +197,7 @@ class Service:
                 "load_torque": configuration.limits.load_torque,
                 "temperature": configuration.limits.temperature,
             },
+            "may_go_alone": may_go_alone(configuration),
             "jog_speed": greatest_speed(configuration),
         }
         shown = self.keeper.shown
@@ -276,7 +280,7 @@ class Service:
         folder = recordings.inside(self.settings.folder, new.folder)
         model = None if new.model is None else self.model_path(new.model)
         self.book.write("analyse", new.name, f"{new.kind} of {new.folder}")
-        return self.analyses.start(new.kind, folder, new.name, model)
+        return self.analyses.start(new.kind, folder, new.name, model, asked_of(new, self.settings, self._plant))
 
     async def _settle(self) -> None:
         """Wait a moment for the disk, so that what is answered is kept; trouble with it is an alarm of its own."""

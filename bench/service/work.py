@@ -6,25 +6,29 @@ import json
 import os
 import sqlite3
 import sys
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
 from bench.errors import BenchError
 from bench.whole import write_whole
 
-Kind = Literal["identify", "mismatch"]
+Kind = Literal["identify", "mismatch", "investigate"]
 _NICE = 10
 
 
 @dataclass(frozen=True, slots=True)
 class Work:
-    """What is to be analysed: ``model`` is the simulation a mismatch is sought against, None for the nominal one."""
+    """What is to be analysed: ``model`` is the simulation a mismatch is sought against, None for the nominal one;
+    ``asked`` what an investigation was asked for.
+    """
 
     kind: Kind
     recordings: str
     out: str
     model: str | None = None
+    asked: dict[str, Any] = field(default_factory=dict)
 
 
 def tell(what: str, share: float, **more: Any) -> None:
@@ -72,13 +76,24 @@ def mismatch(work: Work) -> str:
     return run(Path(work.recordings), Path(work.out), model, tell).sentence
 
 
+def investigate(work: Work) -> str:
+    """Look, ask for experiments, look again; return why it ended in a sentence."""
+    from bench.service import experimenting
+
+    asked = experimenting.Investigation(**work.asked)
+    return experimenting.investigate(Path(work.recordings), Path(work.out), asked, tell, sys.stdin.readline)
+
+
+DOES: dict[Kind, Callable[[Work], str]] = {"identify": identify, "mismatch": mismatch, "investigate": investigate}
+
+
 def main() -> None:
     """Do the work of the file given; the last line says how it ended."""
     os.nice(_NICE)
     work = Work(**json.loads(Path(sys.argv[1]).read_text("utf-8")))
     tell("reading", 0.0)
     try:
-        text = (identify if work.kind == "identify" else mismatch)(work)
+        text = DOES[work.kind](work)
     except BenchError as error:
         tell(str(error), 1.0, ended="failed")
         sys.exit(1)

@@ -33,6 +33,8 @@ class Job:
     """Nothing is measured: the torque sensor's zero is taken at rest, without torque."""
     plant: str | None = None
     """What plays an emulated bench in place of the plant its file names: a plant with physics concealed in it."""
+    not_before: str | None = None
+    """Time (ISO 8601) before which no recording begins."""
     stop_port: int = 0
     """Port on 127.0.0.1 of the run's own stop listener; 0 for any that is free."""
 

@@ -10,6 +10,7 @@ import json
 import os
 import sys
 import traceback
+from datetime import datetime
 from pathlib import Path
 
 from bench.campaigns import load_campaign
@@ -164,6 +165,7 @@ class Process:
                     directions=self._directions,
                     tap=tap,
                     button=self._button,
+                    not_before=None if job.not_before is None else datetime.fromisoformat(job.not_before),
                 )
             )
         finally:

@@ -63,7 +63,7 @@ function alarms() {
 const ON = {
   about(message) { state.about = message; header(); },
   state(message) { Object.assign(state, message); lost(); header(); alarms(); now.status(); campaign.queue(); campaign.enable(); analysis.analyses(); },
-  runs(message) { state.runs = message.runs; state.held = message.held; emulated(); now.status(); campaign.queue(); },
+  runs(message) { state.runs = message.runs; state.held = message.held; emulated(); now.status(); campaign.queue(); analysis.analyses(); },
   plan(message) { state.plan = message; state.points = new Map(message.points.map(one => [one.identity, one])); campaign.points(); now.status(); },
   point(message) { state.points.set(message.identity, message); campaign.point(message); now.status(); },
   status(message) { state.status = message; now.status(); },

@@ -147,14 +147,21 @@ async function plan() {
 }
 
 function planned(found) {
-  $("plan-sum").textContent = `${found.points} points · ${duration(found.duration_s)} of bench time, of it ${duration(found.heating_s)} warming · ${number(found.energy_j / 3.6e6, 2)} kWh · from ${number(found.start_temperature_degc, 1)} °C`;
+  $("plan-sum").textContent = planSum(found);
   $("plan-text").textContent = found.text;
+  $("plan-points").replaceChildren(taskTable(found));
+}
+
+export const planSum = found => `${found.points} points · ${duration(found.duration_s)} of bench time, of it ${duration(found.heating_s)} warming · ${number(found.energy_j / 3.6e6, 2)} kWh · from ${number(found.start_temperature_degc, 1)} °C`;
+
+// Every point of a plan with its begin, time, expected temperature, energy and motor torque.
+export function taskTable(found) {
   const head = ["", "Measurement", "N·m", "°/s", "°C wanted", "Begins after", "Takes", "°C expected", "Wh", "Motor N·m"];
   const cell = text => make("td", { class: "number" }, text);
-  $("plan-points").replaceChildren(make("table", {}, make("thead", {}, make("tr", {}, ...head.map(name => make(name ? "th" : "td", {}, name)))), make("tbody", {}, ...found.tasks.map(task => make("tr", { class: task.preparation ? "quiet" : "" },
+  return make("table", {}, make("thead", {}, make("tr", {}, ...head.map(name => make(name ? "th" : "td", {}, name)))), make("tbody", {}, ...found.tasks.map(task => make("tr", { class: task.preparation ? "quiet" : "" },
     cell(task.number || ""), make("td", {}, task.sequence.replaceAll("_", " "), task.repeat > 1 ? make("small", { class: "quiet" }, ` repeat ${task.repeat}`) : null),
     cell(number(task.load_torque_nm, 0)), cell(number(task.velocity_rad_s * DEGREES, 1)), cell(task.temperature_degc === null ? "as found" : number(task.temperature_degc, 1)),
-    cell(duration(task.start_s)), cell(duration(task.duration_s)), cell(number(task.expected_end_temperature_degc, 1)), cell(number(task.energy_j / 3600, 1)), cell(number(task.expected_motor_torque_nm, 2)))))));
+    cell(duration(task.start_s)), cell(duration(task.duration_s)), cell(number(task.expected_end_temperature_degc, 1)), cell(number(task.energy_j / 3600, 1)), cell(number(task.expected_motor_torque_nm, 2))))));
 }
 
 function save() {
