@@ -127,7 +127,7 @@ class Bench:
     ) -> Recordings:
         """Run a campaign (an object, a shipped name or a path) into a folder; one that was cut short goes on.
 
-        ``listener`` is told how it goes, ``directions`` can pause, skip and stop it from another thread, ``tap`` sees
+        ``listener`` gets the progress, ``directions`` can pause, skip and stop it from another thread, ``tap`` sees
         every row. ``resumed_by`` is who wants torque again after a stop that was acknowledged and reset.
 
         Raises

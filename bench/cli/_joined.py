@@ -77,7 +77,7 @@ def _stop(client: Client, run_id: str, console: Console) -> None:
     runs = next(message for message in client.get("state") if message["type"] == "runs")["runs"]
     if any(run["id"] == run_id and run["state"] == "running" for run in runs):
         client.post("stop", {"by": client.person})
-        console.print("STOP: the bench is told to come to rest.")
+        console.print("STOP was sent: the bench should come to rest.")
     else:
         console.print("The run stays in the queue; it can be taken out on the page.")
 

@@ -158,7 +158,7 @@ def _number(value: float | None) -> str:
 
 
 def _finding(finding: dict[str, Any], out: Path) -> list[str]:
-    """A finding as lines: how sure, where, equation and values, from what it cannot be told, what to run next."""
+    """A finding as lines: how sure, where, equation and values, its alternatives, what to run next."""
     sure = "not computed" if finding["confidence"] is None else f"{finding['confidence']:.2f}"
     lines = [f"{finding['name']} ({finding['effect']}): {finding['status']}, confidence {sure}"]
     lines.append(f"  in {finding['channel'].replace('_', ' ')}, {finding['location']['text']}")

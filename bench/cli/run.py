@@ -54,7 +54,7 @@ def run(
     seed: Annotated[int, typer.Option(help="Seed of the emulated plant's noise.")] = 0,
     conceal: Annotated[
         int | None,
-        typer.Option(min=0, help="Seed of a plant drawn with physics nobody is told of; bench prove --open tells."),
+        typer.Option(min=0, help="Seed of a plant with concealed physics; bench prove --open reveals it."),
     ] = None,
     twin: Annotated[
         Path | None, typer.Option("--twin", help="Model (model.json) that watches each finished recording.")

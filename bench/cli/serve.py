@@ -59,7 +59,7 @@ def serve(
     conceal: Annotated[
         int | None,
         typer.Option(
-            min=0, help="Emulated bench: seed of a plant with physics nobody is told of; bench prove --open tells."
+            min=0, help="Emulated bench: seed of a plant with concealed physics; bench prove --open reveals it."
         ),
     ] = None,
     watch: Annotated[

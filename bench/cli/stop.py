@@ -24,7 +24,7 @@ def stop(
 ) -> None:
     """Stop everything that runs on this computer.
 
-    Asks the run itself first, past the service; a run that does not answer within a second is told by a signal, and one
+    Asks the run itself first, past the service; a run that does not answer within a second gets a signal, and one
     that hangs is left aside: its bus process stops the drives. Says whether both shafts were seen at rest. It is no
     emergency stop.
     """

@@ -101,7 +101,7 @@ def on_interface(file: BenchFile, interface: str) -> BenchFile:
 
 
 def concealing(file: BenchFile, seed: int) -> BenchFile:
-    """Return the bench file with its emulated plant drawn from a seed, with physics that nobody is told of.
+    """Return the bench file with its emulated plant drawn from a seed, with concealed physics.
 
     The text stays as it is: recordings keep it, and nothing in them may say what is concealed.
 

@@ -36,7 +36,7 @@ def _verdict(right: int, tries: int) -> str:
     share = right / tries
     if GOAL[0] <= share <= GOAL[1]:
         return "yes"
-    return "not told apart from it" if low <= GOAL[1] and high >= GOAL[0] else "no"
+    return "not distinguishable" if low <= GOAL[1] and high >= GOAL[0] else "no"
 
 
 def _row(cells: Sequence[str]) -> str:
@@ -50,7 +50,7 @@ def _head(cells: Sequence[str]) -> list[str]:
 def symbols(campaigns: Sequence[Mapping[str, Any]]) -> list[str]:
     """Lines of the table by symbol of the slow equations."""
     out = _head(
-        ["symbol", "truth", "mean found", "scatter of what is found", "told", "covered", "95 % interval", "92 to 98 %"]
+        ["symbol", "truth", "mean found", "scatter of found", "stated", "covered", "95 % interval", "92 to 98 %"]
     )
     for symbol, unit in _UNITS.items():
         rows = [c["parameters"][symbol] for c in campaigns if symbol in c["parameters"]]

@@ -47,8 +47,8 @@ def implausible(values: Mapping[str, float], std: Mapping[str, float | None]) ->
         sigma = std.get(symbol)
         if sigma is not None and abs(value - limit) <= _ALLOWED_SIGMA * sigma:
             out[symbol] = (
-                f"{symbol} is {value:.3g} ± {sigma:.2g} and should be {side} {limit:g}: it is not told apart from "
-                f"{limit:g}, the recordings say too little of it."
+                f"{symbol} is {value:.3g} ± {sigma:.2g} and should be {side} {limit:g}: it cannot be distinguished "
+                f"from {limit:g}, the recordings say too little of it."
             )
         else:
             out[symbol] = f"{symbol} is {value:.3g} and should be {side} {limit:g}; the likely cause: {bounds.cause}."

@@ -28,7 +28,7 @@ class Settings:
     model : simulation file drawn over the order spectrum.
     notify : apprise URLs alarms are sent to.
     stop_port : port on 127.0.0.1 of the runs' own stop listener; 0 for any that is free.
-    conceal : seed of a plant drawn with physics that nobody is told of, for an emulated bench.
+    conceal : seed of a plant drawn with concealed physics, for an emulated bench.
     watch : read a bench behind a network interface, without torque, also while nothing runs; its bus is locked then.
     """
 

@@ -35,7 +35,7 @@ def stop(found: Found, by: str, patience_s: float, say: Callable[[str], None] = 
     what = f"the run of process {found.pid}"
     state = _press(found, by, at_ns)
     if state is None:
-        say(f"{what} does not answer; it is told by a signal")
+        say(f"{what} does not answer; it gets a signal")
         refused = _signal(found.pid)
         if refused is not None:
             return Outcome(False, f"{what} cannot be stopped: {refused}; {USE_THE_EMERGENCY_STOP}")
@@ -69,11 +69,11 @@ def _without_the_run(found: Found, what: str, pressed: float, say: Callable[[str
     buses = bus_processes(found.pid)
     if not buses:
         return Outcome(False, f"{what} hangs, and nothing else can stop its bench: {USE_THE_EMERGENCY_STOP}")
-    say(f"{what} hangs; its bus process is told to stop the drives")
+    say(f"{what} hangs; its bus process gets the order to stop the drives")
     for bus in buses:
         refused = _signal(bus)
         if refused is not None:
-            return Outcome(False, f"the bus process {bus} cannot be told: {refused}; {USE_THE_EMERGENCY_STOP}")
+            return Outcome(False, f"the bus process {bus} cannot be reached: {refused}; {USE_THE_EMERGENCY_STOP}")
     ended = _until(lambda: not any(is_alive(bus) for bus in buses) or None, 10.0 * ANSWER_S)
     if ended is None:
         return Outcome(False, f"{what} hangs, and its bus process has not ended: {USE_THE_EMERGENCY_STOP}")

@@ -1,7 +1,7 @@
 """A quick look at what a change may be: each term of the library alone, fitted to what is left since it began.
 
-No rival is refitted, nothing is corrected for the number of terms tried: it says where to look first. The analysis that
-says it properly is ``bench mismatch``.
+No alternative is refitted, and nothing is corrected for the number of terms tried: it says where to look first. The
+full analysis is ``bench mismatch``.
 """
 
 from __future__ import annotations

@@ -74,7 +74,7 @@ def _plants(rows: Rows) -> list[str]:
         one = next(iter(own.values()))
         told = [_told(own[way]) if way in own else "not run" for way in WAYS]
         cells.append([f"{seed}/{case[-1]}", one["effect"], ", ".join(one["also"]), one["first"], *told])
-    return table(["plant", "concealed", "not told from", "first campaign", *(WORDS[way] for way in WAYS)], cells)
+    return table(["plant", "concealed", "confused with", "first campaign", *(WORDS[way] for way in WAYS)], cells)
 
 
 def _told(row: Mapping[str, Any]) -> str:

@@ -89,8 +89,8 @@ def _told(rows: Rows) -> list[str]:
     return table(
         ["of the changes seen", ""],
         [
-            ["told in the channel where it is strongest", _share(right, len(seen))],
-            ["told to begin within 2 points of where it did", _share(sum(o <= 2 for o in off), len(off))],
+            ["reported in the channel where it is strongest", _share(right, len(seen))],
+            ["reported to begin within 2 points of the true start", _share(sum(o <= 2 for o in off), len(off))],
             ["points between, median (largest)", f"{np.median(off):.0f} ({max(off)})"],
         ],
     )

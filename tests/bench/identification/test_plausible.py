@@ -24,7 +24,7 @@ def test_what_cannot_be_has_its_likely_cause() -> None:
 
 def test_what_is_not_told_apart_from_its_bound_is_told_so() -> None:
     said = implausible({"J_L": -0.2}, {"J_L": 0.3})
-    assert "not told apart from 0" in said["J_L"]
+    assert "cannot be distinguished from 0" in said["J_L"]
     assert "cause" not in said["J_L"]
 
 

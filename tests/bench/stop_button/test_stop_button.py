@@ -177,7 +177,7 @@ def test_a_run_without_ears_is_told_by_a_signal(processes: list[subprocess.Popen
     assert runs() == [Found(pid, ())], "known by the file only"
     told: list[str] = []
     outcome = stop(found(pid), "Ann", 10.0, told.append)
-    assert "told by a signal" in told[0]
+    assert "gets a signal" in told[0]
     assert not outcome.at_rest
 
 
