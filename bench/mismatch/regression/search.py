@@ -225,8 +225,8 @@ def _believed(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
 
 
 def _above_the_rest(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
-    """Effects without the names that are smaller than what is left without an explanation: such a name is as likely a
-    part of that as itself.
+    """Effects without the names that are no larger than a few times what is left without an explanation, where
+    something without a name is there: such a name is as likely a part of that as itself.
     """
     model = search.model
     if all(c.effect != UNKNOWN for c in chosen):
@@ -237,7 +237,8 @@ def _above_the_rest(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
     left = model.bank.residual(index, fitted.coefficients)
     beyond = max(float(np.mean(left**2)) - 1.0, 0.0)  # whitened: noise alone has 1
     rest = float(np.sqrt(beyond * np.sum(model.noise.sigma**2 * own.number) / own.number.sum())) / model.floor
-    return [c for c in chosen if c.effect == UNKNOWN or _strength_among(search, chosen, c).overall > rest]
+    least = criteria.OVER_THE_REST * rest
+    return [c for c in chosen if c.effect == UNKNOWN or _strength_among(search, chosen, c).overall > least]
 
 
 def _no_mere_form(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:

@@ -6,7 +6,11 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import UNKNOWN, UNNAMED, ChannelOutcome, Discovery
+from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms import CHANNEL_UNITS
+
+LOOKED_AT_S = 1.0
+"""over which what is left is averaged before it is asked where it lies: ten correlation times of a sensor's noise"""
 
 
 def unexplained(outcome: ChannelOutcome) -> None:
@@ -43,6 +47,18 @@ def unexplained(outcome: ChannelOutcome) -> None:
             0.0,
             None,
             (),
+            excess=averaged(left, outcome.rows.frame, np.where(outcome.usable, outcome.rows.number, 0.0)),
             squares=(after**2, after**2),
         )
     )
+
+
+def averaged(left: FloatArray, frame: Frame, number: FloatArray) -> FloatArray:
+    """What is left (n,) as means over :data:`LOOKED_AT_S` of each recording: its place is where they are large, and the
+    noise of single rows, of which a long recording has most, says nothing of a place.
+    """
+    block = np.floor(frame.elapsed / LOOKED_AT_S).astype(np.int64)
+    first = np.append(True, (np.diff(block) != 0) | (np.diff(frame.recording) != 0))
+    which = np.cumsum(first) - 1
+    total = np.bincount(which, number * left) / np.maximum(np.bincount(which, number), 1e-300)
+    return np.asarray(total[which])

@@ -18,6 +18,7 @@ from bench.mismatch.regression.search import Search
 from bench.mismatch.regression.strength import strength_of
 from bench.mismatch.unnamed.bursts import Bursts, bursts
 from bench.mismatch.unnamed.tones import Tone, tone
+from bench.simulation.frame import FloatArray
 from bench.simulation.terms import CHANNEL_UNITS
 
 
@@ -104,8 +105,17 @@ def _of_tone(heard: Tone, outcome: ChannelOutcome) -> Discovery:
         0.0,
         heard.p_value,
         (),
+        excess=_of_recordings(heard, outcome),
         squares=_unchanged(outcome),
     )
+
+
+def _of_recordings(heard: Tone, outcome: ChannelOutcome) -> FloatArray:
+    """A tone's size at each row (n,): what its recording's spectrum says, nothing where none was looked at."""
+    size = np.zeros(int(outcome.rows.frame.recording.max(initial=0)) + 1)
+    for recording, square in zip(heard.recordings, heard.squares, strict=True):
+        size[recording] = np.sqrt(square)
+    return np.asarray(size[outcome.rows.frame.recording])
 
 
 def _unchanged(outcome: ChannelOutcome) -> tuple[float, float] | None:

@@ -35,7 +35,7 @@ _ABOUT = 41
 @dataclass(frozen=True, slots=True)
 class Tone:
     """Frequency in Hz with half a bin as its range, amplitude and its standard deviation, chance in noise, the
-    recordings by power.
+    recordings by power, and the tone's mean square in each of them.
     """
 
     frequency: float
@@ -44,6 +44,7 @@ class Tone:
     amplitude_std: float
     p_value: float
     recordings: tuple[int, ...]
+    squares: tuple[float, ...] = ()
 
 
 def tone(densities: Sequence[Density], seed: int, orders: Sequence[float] = ()) -> Tone | None:
@@ -92,7 +93,13 @@ def tone(densities: Sequence[Density], seed: int, orders: Sequence[float] = ()) 
     spread = float(np.std(np.sqrt(squares)) / np.sqrt(max(squares.size, 1)))
     strongest = np.argsort(-excess)
     return Tone(
-        float((first + place) * step), 0.5 * step, amplitude, spread, p, tuple(own[k].recording for k in strongest)
+        float((first + place) * step),
+        0.5 * step,
+        amplitude,
+        spread,
+        p,
+        tuple(own[k].recording for k in strongest),
+        tuple(float(0.5 * squares[k]) for k in strongest),
     )
 
 

@@ -38,8 +38,8 @@ def _logarithmic(frame: Frame, point: Point) -> FloatArray:
     return columns(-frame.direction * np.log1p(frame.travel / point[0]))
 
 
-F_R = Symbol("f_r", "N*m", "extra friction of the new gearbox")
-F_RV = Symbol("f_rv", "N*m*s/rad", "extra viscous friction of the new gearbox")
+F_R = Symbol("f_r", "N*m", "extra friction of the new gearbox", 0.0)
+F_RV = Symbol("f_rv", "N*m*s/rad", "extra viscous friction of the new gearbox", 0.0)
 S_R = Symbol("s_r", "rad", "distance at the output over which it decays", 0.0)
 T_R = Symbol("t_r", "s", "time over which it decays", 0.0)
 
