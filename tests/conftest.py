@@ -38,6 +38,7 @@ SLOW = (
     "tests/bench/mismatch/test_cuts.py",
     "tests/bench/mismatch/test_end_to_end.py",
     "tests/bench/mismatch/test_leave_one_out.py",
+    "tests/bench/mismatch/test_linear_axis.py",
     "tests/bench/mismatch/test_many.py",
     "tests/bench/mismatch/test_thinning.py",
     "tests/bench/mismatch/test_together.py",

@@ -137,7 +137,8 @@ def header(formulas: Formulas) -> str:
     states = sum(own.op in STATES for own in formulas.steps)
     return "\n".join(
         [
-            "/* A simulation, written by `bench export-model` from a simulation file. SI units, rad, degC. */",
+            "/* A simulation, written by `bench export-model` from a simulation file. "
+            f"{formulas.words('SI units, rad, degC')}. */",
             "#ifndef MODEL_H",
             "#define MODEL_H",
             *places("INPUT", list(formulas.inputs)),

@@ -14,8 +14,7 @@ from xml.sax.saxutils import quoteattr
 
 from bench.errors import ConfigurationError
 from bench.exchange import fmi2, fmi3, to_c
-from bench.exchange.sample import INPUTS
-from bench.exchange.written import OUTPUT, START, Formulas, unit_of
+from bench.exchange.written import OUTPUT, START, Formulas
 
 IDENTIFIER = "model"
 _FORMS = {"2.0": fmi2, "3.0": fmi3}
@@ -75,11 +74,11 @@ def _variables(formulas: Formulas) -> list[dict[str, str]]:
     """Variables in the order of their value references: inputs, outputs, parameters."""
     out = []
     for name in formulas.inputs:
-        unit, meaning = INPUTS.get(name, ("", "quantity of the recordings"))
-        out.append(_variable(name, "input", "continuous", unit, meaning, 0.0))
+        out.append(_variable(name, "input", "continuous", *formulas.input(name), 0.0))
     for name in formulas.outputs:
         channel = name.removeprefix(OUTPUT)
-        out.append(_variable(name, "output", "continuous", unit_of(channel), f"{channel.replace('_', ' ')}, simulated"))
+        meaning = formulas.words(f"{channel.replace('_', ' ')}, simulated")
+        out.append(_variable(name, "output", "continuous", formulas.unit_of(channel), meaning))
     for own in formulas.parameters:
         variability = "fixed" if own.name == START else "tunable"
         out.append(_variable(own.name, "parameter", variability, own.unit, own.meaning, own.value))

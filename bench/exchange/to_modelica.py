@@ -6,7 +6,6 @@ Everything is worked out at the samples, as the analysis does; between them outp
 from __future__ import annotations
 
 from bench.exchange.formula import Written
-from bench.exchange.sample import INPUTS
 from bench.exchange.written import STATES, Formulas, identifier
 
 _INFIX = {
@@ -136,6 +135,9 @@ _FUNCTIONS = """
 """
 
 
+_SI = "SI, rad, degC"
+
+
 def to_modelica(formulas: Formulas, name: str = "Simulation") -> str:
     """Source of a block; inputs, outputs and parameters bear the names of those of other forms."""
     steps = formulas.steps
@@ -156,13 +158,13 @@ def to_modelica(formulas: Formulas, name: str = "Simulation") -> str:
             lines.append(f"    {var} := {_expression(own, place)};")
     return "\n".join(
         [
-            f'block {name} "A simulation, written by bench export-model from a simulation file; SI, rad, degC"',
+            f'block {name} "A simulation, written by bench export-model from a simulation file; {formulas.words(_SI)}"',
             '  parameter Real period(unit = "s") = 0.001 "time between samples";',
             *(
                 f'  parameter Real {p.name} = {_number(p.value)} "{_text(p.meaning)} [{p.unit}]";'
                 for p in formulas.parameters
             ),
-            *(f'  input Real {identifier(n)} "{_text(_meaning(n))}";' for n in formulas.inputs),
+            *(f'  input Real {identifier(n)} "{_text(_meaning(n, formulas))}";' for n in formulas.inputs),
             *(f"  output Real {n}(start = 0, fixed = true);" for n in formulas.outputs),
             "protected",
             "  discrete Real begun_at(start = -1, fixed = true);",
@@ -182,8 +184,8 @@ def to_modelica(formulas: Formulas, name: str = "Simulation") -> str:
     )
 
 
-def _meaning(name: str) -> str:
-    unit, meaning = INPUTS.get(name, ("", "quantity of the recordings"))
+def _meaning(name: str, formulas: Formulas) -> str:
+    unit, meaning = formulas.input(name)
     return f"{meaning} [{unit}]" if unit else meaning
 
 

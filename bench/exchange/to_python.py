@@ -127,7 +127,8 @@ def _reversals(s, dt, x):
 def to_python(formulas: Formulas, name: str = "Model") -> str:
     """Source of a class that is asked sample by sample: ``Model().step(time, {input: value})`` gives the outputs."""
     lines = [
-        '"""A simulation, written by `bench export-model` from a simulation file; SI units, angles in rad, degC."""',
+        '"""A simulation, written by `bench export-model` from a simulation file; '
+        f'{formulas.words("SI units, angles in rad, degC")}."""',
         "",
         "import math",
         _RUNTIME,

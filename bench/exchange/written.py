@@ -24,6 +24,7 @@ from bench.mismatch.regression.regressors import Free, Named
 from bench.mismatch.unnamed.formula_regressor import Equation
 from bench.simulation.fourier import FourierSet
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.linear import in_metres, is_of_linear_axis
 from bench.simulation.model import Simulation
 from bench.simulation.quantities import FACTORS
 from bench.simulation.terms import CHANNEL_UNITS, LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
@@ -47,7 +48,7 @@ class Parameter:
 @dataclass(frozen=True, slots=True)
 class Formulas:
     """A simulation as formulas: outputs by name, inputs and parameters they need; why channels are left out; ``notes``:
-    which terms are not in them.
+    which terms are not in them; whether they are of a ``linear`` axis.
     """
 
     outputs: dict[str, Written]
@@ -55,16 +56,25 @@ class Formulas:
     parameters: tuple[Parameter, ...]
     refused: tuple[str, ...]
     notes: tuple[str, ...] = ()
+    linear: bool = False
+
+    def words(self, text: str) -> str:
+        """A text or unit as the simulation's axis has it: of a linear one in newtons and metres."""
+        return in_metres(text) if self.linear else text
+
+    def input(self, name: str) -> tuple[str, str]:
+        """Unit and meaning of an input."""
+        unit, meaning = INPUTS.get(name, ("", "quantity of the recordings"))
+        return self.words(unit), self.words(meaning)
+
+    def unit_of(self, channel: str) -> str:
+        """SI unit of an output."""
+        return self.words(CHANNEL_UNITS[channel])
 
     @property
     def steps(self) -> list[Written]:
         """All formulas in the order of their making."""
         return formula.ordered(list(self.outputs.values()))
-
-
-def unit_of(channel: str) -> str:
-    """SI unit of an output."""
-    return CHANNEL_UNITS[channel]
 
 
 def written(simulation: Simulation, standstill: float = 1e-3) -> Formulas:
@@ -98,13 +108,11 @@ def written(simulation: Simulation, standstill: float = 1e-3) -> Formulas:
     used = {n.extra[0] for n in steps if n.op == "input"}
     inputs = [*(n for n in INPUTS if n in used), *sorted(n for n in used if n not in (*INPUTS, "time"))]
     named = {n.extra[0] for n in steps if n.op == "parameter"}
-    return Formulas(
-        outputs,
-        tuple(inputs),
-        tuple(p for p in own.parameters.values() if p.name in named),
-        tuple(refused),
-        tuple(notes),
-    )
+    linear = is_of_linear_axis(simulation)
+    parameters = [p for p in own.parameters.values() if p.name in named]
+    if linear:
+        parameters = [replace(p, unit=in_metres(p.unit), meaning=in_metres(p.meaning)) for p in parameters]
+    return Formulas(outputs, tuple(inputs), tuple(parameters), tuple(refused), tuple(notes), linear)
 
 
 def identifier(name: str) -> str:
@@ -264,4 +272,4 @@ class _Writer:
         return total(parts)
 
 
-__all__: Sequence[str] = ["Formulas", "Parameter", "identifier", "unit_of", "written"]
+__all__: Sequence[str] = ["Formulas", "Parameter", "identifier", "written"]

@@ -20,6 +20,7 @@ from bench.mismatch.recordings.dataset import Dataset, load
 from bench.mismatch.recordings.source import Paths
 from bench.mismatch.report.finding import Finding, conclude
 from bench.mismatch.report.left_out import AMBIGUOUS, NAMED, NOT_ASKED, NOT_FOUND, OTHERWISE, LeftOut
+from bench.simulation.linear import in_metres
 from bench.simulation.model import NOMINAL_TERMS, Simulation, Term
 from bench.simulation.terms import LIBRARY
 from bench.simulation.terms import Term as LibraryTerm
@@ -91,7 +92,8 @@ def _asked(data: Dataset, question: Question) -> LeftOut:
         "after": simulation_file.improved(analysis, data.gearbox),
     }
     rmse = score.rmse(data, analysis, models, held)[channel]
-    return _row(term, channel, analysis, rmse, conclude(tuple(analysis.outcomes.values()), data), question.known)
+    found = conclude(tuple(analysis.outcomes.values()), data)
+    return _row(term, channel, analysis, rmse, found, question.known, data.linear)
 
 
 def _not_asked(term: LibraryTerm, channel: str, data: Dataset, model: Simulation, channels: Sequence[str]) -> str:
@@ -112,6 +114,7 @@ def _row(
     rmse: dict[str, float | None],
     findings: Sequence[Finding],
     known: frozenset[str],
+    linear: bool,
 ) -> LeftOut:
     out = LeftOut(
         term.effect,
@@ -130,7 +133,7 @@ def _row(
         out.parameters = ", ".join(
             f"{p['symbol']} = {p['value']:.4g}"
             + ("" if p.get("std") is None else f" ± {p['std']:.1g}")
-            + f" {p['unit']}"
+            + f" {in_metres(p['unit']) if linear else p['unit']}"
             for p in own.discovery.parameters[:3]
         )
     elif any(f.effect not in known for f in findings):

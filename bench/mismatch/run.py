@@ -24,6 +24,7 @@ from bench.mismatch.report.verdict import UNDETERMINED, judged
 from bench.mismatch.standing import MOST_ROUNDS, Standing, bent, standing_on, stood, values_of
 from bench.mismatch.unnamed.rest import unexplained
 from bench.mismatch.wrong_parameters import told_of, wrong_parameters
+from bench.simulation.linear import of_linear_axis
 from bench.simulation.model import Simulation
 from bench.simulation.terms import LIBRARY
 from bench.whole import write_whole
@@ -108,7 +109,7 @@ def _run(
             )
     tell("writing the report", 0.95)
     out.mkdir(parents=True, exist_ok=True)
-    made.save(out / "model.json")
+    (of_linear_axis(made) if data.linear else made).save(out / "model.json")
     write_whole(out / "report.json", json.dumps(report.to_json(), indent=1, allow_nan=False) + "\n")
     write_whole(out / "report.html", page(report))
     tell("done", 1.0)

@@ -17,12 +17,12 @@ from bench.mismatch.report import reasons
 from bench.mismatch.report.figures import finite
 from bench.mismatch.report.finding import Alternative, Finding, NextExperiment, worse
 from bench.mismatch.report.left_out import said
-from bench.mismatch.report.linear import in_metres
 from bench.mismatch.report.opening import opening
 from bench.mismatch.report.plots import LINEAR_UNITS, UNITS, plot
 from bench.mismatch.report.style import STYLE
 from bench.mismatch.report.symbols import equation, parameters
 from bench.mismatch.report.verdict import in_words
+from bench.simulation.linear import in_metres
 
 if TYPE_CHECKING:
     from bench.mismatch.report.report import Report

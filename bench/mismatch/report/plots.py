@@ -63,7 +63,7 @@ def _over_variable(finding: Finding, data: Dataset, unit: str, scale: float) -> 
     frame = outcome.rows.frame
     rows = outcome.usable & (outcome.rows.number > 0)
     name = next((v for v in found.variables if v in VARIABLES), found.variables[0] if found.variables else "time")
-    drawn_over = variable(name)
+    drawn_over = variable(name, data.linear)
     label, added, after = drawn_over.axis + _unit(name, data), found.added, outcome.left
     if finding.channel == TEMPERATURE:
         added, after = _centred(added, frame, rows), _centred(after, frame, rows)

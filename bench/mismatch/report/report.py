@@ -10,9 +10,9 @@ from bench.mismatch.discovery import ChannelOutcome
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.report.finding import Finding
 from bench.mismatch.report.left_out import LeftOut
-from bench.mismatch.report.linear import in_metres
 from bench.mismatch.report.to_json import to_json
 from bench.mismatch.report.verdict import sentence
+from bench.simulation.linear import in_metres
 
 
 @dataclass(frozen=True, slots=True)

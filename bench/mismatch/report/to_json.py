@@ -11,7 +11,7 @@ import numpy as np
 from bench.mismatch.discovery import ChannelOutcome
 from bench.mismatch.report import place
 from bench.mismatch.report.finding import Finding
-from bench.mismatch.report.linear import all_in_metres
+from bench.simulation.linear import all_in_metres
 from bench.simulation.terms import CHANNEL_UNITS
 
 if TYPE_CHECKING:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.linear import in_metres
 from bench.simulation.quantities import QUANTITIES, SHORTEST_TRAVEL, quantity
 
 VELOCITY, TORQUE, TEMPERATURE, TIME, ANGLE = "velocity", "load_torque", "temperature", "time", "angle"
@@ -70,12 +71,38 @@ VARIABLES: dict[str, Variable] = {
 }
 
 
-def variable(name: str) -> Variable:
-    """A quantity by its name; one of no special kind belongs to no range. Raises ConfigurationError for no quantity."""
-    if name in VARIABLES:
-        return VARIABLES[name]
-    told = f"{QUANTITIES[name].label} / {QUANTITIES[name].unit}" if name in QUANTITIES else name
-    return Variable("", told, lambda f: quantity(name, f))
+_MM_S = 1000.0
+_LINEAR_SPEED = Variable(VELOCITY, "speed / (mm/s)", lambda f: _MM_S * np.abs(f.velocity))
+LINEAR: dict[str, Variable] = {
+    "speed": _LINEAR_SPEED,
+    "velocity": Variable(VELOCITY, "velocity / (mm/s)", lambda f: _MM_S * f.velocity),
+    "order_frequency": _LINEAR_SPEED,
+    "direction": Variable("", "velocity / (mm/s)", lambda f: _MM_S * f.velocity),
+    "travel": Variable(TIME, "distance run / m", lambda f: f.travel),
+    "angle": Variable(ANGLE, "position / m", lambda f: f.theta),
+    "since_reversal": Variable(
+        "",
+        "distance since start or reversal / m",
+        lambda f: f.reversal_travel + SHORTEST_TRAVEL,
+        True,
+        "after a start or a reversal",
+    ),
+}
+"""quantities of a linear axis that are drawn in other units"""
+
+
+def variable(name: str, linear: bool = False) -> Variable:
+    """A quantity by its name, ``linear`` of an axis in metres; one of no special kind belongs to no range.
+
+    Raises ConfigurationError for no quantity.
+    """
+    own = LINEAR.get(name) if linear else None
+    if own is None and name in VARIABLES:
+        own = VARIABLES[name]
+    if own is None:
+        told = f"{QUANTITIES[name].label} / {QUANTITIES[name].unit}" if name in QUANTITIES else name
+        own = Variable("", told, lambda f: quantity(name, f))
+    return replace(own, axis=in_metres(own.axis)) if linear else own
 
 
 def levels(frame: Frame, name: str) -> FloatArray:

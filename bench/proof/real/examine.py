@@ -21,6 +21,7 @@ from bench.mismatch.score import prepared_members
 from bench.proof.real.expert import Regression, Stretch, regress
 from bench.proof.real.sets import AUXILIARY, RealSet
 from bench.recording.folder import Rejected
+from bench.simulation.linear import in_metres
 from bench.simulation.terms import LIBRARY
 
 SURE = 0.8
@@ -84,7 +85,7 @@ def _compare(row: Examined, folder: Path, place: Path, leaving_out: bool, tell: 
     )
     row.verdict = report.verdict
     row.left_out = report.left_out
-    row.said = [_told(f) for f in report.findings]
+    row.said = [in_metres(own) if report.data.linear else own for own in map(_told, report.findings)]
     channel = real.expert.channel
     outcome = next((o for o in report.outcomes if o.channel == channel), None)
     if outcome is None:

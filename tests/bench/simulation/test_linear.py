@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bench.mismatch.report.linear import all_in_metres, in_metres
+from bench.simulation.linear import all_in_metres, in_metres
 
 
 @pytest.mark.parametrize(
@@ -18,6 +18,15 @@ from bench.mismatch.report.linear import all_in_metres, in_metres
         ("friction modulated with the output angle", "friction modulated with the position"),
         ("f(angle=0.2)*d", "f(position=0.2)*d"),
         ("gradual, J/K, theta_m", "gradual, J/K, theta_m"),
+        ("distance at the motor shaft over which it builds up", "distance at the motor over which it builds up"),
+        ("inertia of the input side", "mass of the input side"),
+        ("constant offset of the motor torque.", "constant offset of the motor force."),
+        ("Motor torque: all loads, load torques", "Motor force: all loads, load forces"),
+        ("motor_torque += f(angle), f a table", "motor_torque += f(position), f a table"),
+        (
+            "motor.inertia.J, load_torque, aux/torque, torque.csv",
+            "motor.inertia.J, load_torque, aux/torque, torque.csv",
+        ),
     ],
 )
 def test_units_and_words(shaft: str, axis: str) -> None:
