@@ -150,7 +150,8 @@ def _base(given: Given, channel: str, rows: Rows) -> list[BaseTerm]:
 def _problem(data: Dataset, given: Given, channel: str, rows: Rows, banned: Sequence[str]) -> ChannelProblem:
     base = _base(given, channel, rows)
     if channel == TEMPERATURE:
-        base.append(BaseTerm(WanderingZero(), zero_precisions(np.unique(rows.frame.recording).size)))
+        torque = noise.mixture(data.density.get(MOTOR_TORQUE, []))
+        base.append(BaseTerm(WanderingZero(), zero_precisions(rows.frame, torque)))
     taken = fixed_part(channel, rows.frame, given.switched_off)
     own = given.waves.get(channel, ())
     if own:

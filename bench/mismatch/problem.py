@@ -18,6 +18,10 @@ from bench.simulation.terms.memory import integral
 
 TORQUE_ZERO = 0.01
 """N·m at the motor: how far the zero of a torque may wander from recording to recording, by data sheets"""
+STRETCH_S = 100.0
+"""over which the slow noise of the motor torque is taken to be one zero: a recording of many minutes sums it up to a
+random walk of the predicted temperature
+"""
 CAPACITY = 2.0e4
 """J/K, only to turn that into a rate of the temperature"""
 
@@ -127,10 +131,10 @@ def fixed_part(channel: str, frame: Frame, switched_off: Sequence[str]) -> Float
 class WanderingZero:
     """Heat that never was: the zero of the motor's torque, integrated over the speed, is a recording's own.
 
-    One regressor for each recording. Not a finding, and not part of any simulation file: zeros of another day are
-    others. None is common to all: beside heating runs at one torque it could not be told from the heat capacity, and
-    what no file holds is missing from every prediction (a constant zero is asked for in
-    :mod:`bench.mismatch.power_zeros`).
+    One regressor for each recording, and one for each stretch of a long one. Not a finding, and not part of any
+    simulation file: zeros of another day are others. None is common to all: beside heating runs at one torque it could
+    not be told from the heat capacity, and what no file holds is missing from every prediction (a constant zero is
+    asked for in :mod:`bench.mismatch.power_zeros`).
     """
 
     effect: str = "nuisance"
@@ -140,13 +144,13 @@ class WanderingZero:
     numbers: int = 0
 
     def columns(self, frame: Frame) -> FloatArray:
-        """Integral of the motor's speed over each recording alone (zero elsewhere)."""
-        turned = integral(frame.omega, frame)
-        starts = recording_starts(frame)
-        out = np.zeros((frame.size, starts.size - 1))
-        for r in range(starts.size - 1):
-            out[starts[r] : starts[r + 1], r] = turned[starts[r] : starts[r + 1]]
-        return out
+        """Integral of the motor's speed over each recording alone (zero elsewhere); then over each
+        :data:`STRETCH_S` of the recordings that last longer.
+        """
+        parts = [frame.recording == r for r in np.unique(frame.recording)]
+        return np.column_stack(
+            [integral(np.where(own, frame.omega, 0.0), frame) for own in [*parts, *_stretches(frame)]]
+        )
 
     def parameters(self, coefficients: FloatArray, std: FloatArray) -> list[dict[str, object]]:
         """None: it is told to nobody."""
@@ -159,6 +163,26 @@ class WanderingZero:
         return {}
 
 
-def zero_precisions(recordings: int) -> tuple[float, ...]:
-    """Prior precisions of the wandering zero's coefficients, one for each recording."""
-    return ((CAPACITY / TORQUE_ZERO) ** 2,) * recordings
+def _stretches(frame: Frame) -> list[NDArray[np.bool_]]:
+    """Rows (n,) of each :data:`STRETCH_S` of the recordings that last longer than that."""
+    out = []
+    for r in np.unique(frame.recording):
+        own = frame.recording == r
+        number = np.floor((frame.elapsed - frame.elapsed[own].min()) / STRETCH_S)
+        if number[own].max() >= 1.0:
+            out += [own & (number == k) for k in np.unique(number[own])]
+    return out
+
+
+def zero_precisions(frame: Frame, torque: Mixture | None) -> tuple[float, ...]:
+    """Prior precisions of the wandering zero's coefficients: of each recording, then of each stretch.
+
+    ``torque``: noise of a sample of the motor torque; its mean over a stretch is heat that never was. None: not known,
+    and a stretch is taken to be as wrong as a data sheet lets a recording be.
+    """
+    recordings, stretches = int(np.unique(frame.recording).size), len(_stretches(frame))
+    squared = TORQUE_ZERO**2
+    if torque is not None:
+        squared = float(torque.of_means(np.array([torque.rate * STRETCH_S]), np.array([STRETCH_S]))[0])
+    own, each = (CAPACITY / TORQUE_ZERO) ** 2, CAPACITY**2 / max(squared, 1e-12)
+    return (*([own] * recordings), *([each] * stretches))

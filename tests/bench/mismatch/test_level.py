@@ -6,10 +6,8 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.mismatch.problem import WanderingZero, zero_precisions
 from bench.mismatch.recordings.level import confirmed, levelled
 from bench.recording import ChannelSpec, Recording, Segment, write_recording
-from tests.bench.mismatch.test_power_zeros import heated
 from tests.bench.recording import builders
 
 RATE, SIZE, LARGEST = 100.0, 6000, 1000.0
@@ -77,12 +75,3 @@ def test_a_ramp_has_no_level() -> None:
     believed, level = levelled(torque, label, rests, LARGEST, RATE, 0.0)
     assert np.array_equal(level, torque)
     assert np.array_equal(believed, torque)
-
-
-def test_no_zero_is_common_to_all_recordings() -> None:
-    """Beside heating runs at one torque it would be taken for a part of the heat capacity, and no file holds it."""
-    frame = heated(0.0).frame
-    number = np.unique(frame.recording).size
-    columns = WanderingZero().columns(frame)
-    assert columns.shape[1] == len(zero_precisions(number)) == number
-    assert not np.any((columns != 0.0).sum(axis=1) > 1)

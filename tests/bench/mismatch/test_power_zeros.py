@@ -8,9 +8,18 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from bench.mismatch import problem as problems
 from bench.mismatch.power_zeros import LOAD, RECORDINGS, Zeros, chosen
-from bench.mismatch.problem import BaseTerm, ChannelProblem, nominal_base
+from bench.mismatch.problem import (
+    STRETCH_S,
+    BaseTerm,
+    ChannelProblem,
+    WanderingZero,
+    nominal_base,
+    zero_precisions,
+)
 from bench.mismatch.recordings.rows import Rows
+from bench.mismatch.regression.noise import MEMORIES_S, Mixture
 from bench.simulation.frame import ARRAYS, FloatArray, Frame, concatenate
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE
 
@@ -97,3 +106,26 @@ def test_each_recording_has_its_own() -> None:
     assert np.allclose(change[frame.recording == 0], -0.1 * SPEED * RATIO)
     assert np.allclose(change[frame.recording == 1], +0.1 * SPEED * RATIO)
     assert np.all(change[frame.recording > 1] == 0.0)
+
+
+def test_no_zero_is_common_to_all_recordings() -> None:
+    """Beside heating runs at one torque it would be taken for a part of the heat capacity, and no file holds it."""
+    frame = heated(0.0).frame
+    columns = WanderingZero().columns(frame)
+    precisions = zero_precisions(frame, None)
+    assert columns.shape[1] == len(precisions)
+    for column in columns.T:
+        assert np.unique(frame.recording[column != 0.0]).size == 1
+
+
+def test_a_stretch_of_a_long_recording_wanders_as_far_as_the_torque_is_noisy() -> None:
+    frame = heated(0.0).frame
+    stretches = WanderingZero().columns(frame).shape[1] - RECORDINGS_MADE
+    assert stretches == RECORDINGS_MADE * int(np.ceil(EACH * STEP / STRETCH_S))
+    quiet = zero_precisions(frame, Mixture(0.05**2, (0.0,) * len(MEMORIES_S), 500.0))[-1]
+    parts = np.zeros(len(MEMORIES_S))
+    parts[-1] = 0.05**2
+    slow = zero_precisions(frame, Mixture(0.0, tuple(parts), 500.0))[-1]
+    # a mean of independent samples has a variance of v/n, of samples that remember m seconds of some 2*v*m/T
+    assert quiet == pytest.approx((problems.CAPACITY / 0.05) ** 2 * 500.0 * STRETCH_S)
+    assert slow == pytest.approx((problems.CAPACITY / 0.05) ** 2 * STRETCH_S / (2.0 * MEMORIES_S[-1]), rel=0.1)
