@@ -24,6 +24,7 @@ from bench.importing.mapping import (
     load_mapping,
 )
 from bench.importing.plausible import implausible
+from bench.importing.steady import steady_stretches
 from bench.importing.table import ChannelTable, read_table
 from bench.recording.folder import Rejected
 from bench.recording.header import Event, Gearbox, RecordingHeader, Segment, Setpoint
@@ -32,6 +33,7 @@ from bench.recording.one_shot import write_recording
 from bench.recording.reader import Recording
 
 _OF_FILE = "started_at is the modification time of the imported file"
+_FOUND_STEADY = "stretches of steady speed, found from the angle as the mapping names no segments"
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,6 +100,8 @@ def _import_one(
         for own in (entry.segments if entry.segments is not None else mapping.segments)
     ]
     whole = _bounds(entry, table, files.main)
+    if entry.segments is None and not mapping.segments:
+        segments = _steady(mapping, entry, table, whole)
     stretches = _stretches(mapping, entry, table, whole, files.main)
     width = max(2, len(str(len(stretches))))
     targets = [
@@ -153,7 +157,10 @@ def _write(
         for own in segments
         if own.start < rows.stop and own.stop > rows.start
     ]
-    events = [Event(0.0, "info" if note == _OF_FILE else "warning", note) for note in (*table.notes, *warnings)]
+    events = [
+        Event(0.0, "info" if note.startswith((_OF_FILE, _FOUND_STEADY)) else "warning", note)
+        for note in (*table.notes, *warnings)
+    ]
     write_recording(target, header, channels, inside, events)
 
 
@@ -207,16 +214,49 @@ def _stretches(mapping: Mapping, entry: RecordingMapping, table: ChannelTable, w
     return out
 
 
+def _steady(mapping: Mapping, entry: RecordingMapping, table: ChannelTable, whole: slice) -> list[Segment]:
+    """Segments of steady speed, found where the mapping names none; it is noted where there are some."""
+    turned = None if table.linear else _turned(mapping, table)
+    if turned is None or not np.isfinite(turned[whole]).all():
+        return []
+    edges = [whole.start, *(start for start in table.starts if whole.start < start < whole.stop), whole.stop]
+    out: list[Segment] = []
+    shortest = np.inf
+    for a, b in itertools.pairwise(edges):
+        run = travelled(turned[a:b], table.time[a:b])
+        found = steady_stretches(turned[a:b], run, table.time[a:b])
+        out += [Segment("steady", a + own.start, a + own.stop) for own in found]
+        shortest = min([shortest, *((run[o.stop - 1] - run[o.start]) / (o.stop - o.start) for o in found)])
+    if out:
+        pieces = entry.pieces or mapping.pieces
+        table.notes.append(f"{_FOUND_STEADY}: {len(out)}, of a revolution of the output or more")
+        if pieces is not None and pieces.seconds is not None:
+            rate = (table.size - 1) / float(table.time[-1])
+            held = float(shortest) * rate * pieces.seconds
+            if held < LEAST_REVOLUTIONS:
+                table.notes.append(
+                    f"pieces of {pieces.seconds:g} s hold {held:.2g} revolutions of the output at a steady speed: what"
+                    f" comes once a revolution may not be told of them, pieces.revolutions = {LEAST_REVOLUTIONS:g} or"
+                    " no pieces would be right"
+                )
+    return out
+
+
+def _turned(mapping: Mapping, table: ChannelTable) -> NDArray[np.float64] | None:
+    """Angle of the output in revolutions; None where no angle was recorded."""
+    per = {"load_angle": 1.0, "motor_angle": abs(mapping.gearbox.ratio)}
+    name = next((own for own in per if own in table.channels), None)
+    return None if name is None else np.asarray(table.channels[name].si / per[name] / (2 * np.pi))
+
+
 def _revolutions(mapping: Mapping, table: ChannelTable, rows: slice, file: Path) -> NDArray[np.float64]:
     """Revolutions of the output run through since the first of the rows."""
     if table.linear:
         raise ConfigurationError(f"{file}: pieces.revolutions: a linear axis has none, pieces.seconds would be right.")
-    per = {"load_angle": 1.0, "motor_angle": abs(mapping.gearbox.ratio)}
-    name = next((own for own in per if own in table.channels), None)
-    if name is None:
+    turned = _turned(mapping, table)
+    if turned is None:
         raise ConfigurationError(f"{file}: pieces.revolutions: no angle was recorded, pieces.seconds would be right.")
-    angle = table.channels[name].si[rows] / per[name]
-    return travelled(angle, table.time[rows]) / (2 * np.pi)
+    return travelled(turned[rows], table.time[rows])
 
 
 def _segment(segment: SegmentMapping, time: NDArray[np.float64], file: Path) -> Segment:

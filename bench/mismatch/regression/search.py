@@ -458,11 +458,15 @@ def handicap_of(search: Search, candidate: Chosen) -> float:
     """Log density by which a term has to be better than others to be told: one at the end of its range, or a loop that
     the recordings hardly turned, is another term in disguise.
     """
+    frame = search.model.problem.rows.frame
+    return criteria.RICHER * (int(strained(candidate.main.regressor, frame)) + int(idle(search, candidate)))
+
+
+def idle(search: Search, candidate: Chosen) -> bool:
+    """Whether a term is a loop that the recordings hardly turned: they cannot tell it from a function of the torque."""
     problem = search.model.problem
     regressor, frame = candidate.main.regressor, problem.rows.frame
-    own = frame.take(problem.train)
-    idle = not exercised(regressor, regressor.columns(frame)[problem.train], own)
-    return criteria.RICHER * (int(strained(regressor, frame)) + int(idle))
+    return not exercised(regressor, regressor.columns(frame)[problem.train], frame.take(problem.train))
 
 
 def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen | None:

@@ -18,7 +18,7 @@ from bench.mismatch.regression.model import Chosen
 from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named
 from bench.mismatch.regression.scan import Scan
-from bench.mismatch.regression.search import Search, free_function, shaped
+from bench.mismatch.regression.search import Search, free_function, idle, shaped
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms import LIBRARY
 
@@ -120,6 +120,8 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
     table = np.array([whole, *densities, without])
     # before anything is measured a name is likelier than a free function
     prior = np.array([_prior(c.effect) for c in (own, *found)] + [1.0])
+    # a loop that was hardly turned is no likelier than the functions of the torque which it is like
+    prior[0] *= np.exp(-criteria.RICHER * idle(search, own))
     share = prior * weights(table, search.seed + number)
     share = share / share.sum()
     rivals = []

@@ -1,0 +1,60 @@
+"""Where a machine turned at one speed: stretches of a recording whose mapping names no segments.
+
+What comes once a revolution, tones and noise are read from steady motion. A logger's file does not say where that is,
+the angle does.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+PARTS = 8
+"""parts of a revolution of the output whose speeds are compared"""
+WITHIN = 0.08
+"""by which the speed of each part may differ from the middle of all, over that: the wavering that the analysis takes
+for one speed"""
+_STRAIGHT = 0.95
+"""of the way run through in a part, that its ends lie apart: less, and the motion turned back within"""
+
+
+def steady_stretches(turned: FloatArray, run: FloatArray, time: FloatArray) -> list[slice]:
+    """Rows of the stretches of a revolution or more at one speed.
+
+    Parameters
+    ----------
+    turned : (N,) angle of the output in revolutions.
+    run : (N,) revolutions run through, never falling, from 0.
+    time : (N,) s.
+
+    The parts at the ends of a stretch are left out, where a ramp may begin or end; not at the ends of the rows.
+    """
+    count = int(run[-1] * PARTS + 1e-6) if run.size else 0
+    if count < PARTS:
+        return []
+    rows = np.minimum(np.searchsorted(run, np.arange(count + 1) / PARTS, side="left"), run.size - 1)
+    spent, way = np.diff(time[rows]), np.diff(turned[rows])
+    straight = (np.abs(way) >= _STRAIGHT * np.diff(run[rows])) & (spent > 0)
+    speed = np.where(straight, way / np.where(spent > 0, spent, 1.0), 0.0)
+    out = []
+    for first, last in _alike(speed):
+        begin, end = first + (first > 0), last - (last < count)
+        if end - begin >= PARTS:
+            out.append(slice(int(rows[begin]), run.size if end == count else int(rows[end])))
+    return out
+
+
+def _alike(speed: FloatArray) -> list[tuple[int, int]]:
+    """First and last + 1 of the runs of speeds (n,) of one sign that lie within ``WITHIN`` of their middle."""
+    out: list[tuple[int, int]] = []
+    begin, low, high = 0, np.inf, -np.inf
+    for k, own in enumerate([*speed.tolist(), 0.0]):
+        lower, upper = min(low, own), max(high, own)
+        if own != 0.0 and upper - lower <= WITHIN * abs(upper + lower):
+            low, high = lower, upper
+            continue
+        if k > begin:
+            out.append((begin, k))
+        begin, low, high = (k, own, own) if own != 0.0 else (k + 1, np.inf, -np.inf)
+    return out
