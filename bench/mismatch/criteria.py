@@ -121,14 +121,6 @@ that are predicted better without it do not bear it out
 """
 TOLD = 1.96
 """standard deviations from nothing of at least one coefficient of a term whose size is told"""
-REFUTED = 1.1
-"""times as large a residual of recordings held out with an effect as without it, from which the effect is not told: a
-prediction that fitted k numbers to n points is worse by k/(2*n) on the average, a tenth is several times that
-"""
-FEWEST_REFUTING = 3
-"""recordings held out that can refute an effect: one or two may be off for reasons of their own"""
-FEWEST_COMPARED = 5
-"""recordings held out, each compared with itself with and without an effect, whose scatter says what chance does"""
 OVER_THE_REST = 2.0
 """size of a name over that of what is left without an explanation beside something without a name, from which it is
 told: a form that leaves more than half of itself is no form of it
