@@ -16,15 +16,16 @@ LOOKED_AT_S = 1.0
 def unexplained(outcome: ChannelOutcome) -> None:
     """Add what an outcome leaves as a discovery without a name, where it is clearly more than the noise floor.
 
-    That is asked of the median recording. Where the test for structure says that what is left of the fitted recordings
-    is no noise, a few recordings far off are a second witness, and all are asked together.
+    That is asked of the median recording. Where nothing was found and the test for structure says that what is left of
+    the fitted recordings is no noise, a few recordings far off are a second witness, and all are asked together. Beside a
+    finding they are what its form leaves of nature's.
     """
     after = outcome.settled
     if after is None or outcome.floor_std is None or any(d.effect == UNNAMED for d in outcome.discoveries):
         return
     every = outcome.rmse.get("after")
     p = None if outcome.structure is None else outcome.structure.p_value
-    if p is not None and p < criteria.ERROR_RATE_OF_A_CHANNEL and every is not None:
+    if not outcome.discoveries and p is not None and p < criteria.ERROR_RATE_OF_A_CHANNEL and every is not None:
         after = max(after, every)
     most = criteria.MORE_THAN_NOISE * outcome.floor + criteria.FLOOR_ERRORS * outcome.floor_std
     # at states that the calibration hardly knows, it may be off by what it says itself

@@ -45,3 +45,13 @@ def test_structure_and_a_few_recordings_far_off_are_two_witnesses(p_value: float
     own.rmse |= {"after": 2.0 * own.floor, "after_steady": own.floor}
     unexplained(own)
     assert len(own.discoveries) == told
+
+
+def test_beside_a_finding_a_few_recordings_far_off_are_what_its_form_leaves() -> None:
+    frame = made.campaign()
+    found = made.discovery("motor_torque", "friction.stribeck", np.zeros(frame.size), ("speed",))
+    own = made.outcome(frame, "motor_torque", [found], SIGMA)
+    own.structure = Structure(1e-4, "test")
+    own.rmse |= {"after": 2.0 * own.floor, "after_steady": own.floor}
+    unexplained(own)
+    assert own.discoveries == [found]
