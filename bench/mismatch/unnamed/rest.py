@@ -17,8 +17,8 @@ def unexplained(outcome: ChannelOutcome) -> None:
     """Add what an outcome leaves as a discovery without a name, where it is clearly more than the noise floor.
 
     That is asked of the median recording. Where nothing was found and the test for structure says that what is left of
-    the fitted recordings is no noise, a few recordings far off are a second witness, and all are asked together. Beside a
-    finding they are what its form leaves of nature's.
+    the fitted recordings is no noise, a few recordings far off are a second witness, and all are asked together.
+    Beside a finding they are what its form leaves of nature's.
     """
     after = outcome.settled
     if after is None or outcome.floor_std is None or any(d.effect == UNNAMED for d in outcome.discoveries):
