@@ -376,7 +376,7 @@ def _timed(search: Search, block: Block) -> Block:
 
 def _form_of_a_name(block: Block, chosen: Sequence[Chosen]) -> Block:
     """A free function as part of a name found before, where nature's form of that may differ from the library's by just
-    such a function: what two functions of one quantity add up to says nothing of a second effect.
+    such a function, or such a function follows from it: what they add up to says nothing of a second effect.
     """
     free = block.regressor
     if not isinstance(free, Free):
@@ -385,7 +385,9 @@ def _form_of_a_name(block: Block, chosen: Sequence[Chosen]) -> Block:
     for one in chosen:
         term = LIBRARY.get(one.effect)
         named = isinstance(one.main.regressor, Named)
-        if own and named and term is not None and own <= set(term.shape.get(free.channel, ())):
+        if not own or not named or term is None:
+            continue
+        if own <= {*term.shape.get(free.channel, ()), *term.passing.get(free.channel, ())}:
             return replace(block, regressor=replace(free, effect=one.effect))
     return block
 

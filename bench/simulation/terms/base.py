@@ -78,6 +78,8 @@ class Term:
     """in each channel, the functions by which nature's form may differ from those here"""
     any_function: bool = False
     """whether a free function of ``shape`` is the effect by definition, whatever it looks like"""
+    passing: Mapping[str, tuple[Shape, ...]] = field(default_factory=dict)
+    """in each channel, the functions that follow from it because something else passes through it"""
 
     def form(self, channel: str, name: str | None) -> Form | None:
         """Its form of a name in a channel; None where there is none."""

@@ -76,6 +76,7 @@ TERM = Term(
         )
     },
     variables=("torque",),
+    shape={LOAD_TORQUE: (("load_motor_torque", "1"),)},
     # the friction of the load passes the sensor, too: its curvature makes a part of it that goes with the direction
-    shape={LOAD_TORQUE: (("load_motor_torque", "1"), ("load_motor_torque", "d"))},
+    passing={LOAD_TORQUE: (("load_motor_torque", "d"),)},
 )

@@ -9,7 +9,7 @@ from bench.mismatch.regression.model import Block, Chosen
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
 from bench.mismatch.regression.search import _form_of_a_name, _still_open
 from bench.simulation.tables import Grid
-from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR
+from bench.simulation.terms import LIBRARY, LOAD_TORQUE, TRANSMISSION_ERROR
 
 KNOTS = (-900.0, 0.0, 900.0)
 
@@ -54,3 +54,11 @@ def test_an_effect_that_is_any_function_of_a_quantity_is_asked_for_once() -> Non
     assert not _still_open(own, {own.effect}, set(), True)
     assert _still_open(table("torque", "1"), set(), had, True)
     assert not _still_open(table("torque", "1"), set(), set(), False)
+
+
+@pytest.mark.parametrize(("times", "effect"), [("d", "sensor.torque_nonlinearity"), ("load_motor", UNKNOWN)])
+def test_what_passes_through_a_curved_sensor_is_no_second_effect(times: str, effect: str) -> None:
+    term = LIBRARY["sensor.torque_nonlinearity"]
+    curved = Chosen(block(Named(term, LOAD_TORQUE, term.forms[LOAD_TORQUE][0])))
+    free = Free(LOAD_TORQUE, (Grid(("load_motor_torque",), times, (KNOTS,)),))
+    assert _form_of_a_name(block(free), [curved]).regressor.effect == effect
