@@ -147,7 +147,7 @@ def test_a_drive_that_cannot_be_enabled_is_an_error_and_no_stop(
 ) -> None:
     def enable(self: Rig) -> None:
         # one drive may follow, the other not
-        self.link.request("ENABLED")
+        self.link.drives.request("ENABLED")
         raise DeviceError("the input drive is in fault")
 
     monkeypatch.setattr(Rig, "enable", enable)

@@ -194,7 +194,7 @@ def test_a_run_that_hangs_is_left_aside_and_its_bus_process_told(
     told: list[str] = []
     outcome = stop(run, "Ann", 10.0, told.append)
     assert not outcome.at_rest
-    assert "its bus process is told" in told[-1]
+    assert "its bus process gets the order" in told[-1]
     assert bus.wait(5.0) == -signal.SIGTERM
     assert "look at the bench" in outcome.text
 
