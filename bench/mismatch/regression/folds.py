@@ -24,31 +24,52 @@ def predictive(bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: f
 
     ``folds`` (recordings,): fold of each recording of the bank, from 0 without gaps.
     """
+    grams = _grams(bank, blocks, folds, variance)
+    cost = np.zeros(bank.energy.size) if np.isinf(variance) else np.log1p(variance * bank.energy)
+    costs = np.bincount(folds, cost, grams.shape[0])
+    whole, own = _scaled(grams, blocks)
+    k = whole.shape[0] - 1
+    everything = _evidence(whole[None], k)[0] - 0.5 * costs.sum()
+    return np.asarray(everything - (_evidence(whole - own, k) - 0.5 * (costs.sum() - costs)))
+
+
+def squares(bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: float) -> FloatArray:
+    """Squares of what the model, fitted without it, leaves of each fold (folds,), whitened; see :func:`predictive`.
+
+    A density forgives what the model knows it does not know; squares are what a prediction costs.
+    """
+    whole, own = _scaled(_grams(bank, blocks, folds, variance), blocks)
+    k = whole.shape[0] - 1
+    if k == 0:
+        return np.asarray(own[:, 0, 0])
+    without = whole - own
+    beta = np.linalg.solve(without[:, :k, :k], without[:, :k, k:])[:, :, 0]
+    said = np.concatenate([beta, -np.ones((beta.shape[0], 1))], axis=1)
+    return np.asarray(np.einsum("fk,fkl,fl->f", said, own, said))
+
+
+def _grams(bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: float) -> FloatArray:
+    """Products of the blocks' columns and y, offsets marginalised, of each fold (folds, k + 1, k + 1)."""
     index = [i for b in blocks for i in b.place]
     data = np.column_stack([bank.all()[0][:, index], bank.y])
     starts = bank.whitening.starts
     grams = np.array([data[a:b].T @ data[a:b] for a, b in itertools.pairwise(starts)])
     ones = bank.whitening.by_recording(bank.one[:, None] * data)
-    precision = np.concatenate([b.precision for b in blocks]) if blocks else np.zeros(0)
     weight = bank.shrunk(variance)
     grams -= weight[:, None, None] * ones[:, :, None] * ones[:, None, :]
-    cost = np.zeros(bank.energy.size) if np.isinf(variance) else np.log1p(variance * bank.energy)
-    return _densities(grams, cost, folds, precision)
-
-
-def _densities(grams: FloatArray, cost: FloatArray, folds: IntArray, precision: FloatArray) -> FloatArray:
-    number = int(folds.max()) + 1
-    own = np.zeros((number, *grams.shape[1:]))
+    own = np.zeros((int(folds.max()) + 1, *grams.shape[1:]))
     np.add.at(own, folds, grams)
-    costs = np.bincount(folds, cost, number)
-    total = own.sum(axis=0)
-    k = precision.size
+    return own
+
+
+def _scaled(grams: FloatArray, blocks: Sequence[Block]) -> tuple[FloatArray, FloatArray]:
+    """All folds' products with the prior (k + 1, k + 1), and each fold's, in columns of unit size."""
+    total = grams.sum(axis=0)
+    k = total.shape[0] - 1
+    precision = np.concatenate([b.precision for b in blocks]) if blocks else np.zeros(0)
     scale = np.append(np.sqrt(np.where(np.diag(total)[:k] > 1e-200, np.diag(total)[:k], 1.0)), 1.0)
     prior = np.append(precision / scale[:k] ** 2 + RIDGE, 0.0)
-    whole = total / np.outer(scale, scale) + np.diag(prior)
-    without = whole - own / np.outer(scale, scale)
-    everything = _evidence(whole[None], k)[0] - 0.5 * costs.sum()
-    return np.asarray(everything - (_evidence(without, k) - 0.5 * (costs.sum() - costs)))
+    return total / np.outer(scale, scale) + np.diag(prior), grams / np.outer(scale, scale)
 
 
 def _evidence(grams: FloatArray, k: int) -> FloatArray:

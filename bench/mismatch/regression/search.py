@@ -37,6 +37,7 @@ from bench.mismatch.regression.model import (
 )
 from bench.mismatch.regression.prior import settled
 from bench.mismatch.regression.refine import refined, strained
+from bench.mismatch.regression.refuted import not_refuted
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
 from bench.mismatch.regression.scan import LEAST_OWN, Scan, Units, scan, units, whole
 from bench.mismatch.regression.strength import Strength, strength
@@ -178,7 +179,7 @@ def searched(problem: ChannelProblem, seed: int = 0) -> Search:
     search.scans.append(last)
     price = max(last.price, model.price)
     chosen = _believed(search, _pruned(search, model.chosen, price, keep=0))
-    chosen = _no_mere_form(search, _above_the_rest(search, chosen))
+    chosen = not_refuted(model, _no_mere_form(search, _above_the_rest(search, chosen)))
     search.model = replace(model, chosen=chosen, fit=model.refitted(chosen), price=price)
     return search
 

@@ -9,6 +9,7 @@ import pytest
 
 from bench.mismatch.problem import ChannelProblem
 from bench.mismatch.regression.candidates import spell_of
+from bench.mismatch.regression.folds import squares
 from bench.mismatch.regression.search import searched
 from bench.simulation.frame import FloatArray, Frame
 from tests.bench.mismatch.regression.synthetic import campaign, problem
@@ -60,3 +61,16 @@ def test_recordings_held_out_choose_nothing() -> None:
 
 def test_in_noise_nothing_is_found() -> None:
     assert not any(searched(made(np.zeros(FRAME.size), seed=s)).model.chosen for s in range(6))
+
+
+def test_squares_of_points_left_out_are_those_of_a_fit_without_them() -> None:
+    own = made(0.1 * np.sin(FRAME.temperature))
+    model = searched(own).model
+    blocks = model.blocks([])
+    index = [i for b in blocks for i in b.place]
+    columns, fold = model.bank.all()[0][:, index], model.folds[FRAME.recording]
+    told = squares(model.bank, blocks, model.folds, 0.0)
+    for out in (0, 7, RECORDINGS - 1):
+        beta = np.linalg.lstsq(columns[fold != out], model.bank.y[fold != out], rcond=None)[0]
+        left = model.bank.y[fold == out] - columns[fold == out] @ beta
+        assert told[out] == pytest.approx(float(left @ left), rel=1e-4)
