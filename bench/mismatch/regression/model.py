@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -211,6 +211,11 @@ def add_block(problem: ChannelProblem, bank: Bank, regressor: Regressor, precisi
 def weak_precision(bank: Bank, place: Sequence[int]) -> float:
     """Prior precision of a free function's values that only keeps undetermined ones from running away."""
     return WEAK * float(np.mean([np.sum(bank.column(i) ** 2) for i in place]))
+
+
+def unrefined(bank: Bank, block: Block) -> Chosen:
+    """A candidate as it stands in the bank: a prior only where a design leaves a coefficient undetermined."""
+    return Chosen(replace(block, precision=np.full(len(block.place), weak_precision(bank, block.place))))
 
 
 def with_shape(problem: ChannelProblem, bank: Bank, main: Block, shape: Free | None, size: float) -> Chosen:

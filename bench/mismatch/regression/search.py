@@ -32,6 +32,7 @@ from bench.mismatch.regression.model import (
     fit_blocks,
     plain_residual,
     prepare_bank,
+    unrefined,
     weak_precision,
     with_shape,
 )
@@ -196,10 +197,8 @@ def _trifles(search: Search) -> list[Chosen]:
         best = int(np.argmax(seen.gain)) if seen.gain.size else 0
         if not seen.gain.size or not seen.gain[best] > seen.price:
             break
-        block = search.blocks[best]
-        weak = np.full(len(block.place), weak_precision(search.bank, block.place))
-        candidate = Chosen(replace(block, precision=weak))
-        if strength(search.model, candidate).enough:
+        candidate = unrefined(search.bank, search.blocks[best])
+        if strength(model, candidate).enough:
             break
         small.append(candidate)
     return small

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.problem import ChannelProblem
-from bench.mismatch.regression.model import Block, ChannelModel, Chosen, fit_blocks, weak_precision
+from bench.mismatch.regression.model import Block, ChannelModel, Chosen, fit_blocks, unrefined
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE
 
@@ -55,9 +55,7 @@ def _range(problem: ChannelProblem) -> float:
 
 def strength_of(model: ChannelModel, block: Block) -> Strength:
     """The same of a candidate that is not refined, alone beside the model."""
-    return strength(
-        model, Chosen(replace(block, precision=np.full(len(block.place), weak_precision(model.bank, block.place))))
-    )
+    return strength(model, unrefined(model.bank, block))
 
 
 def _said_by(model: ChannelModel, values: FloatArray) -> FloatArray:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -15,39 +14,17 @@ from bench.mismatch.regression.folds import weights
 from bench.mismatch.regression.regressors import named
 from bench.mismatch.regression.search import Search, begun, idle, shaped
 from bench.mismatch.regression.slots import slots
-from bench.simulation.frame import FloatArray, Frame, concatenate
+from bench.simulation.frame import FloatArray
 from bench.simulation.terms import TRANSMISSION_ERROR
-from tests.bench.simulation.terms.frames import frame
+from tests.bench.simulation.terms.frames import at_loads_and_speeds
 
 LOADS, SPEEDS, EACH = (-900.0, -600.0, -300.0, 300.0, 600.0, 900.0), (0.05, 0.17), 20
 NOISE = 2e-6
 
 
-def _campaign(path: FloatArray) -> Frame:
-    """Recordings of some rows at six loads and two speeds in both directions; ``path`` (EACH,) scales the load."""
-    one = frame().take(np.arange(EACH))
-    parts = []
-    for number, (load, speed, turn) in enumerate(itertools.product(LOADS, SPEEDS, (1.0, -1.0))):
-        parts.append(
-            replace(
-                one,
-                recording=np.full(EACH, number),
-                time=one.elapsed + 100.0 * number,
-                torque=load * path,
-                torque_level=load * path,
-                velocity=np.full(EACH, turn * speed),
-                direction=np.full(EACH, turn),
-                last_direction=np.full(EACH, turn),
-                temperature=np.full(EACH, 25.0 + 4.0 * (number % 5)),
-                steady=np.ones(EACH),
-            )
-        )
-    return concatenate(parts)
-
-
 def _with_a_loop(path: FloatArray) -> Search:
     """A search of an error with lost motion, whose model says hysteresis."""
-    rows = _campaign(path)
+    rows = at_loads_and_speeds(path, LOADS, SPEEDS)
     y = 2e-5 * np.tanh(rows.torque / 60.0) + NOISE * np.random.default_rng(3).normal(size=rows.size)
     recordings = np.arange(int(rows.recording.max()) + 1)
     own = Rows(rows, y, rows.count)

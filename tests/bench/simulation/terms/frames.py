@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
-from bench.simulation.frame import ARRAYS, FloatArray, Frame
+from bench.simulation.frame import ARRAYS, FloatArray, Frame, concatenate
 
 STEP_S = 0.05
 ROWS = 400
@@ -53,3 +57,27 @@ def _recording(number: int, speed: float, temperature: float, reverses: bool = F
         "steady": np.ones(n),
         "step": np.concatenate(([0.0], np.full(n - 1, STEP_S))),
     }
+
+
+def at_loads_and_speeds(path: FloatArray, loads: Sequence[float], speeds: Sequence[float]) -> Frame:
+    """Recordings of as many rows as ``path`` (n,), which scales the load in each, at some loads and speeds in both
+    directions.
+    """
+    one = frame().take(np.arange(path.size))
+    parts = []
+    for number, (load, speed, turn) in enumerate(itertools.product(loads, speeds, (1.0, -1.0))):
+        parts.append(
+            replace(
+                one,
+                recording=np.full(path.size, number),
+                time=one.elapsed + 100.0 * number,
+                torque=load * path,
+                torque_level=load * path,
+                velocity=np.full(path.size, turn * speed),
+                direction=np.full(path.size, turn),
+                last_direction=np.full(path.size, turn),
+                temperature=np.full(path.size, 25.0 + 4.0 * (number % 5)),
+                steady=np.ones(path.size),
+            )
+        )
+    return concatenate(parts)
