@@ -8,10 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from bench.simulation.states import Memory
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -75,6 +78,8 @@ class Frame:
     """time from the row before to this one; 0 in the first row of a recording"""
     aux: Mapping[str, FloatArray] = field(default_factory=dict)
     """quantities that are no channel of the bench, by name"""
+    memory: Memory | None = None
+    """states in which terms go on from the frame before; None: they begin in its first row"""
 
     @property
     def size(self) -> int:
@@ -92,7 +97,7 @@ class Frame:
         return replace(self, aux={name: values[rows] for name, values in self.aux.items()}, **taken)
 
 
-ARRAYS = tuple(f.name for f in fields(Frame) if f.name not in ("ratio", "aux"))
+ARRAYS = tuple(f.name for f in fields(Frame) if f.name not in ("ratio", "aux", "memory"))
 
 
 def concatenate(frames: Sequence[Frame]) -> Frame:

@@ -176,7 +176,7 @@ class Plant:
         """Every array that a step or a fault changes."""
         hidden = self._hidden[2:]
         own = (self._state, self._drive_states, self._words, self._te, self._turn, self.faults.rows, *hidden)
-        return own if self._overlay is None else (*own, self._overlay.memory)
+        return own if self._overlay is None else (*own, *self._overlay.changing)
 
     def _begin(self) -> None:
         """Put the bench at rest, without load, at its first temperature."""

@@ -17,18 +17,15 @@ from bench.simulation import formulas, tables, waves
 from bench.simulation.fourier import FourierSet
 from bench.simulation.laws import from_json as law_from_json
 from bench.simulation.model import NOMINAL_TERMS, Simulation, Term
-from bench.simulation.terms.base import TEMPERATURE
+from bench.simulation.quantities import AUXILIARY
 from bench.simulation.terms.table import LIBRARY
 from fakes.plant.errors import PlantError
 from fakes.plant.parts import Effect
 from fakes.plant.transmission import TransmissionError
 from fakes.plant.truth import PlantTruth
 
-_WITH_MEMORY = (
-    "te.hysteresis",
-    "friction.presliding",
-    "sensor.torque_hysteresis",
-)
+_FREE = ("table", "formula")
+"""forms of a row that holds a free function"""
 _THERMAL = ("thermal.sensor_lag", "thermal.second_mass", "thermal.convection_speed", "thermal.ambient_drift")
 """further terms that the plant's own heat balance has"""
 _NEEDED = ("motor.inertia", "motor.load_reaction", "load.inertia", "load.reaction", "thermal.loss_heating")
@@ -76,7 +73,7 @@ def of_simulation(simulation: Simulation, base: PlantTruth, where: str = "simula
         inertia=given("motor.inertia", "J", base.input_motor.inertia),
         torque_offset=given("motor.torque_offset", "tau_0", base.input_motor.torque_offset),
     )
-    further = [t for name, t in simulation.terms.items() if t.enabled and name not in (*NOMINAL_TERMS, *_THERMAL)]
+    further = [t for name, t in simulation.terms.items() if t.enabled and name not in NOMINAL_TERMS]
     series = _series(simulation, base, where)
     played = frozenset(float(f) for f in series.orders)
     bearing = given("load.bearing_friction", "f_b", base.load_side.bearing_friction)
@@ -169,9 +166,9 @@ TransmissionArray = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 
 def _effects(term: Term, played: frozenset[float], where: str) -> Iterator[Effect]:
-    """What is played on top of a term's rows; orders that stand in the series are played by it, laws by themselves."""
+    """What is played on top of a term's rows: no laws, no orders of the series, nothing that the plant's heat has."""
     for row in term.rows():
-        if "law" in row:
+        if "law" in row or (term.effect in _THERMAL and row.get("form") not in _FREE):
             continue
         orders = [float(f) for f in row.get("orders", [])]
         if orders and played.issuperset(orders) and not row["parameters"].keys() & {"c", "s", "f"}:
@@ -182,17 +179,19 @@ def _effects(term: Term, played: frozenset[float], where: str) -> Iterator[Effec
 def _effect(effect: str, row: dict[str, Any], where: str) -> Effect:
     """Find the library's form that has the row's parameters (and its ``form``, where the file names one)."""
     channels = row.get("channels", [])
-    if "waves" in row and len(channels) == 1 and channels[0] != TEMPERATURE:
+    if "waves" in row and len(channels) == 1:
         return Effect(effect, channels[0], "waves", (), waves=waves.from_json(row["waves"], f"{where}: {effect}"))
-    if row.get("form") == "table" and len(channels) == 1 and channels[0] != TEMPERATURE:
+    beside = next((name for name in row.get("over", ()) if name.startswith(AUXILIARY)), None)
+    if beside is not None:
+        raise PlantError(f"{where}: {effect} cannot be played by a plant: it has no quantity '{beside}'")
+    if row.get("form") == "table" and len(channels) == 1:
         grid, values = tables.from_json(row, f"{where}: {effect}")
         return Effect(effect, channels[0], "table", tuple(float(v) for v in values), grid=grid)
-    if row.get("form") == "formula" and len(channels) == 1 and channels[0] != TEMPERATURE:
+    if row.get("form") == "formula" and len(channels) == 1:
         formula, values = formulas.from_json(row, f"{where}: {effect}")
         return Effect(effect, channels[0], "formula", tuple(float(v) for v in values), formula=formula)
-    if effect not in LIBRARY or effect in _WITH_MEMORY:
-        why = "it depends on the path before" if effect in LIBRARY else "the library has no such term"
-        raise PlantError(f"{where}: {effect} cannot be played by a plant: {why}")
+    if effect not in LIBRARY:
+        raise PlantError(f"{where}: {effect} cannot be played by a plant: the library has no such term")
     values = row["parameters"]
     for channel in row.get("channels", list(LIBRARY[effect].forms)):
         for form in LIBRARY[effect].forms.get(channel, ()):

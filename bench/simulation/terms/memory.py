@@ -8,18 +8,13 @@ import numba
 import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame, recording_starts
+from bench.simulation.states import play_along, relax, relax_along
 
 Between = Literal["fresh", "kept", "released"]
 """what a state does between recordings: begins at 0 in each; stays; or follows the input to 0 and on from there"""
 NOISE_SHARE = 0.1
 """of the width of a loop: play that keeps a sensor's noise from turning it"""
 _CODES: dict[Between, int] = {"fresh": 0, "kept": 1, "released": 2}
-
-
-@numba.njit(cache=True)
-def _relax(z: float, step: float, scale: float) -> float:
-    target = 1.0 if step > 0 else -1.0
-    return float(target + (z - target) * np.exp(-abs(step) / scale))
 
 
 @numba.njit(cache=True)
@@ -33,16 +28,11 @@ def _relaxing(x: FloatArray, starts: np.ndarray, scale: float, between: int) -> 
             z = 0.0
         if between == 2:
             if previous != 0.0:
-                z = _relax(z, -previous, scale)
+                z = relax(z, -previous, scale)
             previous = 0.0
         else:
             previous = x[a]
-        for i in range(a, b):
-            step = x[i] - previous
-            previous = x[i]
-            if step != 0.0:
-                z = _relax(z, step, scale)
-            out[i] = z
+        z, previous = relax_along(x[a:b], out[a:b], z, previous, scale)
     return out
 
 
@@ -56,9 +46,7 @@ def _play(x: FloatArray, starts: np.ndarray, half_width: float, between: int) ->
             p = 0.0
         elif between == 2:
             p = min(max(p, -half_width), half_width)
-        for i in range(a, b):
-            p = min(max(p, x[i] - half_width), x[i] + half_width)
-            out[i] = p
+        p = play_along(x[a:b], out[a:b], p, half_width)
     return out
 
 
@@ -78,6 +66,8 @@ def relaxing(x: FloatArray, frame: Frame, scale: float, between: Between = "fres
     """State z that relaxes to the sign of dx over a distance ``scale``: dz = (1 − z·sgn dx)·dx/scale (Dahl, i = 1)."""
     if not isinstance(x, np.ndarray):
         return x.remembered("relaxing", scale, float(between == "released"))
+    if frame.memory is not None:
+        return frame.memory.relaxing(np.ascontiguousarray(x), scale)
     return np.asarray(_relaxing(np.ascontiguousarray(x), recording_starts(frame), scale, _CODES[between]))
 
 
@@ -85,6 +75,8 @@ def play(x: FloatArray, frame: Frame, half_width: float, between: Between = "fre
     """Play (backlash) operator of half width ``half_width`` in the unit of x."""
     if not isinstance(x, np.ndarray):
         return x.remembered("play", half_width)
+    if frame.memory is not None:
+        return frame.memory.play(np.ascontiguousarray(x), half_width)
     return np.asarray(_play(np.ascontiguousarray(x), recording_starts(frame), half_width, _CODES[between]))
 
 

@@ -8,9 +8,15 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
+from bench.simulation.model import Simulation
+from bench.simulation.terms.base import Form
+from bench.simulation.terms.table import LIBRARY
 from fakes.plant import Plant, PlantError, PlantTruth, read_plant
-from tests.fakes.plant.motion import bring_up, commands, quiet
+from fakes.plant.overlay import frame_of, value
+from fakes.plant.simulation import of_simulation
+from tests.fakes.plant.motion import bring_up, commands, quiet, ramped
 
 GEARBOX = {"ratio": 185.0, "z1": 24, "z2": 96, "z3": 45, "z4": 46}
 
@@ -160,7 +166,18 @@ def test_further_rows_of_a_term_are_played_and_orders_of_the_series_once(tmp_pat
 @pytest.mark.parametrize(
     ("term", "message"),
     [
-        ({"effect": "te.hysteresis", "parameters": {"h": 1e-5, "w": 100.0}}, "path before"),
+        (
+            {
+                "effect": "unknown",
+                "form": "table",
+                "channels": ["motor_torque"],
+                "over": ["aux/oil"],
+                "times": "d",
+                "knots": [[0.0, 1.0]],
+                "values": [0.0, 0.1],
+            },
+            "no quantity 'aux/oil'",
+        ),
         ({"effect": "magic.smoke", "parameters": {"a": 1.0}}, "no such term"),
         ({"effect": "friction.stribeck", "parameters": {"f_s": 0.4}}, "not those of any of its forms"),
         ({"effect": "motor.inertia", "enabled": False}, "cannot be switched off"),
@@ -169,6 +186,125 @@ def test_further_rows_of_a_term_are_played_and_orders_of_the_series_once(tmp_pat
 def test_what_cannot_be_played_is_refused(tmp_path: Path, term: dict[str, Any], message: str) -> None:
     with pytest.raises(PlantError, match=message):
         Plant.from_simulation(written(tmp_path, [term]))
+
+
+WITH_MEMORY = [
+    (effect, channel, form)
+    for effect in ("te.hysteresis", "friction.presliding", "sensor.torque_hysteresis")
+    for channel, forms in LIBRARY[effect].forms.items()
+    for form in forms
+]
+WIDTH = {"w": 60.0, "w_h": 60.0, "s": 0.004, "s_d": 2.0}
+SIZE = {"transmission_error": 2e-5, "motor_torque": 0.2, "load_torque": 20.0}
+UNITS = {"load_position": -(2 * np.pi) / 2**25, "input_torque": 1.0, "torque_adc": 10e3 / 32768}
+"""what of the measurements each of these channels is, in its unit"""
+
+
+def remembering(effect: str, channel: str, form: Form) -> dict[str, Any]:
+    """A row of a simulation file with a term that remembers its path."""
+    values = {s.symbol: SIZE[channel] for s in form.linear} | {s.symbol: WIDTH[s.symbol] for s in form.nonlinear}
+    return {"form": form.name, "channels": [channel], "parameters": parameters(**values)}
+
+
+def to_and_fro() -> NDArray[Any]:
+    """A reversal under a load that rises, falls and crosses zero."""
+    return np.concatenate(
+        [
+            ramped(0.4, 0.0, 12.0, 0.0, 250.0),
+            ramped(0.4, 12.0, 0.0, 250.0, -150.0),
+            ramped(0.4, 0.0, -12.0, -150.0, 80.0),
+            ramped(0.2, -12.0, -12.0, 80.0, 80.0),
+        ]
+    )
+
+
+def test_terms_with_a_memory_go_on_from_block_to_block_and_from_a_snapshot(tmp_path: Path) -> None:
+    rows: dict[str, list[dict[str, Any]]] = {}
+    for effect, channel, form in WITH_MEMORY:
+        rows.setdefault(effect, []).append(remembering(effect, channel, form))
+    table = {"form": "table", "over": ["since_reversal"], "times": "d*reversed", "knots": [[-5.0, -1.0]]}
+    heat = {"form": "table", "over": ["speed"], "times": "1", "knots": [[0.0, 0.1]], "channels": ["temperature"]}
+    rows["unknown"] = [{**table, "channels": ["motor_torque"], "values": [0.3, 0.0]}, {**heat, "values": [0.0, 0.2]}]
+    terms = [{"effect": effect, **own[0], "also": own[1:]} for effect, own in rows.items()]
+    plant = Plant.from_simulation(written(tmp_path, terms), seed=3)
+    plant.step(to_and_fro()[:300])
+    before = plant.snapshot()
+    driven = to_and_fro()
+    whole = plant.step(driven)
+    plant.restore(before)
+    cut = np.concatenate([plant.step(driven[:1]), plant.step(driven[1:777]), plant.step(driven[777:])])
+    plant.restore(before)
+    single = np.concatenate([plant.step(driven[k : k + 1]) for k in range(200)])
+    assert cut.tobytes() == whole.tobytes()
+    assert single.tobytes() == whole[:200].tobytes()
+
+
+def test_what_remembers_its_path_shows_by_where_it_came_from(tmp_path: Path) -> None:
+    chosen = {"te.hysteresis": "play", "friction.presliding": "dahl", "sensor.torque_hysteresis": "dahl_kept"}
+    terms = [
+        {"effect": effect, **remembering(effect, channel, form)}
+        for effect, channel, form in WITH_MEMORY
+        if form.name == chosen[effect]
+    ]
+    plain = Plant.from_simulation(written(tmp_path, []), seed=1)
+    own = Plant.from_simulation(written(tmp_path, terms), seed=1)
+
+    def added(rows: NDArray[Any]) -> dict[str, float]:
+        """What the terms add at the end of some cycles, over their sizes."""
+        last = {name: own.step(rows)[-50:][name] - plain.step(rows)[-50:][name] for name in UNITS}
+        channels = zip(SIZE, UNITS.items(), strict=True)
+        return {channel: float(last[name].mean()) * unit / SIZE[channel] for channel, (name, unit) in channels}
+
+    added(ramped(1.0, 0.0, 12.0, 0.0, 250.0))
+    rising = added(ramped(1.0, 12.0, 12.0, 250.0, 500.0))
+    falling = added(ramped(1.0, 12.0, 12.0, 500.0, 250.0))
+    for channel in ("transmission_error", "load_torque"):
+        assert (rising[channel], falling[channel]) == pytest.approx((1.0, -1.0), abs=0.06)
+    assert falling["motor_torque"] == pytest.approx(0.0, abs=0.02)
+    # a tenth of a second after the reversal the shaft has turned by less than the distance that friction needs
+    just_turned = added(np.concatenate([ramped(0.2, 12.0, 0.0, 250.0, 250.0), ramped(0.1, 0.0, -12.0, 250.0, 250.0)]))
+    assert 1.0 < just_turned["motor_torque"] < 2.0
+    assert added(commands(2.0, -12.0, 250.0))["motor_torque"] == pytest.approx(0.0, abs=0.02)
+
+
+def test_every_term_of_the_library_can_be_played(truth: PlantTruth) -> None:
+    frame = frame_of(4, 185.0, {"torque_level": 100.0, "torque": 100.0, "theta": [0.0, 0.1, 0.2, 0.3]})
+    for effect, term in LIBRARY.items():
+        if term.nominal or effect == "te.resonance":
+            continue
+        for channel, forms in term.forms.items():
+            for form in forms:
+                values = {s.symbol: 0.7 for s in (*form.linear, *form.nonlinear)}
+                row = {"form": form.name, "channels": [channel], "parameters": parameters(**values)}
+                model = Simulation.from_json(
+                    {
+                        "format": "bench-simulation",
+                        "format_version": "1.0",
+                        "gearbox": GEARBOX,
+                        "terms": [{"effect": effect, **row}],
+                    }
+                )
+                played = of_simulation(model, truth)
+                if effect.startswith("thermal."):
+                    assert (played.heat, played.lubricant_sensor) != (truth.heat, truth.lubricant_sensor)
+                    continue
+                (only,) = played.effects
+                assert np.isfinite(value(only, frame)).all()
+
+
+def test_a_rate_of_the_temperature_adds_up_and_is_forgotten_by_the_cooling(tmp_path: Path) -> None:
+    term = {"effect": "unknown", "form": "table", "over": ["speed"], "times": "1", "knots": [[0.0, 0.1]],
+            "channels": ["temperature"], "values": [0.0, 0.05]}  # fmt: skip
+    folders = [tmp_path / "plain", tmp_path / "own"]
+    for folder in folders:
+        folder.mkdir()
+    plain, own = (Plant.from_simulation(written(f, t), seed=1) for f, t in zip(folders, ([], [term]), strict=True))
+    for plant in (plain, own):
+        bring_up(plant, 18.5, 0.0)
+    rows = commands(4.0, 18.5, 0.0)
+    first, second = plain.step(rows)["lubricant_temperature"], own.step(rows)["lubricant_temperature"]
+    gained = second - first
+    assert gained[-1] - gained[0] == pytest.approx(0.05 * 4.0, rel=0.05)
 
 
 def test_plant_file_may_name_a_simulation(tmp_path: Path) -> None:

@@ -1,0 +1,73 @@
+"""States that follow an input: one that relaxes to the sign of its change, and play (compiled); and what keeps them."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+
+@numba.njit(cache=True)
+def relax(z: float, step: float, scale: float) -> float:
+    """The relaxing state after a step of its input."""
+    target = 1.0 if step > 0 else -1.0
+    return float(target + (z - target) * np.exp(-abs(step) / scale))
+
+
+@numba.njit(cache=True)
+def relax_along(x: FloatArray, out: FloatArray, z: float, previous: float, scale: float) -> tuple[float, float]:
+    """Fill ``out`` (n,) with the state along x, from a state and the input before it; both as they are at the end."""
+    for i in range(x.size):
+        step = x[i] - previous
+        previous = x[i]
+        if step != 0.0:
+            z = relax(z, step, scale)
+        out[i] = z
+    return z, previous
+
+
+@numba.njit(cache=True)
+def play_along(x: FloatArray, out: FloatArray, p: float, half_width: float) -> float:
+    """Fill ``out`` (n,) with the play along x, from where it stood; where it stands at the end."""
+    for i in range(x.size):
+        p = min(max(p, x[i] - half_width), x[i] + half_width)
+        out[i] = p
+    return p
+
+
+class Memory:
+    """States of a frame's terms that go on in the next frame: a row each, in the order in which the terms ask for them.
+
+    A bench that runs has no recordings: what happens between two of them happens to the states as well.
+    """
+
+    def __init__(self) -> None:
+        self.states = np.full((0, 2), np.nan)
+        """of each: the state, and the input it last saw; NaN before it has seen any"""
+        self._asked = 0
+
+    def begin(self) -> None:
+        """Begin with the first state again: the next frame's terms ask in the same order."""
+        self._asked = 0
+
+    def relaxing(self, x: FloatArray, scale: float) -> FloatArray:
+        """The relaxing state along x (n,), as it goes on."""
+        own, out = self._next(), np.empty(x.size)
+        if np.isnan(own[0]):
+            own[:] = 0.0, x[0]
+        own[:] = relax_along(x, out, own[0], own[1], scale)
+        return out
+
+    def play(self, x: FloatArray, half_width: float) -> FloatArray:
+        """The play along x (n,), as it goes on."""
+        own, out = self._next(), np.empty(x.size)
+        own[:] = play_along(x, out, 0.0 if np.isnan(own[0]) else own[0], half_width), x[-1]
+        return out
+
+    def _next(self) -> FloatArray:
+        if self._asked == len(self.states):
+            self.states = np.vstack([self.states, np.full((1, 2), np.nan)])
+        self._asked += 1
+        return np.asarray(self.states[self._asked - 1])
