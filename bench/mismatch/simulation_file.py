@@ -70,7 +70,7 @@ def _made(analysis: Analysis, found: Sequence[Discovery] | None, gearbox: object
                 out = out.with_term(Term(row["effect"], True, _parameters(row)))
             else:
                 rows.append(row)
-    for effect in {str(r["effect"]) for r in rows} | known:
+    for effect in sorted({str(r["effect"]) for r in rows} | known):
         out = out.with_term(_term(effect, [r for r in rows if r["effect"] == effect]))
     if whole is not None:
         out = _with_series(out, whole, found is not None)
