@@ -8,13 +8,12 @@ of small matrices only.
 
 from __future__ import annotations
 
-import itertools
-from bisect import bisect_right
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from bench.mismatch.regression.kept import Kept
 from bench.mismatch.regression.noise import RowNoise
 from bench.simulation.frame import FloatArray, IntArray
 
@@ -71,52 +70,42 @@ class Bank:
         self.one = whitening.apply(np.ones(y.size))
         self.energy = whitening.by_recording(self.one**2)
         self.free_offsets = free_offsets
-        self._columns: list[FloatArray] = []
-        self._ones: list[FloatArray] = []
-        self._right: list[FloatArray] = []
-        self._stacked: tuple[FloatArray, FloatArray, FloatArray] | None = None
+        self.columns = Kept(y.size)
+        self._ones = Kept(self.energy.size)
+        self._right = Kept(1)
+        self._stacked: tuple[FloatArray, FloatArray] | None = None
         self._own: dict[tuple[int, int], FloatArray] = {}
         self._cross: dict[int, FloatArray] = {}
-        self.size = 0
-        self._edges: list[int] = [0]
         self.likeliest = len(LADDER) // 2
         """place on the ladder of the variance that was likeliest last"""
         self._one_y = whitening.by_recording(self.one * self.y)
+        self._squares = float(self.y @ self.y)
+
+    @property
+    def size(self) -> int:
+        """Number of columns."""
+        return self.columns.size
 
     def add(self, columns: FloatArray) -> tuple[int, ...]:
         """Whiten columns (n, k) and keep them; returns their numbers."""
         white = self.whitening.apply(np.where(np.isfinite(columns), columns, 0.0))
-        kept = {i: self.column(i) for i in self._cross}
-        self._columns.append(white)
-        self._ones.append(self.whitening.by_recording(self.one[:, None] * white))
-        self._right.append(white.T @ self.y)
         place = tuple(range(self.size, self.size + white.shape[1]))
-        self.size += white.shape[1]
-        self._edges.append(self.size)
+        self.columns.add(white)
+        self._ones.add(self.whitening.by_recording(self.one[:, None] * white))
+        self._right.add((self.y @ white)[None, :])
         self._stacked = None
-        for i, own in self._cross.items():
-            self._cross[i] = np.concatenate([own, white.T @ kept[i]])
         return place
 
-    def all(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """All columns (n, p), their products with the ones (recordings, p) and with y (p,)."""
+    def sums(self) -> tuple[FloatArray, FloatArray]:
+        """Products of all columns with the ones of each recording (recordings, p), and with y (p,)."""
         if self._stacked is None:
-            columns = np.empty((self.y.size, self.size), order="F")
-            at = 0
-            for part in self._columns:
-                columns[:, at : at + part.shape[1]] = part
-                at += part.shape[1]
-            stacked = columns, np.hstack(self._ones), np.concatenate(self._right)
-            # one copy is enough
-            edges = np.cumsum([0, *(part.shape[1] for part in self._columns)])
-            self._columns = [columns[:, a:b] for a, b in itertools.pairwise(edges)]
-            self._stacked = stacked
+            empty = [np.zeros((self.energy.size, 0)), np.zeros((1, 0))]
+            ones, right = (
+                np.hstack([none, *(piece for _, piece in kept.pieces())])
+                for none, kept in zip(empty, (self._ones, self._right), strict=True)
+            )
+            self._stacked = ones, right[0]
         return self._stacked
-
-    def column(self, number: int) -> FloatArray:
-        """One whitened column (n,)."""
-        part = bisect_right(self._edges, number) - 1
-        return np.asarray(self._columns[part][:, number - self._edges[part]])
 
     def variances(self) -> tuple[float, ...]:
         """Variances of the offsets to try; infinite alone where they are free."""
@@ -139,41 +128,56 @@ class Bank:
         """Make the products of some columns with all columns, where they are not made yet."""
         missing = [i for i in dict.fromkeys(index) if i not in self._cross]
         if missing:
-            columns = self.all()[0]
-            own = columns.T @ columns[:, missing]
+            own = self.columns.products(self.columns.some(missing))
             for k, i in enumerate(missing):
                 self._cross[i] = np.ascontiguousarray(own[:, k])
 
     def cross(self, index: Sequence[int]) -> FloatArray:
         """Products of all columns with some, (p, k), without offsets."""
+        # columns may have come since
+        for i in index:
+            if i in self._cross and self._cross[i].size < self.size:
+                del self._cross[i]
         self._crossed(index)
         return np.column_stack([self._cross[i] for i in index]) if index else np.zeros((self.size, 0))
 
     def own(self, place: tuple[int, ...]) -> FloatArray:
-        """Products of a few neighbouring columns among themselves (k, k), without offsets."""
+        """Products of a few columns that were added together among themselves (k, k), without offsets."""
         key = (place[0], place[-1])
         if key not in self._own:
-            part = self.all()[0][:, place[0] : place[-1] + 1]
+            part = self.columns.some(place)
             self._own[key] = part.T @ part
         return self._own[key]
 
-    def normal(self, index: Sequence[int], variance: float) -> Normal:
-        """Normal equations of the columns ``index`` for a variance of the offsets."""
+    def gram(self, index: Sequence[int]) -> FloatArray:
+        """Products of some columns among themselves (k, k), without offsets."""
+        chosen = np.asarray(index, dtype=np.int64)
+        self._crossed(index)
+        out = np.empty((chosen.size, chosen.size))
+        for k, i in enumerate(index):
+            row = self._cross[i]
+            # of two columns the one whose products were made last knows the other
+            known = chosen < row.size
+            out[k, known] = row[chosen[known]]
+            out[known, k] = out[k, known]
+        return out
+
+    def normal(self, index: Sequence[int], variance: float, gram: FloatArray | None = None) -> Normal:
+        """Normal equations of the columns ``index`` for a variance of the offsets; ``gram``: their products, if they
+        are known.
+        """
         chosen = list(index)
-        _, ones, right = self.all() if self.size else (None, np.zeros((self.energy.size, 0)), np.zeros(0))
+        ones, right = self.sums()
         weight = self.shrunk(variance)
         g = ones[:, chosen]
-        self._crossed(chosen)
-        gram = np.array([self._cross[i][chosen] for i in chosen]).reshape(len(chosen), len(chosen))
-        gram = gram - (weight[:, None] * g).T @ g
+        inner = (self.gram(chosen) if gram is None else gram) - (weight[:, None] * g).T @ g
         own = right[chosen] - g.T @ (weight * self._one_y)
-        squares = float(self.y @ self.y - np.sum(weight * self._one_y**2))
-        return Normal(0.5 * (gram + gram.T), own, squares, self.cost(variance))
+        squares = self._squares - float(np.sum(weight * self._one_y**2))
+        return Normal(0.5 * (inner + inner.T), own, squares, self.cost(variance))
 
     def residual(self, index: Sequence[int], coefficients: FloatArray) -> FloatArray:
         """Whitened residual (n,) of a model; the recordings' offsets are left in it."""
-        columns = self.all()[0] if self.size else np.zeros((self.y.size, 0))
-        return np.asarray(self.y - columns[:, list(index)] @ coefficients)
+        return np.asarray(self.y - self.columns.some(index) @ coefficients)
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,10 +218,11 @@ def fit(bank: Bank, index: Sequence[int], variances: Sequence[float], precision:
     one.
     """
     tried: dict[int, Fit] = {}
+    gram = bank.gram(index)
 
     def at(place: int) -> float:
         if place not in tried:
-            coefficients, covariance, likelihood = solve(bank.normal(index, variances[place]), precision)
+            coefficients, covariance, likelihood = solve(bank.normal(index, variances[place], gram), precision)
             tried[place] = Fit(tuple(index), coefficients, covariance, variances[place], likelihood)
         return tried[place].likelihood
 

@@ -51,7 +51,7 @@ def squares(bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: floa
 def _grams(bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: float) -> FloatArray:
     """Products of the blocks' columns and y, offsets marginalised, of each fold (folds, k + 1, k + 1)."""
     index = [i for b in blocks for i in b.place]
-    data = np.column_stack([bank.all()[0][:, index], bank.y])
+    data = np.column_stack([bank.columns.some(index), bank.y])
     starts = bank.whitening.starts
     grams = np.array([data[a:b].T @ data[a:b] for a, b in itertools.pairwise(starts)])
     ones = bank.whitening.by_recording(bank.one[:, None] * data)

@@ -210,7 +210,7 @@ def add_block(problem: ChannelProblem, bank: Bank, regressor: Regressor, precisi
 
 def weak_precision(bank: Bank, place: Sequence[int]) -> float:
     """Prior precision of a free function's values that only keeps undetermined ones from running away."""
-    return WEAK * float(np.mean([np.sum(bank.column(i) ** 2) for i in place]))
+    return WEAK * float(np.mean([np.sum(bank.columns.column(i) ** 2) for i in place]))
 
 
 def unrefined(bank: Bank, block: Block) -> Chosen:

@@ -32,7 +32,7 @@ def settled(problem: ChannelProblem, bank: Bank, base: Sequence[Block]) -> list[
     if place is None:
         return list(base)
     block = base[place]
-    own = np.array([float(np.mean(bank.column(i) ** 2)) for i in block.place])
+    own = np.array([float(np.mean(bank.columns.column(i) ** 2)) for i in block.place])
     groups = [np.array([k for k in range(len(own)) if k % _MONOMIALS in g and own[k] > 0.0]) for g in _GROUPS]
     index = [i for b in base for i in b.place]
     first = sum(len(b.place) for b in base[:place])

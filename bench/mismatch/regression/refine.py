@@ -55,7 +55,7 @@ def projector(bank: Bank, blocks: Sequence[Block], variance: float) -> _Projecto
     index = [i for b in blocks for i in b.place]
     if not index:
         return plain
-    own = bank.all()[0][:, index]
+    own = bank.columns.some(index)
     columns = plain(own)
     # of a column that the offsets say altogether only rounding is left
     said = np.sum(columns**2, axis=0) > RIDGE * np.sum(own**2, axis=0)

@@ -145,8 +145,9 @@ def scan(
     drawn, where the residual's own offsets stand for any variance.
     """
     drawn_from = residual if shuffled else _noise(bank, variance, seed)
+    at = _Products.of(bank, index, residual, drawn_from, blocks, seed, shuffled)
     looks = [
-        _look(bank, index, precision, v, variance, residual, drawn_from, candidates, blocks, seed, shuffled, least)
+        _look(bank, at, precision, v, variance, candidates, least)
         for v in ([variance] if shuffled else _smaller(bank, variance))
     ]
     null = max(look.null for look in looks)
@@ -182,44 +183,66 @@ class _Look:
     alive: NDArray[np.bool_]
 
 
+@dataclass(frozen=True, slots=True)
+class _Products:
+    """What every variance of the offsets has in common: products of all columns with those of the model (p, k) and with
+    the residual (p,); those of the residual with the whitened one of each recording (recordings,); the parts that are
+    drawn.
+    """
+
+    base: list[int]
+    cross: FloatArray
+    residual: FloatArray
+    sums: FloatArray
+    drawn: _Drawn
+
+    @classmethod
+    def of(
+        cls,
+        bank: Bank,
+        index: Sequence[int],
+        residual: FloatArray,
+        drawn_from: FloatArray,
+        blocks: Units,
+        seed: int,
+        fitted: bool,
+    ) -> _Products:
+        """Work them out once."""
+        sums = bank.whitening.by_recording(bank.one * residual)
+        own = bank.columns.products(residual)
+        return cls(list(index), bank.cross(list(index)), own, sums, _Drawn.of(bank, drawn_from, blocks, seed, fitted))
+
+
 def _look(
     bank: Bank,
-    index: Sequence[int],
+    at: _Products,
     precision: FloatArray,
     variance: float,
     likeliest: float,
-    residual: FloatArray,
-    drawn_from: FloatArray,
     candidates: Sequence[tuple[int, ...]],
-    blocks: Units,
-    seed: int,
-    shuffled: bool,
     least: float,
 ) -> _Look:
-    """One look of :func:`scan`; ``drawn_from`` (n,): whitened, whose signs are drawn, with offsets of the variance
+    """One look of :func:`scan`, at one ``variance`` of the offsets; what is drawn has offsets of the variance
     ``likeliest``.
     """
-    base = list(index)
-    columns, ones, _ = bank.all()
+    base = at.base
+    ones, _ = bank.sums()
     weight = bank.shrunk(variance)
     g = ones[:, base]
-    cross = bank.cross(base) - (ones * weight[:, None]).T @ g
+    cross = at.cross - (ones * weight[:, None]).T @ g
     gram = cross[base] + np.diag(precision)
     scale = np.sqrt(np.where(np.diag(gram) > 1e-200, np.diag(gram), 1.0))
     inverse = np.linalg.inv(gram / np.outer(scale, scale) + RIDGE * np.eye(len(base))) / np.outer(scale, scale)
     away = cross @ inverse
     # the model's residual has nothing of the model's own columns left: no large numbers cancel here
-    sums = bank.whitening.by_recording(bank.one * residual)
-    net = columns.T @ residual - ones.T @ (weight * sums)
+    net = at.residual - ones.T @ (weight * at.sums)
     # the coefficients are the best at another variance: how they are drawn at this one
-    drawn_to = ones[:, base].T @ ((bank.shrunk(likeliest) - weight) * sums)
-    null = _likelihood(bank, variance, sums[None], drawn_to[None], inverse)[0]
+    drawn_to = ones[:, base].T @ ((bank.shrunk(likeliest) - weight) * at.sums)
+    null = _likelihood(bank, variance, at.sums[None], drawn_to[None], inverse)[0]
     net = net - away @ drawn_to
 
-    pieces, means = _pieces(bank, columns, ones, drawn_from, variance, likeliest, blocks, g, inverse, shuffled)
-    signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(SURROGATES, pieces.shape[0]))
-    drawn = signs @ pieces
-    nulls = _likelihood(bank, variance, signs @ means, drawn[:, base], inverse)
+    drawn, sums = at.drawn.at(bank, variance, likeliest, g, inverse)
+    nulls = _likelihood(bank, variance, sums, drawn[:, base], inverse)
     drawn = drawn - drawn[:, base] @ away.T
 
     likelihood = np.zeros(len(candidates))
@@ -230,20 +253,24 @@ def _look(
         members = np.flatnonzero(sizes == k)
         places = np.array([candidates[int(m)] for m in members])
         own = np.stack([bank.own(candidates[int(m)]) for m in members])
-        offsets = ones[:, places]
-        full = own - np.einsum("rmk,r,rml->mkl", offsets, weight, offsets)
-        left = full - np.einsum("mkb,mlb->mkl", away[places], cross[places])
+        offsets = np.moveaxis(ones[:, places], 0, 1)
+        full = own - _transposed(offsets) @ (weight[:, None] * offsets)
+        left = full - away[places] @ _transposed(cross[places])
         energy = np.einsum("mkk->mk", own)
         unit = np.sqrt(np.maximum(energy, 1e-300))
         scaled = left / unit[:, :, None] / unit[:, None, :]
         alive[members] = np.einsum("mkk->mk", scaled).max(axis=1) > least
         ridge = np.maximum(1e-6 * np.einsum("mkk->m", scaled) / k, least * 1e-2)
         solved = np.linalg.inv(scaled + ridge[:, None, None] * np.eye(k))
-        mine = net[places] / unit
-        likelihood[members] = 0.5 * np.einsum("mk,mkl,ml->m", mine, solved, mine)
-        null_of = drawn[:, places] / unit
-        noise[:, members] = 0.5 * np.einsum("smk,mkl,sml->sm", null_of, solved, null_of)
+        mine = (net[places] / unit)[:, None, :]
+        likelihood[members] = 0.5 * np.sum(mine @ solved * mine, axis=(1, 2))
+        null_of = np.moveaxis(drawn[:, places] / unit, 0, 1)
+        noise[:, members] = 0.5 * np.sum(null_of @ solved * null_of, axis=2).T
     return _Look(float(null), nulls, likelihood, noise, alive)
+
+
+def _transposed(matrices: FloatArray) -> FloatArray:
+    return np.swapaxes(matrices, 1, 2)
 
 
 def _likelihood(bank: Bank, variance: float, sums: FloatArray, net: FloatArray, inverse: FloatArray) -> FloatArray:
@@ -252,7 +279,7 @@ def _likelihood(bank: Bank, variance: float, sums: FloatArray, net: FloatArray, 
     ``sums`` (s, recordings): products of the residual with the whitened one; ``net`` (s, k): with the model's columns.
     """
     offsets = 0.5 * (sums**2) @ bank.shrunk(variance)
-    return np.asarray(offsets + 0.5 * np.einsum("sk,kl,sl->s", net, inverse, net) - 0.5 * bank.cost(variance))
+    return np.asarray(offsets + 0.5 * np.sum(net @ inverse * net, axis=1) - 0.5 * bank.cost(variance))
 
 
 def _noise(bank: Bank, variance: float, seed: int) -> FloatArray:
@@ -265,47 +292,61 @@ def _noise(bank: Bank, variance: float, seed: int) -> FloatArray:
     return out
 
 
-def _pieces(
-    bank: Bank,
-    columns: FloatArray,
-    ones: FloatArray,
-    residual: FloatArray,
-    variance: float,
-    likeliest: float,
-    blocks: Units,
-    g: FloatArray,
-    inverse: FloatArray,
-    fitted: bool,
-) -> tuple[FloatArray, FloatArray]:
-    """Products of the columns with each unit's part of the residual (units, p), the offsets marginalised at
-    ``variance``; and of the whitened one of each recording (units, recordings).
+@dataclass(frozen=True, slots=True)
+class _Drawn:
+    """Surrogates of a residual whose signs are drawn: of each recording's offset, and of each unit of what is left.
 
-    Units are the recordings' offsets, then the blocks of what is left. Where the residual is that of a fit, offsets are
-    scaled up by what the model's own coefficients have taken of them (HC2, MacKinnon and White 1985).
+    ``mean`` (recordings,) offsets; ``columns`` (SURROGATES, p), ``ones`` (SURROGATES, recordings): products of what is
+    left, signs drawn, with all columns and with the whitened one of each recording; ``signs`` (SURROGATES, recordings)
+    of the offsets; ``fitted``: it is the residual of a fit.
     """
-    energy = np.maximum(bank.energy, 1e-300)
-    mean = bank.whitening.by_recording(bank.one * residual) / energy
-    rest = residual - np.repeat(mean, np.diff(bank.whitening.starts)) * bank.one
-    weight = bank.shrunk(variance)
-    out, means = [], []
-    if not np.isinf(variance):
-        share = energy * (1.0 + likeliest * energy)
-        leverage = np.einsum("rk,kl,rl->r", g, inverse, g) / share
-        scaled = mean / np.sqrt(1.0 - np.clip(leverage, 0.0, MOST_LEVERAGE)) if fitted else mean
-        out.append(ones * (scaled * (1.0 - weight * energy))[:, None])
-        means.append(np.diag(scaled * energy))
-    own = np.empty((blocks.recording.size, columns.shape[1]))
-    single = np.zeros((blocks.recording.size, energy.size))
-    # what is left has lost its mean in each recording: a degree of freedom of as many as it has blocks
-    number = np.bincount(blocks.recording)[blocks.recording].astype(np.float64)
-    freed = np.sqrt(number / np.maximum(number - 1.0, 0.5)) if fitted else np.ones(number.size)
-    # a place where the model is badly off must not set the price of what lies elsewhere
-    size = np.add.reduceat(rest**2, blocks.starts[:-1]) / np.diff(blocks.starts)
-    freed = freed * np.sqrt(np.minimum(1.0, criteria.LOUDEST * float(np.median(size)) / np.maximum(size, 1e-300)))
-    for b in range(blocks.recording.size):
-        rows = slice(blocks.starts[b], blocks.starts[b + 1])
-        part = rest[rows] * freed[b]
-        single[b, blocks.recording[b]] = float(bank.one[rows] @ part)
-        own[b] = part @ columns[rows]
-        own[b] -= weight[blocks.recording[b]] * single[b, blocks.recording[b]] * ones[blocks.recording[b]]
-    return np.vstack([*out, own]), np.vstack([*means, single])
+
+    mean: FloatArray
+    columns: FloatArray
+    ones: FloatArray
+    signs: FloatArray
+    fitted: bool
+
+    @classmethod
+    def of(cls, bank: Bank, residual: FloatArray, blocks: Units, seed: int, fitted: bool) -> _Drawn:
+        """Cut a whitened ``residual`` (n,) into offsets and ``blocks``, and draw signs."""
+        energy = np.maximum(bank.energy, 1e-300)
+        mean = bank.whitening.by_recording(bank.one * residual) / energy
+        rest = residual - np.repeat(mean, np.diff(bank.whitening.starts)) * bank.one
+        # what is left has lost its mean in each recording: a degree of freedom of as many as it has blocks
+        number = np.bincount(blocks.recording)[blocks.recording].astype(np.float64)
+        freed = np.sqrt(number / np.maximum(number - 1.0, 0.5)) if fitted else np.ones(number.size)
+        # a place where the model is badly off must not set the price of what lies elsewhere
+        size = np.add.reduceat(rest**2, blocks.starts[:-1]) / np.diff(blocks.starts)
+        freed = freed * np.sqrt(np.minimum(1.0, criteria.LOUDEST * float(np.median(size)) / np.maximum(size, 1e-300)))
+        rest = rest * np.repeat(freed, np.diff(blocks.starts))
+        offsets = 0 if bank.free_offsets else energy.size
+        signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(SURROGATES, offsets + blocks.recording.size))
+        own = signs[:, offsets:]
+        single = np.add.reduceat(bank.one * rest, blocks.starts[:-1])
+        table = np.zeros((blocks.recording.size, energy.size))
+        table[np.arange(blocks.recording.size), blocks.recording] = single
+        columns = own @ bank.columns.products_by(rest, blocks.starts.tolist())
+        return cls(mean, columns, own @ table, signs[:, :offsets], fitted)
+
+    def at(
+        self, bank: Bank, variance: float, likeliest: float, g: FloatArray, inverse: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Products of each surrogate with all columns (SURROGATES, p), the offsets marginalised at ``variance``; and
+        with the whitened one of each recording (SURROGATES, recordings).
+
+        Where the residual is that of a fit, offsets are scaled up by what the model's own coefficients have taken of
+        them (HC2, MacKinnon and White 1985). ``g`` (recordings, k): products of the ones with the model's columns.
+        """
+        ones, _ = bank.sums()
+        weight = bank.shrunk(variance)
+        sums, off = self.ones, -weight * self.ones
+        if self.signs.shape[1]:
+            energy = np.maximum(bank.energy, 1e-300)
+            scaled = self.mean
+            if self.fitted:
+                leverage = np.sum((g @ inverse) * g, axis=1) / (energy * (1.0 + likeliest * energy))
+                scaled = self.mean / np.sqrt(1.0 - np.clip(leverage, 0.0, MOST_LEVERAGE))
+            sums = sums + self.signs * (scaled * energy)
+            off = off + self.signs * (scaled * (1.0 - weight * energy))
+        return self.columns + off @ ones, sums

@@ -78,7 +78,7 @@ def test_the_projector_leaves_the_squares_of_a_dense_solution(precision: float, 
     bank, base = banked(own, SIGMA, 0.3)
     blocks = [type(b)(b.regressor, b.place, np.full(len(b.place), precision)) for b in base]
     left = projector(bank, blocks, variance)(bank.y)
-    x = np.hstack([bank.all()[0][:, list(b.place)] for b in base])
+    x = np.hstack([bank.columns.some(b.place) for b in base])
     ones = np.zeros((frame.size, 8))
     ones[np.arange(frame.size), frame.recording] = bank.one
     offset = 0.0 if np.isinf(variance) else 1.0 / max(variance, 1e-12)

@@ -68,7 +68,7 @@ def test_squares_of_points_left_out_are_those_of_a_fit_without_them() -> None:
     model = searched(own).model
     blocks = model.blocks([])
     index = [i for b in blocks for i in b.place]
-    columns, fold = model.bank.all()[0][:, index], model.folds[FRAME.recording]
+    columns, fold = model.bank.columns.some(index), model.folds[FRAME.recording]
     told = squares(model.bank, blocks, model.folds, 0.0)
     for out in (0, 7, RECORDINGS - 1):
         beta = np.linalg.lstsq(columns[fold != out], model.bank.y[fold != out], rcond=None)[0]
