@@ -85,8 +85,10 @@ def tangent(data: Amplitudes, k: int) -> tuple[FloatArray, Complex]:
     return np.hstack(blocks), centre
 
 
-def whitened(data: Amplitudes) -> tuple[list[FloatArray], list[FloatArray]]:
-    """Cholesky factor of each order's covariance, polynomials' freedom in it; its residual, whitened."""
+def whitened(data: Amplitudes) -> tuple[list[FloatArray], FloatArray]:
+    """Cholesky factor of each order's covariance, polynomials' freedom in it; its residual, whitened
+    (orders, 2*turns).
+    """
     lowers, flat = [], []
     for k in range(len(data.orders)):
         columns, centre = tangent(data, k)
@@ -94,7 +96,7 @@ def whitened(data: Amplitudes) -> tuple[list[FloatArray], list[FloatArray]]:
         lower = np.linalg.cholesky(columns @ columns.T + np.diag(sigma**2))
         lowers.append(np.asarray(lower))
         flat.append(np.asarray(solve_triangular(lower, stacked(data.vectors[:, k] - centre), lower=True)))
-    return lowers, flat
+    return lowers, np.array(flat)
 
 
 def _law(effect: str, form: str, point: tuple[float, ...], variables: tuple[str, ...], data: Amplitudes) -> Law:
@@ -167,61 +169,71 @@ def _beyond_polynomials(law: Law, data: Amplitudes) -> float:
     return left / whole if whole > 0.0 else 0.0
 
 
-def changes_of(data: Amplitudes, white: Sequence[FloatArray], law: Law) -> list[FloatArray]:
-    """What a law's strength does to each order's whitened vectors: one column of all for a resonance, else two of each.
+def changes_of(data: Amplitudes, white: Sequence[FloatArray], laws: Sequence[Law]) -> list[FloatArray]:
+    """What each law's strength does to the orders' whitened vectors (orders, 2*turns, k): one column of all for a
+    resonance, else two of each.
 
     Orthonormal for the latter.
     """
     smooth = data.series.vectors(data.x, data.direction)
+    moved = [_moved(data, smooth, law) for law in laws]
+    columns = np.concatenate(moved, axis=2)
+    whole = np.stack([np.asarray(solve_triangular(lower, columns[:, k], lower=True)) for k, lower in enumerate(white)])
     out = []
-    if law.effect == RESONANCE:
-        change = (response(data.frequency, law.point[0], law.point[1]) - 1.0) * smooth
-        for k, lower in enumerate(white):
-            out.append(np.asarray(solve_triangular(lower, stacked(change[:, k]), lower=True))[:, None])
-        return out
-    g = value(law.effect, law.form, law.point, data.x, data.time, law.reference)
-    for k, lower in enumerate(white):
-        own = g * smooth[:, k]
-        z = solve_triangular(lower, np.column_stack([stacked(own), stacked(1j * own)]), lower=True)
+    for own in np.split(whole, np.cumsum([m.shape[2] for m in moved])[:-1], axis=2):
+        if own.shape[2] == 1:
+            out.append(np.ascontiguousarray(own))
+            continue
         # with a weak prior: a law changes an amplitude by less than ten times itself
-        q, r = np.linalg.qr(np.vstack([z, 0.1 * np.eye(2)]))
-        del r
-        out.append(np.asarray(q[:-2]))
+        prior = np.broadcast_to(0.1 * np.eye(2), (len(own), 2, 2))
+        out.append(np.linalg.qr(np.concatenate([own, prior], axis=1))[0][:, :-2])
     return out
 
 
+def _moved(data: Amplitudes, smooth: Complex, law: Law) -> FloatArray:
+    """What a law's strength does to the vectors ``smooth`` (turns, orders), before whitening: (2*turns, orders, k)."""
+    if law.effect == RESONANCE:
+        return stacked((response(data.frequency, law.point[0], law.point[1]) - 1.0) * smooth)[:, :, None]
+    own = value(law.effect, law.form, law.point, data.x, data.time, law.reference)[:, None] * smooth
+    return np.stack([stacked(own), stacked(1j * own)], axis=2)
+
+
 @dataclass(frozen=True, slots=True)
-class Score:
-    """Gain of a law net of its numbers' price: in ``total`` and of ``each`` order; a resonance's participation."""
+class Scores:
+    """Gains of a law on some draws of the orders' residuals, net of its numbers' price: in ``total`` (draws,) and of
+    ``each`` order (draws, orders); a resonance's ``participation`` (draws,).
+    """
 
-    total: float
+    total: FloatArray
     each: FloatArray
-    participation: float = 0.0
+    participation: FloatArray
 
 
-def score(law: Law, changes: Sequence[FloatArray], flat: Sequence[FloatArray]) -> Score:
-    """Score a law whose changes of the whitened vectors are given on the orders' residuals."""
-    turns = 0.5 * len(flat[0])
+def scores(law: Law, changes: FloatArray, flat: FloatArray) -> Scores:
+    """Score a law whose ``changes`` (orders, 2*turns, k) of the whitened vectors are given on draws of the orders'
+    residuals ``flat`` (draws, orders, 2*turns).
+    """
+    turns = 0.5 * flat.shape[2]
     prior = 2.0 * PRIOR_TURNS
-    before = np.array([float(r @ r) for r in flat])
+    before = np.sum(flat**2, axis=2)
     price = float(np.log(2.0 * turns))
+    # (orders, k, draws) -> (draws, orders, k)
+    product = np.moveaxis(np.swapaxes(changes, 1, 2) @ np.transpose(flat, (1, 2, 0)), 2, 0)
 
     def gained(after: FloatArray) -> FloatArray:
         return np.asarray((turns + PRIOR_TURNS) * np.log((before + prior) / (np.maximum(after, 0.0) + prior)))
 
     if law.effect == RESONANCE:
-        energy = np.array([float(z[:, 0] @ z[:, 0]) for z in changes])
-        product = np.array([float(z[:, 0] @ r) for z, r in zip(changes, flat, strict=True)])
-        p = min(float(product.sum()) / max(float(energy.sum()) + 0.01, 1e-300), 1.5)
-        if p <= 0.0:
-            return Score(-np.inf, np.zeros(before.size))
-        each = gained(before - 2.0 * p * product + p**2 * energy)
+        energy, product = np.sum(changes[:, :, 0] ** 2, axis=1), product[:, :, 0]
+        p = np.minimum(product.sum(axis=1) / max(float(energy.sum()) + 0.01, 1e-300), 1.5)
+        each = gained(before - 2.0 * p[:, None] * product + p[:, None] ** 2 * energy)
         # three numbers (BIC), of which the place is searched
-        return Score(float(each.sum()) - 1.5 * price - unusual(law.point[1]), each, p)
-    after = before - np.array([float(np.sum((z.T @ r) ** 2)) for z, r in zip(changes, flat, strict=True)])
+        total = each.sum(axis=1) - 1.5 * price - unusual(law.point[1])
+        own = p > 0.0
+        return Scores(np.where(own, total, -np.inf), np.where(own[:, None], each, 0.0), np.where(own, p, 0.0))
     # two numbers an order (BIC), where it takes part
-    each = np.maximum(gained(after) - price, 0.0)
-    return Score(float(each.sum()), each)
+    each = np.maximum(gained(before - np.sum(product**2, axis=2)) - price, 0.0)
+    return Scores(each.sum(axis=1), each, np.zeros(len(flat)))
 
 
 def unusual(damping: float) -> float:

@@ -22,7 +22,7 @@ from bench.mismatch.orders.law_scores import (
     changes_of,
     factors,
     resonances,
-    score,
+    scores,
     stacked,
     tangent,
     unusual,
@@ -62,19 +62,15 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
         return None
     white, flat = whitened(data)
     points = [*resonances(data), *factors(data)]
-    changes = [changes_of(data, white, p) for p in points]
-    scores = [score(p, c, flat) for p, c in zip(points, changes, strict=True)]
-    gains = np.array([own.total for own in scores])
+    changes = changes_of(data, white, points)
+    scored = [scores(p, c, flat[None]) for p, c in zip(points, changes, strict=True)]
+    gains = np.array([float(own.total[0]) for own in scored])
     best = int(np.argmax(gains))
-    rng = np.random.default_rng([seed, 5])
-    size = [len(r) for r in flat]
-    nulls = []
-    for _ in range(SURROGATES):
-        drawn = [rng.normal(size=n) for n in size]
-        nulls.append(max(score(p, c, drawn).total for p, c in zip(points, changes, strict=True)))
-    if gains[best] < tail(np.asarray(nulls), criteria.ERROR_RATE_OF_A_CHANNEL):
+    drawn = np.random.default_rng([seed, 5]).normal(size=(SURROGATES, *flat.shape))
+    nulls = np.max([scores(p, c, drawn).total for p, c in zip(points, changes, strict=True)], axis=0)
+    if gains[best] < tail(nulls, criteria.ERROR_RATE_OF_A_CHANNEL):
         return None
-    rate = tail_rate(np.asarray(nulls), float(gains[best]))
+    rate = tail_rate(nulls, float(gains[best]))
     by_effect: dict[str, int] = {}
     for k in np.argsort(-gains).tolist():
         by_effect.setdefault(points[k].effect, k)
@@ -85,7 +81,9 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
     # the grid is coarse for a resonance: it is refined before it is compared with what follows the speed anyhow
     if told.get(RESONANCE, -np.inf) > 0.5 * gains[best]:
         k = by_effect[RESONANCE]
-        mode, mode_std, mode_series, gain = _refined_resonance(model, data, points[k], scores[k].participation)
+        mode, mode_std, mode_series, gain = _refined_resonance(
+            model, data, points[k], float(scored[k].participation[0])
+        )
         told[RESONANCE] = max(told[RESONANCE], gain)
         if told[RESONANCE] >= gains[best]:
             law, std, series = mode, mode_std, mode_series
@@ -95,11 +93,11 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
         law, series, strength_std = _strengths(model, data, law)
     odds = {e: float(np.exp(min(g - told[law.effect], 0.0))) for e, g in told.items()}
     whole = sum(odds.values())
-    mine = scores[by_effect[law.effect]].each
+    mine = scored[by_effect[law.effect]].each[0]
     rivals = []
     for effect, k in by_effect.items():
         if effect != law.effect and np.isfinite(told[effect]):
-            apart = mine - scores[k].each
+            apart = mine - scored[k].each[0]
             error = float(np.std(apart) * np.sqrt(apart.size))
             rivals.append((points[k], told[law.effect] - told[effect], error, odds[effect] / whole))
     rivals.sort(key=lambda r: r[1])
@@ -108,7 +106,7 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
 
 
 def _between_points(
-    data: Amplitudes, white: Sequence[FloatArray], flat: Sequence[FloatArray], begin: Law, gain: float
+    data: Amplitudes, white: Sequence[FloatArray], flat: FloatArray, begin: Law, gain: float
 ) -> tuple[Law, float]:
     """A law of the form 1 + e*g between the points of its grid, where it gains most, and what it gains there."""
     if not begin.point:
@@ -119,7 +117,7 @@ def _between_points(
         return replace(begin, point=tuple(float(v) for v in size * np.exp(np.clip(x, -1.0, 1.0))))
 
     def loss(x: FloatArray) -> float:
-        return -score(at(x), changes_of(data, white, at(x)), flat).total
+        return -float(scores(at(x), changes_of(data, white, [at(x)])[0], flat[None]).total[0])
 
     found = lowest(loss, np.zeros(size.size), np.full(size.size, 0.05), 50)
     return (at(found), -loss(found)) if -loss(found) > gain else (begin, gain)
