@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 
 from bench.foreign.opening import base_of
 from bench.mismatch.given import Given, Known
-from bench.mismatch.orders.series import summed
 from bench.mismatch.power_zeros import CONSTANT, EFFECT, KEY, RECORDINGS, Zeros, left_of
 from bench.mismatch.problem import CHANNELS, fixed_part, nominal_base
 from bench.mismatch.recordings.beginning import START_S, at_start, risen
@@ -33,6 +32,7 @@ from bench.simulation.frame import FloatArray, Frame, recording_starts
 from bench.simulation.laws import factor
 from bench.simulation.model import Simulation
 from bench.simulation.polynomial import basis
+from bench.simulation.sines import summed_vectors, turned
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 from bench.simulation.waves import ROWS_AT_ONCE
 
@@ -151,13 +151,11 @@ class Predictor:
             for a in range(0, rows.size, ROWS_AT_ONCE):
                 part = rows[a : a + ROWS_AT_ONCE]
                 monomials = basis(*x[part].T)
-                amplitude, phase = monomials @ own.amplitude.T, monomials @ own.phase.T
-                if self.given.laws:
-                    vectors = amplitude * np.exp(1j * phase)
-                    for law in self.given.laws:
-                        vectors = vectors * factor(law, x[part], frame.time[part], [float(f) for f in own.orders])
-                    amplitude, phase = np.abs(vectors), np.angle(vectors)
-                out[part] = monomials @ own.offset + summed(frame.theta[part], orders, amplitude, phase)
+                vectors = (own.amplitude @ monomials.T) * turned(own.phase @ monomials.T)
+                for law in self.given.laws:
+                    vectors *= factor(law, x[part], frame.time[part], [float(f) for f in own.orders]).T
+                waves_of = summed_vectors(frame.theta[part], orders, vectors.real.copy(), vectors.imag.copy())
+                out[part] = monomials @ own.offset + waves_of
         for pulse in self.given.pulses:
             out = out + pulse.evaluate(frame.theta)
         return out

@@ -12,6 +12,7 @@ import numpy as np
 from bench.errors import ConfigurationError
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.quantities import factor
+from bench.simulation.sines import cosine_sine
 
 ROWS_AT_ONCE = 1 << 15
 
@@ -72,20 +73,18 @@ def evaluate(waves: Sequence[Wave], angle: FloatArray, frame: Frame, ahead: floa
 @numba.njit(cache=True)
 def _sum(angle: FloatArray, orders: FloatArray, table: FloatArray, weights: FloatArray) -> FloatArray:
     out = np.zeros(angle.size)
-    used = np.zeros((table.shape[0], orders.size), dtype=np.bool_)
-    for f in range(table.shape[0]):
-        for k in range(orders.size):
-            used[f, k] = table[f, k, 0] != 0.0 or table[f, k, 1] != 0.0
-    for i in range(angle.size):
-        total = 0.0
-        for k in range(orders.size):
-            a = 0.0
-            b = 0.0
-            for f in range(table.shape[0]):
-                if used[f, k]:
-                    a += weights[f, i] * table[f, k, 0]
-                    b += weights[f, i] * table[f, k, 1]
-            if a != 0.0 or b != 0.0:
-                total += a * np.cos(orders[k] * angle[i]) + b * np.sin(orders[k] * angle[i])
-        out[i] = total
+    a, b = np.empty(angle.size), np.empty(angle.size)
+    for k in range(orders.size):
+        a[:] = 0.0
+        b[:] = 0.0
+        for f in range(table.shape[0]):
+            of_cosine, of_sine, weight = table[f, k, 0], table[f, k, 1], weights[f]
+            if of_cosine != 0.0 or of_sine != 0.0:
+                for i in range(angle.size):
+                    a[i] += weight[i] * of_cosine
+                    b[i] += weight[i] * of_sine
+        order = orders[k]
+        for i in range(angle.size):
+            cosine, sine = cosine_sine(order * angle[i])
+            out[i] += a[i] * cosine + b[i] * sine
     return out

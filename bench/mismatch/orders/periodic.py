@@ -13,6 +13,7 @@ from bench.mismatch.orders.weak import WeakOrder, design
 from bench.simulation import waves
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.laws import Law, factor
+from bench.simulation.sines import summed_vectors
 from bench.simulation.waves import ROWS_AT_ONCE, Wave
 
 SLOPE_STEP = 3e-4
@@ -118,9 +119,8 @@ class Periodic:
         for a in range(0, frame.size, ROWS_AT_ONCE):
             own = slice(a, a + ROWS_AT_ONCE)
             vectors = self._vectors(frame.take(own))
-            for k, order in enumerate(self.series.orders):
-                angle = order * frame.theta[own]
-                out[own] += vectors[:, k].real * np.sin(angle) + vectors[:, k].imag * np.cos(angle)
+            real, imag = np.ascontiguousarray(vectors.real.T), np.ascontiguousarray(vectors.imag.T)
+            out[own] = summed_vectors(frame.theta[own], np.asarray(self.series.orders), real, imag)
         return out
 
     def _vectors(self, frame: Frame) -> Complex:

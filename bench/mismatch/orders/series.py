@@ -11,12 +11,12 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import numba
 import numpy as np
 from scipy.optimize import least_squares
 
 from bench.mismatch.orders.turns import Complex, Turn, directions, states
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.sines import summed, turned
 from bench.simulation.waves import ROWS_AT_ONCE
 
 FIRST_PRIOR = np.array([0.3, 0.3, 0.3, 0.6, 0.6, 0.6, 0.3, 0.3, 0.3])
@@ -78,7 +78,7 @@ class Series:
             rows = direction * side > 0
             if rows.any():
                 basis = self.scaling[side].monomials(x[rows])
-                out[rows] = (basis @ self.amplitude[side].T) * np.exp(1j * (basis @ self.phase[side].T))
+                out[rows] = (basis @ self.amplitude[side].T) * turned(basis @ self.phase[side].T)
         return out
 
     def variance(self, x: FloatArray, direction: FloatArray) -> FloatArray:
@@ -133,19 +133,9 @@ class Series:
                 own = rows[a : a + ROWS_AT_ONCE]
                 x = np.column_stack([frame.torque[own], frame.velocity[own], frame.temperature[own]])
                 basis = self.scaling[side].monomials(x)
-                amplitude = basis @ (self.amplitude[side] * factor[:, None]).T
-                out[own] = summed(frame.theta[own], orders, amplitude, basis @ self.phase[side].T + ahead)
+                amplitude = (self.amplitude[side] * factor[:, None]) @ basis.T
+                out[own] = summed(frame.theta[own], orders, amplitude, self.phase[side] @ basis.T + ahead)
         return out
-
-
-@numba.njit(cache=True)
-def summed(theta: FloatArray, orders: FloatArray, amplitude: FloatArray, phase: FloatArray) -> FloatArray:
-    """Sum of ``amplitude`` (n, k) times sin(f*theta + ``phase``) over ``orders`` (k,) at angles ``theta`` (n,)."""
-    out = np.zeros(theta.size)
-    for i in range(theta.size):
-        for k in range(orders.size):
-            out[i] += amplitude[i, k] * np.sin(orders[k] * theta[i] + phase[i, k])
-    return out
 
 
 def calibrate(
