@@ -60,7 +60,9 @@ class Plant:
         series = truth.transmission_error
         self._plant = plant_parameters(truth, cycle_time_s)
         self._drives = drive_parameters(truth, cycle_time_s)
-        self._series = (series.orders, series.amplitude, series.phase, series.offset, series.box.array())
+        # contiguous, as some plants' are not: another layout would be compiled a second time
+        shape = map(np.ascontiguousarray, (series.orders, series.amplitude, series.phase, series.offset))
+        self._series = (*shape, series.box.array())
         self._te = np.zeros((3, 2, series.orders.size + 1))
         self._turn = np.zeros((2, series.orders.size))
         self._active = np.zeros(self.faults.rows.size, np.bool_)

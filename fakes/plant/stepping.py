@@ -44,9 +44,14 @@ def _aim_series(p: Any, s: Any, table: Any, te: Any, turn: Any) -> None:
     """Evaluate the polynomials and lay the interpolation for the next interval. ``te``: parts, slope, target."""
     orders, amplitude, phase, offset, box = table
     place(turn, orders, s.motor_angle / p.ratio)
-    te[0] = te[2]
+    # element by element: an assignment of whole rows would bring the texts of its errors into what is compiled
+    for row in range(2):
+        for i in range(te.shape[2]):
+            te[0, row, i] = te[2, row, i]
     aim(te[2], amplitude, phase, offset, box, s.te_torque, s.te_velocity, s.temperature, s.te_weight)
-    te[1] = (te[2] - te[0]) / p.te_interval
+    for row in range(2):
+        for i in range(te.shape[2]):
+            te[1, row, i] = (te[2, row, i] - te[0, row, i]) / p.te_interval
 
 
 @njit(cache=True, error_model="numpy")
@@ -232,5 +237,7 @@ def step_block(
             t.load_angle, t.torque, t.temperature = s.load_angle, s.torque, s.temperature
             t.weight, t.travel = s.te_weight, s.travel
         if n < told.shape[0]:
-            told[n] = hidden[3]
+            for i in range(told.shape[1]):
+                for channel in range(told.shape[2]):
+                    told[n, i, channel] = hidden[3][i, channel]
         s.cycle += 1
