@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import sys
 from collections.abc import Generator, Iterator
 
 import pytest
@@ -55,6 +56,11 @@ SLOW = (
 # Started in the background of a shell, this process ignores Ctrl-C, and so would every program that tests send one to.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+# The tests start our programs hundreds of times: what Python compiles is kept beside what numba compiles, even where
+# the environment asks for none of it.
+sys.dont_write_bytecode = False
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
 # The first example of a test may compile a numeric loop; how long that takes says nothing about the code.
 settings.register_profile("bench", deadline=None)

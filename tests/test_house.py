@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import re
-import subprocess
-import sys
 import tomllib
 from importlib.metadata import PackageNotFoundError, entry_points, version
 from pathlib import Path
 
 import pytest
 
-from tests.conftest import SLOW
+from tests.conftest import REQUIRE_WIRE, SLOW
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
@@ -34,11 +31,14 @@ def test_places_of_slow_tests_exist() -> None:
         assert not test or f"def {test}(" in (ROOT / file).read_text("utf-8")
 
 
-def test_slow_tests_are_left_out_on_request() -> None:
-    command = [sys.executable, "-m", "pytest", "--collect-only", "-q", "-m", "not slow", "tests/docs/test_commands.py"]
-    told = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    assert "test_every_page_is_in_the_index" in told
-    assert "test_short_commands_run" not in told
+def test_slow_tests_are_left_out_on_request(pytester: pytest.Pytester) -> None:
+    pytester.makeconftest("from tests.conftest import pytest_collection_modifyitems")
+    file, _, name = next(beginning for beginning in SLOW if "::" in beginning).partition("::")
+    (pytester.path / file).parent.mkdir(parents=True)
+    (pytester.path / file).write_text(f"def {name}(): pass\ndef test_other(): pass\n")
+    marked = ("-p", "no:cacheprovider", "-o", "markers=slow")
+    pytester.runpytest_inprocess(*marked, "-m", "not slow").assert_outcomes(passed=1, deselected=1)
+    pytester.runpytest_inprocess(*marked).assert_outcomes(passed=2)
 
 
 def test_every_dependency_is_pinned() -> None:
@@ -67,22 +67,18 @@ def test_the_program_knows_its_version() -> None:
         pytest.fail("the project is not installed")
 
 
-@pytest.mark.parametrize(("required", "outcome"), [("1", "1 failed, 1 skipped"), ("0", "2 skipped")])
-def test_wire_tests_do_not_skip_where_they_must_run(tmp_path: Path, required: str, outcome: str) -> None:
-    (tmp_path / "conftest.py").write_text("from tests.conftest import pytest_runtest_makereport\n")
-    (tmp_path / "test_it.py").write_text(
+@pytest.mark.parametrize(("required", "outcome"), [("1", {"failed": 1, "skipped": 1}), ("0", {"skipped": 2})])
+def test_wire_tests_do_not_skip_where_they_must_run(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch, required: str, outcome: dict[str, int]
+) -> None:
+    monkeypatch.setenv(REQUIRE_WIRE, required)
+    pytester.makeconftest("from tests.conftest import pytest_runtest_makereport")
+    pytester.makepyfile(
         "import pytest\n"
         "def test_wire(): pytest.skip('no veth pair can be made here')\n"
         "def test_other(): pytest.skip('the file is absent')\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--rootdir", str(tmp_path), str(tmp_path)],
-        env={**os.environ, "BENCH_REQUIRE_WIRE": required, "PYTHONPATH": str(ROOT)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert outcome in done.stdout
+    pytester.runpytest_inprocess("-p", "no:cacheprovider").assert_outcomes(**outcome)
 
 
 def _normal(name: str) -> str:

@@ -34,13 +34,19 @@ def test_tables_hold_nothing_that_is_gone() -> None:
     assert {*ELSEWHERE, *LONG} <= used
 
 
+@pytest.fixture(scope="module")
+def program() -> Any:
+    """The program's own parser, made once."""
+    return typer.main.get_command(make_app())
+
+
 @pytest.mark.parametrize("command", [*OURS, *mentions()], ids=lambda c: f"{c.page}: {c.line}")
-def test_the_program_knows_command_and_options(command: Command) -> None:
+def test_the_program_knows_command_and_options(command: Command, program: Any) -> None:
     if command.words[0] == "python":
         assert (ROOT / command.words[1]).is_file()
         return
     assert command.words[0] == "bench"
-    found: Any = typer.main.get_command(make_app())
+    found = program
     words = command.words[1:]
     while hasattr(found, "commands") and words:
         assert words[0] in found.commands, f"there is no command bench {' '.join(words)}"
