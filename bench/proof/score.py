@@ -15,6 +15,8 @@ Parameters
     Those of ``model.json``, with their signs.
 False companion
     Any finding that answers no concealed effect.
+Too faint
+    An effect that the sealed truth calls too faint asks for nothing: told or not, it is neither right nor wrong.
 Residual
     Recomputed from ``model.json`` and the recordings (:mod:`bench.proof.recompute`), over the generator's noise in the
     same recordings, in the channels of predictable effects (in all where there is none).
@@ -51,6 +53,7 @@ class EffectScore:
         parameter_errors: |told − true| / |true| of every parameter both give.
         covered: whether each of these lies within its told 95 % interval.
         share_error: |told − recomputed| share of the excess, None where either is missing.
+        too_faint: nobody could see it, by the sealed truth; it does not count.
     """
 
     effect: str
@@ -64,6 +67,7 @@ class EffectScore:
     misplaced: tuple[str, ...] = ()
     in_library: bool | None = None
     share_error: float | None = None
+    too_faint: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,10 +94,15 @@ class CaseScore:
     recomputed: bool = True
 
     @property
+    def counted(self) -> tuple[EffectScore, ...]:
+        """The effects that could be seen."""
+        return tuple(e for e in self.effects if not e.too_faint)
+
+    @property
     def every_point_right(self) -> bool:
         """Verdict, names, status, location, no false companion, residual."""
-        answered = all(e.status_right and e.located_right for e in self.effects)
-        predictable = all(e.status != "unknown" for e in self.effects)
+        answered = all(e.status_right and e.located_right for e in self.counted)
+        predictable = all(e.status != "unknown" for e in self.counted)
         residual = not predictable or RESIDUAL_LIMITS[0] <= self.residual <= RESIDUAL_LIMITS[1]
         return self.verdict_right and answered and residual and not self.false_companions and not self.failed
 
@@ -115,29 +124,40 @@ def score(
     findings: Sequence[Mapping[str, Any]] = report.get("findings", [])
     present = {e["effect"] for e in truth["effects"]}
     used: dict[int, bool] = {}
+    faint: set[int] = set()
     effects = []
-    for concealed in truth["effects"]:
+    # one that could be seen is answered first
+    for concealed in sorted(truth["effects"], key=lambda e: bool(e.get("too_faint"))):
         index = _answer(concealed, findings, used)
         result = _score_effect(concealed, index, findings, present, own or {})
         if index is not None:
             used[index] = result.status_right
+            faint |= {index} if result.too_faint else set()
         effects.append(result)
     companions = tuple(str(f["effect"]) for i, f in enumerate(findings) if i not in used)
     recomputed = bool(own and own["predictor"])
     return CaseScore(
         case=truth["case"],
         group=truth["group"],
-        verdict_right=report.get("verdict") == truth["verdict"],
+        verdict_right=report.get("verdict") in _verdicts(truth),
         effects=tuple(effects),
         false_companions=companions,
         residual=_residual(truth, own["residual"] if own and recomputed else _told_residuals(truth, report)),
         confidences=tuple(
-            (float(f["confidence"]), used.get(i, False)) for i, f in enumerate(findings) if f["confidence"] is not None
+            (float(f["confidence"]), used.get(i, False))
+            for i, f in enumerate(findings)
+            if f["confidence"] is not None and i not in faint
         ),
         seconds=seconds,
         failed=failed,
         recomputed=recomputed,
     )
+
+
+def _verdicts(truth: Mapping[str, Any]) -> set[str]:
+    """Verdicts that are right; of what is too faint to be seen either is."""
+    seen = [e for e in truth["effects"] if not e.get("too_faint")]
+    return {truth["verdict"]} if seen or not truth["effects"] else {"match", "mismatch"}
 
 
 def names_of(finding: Mapping[str, Any]) -> set[str]:
@@ -212,6 +232,7 @@ def _score_effect(
         misplaced=tuple(wrong),
         in_library=concealed.get("in_library"),
         share_error=_share_error(finding, own.get("shares", {}).get(str(index))) if right else None,
+        too_faint=bool(concealed.get("too_faint")),
     )
 
 
@@ -238,7 +259,8 @@ def _parameters(
 
 def _residual(truth: Mapping[str, Any], ratios: Mapping[str, float]) -> float:
     """The worst ratio among the channels of predictable effects; of all where there are none."""
-    counted = {e["channels"][0] for e in truth["effects"] if e["status"] != "unknown"} or set(truth["noise_rms"])
+    predictable = (e for e in truth["effects"] if e["status"] != "unknown" and not e.get("too_faint"))
+    counted = {e["channels"][0] for e in predictable} or set(truth["noise_rms"])
     picked = [ratio for channel, ratio in ratios.items() if channel in counted]
     return max(picked) if picked else math.nan
 

@@ -60,7 +60,7 @@ class GroupSummary:
 
 def summarise(group: str, scores: Sequence[CaseScore]) -> GroupSummary:
     """Summary of the scores given, all of them."""
-    effects = [e for s in scores for e in s.effects]
+    effects = [e for s in scores for e in s.counted]
     findings = [c for s in scores for c in s.confidences]
     extras = sum(len(s.false_companions) for s in scores)
     residuals = np.array([s.residual for s in scores if math.isfinite(s.residual)])

@@ -74,6 +74,7 @@ def body(scores: Sequence[CaseScore]) -> list[str]:
     lines += _null_lines(scores)
     lines += _effect_lines(scores)
     lines += _form_lines(scores)
+    lines += _faint_lines(scores)
     lines += _faults(scores)
     return lines + _calibration(scores)
 
@@ -91,7 +92,7 @@ def severity_lines(scores: Sequence[CaseScore]) -> list[str]:
 def _by_effect(scores: Sequence[CaseScore]) -> dict[str, list[EffectScore]]:
     effects: dict[str, list[EffectScore]] = {}
     for case in scores:
-        for effect in case.effects:
+        for effect in case.counted:
             effects.setdefault(effect.effect, []).append(effect)
     return effects
 
@@ -144,7 +145,7 @@ def _effect_lines(scores: Sequence[CaseScore]) -> list[str]:
 
 def _form_lines(scores: Sequence[CaseScore]) -> list[str]:
     """Effects whose very form the library has, beside those whose form it has not."""
-    asked = [e for s in scores for e in s.effects if e.in_library is not None]
+    asked = [e for s in scores for e in s.counted if e.in_library is not None]
     if not asked:
         return []
     head = ("nature's form", "effects", "name and status", "located", "parameter error")
@@ -163,6 +164,16 @@ def _form_lines(scores: Sequence[CaseScore]) -> list[str]:
     return [*lines, ""]
 
 
+def _faint_lines(scores: Sequence[CaseScore]) -> list[str]:
+    """Effects that were drawn too small to be seen: they stand apart."""
+    faint = [(s.case, e) for s in scores for e in s.effects if e.too_faint]
+    if not faint:
+        return []
+    told = sum(e.found for _case, e in faint)
+    named = ", ".join(f"{e.effect} in {case} ({e.strength:g} of the noise)" for case, e in faint)
+    return [f"Too faint to be seen, by the sealed truth, and not counted: {len(faint)}, told {told}: {named}.", ""]
+
+
 def _faults(scores: Sequence[CaseScore]) -> list[str]:
     wrong = [s for s in scores if not s.every_point_right]
     if not wrong:
@@ -177,14 +188,14 @@ def _complaint(case: CaseScore) -> str:
     parts = [f"failed: {case.failed}"] if case.failed else []
     if not case.verdict_right:
         parts.append("verdict")
-    for effect in case.effects:
+    for effect in case.counted:
         if not effect.status_right:
             parts.append(f"{effect.effect} {'told, status wrong' if effect.found else 'not told'} ({effect.status})")
         elif not effect.located_right:
             parts.append(f"{effect.effect} misplaced ({', '.join(effect.misplaced)})")
     if case.false_companions:
         parts.append("false: " + ", ".join(case.false_companions))
-    if math.isfinite(case.residual) and all(e.status != "unknown" for e in case.effects):
+    if math.isfinite(case.residual) and all(e.status != "unknown" for e in case.counted):
         parts.append(f"residual {case.residual:.3f}")
     return "; ".join(parts)
 

@@ -113,23 +113,26 @@ def _rows(signals: Signals, channel: str) -> _Rows | None:
         y = (np.abs(run.rate[::every])) / 0.17
         z = (run.temperature[::every] - 35.0) / 15.0
         table = np.column_stack((run.theta[::every], x, y, z, run.side[::every]))
-        return _Rows(table, signals.added[channel][::every], _states(signals, every))
-    every = 4
-    sign, torque = run.sign[::every], run.torque[::every]
+        return _Rows(table, signals.added[channel][::every], _states(signals, slice(None, None, every)))
+    # at rest friction has no direction: no torque is compared there
+    moving = np.flatnonzero(run.sign != 0.0)[::4]
+    if not moving.size:
+        return None
+    sign, torque = run.sign[moving], run.torque[moving]
     if channel == "load_torque":
-        table = np.column_stack((sign, run.acceleration[::every], np.ones(sign.size)))
+        table = np.column_stack((sign, run.acceleration[moving], np.ones(sign.size)))
     else:
-        rate = run.motor_rate[::every]
-        warm = rate * (run.temperature[::every] - 25.0)
+        rate = run.motor_rate[moving]
+        warm = rate * (run.temperature[moving] - 25.0)
         load = sign * np.abs(torque) / RATIO
-        table = np.column_stack((sign, rate, warm, load, run.acceleration[::every], np.ones(sign.size)))
-    return _Rows(table, signals.added[channel][::every], _states(signals, every))
+        table = np.column_stack((sign, rate, warm, load, run.acceleration[moving], np.ones(sign.size)))
+    return _Rows(table, signals.added[channel][moving], _states(signals, moving))
 
 
-def _states(signals: Signals, every: int) -> Floats:
+def _states(signals: Signals, rows: slice | NDArray[np.int64]) -> Floats:
     run = signals.run
     columns = (np.abs(run.rate), run.torque, run.temperature, np.where(run.side > 0, 1.0, -1.0))
-    return np.column_stack([column[::every] for column in columns])
+    return np.column_stack([column[rows] for column in columns])
 
 
 def _temperature_rows(signals: Signals) -> _Rows | None:
@@ -141,7 +144,11 @@ def _temperature_rows(signals: Signals) -> _Rows | None:
     table = np.column_stack((energy, course, run.time))[::every]
     rise = signals.probe[::every]
     keep = table.shape[0] > 3
-    return _Rows(table - table.mean(axis=0), rise - rise.mean(), _states(signals, every)) if keep else None
+    return (
+        _Rows(table - table.mean(axis=0), rise - rise.mean(), _states(signals, slice(None, None, every)))
+        if keep
+        else None
+    )
 
 
 def project(table: NDArray[Any], excess: Floats, expand: bool = True) -> tuple[Floats, NDArray[np.int64]]:

@@ -69,6 +69,7 @@ class ConcealedEffect:
             term and where form is no question.
         strength: excess RMS over its active samples after the nominal is refitted, over the noise RMS of
             ``channels[0]``; None for a nominal term that is switched off.
+        too_faint: whether it was drawn so small that nobody could see it: it is no part of the score.
     """
 
     effect: str
@@ -80,6 +81,7 @@ class ConcealedEffect:
     parameters: tuple[Parameter, ...] = ()
     also: tuple[str, ...] = ()
     in_library: bool | None = None
+    too_faint: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -79,8 +79,13 @@ RANGES: dict[str, tuple[Range, ...]] = {
 }
 WHOLE = frozenset(("order", "cycles", "beat"))
 """parameters that are whole numbers"""
-_EITHER_SIGN = frozenset(("amplitude", "slope"))
-"""sizes of the transmission error and of sensors that may be negative"""
+_EITHER_SIGN = frozenset(
+    (
+        *("harmonic", "sideband", "creep", "log_creep", "film", "film_rational", "warm_step", "cage", "hardening"),
+        *("unbalance_behind", "floor", "torque_gain", "zero_warm", "gain", "curved"),
+    )
+)
+"""kinds whose size may be negative: play, a loop or a drag that is negative would drive the bench"""
 
 
 def draw(kind: str, rng: np.random.Generator) -> Hidden:
@@ -96,8 +101,7 @@ def draw(kind: str, rng: np.random.Generator) -> Hidden:
     for number, (name, (low, high)) in enumerate(zip(definition.parameters, RANGES[kind], strict=True)):
         value = low * (high / low) ** rng.random() if number == 0 else rng.uniform(low, high)
         values.append(float(round(value)) if name in WHOLE else float(value))
-    signed = definition.channel in ("transmission_error", "load_torque") or kind == "torque_gain"
-    if signed and definition.parameters[0] in (*_EITHER_SIGN, "gain") and kind != "resonance" and rng.random() < 0.5:
+    if kind in _EITHER_SIGN and rng.random() < 0.5:
         values[0] = -values[0]
     return Hidden(kind, tuple(values))
 

@@ -1,7 +1,7 @@
 """The compiled cycle of the whole bench: transmission error, friction, drives, mechanics, heat, sensors.
 
 numba's cache of ``step_block`` knows this file only, not the compiled functions it calls from its neighbours: whoever
-changes one of those must also touch this file (or clear the cache).
+changes one of those must change a line of this file as well, or clear the cache. Twists last changed: passive ones.
 """
 
 from __future__ import annotations

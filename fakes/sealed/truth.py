@@ -30,15 +30,25 @@ Samples = Sequence[Mapping[str, Any]]
 _RIPPLE = (150.0, 300.0)
 _TIED = {"ripple": (4440.0,), "eccentric": (185.0,)}
 """orders of what is tied to the motor's shaft, per output revolution"""
+FAINTEST = 0.15
+"""strength below which nobody is asked to see an effect: where it acts it makes what is left larger by one per cent"""
 _STILL = 0.5
 """rad/s at the motor below which a shaft has no direction"""
+_FEWEST, _WAVES = 50, 3.0
+"""samples, and waves of the ripple, from which it can be told from what else there is"""
+_SLOWER, _FASTER, _SUDDEN = 0.2, 1.1, 0.5
+"""of the slowest and the fastest steady speed, between which the transmission error is compared; of the fastest, by
+which the speed may change a second"""
 
 
 def noise_of(samples: Samples) -> dict[str, dict[str, float]]:
     """Return recording → channel → noise RMS of a bench that conceals nothing."""
     out: dict[str, dict[str, float]] = {one["id"]: {} for one in samples}
     for channel in CHANNELS:
-        left = _fitted(samples, channel, [_measured(one, channel) for one in samples])
+        inside = [own & one["steady"] for own, one in zip(_compared(samples, channel), samples, strict=True)]
+        if channel == "temperature":
+            inside = _compared(samples, channel)
+        left = _fitted(samples, channel, [_measured(one, channel) for one in samples], inside)
         for number, one in enumerate(samples):
             own = left.values[left.recording == number]
             if own.size:
@@ -90,27 +100,29 @@ def _told(
     kind = hidden.definition
     at = SHOWN.index(kind.channel)
     own = [shown[one["cycle"] // EVERY, number, at].astype(np.float64) for one in samples]
-    excess = _fitted(samples, kind.channel, own, ramps=True)
+    excess = _fitted(samples, kind.channel, own, _compared(samples, kind.channel))
+    size = strength(excess.values, level[kind.channel])
     return ConcealedEffect(
         effect=kind.effect,
         status="unknown" if kind.effect == "unknown" else "named",
         form=kind.text,
         channels=(kind.channel,),
-        strength=round(strength(excess.values, level[kind.channel]), 3),
+        strength=round(size, 3),
+        too_faint=size < FAINTEST,
         location=_over_all(placed(_claimed(hidden), excess, lambda i: str(samples[i]["id"])), kind.channel, samples),
         in_library=kind.in_library,
     )
 
 
 def _over_all(place: Location, channel: str, samples: Samples) -> Location:
-    """A place whose span is all that a torque is recorded at in motion: ramps and heating are compared as well."""
-    if channel == "transmission_error" or not place.span:
+    """A place whose span is all that a channel is compared at, energy or not."""
+    if not place.span:
         return place
-    moving = [np.abs(one["rate"]) > 0.0 for one in samples]
+    inside = _compared(samples, channel)
     quantities = {"velocity": "rate", "load_torque": "torque", "temperature": "temperature"}
     span = {}
     for name, source in quantities.items():
-        values = np.concatenate([one[source][inside] for one, inside in zip(samples, moving, strict=True)])
+        values = np.concatenate([one[source][own] for one, own in zip(samples, inside, strict=True)])
         values = np.abs(values) if name == "velocity" else values
         span[name] = (float(values.min()), float(values.max()))
     return replace(place, span=span)
@@ -161,28 +173,45 @@ def _measured(one: Mapping[str, Any], channel: str) -> Floats:
     return np.asarray(one[channel])
 
 
-def _fitted(samples: Samples, channel: str, values: Sequence[Floats], ramps: bool = False) -> Excess:
-    """What is left of ``values``, one array a recording, once the nominal simulation is fitted to them.
+def _compared(samples: Samples, channel: str) -> list[NDArray[np.bool_]]:
+    """Which samples of each recording are compared in a channel.
 
-    Of a torque in steady motion, or with ``ramps`` in all motion: ramps and heating are compared as well.
+    The temperature always. The torques in motion, starts and ramps and heating included: at rest friction has no
+    direction. The transmission error in motion as well, but not while the speed changes at once, nor at speeds at which
+    no revolution was steady: the series holds within the campaign's bounds (bench-physics, "Nominal simulation" 1).
     """
+    if channel == "temperature":
+        return [np.ones(one["rate"].size, dtype=bool) for one in samples]
+    moving = [np.abs(one["rate"]) * one["ratio"] > _STILL for one in samples]
+    if channel != "transmission_error":
+        return moving
+    speeds = [abs(float(np.median(one["rate"][one["steady"]]))) for one in samples if np.any(one["steady"] != 0)]
+    slowest, fastest = min(speeds, default=0.0), max(speeds, default=np.inf)
+    out = []
+    for one, own in zip(samples, moving, strict=True):
+        speed, change = np.abs(one["rate"]), np.abs(np.gradient(one["rate"], one["step_s"]))
+        bounds = (speed > _SLOWER * slowest) & (speed < _FASTER * fastest) & (change < _SUDDEN * fastest)
+        out.append(own & bounds)
+    return out
+
+
+def _fitted(samples: Samples, channel: str, values: Sequence[Floats], inside: Sequence[NDArray[np.bool_]]) -> Excess:
+    """What is left of ``values``, one array a recording, once the nominal simulation is fitted to those ``inside``."""
     tables, left, states, numbers = [], [], [], []
-    for number, (one, own) in enumerate(zip(samples, values, strict=True)):
-        inside = np.ones(own.size, dtype=bool) if channel == "temperature" else one["steady"]
-        if ramps and channel in ("motor_torque", "load_torque"):
-            inside = np.abs(one["rate"]) > 0.0
-        if channel == "transmission_error":
-            inside = inside & (np.abs(one["rate"]) > 0.0)
-        if np.count_nonzero(inside) < 10:
+    for number, (one, own, chosen) in enumerate(zip(samples, values, inside, strict=True)):
+        if np.count_nonzero(chosen) < 10:
             continue
-        table = _table(one, channel)[inside]
-        picked = own[inside]
+        table = _table(one, channel)[chosen]
+        picked = own[chosen]
         if channel == "temperature":
             # the start of each recording is free
             table, picked = table - table.mean(axis=0), picked - picked.mean()
+        elif channel != "transmission_error":
+            whole = _notched(one, np.column_stack([picked, table]), chosen)
+            picked, table = whole[:, 0], whole[:, 1:]
         tables.append(table)
         left.append(picked)
-        states.append(np.column_stack([np.abs(one["rate"]), one["torque"], one["temperature"], one["side"]])[inside])
+        states.append(np.column_stack([np.abs(one["rate"]), one["torque"], one["temperature"], one["side"]])[chosen])
         numbers.append(np.full(picked.size, number))
     table, excess = np.concatenate(tables), np.concatenate(left)
     state, recording = np.concatenate(states), np.concatenate(numbers)
@@ -192,10 +221,28 @@ def _fitted(samples: Samples, channel: str, values: Sequence[Floats], ramps: boo
     for side in (-1.0, 1.0):
         of = np.flatnonzero(table[:, -1] == side)
         if of.size:
-            rest, chosen = project(table[of], excess[of])
-            at = of[chosen]
+            rest, chosen_rows = project(table[of], excess[of])
+            at = of[chosen_rows]
             parts.append((rest, state[at], recording[at], np.full(at.size, of.size / at.size)))
     return Excess(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def _notched(one: Mapping[str, Any], values: Floats, chosen: NDArray[np.bool_]) -> Floats:
+    """Values (m, k) at the samples chosen, less the load motor's ripple: each recording's own, in each direction.
+
+    The simulation is silent at these orders (bench-physics, "Nominal simulation" 1): what an effect does to them is
+    taken off with them.
+    """
+    out = values.copy()
+    angle, side = one["load_angle"][chosen], one["side"][chosen]
+    for way in (-1.0, 1.0):
+        own = side == way
+        if np.count_nonzero(own) < _FEWEST or np.ptp(angle[own]) < _WAVES * 2.0 * np.pi / _RIPPLE[0]:
+            continue
+        waves = np.column_stack([wave(order * angle[own]) for order in _RIPPLE for wave in (np.cos, np.sin)])
+        whole = np.column_stack([waves, np.ones(waves.shape[0])])
+        out[own] -= waves @ np.linalg.lstsq(whole, values[own], rcond=None)[0][:-1]
+    return out
 
 
 def _table(one: Mapping[str, Any], channel: str) -> Floats:
@@ -208,8 +255,7 @@ def _table(one: Mapping[str, Any], channel: str) -> Floats:
         scaled = (np.clip(torque, -1150.0, 1150.0) / 1000.0, np.abs(rate) / 0.17, (temperature - 35.0) / 15.0)
         return np.column_stack([one["theta"], *scaled, side])
     if channel == "load_torque":
-        ripple = [wave(order * one["load_angle"]) for order in _RIPPLE for wave in (np.cos, np.sin)]
-        return np.column_stack([sign, acceleration, steady, *ripple])
+        return np.column_stack([sign, acceleration, steady])
     if channel == "motor_torque":
         load = sign * np.abs(torque) / one["ratio"]
         columns = [torque, sign, speed, speed * (temperature - 25.0), load, acceleration, steady]

@@ -7,13 +7,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from bench.proof.recompute import steady
 from bench.recording import Recording, RecordingFolder
 
 CHANNELS = ("load_angle", "load_torque", "load_motor_torque", "motor_torque", "temperature")
 _WITHIN_S = 0.05
-"""time over which a rate is taken"""
+"""time over which a rate is taken, and the load motor's torque is averaged: its steps of resolution are no noise of the
+channel that is predicted from it"""
 
 
 def samples_of(folder: Path, every: int) -> list[dict[str, Any]]:
@@ -32,6 +34,7 @@ def _samples(recording: Recording, every: int) -> dict[str, Any]:
     ratio = float(recording.gearbox.ratio or 1.0)
     theta = np.asarray(recording.si("motor_angle")) / ratio
     reach = max(round(_WITHIN_S * recording.sample_rate / 2.0), 1)
+    width = max(round(_WITHIN_S * recording.sample_rate), 1)
     before, after = np.maximum(picked - reach, 0), np.minimum(picked + reach, cycle.size - 1)
     rate = (theta[after] - theta[before]) / (time[after] - time[before])
     # at rest the last direction holds; before any motion it is positive
@@ -48,4 +51,5 @@ def _samples(recording: Recording, every: int) -> dict[str, Any]:
         "torque": np.asarray(recording.si("load_torque"))[picked],
         "side": np.where(last >= 0, signs[last], 1.0),
         **{name: np.asarray(recording.si(name))[picked] for name in CHANNELS},
+        "load_motor_torque": uniform_filter1d(np.asarray(recording.si("load_motor_torque")), width)[picked],
     }

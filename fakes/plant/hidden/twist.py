@@ -1,7 +1,8 @@
 """Hidden compliance: twist beyond that of the linear spring, driven by the torque in it.
 
 Each is a contact with a film of its own: its twist follows what the torque wants within milliseconds, which keeps the
-stiff loop of spring and contact stable at the drives' tick.
+stiff loop of spring and contact stable at the drives' tick. A twist goes with the torque and behind it: one that went
+before it would drive the shafts with energy from nowhere.
 
 numba's cache knows the numbers of :mod:`kinds` as they were when this file was compiled (see :mod:`drag`).
 """
@@ -24,6 +25,8 @@ _ARCTAN, _ROOT, _CUBE, _BEYOND = (
 )
 _PLAYS, _BOUC_WEN = NUMBER["play_pair"], NUMBER["bouc_wen"]
 _SQUEEZE, _MULLINS = NUMBER["squeeze"], NUMBER["mullins"]
+_HARD = 1150.0
+"""N·m, up to which a spring that hardens still gives way"""
 _TIME = 2e-3
 """time in which a contact's film lets it follow, s"""
 
@@ -42,19 +45,22 @@ def _wanted(kind: int, q: Any, m: Any, torque: float) -> float:
     if kind == _ROOT:
         return float(q[0] * torque / math.sqrt(torque * torque + q[1] * q[1]))
     if kind == _CUBE:
-        return float(q[0] * (torque / q[1]) ** 3)
+        # one that hardens is soft to begin with
+        soft = 3.0 * max(-q[0], 0.0) * (_HARD / q[1]) ** 2
+        return float(q[0] * (torque / q[1]) ** 3 + soft * torque / q[1])
     if kind == _BEYOND:
         return float(q[0] * math.copysign(max(abs(torque) - q[1], 0.0), torque) / 1000.0)
     if kind == _PLAYS:
         m[1], m[2] = _play(m[1], torque, q[1]), _play(m[2], torque, q[2])
-        # what lags behind the torque: a spring that slips has no twist of its own in the mean
-        return float(-q[0] * (0.6 * (torque - m[1]) / q[1] + 0.4 * (torque - m[2]) / q[2]))
+        # springs behind the plays: their mean is a compliance like any other
+        return float(q[0] * (0.6 * m[1] / q[1] + 0.4 * m[2] / q[2]))
     if kind == _BOUC_WEN:
         change = torque - m[1]
         m[1] = torque
         way = math.copysign(1.0, change)
         m[2] = way + (m[2] - way) * math.exp(-abs(change) / q[1])
-        return float(-q[0] * m[2])
+        # the twist of the spring less what it lacks of it: it holds until the friction gives way
+        return float(q[0] * (torque / q[1] - m[2]))
     # _MULLINS: m[1] is the largest torque there ever was
     m[1] = max(m[1], abs(torque))
     return float(q[0] * torque / 1000.0 * (1.0 - math.exp(-m[1] / q[1])))

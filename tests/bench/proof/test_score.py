@@ -94,6 +94,19 @@ def test_null_with_match_is_right_and_with_a_finding_is_not() -> None:
     assert alarmed.confidences == ((0.95, False),)
 
 
+def test_what_nobody_could_see_asks_for_nothing() -> None:
+    faint = concealed() | {"too_faint": True}
+    for told in (report(), report(finding()), report(finding(status="ambiguous"))):
+        result = score(truth(faint), told, 1.0)
+        assert result.every_point_right
+        assert (result.counted, result.confidences) == ((), ())
+    assert score(truth(faint), report(finding("friction.viscous_quadratic")), 1.0).false_companions
+    # of two alike the one that could be seen is answered
+    both = score(truth(faint, concealed()), report(finding()), 1.0, own=OWN)
+    assert [e.status_right for e in both.counted] == [True]
+    assert both.every_point_right
+
+
 def test_wrong_name_is_both_missed_and_false() -> None:
     result = score(truth(concealed()), report(finding("friction.viscous_quadratic")), 1.0)
     assert not result.effects[0].status_right

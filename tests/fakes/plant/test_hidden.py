@@ -11,9 +11,10 @@ from numpy.typing import NDArray
 
 from fakes.plant import Plant, PlantError, PlantTruth, read_plant
 from fakes.plant.draw import RANGES, draw, draw_plant
-from fakes.plant.hidden.kinds import KINDS, SHOWN, Hidden
+from fakes.plant.hidden.kinds import KINDS, NUMBER, SHOWN, Hidden
 from fakes.plant.hidden.ledger import EVERY, read_ledger
-from tests.fakes.plant.motion import commands, quiet, ramped, smooth
+from fakes.plant.hidden.twist import FIRST, LAST
+from tests.fakes.plant.motion import bring_up, commands, quiet, ramped, smooth
 
 SCATTER = ("defect", "scraper", "eccentric", "cage", "resonance", "sideband", "harmonic")
 """kinds that come and go within the second looked at: their scatter is compared, not their mean"""
@@ -107,6 +108,29 @@ def test_what_is_told_of_a_kind_is_what_is_measured(
     else:
         assert np.mean(difference) == pytest.approx(np.mean(told), rel=0.12, abs=floor)
     assert np.max(np.abs(told)) > 2.0 * floor
+
+
+TWISTS = [name for name in KINDS if FIRST <= NUMBER[name] <= LAST]
+
+
+@pytest.mark.parametrize("load", [0.0, 300.0, 900.0])
+@pytest.mark.parametrize("kind", [*TWISTS, "hardening backwards"])
+def test_no_twist_shakes_the_bench_by_itself(truth: PlantTruth, kind: str, load: float) -> None:
+    """The largest of a kind over the least torque: at constant set values the spring's torque stays as quiet."""
+    name = kind.split()[0]
+    (size, *others) = RANGES[name]
+    values = (-size[1] if kind != name else size[1], *(low for low, _ in others))
+
+    def scatter(hidden: tuple[Hidden, ...]) -> float:
+        plant = Plant(replace(truth, ripple=(), hidden=hidden), seed=2)
+        bring_up(plant, 20.0, load)
+        torques = []
+        for _ in range(400):
+            plant.step(commands(0.001, 20.0, load))
+            torques.append(plant.state["torque"])
+        return float(np.std(torques))
+
+    assert scatter((Hidden(name, values),)) < 2.0 * scatter(())
 
 
 def test_the_inertias_take_what_shakes_them_fast(still: PlantTruth) -> None:

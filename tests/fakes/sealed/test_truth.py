@@ -91,3 +91,44 @@ def test_weak_orders_are_told_and_nothing_is_a_match(tmp_path: Path) -> None:
     bare = truth_of("rh380n?conceal=4&kinds=&weak=0", str(tmp_path / "none"), rows, noise, "through-000", 1, "x")
     assert bare["verdict"] == "match"
     assert concealed_in("rh380n?conceal=4&kinds=dahl")["concealed"][0]["effect"] == "friction.presliding"
+
+
+def test_only_what_is_compared_counts(tmp_path: Path) -> None:
+    """Friction of a bench that stands, ripple, and the transmission error of a sudden change are no one's finding."""
+    rows = samples(3)
+    rows[0]["rate"] = np.zeros(COUNT)
+    rows[0]["steady"] = np.zeros(COUNT, dtype=bool)
+    rows[1]["rate"] = 0.17 * np.sin(0.12 * np.arange(COUNT))
+    rows[1]["steady"] = np.zeros(COUNT, dtype=bool)
+    noise = noise_of(rows)
+    name = "rh380n?conceal=4&kinds={}&weak=0"
+
+    def energies(kind: str, channel: int, values: Any) -> tuple[float, dict[str, float]]:
+        folder = tmp_path / kind
+        truth = truth_of(name.format(kind), ledger(folder, rows, channel, values), rows, noise, "through-000", 1, "x")
+        (effect,) = truth["effects"]
+        return float(effect["strength"]), dict(effect["location"]["recordings"])
+
+    def at_rest_or_in(one: dict[str, Any]) -> Any:
+        return np.full(COUNT, 0.3 * (one["id"] == "0000") + 0.3 * (one["id"] == "0007"))
+
+    _, friction = energies("dahl", 1, at_rest_or_in)
+    assert "0000" not in friction
+    assert max(friction, key=lambda r: friction[r]) == "0007"
+    strength, _ = energies("delay", 2, lambda one: 5.0 * np.sin(150.0 * one["load_angle"] + float(one["id"])))
+    assert strength < 0.5
+    _, twist = energies("film", 0, lambda one: 1e-5 * (one["id"] in ("0001", "0007")) * np.sin(777.0 * one["theta"]))
+    assert max(twist, key=lambda r: twist[r]) == "0007"
+    assert twist.get("0001", 0.0) < 0.5 * twist["0007"]
+
+
+def test_what_is_drawn_too_small_is_told_apart(tmp_path: Path) -> None:
+    rows = samples(3)
+    noise = noise_of(rows)
+
+    def told(size: float) -> dict[str, Any]:
+        path = ledger(tmp_path / f"{size}", rows, 1, lambda one: np.full(COUNT, size * (abs(one["rate"][0]) < 0.05)))
+        return dict(truth_of("rh380n?conceal=4&kinds=stribeck&weak=0", path, rows, noise, "t", 1, "x")["effects"][0])
+
+    small, large = told(0.002), told(0.05)
+    assert (small["too_faint"], large["too_faint"]) == (True, False)
