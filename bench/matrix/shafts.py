@@ -24,10 +24,9 @@ class Look:
 
 
 class Truth:
-    """An emulated plant that is looked at after every cycle; cycles that are taken back are forgotten.
+    """An emulated plant whose true state is kept after every cycle; cycles that are taken back are forgotten.
 
-    Stands in for the plant (``step``, ``snapshot``, ``restore``; anything else is the plant's own). Stepping it
-    cycle by cycle changes nothing: the plant's result does not depend on how cycles are grouped.
+    Stands in for the plant (``step``, ``snapshot``, ``restore``; anything else is the plant's own).
     """
 
     def __init__(self, bench: Any) -> None:
@@ -47,20 +46,23 @@ class Truth:
         return getattr(self._plant, name)
 
     def step(self, commands: NDArray[Any]) -> NDArray[Any]:
-        """Run and look at every cycle of ``commands``; whether a drive has torque is that of the cycle's begin."""
-        measured = []
-        for i in range(len(commands)):
-            measured.append(self._plant.step(commands[i : i + 1]))
-            self._cycle += 1
-            self.look()
-        return np.concatenate(measured) if measured else self._plant.step(commands)
+        """Run and look at every cycle of ``commands``; whether a drive has torque is that of the block's begin."""
+        measured, trace = self._plant.step_traced(commands)
+        powered = self._powered()
+        seen = (np.abs(trace[name]).tolist() for name in ("motor_velocity", "load_velocity", "torque"))
+        for cycle, (motor, load, torque) in enumerate(zip(*seen, strict=True), self._cycle + 1):
+            self.looks.append(Look(cycle, motor, load, torque, powered))
+        self._cycle += len(trace)
+        return np.asarray(measured)
 
     def look(self) -> None:
         """Look now."""
         state = self._plant.state
-        powered = any(drive.power.powered for drive in self._drives)
         speeds = abs(state["motor_velocity"]), abs(state["load_velocity"])
-        self.looks.append(Look(self._cycle, *speeds, abs(state["torque"]), powered))
+        self.looks.append(Look(self._cycle, *speeds, abs(state["torque"]), self._powered()))
+
+    def _powered(self) -> bool:
+        return any(drive.power.powered for drive in self._drives)
 
     def snapshot(self) -> tuple[Any, int]:
         """Return a token of plant and cycle."""

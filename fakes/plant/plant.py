@@ -27,7 +27,7 @@ from fakes.plant.records import (
     plant_parameters,
 )
 from fakes.plant.spec import plant_of
-from fakes.plant.stepping import step_block
+from fakes.plant.stepping import Parts, step_block
 from fakes.plant.transmission import aim, place
 from fakes.plant.truth import PlantTruth
 
@@ -58,28 +58,32 @@ class Plant:
         self.cycle_time_s = cycle_time_s
         self.faults = FaultTable(cycle_time_s)
         series = truth.transmission_error
-        self._plant = plant_parameters(truth, cycle_time_s)
-        self._drives = drive_parameters(truth, cycle_time_s)
         # contiguous, as some plants' are not: another layout would be compiled a second time
         shape = map(np.ascontiguousarray, (series.orders, series.amplitude, series.phase, series.offset))
-        self._series = (*shape, series.box.array())
-        self._te = np.zeros((3, 2, series.orders.size + 1))
-        self._turn = np.zeros((2, series.orders.size))
-        self._active = np.zeros(self.faults.rows.size, np.bool_)
-        self._state = np.zeros(1, PLANT_STATE)
-        self._drive_states = np.zeros(2, DRIVE_STATE)
-        self._conditions = np.zeros(1, CONDITIONS)
-        self._drag = np.zeros((0, 0))
+        drag = np.zeros((0, 0))
         self._overlay: Overlay | None = None
         if truth.effects or truth.laws:
             # brings the analyser's library with it: only plants that play one pay
             from fakes.plant.overlay import Overlay
 
             self._overlay = Overlay(truth, cycle_time_s)
-            self._drag = self._overlay.drag
-        self._hidden = arrays(truth.hidden)
+            drag = self._overlay.drag
         self._ledger = Ledger(truth.ledger, len(truth.hidden)) if truth.ledger else None
-        self._words = seed_words(seed)
+        self._parts = Parts(
+            plant=plant_parameters(truth, cycle_time_s),
+            drives=drive_parameters(truth, cycle_time_s),
+            state=np.zeros(1, PLANT_STATE),
+            states=np.zeros(2, DRIVE_STATE),
+            conditions=np.zeros(1, CONDITIONS),
+            words=seed_words(seed),
+            series=(*shape, series.box.array()),
+            te=np.zeros((3, 2, series.orders.size + 1)),
+            turn=np.zeros((2, series.orders.size)),
+            faults=self.faults.rows,
+            active=np.zeros(self.faults.rows.size, np.bool_),
+            drag=drag,
+            hidden=arrays(truth.hidden),
+        )
         self._begin()
 
     @classmethod
@@ -110,14 +114,14 @@ class Plant:
     @property
     def time_s(self) -> float:
         """Plant time since the start."""
-        return int(self._state["cycle"][0]) * self.cycle_time_s
+        return int(self._parts.state["cycle"][0]) * self.cycle_time_s
 
     @property
     def state(self) -> dict[str, Any]:
         """A copy of the true state (bench frame, SI, °C), both drives' own under ``input_drive`` and ``load_drive``."""
-        values: dict[str, Any] = {name: self._state[name][0].item() for name in PLANT_STATE.names or ()}
+        values: dict[str, Any] = {name: self._parts.state[name][0].item() for name in PLANT_STATE.names or ()}
         for key, row in (("input_drive", INPUT), ("load_drive", LOAD)):
-            values[key] = {name: self._drive_states[name][row].item() for name in DRIVE_STATE.names or ()}
+            values[key] = {name: self._parts.states[name][row].item() for name in DRIVE_STATE.names or ()}
         return values
 
     def step(self, commands: NDArray[Any], measurements: NDArray[Any] | None = None) -> NDArray[Any]:
@@ -130,39 +134,30 @@ class Plant:
         Raises:
             PlantError: a wrong type or shape.
         """
+        return self._run(commands, measurements, traced=self._overlay is not None)[0]
+
+    def step_traced(self, commands: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+        """As :meth:`step`; return also the true state after each cycle, (n,) of ``TRACE``."""
+        return self._run(commands, None, traced=True)
+
+    def _run(
+        self, commands: NDArray[Any], measurements: NDArray[Any] | None, *, traced: bool
+    ) -> tuple[NDArray[Any], NDArray[Any]]:
         if commands.dtype != COMMAND_DTYPE or commands.ndim != 1:
             raise PlantError("plant commands must be a one-dimensional array of COMMAND_DTYPE")
         if measurements is None:
             measurements = np.empty(commands.size, MEASUREMENT_DTYPE)
         if measurements.dtype != MEASUREMENT_DTYPE or measurements.shape != commands.shape:
             raise PlantError("plant measurements must be an array of MEASUREMENT_DTYPE, as long as the commands")
-        trace = np.empty(commands.size if self._overlay else 0, TRACE)
-        before = int(self._state["cycle"][0])
-        told = np.empty((commands.size if self._ledger else 0, len(self.truth.hidden), len(SHOWN)), np.float32)
-        step_block(
-            self._plant,
-            self._drives,
-            self._state,
-            self._drive_states,
-            self._conditions,
-            self._words,
-            self._series,
-            self._te,
-            self._turn,
-            self.faults.rows,
-            self._active,
-            self._drag,
-            self._hidden,
-            trace,
-            told,
-            np.ascontiguousarray(commands),
-            measurements,
-        )
+        trace = np.empty(commands.size if traced else 0, TRACE)
+        before = int(self._parts.state["cycle"][0])
+        shown = np.empty((commands.size if self._ledger else 0, len(self.truth.hidden), len(SHOWN)), np.float32)
+        step_block(self._parts, np.ascontiguousarray(commands), measurements, trace, shown)
         if self._overlay:
             self._overlay.add(trace, before, measurements)
         if self._ledger:
-            self._ledger.add(before, told, measurements)
-        return measurements
+            self._ledger.add(before, shown, measurements)
+        return measurements, trace
 
     def snapshot(self) -> Snapshot:
         """Return a token from which ``restore`` continues bit by bit; faults are part of it."""
@@ -176,30 +171,30 @@ class Plant:
     @property
     def _changing(self) -> tuple[NDArray[Any], ...]:
         """Every array that a step or a fault changes."""
-        hidden = self._hidden[2:]
-        own = (self._state, self._drive_states, self._words, self._te, self._turn, self.faults.rows, *hidden)
+        parts = self._parts
+        own = (parts.state, parts.states, parts.words, parts.te, parts.turn, parts.faults, *parts.hidden[2:])
         return own if self._overlay is None else (*own, *self._overlay.changing)
 
     def _begin(self) -> None:
         """Put the bench at rest, without load, at its first temperature."""
-        truth = self.truth
-        self._state["temperature"] = truth.heat.initial
-        self._state["housing"] = truth.heat.initial
-        self._state["surroundings"] = truth.heat.ambient
-        self._state["sensed_temperature"] = truth.heat.initial
-        self._state["te_weight"] = 1.0
-        orders, amplitude, phase, offset, box = self._series
-        aim(self._te[2], amplitude, phase, offset, box, 0.0, 0.0, truth.heat.initial, 1.0)
-        self._te[0] = self._te[2]
-        place(self._turn, orders, 0.0)
-        rest = float(self._te[2, 0, -1] + np.sum(self._te[2, 1, :-1]))
-        self._state["load_angle"] = rest
-        self._state["te"] = rest
+        truth, parts = self.truth, self._parts
+        parts.state["temperature"] = truth.heat.initial
+        parts.state["housing"] = truth.heat.initial
+        parts.state["surroundings"] = truth.heat.ambient
+        parts.state["sensed_temperature"] = truth.heat.initial
+        parts.state["te_weight"] = 1.0
+        orders, amplitude, phase, offset, box = parts.series
+        aim(parts.te[2], amplitude, phase, offset, box, 0.0, 0.0, truth.heat.initial, 1.0)
+        parts.te[0] = parts.te[2]
+        place(parts.turn, orders, 0.0)
+        rest = float(parts.te[2, 0, -1] + np.sum(parts.te[2, 1, :-1]))
+        parts.state["load_angle"] = rest
+        parts.state["te"] = rest
         for row, angle in ((INPUT, 0.0), (LOAD, rest)):
-            values = self._drives[row]
+            values = parts.drives[row]
             counts = np.floor(values["polarity"] * angle * values["encoder_scale"] + values["encoder_zero"])
-            self._drive_states["counts"][row] = int(counts)
+            parts.states["counts"][row] = int(counts)
         # brakes are closed and thermometers have been read before anybody looks
-        self._drive_states["off_time"] = 1.0
-        self._state["lubricant_reading"] = truth.heat.initial
-        self._state["ambient_reading"] = truth.heat.ambient
+        parts.states["off_time"] = 1.0
+        parts.state["lubricant_reading"] = truth.heat.initial
+        parts.state["ambient_reading"] = truth.heat.ambient

@@ -156,9 +156,10 @@ TRACE = np.dtype(
         ("temperature", "f8"),
         ("weight", "f8"),
         ("travel", "f8"),
+        ("load_velocity", "f8"),
     ]
 )
-"""true state after each cycle of a block, for effects that are played on top"""
+"""true state after each cycle of a block, for effects that are played on top and for whoever looks"""
 
 CONDITIONS = np.dtype(
     [

@@ -7,7 +7,7 @@ changes one of those must change a line of this file as well, or clear the cache
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -132,36 +132,49 @@ def _measure(
     m.ambient_temperature = s.ambient_reading
 
 
+class Parts(NamedTuple):
+    """All that a plant is made of, as the compiled cycle takes it."""
+
+    plant: NDArray[Any]
+    """(1,) parameters of the bench"""
+    drives: NDArray[Any]
+    """(2,) parameters of the drives"""
+    state: NDArray[Any]
+    """(1,) of the bench"""
+    states: NDArray[Any]
+    """(2,) of the drives"""
+    conditions: NDArray[Any]
+    """(1,) room to work in"""
+    words: NDArray[np.uint64]
+    """(4,) of the noise"""
+    series: tuple[NDArray[np.float64], ...]
+    """of the transmission error: orders, amplitude, phase, offset, box"""
+    te: NDArray[np.float64]
+    """(3, 2, K + 1) the series' parts, slope, target"""
+    turn: NDArray[np.float64]
+    """(2, K) sines and cosines of the orders"""
+    faults: NDArray[Any]
+    """(F,) when each begins and ends"""
+    active: NDArray[np.bool_]
+    """(F,) room to work in"""
+    drag: NDArray[np.float64]
+    """(W, C) further friction over speed and temperature, empty without"""
+    hidden: tuple[NDArray[Any], ...]
+    """the plant's physics of its own (:mod:`fakes.plant.hidden`)"""
+
+
 @njit(cache=True, error_model="numpy")
 def step_block(
-    plant: NDArray[Any],
-    drives: NDArray[Any],
-    state: NDArray[Any],
-    states: NDArray[Any],
-    conditions: NDArray[Any],
-    words: NDArray[np.uint64],
-    table: Any,
-    te: NDArray[np.float64],
-    turn: NDArray[np.float64],
-    faults: NDArray[Any],
-    active: NDArray[np.bool_],
-    drag: NDArray[np.float64],
-    hidden: Any,
-    trace: NDArray[Any],
-    told: NDArray[np.float32],
-    commands: NDArray[Any],
-    measurements: NDArray[Any],
+    parts: Any, commands: NDArray[Any], measurements: NDArray[Any], trace: NDArray[Any], shown: NDArray[np.float32]
 ) -> None:
-    """Step the plant one cycle for each row of ``commands`` (n,) and fill ``measurements`` (n,).
+    """Step the plant made of ``parts`` one cycle for each row of ``commands`` (n,) and fill ``measurements`` (n,).
 
-    ``plant`` (1,) and ``drives`` (2,) are parameters; ``state`` (1,), ``states`` (2,) of the drives, ``words`` (4,),
-    ``te`` (3, 2, K + 1), ``turn`` (2, K) and ``faults`` (F,) make up the plant's memory; ``conditions`` (1,) and
-    ``active`` (F,) are room to work in. ``table`` is the series: orders, amplitude, phase, offset, box.
-    ``drag`` (W, C) is further friction over speed and temperature, empty without; ``trace`` (n,) takes the true state,
-    empty where nobody asks. ``hidden`` is the plant's physics of its own (:mod:`fakes.plant.hidden`), ``told``
-    (n, H, 4) takes what of each channel is each one's, empty where nobody asks.
+    ``trace`` (n,) takes the true state after each cycle, ``shown`` (n, H, 4) what of each channel is each hidden
+    physics'; both are empty where nobody asks.
     """
-    p, s, now = plant[0], state[0], conditions[0]
+    p, s, now = parts.plant[0], parts.state[0], parts.conditions[0]
+    drives, states, words, table, te = parts.drives, parts.states, parts.words, parts.series, parts.te
+    turn, faults, active, drag, hidden = parts.turn, parts.faults, parts.active, parts.drag, parts.hidden
     tick = p.cycle_time / p.drive_ticks
     step = tick / p.substeps
     motor_inertia, load_inertia = drives[INPUT].inertia, drives[LOAD].inertia
@@ -235,9 +248,9 @@ def step_block(
             t = trace[n]
             t.motor_angle, t.motor_velocity, t.te_velocity = s.motor_angle, s.motor_velocity, s.te_velocity
             t.load_angle, t.torque, t.temperature = s.load_angle, s.torque, s.temperature
-            t.weight, t.travel = s.te_weight, s.travel
-        if n < told.shape[0]:
-            for i in range(told.shape[1]):
-                for channel in range(told.shape[2]):
-                    told[n, i, channel] = hidden[3][i, channel]
+            t.weight, t.travel, t.load_velocity = s.te_weight, s.travel, s.load_velocity
+        if n < shown.shape[0]:
+            for i in range(shown.shape[1]):
+                for channel in range(shown.shape[2]):
+                    shown[n, i, channel] = hidden[3][i, channel]
         s.cycle += 1
