@@ -62,6 +62,11 @@ if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
+# As the program itself does: matrices here are small, and threads that wait for each other keep both processors busy.
+# Read when NumPy is first imported, which no plugin does before.
+for _threads in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
+    os.environ.setdefault(_threads, "1")
+
 # The first example of a test may compile a numeric loop; how long that takes says nothing about the code.
 settings.register_profile("bench", deadline=None)
 settings.load_profile("bench")
