@@ -73,6 +73,11 @@ class Command:
         """The line as a shell would split it, without comment and without redirection of the output."""
         return shlex.split(self.line.split(" > ")[0], comments=True)
 
+    @property
+    def output(self) -> str | None:
+        """The file that its output goes to, or None."""
+        return self.line.split(" > ")[1].strip() if " > " in self.line else None
+
     def begins(self, table: dict[str, str]) -> str | None:
         """Return the beginning in ``table`` that fits, or None."""
         return next((start for start in table if self.line.startswith(start)), None)
