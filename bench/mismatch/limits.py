@@ -11,7 +11,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import ChannelOutcome
-from bench.mismatch.orders.turns import HIGHEST_ORDER
+from bench.mismatch.orders.look import HIGHEST_ORDER
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.output_orders import HIGHEST_OUTPUT_ORDER
 from bench.simulation.terms import CHANNEL_UNITS, LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR

@@ -70,6 +70,14 @@ def evaluate(waves: Sequence[Wave], angle: FloatArray, frame: Frame, ahead: floa
     return out
 
 
+def of_orders(angle: FloatArray, orders: FloatArray, cosine: FloatArray, sine: FloatArray) -> FloatArray:
+    """Sum of cosine*cos(f*angle) + sine*sin(f*angle) over ``orders`` f (k,), each with its own coefficients (k,), at
+    angles (n,).
+    """
+    table = np.ascontiguousarray(np.stack([cosine, sine], axis=1)[None])
+    return _sum(np.ascontiguousarray(angle), orders, table, np.ones((1, angle.size)))
+
+
 @numba.njit(cache=True)
 def _sum(angle: FloatArray, orders: FloatArray, table: FloatArray, weights: FloatArray) -> FloatArray:
     out = np.zeros(angle.size)

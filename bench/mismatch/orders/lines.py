@@ -79,9 +79,10 @@ def standing(turns: Turns, models: Sequence[Model], seed: int) -> list[Line]:
     usable[0] = False
     noise = _noise(vectors, seen)
     bases = {m: b for m in models if (b := _basis(turns, own, m)) is not None}
-    gains, _ = _gains(vectors, seen, scale, bases, noise)
+    parts = [_parts(x / scale[:, None], seen) for x in bases.values()]
+    gains = _gains(vectors, seen, parts, noise)
     best = _choice(gains, [len(m) for m in bases])
-    nulls = _nulls(vectors, seen, scale, bases, noise, usable, seed)
+    nulls = _nulls(vectors, seen, parts, noise, usable, seed)
     price = tail(nulls, criteria.ERROR_RATE_OF_A_CHANNEL)
     out = []
     names = list(bases)
@@ -113,40 +114,52 @@ def _noise(vectors: Complex, seen: NDArray[np.bool_]) -> FloatArray:
     return np.asarray(np.sqrt(np.maximum(level, 1e-12) / 2.0))
 
 
-def _gains(
-    vectors: Complex,
-    seen: NDArray[np.bool_],
-    scale: FloatArray,
-    bases: Mapping[Model, FloatArray],
-    noise: FloatArray,
-) -> tuple[FloatArray, list[FloatArray]]:
-    """Gain of each model at each order (models, orders); squares left out of each revolution (turns, orders)."""
-    before = np.sum(np.abs(vectors) ** 2, axis=0)
-    prior = 2.0 * NEIGHBOUR_REVOLUTIONS * noise**2
-    number = seen.sum(axis=0) + NEIGHBOUR_REVOLUTIONS
-    gains, squares = [], []
-    for x in bases.values():
-        left = _left_out(x / scale[:, None], vectors, seen)
-        squares.append(left)
-        gains.append(number * np.log((before + prior) / (left.sum(axis=0) + prior)))
-    return np.asarray(gains), squares
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """Revolutions ``rows`` and ``orders`` that are alike in where they were seen; orthonormal ``basis`` of a model's
+    factors there (rows, k), and the ``share`` that all others have in what is said of each revolution.
+    """
+
+    rows: IntArray
+    orders: IntArray
+    basis: FloatArray
+    share: FloatArray
+
+    def left_out(self, vectors: Complex) -> FloatArray:
+        """Square of what each revolution differs from what all others say of it (rows, orders)."""
+        own = vectors[np.ix_(self.rows, self.orders)]
+        return np.asarray(np.abs((own - self.basis @ (self.basis.T @ own)) / self.share[:, None]) ** 2)
 
 
-def _left_out(x: FloatArray, vectors: Complex, seen: NDArray[np.bool_]) -> FloatArray:
-    """Square of what each revolution differs from what all others say of it (turns, orders)."""
-    whole = seen.all(axis=0)
-    out = np.zeros(vectors.shape)
-    for rows, columns in [(seen[:, 0] | True, np.flatnonzero(whole))] + [
-        (seen[:, f], np.array([f])) for f in np.flatnonzero(~whole)
-    ]:
-        if not columns.size or rows.sum() <= x.shape[1]:
+def _parts(x: FloatArray, seen: NDArray[np.bool_]) -> list[_Part]:
+    """Where the orders (turns, orders) of a model of factors ``x`` (turns, k) can be predicted."""
+    out = []
+    patterns, number = np.unique(seen, axis=1, return_inverse=True)
+    for k in range(patterns.shape[1]):
+        rows = patterns[:, k]
+        if rows.sum() <= x.shape[1]:
             continue
         left, values, _ = np.linalg.svd(x[rows], full_matrices=False)
         basis = left[:, values > 1e-6 * values.max()]
-        own = vectors[np.ix_(rows, columns)]
         leverage = np.minimum(np.sum(basis**2, axis=1), 0.99)
-        out[np.ix_(rows, columns)] = np.abs((own - basis @ (basis.T @ own)) / (1.0 - leverage)[:, None]) ** 2
+        out.append(_Part(np.flatnonzero(rows), np.flatnonzero(number.ravel() == k), basis, 1.0 - leverage))
     return out
+
+
+def _gains(
+    vectors: Complex, seen: NDArray[np.bool_], models: Sequence[Sequence[_Part]], noise: FloatArray
+) -> FloatArray:
+    """Gain of each model at each order (models, orders)."""
+    before = np.sum(np.abs(vectors) ** 2, axis=0)
+    prior = 2.0 * NEIGHBOUR_REVOLUTIONS * noise**2
+    number = seen.sum(axis=0) + NEIGHBOUR_REVOLUTIONS
+    gains = []
+    for parts in models:
+        left = np.zeros(before.size)
+        for part in parts:
+            left[part.orders] = part.left_out(vectors).sum(axis=0)
+        gains.append(number * np.log((before + prior) / (left + prior)))
+    return np.asarray(gains)
 
 
 def _choice(gains: FloatArray, sizes: Sequence[int]) -> IntArray:
@@ -164,8 +177,7 @@ def _choice(gains: FloatArray, sizes: Sequence[int]) -> IntArray:
 def _nulls(
     vectors: Complex,
     seen: NDArray[np.bool_],
-    scale: FloatArray,
-    bases: Mapping[Model, FloatArray],
+    models: Sequence[Sequence[_Part]],
     noise: FloatArray,
     usable: NDArray[np.bool_],
     seed: int,
@@ -174,7 +186,7 @@ def _nulls(
     out = []
     for _ in range(SURROGATES):
         drawn = vectors * np.exp(2j * np.pi * rng.random(vectors.shape))
-        out.append(float(_gains(drawn, seen, scale, bases, noise)[0][:, usable].max()))
+        out.append(float(_gains(drawn, seen, models, noise)[:, usable].max()))
     return np.asarray(out)
 
 
@@ -202,9 +214,9 @@ def _estimated(
     fold = np.unique(turns.fold[own][seen], return_inverse=True)[1]
     densities = {}
     for other, columns in bases.items():
-        squares = _left_out(columns[seen] / scale[:, None], target[:, None], np.ones((target.size, 1), dtype=bool))[
-            :, 0
-        ]
+        squares = np.zeros(target.size)
+        for part in _parts(columns[seen] / scale[:, None], np.ones((target.size, 1), dtype=bool)):
+            squares[part.rows] = part.left_out(target[:, None])[:, 0]
         densities[other] = -0.5 * np.bincount(fold, squares / variance)
     shares = weights(np.asarray(list(densities.values())), seed)
     losses = {}

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from bench.mismatch import criteria
 from bench.mismatch.orders import offset_rows as slow
 from bench.mismatch.orders.bounds import Bounds
+from bench.mismatch.orders.look import HIGHEST_ORDER
 from bench.mismatch.orders.partial import refined
 from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.series import Series, calibrate
-from bench.mismatch.orders.turns import HIGHEST_ORDER, LEAST_PART, LEAST_TURN, Seen, Turn, found_in, seen, states
+from bench.mismatch.orders.turns import LEAST_PART, LEAST_TURN, Seen, Turn, found_in, looks, seen, states
 from bench.mismatch.orders.weak import Stage, WeakOrder, search, search_between
 from bench.mismatch.problem import BaseTerm, ChannelProblem
 from bench.mismatch.recordings.rows import Rows
@@ -131,7 +132,8 @@ def _orders(model: TransmissionModel, y: FloatArray, seed: int) -> None:
     rows, given = model.rows, model.given
     known = [*given.orders, *(f for f in given.notch if f not in given.orders)]
     found: dict[float, WeakOrder] = {}
-    now = seen(rows, model.turns, y, known)
+    shown = looks(rows, model.turns)
+    now = seen(shown, model.turns, y, known)
     stage = Stage.of(now, model.turns, model.train)
     if stage is not None and model.price is None:
         model.nulls = stage.maxima(seed, False)
@@ -146,7 +148,7 @@ def _orders(model: TransmissionModel, y: FloatArray, seed: int) -> None:
         if not fresh:
             break
         found |= {w.order: w for w in fresh}
-        now = seen(rows, model.turns, y, [*known, *sorted(found)])
+        now = seen(shown, model.turns, y, [*known, *sorted(found)])
     calibrated(model, now, known, found)
     assert model.periodic is not None
     slope = model.periodic.slope(rows.frame.take(steady_rows(model)))

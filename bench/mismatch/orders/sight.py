@@ -105,7 +105,7 @@ def without(seen: Seen, known: Sequence[float], pulses: Sequence[Pulse]) -> Seen
         drawn = pulse.vectors(every)
         left[:, rest] -= drawn[rest]
         vectors -= np.array([drawn[round(f)] if _whole(f) and f < every.size else 0.0 for f in orders])
-    return Seen(orders, vectors, left, seen.sigma, seen.white, seen.between)
+    return Seen(orders, vectors, left, seen.sigma, seen.white, seen.rest)
 
 
 def rebuilt(model: TransmissionModel, pulses: Sequence[Pulse]) -> None:
@@ -137,7 +137,7 @@ def rebuilt(model: TransmissionModel, pulses: Sequence[Pulse]) -> None:
     left = base.left.copy()
     left[:, own] = 0.0
     now = Seen(
-        (*base.orders, *whole), np.hstack([base.vectors, base.left[:, own]]), left, base.sigma, base.white, base.between
+        (*base.orders, *whole), np.hstack([base.vectors, base.left[:, own]]), left, base.sigma, base.white, base.rest
     )
     calibrated(model, now, known, found)
     assert model.periodic is not None

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch import criteria
-from bench.mismatch.orders.turns import PARTS, Complex, Seen, Turn, directions, states
+from bench.mismatch.orders.look import PARTS
+from bench.mismatch.orders.turns import Complex, Seen, Turn, directions, states
 from bench.simulation.frame import FloatArray
 from bench.simulation.quantities import FACTORS
 from bench.simulation.waves import Wave
@@ -129,9 +130,10 @@ def search_between(
     whole = Stage.of(seen, turns, train)
     if whole is None:
         return []
-    orders = np.arange(seen.between.shape[1]) / PARTS
+    between = seen.between()[train]
+    orders = np.arange(between.shape[1]) / PARTS
     shape = whole.shape[np.round(orders).astype(np.int64)]
-    stage = replace(whole, vectors=seen.between[train] / whole.scale[:, None], shape=shape)
+    stage = replace(whole, vectors=between / whole.scale[:, None], shape=shape)
     usable = np.round(orders) != orders
     for f in fitted:
         usable &= np.abs(orders - f) > 0.5 / PARTS

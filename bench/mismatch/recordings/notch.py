@@ -19,6 +19,8 @@ from bench.simulation.frame import FloatArray
 
 Complex = NDArray[np.complex128]
 
+ACCURACY = 1e-9
+"""relative, of spectra over angles"""
 MOST_POLE_PAIRS = 120
 _LOOKED_AT = 12
 """recordings whose spectra are averaged"""
@@ -29,12 +31,12 @@ _NEIGHBOURS = 15
 
 
 def spectrum(theta: FloatArray, values: FloatArray, highest: int) -> Complex:
-    """Sum of values·exp(j·f·theta) for the orders f = 0 … highest (non-uniform FFT, relative accuracy 1e-9)."""
+    """Sum of values·exp(j·f·theta) for the orders f = 0 … highest (non-uniform FFT)."""
     full = finufft.nufft1d1(
         np.ascontiguousarray(np.mod(theta, 2.0 * np.pi)),
         np.ascontiguousarray(values.astype(np.complex128)),
         2 * highest + 1,
-        eps=1e-9,
+        eps=ACCURACY,
         isign=1,
         nthreads=1,
     )

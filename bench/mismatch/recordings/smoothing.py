@@ -101,7 +101,7 @@ def spikes(signal: FloatArray) -> NDArray[np.bool_]:
     bad = ~np.isfinite(signal)
     if signal.size < 16 or bad.all():
         return bad
-    off = _off_median(np.where(bad, np.nanmedian(signal), signal) if bad.any() else signal)
+    off = off_median(np.where(bad, np.nanmedian(signal), signal) if bad.any() else signal)
     told = off[:: max(1, off.size // ENOUGH_SAMPLES)]
     above = told[told > 0]
     scale = 1.4826 * float(np.median(above)) if above.size else 0.0
@@ -110,7 +110,7 @@ def spikes(signal: FloatArray) -> NDArray[np.bool_]:
 
 
 @numba.njit(cache=True)
-def _off_median(x: FloatArray) -> FloatArray:
+def off_median(x: FloatArray) -> FloatArray:
     """How far each sample is from the median of itself and its two neighbours on either side."""
     n = x.size
     out = np.empty(n)
