@@ -35,6 +35,7 @@ from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.recordings.vibration import Density, ShaftSpectrum
 from bench.mismatch.regression import noise
 from bench.mismatch.regression.candidates import TURNING
+from bench.mismatch.regression.course import columns_at
 from bench.mismatch.regression.discoveries import discoveries as of_regression
 from bench.mismatch.regression.model import ChannelModel, of_start, scattered
 from bench.mismatch.regression.search import Search, searched
@@ -217,12 +218,10 @@ def uncertainty(model: ChannelModel, frame: Frame, rows: NDArray[np.bool_], numb
     chosen = np.flatnonzero(rows)[:: max(1, int(rows.sum()) // MOST_ROWS)]
     if chosen.size == 0:
         return 0.0
-    part = frame.take(chosen)
     blocks = [b for b in model.blocks() if b.regressor.effect != "nuisance"]
-    # a memory runs through all rows
-    columns = np.hstack([b.regressor.columns(frame)[chosen] for b in blocks]) if blocks else np.zeros((part.size, 0))
+    columns = np.hstack([np.zeros((chosen.size, 0)), *(columns_at(b.regressor, frame, chosen) for b in blocks)])
     covariance = model.fit.of([i for b in blocks for i in b.place])[1]
-    variance = np.einsum("ni,ij,nj->n", columns, covariance, columns)
+    variance = np.sum(columns @ covariance * columns, axis=1)
     return float(np.average(np.maximum(variance, 0.0), weights=np.maximum(number[chosen], 1e-9)))
 
 

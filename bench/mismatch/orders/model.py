@@ -19,6 +19,7 @@ from bench.mismatch.orders.turns import LEAST_PART, LEAST_TURN, Seen, Turn, foun
 from bench.mismatch.orders.weak import Stage, WeakOrder, search, search_between
 from bench.mismatch.problem import BaseTerm, ChannelProblem
 from bench.mismatch.recordings.rows import Rows
+from bench.mismatch.regression.course import added
 from bench.mismatch.regression.model import add_base, fit_blocks, plain_residual, prepare_bank
 from bench.mismatch.regression.noise import Mixture
 from bench.mismatch.regression.prior import settled
@@ -219,15 +220,14 @@ def _wavering(model: TransmissionModel, y: FloatArray) -> FloatArray:
     regressor = next((b.regressor for b in model.base if b.regressor.effect == "te.offset"), None)
     if regressor is None:
         return np.zeros(y.size)
-    columns = regressor.columns(model.rows.frame)
     for turn in model.own_turns:
-        blocks.append(columns[turn.rows].mean(axis=0))
+        blocks.append(regressor.columns(model.rows.frame.take(turn.rows)).mean(axis=0))
         means.append(float(np.mean(y[turn.rows])))
     x = np.asarray(blocks)
     scale = np.maximum(np.sqrt(np.mean(x**2, axis=0)), 1e-9)
     normal = (x / scale).T @ (x / scale) / len(blocks) + 1e-5 * np.eye(x.shape[1])
     beta = np.linalg.solve(normal, (x / scale).T @ np.asarray(means) / len(blocks)) / scale
-    return np.asarray(columns @ beta)
+    return added(regressor, model.rows.frame, beta)
 
 
 def _problem(model: TransmissionModel, y: FloatArray) -> ChannelProblem:
@@ -254,7 +254,7 @@ def _offset_alone(model: TransmissionModel, y: FloatArray) -> FloatArray:
     fit = fit_blocks(bank, blocks, bank.variances())
     out = np.zeros(y.size)
     for block in blocks:
-        out += block.regressor.columns(model.rows.frame) @ fit.of(block.place)[0]
+        out += added(block.regressor, model.rows.frame, fit.of(block.place)[0])
     return out
 
 

@@ -13,6 +13,7 @@ from bench.mismatch.discovery import UNKNOWN as UNKNOWN_STATUS
 from bench.mismatch.regression import windows
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.candidates import Spell
+from bench.mismatch.regression.course import beyond
 from bench.mismatch.regression.excess import excess, levelled
 from bench.mismatch.regression.model import ChannelModel, Chosen, of_start
 from bench.mismatch.regression.refine import strained
@@ -103,11 +104,11 @@ def _over_angle(
 def excess_of(model: ChannelModel, own: Chosen, frame: Frame, number: FloatArray) -> FloatArray:
     """What of an effect's course on the rows of a frame (n,) no calibration of the simulation can say."""
     course = model.contribution(own, frame)
-    columns = [b.regressor.columns(frame) for b in model.base if b.regressor.effect != "nuisance"]
-    if model.problem.spec.integral:
-        course = levelled(course, frame, number)
-        columns = [levelled(own_columns, frame, number) for own_columns in columns]
-    return excess(course, columns, number)
+    base = [b.regressor for b in model.base if b.regressor.effect != "nuisance"]
+    if not model.problem.spec.integral:
+        return beyond(course, base, frame, number)
+    columns = [levelled(r.columns(frame), frame, number) for r in base]
+    return excess(levelled(course, frame, number), columns, number)
 
 
 def _rival(model: ChannelModel, rival: Contender, others: Sequence[Chosen], predicted: Any, y: FloatArray) -> Rival:

@@ -23,15 +23,37 @@ def excess(values: FloatArray, columns: Sequence[FloatArray], number: FloatArray
     """
     if not columns:
         return values
-    x = np.hstack(columns)
-    scale = np.sqrt(np.sum(x**2 * number[:, None], axis=0))
-    x = x[:, scale > 0.0] / scale[scale > 0.0]
-    if x.shape[1] == 0:
-        return values
-    weighted = x * number[:, None]
-    normal = x.T @ weighted
-    normal[np.diag_indices_from(normal)] += RIDGE
-    return np.asarray(values - x @ np.linalg.solve(normal, weighted.T @ values))
+    normal = Normal()
+    normal.add(columns, values, number)
+    return np.asarray(values - np.hstack(columns) @ normal.coefficients())
+
+
+class Normal:
+    """Normal equations of least squares, added up over groups of rows."""
+
+    def __init__(self) -> None:
+        self._sums: tuple[FloatArray, FloatArray] | None = None
+
+    def add(self, columns: Sequence[FloatArray], values: FloatArray, number: FloatArray) -> None:
+        """Add rows: their ``columns`` (n, k each), what is to be said (n,), how many samples each row has."""
+        x = np.hstack(columns)
+        weighted = x * number[:, None]
+        gram, right = x.T @ weighted, weighted.T @ values
+        if self._sums is not None:
+            gram, right = gram + self._sums[0], right + self._sums[1]
+        self._sums = gram, right
+
+    def coefficients(self) -> FloatArray:
+        """The best coefficients; 0 of columns that are nowhere."""
+        assert self._sums is not None
+        gram, right = self._sums
+        scale = np.sqrt(np.maximum(np.diag(gram), 0.0))
+        own = np.flatnonzero(scale > 0.0)
+        unit = scale[own]
+        normal = gram[np.ix_(own, own)] / np.outer(unit, unit) + RIDGE * np.eye(own.size)
+        out = np.zeros(scale.size)
+        out[own] = np.linalg.solve(normal, right[own] / unit) / unit
+        return out
 
 
 def levelled(values: FloatArray, frame: Frame, number: FloatArray) -> FloatArray:

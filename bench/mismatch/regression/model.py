@@ -10,6 +10,7 @@ import numpy as np
 from bench.mismatch.problem import ChannelProblem, starts_and_folds
 from bench.mismatch.recordings.beginning import at_start, risen
 from bench.mismatch.regression.bank import Bank, Fit, Whitening, fit
+from bench.mismatch.regression.course import added
 from bench.mismatch.regression.noise import Mixture, RowNoise, alike, of_rows, plain_mixture
 from bench.mismatch.regression.regressors import Free, Regressor
 from bench.simulation.frame import FloatArray, Frame, IntArray
@@ -88,7 +89,7 @@ class ChannelModel:
         own = self.fit if fitted is None else fitted
         out = np.zeros(frame.size)
         for block in chosen.blocks:
-            out += block.regressor.columns(frame) @ own.of(block.place)[0]
+            out += added(block.regressor, frame, own.of(block.place)[0])
         return out
 
     def predict(self, frame: Frame, chosen: Sequence[Chosen] | None = None, fitted: Fit | None = None) -> FloatArray:
@@ -101,7 +102,7 @@ def predicted(blocks: Sequence[Block], fitted: Fit, frame: Frame) -> FloatArray:
     out = np.zeros(frame.size)
     for block in blocks:
         if block.regressor.effect != "nuisance":
-            out += block.regressor.columns(frame) @ fitted.of(block.place)[0]
+            out += added(block.regressor, frame, fitted.of(block.place)[0])
     return out
 
 
