@@ -19,7 +19,7 @@ from bench.simulation.frame import FloatArray, IntArray
 
 RIDGE = 1e-9
 """relative to a column's own energy: keeps absent columns (a speed never driven) from breaking a solve"""
-LADDER = (0.0, *(float(v) for v in np.geomspace(0.1, 3e4, 23)))
+LADDER = (0.0, *(float(v) for v in np.geomspace(0.1, 3e7, 35)))
 """variances of the offsets that are tried, over the variance that noise gives a recording's mean"""
 
 

@@ -27,7 +27,9 @@ SHARES = (1.0, 8.0, 64.0)
 TELLING = 1.0
 """variance of the offsets, over that which noise gives a recording's mean, above which smaller ones are tried"""
 LEAST_OWN = 1e-4
-"""share of a column's energy beside the model, below which the model says it all"""
+"""share of a column's energy beside the offsets that is there beside the model, too; below, the model says it all"""
+ROUNDING = 1e-10
+"""share of a column's energy that is there beside the offsets, below which it is rounding"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -256,8 +258,10 @@ def _look(
         offsets = np.moveaxis(ones[:, places], 0, 1)
         full = own - _transposed(offsets) @ (weight[:, None] * offsets)
         left = full - away[places] @ _transposed(cross[places])
-        energy = np.einsum("mkk->mk", own)
-        unit = np.sqrt(np.maximum(energy, 1e-300))
+        # beside offsets much larger than noise all that differs between recordings is small: it is the model that
+        # may say a column, not its offsets
+        whole, beside = np.einsum("mkk->mk", own), np.einsum("mkk->mk", full)
+        unit = np.sqrt(np.maximum(beside, np.maximum(ROUNDING * whole, 1e-300)))
         scaled = left / unit[:, :, None] / unit[:, None, :]
         alive[members] = np.einsum("mkk->mk", scaled).max(axis=1) > least
         ridge = np.maximum(1e-6 * np.einsum("mkk->m", scaled) / k, least * 1e-2)

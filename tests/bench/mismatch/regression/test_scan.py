@@ -76,3 +76,22 @@ def test_units_stay_inside_their_recordings() -> None:
     assert {0, 30, 60} <= set(blocks.starts.tolist())
     assert np.bincount(blocks.recording).tolist() == [6, 6]
     assert isinstance(banked(problem(FRAME, FRAME.theta), 1.0)[0], Bank)
+
+
+def test_a_large_effect_that_is_one_level_a_recording_is_a_candidate() -> None:
+    # offsets a hundred times the noise of a recording's mean explain all of it until it is asked for
+    rng = np.random.default_rng(5)
+    level = rng.normal(size=20)[FRAME.recording]
+    y = 0.6 * FRAME.direction + rng.normal(scale=SIGMA, size=FRAME.size) + 100.0 * SIGMA * level
+    bank, base = banked(problem(FRAME, y), SIGMA)
+    columns = np.column_stack([candidates(), level])
+    places = [bank.add(columns[:, [k]]) for k in range(CANDIDATES + 1)]
+    index = [i for b in base for i in b.place]
+    fitted = fit(bank, index, bank.variances())
+    assert fitted.variance * np.median(bank.energy) > 1e4
+    left = bank.residual(index, fitted.coefficients)
+    blocks = units(FRAME.elapsed, bank.whitening.starts, criteria.BLOCK_S)
+    extra, none = np.zeros(CANDIDATES + 1), np.zeros(len(index))
+    seen = scan(bank, index, none, fitted.variance, left, places, extra, blocks, 5, False)
+    assert int(np.argmax(seen.gain)) == CANDIDATES
+    assert seen.gain.max() > seen.price
