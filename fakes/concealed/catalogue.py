@@ -63,9 +63,10 @@ def vocabulary() -> tuple[str, ...]:
 def cases(
     group: str, seed: int, count: int | None = None, held_back: bool = False, clutter: bool = False
 ) -> Iterator[CaseSpec]:
-    """The cases of one group; ``held_back`` draws from the forms that nobody tunes on as well.
+    """The cases of one group, or ``count`` of them drawn by the seed: the first ones would be of one kind.
 
-    ``clutter`` gives every bench weak orders; cases are else the same.
+    ``held_back`` draws from the forms that nobody tunes on as well. ``clutter`` gives every bench weak orders; cases are
+    else the same.
     """
     makers = {
         "clear": lambda: _single("clear", CLEAR, seed, held_back),
@@ -78,9 +79,11 @@ def cases(
         "switched_off": lambda: _switched(seed),
         "quick": lambda: _quick(seed),
     }
-    for number, case in enumerate(makers[group]()):
-        if count is not None and number >= count:
-            return
+    every = list(makers[group]())
+    if count is not None and count < len(every):
+        drawn = np.random.default_rng([seed, GROUPS.index(group), len(every)]).choice(len(every), count, replace=False)
+        every = [every[k] for k in sorted(drawn)]
+    for case in every:
         yield replace(case, clutter=clutter)
 
 

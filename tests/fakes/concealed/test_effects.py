@@ -221,3 +221,10 @@ def test_the_very_order_is_modulated_in_its_own_phase() -> None:
         beside = abs(np.mean(extra * np.exp(-1j * (effect.shape["f"] + 20.3) * theta)))
         assert min(sides) > 0.0
         assert max(sides) > 3.0 * beside
+
+
+def test_a_few_cases_of_a_group_are_drawn_by_the_seed() -> None:
+    few = [[case.name for case in cases("clear", seed, 5)] for seed in range(6)]
+    assert all(len(set(names)) == 5 for names in few)
+    assert len({name for names in few for name in names}) > 12
+    assert list(cases("clear", 1, 5)) == [c for c in cases("clear", 1) if c.name in few[1]]
