@@ -65,8 +65,8 @@ def cases(
 ) -> Iterator[CaseSpec]:
     """The cases of one group, or ``count`` of them drawn by the seed: the first ones would be of one kind.
 
-    ``held_back`` draws from the forms that nobody tunes on as well. ``clutter`` gives every bench weak orders; cases are
-    else the same.
+    ``held_back`` draws from the forms that nobody tunes on as well. ``clutter`` gives every bench weak orders; cases
+    are else the same.
     """
     makers = {
         "clear": lambda: _single("clear", CLEAR, seed, held_back),
