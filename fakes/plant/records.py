@@ -164,6 +164,7 @@ TRACE = np.dtype(
 CONDITIONS = np.dtype(
     [
         ("start_theta", "f8"),  # at the begin of the cycle
+        ("te_drift", "f8"),  # its rate there as torque, velocity and temperature change, rad/s
         ("te_value", "f8"),  # there, and its derivatives in theta
         ("te_first", "f8"),
         ("te_second", "f8"),

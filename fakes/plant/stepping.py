@@ -26,7 +26,7 @@ from fakes.plant.mechanics import move
 from fakes.plant.noise import normal
 from fakes.plant.records import INPUT, LOAD
 from fakes.plant.sensors import INPUT_ENCODER, LOAD_ENCODER, read_encoder, read_temperatures, read_torque
-from fakes.plant.transmission import advance, aim, place, rotate, series
+from fakes.plant.transmission import advance, aim, drift, place, rotate, series
 
 _INPUT_OFF = INDEX["input_current_off"]
 _LOAD_OFF = INDEX["load_current_off"]
@@ -198,6 +198,7 @@ def step_block(
                 aim_hidden_heat(hidden, p, s)
         now.start_theta = s.motor_angle / p.ratio
         now.te_value, now.te_first, now.te_second = series(turn, te[0], table[0])
+        now.te_drift = drift(turn, te[1]) / p.cycle_time
         _conditions(p, s, drives, states, c, now, active, faults)
         if drag.shape[0] > 0:
             now.coulomb = max(now.coulomb + look_up(drag, abs(s.motor_velocity), s.temperature), 0.0)

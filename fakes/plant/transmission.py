@@ -239,3 +239,13 @@ def series(turn: FloatArray, parts: FloatArray, orders: FloatArray) -> tuple[flo
         first += f * (parts[0, i] * cosine - parts[1, i] * sine)
         second -= f * f * here
     return value, first, second
+
+
+@njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
+def drift(turn: FloatArray, slope: FloatArray) -> float:
+    """Return the change of the transmission error in a cycle that the ``slope`` of its parts makes."""
+    count = turn.shape[1]
+    change = slope[0, count]
+    for i in range(count):
+        change += slope[0, i] * turn[0, i] + slope[1, i] * turn[1, i]
+    return float(change)

@@ -214,3 +214,21 @@ def test_brake_holds_after_its_delay() -> None:
     rows["input_enable"] = 0
     plant.step(rows)
     assert plant.state["motor_velocity"] == 0.0
+
+
+@pytest.mark.parametrize("omega", [30.0, -30.0])
+def test_torque_at_each_cycles_end_has_the_mean_that_accelerates_the_load(truth: PlantTruth, omega: float) -> None:
+    """The transmission error changes with speed: in steps of a cycle it would shift what is read by 10 mN·m."""
+    sensor = replace(truth.torque_sensor, noise=0.0, zero=0.0, rated_torque=100.0)
+    plant = Plant(replace(quiet(truth), torque_sensor=sensor), seed=1)
+    plant.step(ramped(0.1, 0.0, 0.1 * omega, 0.0, 0.0))
+    measured = plant.step(ramped(0.7, 0.1 * omega, omega, 0.0, 0.0))
+    angle = -measured["load_position"] * 2.0 * np.pi / 2.0**40
+    half, at = 500, np.array([650, 750, 850])
+    # the mean of an acceleration under a triangle is the second difference of the angle
+    rate = (angle[at + half] - 2.0 * angle[at] + angle[at - half]) / (half * CYCLE) ** 2
+    triangle = np.bartlett(2 * half + 1) / half
+    torque = measured["torque_adc"] * 100.0 / 32768
+    mean = np.array([triangle @ torque[i - half : i + half + 1] for i in at])
+    load = truth.load_motor.inertia * rate + np.sign(omega) * truth.load_side.bearing_friction
+    assert mean == pytest.approx(load, abs=2e-3)
