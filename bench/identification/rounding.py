@@ -6,12 +6,15 @@ step of the drive, by an amount that depends on the level and is the same in eve
 in a thousand of an inertia come of it, where all ramps run at the same torque.
 
 The drive's own step shows in how often each code occurs: n steps to a code make it n times as frequent as its
-neighbourhood. It is searched in one half of the recordings looked at and has to hold in the other half.
+neighbourhood. It is searched in one half of the recordings and has to hold in the other half; then the codes of both
+tell it. An error of the step is one of all torques in proportion, the same in every recording, and the more codes there
+are the smaller it is: with those of 12 recordings 2e-5, with those of 54 below 1e-6.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,13 +25,13 @@ from bench.recording import ChannelSpec, Recording
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-LOOKED_AT = 12
-"""Recordings whose codes are counted, spread over all there are."""
 FINEST, COARSEST = 0.15, 0.9
 """Steps looked for, in codes: finer ones make all codes alike, coarser ones leave most codes empty."""
 MIN_COUNT = 200
 """A code counts that occurs this often, and whose two neighbours do."""
 MIN_CODES = 30
+SEARCHED = 100
+"""Codes, spread over all there are, with which the whole range of steps is searched."""
 CURVATURE = 0.03
 """Standard deviation of what the distribution's own bend does to a code's logarithm, beside counting statistics."""
 MIN_EXPLAINED = 0.5
@@ -45,7 +48,7 @@ class _Pattern:
     weight: FloatArray
 
 
-def _pattern(counts: dict[int, int]) -> _Pattern:
+def _pattern(counts: Mapping[int, int]) -> _Pattern:
     codes = np.asarray(
         sorted(c for c in counts if min(counts.get(c + i, 0) for i in (-1, 0, 1)) >= MIN_COUNT), dtype=np.int64
     )
@@ -69,32 +72,42 @@ def _explained(pattern: _Pattern, step: FloatArray) -> FloatArray:
 
 def _search(pattern: _Pattern) -> float:
     """Step that explains the pattern best, in codes."""
+    some = slice(None, None, max(1, pattern.code.size // SEARCHED))
+    all_codes, pattern = pattern, _Pattern(pattern.code[some], pattern.value[some], pattern.weight[some])
     furthest = float(np.abs(pattern.code).max()) + 1.0
     # grid so fine that the furthest code's own step moves by a tenth of itself only
     inverse = np.arange(1.0 / COARSEST, 1.0 / FINEST, 0.1 / furthest)
     size = max(_PIECE // max(pattern.code.size, 1), 1)
     parts = [inverse[i : i + size] for i in range(0, inverse.size, size)]
     best = inverse[int(np.argmax(np.concatenate([_explained(pattern, 1.0 / part) for part in parts])))]
-    near = best + np.linspace(-0.2, 0.2, 81) / furthest
+    return _refined(all_codes, float(1.0 / best))
+
+
+def _refined(pattern: _Pattern, step: float) -> float:
+    """Step near ``step`` that explains the pattern best, in codes."""
+    furthest = float(np.abs(pattern.code).max()) + 1.0
+    near = 1.0 / step + np.linspace(-0.2, 0.2, 401) / furthest
     score = _explained(pattern, 1.0 / near)
     # within the counting of codes many steps do the same: their middle
     return float(1.0 / near[score >= score.max() - 1e-9].mean())
 
 
-def _counts(recordings: Sequence[Recording], channel: str) -> dict[int, int]:
-    out: dict[int, int] = {}
+def _counts(recordings: Sequence[Recording], channel: str) -> Counter[int]:
+    """How often each code occurs."""
+    out: Counter[int] = Counter()
     for recording in recordings:
-        codes, number = np.unique(recording.raw(channel), return_counts=True)
-        for code, n in zip(codes.tolist(), number.tolist(), strict=True):
-            out[code] = out.get(code, 0) + n
+        codes = recording.raw(channel)
+        lowest = int(codes.min(initial=0))
+        number = np.bincount(codes.astype(np.int64) - lowest)
+        out.update({int(code) + lowest: int(number[code]) for code in np.flatnonzero(number)})
     return out
 
 
 def find_step(recordings: Sequence[Recording], channel: str = "motor_torque") -> float | None:
     """Step of the drive behind a channel's codes, in the channel's unit; None where none shows.
 
-    Looks at up to twelve recordings in motion, searches in every other one and verifies in the others. Channels that
-    are not whole numbers in the file have none.
+    Looks at recordings in motion, searches in every other one and verifies in the others. Channels that are not whole
+    numbers in the file have none.
     """
     usable = [
         r
@@ -105,15 +118,14 @@ def find_step(recordings: Sequence[Recording], channel: str = "motor_torque") ->
     ]
     usable = [r for r in usable if r.specs[channel].scale == usable[0].specs[channel].scale]
     usable.sort(key=lambda r: (r.setpoint.load_torque, r.setpoint.velocity))
-    if len(usable) > LOOKED_AT:
-        usable = [usable[i] for i in np.linspace(0, len(usable) - 1, LOOKED_AT).astype(int)]
-    search, verify = (_pattern(_counts(usable[i::2], channel)) for i in (0, 1))
+    halves = [_counts(usable[i::2], channel) for i in (0, 1)]
+    search, verify = (_pattern(half) for half in halves)
     if min(search.code.size, verify.code.size) < MIN_CODES:
         return None
     step = _search(search)
     if _explained(verify, np.array([step]))[0] < MIN_EXPLAINED:
         return None
-    return step * abs(usable[0].specs[channel].scale)
+    return _refined(_pattern(halves[0] + halves[1]), step) * abs(usable[0].specs[channel].scale)
 
 
 def undo(codes: IntArray, step: float) -> FloatArray:
