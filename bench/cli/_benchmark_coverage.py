@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -14,12 +14,16 @@ from bench.cli._stored import store as keep
 from bench.cli._stored import stored
 from bench.errors import BenchError
 
+if TYPE_CHECKING:
+    from bench.configuration import BenchFile
+
 FORMAT, FORMAT_VERSION = "bench-coverage", "1.0"
 PAIRS = 40
 
 
 def coverage(
-    campaigns: Annotated[int, typer.Option("--campaigns", min=2, help="How many, seeds 1 and up.")] = 40,
+    campaigns: Annotated[int, typer.Option("--campaigns", min=2, help="How many.")] = 40,
+    first: Annotated[int, typer.Option("--first", min=1, help="Seed of the first one; the others follow.")] = 1,
     bench: Annotated[str, typer.Option("--bench", help="Name of an emulated bench.")] = "rh380n",
     work: Annotated[
         Path, typer.Option("--work", help="Folder of recordings and models; what is there is used.")
@@ -38,6 +42,7 @@ def coverage(
     --again, it goes on.
     """
     from bench.cli._coverage_runs import recordings
+    from bench.configuration import load_bench
     from bench.identification.coverage_table import page
     from bench.proof.results import commit
 
@@ -47,17 +52,19 @@ def coverage(
     if again:
         content |= {"campaigns": [], "pairs": []}
     content["asked"] = campaigns
-    content["command"] = f"bench benchmark coverage --campaigns {campaigns} --bench {bench}"
+    content["command"] = f"bench benchmark coverage --campaigns {campaigns} --first {first} --bench {bench}"
     done = {row["seed"]: row for row in content["campaigns"]}
-    for seed in range(1, campaigns + 1):
+    file = load_bench(bench)
+    rated = file.configuration.load_motor.nominal_torque
+    for number, seed in enumerate(range(first, first + campaigns), 1):
         if seed in done and _model(work, seed).exists():
             continue
-        done[seed] = _measured(recordings(seed, work, bench), seed, work, bench, made_by)
+        done[seed] = _measured(recordings(seed, work, bench, rated), seed, work, file, made_by)
         content["campaigns"] = [done[key] for key in sorted(done)]
         content["pairs"] = [row for row in content["pairs"] if seed not in (row["before"], row["after"])]
         keep(store, content)
         if not as_json:
-            say(f"campaign {seed} of {campaigns}")
+            say(f"campaign {number} of {campaigns} (seed {seed})")
         _show(content, work, store, table)
     _show(content, work, store, table)
     say(json.dumps(content, ensure_ascii=False) if as_json else page(content))
@@ -89,32 +96,34 @@ def _model(work: Path, seed: int) -> Path:
     return work / f"model-{seed:03d}.json"
 
 
-def _measured(folder: Path, seed: int, work: Path, bench: str, made_by: str) -> dict[str, Any]:
+def _measured(folder: Path, seed: int, work: Path, bench: BenchFile, made_by: str) -> dict[str, Any]:
     """Identify one campaign; its deviations from the truth as they are stored."""
-    from bench.configuration import load_bench
     from bench.identification import Options, identify_folder, to_simulation
     from bench.identification.coverage import deviates
     from bench.proof.sealed import load_sealed
     from bench.recording import RecordingFolder
 
     found = to_simulation(identify_folder(folder, Options()))
-    plant = load_bench(bench).configuration.bus.plant
+    plant = bench.configuration.bus.plant
     if plant is None:
-        raise BenchError(f"{bench} has no emulated plant: nothing is known of its truth.")
+        raise BenchError(f"{bench.configuration.name} has no emulated plant: nothing is known of its truth.")
     truth = load_sealed().nominal_truth(plant)
     # the campaign's own tare has taken its part of the zero off already
     tared = RecordingFolder.open(folder).recordings[0].specs["load_torque"].offset
-    truth["nominal"]["load.torque_offset"]["z_0"] += tared
+    zero = truth["nominal"]["load.torque_offset"]["z_0"] + tared
+    truth["nominal"]["load.torque_offset"]["z_0"] = zero
+    # the recorded torque has the zero in it, so the constant of the motor's balance has its share
+    truth["nominal"]["motor.torque_offset"]["tau_0"] -= zero / bench.configuration.gearbox.ratio
     found.save(_model(work, seed))
     about = {"seed": seed, "commit": made_by, "day": datetime.now(UTC).date().isoformat()}
     return about | deviates(found, truth)
 
 
 def pairs_of(seeds: list[int], number: int = PAIRS) -> list[tuple[int, int]]:
-    """Return up to ``number`` pairs of campaigns, neighbours first; each campaign is in as few as can be."""
+    """Return up to ``number`` pairs of campaigns, each campaign in as few as can be: first pairs that share none."""
     n = len(seeds)
     # distances up to half way round the circle, so that no pair comes twice
-    rows = [(k, i) for k in range(1, n // 2 + 1) for i in range(n) if 2 * k < n or i < k]
+    rows = [(k, i) for k in range(1, n // 2 + 1) for i in (*range(0, n, 2), *range(1, n, 2)) if 2 * k < n or i < k]
     return [(seeds[i], seeds[(i + k) % n]) for k, i in rows[:number]]
 
 

@@ -26,20 +26,25 @@ load_torques = [{torques}]
 velocities = [{velocities}]
 temperatures = ["as found", {temperatures}]
 """
-#: Ranges from which each campaign draws its levels, so that no two share the encoder's counting at the same speeds.
-TORQUES = ((-900.0, -700.0), (-150.0, 150.0), (700.0, 900.0))
+#: Ranges from which each campaign draws its levels, so that no two share the encoder's counting at the same speeds:
+#: shares of the load motor's rated torque, deg/s, °C.
+TORQUES = ((-0.55, -0.43), (-0.09, 0.09), (0.43, 0.55))
 SPEEDS = ((5.7, 6.3), (7.6, 8.4), (9.5, 10.4))
 TEMPERATURES = ((28.5, 30.0), (36.0, 38.0))
 
 
-def campaign_text(seed: int) -> str:
-    """A campaign of 54 points: 3 torques × 3 speeds, both ways × 3 temperatures, levels drawn with ``seed``."""
+def campaign_text(seed: int, rated_torque: float) -> str:
+    """A campaign of 54 points: 3 torques × 3 speeds, both ways × 3 temperatures, levels drawn with ``seed``.
+
+    ``rated_torque`` is the load motor's in N·m.
+    """
     draw = random.Random(seed)
 
     def levels(ranges: tuple[tuple[float, float], ...], digits: int) -> list[float]:
         return [round(draw.uniform(*bounds), digits) for bounds in ranges]
 
-    torques, speeds, temperatures = levels(TORQUES, 1), levels(SPEEDS, 3), levels(TEMPERATURES, 1)
+    speeds, temperatures = levels(SPEEDS, 3), levels(TEMPERATURES, 1)
+    torques = [round(rated_torque * share, 1) for share in levels(TORQUES, 4)]
     return _TEXT.format(
         seed=seed,
         torques=", ".join(f'"{t} N*m"' for t in torques),
@@ -48,8 +53,10 @@ def campaign_text(seed: int) -> str:
     )
 
 
-def recordings(seed: int, work: Path, bench: str) -> Path:
+def recordings(seed: int, work: Path, bench: str, rated_torque: float) -> Path:
     """Folder of campaign ``seed`` below ``work``; runs it, or goes on with it, unless it is finished.
+
+    ``rated_torque`` is the load motor's in N·m.
 
     Raises
     ------
@@ -62,7 +69,7 @@ def recordings(seed: int, work: Path, bench: str) -> Path:
         return folder
     work.mkdir(parents=True, exist_ok=True)
     plan = work / f"campaign-{seed:03d}.toml"
-    plan.write_text(campaign_text(seed), "utf-8")
+    plan.write_text(campaign_text(seed, rated_torque), "utf-8")
     arguments = ["run", str(plan), "--bench", bench, "--seed", str(seed), "--out", str(folder), "--json"]
     done = subprocess.run([*_COMMAND, *arguments], capture_output=True, text=True, check=False)
     if done.returncode != 0:

@@ -125,6 +125,7 @@ def comparisons(pairs: Sequence[Mapping[str, Any]]) -> list[str]:
 def page(content: Mapping[str, Any]) -> str:
     """Return the whole page from a stored result."""
     campaigns, pairs = content["campaigns"], content["pairs"]
+    seeds = sorted(c["seed"] for c in campaigns)
     commits = sorted({c["commit"][:12] for c in campaigns if c["commit"]})
     parts: list[tuple[str, Callable[[], list[str]]]] = [
         ("Slow equations", lambda: symbols(campaigns)),
@@ -135,8 +136,8 @@ def page(content: Mapping[str, Any]) -> str:
     lines = [
         "# Do the intervals hold the truth?",
         "",
-        f"{len(campaigns)} of {content.get('asked') or len(campaigns)} short campaigns asked for, on the emulated "
-        f"bench `{content['bench']}`, weaker orders on;",
+        f"{len(campaigns)} of {content.get('asked') or len(campaigns)} short campaigns asked for (seeds {seeds[0]} to "
+        f"{seeds[-1]}), on the emulated bench `{content['bench']}`, weaker orders on;",
         "95 % intervals. Made by",
         f"`{content['command']}`; commits {', '.join(commits) or 'not known'}.",
     ]

@@ -72,11 +72,11 @@ def _response(time: FloatArray, power: FloatArray, tau: float) -> FloatArray:
     return out
 
 
-def _series(r: Reduction, torque_zero: float, motor_zero: float, inertia: float) -> _Series | None:
+def _series(r: Reduction, motor_zero: float, inertia: float) -> _Series | None:
     b = r.blocks
     rate = np.where(np.isfinite(b.acceleration), b.acceleration, 0.0)
     input_power = (b.motor_torque - motor_zero - inertia * rate) * b.motor_velocity
-    power = np.abs(input_power - (b.load_torque - torque_zero) * b.load_velocity)
+    power = np.abs(input_power - b.load_torque * b.load_velocity)
     if b.size < 4 or not (np.isfinite(power).all() and np.isfinite(b.temperature).all()):
         return None
     step = float(np.median(np.diff(b.time)))
@@ -143,14 +143,13 @@ def _noise(residuals: Sequence[FloatArray]) -> tuple[float, float]:
     return float(np.sqrt(near / (1.0 - memory))) + 1e-12, (1.0 + memory) / (1.0 - memory)
 
 
-def identify_heat(
-    reductions: Sequence[Reduction], torque_zero: float = 0.0, motor_zero: float = 0.0, inertia: float = 0.0
-) -> HeatFit:
+def identify_heat(reductions: Sequence[Reduction], motor_zero: float = 0.0, inertia: float = 0.0) -> HeatFit:
     """Fit the heat balance to all recordings that measured power and temperature; says what they do not determine.
 
-    ``torque_zero`` and ``motor_zero`` are z_0 and τ_0 in N·m, ``inertia`` is J in kg·m², as identified.
+    ``motor_zero`` is τ_0 in N·m, ``inertia`` J in kg·m², as identified: at the speed of the load side τ_0 takes off the
+    power that both torques' zeros make.
     """
-    series = [s for r in reductions if (s := _series(r, torque_zero, motor_zero, inertia)) is not None]
+    series = [s for r in reductions if (s := _series(r, motor_zero, inertia)) is not None]
     if not series:
         return HeatFit({}, {}, float("nan"), ("The heat balance is not identified: temperature or power is missing.",))
     span = max(float(np.ptp(s.temperature)) for s in series)

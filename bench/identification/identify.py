@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
@@ -18,7 +17,7 @@ from bench.identification.load_side import identify_load_side
 from bench.identification.orders import Proposal, default_orders, nuisance_orders, propose
 from bench.identification.paper import identify_paper
 from bench.identification.reduction import Reduction, reduce_recording
-from bench.identification.refined import RefinedDirection, TorqueZero, identify_direction
+from bench.identification.refined import RefinedDirection, identify_direction
 from bench.identification.regression import LinearFit
 from bench.identification.ripple import find_ripple
 from bench.identification.rounding import find_step
@@ -64,7 +63,6 @@ class Identification:
     friction: LinearFit
     load_side: LinearFit
     heat: HeatFit
-    torque_zero: TorqueZero
     skipped: tuple[Skipped, ...]
     sentences: tuple[str, ...]
 
@@ -126,13 +124,6 @@ def _direction_of(reduction: Reduction) -> str | None:
     return "positive" if reduction.steady.window.direction > 0 else "negative"
 
 
-def torque_zero(load_side: LinearFit) -> TorqueZero:
-    """Return the zero of the torque sensor, from the load side's balance; unknown counts as 0."""
-    if "z_0" not in load_side.values:
-        return TorqueZero()
-    return TorqueZero(load_side.values["z_0"], load_side.std["z_0"])
-
-
 def identify_folder(folder: Path | str, options: Options, progress: Progress | None = None) -> Identification:
     """Identify everything the recordings of a folder determine.
 
@@ -162,11 +153,10 @@ def identify_folder(folder: Path | str, options: Options, progress: Progress | N
     load_side, said = identify_load_side(training, notch)
     if told:
         said.append(told)
-    zero = torque_zero(load_side)
-    friction, more = friction_of(training, zero.value, zero.std, load_side.freedom.get("z_0", math.inf))
+    friction, more = friction_of(training)
     said += more
     friction = replace(friction, systematic=systematic(recordings, friction))
-    heat = identify_heat(training, zero.value, friction.values.get("tau_0", 0.0), friction.values.get("J", 0.0))
+    heat = identify_heat(training, friction.values.get("tau_0", 0.0), friction.values.get("J", 0.0))
     said += heat.sentences
     proposals = propose(reductions, gearbox, orders, notch)
     nuisance = nuisance_orders(proposals, notch, reduction_options.reach, orders)
@@ -174,7 +164,7 @@ def identify_folder(folder: Path | str, options: Options, progress: Progress | N
     paper: dict[str, Any] = {"positive": None, "negative": None}
     for name in ("positive", "negative"):
         group = [r for r in training if _direction_of(r) == name]
-        series = identify_direction(group, orders, notch, name, zero, nuisance)
+        series = identify_direction(group, orders, notch, name, nuisance)
         paper[name] = identify_paper(group, orders)
         if series is None and any(r.steady is not None for r in training):
             said.append(f"No recording with a steady revolution in {name} direction: its series is not identified.")
@@ -188,7 +178,7 @@ def identify_folder(folder: Path | str, options: Options, progress: Progress | N
         sets = {name: result.fourier for name, result in refined.items()}
         models["refined"] = TransmissionErrorModel(sets.get("positive"), sets.get("negative"))
         models["paper"] = TransmissionErrorModel(paper["positive"], paper["negative"])
-    scored = [score(r, models, orders, notch, {"refined": zero.value}) for r in reductions]
+    scored = [score(r, models, orders, notch) for r in reductions]
     return Identification(
         Path(folder),
         gearbox,
@@ -202,7 +192,6 @@ def identify_folder(folder: Path | str, options: Options, progress: Progress | N
         friction,
         load_side,
         heat,
-        zero,
         tuple(skipped),
         tuple(said),
     )

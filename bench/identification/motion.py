@@ -45,7 +45,7 @@ def levels(
 
     An encoder's counting and the rounding of a reported torque are the same in every recording of a speed, or of a
     torque, that goes the same way: they do not average out over recordings. Rows outside ``use`` (n,), and recordings
-    without any, are each recording's own.
+    without any, belong to no level and are −1.
     """
     names, index = np.unique(group, return_inverse=True)
     count = np.bincount(index[use], minlength=names.size)
@@ -54,4 +54,4 @@ def levels(
     number = np.empty(names.size, dtype=np.int64)
     number[order] = np.cumsum(np.diff(mean[order], prepend=mean[order[0]]) > gap)
     shared = 2 * number[index] + (direction > 0)
-    return np.where(use & (count[index] > 0), shared, -1 - group)
+    return np.where(use & (count[index] > 0), shared, -1)

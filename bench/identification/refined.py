@@ -10,7 +10,7 @@ weighted by the noise seen beside each order.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,17 +75,9 @@ class RefinedDirection:
     freedom: int
 
 
-@dataclass(frozen=True, slots=True)
-class TorqueZero:
-    """What the torque sensor reads without load, N·m, and the standard deviation with which that is known."""
-
-    value: float = 0.0
-    std: float = 0.0
-
-
-def _normal(steady: SteadySums, orders: FloatArray, zero: TorqueZero) -> _Normal:
+def _normal(steady: SteadySums, orders: FloatArray) -> _Normal:
     samples = steady.unit[:, 0].real
-    inputs = np.stack([steady.torque - zero.value, steady.velocity, steady.temperature], axis=1)
+    inputs = np.stack([steady.torque, steady.velocity, steady.temperature], axis=1)
     inputs = np.where(np.isfinite(inputs), inputs, 0.0)
     return _Normal(
         steady,
@@ -228,42 +220,19 @@ def _polynomials(
     )
     raw_covariance = embed.T @ offset_covariance @ embed
     raw_covariance[-1, -1] += zero_angle**2
+    std = np.sqrt(np.einsum("kii->ki", covariance))
     fourier = FourierSet(
         orders,
         amplitude,
         phase,
         coefficients @ embed,
+        amplitude_std=std[:, :TERM_COUNT],
+        phase_std=std[:, TERM_COUNT:],
+        offset_std=np.sqrt(np.diag(raw_covariance)),
         covariance=covariance,
         offset_covariance=raw_covariance,
     )
     return fourier, tuple(spreads)
-
-
-def _shift(coefficients: FloatArray) -> FloatArray:
-    """Change (..., 10) of polynomials per N·m by which the torque's zero is wrong."""
-    out = np.zeros_like(coefficients)
-    out[..., 3] = 2.0 * coefficients[..., 0]
-    out[..., 4], out[..., 5], out[..., 9] = coefficients[..., 6], coefficients[..., 7], coefficients[..., 3]
-    return out
-
-
-def _with_zero_uncertainty(fourier: FourierSet, std: float) -> FourierSet:
-    """Add to the covariances what the uncertainty of the torque sensor's zero makes of the coefficients."""
-    both = np.concatenate([_shift(fourier.amplitude), _shift(fourier.phase)], axis=1) * std
-    level = _shift(fourier.offset) * std
-    assert fourier.covariance is not None
-    assert fourier.offset_covariance is not None
-    covariance = fourier.covariance + both[:, :, None] * both[:, None, :]
-    offset_covariance = fourier.offset_covariance + np.outer(level, level)
-    spread = np.sqrt(np.einsum("kii->ki", covariance))
-    return replace(
-        fourier,
-        amplitude_std=spread[:, :TERM_COUNT],
-        phase_std=spread[:, TERM_COUNT:],
-        offset_std=np.sqrt(np.diag(offset_covariance)),
-        covariance=covariance,
-        offset_covariance=offset_covariance,
-    )
 
 
 def identify_direction(
@@ -271,7 +240,6 @@ def identify_direction(
     orders: Sequence[float],
     notch_orders: Sequence[int],
     direction: str,
-    zero: TorqueZero = TorqueZero(),
     nuisance: Sequence[int] = (),
 ) -> RefinedDirection | None:
     """Identify one direction of motion from recordings that moved that way; None without any.
@@ -285,7 +253,7 @@ def identify_direction(
     beside = [n for n in dict.fromkeys([*notch_orders, *nuisance]) if n not in orders]
     listed = np.asarray([*orders, *beside], dtype=np.float64)
     ripples = len(beside)
-    normals = [_normal(steady, listed, zero) for _, steady in members]
+    normals = [_normal(steady, listed) for _, steady in members]
     design = make_design(np.stack([n.mean for n in normals]))
     resolution = max(steady.resolution for _, steady in members)
     fourier: FourierSet | None = None
@@ -303,7 +271,6 @@ def identify_direction(
         ]
         fourier, spreads = _polynomials(harmonics, design, np.asarray(orders, dtype=np.float64), resolution, fits)
     assert fourier is not None
-    fourier = _with_zero_uncertainty(fourier, zero.std)
     return RefinedDirection(
         fourier,
         tuple(harmonics),
@@ -319,7 +286,7 @@ def single_recording(
 ) -> tuple[ComplexArray, ComplexArray]:
     """Fourier series fitted to one recording alone: z (K,) of the orders and of the ripple; the bound of any model."""
     listed = np.asarray([*orders, *(n for n in notch_orders if n not in orders)], dtype=np.float64)
-    normal = _normal(steady, listed, TorqueZero())
+    normal = _normal(steady, listed)
     solution = _solve(normal, None, 0)
     z = solution[: listed.size] + 1j * solution[listed.size : 2 * listed.size]
     return z[: len(orders)], z[len(orders) :]

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.identification.shared import shared_variance
+
 FloatArray = NDArray[np.float64]
 
 FEW_GROUPS = 4
@@ -46,9 +48,9 @@ def regress(
     A column that is zero, or that the others make up but for 1 % of its norm, is left out and named. Columns named in
     ``nuisance`` are fitted and not reported. The covariance is the jackknife over groups: each is left out once, so
     noise may remember itself within a group as it likes, and a group with much leverage counts as what it is
-    (Bell and McCaffrey 2002, "CR3"). Errors may be shared across groups as well: for each further grouping (n,) in
-    ``shared`` the jackknife is made, too, and the largest standard deviation counts. The degrees of freedom are
-    Satterthwaite's over the groups' shares. With less than four groups, rows are taken in 20 consecutive batches.
+    (Bell and McCaffrey 2002, "CR3"). Errors may be shared across groups as well: what those of the levels in ``shared``
+    (:func:`.shared_variance`) add is added. The degrees of freedom are Satterthwaite's. With less than four groups,
+    rows are taken in 20 consecutive batches.
     """
     names, missing = _independent(columns)
     reported = [name for name in names if name not in nuisance]
@@ -63,11 +65,11 @@ def regress(
     solution = inverse @ (x.T @ target)
     residual = target - x @ solution
     std, freedom = _jackknife(x, residual, normal, inverse, group)
-    for other in shared:
-        if np.unique(other).size >= FEW_GROUPS:
-            wider, few = _jackknife(x, residual, normal, inverse, other)
-            std, freedom = np.maximum(std, wider), np.where(wider > std, few, freedom)
-    values, std = solution / scale, std / scale
+    more, few = shared_variance(x, inverse, residual, group, shared)
+    both = std**2 + more
+    some = both > 0.0
+    freedom[some] = both[some] ** 2 / (std[some] ** 4 / freedom[some] + more[some] ** 2 / few[some])
+    values, std = solution / scale, np.sqrt(both) / scale
     rows = {name: names.index(name) for name in reported}
     return LinearFit(
         {name: float(values[j]) for name, j in rows.items()},

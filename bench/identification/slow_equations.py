@@ -2,8 +2,8 @@
 
     τ_m − τ/u = d·f_c + f_v·ω_m + f_vT·ω_m·(T − 25 °C) + d·f_l·|τ|/u + J·ω̇_m + τ_0
 
-Rows are the 50 ms blocks of all recordings, in motion only. The torque sensor's zero z_0 comes from the load side's
-balance (:mod:`.load_side`) and is taken off τ. Accelerations count outside steady segments only: inside, they are the
+Rows are the 50 ms blocks of all recordings, in motion only. τ is the recorded channel, so the torque sensor's zero is
+in it: τ_0 is the drive's constant less z_0/u. Accelerations count outside steady segments only: inside, they are the
 encoder's noise. Heating recordings run several times as fast as what the model is for: few as they are, their leverage
 would decide f_v and f_vT, so they count only where the others do not determine a symbol.
 """
@@ -52,20 +52,16 @@ FRICTION_UNITS = {
 }  # fmt: skip
 
 
-def friction_rows(reductions: Sequence[Reduction], torque_zero: float = 0.0) -> Rows:
-    """Collect the rows of recordings that measured motor torque; ``torque_zero`` N·m is taken off the load torque."""
+def friction_rows(reductions: Sequence[Reduction]) -> Rows:
+    """Collect the rows of recordings that measured motor torque."""
     parts = []
     steady = []
     for i, r in enumerate(reductions):
         b, mask = r.blocks, moving(r.blocks) & np.isfinite(r.blocks.motor_torque)
         if r.limited is None and mask.any():
-            torque = (b.load_torque[mask] - torque_zero) / r.ratio
+            torque, size = b.load_torque[mask] / r.ratio, b.load_size[mask] / r.ratio
             group = np.full(int(mask.sum()), i)
             speed, rate = b.motor_velocity[mask], b.acceleration[mask]
-            # |τ − z| = |τ| − z·sign(τ); where the torque swings about 0 the mean of the sign is mean by size
-            size = b.load_size[mask]
-            sign = np.clip(b.load_torque[mask] / np.maximum(size, 1e-12), -1.0, 1.0)
-            size = (size - torque_zero * sign) / r.ratio
             measured, heat = b.motor_torque[mask], b.temperature[mask]
             parts.append(Rows(group, b.direction[mask], speed, rate, measured, torque, heat, size))
             steady.append(b.steady[mask])
@@ -75,40 +71,24 @@ def friction_rows(reductions: Sequence[Reduction], torque_zero: float = 0.0) -> 
     return join([blocks, *limited])
 
 
-def friction_of(
-    reductions: Sequence[Reduction], torque_zero: float, zero_std: float = 0.0, zero_freedom: float = np.inf
-) -> tuple[LinearFit, list[str]]:
-    """Fit the input's torque balance without heating recordings, or with them where more is determined so.
-
-    ``torque_zero`` N·m is taken off the load torque; what its standard deviation ``zero_std`` (with so many degrees of
-    freedom) makes of each symbol is added to theirs.
-    """
+def friction_of(reductions: Sequence[Reduction]) -> tuple[LinearFit, list[str]]:
+    """Fit the input's torque balance without heating recordings, or with them where more is determined so."""
     slow = [r for r in reductions if r.kind != HEATING]
-    fit, said = identify_friction(friction_rows(slow, torque_zero))
-    used: Sequence[Reduction] = slow
+    fit, said = identify_friction(friction_rows(slow))
     if fit.undetermined and len(slow) < len(reductions):
-        with_heating, more = identify_friction(friction_rows(reductions, torque_zero))
+        with_heating, more = identify_friction(friction_rows(reductions))
         if len(with_heating.values) > len(fit.values):
-            fit, said, used = with_heating, more, reductions
-    if zero_std > 0.0 and fit.values:
-        moved, _ = identify_friction(friction_rows(used, torque_zero + zero_std))
-        fit = _widened(fit, moved, zero_freedom)
+            return with_heating, more
     return fit, said
 
 
-def _widened(fit: LinearFit, moved: LinearFit, freedom: float) -> LinearFit:
-    """Add a second, independent source of error: the change to ``moved`` is its standard deviation (Welch 1947)."""
-    std, degrees = dict(fit.std), dict(fit.freedom)
-    for symbol, own in fit.std.items():
-        other = abs(moved.values.get(symbol, fit.values[symbol]) - fit.values[symbol])
-        std[symbol] = float(np.hypot(own, other))
-        share = own**4 / fit.freedom[symbol] + other**4 / freedom
-        degrees[symbol] = float(std[symbol] ** 4 / share) if share > 0.0 else fit.freedom[symbol]
-    return replace(fit, std=std, freedom=degrees)
+def shared_levels(rows: Rows, torque: FloatArray, good: NDArray[np.bool_]) -> tuple[NDArray[np.int64], ...]:
+    """Levels over which the rows that are ``good`` share an error: those of one speed, and those of one torque.
 
-
-def _shared(rows: Rows, torque: FloatArray, good: NDArray[np.bool_]) -> tuple[NDArray[np.int64], ...]:
-    """Rows that share an error beyond their recording: those of one speed, and those of one torque."""
+    None where no row accelerates: then nothing tells which rows are steady.
+    """
+    if not rows.acceleration.any():
+        return ()
     steady = rows.acceleration[good] == 0.0
     direction, group = rows.direction[good], rows.group[good]
     speed = np.log(np.maximum(np.abs(rows.omega[good]), 1e-9))
@@ -143,7 +123,7 @@ def identify_friction(rows: Rows) -> tuple[LinearFit, list[str]]:
         "f_l": direction * size,
         "f_vT": rows.omega * warm,
     }
-    shared = _shared(rows, torque, good) if rows.acceleration.any() else ()
+    shared = shared_levels(rows, torque, good)
     target = (rows.motor_torque - torque)[good]
     fit = regress({k: v[good] for k, v in columns.items()}, target, rows.group[good], (), shared)
     return fit, said + sentences(fit, FRICTION_MEANING, FRICTION_REASONS)

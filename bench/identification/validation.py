@@ -106,12 +106,8 @@ def score(
     models: Mapping[str, TransmissionErrorModel],
     orders: Sequence[float],
     notch_orders: Sequence[int],
-    zeros: Mapping[str, float],
 ) -> Score | None:
-    """Score models on one recording; None where it has no transmission error or a model lacks its direction.
-
-    ``zeros`` gives by model name the torque sensor's zero to be taken off (N·m; 0 where not named).
-    """
+    """Score models on one recording; None where it has no transmission error or a model lacks its direction."""
     steady = reduction.steady
     if steady is None:
         return None
@@ -124,7 +120,7 @@ def score(
         fourier = model.direction(steady.window.direction)
         if fourier is None:
             return None
-        harmonics = model_harmonics(fourier, inputs[0] - zeros.get(name, 0.0), inputs[1], inputs[2])
+        harmonics = model_harmonics(fourier, *inputs)
         names.append(name)
         series.append(harmonics)
         # The ripple is taken off by the same notch for every model.

@@ -1,6 +1,6 @@
 """The heat balance of an identified model in the form that predictions and calibrations ask for.
 
-Identification tells C, R and T_amb, of the loss less the zeros of both torques; the nominal terms are linear in 1/C,
+Identification tells C, R and T_amb, of the loss less what the constant τ_0 makes; the nominal terms are linear in 1/C,
 1/(R·C) and (T_amb − 25 °C)/(R·C), and say in a key of their own what is taken off the loss.
 """
 
@@ -37,7 +37,7 @@ def with_rates(simulation: Simulation) -> Simulation:
         kept = {symbol: p for symbol, p in term.parameters.items() if symbol not in ("C", "R", "T_amb")}
         simulation = simulation.with_term(replace(term, parameters={**parameters, **kept}))
     heating = simulation.terms[HEATING]
-    return simulation.with_term(replace(heating, extra={LESS: [LOAD_ZERO, MOTOR_ZERO], **heating.extra}))
+    return simulation.with_term(replace(heating, extra={LESS: [MOTOR_ZERO], **heating.extra}))
 
 
 def _of(simulation: Simulation, effect: str) -> list[tuple[str, Parameter]]:

@@ -12,17 +12,14 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.identification.motion import levels
 from bench.identification.reduction import Reduction
-from bench.identification.refined import TorqueZero
 from bench.identification.regression import regress
 from bench.identification.rows import Rows
 from bench.identification.slow_equations import (
     HEATING,
     REFERENCE_TEMPERATURE,
-    SPEED_LEVEL,
-    TORQUE_LEVEL,
     friction_rows,
+    shared_levels,
 )
 from bench.trend.quantities import SPEED_MARGIN, TEMPERATURE_MARGIN_K, TORQUE_MARGIN_NM, Value
 
@@ -33,16 +30,13 @@ SPEEDS_DEG_S = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0)
 TEMPERATURES_DEGC = (20.0, 30.0, 40.0, 50.0)
 
 
-def reference_friction(
-    reductions: Sequence[Reduction], zero: TorqueZero, ratio: float
-) -> dict[tuple[float, float], Value]:
+def reference_friction(reductions: Sequence[Reduction], ratio: float) -> dict[tuple[float, float], Value]:
     """Return friction without load in N·m at the motor by (speed °/s of the load side, temperature °C).
 
-    ``zero`` of the torque sensor is taken off, and its standard deviation counts. Only points within what recordings
-    measured are there, heating left out; none where a temperature is missing.
+    Only points within what recordings measured are there, heating left out; none where a temperature is missing.
     """
     slow = [r for r in reductions if r.kind != HEATING and not r.validation]
-    rows, moved = friction_rows(slow, zero.value), friction_rows(slow, zero.value + zero.std)
+    rows = friction_rows(slow)
     good = np.isfinite(rows.torque) & np.isfinite(rows.temperature) & np.isfinite(rows.motor_torque)
     if not good.any():
         return {}
@@ -57,10 +51,9 @@ def reference_friction(
             within = least / SPEED_MARGIN <= at <= most * SPEED_MARGIN
             if within and cold - TEMPERATURE_MARGIN_K <= temperature <= warm + TEMPERATURE_MARGIN_K:
                 omega = float(np.radians(at)) * ratio
-                value, other = (_at(one, good, omega, temperature, ratio) for one in (rows, moved))
-                if value is not None and other is not None:
-                    std = float(np.hypot(value.std, other.value - value.value))
-                    found[at, temperature] = Value(value.value, std, value.freedom)
+                value = _at(rows, good, omega, temperature, ratio)
+                if value is not None:
+                    found[at, temperature] = value
     return found
 
 
@@ -76,23 +69,11 @@ def _at(rows: Rows, good: NDArray[np.bool_], omega: float, temperature: float, r
         "f_vT": rows.omega * warm - d * omega * (temperature - REFERENCE_TEMPERATURE),
     }
     target = (rows.motor_torque - rows.torque)[good]
-    group = rows.group[good]
-    fit = regress({name: column[good] for name, column in columns.items()}, target, group, (), _shared(rows, good))
+    group, shared = rows.group[good], shared_levels(rows, rows.torque, good)
+    fit = regress({name: column[good] for name, column in columns.items()}, target, group, (), shared)
     if "F" not in fit.values:
         return None
     if "f_l" in fit.undetermined and float(np.median(rows.size[good])) * ratio > TORQUE_MARGIN_NM:
         # every recording had the same load: what it makes cannot be told from the friction without it
         return None
     return Value(fit.values["F"], fit.std["F"], fit.freedom["F"])
-
-
-def _shared(rows: Rows, good: NDArray[np.bool_]) -> tuple[NDArray[np.int64], ...]:
-    """Rows that share an error beyond their recording: those of one speed, and those of one torque."""
-    if not rows.acceleration.any():
-        return ()
-    steady = rows.acceleration[good] == 0.0
-    direction, group = rows.direction[good], rows.group[good]
-    speed = np.log(np.maximum(np.abs(rows.omega[good]), 1e-9))
-    torque = rows.torque[good]
-    step = TORQUE_LEVEL * max(float(np.ptp(torque)), 1e-12)
-    return levels(speed, direction, group, steady, SPEED_LEVEL), levels(torque, direction, group, steady, step)

@@ -26,7 +26,7 @@ from bench.whole import write_whole
 
 FOLDER = ".identified"
 FORMAT = "bench-trend"
-VERSION = 1
+VERSION = 2
 _TERMS = {"f_l": "friction.load_dependent", "R": "thermal.convection", "C": "thermal.loss_heating"}
 
 
@@ -71,7 +71,7 @@ def keep(found: Identification, folder: Path, stamp: str) -> None:
     OSError
         If there is no room for it beside the folder.
     """
-    friction = reference_friction(found.reductions, found.torque_zero, found.gearbox.ratio)
+    friction = reference_friction(found.reductions, found.gearbox.ratio)
     store(Identified(folder.name, to_simulation(found), "", _measured(found), _noise(found), friction), folder, stamp)
 
 

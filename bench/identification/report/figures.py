@@ -172,9 +172,7 @@ def validation_example(found: Identification) -> tuple[str, str] | None:
     for name, colour in (("refined", "#c1440e"), ("paper", "#e4af35")):
         fourier = found.models[name].direction(steady.window.direction)
         if fourier is not None:
-            inputs = mean_inputs(steady)
-            zero = found.torque_zero.value if name == "refined" else 0.0
-            harmonics = model_harmonics(fourier, inputs[0] - zero, inputs[1], inputs[2])
+            harmonics = model_harmonics(fourier, *mean_inputs(steady))
             left.plot(grid, 1e6 * revolution(found.orders, harmonics, 12), lw=0.9, color=colour, label=name)
     left.legend(fontsize=7)
     reach = min(steady.spectrum.size, 301)

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -80,8 +81,11 @@ def test_changes_that_are_put_in_are_found_when_large_enough() -> None:
 
 
 def test_campaigns_differ_and_are_the_same_again() -> None:
-    assert campaign_text(3) == campaign_text(3)
-    assert campaign_text(3) != campaign_text(4)
+    assert campaign_text(3, 1650.0) == campaign_text(3, 1650.0)
+    assert campaign_text(3, 1650.0) != campaign_text(4, 1650.0)
+    torques = tomllib.loads(campaign_text(3, 1650.0))["stages"][0]["points"][0]["load_torques"]
+    halves = tomllib.loads(campaign_text(3, 825.0))["stages"][0]["points"][0]["load_torques"]
+    assert [float(t.split()[0]) for t in torques] == pytest.approx([2 * float(t.split()[0]) for t in halves], abs=0.2)
 
 
 def test_interval_of_a_share() -> None:
@@ -96,7 +100,7 @@ def test_command_goes_on_where_it_was(
 ) -> None:
     asked: list[int] = []
 
-    def stand_in(seed: int, work: Path, bench: str) -> Path:
+    def stand_in(seed: int, work: Path, bench: str, rated_torque: float) -> Path:
         asked.append(seed)
         work.mkdir(exist_ok=True)
         return campaign_folder
@@ -118,6 +122,8 @@ def test_command_goes_on_where_it_was(
     assert table.read_text() == page(content)
     CliRunner().invoke(make_app(), line)
     assert asked == [1, 2]
+    CliRunner().invoke(make_app(), [*line, "--first", "2"])
+    assert asked == [1, 2, 3]
 
 
 def test_a_store_of_something_else_is_refused(tmp_path: Path) -> None:
@@ -133,5 +139,7 @@ def test_a_store_of_something_else_is_refused(tmp_path: Path) -> None:
 def test_pairs_are_different_and_spread_over_the_campaigns(campaigns: int, pairs: int) -> None:
     made = pairs_of(list(range(1, campaigns + 1)))
     assert len(made) == len({frozenset(pair) for pair in made}) == pairs
+    apart = made[: campaigns // 2]
+    assert len({seed for pair in apart for seed in pair}) == 2 * len(apart)
     often = [sum(seed in pair for pair in made) for seed in range(1, campaigns + 1)]
     assert max(often) - min(often) <= 2

@@ -12,7 +12,7 @@ from bench.identification.reduction import Reduction
 from bench.identification.regression import regress
 from bench.identification.slow_equations import friction_rows, identify_friction
 
-TRUE = {"f_c": 0.5, "f_v": 0.006, "f_vT": -1e-4, "f_l": 0.04, "tau_0": 0.04, "J": 0.0029}
+TRUE = {"f_c": 0.5, "f_v": 0.006, "f_vT": -1e-4, "f_l": 0.04, "tau_0": 0.04 - 2.0 / 185.0, "J": 0.0029}
 
 
 def test_friction_comes_out_with_its_parameters(found: Identification) -> None:
