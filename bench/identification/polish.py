@@ -1,10 +1,9 @@
 """From harmonics of many recordings to polynomials of amplitude and phase.
 
 Each recording gives one complex value z_r = A·exp(iφ) an order, with the variance its noise implies. The polynomials of
-A and φ are fitted to all z_r at once (no wrapping, no undefined phase where A is small): first the phase's linear part
-by a search, then amplitude and phase by Gauss–Newton. What scatters between recordings beyond their own noise (torque
-sensor, temperature reading, controller) is a second variance, one along and one across z, estimated from the
-residuals, so that standard deviations hold.
+A and φ are fitted to all z_r at once (:mod:`.polar`), beginning with a phase whose linear part a search has found. What
+scatters between recordings beyond their own noise (torque sensor, temperature reading, controller) is a second
+variance, one along and one across z, estimated from the residuals, so that standard deviations hold.
 """
 
 from __future__ import annotations
@@ -15,14 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.identification.inputs import Design
+from bench.identification.polar import fit_polynomials
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 MIN_FREEDOM = 8
 MIN_FACTOR = 0.01
-_ITERATIONS = 40
-_TOLERANCE = 1e-10
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,51 +113,6 @@ def _start(z: ComplexArray, design: Design) -> tuple[FloatArray, FloatArray]:
     return amplitude, phase
 
 
-def _gauss_newton(
-    z: ComplexArray, columns: FloatArray, radial: FloatArray, tangential: FloatArray, start: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Minimise Σ re²/radial + im²/tangential of (z·exp(−iφ) − A); return parameters (2P,) and covariance."""
-    size = columns.shape[1]
-    wr, wt = 1.0 / np.sqrt(radial), 1.0 / np.sqrt(tangential)
-
-    def residual(p: FloatArray) -> FloatArray:
-        off = z * np.exp(-1j * (columns @ p[size:])) - columns @ p[:size]
-        return np.concatenate([off.real * wr, off.imag * wt])
-
-    def jacobian(p: FloatArray) -> FloatArray:
-        rotated = z * np.exp(-1j * (columns @ p[size:]))
-        upper = np.hstack([-columns * wr[:, None], columns * (rotated.imag * wr)[:, None]])
-        lower = np.hstack([np.zeros_like(columns), -columns * (rotated.real * wt)[:, None]])
-        return np.vstack([upper, lower])
-
-    p, damping = start, 1e-6
-    r = residual(p)
-    cost = float(r @ r)
-    for _ in range(_ITERATIONS):
-        j = jacobian(p)
-        normal, slope = j.T @ j, j.T @ r
-        step = np.linalg.lstsq(normal + damping * np.diag(np.diag(normal) + 1e-300), -slope, rcond=None)[0]
-        trial = residual(p + step)
-        if float(trial @ trial) <= cost:
-            gain = cost - float(trial @ trial)
-            p, r, damping = p + step, trial, max(damping * 0.2, 1e-12)
-            cost = float(r @ r)
-            if gain <= _TOLERANCE * cost:
-                break
-        else:
-            damping *= 10.0
-            if damping > 1e8:
-                break
-    # The covariance is taken with the model's own amplitude, so that a phase without amplitude stays undetermined.
-    amplitude = columns @ p[:size]
-    upper = columns.T @ (columns * (wr**2)[:, None])
-    lower = columns.T @ (columns * ((amplitude * wt) ** 2)[:, None])
-    covariance = np.zeros((2 * size, 2 * size))
-    covariance[:size, :size] = np.linalg.pinv(upper)
-    covariance[size:, size:] = np.linalg.pinv(lower)
-    return p, covariance
-
-
 def fit_polar(z: ComplexArray, within: FloatArray, design: Design, near: PolarFit | None = None) -> PolarFit:
     """Fit amplitude and phase polynomials to z (R,) with variance ``within`` (R,) a component.
 
@@ -171,11 +124,11 @@ def fit_polar(z: ComplexArray, within: FloatArray, design: Design, near: PolarFi
     p = np.concatenate(_start(z, design) if near is None else (near.amplitude, near.phase))
     radial = tangential = np.maximum(within, 1e-6 * float((np.abs(z) ** 2).mean()) + 1e-300)
     along = across = Spread()
-    covariance = np.empty(0)
     for _ in range(8):
-        p, covariance = _gauss_newton(z, columns, radial, tangential, p)
-        level = columns @ p[:size]
-        off = z * np.exp(-1j * (columns @ p[size:])) - level
+        found = fit_polynomials(columns, z, radial, tangential, [p], columns @ p[size:])
+        p = np.concatenate([found.amplitude, found.phase])
+        level = columns @ found.amplitude
+        off = z * np.exp(-1j * (columns @ found.phase)) - level
         along = estimate_spread(off.real, within, size)
         # Scatter of the phase turns into a deviation across z in proportion to the amplitude.
         square = np.maximum(np.abs(level), 1e-3 * float(np.abs(level).max()) + 1e-300) ** 2
@@ -187,7 +140,7 @@ def fit_polar(z: ComplexArray, within: FloatArray, design: Design, near: PolarFi
         radial, tangential = new_radial, new_tangential
         if done:
             break
-    amplitude, phase = p[:size].copy(), p[size:].copy()
+    amplitude, phase, covariance = found.amplitude, found.phase, found.covariance
     centre = design.columns(design.inputs.mean(axis=0))
     constant = int(np.argmax(design.kept == 9))
     if float(centre @ amplitude) < 0:

@@ -18,8 +18,9 @@ from bench.identification.blocks import Blocks, make_blocks
 from bench.identification.paper_harmonics import Harmonics, paper_harmonics
 from bench.identification.rounding import rounded_once
 from bench.identification.rows import Rows
+from bench.identification.spikes import spikes
 from bench.identification.steady import ReductionOptions, SteadySums, steady_sums
-from bench.identification.windows import lost_cycles, spike_mask, steady_window
+from bench.identification.windows import lost_cycles, steady_window
 from bench.recording import Recording
 
 FloatArray = NDArray[np.float64]
@@ -142,7 +143,7 @@ def _transmission(
     resolution = abs(spec.scale) / ratio if np.issubdtype(np.dtype(spec.dtype), np.integer) else 0.0
     bad = bad_rows.copy()
     stretch = slice(window.segment_start, window.segment_stop)
-    wild = spike_mask(error[stretch], 0.3 * resolution)
+    wild = spikes(error[stretch], 0.3 * resolution)
     bad[stretch] |= wild
     if wild.any():
         said.append(f"{name}: {int(wild.sum())} single wild samples of the transmission error are left out.")

@@ -6,14 +6,12 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from bench.recording import Recording
 
 FloatArray = NDArray[np.float64]
 
-SPIKE_SIGMA = 10.0
 GAP_REVOLUTIONS = 0.01
 """A gap that spans more of the output's turn than this splits a steady segment."""
 REVOLUTION = 2.0 * np.pi
@@ -40,32 +38,6 @@ class SteadyWindow:
     segment_stop: int
     direction: int
     revolutions: int
-
-
-@njit(cache=True)
-def _off_neighbours(x: FloatArray) -> FloatArray:
-    """Return the distance of each sample from the median of itself and two neighbours on each side."""
-    out = np.zeros(x.size)
-    for i in range(2, x.size - 2):
-        a, b, c, d, e = x[i - 2], x[i - 1], x[i], x[i + 1], x[i + 2]
-        # Median of five by comparisons: drop the least and the greatest of four, then the middle of three.
-        low = max(min(a, b), min(d, e))
-        high = min(max(a, b), max(d, e))
-        out[i] = abs(c - max(min(low, high), min(max(low, high), c)))
-    return out
-
-
-def spike_mask(signal: FloatArray, floor: float = 0.0) -> NDArray[np.bool_]:
-    """Mark samples that stand off the running median of five by more than ten times its 99th percentile's sigma.
-
-    ``floor`` is the least such sigma, in the signal's unit: quantisation is no spike.
-    """
-    if signal.size < 16:
-        return ~np.isfinite(signal)
-    finite = np.isfinite(signal)
-    off = _off_neighbours(np.where(finite, signal, np.nanmedian(signal) if finite.any() else 0.0))
-    scale = float(np.percentile(off, 99.0)) / 2.6
-    return (off > SPIKE_SIGMA * max(scale, floor, 1e-300)) | ~finite
 
 
 def counting_bias(advance: float, samples: int) -> float:

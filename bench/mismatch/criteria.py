@@ -1,11 +1,13 @@
 """Every number that decides something in the mismatch analysis: its meaning, its source."""
 
+from bench.identification import spikes
+
 STANDSTILL_RAD_S = 0.3
 """motor speed below which the bench counts as standing; a fifth of one count of a 13-bit encoder at 2 kHz"""
 SPEED_NOISE = 2e-3
 """noise of the speed, over the speed of standstill, below which a shorter smoothing window is taken"""
-SPIKE = 9.0
-"""standard deviations of the difference to a running median from which a sample is wild; chance: 1 in 1e18"""
+SPIKE = spikes.SIGMA
+"""standard deviations of the difference to a running median from which a sample is wild"""
 KEEPS_ITS_LOAD = 0.02
 """standard deviation of the load in a steady segment, over the largest load, below which it is one level"""
 REFERENCE_CELSIUS = 25.0

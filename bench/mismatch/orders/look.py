@@ -14,10 +14,10 @@ import finufft
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.identification.spikes import off_median
 from bench.mismatch import criteria
 from bench.mismatch.recordings.notch import ACCURACY, spectrum
 from bench.mismatch.recordings.rows import ANGLE_STEP
-from bench.mismatch.recordings.smoothing import off_median
 from bench.mismatch.regression.noise import robust_spread
 from bench.simulation.frame import FloatArray
 from bench.simulation.waves import of_orders

@@ -1,9 +1,9 @@
 """Calibration of the paper's polynomial Fourier series on the vectors of the revolutions.
 
 Amplitude and phase of an order are quadratic polynomials of torque, speed and temperature, a set a direction
-(Bauer et al., ICIT 2025, eq. 4). They are fitted to the vector A*exp(j*phi), which knows no wrapping, by scipy's
-Levenberg-Marquardt; a normal prior, whose spread all orders share and tell, keeps what the design does not determine
-near zero (empirical Bayes, MacKay, Neural Comput. 4 (1992) 415).
+(Bauer et al., ICIT 2025, eq. 4). They are fitted to the vector A*exp(j*phi) as identification does
+(:mod:`bench.identification.polar`); a normal prior, whose spread all orders share and tell, keeps what the design does
+not determine near zero (empirical Bayes, MacKay, Neural Comput. 4 (1992) 415).
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import least_squares
 
+from bench.identification.polar import fit_polynomials, mean_size
 from bench.mismatch.orders.turns import Complex, Turn, directions, states
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.sines import summed, turned
@@ -179,7 +179,7 @@ def calibrate(
                 fit = fit_order(basis, vectors[rows, k], own, prior, begin)
                 loss[k] += fit.loss
                 amplitude[side][k], phase[side][k], covariance[side][k] = fit.amplitude, fit.phase, fit.covariance
-                size = _size(vectors[rows, k])
+                size = mean_size(vectors[rows, k])
                 found.append(np.concatenate([fit.amplitude[:9] / size, fit.phase[:9]]))
                 determined.append(fit.determined)
                 if known is None:
@@ -192,10 +192,6 @@ def calibrate(
     return Series(
         tuple(float(f) for f in orders), scalings, amplitude, phase, covariance, np.asarray(prior), doubt, loss
     )
-
-
-def _size(vector: Complex) -> float:
-    return float(np.sqrt(np.mean(np.abs(vector) ** 2))) or 1e-12
 
 
 def _empirical_prior(found: FloatArray, determined: FloatArray) -> FloatArray:
@@ -237,38 +233,18 @@ def fit_order(
     """Fit one order's ``vector`` (n,) at the states of ``basis`` (n, 10); ``sigma`` (n,) noise of a component,
     ``spread`` (18,) of the coefficients; from ``begin`` (20,), or from a level vector and from a smooth one.
     """
-    size = _size(vector)
-    weight = 1.0 / np.sqrt(sigma**2 + (RELATIVE_NOISE * size) ** 2)
-    prior = np.concatenate([1.0 / (spread[:9] * size), [0.0], 1.0 / spread[9:], [0.0]])
-    scale = np.where(prior > 0.0, 1.0 / np.maximum(prior, 1e-300), np.repeat([size, 1.0], 10))
-
-    def value(x: FloatArray) -> Complex:
-        return np.asarray((basis @ x[:10]) * np.exp(1j * (basis @ x[10:])))
-
-    def residual(z: FloatArray) -> FloatArray:
-        x = z * scale
-        left = (value(x) - vector) * weight
-        return np.concatenate([left.real, left.imag, prior * x])
-
-    def jacobian(z: FloatArray) -> FloatArray:
-        x = z * scale
-        turn = np.exp(1j * (basis @ x[10:])) * weight
-        columns = np.hstack([turn[:, None] * basis, (1j * (basis @ x[:10]) * turn)[:, None] * basis])
-        return np.vstack([columns.real, columns.imag, np.diag(prior)]) * scale
-
+    size = mean_size(vector)
+    variance = sigma**2 + (RELATIVE_NOISE * size) ** 2
+    prior = np.concatenate([spread[:9] * size, [np.inf], spread[9:], [np.inf]])
     starts = [begin] if begin is not None else [_level(vector, size), _smooth(basis, vector, size)]
-    runs = [least_squares(residual, s / scale, jac=jacobian, method="lm", xtol=1e-7, ftol=1e-8) for s in starts]
-    best = min(runs, key=lambda r: float(r.cost))
-    x = np.asarray(best.x) * scale
-    jac = jacobian(np.asarray(best.x))
-    inner = np.linalg.pinv(jac.T @ jac, rcond=1e-12)
+    found = fit_polynomials(basis, vector, variance, variance, starts, None, prior)
     keep = [*range(9), *range(10, 19)]
     return OrderFit(
-        x[:10].copy(),
-        x[10:].copy(),
-        2.0 * float(best.cost),
-        inner * np.outer(scale, scale),
-        np.clip(1.0 - np.diag(inner)[keep], 0.0, 1.0),
+        found.amplitude,
+        found.phase,
+        found.squares,
+        found.covariance,
+        np.clip(1.0 - found.open_share[keep], 0.0, 1.0),
     )
 
 

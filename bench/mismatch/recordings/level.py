@@ -13,8 +13,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.identification.spikes import spikes
 from bench.mismatch import criteria
-from bench.mismatch.recordings.smoothing import local_quadratic, repaired, spikes
+from bench.mismatch.recordings.smoothing import local_quadratic, repaired
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray, IntArray
 

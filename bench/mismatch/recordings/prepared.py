@@ -16,11 +16,12 @@ from numpy.typing import NDArray
 from bench.errors import ConfigurationError, RecordingError
 from bench.foreign.base import BY, Base
 from bench.foreign.inputs import inputs_of
+from bench.identification.spikes import spikes
 from bench.mismatch import criteria
 from bench.mismatch.recordings.level import levelled
 from bench.mismatch.recordings.motion import Manner, corners, directions, since_change
 from bench.mismatch.recordings.notch import notched
-from bench.mismatch.recordings.smoothing import local_quadratic, repaired, spikes, window
+from bench.mismatch.recordings.smoothing import local_quadratic, repaired, window
 from bench.mismatch.recordings.thinning import Measured, Thinning, group_of
 from bench.recording import SIMULATED, Recording
 from bench.simulation.frame import FloatArray, Frame, IntArray

@@ -1,4 +1,4 @@
-"""Smoothing of signals: value and rates from a local quadratic; wild samples found against a running median."""
+"""Smoothing of signals: value and rates from a local quadratic; wild samples bridged."""
 
 from __future__ import annotations
 
@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 from bench.mismatch import criteria
 from bench.simulation.frame import FloatArray
 
-ENOUGH_SAMPLES = 1 << 13
-"""samples from which the usual size of a deviation is read: more of a long recording say no more"""
 _WINDOWS_S = (0.015, 0.03, 0.06)
 """lengths of the window that are tried, the shortest first; the last is taken for a coarse encoder"""
 
@@ -94,34 +92,6 @@ def _quadratic(y: FloatArray, m: int) -> tuple[FloatArray, FloatArray, FloatArra
             slope[place] = slope[c] + curve[c] * x
             curve[place] = curve[c]
     return value, slope, curve
-
-
-def spikes(signal: FloatArray) -> NDArray[np.bool_]:
-    """Mark samples that are no number or (at most two in a row) stand far off a running median of five."""
-    bad = ~np.isfinite(signal)
-    if signal.size < 16 or bad.all():
-        return bad
-    off = off_median(np.where(bad, np.nanmedian(signal), signal) if bad.any() else signal)
-    told = off[:: max(1, off.size // ENOUGH_SAMPLES)]
-    above = told[told > 0]
-    scale = 1.4826 * float(np.median(above)) if above.size else 0.0
-    spread = max(scale, 0.5 * float(np.percentile(told, 95)), 1e-300)
-    return np.asarray((off > criteria.SPIKE * spread) | bad)
-
-
-@numba.njit(cache=True)
-def off_median(x: FloatArray) -> FloatArray:
-    """How far each sample is from the median of itself and its two neighbours on either side."""
-    n = x.size
-    out = np.empty(n)
-    for i in range(n):
-        a, b = x[max(i - 2, 0)], x[max(i - 1, 0)]
-        c = x[i]
-        d, e = x[min(i + 1, n - 1)], x[min(i + 2, n - 1)]
-        # the median of five is that of e and what is left of the other four without their least and largest
-        low, high = max(min(a, b), min(c, d)), min(max(a, b), max(c, d))
-        out[i] = abs(c - max(min(low, high), min(max(low, high), e)))
-    return out
 
 
 def repaired(signal: FloatArray, bad: NDArray[np.bool_]) -> FloatArray:

@@ -12,7 +12,8 @@ import pytest
 
 from bench.errors import RecordingError
 from bench.identification import Options, identify_folder, to_json, to_simulation
-from bench.identification.windows import counting_bias, lost_cycles, spike_mask
+from bench.identification.spikes import spikes
+from bench.identification.windows import counting_bias, lost_cycles
 from tests.bench.identification.synthetic import Bench
 
 
@@ -182,7 +183,7 @@ def test_helpers_of_windows() -> None:
     assert lost == 5
     signal = np.sin(np.arange(100) / 9.0)
     signal[40] += 30.0
-    assert np.flatnonzero(spike_mask(signal)).tolist() == [40]
+    assert np.flatnonzero(spikes(signal)).tolist() == [40]
     # 5.25 counts a sample meets four phases only; an irrational advance meets them all.
     assert counting_bias(5.25, 100_000) == pytest.approx(1.0 / (4 * np.sqrt(12.0)))
     assert counting_bias(5.0 + np.sqrt(2) / 10, 100_000) < 0.003

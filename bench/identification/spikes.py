@@ -1,0 +1,45 @@
+"""Single wild samples of a channel."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+FloatArray = NDArray[np.float64]
+
+SIGMA = 9.0
+"""standard deviations of the difference to a running median from which a sample is wild; chance: 1 in 1e18"""
+ENOUGH_SAMPLES = 1 << 13
+"""samples from which the usual size of a deviation is read: more of a long recording say no more"""
+
+
+def spikes(signal: FloatArray, floor: float = 0.0) -> NDArray[np.bool_]:
+    """Mark samples that are no number or (at most two in a row) stand far off a running median of five.
+
+    ``floor`` is the least standard deviation of what they stand off, in the signal's unit: quantisation is no spike.
+    """
+    bad = ~np.isfinite(signal)
+    if signal.size < 16 or bad.all():
+        return bad
+    off = off_median(np.where(bad, np.nanmedian(signal), signal) if bad.any() else signal)
+    told = off[:: max(1, off.size // ENOUGH_SAMPLES)]
+    above = told[told > 0]
+    scale = 1.4826 * float(np.median(above)) if above.size else 0.0
+    spread = max(scale, 0.5 * float(np.percentile(told, 95)), floor, 1e-300)
+    return np.asarray((off > SIGMA * spread) | bad)
+
+
+@njit(cache=True)
+def off_median(x: FloatArray) -> FloatArray:
+    """How far each sample is from the median of itself and its two neighbours on either side."""
+    n = x.size
+    out = np.empty(n)
+    for i in range(n):
+        a, b = x[max(i - 2, 0)], x[max(i - 1, 0)]
+        c = x[i]
+        d, e = x[min(i + 1, n - 1)], x[min(i + 2, n - 1)]
+        # the median of five is that of e and what is left of the other four without their least and largest
+        low, high = max(min(a, b), min(c, d)), min(max(a, b), max(c, d))
+        out[i] = abs(c - max(min(low, high), min(max(low, high), e)))
+    return out
