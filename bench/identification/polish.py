@@ -57,18 +57,25 @@ def estimate_spread(residual: FloatArray, within: FloatArray, parameters: int) -
     random noise), and the noise is scaled down instead, given at least eight degrees of freedom.
     """
     freedom = residual.size - parameters
+    # a noise of exactly 0 would be divided by
+    within = np.maximum(within, 1e-12 * float(np.mean(residual**2)) + 1e-300)
 
     def excess(s: float) -> float:
         return float((residual**2 / (within + s)).sum()) - max(freedom, 1)
 
-    if excess(0.0) <= 0.0:
-        share = (excess(0.0) + freedom) / freedom if freedom >= MIN_FREEDOM else 1.0
+    beyond = excess(0.0)
+    if beyond <= 0.0:
+        share = (beyond + freedom) / freedom if freedom >= MIN_FREEDOM else 1.0
         return Spread(max(share, MIN_FACTOR), 0.0)
-    low, high = 0.0, float((residual**2).sum()) / max(freedom, 1) + 1e-300
+    scatter = 0.0
     for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if excess(middle) > 0 else (low, middle)
-    return Spread(1.0, high)
+        # falling and convex in the scatter: Newton's steps go up to the root and never beyond
+        step = beyond / float((residual**2 / (within + scatter) ** 2).sum())
+        scatter += step
+        beyond = excess(scatter)
+        if step <= 1e-9 * scatter:
+            break
+    return Spread(1.0, scatter)
 
 
 def fit_linear(regressors: FloatArray, values: FloatArray, within: FloatArray) -> tuple[FloatArray, FloatArray, Spread]:

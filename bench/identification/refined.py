@@ -19,30 +19,52 @@ from bench.identification.inputs import Design, make_design, undetermined
 from bench.identification.polish import PolarFit, Spread, fit_linear, fit_polar
 from bench.identification.reduction import Reduction
 from bench.identification.steady import SteadySums
-from bench.identification.sums import gram, projections, series_sums
+from bench.identification.sums import Shifts, gram, projections
 from bench.simulation import TERM_COUNT, FourierSet, basis
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 PASSES = 4
+"""Most rounds in which harmonics and polynomials correct each other."""
+SETTLED = 0.01
+"""Change of a vector, in standard deviations, at which they agree."""
 NEIGHBOURS = 10
 """Orders on each side whose residual is taken as the noise at an order."""
 
 
 @dataclass(slots=True)
 class _Normal:
-    """Normal equations of one recording by block, regressors [sin f…, cos f…, 1] with the ripple's orders last."""
+    """Normal equations of one recording, regressors [sin f…, cos f…, 1] with the ripple's orders last.
+
+    ``unit`` and ``error`` are sums over all blocks, ``inputs`` (B, 3) those of each block and ``mean`` (3,) theirs.
+    """
 
     sums: SteadySums
-    gram: FloatArray
-    right: FloatArray
-    change: FloatArray
+    unit: ComplexArray
+    error: ComplexArray
+    inverse: FloatArray
     inputs: FloatArray
     mean: FloatArray
-    samples: FloatArray
     solution: FloatArray = field(default_factory=lambda: np.empty(0))
     spread: FloatArray = field(default_factory=lambda: np.empty(0))
+
+
+@dataclass(frozen=True, slots=True)
+class _Places:
+    """Orders of a fit, the first ``asked`` of them the model's, and where their sums stand."""
+
+    orders: FloatArray
+    asked: int
+    model: Shifts
+    every: Shifts
+
+    @classmethod
+    def of(cls, steady: SteadySums, orders: FloatArray, asked: int) -> _Places:
+        frequencies = np.concatenate([np.arange(steady.reach + 1.0), steady.fractions])
+        whole = steady.unit.shape[-1] - steady.unit_extra.size
+        model, every = (Shifts.of(frequencies, own, whole, steady.unit_extra) for own in (orders[:asked], orders))
+        return cls(orders, asked, model, every)
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,24 +101,23 @@ def _normal(steady: SteadySums, orders: FloatArray) -> _Normal:
     samples = steady.unit[:, 0].real
     inputs = np.stack([steady.torque, steady.velocity, steady.temperature], axis=1)
     inputs = np.where(np.isfinite(inputs), inputs, 0.0)
+    unit = steady.unit.sum(axis=0)
     return _Normal(
         steady,
-        gram(steady.unit, orders, steady.unit_extra),
-        projections(steady.error, orders, steady.fractions),
-        projections(steady.torque_change, orders, steady.fractions),
+        unit,
+        steady.error.sum(axis=0),
+        np.asarray(np.linalg.inv(gram(unit, orders, steady.unit_extra)), dtype=np.float64),
         inputs,
         samples @ inputs / samples.sum(),
-        samples,
     )
 
 
-def _local(fourier: FourierSet, ripples: int, inputs: FloatArray) -> FloatArray:
-    """Coefficients of the regressors (..., 2(K + ripples) + 1) the model has at inputs (..., 3)."""
+def _local(fourier: FourierSet, inputs: FloatArray) -> FloatArray:
+    """Coefficients of the regressors (..., 2K + 1) the model has at inputs (..., 3)."""
     rows = basis(inputs[..., 0], inputs[..., 1], inputs[..., 2])
     amplitude, phase = rows @ fourier.amplitude.T, rows @ fourier.phase.T
-    none = np.zeros((*amplitude.shape[:-1], ripples))
     offset = (rows @ fourier.offset)[..., None]
-    return np.concatenate([amplitude * np.cos(phase), none, amplitude * np.sin(phase), none, offset], axis=-1)
+    return np.concatenate([amplitude * np.cos(phase), amplitude * np.sin(phase), offset], axis=-1)
 
 
 def _torque_slope(fourier: FourierSet, inputs: FloatArray) -> FloatArray:
@@ -105,14 +126,13 @@ def _torque_slope(fourier: FourierSet, inputs: FloatArray) -> FloatArray:
     return np.asarray(2.0 * p[0] * tau + p[3] + p[6] * rate + p[7] * temp)
 
 
-def _solve(normal: _Normal, fourier: FourierSet | None, ripples: int) -> FloatArray:
-    """Coefficients of the recording at its mean inputs; the block deviations of the last model are taken off."""
-    right = normal.right.sum(axis=0)
-    if fourier is not None:
-        deviation = _local(fourier, ripples, normal.inputs) - _local(fourier, ripples, normal.mean[None, :])
-        right = right - np.einsum("bij,bj->i", normal.gram, deviation)
-        right = right - _torque_slope(fourier, normal.inputs) @ normal.change
-    return np.asarray(np.linalg.solve(normal.gram.sum(axis=0), right))
+def _moved(normal: _Normal, fourier: FourierSet | None, places: _Places) -> ComplexArray:
+    """Sums of the error less what the model says of the changes of the inputs within the recording."""
+    if fourier is None:
+        return normal.error
+    deviation = _local(fourier, normal.inputs) - _local(fourier, normal.mean[None, :])
+    moved = places.model.series(normal.sums.unit, deviation)
+    return np.asarray(normal.error - moved - _torque_slope(fourier, normal.inputs) @ normal.sums.torque_change)
 
 
 def _beside(power: FloatArray, order: int) -> FloatArray:
@@ -125,44 +145,36 @@ def _beside(power: FloatArray, order: int) -> FloatArray:
     return near
 
 
-def _noise(normal: _Normal, fourier: FourierSet | None, ripples: int, orders: FloatArray) -> FloatArray:
+def _noise(normal: _Normal, error: ComplexArray, places: _Places) -> FloatArray:
     """Residual power |Σ r·exp(imθ)|²/N beside each order (K,) and, last, at order 0; the median of its neighbours."""
-    steady = normal.sums
-    reach = steady.reach
-    coefficients = np.broadcast_to(normal.solution, (normal.samples.size, normal.solution.size))
-    rest = steady.error[:, : reach + 1]
-    if fourier is not None:
-        deviation = _local(fourier, ripples, normal.inputs) - _local(fourier, ripples, normal.mean[None, :])
-        coefficients = coefficients + deviation
-        rest = rest - _torque_slope(fourier, normal.inputs)[:, None] * steady.torque_change[:, : reach + 1]
-    rest = rest - series_sums(steady.unit, orders, coefficients, reach, steady.unit_extra)
-    power = np.abs(rest.sum(axis=0)) ** 2 / normal.samples.sum()
+    orders = places.orders
+    rest = (error - places.every.series(normal.unit[None, :], normal.solution[None, :]))[: normal.sums.reach + 1]
+    power = np.abs(rest) ** 2 / normal.unit[0].real
     # a fraction is told apart from the whole order next to it by little: neither says what the noise is
     power[np.rint(orders).astype(np.int64)] = np.nan
     power[0] = np.nan
-    out = np.empty(orders.size - ripples + 1)
-    for k, order in enumerate([*orders[: orders.size - ripples], 0]):
+    out = np.empty(places.asked + 1)
+    for k, order in enumerate([*orders[: places.asked], 0]):
         near = _beside(power, round(order))
         # The power of noise at an order is exponentially distributed: its mean is its median / ln 2.
         out[k] = float(np.median(near)) / np.log(2.0)
     return out
 
 
-def _harmonics(normal: _Normal, name: str, orders: FloatArray, ripples: int, noise: FloatArray) -> RecordingHarmonics:
-    size = orders.size
-    inverse = np.linalg.inv(normal.gram.sum(axis=0))
-    s, c = normal.solution[:size], normal.solution[size : 2 * size]
-    spread = 0.5 * (np.diag(inverse)[:size] + np.diag(inverse)[size : 2 * size])
-    z = s + 1j * c
+def _harmonics(normal: _Normal, name: str, places: _Places) -> RecordingHarmonics:
+    size, asked = places.orders.size, places.asked
+    own = np.diag(normal.inverse)
+    spread = 0.5 * (own[:size] + own[size : 2 * size])
+    z = normal.solution[:size] + 1j * normal.solution[size : 2 * size]
     # One count of the encoder is where its zero lies: nothing in the recording says more about a₀'s constant.
     return RecordingHarmonics(
         name,
-        z[: size - ripples],
-        spread[: size - ripples] * noise[:-1],
+        z[:asked],
+        spread[:asked] * normal.spread[:-1],
         float(normal.solution[-1]) + normal.sums.reference,
-        float(inverse[-1, -1] * noise[-1]),
+        float(own[-1] * normal.spread[-1]),
         normal.mean,
-        z[size - ripples :],
+        z[asked:],
         normal.sums.counting_bias,
     )
 
@@ -252,7 +264,7 @@ def identify_direction(
         return None
     beside = [n for n in dict.fromkeys([*notch_orders, *nuisance]) if n not in orders]
     listed = np.asarray([*orders, *beside], dtype=np.float64)
-    ripples = len(beside)
+    places = _Places.of(members[0][1], listed, len(orders))
     normals = [_normal(steady, listed) for _, steady in members]
     design = make_design(np.stack([n.mean for n in normals]))
     resolution = max(steady.resolution for _, steady in members)
@@ -260,15 +272,15 @@ def identify_direction(
     harmonics: list[RecordingHarmonics] = []
     spreads: tuple[tuple[Spread, Spread], ...] = ()
     fits: dict[int, PolarFit] = {}
-    for number in range(PASSES):
+    for _ in range(PASSES):
+        before = [h.z for h in harmonics]
         for normal in normals:
-            normal.solution = _solve(normal, fourier, ripples)
-            if number in (0, PASSES - 1):
-                normal.spread = _noise(normal, fourier, ripples, listed)
-        harmonics = [
-            _harmonics(normal, name, listed, ripples, normal.spread)
-            for normal, (name, _) in zip(normals, members, strict=True)
-        ]
+            error = _moved(normal, fourier, places)
+            normal.solution = normal.inverse @ projections(error, listed, normal.sums.fractions)
+            normal.spread = _noise(normal, error, places)
+        harmonics = [_harmonics(normal, name, places) for normal, (name, _) in zip(normals, members, strict=True)]
+        if before and _settled(before, harmonics):
+            break
         fourier, spreads = _polynomials(harmonics, design, np.asarray(orders, dtype=np.float64), resolution, fits)
     assert fourier is not None
     return RefinedDirection(
@@ -281,12 +293,19 @@ def identify_direction(
     )
 
 
+def _settled(before: Sequence[ComplexArray], after: Sequence[RecordingHarmonics]) -> bool:
+    """Whether no vector has moved by more than a hundredth of its standard deviation."""
+    return all(
+        bool(np.all(np.abs(h.z - z) <= SETTLED * np.sqrt(h.variance))) for z, h in zip(before, after, strict=True)
+    )
+
+
 def single_recording(
     steady: SteadySums, orders: Sequence[float], notch_orders: Sequence[int]
 ) -> tuple[ComplexArray, ComplexArray]:
     """Fourier series fitted to one recording alone: z (K,) of the orders and of the ripple; the bound of any model."""
     listed = np.asarray([*orders, *(n for n in notch_orders if n not in orders)], dtype=np.float64)
     normal = _normal(steady, listed)
-    solution = _solve(normal, None, 0)
+    solution = normal.inverse @ projections(normal.error, listed, steady.fractions)
     z = solution[: listed.size] + 1j * solution[listed.size : 2 * listed.size]
     return z[: len(orders)], z[len(orders) :]

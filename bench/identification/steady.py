@@ -19,6 +19,12 @@ ComplexArray = NDArray[np.complex128]
 TURN = 2.0 * np.pi
 ANGLE_STEPS = 2.0**32
 """Angles of kept samples are stored as this many steps a turn (1.5 nrad)."""
+KEPT = 1 << 15
+"""Samples of a window that are kept for scores and figures, at least: every n-th of those there are.
+
+Half as many a turn as the highest order of the spectrum needs still have the mean square of what is periodic exactly,
+so a score changes by its noise's share over √(2·KEPT) only (docs/identification.md has the figures).
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +64,8 @@ class SteadySums:
         the load torque less its block mean. Behind them stand the sums at ``unit_extra`` and ``fractions``.
     error_square : Σ of the squared error over the window.
     spectrum : (S + 1,) power |Σ TE·exp(imθ)|²·(2/N)² of the window, orders 0 … S: squared amplitudes.
-    angle, sample : (N,) samples kept for residuals: angle in 2⁻³² turns, error less ``reference`` (float32).
+    angle, sample : (N,) samples kept for residuals (:data:`KEPT`): angle in 2⁻³² turns, error less ``reference``
+        (float32).
     resolution : rad, one count of the motor encoder at the load side (0 where not quantised).
     counting_bias : rad, standard deviation of the mean error that counting leaves at this speed.
     fractions, unit_extra : (F,), (E,) frequencies that are no whole number; ``first_turn`` : whole turns of the first
@@ -155,11 +162,13 @@ def steady_sums(
     kept_theta, kept = chosen(theta, part), chosen(error, part) - reference
     limit = min(options.spectrum_reach, max(kept.size // (3 * window.revolutions), 1))
     whole = angle_sums(kept_theta, kept, np.zeros_like(kept), limit)[0]
+    some = slice(None, None, max(1, kept.size // KEPT))
     advance = abs(kept_theta[-1] - kept_theta[0]) / (resolution * (part.stop - part.start - 1)) if resolution else 0.0
     bias = counting_bias(advance, part.stop - part.start) if resolution else 0.0
     return SteadySums(
         window, reference, means[0], means[1], means[2], unit, first, second, float(kept @ kept),
         (np.abs(whole) ** 2 * (2.0 / kept.size) ** 2).astype(np.float32),
-        _fixed_point(kept_theta),
-        kept.astype(np.float32), resolution, resolution * bias, broken, extra, float(np.floor(kept_theta[0] / TURN)),
+        _fixed_point(kept_theta[some]),
+        kept[some].astype(np.float32),
+        resolution, resolution * bias, broken, extra, float(np.floor(kept_theta[0] / TURN)),
     )  # fmt: skip

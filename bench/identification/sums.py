@@ -7,13 +7,15 @@ tolerance asked of it, here 1e-10 of Σ|c_j|: far below the noise of any recordi
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import finufft
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from bench.identification.fractions import NO_FRACTIONS, columns
+from bench.identification.fractions import NO_FRACTIONS, IntArray, columns
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -86,17 +88,52 @@ def projections(sums: ComplexArray, orders: FloatArray, extra: FloatArray = NO_F
     return np.concatenate([single.imag, single.real, sums[..., :1].real], axis=-1)
 
 
-def series_sums(
-    sums: ComplexArray, orders: FloatArray, coefficients: FloatArray, modes: int, extra: FloatArray = NO_FRACTIONS
+@dataclass(frozen=True, slots=True)
+class Shifts:
+    """Where the sums of a series stand in those of unit strengths: columns (F,) of F frequencies, and (F, K) of each
+    frequency above and below an order of K; ``mirrored`` (F, K) where that below is negative.
+    """
+
+    own: IntArray
+    above: IntArray
+    below: IntArray
+    mirrored: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, frequencies: FloatArray, orders: FloatArray, whole: int, extra: FloatArray = NO_FRACTIONS) -> Shifts:
+        """Return those of ``orders`` (K,) at ``frequencies`` (F,) in sums of ``whole`` orders and ``extra``."""
+        difference = frequencies[:, None] - orders
+        return cls(
+            columns(frequencies, whole, extra),
+            columns(frequencies[:, None] + orders, whole, extra),
+            columns(np.abs(difference), whole, extra),
+            difference < 0,
+        )
+
+    def series(self, sums: ComplexArray, coefficients: FloatArray) -> ComplexArray:
+        """Sums (F,) of the series with ``coefficients`` (B, 2K + 1) in blocks, from their unit sums (B, …)."""
+        return np.asarray(_series(sums, coefficients, self.own, self.above, self.below, self.mirrored))
+
+
+@njit(cache=True)
+def _series(
+    sums: ComplexArray,
+    coefficients: FloatArray,
+    own: IntArray,
+    above: IntArray,
+    below: IntArray,
+    mirrored: NDArray[np.bool_],
 ) -> ComplexArray:
-    """Sums S_0 … S_modes of the series with these coefficients (..., 2K + 1), from the unit sums at its angles."""
-    size, whole = orders.size, sums.shape[-1] - extra.size
-    m = np.arange(modes + 1)
-    out = coefficients[..., -1:] * sums[..., : modes + 1]
-    for k in range(size):
-        half = 0.5 * (coefficients[..., size + k, None] - 1j * coefficients[..., k, None])
-        shifted = m - orders[k]
-        below = sums[..., columns(np.abs(shifted), whole, extra)]
-        below = np.where(shifted < 0, np.conj(below), below)
-        out = out + half * sums[..., columns(m + orders[k], whole, extra)] + np.conj(half) * below
+    size = above.shape[1]
+    out = np.zeros(own.size, dtype=np.complex128)
+    for b in range(sums.shape[0]):
+        for i in range(own.size):
+            total = coefficients[b, 2 * size] * sums[b, own[i]]
+            for k in range(size):
+                half = 0.5 * complex(coefficients[b, size + k], -coefficients[b, k])
+                under = sums[b, below[i, k]]
+                if mirrored[i, k]:
+                    under = under.conjugate()
+                total += half * sums[b, above[i, k]] + half.conjugate() * under
+            out[i] += total
     return out

@@ -11,7 +11,7 @@ from bench.cli.identify import parse_ratios
 from bench.errors import BenchError
 from bench.identification import Options, identify_folder
 from bench.identification.fractions import beside, columns, fractions, sums_at
-from bench.identification.sums import angle_sums, gram, projections, series_sums
+from bench.identification.sums import Shifts, angle_sums, gram, projections
 from bench.identification.validation import BOUND
 from bench.simulation import basis
 from tests.bench.identification.synthetic import Bench, true_model
@@ -38,7 +38,8 @@ def test_sums_with_fractions_are_those_of_the_matrix_that_is_not_built() -> None
     assert np.abs(projections(right, orders, broken) - x.T @ y).max() < 1e-5
     coefficients = rng.normal(size=9)
     direct = np.exp(1j * np.outer(np.arange(reach + 1), theta)) @ (x @ coefficients)
-    assert np.abs(series_sums(unit, orders, coefficients, reach, extra) - direct).max() < 1e-5
+    shifts = Shifts.of(np.arange(reach + 1.0), orders, unit.shape[-1] - extra.size, extra)
+    assert np.abs(shifts.series(unit[None, :], coefficients[None, :]) - direct).max() < 1e-5
 
 
 def test_a_sum_that_is_not_there_is_told() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench.identification.sums import TOLERANCE, angle_sums, gram, projections, series_sums
+from bench.identification.sums import TOLERANCE, Shifts, angle_sums, gram, projections
 
 
 def _matrix(theta: np.ndarray, orders: np.ndarray) -> np.ndarray:
@@ -32,7 +32,8 @@ def test_sums_of_a_series_follow_from_the_unit_sums() -> None:
     coefficients = rng.normal(size=7)
     series = _matrix(theta, orders) @ coefficients
     direct = np.exp(1j * np.outer(np.arange(16), theta)) @ series
-    assert np.abs(series_sums(unit, orders, coefficients, 15) - direct).max() < 1e-6
+    shifts = Shifts.of(np.arange(16.0), orders, unit.shape[-1])
+    assert np.abs(shifts.series(unit[None, :], coefficients[None, :]) - direct).max() < 1e-6
 
 
 def test_high_orders_cost_no_matrix() -> None:
