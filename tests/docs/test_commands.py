@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import re
 import runpy
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 import typer.main
 
-from bench.cli.app import main, make_app
+from bench.cli.app import make_app
 from bench.cli.exit_codes import MEANING
 from tests.docs.commands import ELSEWHERE, LONG, PAGES, ROOT, Command, commands, mentions
+from tests.program import bench
 
 ALL = commands()
 OURS = [command for command in ALL if not command.begins(ELSEWHERE)]
@@ -55,22 +55,15 @@ def test_the_program_knows_command_and_options(command: Command, program: Any) -
 
 
 @pytest.mark.parametrize("command", SHORT, ids=lambda c: f"{c.page}: {c.line}")
-def test_short_commands_run(
-    command: Command, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    # in this process, as starting the program takes longer than most of them
-    program, *arguments = command.words
+def test_short_commands_run(command: Command, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(folder)
-    monkeypatch.setattr(sys, "argv", [program, *arguments] if program == "bench" else arguments)
-    ended: object = 0
-    try:
-        main() if program == "bench" else runpy.run_path(arguments[0], run_name="__main__")
-    except SystemExit as end:
-        ended = end.code or 0
-    said = capsys.readouterr()
-    assert ended == 0, said.err or said.out
+    if command.words[0] == "python":
+        runpy.run_path(command.words[1], run_name="__main__")
+        return
+    done = bench(command.words[1:])
+    assert done.code == 0, done.err or done.out
     if command.output is not None:
-        Path(command.output).write_text(said.out, "utf-8")
+        Path(command.output).write_text(done.out, "utf-8")
 
 
 def _anchors(page: Path) -> set[str]:

@@ -1,6 +1,4 @@
 import json
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +14,7 @@ from bench.cli.run import _print
 from bench.configuration import load_bench
 from bench.cycle.end import End, EndKind
 from bench.errors import BenchError, ConfigurationError, DeviceError, LimitError, RecordingError
+from tests.program import bench
 
 
 @pytest.fixture(scope="module")
@@ -108,11 +107,10 @@ def test_a_mistyped_path_is_one_sentence(line: str, tmp_path: Path, monkeypatch:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("BENCH_RUNTIME", str(tmp_path / "locks"))
     (tmp_path / "file").touch()
-    command = [sys.executable, "-c", "from bench.cli import main; main()", *line.split()]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60)
-    assert done.returncode == 3, done.stderr
-    told = [row for row in done.stderr.splitlines() if row]
-    assert len(told) == 1, done.stderr
+    done = bench(line.split())
+    assert done.code == 3, done.err
+    told = [row for row in done.err.splitlines() if row]
+    assert len(told) == 1, done.err
     assert told[0].startswith("error: ")
     assert WRONG[line] in told[0]
 

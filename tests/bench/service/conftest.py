@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import json
 import os
 import signal
@@ -16,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from fastapi import FastAPI
 from starlette.testclient import TestClient
 
 from bench.service.app import create_app
@@ -57,6 +59,19 @@ class NoLauncher(Launcher):
         for process in self.processes:
             process.kill()
             process.wait()
+
+
+@functools.cache
+def description() -> dict[str, Any]:
+    """The OpenAPI description, put together once for all applications of these tests: the routes are the same."""
+    return create_app(Settings(folder=Path("never-made")), NoLauncher()).openapi()
+
+
+def made_app(settings: Settings, launcher: Launcher) -> FastAPI:
+    """Return the application; half of what beginning one takes is its description, which it gets here."""
+    app = create_app(settings, launcher)
+    app.openapi = description  # type: ignore[method-assign]
+    return app
 
 
 @dataclass
@@ -105,7 +120,7 @@ def own_locks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def client(tmp_path: Path) -> Iterator[Client]:
     """A service whose runs are processes that wait."""
     launcher = NoLauncher()
-    with TestClient(create_app(Settings(folder=tmp_path / "recordings"), launcher), base_url=BASE) as http:
+    with TestClient(made_app(Settings(folder=tmp_path / "recordings"), launcher), base_url=BASE) as http:
         yield Client(http, launcher)
     launcher.end_all()
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -20,6 +19,7 @@ from starlette.testclient import TestClient
 from bench.service.app import create_app
 from bench.service.settings import Settings
 from tests.bench.service.conftest import BASE, NoLauncher
+from tests.bench.service.conftest import description as described
 
 CHECKS = [not_a_server_error, status_code_conformance, content_type_conformance, response_schema_conformance]
 ENDLESS = "/api/events"
@@ -39,7 +39,7 @@ def description(app: Any) -> Any:
     return schemathesis.openapi.from_asgi("/openapi.json", app, headers={"Host": "127.0.0.1:8080"})
 
 
-PATHS = create_app(Settings(folder=Path("never-made")), NoLauncher()).openapi()["paths"]
+PATHS = described()["paths"]
 OPERATIONS = [(path, method) for path, methods in PATHS.items() if path != ENDLESS for method in methods]
 
 

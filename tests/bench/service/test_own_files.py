@@ -13,13 +13,12 @@ import pytest
 from starlette.testclient import TestClient
 
 from bench.errors import DeviceError
-from bench.service.app import create_app
 from bench.service.disk import Disk
 from bench.service.keeper import Keeper
 from bench.service.runs import Run
 from bench.service.service import Service
 from bench.service.settings import Settings
-from tests.bench.service.conftest import BASE, Client, NoLauncher
+from tests.bench.service.conftest import BASE, Client, NoLauncher, made_app
 
 STOPPED_S = 1.0
 
@@ -124,7 +123,7 @@ def test_a_broken_file_is_kept_aside_and_the_service_begins(name: str, content: 
     path = tmp_path / ".service" / name
     path.parent.mkdir(parents=True)
     path.write_bytes(content)
-    with TestClient(create_app(Settings(folder=tmp_path), NoLauncher()), base_url=BASE) as http:
+    with TestClient(made_app(Settings(folder=tmp_path), NoLauncher()), base_url=BASE) as http:
         state = next(one for one in http.get("/api/state").json() if one["type"] == "state")
         assert http.post("/api/stop", json={}).status_code == 200
     if name in ("log.jsonl", "seen"):
@@ -139,12 +138,12 @@ def test_a_broken_file_is_kept_aside_and_the_service_begins(name: str, content: 
 def test_runs_are_rebuilt_from_their_jobs_where_their_file_is_broken(tmp_path: Path) -> None:
     launcher = NoLauncher()
     settings = Settings(folder=tmp_path)
-    with TestClient(create_app(settings, launcher), base_url=BASE) as http:
+    with TestClient(made_app(settings, launcher), base_url=BASE) as http:
         running(Client(http, launcher))
     runs = tmp_path / ".service" / "runs.json"
     (before,) = json.loads(runs.read_text("utf-8"))
     runs.write_text(runs.read_text("utf-8")[:40])
-    with TestClient(create_app(settings, launcher), base_url=BASE) as http:
+    with TestClient(made_app(settings, launcher), base_url=BASE) as http:
         client = Client(http, launcher)
         (run,) = client.state("runs")["runs"]
         assert (run["id"], run["state"], run["pid"]) == (before["id"], "running", before["pid"])
@@ -159,7 +158,7 @@ def test_the_book_says_when_a_service_that_died_was_last_seen(tmp_path: Path) ->
     disk.append(tmp_path / ".service" / "log.jsonl", json.dumps(entry))
     disk.replace(tmp_path / ".service" / "seen", "2026-11-20T14:03:10.000+01:00")
     assert disk.close(10.0)
-    with TestClient(create_app(Settings(folder=tmp_path), NoLauncher()), base_url=BASE) as http:
+    with TestClient(made_app(Settings(folder=tmp_path), NoLauncher()), base_url=BASE) as http:
         texts = [entry["text"] for entry in http.get("/api/book").json()]
     assert "it ended without a word, last seen at 2026-11-20T14:03:10.000+01:00" in texts
 

@@ -12,9 +12,8 @@ from bench.campaigns import load_campaign
 from bench.campaigns.acts import latch_of
 from bench.campaigns.journal import Journal
 from bench.configuration import load_bench, on_interface
-from bench.service.app import create_app
 from bench.service.settings import Settings
-from tests.bench.service.conftest import BASE, Client, NoLauncher
+from tests.bench.service.conftest import BASE, Client, NoLauncher, made_app
 
 SHORT = """
 format = "bench-campaign"
@@ -90,12 +89,12 @@ def with_two_runs(http: TestClient, launcher: NoLauncher) -> Client:
 
 def test_a_run_goes_on_when_the_service_is_started_anew(tmp_path: Path) -> None:
     settings, launcher = Settings(folder=tmp_path / "recordings"), NoLauncher()
-    with TestClient(create_app(settings, launcher), base_url=BASE) as http:
+    with TestClient(made_app(settings, launcher), base_url=BASE) as http:
         with_two_runs(http, launcher)
     assert launcher.processes[0].poll() is None
     again = NoLauncher()
     again.processes = launcher.processes
-    with TestClient(create_app(settings, again), base_url=BASE) as http:
+    with TestClient(made_app(settings, again), base_url=BASE) as http:
         second = Client(http, again)
         states = [run["state"] for run in second.state("runs")["runs"]]
         assert states == ["running", "queued"]
@@ -108,13 +107,13 @@ def test_a_run_goes_on_when_the_service_is_started_anew(tmp_path: Path) -> None:
 
 def test_a_stop_and_its_alarm_outlive_the_service(tmp_path: Path) -> None:
     settings, launcher = Settings(folder=tmp_path / "recordings"), NoLauncher()
-    with TestClient(create_app(settings, launcher), base_url=BASE) as http:
+    with TestClient(made_app(settings, launcher), base_url=BASE) as http:
         first = with_two_runs(http, launcher)
         launcher.end_all()
         first.until(lambda: first.state("state")["alarms"])
         alarms = first.state("state")["alarms"]
     again = NoLauncher()
-    with TestClient(create_app(settings, again), base_url=BASE) as http:
+    with TestClient(made_app(settings, again), base_url=BASE) as http:
         second = Client(http, again)
         assert second.state("state")["alarms"] == alarms
         assert second.state("runs")["held"]
@@ -132,7 +131,7 @@ def test_a_stop_by_a_run_from_elsewhere_is_acknowledged_and_reset_on_the_page(tm
     settings, launcher = Settings(interface="eth9", folder=tmp_path / "recordings"), NoLauncher()
     latch = latch_of(on_interface(load_bench("rh380n"), "eth9"), tmp_path)
     latch.stopped("MOTOR_SPEED", "too fast", datetime.now(UTC))
-    with TestClient(create_app(settings, launcher), base_url=BASE) as http:
+    with TestClient(made_app(settings, launcher), base_url=BASE) as http:
         client = Client(http, launcher)
         client.take()
         (alarm,) = client.state("state")["alarms"]
@@ -172,14 +171,14 @@ def test_what_a_report_asks_for_next_is_offered(client: Client, tmp_path: Path) 
 
 def test_the_book_says_that_the_service_was_killed(tmp_path: Path) -> None:
     settings, launcher = Settings(folder=tmp_path / "recordings"), NoLauncher()
-    with TestClient(create_app(settings, launcher), base_url=BASE):
+    with TestClient(made_app(settings, launcher), base_url=BASE):
         pass
-    with TestClient(create_app(settings, launcher), base_url=BASE) as http:
+    with TestClient(made_app(settings, launcher), base_url=BASE) as http:
         assert not [one for one in Client(http, launcher).get("book") if "without a word" in one["text"]]
     log = settings.state / "log.jsonl"
     # a service that is killed does not come to write its last line
     log.write_text("".join(log.read_text().splitlines(keepends=True)[:-1]))
-    with TestClient(create_app(settings, launcher), base_url=BASE) as http:
+    with TestClient(made_app(settings, launcher), base_url=BASE) as http:
         assert [one for one in Client(http, launcher).get("book") if "ended without a word" in one["text"]]
 
 
@@ -196,7 +195,7 @@ def test_a_request_repeated_after_a_restart_makes_no_second_run(tmp_path: Path) 
     settings = Settings(folder=tmp_path / "recordings")
     answers = []
     for content in (body, body):
-        with TestClient(create_app(settings, NoLauncher()), base_url=BASE) as http:
+        with TestClient(made_app(settings, NoLauncher()), base_url=BASE) as http:
             answers.append(http.post("/api/runs", json=content).json())
             other = http.post("/api/runs", json={**content, "campaign": "short"})
             assert "was used for another request" in other.json()["problem"]
@@ -206,6 +205,6 @@ def test_a_request_repeated_after_a_restart_makes_no_second_run(tmp_path: Path) 
     # a broken file is kept aside, and the service begins all the same
     path = settings.state / "requests.json"
     path.write_text("{")
-    with TestClient(create_app(settings, NoLauncher()), base_url=BASE) as http:
+    with TestClient(made_app(settings, NoLauncher()), base_url=BASE) as http:
         assert http.post("/api/runs", json={**body, "request_id": "request-again-2"}).status_code == 200
     assert list(settings.state.glob("requests.json.broken-*"))

@@ -16,12 +16,11 @@ from starlette.testclient import TestClient
 from bench.configuration import load_bench
 from bench.errors import ConfigurationError, DeviceError
 from bench.locks import service_for
-from bench.service.app import create_app
 from bench.service.client import Client as ServiceClient
 from bench.service.client import Refused
 from bench.service.security import LONGEST_BODY, check
 from bench.service.settings import Settings
-from tests.bench.service.conftest import BASE, Client, NoLauncher, served
+from tests.bench.service.conftest import BASE, Client, NoLauncher, made_app, served
 
 TOKEN = "a-token-nobody-guesses"
 HOST = {"host": "127.0.0.1:8080"}
@@ -95,7 +94,7 @@ def test_no_token_but_the_token_opens(shown: str) -> None:
 
 def test_a_token_is_shown_once_and_a_cookie_stands_for_it(tmp_path: Path) -> None:
     launcher = NoLauncher()
-    with TestClient(create_app(Settings(folder=tmp_path, token=TOKEN), launcher), base_url=BASE) as http:
+    with TestClient(made_app(Settings(folder=tmp_path, token=TOKEN), launcher), base_url=BASE) as http:
         assert http.get("/").status_code == 200
         assert http.get("/static/app.js").status_code == 200
         assert http.get("/api/state").status_code == 401

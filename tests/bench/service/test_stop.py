@@ -6,8 +6,6 @@ import json
 import re
 import secrets
 import socket
-import subprocess
-import sys
 import time
 import urllib.error
 import urllib.request
@@ -20,6 +18,7 @@ import pytest
 from bench.configuration import load_bench
 from tests.bench.service.conftest import DEADLINE_S, served
 from tests.bench.service.test_joining import CAMPAIGN
+from tests.program import bench
 
 
 class Operator:
@@ -60,10 +59,10 @@ class Operator:
 
 def test_acknowledge_reset_and_go_on_after_a_stop(tmp_path: Path) -> None:
     text = load_bench("rh380n").text
-    bench = tmp_path / "strict.toml"
+    strict = tmp_path / "strict.toml"
     (line,) = [row for row in text.splitlines() if row.startswith("velocity_error")]
-    bench.write_text(text.replace(line, 'velocity_error = "0.02 rad/s"'))
-    with served(tmp_path / "recordings", "--bench", str(bench)) as address:
+    strict.write_text(text.replace(line, 'velocity_error = "0.02 rad/s"'))
+    with served(tmp_path / "recordings", "--bench", str(strict)) as address:
         ann = Operator(address)
         run = ann.post("runs", name="Ann", secret=ann.secret, text=CAMPAIGN, folder="strict")
         end = ann.until(lambda: ann.ended(0))["end"]
@@ -105,13 +104,15 @@ WRONG = {
 
 
 @pytest.mark.parametrize("options", WRONG)
-def test_what_cannot_be_served_is_refused_with_a_sentence(options: str, tmp_path: Path) -> None:
+def test_what_cannot_be_served_is_refused_with_a_sentence(
+    options: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "file").touch()
     with socket.create_server(("127.0.0.1", 0)) as taken:
         given = options.replace("TAKEN", str(taken.getsockname()[1])).split()
-        command = [sys.executable, "-c", "from bench.cli import main; main()", "serve", *given]
-        done = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path, timeout=DEADLINE_S)
-    assert (done.returncode, done.stdout) == (3, "")
-    (sentence,) = done.stderr.splitlines()
+        done = bench(["serve", *given])
+    assert (done.code, done.out) == (3, "")
+    (sentence,) = done.err.splitlines()
     assert sentence.startswith("error: ")
     assert re.search(WRONG[options], sentence)

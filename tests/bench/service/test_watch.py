@@ -8,7 +8,6 @@ import os
 import shutil
 import socket
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Iterator
@@ -32,15 +31,18 @@ from bench.service.kept import Broken
 from bench.service.notify import Notifier
 from bench.service.storage import storage
 from bench.service.watchdog import feed, is_well, notify, writer_lives
+from tests.program import bench
 
 
-def test_the_unit_is_one_and_its_watchdog_and_privileges_are_set(tmp_path: Path) -> None:
-    command = [sys.executable, "-c", "from bench.cli import main; main()", "serve", "--systemd-unit"]
-    done = subprocess.run([*command, "--bus", "eth1", "--port", "8090"], capture_output=True, text=True, cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
+def test_the_unit_is_one_and_its_watchdog_and_privileges_are_set(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = bench(["serve", "--systemd-unit", "--bus", "eth1", "--port", "8090"])
+    assert done.code == 0, done.err
     unit = configparser.ConfigParser(interpolation=None, strict=False)
     unit.optionxform = str  # type: ignore[assignment, method-assign]
-    unit.read_string(done.stdout)
+    unit.read_string(done.out)
     service = unit["Service"]
     assert service["ExecStart"].endswith("serve --bus eth1 --port 8090")
     assert service["Type"] == "notify"
@@ -60,7 +62,7 @@ def test_the_unit_is_one_and_its_watchdog_and_privileges_are_set(tmp_path: Path)
     verifier = shutil.which("systemd-analyze")
     if verifier is not None:
         file = tmp_path / "gearbench.service"
-        file.write_text(done.stdout)
+        file.write_text(done.out)
         told = subprocess.run([verifier, "verify", str(file)], capture_output=True, text=True)
         assert (told.returncode, "gearbench" in told.stderr) == (0, False), told.stderr
 

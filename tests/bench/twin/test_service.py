@@ -10,10 +10,9 @@ from typing import Any
 import pytest
 from starlette.testclient import TestClient
 
-from bench.service.app import create_app
 from bench.service.keeper import Keeper
 from bench.service.settings import Settings
-from tests.bench.service.conftest import BASE, Client, NoLauncher, own_locks
+from tests.bench.service.conftest import BASE, Client, NoLauncher, made_app, own_locks
 from tests.bench.twin.conftest import Known
 
 __all__ = ["own_locks"]
@@ -39,7 +38,7 @@ def test_what_the_twin_sees_is_an_alarm_and_a_pause(
         '{"id": "one", "kind": "identify", "folder": "known", "asked_at": "", "by": "Ann", "state": "done"}'
     )
     launcher = NoLauncher()
-    with TestClient(create_app(Settings(folder=root), launcher), base_url=BASE) as http:
+    with TestClient(made_app(Settings(folder=root), launcher), base_url=BASE) as http:
         client = Client(http, launcher)
         client.take()
         body = {"name": "Ann", "secret": client.secret, "campaign": "quick", "folder": "watched"}
