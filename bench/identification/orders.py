@@ -1,4 +1,4 @@
-"""Harmonic orders: the default choice of the paper, proposals from the spectra, and the mechanical part behind each."""
+"""Harmonic orders: the default choice of the paper, and proposals from the spectra."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from scipy.ndimage import median_filter
 from bench.identification.fractions import fractions
 from bench.identification.reduction import Reduction
 from bench.simulation import Gearbox
+from bench.simulation.parts import part_of
 
 FloatArray = NDArray[np.float64]
 
@@ -30,7 +31,6 @@ MIN_SHARE = 0.3
 """Share of the recordings in which a proposed order must stand out."""
 MIN_AMPLITUDE_SHARE = 0.003
 """…and it must have this share of the strongest order's amplitude: less is of no use to any model."""
-NO_PART = "none"
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,36 +54,6 @@ def default_orders(gearbox: Gearbox) -> tuple[int, ...]:
     if gearbox.z4:
         orders |= {i * gearbox.z4 for i in CYCLOID_STAGE}
     return tuple(sorted(orders))
-
-
-def part_of(order: float, gearbox: Gearbox, notch_orders: Sequence[int] = (150, 300)) -> str:
-    """Name the mechanical part an order belongs to, ``none`` where it fits none.
-
-    Of the parts whose first order divides it, the one with the smallest multiple; low orders that fit nothing else
-    are the output shaft's.
-    """
-    if order in notch_orders:
-        return "load motor"
-    z1, z2, z3, z4 = gearbox.z1, gearbox.z2, gearbox.z3, gearbox.z4
-    # The listed orders of the load motor's ripple are multiples of 6 times its pole pairs.
-    ripple = float(np.gcd.reduce(np.asarray(notch_orders))) if len(notch_orders) else None
-    slowest = min(z for z in (z3, z4, 45) if z)
-    # part, order of its first harmonic, highest multiple that is still its own, in order of preference
-    parts: tuple[tuple[str, float | None, int], ...] = (
-        ("motor shaft", gearbox.ratio, 1000),
-        ("cycloid stage", z4, 12),
-        ("cycloid disc", z3, 12),
-        ("input gear", z1, 6),
-        ("planetary stage", z2 / z1 if z1 and z2 else None, 3),
-        ("output shaft", 1.0, slowest - 1),
-        ("load motor", ripple, 4),
-    )
-    fits = [
-        (round(order / base), -rank, name)
-        for rank, (name, base, most) in enumerate(parts)
-        if base and abs(order / base - round(order / base)) < 1e-6 and 1 <= round(order / base) <= most
-    ]
-    return min(fits)[2] if fits else NO_PART
 
 
 def peak_ratio(power: NDArray[np.float32]) -> FloatArray:

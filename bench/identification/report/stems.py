@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bench.identification.identify import Identification
-from bench.identification.orders import part_of
 from bench.identification.report.figures import PART_COLOURS, to_uri
 from bench.simulation import TERM_COUNT, basis
+from bench.simulation.parts import part_of
 
 
 def stems(found: Identification) -> tuple[str, str] | None:

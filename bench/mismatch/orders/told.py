@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from bench.identification.orders import part_of
 from bench.mismatch import criteria
 from bench.mismatch.discovery import NAMED, UNKNOWN, Discovery, Rival
 from bench.mismatch.orders.defects import Defect
@@ -23,6 +22,7 @@ from bench.mismatch.regression.strength import active_size
 from bench.simulation import Gearbox, waves
 from bench.simulation.frame import FloatArray
 from bench.simulation.laws import RESONANCE, Law
+from bench.simulation.parts import part_of
 from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR
 
 Row = dict[str, Any]

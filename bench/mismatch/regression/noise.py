@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import nnls
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from bench.mismatch.recordings.rows import Rows, lively
 from bench.mismatch.recordings.vibration import NYQUIST_SHARE, Density
@@ -100,7 +100,7 @@ def mixture(densities: Sequence[Density]) -> Mixture | None:
     frequency = step * np.arange(own[0].power.size)
     edges = np.geomspace(LOWEST_HZ, NYQUIST_SHARE * rate, BINS + 1)
     # a median of averaged periodograms lies below their mean by that of a chi-square variable
-    bias = np.array([chi2.median(2.0 * d.averaged) / (2.0 * d.averaged) for d in own])
+    bias = np.array([chdtri(2.0 * d.averaged, 0.5) / (2.0 * d.averaged) for d in own])
     table = np.array([d.power / b for d, b in zip(own, bias, strict=True)])
     at: list[float] = []
     level: list[float] = []

@@ -10,7 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtr, ndtri
 
 from bench.mismatch import criteria
 from bench.mismatch.recordings.rows import settled_rows
@@ -64,8 +64,8 @@ def bursts(search: Search) -> Bursts | None:
     spread = np.maximum(spread, np.sqrt(2.0 / np.maximum(number, 1.0)))
     z = np.where(enough, (loud - usual) / spread, -np.inf)
     worst = int(np.argmax(z))
-    p = max(float(-np.expm1(enough.sum() * np.log1p(-norm.sf(z[worst])))), criteria.LEAST_P)
-    marked = z > norm.isf(criteria.ERROR_RATE_OF_A_CHANNEL / enough.sum())
+    p = max(float(-np.expm1(enough.sum() * np.log1p(-ndtr(-z[worst])))), criteria.LEAST_P)
+    marked = z > -ndtri(criteria.ERROR_RATE_OF_A_CHANNEL / enough.sum())
     marked &= enough & (loud - usual > np.log(LEAST_LOUDER))
     own = np.concatenate([rows[a:b] for a, b, m in zip(edges[:-1], edges[1:], marked, strict=True) if m] or [rows[:0]])
     return Bursts(own, p, float(np.exp(0.5 * (loud - usual)[worst])))

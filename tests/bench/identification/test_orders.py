@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from bench.identification import Identification, Options, with_proposed_orders
-from bench.identification.orders import default_orders, part_of, peak_ratio
+from bench.identification.orders import default_orders, peak_ratio
 from bench.simulation import Gearbox
 from bench.simulation.model import NOMINAL_ORDERS
+from bench.simulation.parts import part_of
 
 
 def test_default_orders_are_the_papers_for_its_gearbox() -> None:
