@@ -9,13 +9,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import finufft
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray
+from bench.simulation.sines import turned
+from bench.simulation.waves import of_orders
 
 Complex = NDArray[np.complex128]
 
@@ -61,8 +62,9 @@ def ripple_orders(recordings: Sequence[Recording]) -> tuple[float, ...]:
             continue
         torque = torque - np.median(torque)
         limit = 6.0 * float(np.median(np.abs(torque))) or 1.0
-        own = np.clip(torque, -limit, limit) * np.hanning(angle.size)
-        line = 2.0 * spectrum(angle, own, highest) / max(float(np.hanning(angle.size).sum()), 1.0)
+        taper = np.hanning(angle.size)
+        own = np.clip(torque, -limit, limit) * taper
+        line = 2.0 * spectrum(angle, own, highest) / max(float(taper.sum()), 1.0)
         seen.append(line / max(float(np.median(np.abs(line))), 1e-300))
     if len(seen) < criteria.FEWEST_RECORDINGS:
         return ()
@@ -109,44 +111,18 @@ def notched(
         chosen[np.flatnonzero(chosen)[np.arange(int(chosen.sum())) % (chosen.sum() // _ENOUGH) != 0]] = False
     frequencies = np.asarray(orders, dtype=np.float64)
     line: FloatArray = np.linspace(-1.0, 1.0, angle.size)
-    normal, right = _products(angle, torque, direction, line, chosen, frequencies)
+    normal, right = _products(angle[chosen], torque[chosen], direction[chosen], line[chosen], frequencies)
     normal[np.diag_indices_from(normal)] *= 1.0 + 1e-9
     beta: FloatArray = np.asarray(np.linalg.lstsq(normal, right, rcond=1e-12)[0], dtype=np.float64)
-    return np.where(moving, _waves(angle, beta, frequencies), 0.0)
+    cosine, sine = (beta[k : 2 * frequencies.size : 2] for k in (0, 1))
+    return np.where(moving, of_orders(angle, frequencies, cosine, sine), 0.0)
 
 
-@numba.njit(cache=True)
 def _products(
-    angle: FloatArray,
-    torque: FloatArray,
-    direction: FloatArray,
-    line: FloatArray,
-    chosen: NDArray[np.bool_],
-    orders: FloatArray,
+    angle: FloatArray, torque: FloatArray, direction: FloatArray, line: FloatArray, orders: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    size = 2 * orders.size + 3
-    normal, right = np.zeros((size, size)), np.zeros(size)
-    row = np.empty(size)
-    for i in range(angle.size):
-        if not chosen[i]:
-            continue
-        for k in range(orders.size):
-            row[2 * k], row[2 * k + 1] = np.cos(orders[k] * angle[i]), np.sin(orders[k] * angle[i])
-        row[size - 3], row[size - 2], row[size - 1] = 1.0, direction[i], line[i]
-        for a in range(size):
-            right[a] += row[a] * torque[i]
-            for b in range(a, size):
-                normal[a, b] += row[a] * row[b]
-    for a in range(size):
-        for b in range(a):
-            normal[a, b] = normal[b, a]
-    return normal, right
-
-
-@numba.njit(cache=True)
-def _waves(angle: FloatArray, beta: FloatArray, orders: FloatArray) -> FloatArray:
-    out = np.zeros(angle.size)
-    for i in range(angle.size):
-        for k in range(orders.size):
-            out[i] += beta[2 * k] * np.cos(orders[k] * angle[i]) + beta[2 * k + 1] * np.sin(orders[k] * angle[i])
-    return out
+    """Normal equations of cosine and sine of each order, a constant, the direction and the line."""
+    wave = turned(orders[:, None] * angle)
+    rows = np.stack([wave.real, wave.imag], axis=1).reshape(2 * orders.size, angle.size)
+    design = np.vstack([rows, np.ones(angle.size), direction, line])
+    return design @ design.T, design @ torque

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from bench.mismatch.recordings.prepared import Prepared
 from bench.simulation.frame import FloatArray
+from bench.simulation.sines import turned
 
 Complex = NDArray[np.complex128]
 
@@ -97,8 +98,8 @@ def _fitted(angle: FloatArray, values: FloatArray) -> tuple[Complex, float, floa
     centre = np.bincount(place, angle)[filled] / count
     orders = np.arange(1, HIGHEST_OUTPUT_ORDER + 1)
     line = (centre - centre.mean()) / max(float(np.ptp(centre)), 1e-12)
-    waves = orders[None, :] * centre[:, None]
-    x = np.column_stack([np.ones(centre.size), line, np.cos(waves), np.sin(waves)])
+    waves = turned(orders[None, :] * centre[:, None])
+    x = np.column_stack([np.ones(centre.size), line, waves.real, waves.imag])
     weighted = x * count[:, None]
     normal = x.T @ weighted
     # orders of a revolution that is nearly whole are nearly orthogonal: normal equations are safe, and far quicker

@@ -7,6 +7,7 @@ block means: tones of the surroundings, ripple of the motor.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,6 +66,11 @@ def longest_run(marked: NDArray[np.bool_]) -> tuple[int, int]:
     return a, b
 
 
+@lru_cache(maxsize=8)
+def _hann(size: int) -> FloatArray:
+    return np.hanning(size)
+
+
 def density(prepared: Prepared, channel: str) -> Density | None:
     """Density of a channel's longest steady run (Welch's method, Hann window); None where that is too short."""
     frame, own, thinning = prepared.frame, prepared.measured[channel], prepared.thinning
@@ -82,7 +88,7 @@ def density(prepared: Prepared, channel: str) -> Density | None:
     parts = np.lib.stride_tricks.sliding_window_view(signal, size)[:: size // 2][:number]
     line = np.linspace(-1.0, 1.0, size)
     level, slope = parts.mean(axis=1), parts @ line / (line @ line)
-    taper = np.hanning(size)
+    taper = _hann(size)
     lines = np.fft.rfft((parts - level[:, None] - slope[:, None] * line) * taper, axis=1)
     power = 2.0 * np.mean(np.abs(lines) ** 2, axis=0) / (rate * float(np.sum(taper**2)))
     turning = abs(float(np.median(frame.velocity[a // thinning.group : b // thinning.group]))) / (2.0 * np.pi)

@@ -71,9 +71,7 @@ class Bank:
         self.energy = whitening.by_recording(self.one**2)
         self.free_offsets = free_offsets
         self.columns = Kept(y.size)
-        self._ones = Kept(self.energy.size)
-        self._right = Kept(1)
-        self._stacked: tuple[FloatArray, FloatArray] | None = None
+        self._sums = np.zeros((self.energy.size, 0)), np.zeros(0)
         self._own: dict[tuple[int, int], FloatArray] = {}
         self._cross: dict[int, FloatArray] = {}
         self.likeliest = len(LADDER) // 2
@@ -91,21 +89,16 @@ class Bank:
         white = self.whitening.apply(np.where(np.isfinite(columns), columns, 0.0))
         place = tuple(range(self.size, self.size + white.shape[1]))
         self.columns.add(white)
-        self._ones.add(self.whitening.by_recording(self.one[:, None] * white))
-        self._right.add((self.y @ white)[None, :])
-        self._stacked = None
         return place
 
     def sums(self) -> tuple[FloatArray, FloatArray]:
         """Products of all columns with the ones of each recording (recordings, p), and with y (p,)."""
-        if self._stacked is None:
-            empty = [np.zeros((self.energy.size, 0)), np.zeros((1, 0))]
-            ones, right = (
-                np.hstack([none, *(piece for _, piece in kept.pieces())])
-                for none, kept in zip(empty, (self._ones, self._right), strict=True)
-            )
-            self._stacked = ones, right[0]
-        return self._stacked
+        ones, right = self._sums
+        if right.size < self.size:
+            further = self.columns.products_by(self.one, self.whitening.starts.tolist(), right.size)
+            own = self.columns.products(self.y, right.size)
+            self._sums = np.hstack([ones, further]), np.concatenate([right, own])
+        return self._sums
 
     def variances(self) -> tuple[float, ...]:
         """Variances of the offsets to try; infinite alone where they are free."""
@@ -124,21 +117,22 @@ class Bank:
         """Logarithm of the determinant of the offsets' covariance."""
         return 0.0 if np.isinf(variance) else float(np.sum(np.log1p(variance * self.energy)))
 
-    def _crossed(self, index: Sequence[int]) -> None:
-        """Make the products of some columns with all columns, where they are not made yet."""
-        missing = [i for i in dict.fromkeys(index) if i not in self._cross]
-        if missing:
-            own = self.columns.products(self.columns.some(missing))
-            for k, i in enumerate(missing):
-                self._cross[i] = np.ascontiguousarray(own[:, k])
+    def _crossed(self, index: Sequence[int], whole: bool) -> None:
+        """Make the products of some columns with all columns, where they are not made yet; ``whole``: with those too
+        that have come since.
+        """
+        for known in {self._cross[i].size if i in self._cross else 0 for i in index} - {self.size}:
+            if known and not whole:
+                continue
+            own = [i for i in dict.fromkeys(index) if (self._cross[i].size if i in self._cross else 0) == known]
+            further = self.columns.products(self.columns.some(own), known)
+            for k, i in enumerate(own):
+                before = [self._cross[i]] if known else []
+                self._cross[i] = np.concatenate([*before, further[:, k]])
 
     def cross(self, index: Sequence[int]) -> FloatArray:
         """Products of all columns with some, (p, k), without offsets."""
-        # columns may have come since
-        for i in index:
-            if i in self._cross and self._cross[i].size < self.size:
-                del self._cross[i]
-        self._crossed(index)
+        self._crossed(index, True)
         return np.column_stack([self._cross[i] for i in index]) if index else np.zeros((self.size, 0))
 
     def own(self, place: tuple[int, ...]) -> FloatArray:
@@ -152,7 +146,7 @@ class Bank:
     def gram(self, index: Sequence[int]) -> FloatArray:
         """Products of some columns among themselves (k, k), without offsets."""
         chosen = np.asarray(index, dtype=np.int64)
-        self._crossed(index)
+        self._crossed(index, False)
         out = np.empty((chosen.size, chosen.size))
         for k, i in enumerate(index):
             row = self._cross[i]

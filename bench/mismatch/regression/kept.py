@@ -34,10 +34,11 @@ class Kept:
         self._pieces[-1][:, here : here + number] = columns
         self.size += number
 
-    def pieces(self) -> Iterator[tuple[slice, FloatArray]]:
-        """Numbers of the columns in each piece, and the columns (n, k)."""
+    def pieces(self, first: int = 0) -> Iterator[tuple[slice, FloatArray]]:
+        """Numbers of the columns in each piece, and the columns (n, k); from column ``first`` on."""
         for begin, end, piece in zip(self._begins, [*self._begins[1:], self.size], self._pieces, strict=True):
-            yield slice(begin, end), piece[:, : end - begin]
+            if end > first:
+                yield slice(max(begin, first), end), piece[:, max(first - begin, 0) : end - begin]
 
     def column(self, number: int) -> FloatArray:
         """One column (n,)."""
@@ -51,19 +52,20 @@ class Kept:
             out[:, k] = self.column(number)
         return out
 
-    def products(self, values: FloatArray) -> FloatArray:
-        """Products of all columns with values (n,) or (n, m): (p,) or (p, m)."""
-        out = np.empty((self.size, *values.shape[1:]))
-        for own, piece in self.pieces():
-            out[own] = piece.T @ values
+    def products(self, values: FloatArray, first: int = 0) -> FloatArray:
+        """Products of the columns from ``first`` on with values (n,) or (n, m): (p,) or (p, m)."""
+        out = np.empty((self.size - first, *values.shape[1:]))
+        for own, piece in self.pieces(first):
+            out[own.start - first : own.stop - first] = piece.T @ values
         return out
 
-    def products_by(self, values: FloatArray, starts: Sequence[int]) -> FloatArray:
-        """Products of all columns with values (n,) over each part of the rows (parts, p), from one of ``starts``
-        (parts + 1,) to the next.
+    def products_by(self, values: FloatArray, starts: Sequence[int], first: int = 0) -> FloatArray:
+        """Products of the columns from ``first`` on with values (n,) over each part of the rows (parts, p), from one of
+        ``starts`` (parts + 1,) to the next.
         """
-        out = np.empty((len(starts) - 1, self.size))
-        for own, piece in self.pieces():
+        out = np.empty((len(starts) - 1, self.size - first))
+        for own, piece in self.pieces(first):
+            place = slice(own.start - first, own.stop - first)
             for part, (a, b) in enumerate(itertools.pairwise(starts)):
-                out[part, own] = values[a:b] @ piece[a:b]
+                out[part, place] = values[a:b] @ piece[a:b]
         return out
