@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bench.mismatch.discovery import ChannelOutcome, Discovery
 from bench.mismatch.given import Given, Known
+from bench.mismatch.memory import give_back
 from bench.mismatch.orders import model as orders
 from bench.mismatch.orders.discoveries import discoveries as of_orders
 from bench.mismatch.orders.model import TransmissionModel
@@ -116,6 +117,7 @@ def analyse(
             known = () if periodic is None else (*periodic.series.orders, *(w.order for w in periodic.weak))
             heard = data.density.get(channel, ())
             examine(out.outcomes[channel], out.transmission.offset, heard, seed, known)
+            out.transmission.offset.close()
         else:
             if channel == TEMPERATURE:
                 rows = _heated(out, data, given, rows, banned)
@@ -125,8 +127,10 @@ def analyse(
             if channel in (LOAD_TORQUE, MOTOR_TORQUE) and not data.linear:
                 out.outcomes[channel].discoveries += _periodic(data, given, search, seed)
             examine(out.outcomes[channel], search, data.density.get(channel, ()), seed)
+            search.close()
             if channel == LOAD_TORQUE:
                 sensor = (*sensor, *_sensor_errors(search))
+        give_back()
     return out
 
 

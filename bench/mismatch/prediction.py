@@ -25,7 +25,7 @@ from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.recordings.notch import ripple_orders
 from bench.mismatch.recordings.prepared import Folder, Prepared, prepare
 from bench.mismatch.recordings.rows import Rows, join
-from bench.mismatch.regression.regressors import Named
+from bench.mismatch.regression.regressors import Named, remembers
 from bench.recording import Recording
 from bench.simulation import waves
 from bench.simulation.frame import FloatArray, Frame, recording_starts
@@ -53,8 +53,7 @@ class Predictor:
     @property
     def remembers(self) -> bool:
         """Whether some state goes on from one recording to the next."""
-        own = [k.regressor for known in self.given.known.values() for k in known]
-        return any(getattr(r, "form", None) is not None and r.form.remembers for r in own)  # type: ignore[attr-defined]
+        return any(remembers(k.regressor) for known in self.given.known.values() for k in known)
 
     @property
     def takes_zeros(self) -> tuple[str, ...]:
@@ -112,7 +111,7 @@ class Predictor:
         sensor = given.known.get(LOAD_TORQUE, ())
         if channel != LOAD_TORQUE:
             frame = corrected(frame, sensor, rows.get(LOAD_TORQUE))
-            if channel in rows:
+            if channel in rows and any(remembers(known.regressor) for known in given.known.get(channel, ())):
                 rows[channel] = corrected(rows[channel], sensor, rows.get(LOAD_TORQUE))
         out = fixed_part(channel, frame, given.switched_off)
         for term in nominal_base(channel, given.switched_off):
@@ -164,8 +163,7 @@ class Predictor:
 def evaluated(known: Known, frame: Frame, campaign: Frame | None) -> FloatArray:
     """What a regressor adds at the rows of a frame (n,); one that remembers runs through the ``campaign``."""
     assert known.coefficients is not None
-    form = getattr(known.regressor, "form", None)
-    if campaign is None or form is None or not form.remembers:
+    if campaign is None or not remembers(known.regressor):
         return np.asarray(known.regressor.columns(frame) @ known.coefficients)
     values = known.regressor.columns(campaign) @ known.coefficients
     starts = recording_starts(frame)

@@ -14,6 +14,7 @@ from bench.mismatch.analysis import Analysis, Progress, analyse, compared_channe
 from bench.mismatch.given import Given
 from bench.mismatch.leave_one_out import Map, leave_one_out
 from bench.mismatch.limits import limits
+from bench.mismatch.memory import give_back
 from bench.mismatch.recordings.dataset import Dataset, enough, load
 from bench.mismatch.recordings.source import Paths
 from bench.mismatch.report.experiment import proposed
@@ -84,6 +85,7 @@ def _run(
         made = Simulation.from_json(json.loads(json.dumps(simulation_file.improved(analysis, data.gearbox).to_json())))
         tell("scoring what was held out", 0.8)
         scored(analysis, data, given if standing.kind != "nominal" else None, made, standing.base)
+        give_back()
         if base is not None and standing.base is not None:
             made = stood(made, base.at(values_of(analysis, base)[0]), out)
             for channel, wrong in told_of(wrong_parameters(analysis, standing.base, base)).items():

@@ -14,7 +14,8 @@ from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.quantities import factor
 from bench.simulation.sines import cosine_sine
 
-ROWS_AT_ONCE = 1 << 15
+ROWS_AT_ONCE = 1 << 12
+"""a hundred orders at these stay in a processor's cache"""
 
 
 @dataclass(frozen=True, slots=True)

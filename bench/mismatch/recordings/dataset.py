@@ -12,6 +12,7 @@ from bench.errors import RecordingError
 from bench.foreign.base import Base
 from bench.mismatch import criteria
 from bench.mismatch.mapping import over
+from bench.mismatch.memory import give_back
 from bench.mismatch.recordings.comparable import Comparable
 from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.recordings.notch import ripple_orders
@@ -229,7 +230,8 @@ def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Bas
         if base is not None and rejected:
             raise RecordingError(rejected[0][1])
         raise RecordingError(f"{_named(path)} holds no recording that can be read; see `bench validate` for each file")
-    data.rows = {channel: join(own) for channel, own in rows.rows.items()}
+    data.rows = {channel: join(rows.rows.pop(channel)) for channel in list(rows.rows)}
+    give_back()
     data.density, data.shaft, data.output = rows.density, rows.shaft, rows.output
     return data
 

@@ -169,6 +169,14 @@ class Bank:
         squares = self._squares - float(np.sum(weight * self._one_y**2))
         return Normal(0.5 * (inner + inner.T), own, squares, self.cost(variance))
 
+    def close(self, index: Sequence[int]) -> None:
+        """Let go of all columns: from now on only columns ``index`` can be fitted, by their products."""
+        self._crossed(index, False)
+        self.sums()
+        self._own.clear()
+        self._cross = {i: self._cross[i] for i in dict.fromkeys(index)}
+        self.columns.clear()
+
     def residual(self, index: Sequence[int], coefficients: FloatArray) -> FloatArray:
         """Whitened residual (n,) of a model; the recordings' offsets are left in it."""
         return np.asarray(self.y - self.columns.some(index) @ coefficients)

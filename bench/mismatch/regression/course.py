@@ -11,10 +11,10 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from bench.mismatch.regression.excess import Normal
-from bench.mismatch.regression.regressors import Named, Regressor
+from bench.mismatch.regression.regressors import Regressor, remembers
 from bench.simulation.frame import FloatArray, Frame, IntArray, recording_starts
 
-ROWS_AT_ONCE = 1 << 15
+ROWS_AT_ONCE = 1 << 13
 
 
 def groups(frame: Frame) -> list[slice]:
@@ -33,8 +33,7 @@ def by_group(regressors: Sequence[Regressor], frame: Frame) -> Iterator[tuple[sl
     """Columns (rows, k) of some regressors on each group of recordings; on all rows where a state goes on from one
     recording to the next.
     """
-    kept = any(isinstance(r, Named) and r.form.remembers for r in regressors)
-    if kept or frame.size <= ROWS_AT_ONCE:
+    if any(remembers(r) for r in regressors) or frame.size <= ROWS_AT_ONCE:
         yield slice(0, frame.size), [r.columns(frame) for r in regressors]
         return
     for rows in groups(frame):

@@ -34,6 +34,11 @@ class Kept:
         self._pieces[-1][:, here : here + number] = columns
         self.size += number
 
+    def clear(self) -> None:
+        """Let go of the columns; their numbers stay taken."""
+        self._pieces.clear()
+        self._begins.clear()
+
     def pieces(self, first: int = 0) -> Iterator[tuple[slice, FloatArray]]:
         """Numbers of the columns in each piece, and the columns (n, k); from column ``first`` on."""
         for begin, end, piece in zip(self._begins, [*self._begins[1:], self.size], self._pieces, strict=True):

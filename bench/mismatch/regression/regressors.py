@@ -228,6 +228,11 @@ def named(effect: str, channel: str, form: str, point: Point = ()) -> Named:
     return Named(term, channel, next(f for f in term.forms[channel] if f.name == form), point)
 
 
+def remembers(regressor: Regressor) -> bool:
+    """Whether a regressor has a state that goes on from one recording to the next."""
+    return isinstance(regressor, Named) and regressor.form.remembers
+
+
 def unit_of(name: str) -> str:
     """Unit of a quantity, empty for an auxiliary one."""
     return QUANTITIES[name].unit if name in QUANTITIES else ""

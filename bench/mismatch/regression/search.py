@@ -103,6 +103,13 @@ class Search:
         extra, cut, seed = self.extra, self.units, self.seed
         return scan(model.bank, index, precision, fitted.variance, residual, places, extra, cut, seed, shuffled, least)
 
+    def close(self) -> None:
+        """Let go of what only a search needs, when all is found: from now on effects of the model can be refitted, no
+        more.
+        """
+        self.bank.close([i for b in self.model.blocks() for i in b.place])
+        self.blocks, self.scans = [], []
+
 
 def begun(problem: ChannelProblem, seed: int = 0) -> Search:
     """A search with the calibrated simulation alone."""
