@@ -39,14 +39,16 @@ def test_every_sample_is_in_exactly_one_piece(
 @given(st.floats(12.0, 200.0), st.integers(2, 30))
 def test_pieces_are_as_long_as_asked_and_six_where_two_revolutions_each_allow_it(total: float, length: int) -> None:
     progress = np.linspace(0.0, total, 20_000)
+    # a bound lies on a sample: begin and last sample of a piece are each up to one away, and the sums are rounded
+    tolerance = 2 * total / 19_999 * (1 + 1e-9)
     made = cut(progress, float(length), 6, 2.0, "revolutions")
     assert len(made.pieces) >= 6 or total < 12.0
     run = [progress[piece.stop - 1] - progress[piece.start] for piece in made.pieces]
     if total >= 5.9 * length:
-        assert run[:-1] == pytest.approx([length] * (len(run) - 1), abs=2 * total / 20_000)
+        assert run[:-1] == pytest.approx([length] * (len(run) - 1), abs=tolerance)
         assert not made.note
     else:
-        assert min(run[:-1]) >= 2.0 - 2 * total / 20_000
+        assert min(run[:-1]) >= 2.0 - tolerance
         assert "instead of" in made.note
 
 
