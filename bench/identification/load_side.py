@@ -5,7 +5,9 @@
 The load motor's ripple is many times the inertia's torque, so its orders are fitted beside. What a drive reports of its
 torque is quantised, once inside and once for the bus: the mean of the two depends on the level, by a part of a count,
 and is the same in every recording of that level. So each level has an offset of its own; z_0 is their mean, and as
-uncertain as they scatter. Rows in which the torque is being ramped belong to no level and are left out.
+uncertain as they scatter. Rows in which the torque is being ramped belong to no level and are left out. An encoder that
+is fine enough sees the accelerations that the transmission error makes at steady speed, too: they count as those of
+ramps do.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.identification.blocks import Blocks
+from bench.identification.blocks import BLOCK_S, Blocks
 from bench.identification.motion import accelerating, moving
 from bench.identification.reduction import Reduction
 from bench.identification.regression import LinearFit, regress, sentences, stack
@@ -26,6 +28,8 @@ FloatArray = NDArray[np.float64]
 LEVEL_STEP = 5.0
 """N·m; levels closer than this count as one. Between two rows a ramp moves the torque further than this."""
 MIN_LEVEL_ROWS = 20
+ERRS_BY = 0.003
+"""Share of an acceleration's mean square that may be noise of the encoder: J_L is drawn towards 0 by as much."""
 LOAD_MEANING = {"z_0": "zero of the torque sensor", "f_b": "bearing friction", "J_L": "load inertia"}
 LOAD_REASONS = {
     "z_0": "it takes motion in both directions",
@@ -61,6 +65,16 @@ def ripple_columns(blocks: Blocks, orders: Sequence[float]) -> dict[str, FloatAr
     return out
 
 
+def _acceleration(acceleration: FloatArray, steady: FloatArray, count: float) -> FloatArray:
+    """Acceleration (n,) that counts: where it stands out, or everywhere if one ``count`` (rad) makes little of it."""
+    even = acceleration[(steady > 0) & np.isfinite(acceleration)]
+    # one count of noise at each of three instants, weights 1, −2 and 1
+    noise = 6.0 * (count / BLOCK_S**2) ** 2
+    if even.size and noise <= ERRS_BY * float(np.mean(even**2)):
+        return np.where(np.isfinite(acceleration), acceleration, 0.0)
+    return accelerating(acceleration, steady)
+
+
 def _levels(torque: FloatArray, group: NDArray[np.int64]) -> NDArray[np.int64]:
     """Number of the level each row (n,) stands at, −1 where the torque is on its way between two."""
     step = np.abs(np.diff(torque))
@@ -89,8 +103,10 @@ def identify_load_side(reductions: Sequence[Reduction], ripple: Sequence[float] 
     shared = set.intersection(*(set(w) for w in waves))
     columns = {
         "f_b": stack([b.direction[m] for _, b, m in use]),
-        "J_L": accelerating(
-            stack([b.load_acceleration[m] for _, b, m in use]), stack([b.steady[m] for _, b, m in use])
+        "J_L": _acceleration(
+            stack([b.load_acceleration[m] for _, b, m in use]),
+            stack([b.steady[m] for _, b, m in use]),
+            max(reductions[i].load_count for i, _, _ in use),
         ),
     } | {
         name: stack([w[name][m] for w, (_, _, m) in zip(waves, use, strict=True)])

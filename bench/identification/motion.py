@@ -10,6 +10,10 @@ from bench.identification.blocks import Blocks
 FloatArray = NDArray[np.float64]
 
 MIN_ACCELERATED_ROWS = 12
+SPEED_LEVEL = 0.01
+"""Speeds within this share count as one level."""
+TORQUE_LEVEL = 0.02
+"""Torques within this share of their range count as one level."""
 
 
 def moving(blocks: Blocks) -> NDArray[np.bool_]:
@@ -36,6 +40,17 @@ def accelerating(acceleration: FloatArray, steady: FloatArray) -> FloatArray:
     noise = float(np.median(np.abs(acceleration[steady > 0]))) if (steady > 0).any() else 0.0
     out = np.where(fast & (np.abs(acceleration) > 10.0 * noise), acceleration, 0.0)
     return out if np.count_nonzero(out) >= MIN_ACCELERATED_ROWS else np.zeros_like(out)
+
+
+def set_speed(speed: FloatArray, steady: FloatArray) -> FloatArray:
+    """Speed (n,) of one recording's rows in order, each stretch of ``steady`` rows at its own mean.
+
+    What a speed does within such a stretch it does because the torque swings: a regressor that answers to the error of
+    its own equation would be biased, the set speed is not.
+    """
+    stretch = np.cumsum(np.diff(steady, prepend=steady[:1]) != 0)
+    mean = np.bincount(stretch, weights=speed) / np.bincount(stretch)
+    return np.where(steady > 0, mean[stretch], speed)
 
 
 def levels(

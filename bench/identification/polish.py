@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.identification.inputs import Design
+from bench.identification.points import points_covariance
 from bench.identification.polar import fit_polynomials
 
 FloatArray = NDArray[np.float64]
@@ -120,11 +121,13 @@ def _start(z: ComplexArray, design: Design) -> tuple[FloatArray, FloatArray]:
     return amplitude, phase
 
 
-def fit_polar(z: ComplexArray, within: FloatArray, design: Design, near: PolarFit | None = None) -> PolarFit:
+def fit_polar(
+    z: ComplexArray, within: FloatArray, design: Design, near: PolarFit | None = None, points: bool = False
+) -> PolarFit:
     """Fit amplitude and phase polynomials to z (R,) with variance ``within`` (R,) a component.
 
     ``near`` is an earlier fit to start from. The amplitude comes out positive and the phase within (−π, π] at the
-    mean of the inputs.
+    mean of the inputs. With ``points`` the covariance has what recordings of a speed and torque share.
     """
     columns = design.regressors
     size = columns.shape[1]
@@ -148,6 +151,11 @@ def fit_polar(z: ComplexArray, within: FloatArray, design: Design, near: PolarFi
         if done:
             break
     amplitude, phase, covariance = found.amplitude, found.phase, found.covariance
+    if points:
+        first, second = covariance[:size, :size], covariance[size:, size:]
+        covariance[:size, :size] = first + points_covariance(design, first, off.real, radial)
+        squares = tangential / square
+        covariance[size:, size:] = second + points_covariance(design, second, off.imag / np.sqrt(square), squares)
     centre = design.columns(design.inputs.mean(axis=0))
     constant = int(np.argmax(design.kept == 9))
     if float(centre @ amplitude) < 0:

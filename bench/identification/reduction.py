@@ -44,6 +44,7 @@ class Reduction:
     """What one recording contributes; ``steady`` and ``paper`` are None where its transmission error cannot be used.
 
     ``linear`` is True for an axis in m and N; ``limited`` holds band-limited rows, for recordings from elsewhere.
+    ``load_count`` is one count of the load's encoder in rad, infinite where it is not known.
     """
 
     recording_id: str
@@ -57,6 +58,7 @@ class Reduction:
     steady: SteadySums | None
     paper: Harmonics | None
     sentences: tuple[str, ...]
+    load_count: float = float("inf")
 
     @property
     def validation(self) -> bool:
@@ -120,6 +122,12 @@ def _steady_mask(recording: Recording, size: int) -> NDArray[np.bool_]:
     return mask
 
 
+def _count(recording: Recording, channel: str) -> float:
+    """One count of an encoder's channel; infinite where the channel is not of whole numbers."""
+    spec = recording.specs.get(channel)
+    return abs(spec.scale) if spec is not None and np.issubdtype(np.dtype(spec.dtype), np.integer) else float("inf")
+
+
 def _transmission(
     recording: Recording,
     channels: dict[str, FloatArray],
@@ -139,8 +147,8 @@ def _transmission(
         said.append(window)
         return None, None
     error = channels["load_angle"] - theta
-    spec = recording.specs["motor_angle"]
-    resolution = abs(spec.scale) / ratio if np.issubdtype(np.dtype(spec.dtype), np.integer) else 0.0
+    count = _count(recording, "motor_angle")
+    resolution = count / ratio if np.isfinite(count) else 0.0
     bad = bad_rows.copy()
     stretch = slice(window.segment_start, window.segment_stop)
     wild = spikes(error[stretch], 0.3 * resolution)
@@ -193,4 +201,5 @@ def reduce_recording(path: Path | str | Recording, options: ReductionOptions) ->
         steady,
         paper,
         tuple(said),
+        _count(recording, "load_angle"),
     )

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.identification.inputs import Design, make_design, undetermined
+from bench.identification.points import counting_covariance, points_covariance
 from bench.identification.polish import PolarFit, Spread, fit_linear, fit_polar
 from bench.identification.reduction import Reduction
 from bench.identification.steady import SteadySums
@@ -179,31 +180,15 @@ def _harmonics(normal: _Normal, name: str, places: _Places) -> RecordingHarmonic
     )
 
 
-def _counting_covariance(
-    harmonics: Sequence[RecordingHarmonics], design: Design, offset_variance: FloatArray, covariance: FloatArray
-) -> FloatArray:
-    """What the encoder's counting adds to a₀'s covariance (P, P): one error for all recordings of one speed."""
-    speed = np.abs(design.inputs[:, 1])
-    order = np.argsort(speed)
-    # Speeds within 1 % are one level.
-    level = np.empty(speed.size, dtype=np.int64)
-    level[order] = np.cumsum(np.concatenate([[0.0], np.diff(np.log(np.maximum(speed[order], 1e-9)))]) > 0.01)
-    bias = np.asarray([h.counting_bias for h in harmonics])
-    out = np.zeros_like(covariance)
-    for number in range(int(level.max()) + 1):
-        rows = level == number
-        shift = covariance @ (design.regressors[rows].T @ (bias[rows] / offset_variance[rows]))
-        out += np.outer(shift, shift)
-    return out
-
-
 def _polynomials(
     harmonics: Sequence[RecordingHarmonics],
     design: Design,
     orders: NDArray[np.float64],
     resolution: float,
     fits: dict[int, PolarFit],
+    points: bool = False,
 ) -> tuple[FourierSet, tuple[tuple[Spread, Spread], ...]]:
+    """Fit all orders and a₀; with ``points`` the covariances have what recordings of a point share."""
     embed = design.raw_matrix()
     size = orders.size
     # Half a count: whether an encoder rounds or reads the count it stands in is not known. It moves every angle by the
@@ -218,7 +203,7 @@ def _polynomials(
     z = np.stack([h.z for h in harmonics])
     variance = np.stack([h.variance for h in harmonics])
     for k in range(size):
-        fit = fits[k] = fit_polar(z[:, k], variance[:, k], design, fits.get(k))
+        fit = fits[k] = fit_polar(z[:, k], variance[:, k], design, fits.get(k), points)
         amplitude[k], phase[k] = fit.amplitude @ embed, fit.phase @ embed
         covariance[k] = both.T @ fit.covariance @ both
         covariance[k, -1, -1] += (orders[k] * zero_angle) ** 2
@@ -227,9 +212,14 @@ def _polynomials(
     offset_variance = np.asarray([h.offset_variance for h in harmonics])
     coefficients, offset_covariance, spread = fit_linear(design.regressors, offsets, offset_variance)
     spreads.append((spread, spread))
-    offset_covariance = offset_covariance + _counting_covariance(
-        harmonics, design, spread.variance(offset_variance), offset_covariance
-    )
+    if points:
+        weighted = spread.variance(offset_variance)
+        effect = offset_covariance @ (design.regressors.T / weighted)
+        counting = counting_covariance(design, np.asarray([h.counting_bias for h in harmonics]), effect)
+        residual = offsets - design.regressors @ coefficients
+        offset_covariance = (
+            offset_covariance + counting + points_covariance(design, offset_covariance, residual, weighted)
+        )
     raw_covariance = embed.T @ offset_covariance @ embed
     raw_covariance[-1, -1] += zero_angle**2
     std = np.sqrt(np.einsum("kii->ki", covariance))
@@ -282,7 +272,7 @@ def identify_direction(
         if before and _settled(before, harmonics):
             break
         fourier, spreads = _polynomials(harmonics, design, np.asarray(orders, dtype=np.float64), resolution, fits)
-    assert fourier is not None
+    fourier, spreads = _polynomials(harmonics, design, np.asarray(orders, dtype=np.float64), resolution, fits, True)
     return RefinedDirection(
         fourier,
         tuple(harmonics),

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.identification.shared import shared_variance
+from bench.identification.shared import Means, shared_covariance
 
 FloatArray = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ def regress(
     ``nuisance`` are fitted and not reported. The covariance is the jackknife over groups: each is left out once, so
     noise may remember itself within a group as it likes, and a group with much leverage counts as what it is
     (Bell and McCaffrey 2002, "CR3"). Errors may be shared across groups as well: what those of the levels in ``shared``
-    (:func:`.shared_variance`) add is added. The degrees of freedom are Satterthwaite's. With less than four groups,
+    (:func:`.shared_covariance`) add is added. The degrees of freedom are Satterthwaite's. With less than four groups,
     rows are taken in 20 consecutive batches.
     """
     names, missing = _independent(columns)
@@ -65,11 +65,10 @@ def regress(
     solution = inverse @ (x.T @ target)
     residual = target - x @ solution
     std, freedom = _jackknife(x, residual, normal, inverse, group)
-    more, few = shared_variance(x, inverse, residual, group, shared)
-    both = std**2 + more
-    some = both > 0.0
-    freedom[some] = both[some] ** 2 / (std[some] ** 4 / freedom[some] + more[some] ** 2 / few[some])
-    values, std = solution / scale, np.sqrt(both) / scale
+    recordings = Means.of_rows(x, inverse, residual, group, shared)
+    if recordings is not None:
+        std, freedom = _widened(std, freedom, *shared_covariance(*recordings))
+    values, std = solution / scale, std / scale
     rows = {name: names.index(name) for name in reported}
     return LinearFit(
         {name: float(values[j]) for name, j in rows.items()},
@@ -79,6 +78,18 @@ def regress(
         int(target.size),
         {name: float(freedom[j]) for name, j in rows.items()},
     )
+
+
+def _widened(
+    std: FloatArray, freedom: FloatArray, covariance: FloatArray, few: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Add a second, independent source of error: standard deviations and Welch's degrees of freedom (P,)."""
+    more = np.diag(covariance)
+    both = std**2 + more
+    some = both > 0.0
+    degrees = freedom.copy()
+    degrees[some] = both[some] ** 2 / (std[some] ** 4 / freedom[some] + more[some] ** 2 / few[some])
+    return np.sqrt(both), degrees
 
 
 def _jackknife(

@@ -27,6 +27,10 @@ IntArray = NDArray[np.int64]
 
 FINEST, COARSEST = 0.15, 0.9
 """Steps looked for, in codes: finer ones make all codes alike, coarser ones leave most codes empty."""
+LOOKED_AT = 60
+"""Recordings whose codes are counted, spread over all there are."""
+LOOKED_AT_CLOSELY = 20
+"""Steps of the coarse search that are refined before the best is taken."""
 MIN_COUNT = 200
 """A code counts that occurs this often, and whose two neighbours do."""
 MIN_CODES = 30
@@ -82,17 +86,20 @@ def _search(pattern: _Pattern) -> float:
     inverse = np.arange(1.0 / COARSEST, 1.0 / FINEST, 0.1 / furthest)
     size = max(_PIECE // max(pattern.code.size, 1), 1)
     parts = [inverse[i : i + size] for i in range(0, inverse.size, size)]
-    best = inverse[int(np.argmax(np.concatenate([_explained(pattern, 1.0 / part) for part in parts])))]
-    return _refined(all_codes, float(1.0 / best))
+    score = np.concatenate([_explained(pattern, 1.0 / part) for part in parts])
+    # a pattern of many codes is narrower than the grid: the best few are looked at closely
+    near = [_refined(pattern, float(1.0 / inverse[k])) for k in np.argsort(-score)[:LOOKED_AT_CLOSELY]]
+    best, _ = max(near, key=lambda found: found[1])
+    return _refined(all_codes, best)[0]
 
 
-def _refined(pattern: _Pattern, step: float) -> float:
-    """Step near ``step`` that explains the pattern best, in codes."""
+def _refined(pattern: _Pattern, step: float) -> tuple[float, float]:
+    """Step near ``step`` that explains the pattern best, in codes, and the share that it explains."""
     furthest = float(np.abs(pattern.code).max()) + 1.0
     near = 1.0 / step + np.linspace(-0.2, 0.2, 401) / furthest
     score = _explained(pattern, 1.0 / near)
     # within the counting of codes many steps do the same: their middle
-    return float(1.0 / near[score >= score.max() - 1e-9].mean())
+    return float(1.0 / near[score >= score.max() - 1e-9].mean()), float(score.max())
 
 
 def _counts(recordings: Sequence[Recording], channel: str) -> Counter[int]:
@@ -109,8 +116,8 @@ def _counts(recordings: Sequence[Recording], channel: str) -> Counter[int]:
 def find_step(recordings: Sequence[Recording], channel: str = "motor_torque") -> float | None:
     """Step of the drive behind a channel's codes, in the channel's unit; None where none shows.
 
-    Looks at recordings in motion, searches in every other one and verifies in the others. Channels that are not whole
-    numbers in the file have none.
+    Looks at up to 60 recordings in motion, searches in every other one and verifies in the others. Channels that are
+    not whole numbers in the file have none.
     """
     usable = [
         r
@@ -121,6 +128,8 @@ def find_step(recordings: Sequence[Recording], channel: str = "motor_torque") ->
     ]
     usable = [r for r in usable if r.specs[channel].scale == usable[0].specs[channel].scale]
     usable.sort(key=lambda r: (r.setpoint.load_torque, r.setpoint.velocity))
+    if len(usable) > LOOKED_AT:
+        usable = [usable[i] for i in np.linspace(0, len(usable) - 1, LOOKED_AT).astype(int)]
     halves = [_counts(usable[i::2], channel) for i in (0, 1)]
     search, verify = (_pattern(half) for half in halves)
     if min(search.code.size, verify.code.size) < MIN_CODES:
@@ -128,7 +137,7 @@ def find_step(recordings: Sequence[Recording], channel: str = "motor_torque") ->
     step = _search(search)
     if _explained(verify, np.array([step]))[0] < MIN_EXPLAINED:
         return None
-    return _refined(_pattern(halves[0] + halves[1]), step) * abs(usable[0].specs[channel].scale)
+    return _refined(_pattern(halves[0] + halves[1]), step)[0] * abs(usable[0].specs[channel].scale)
 
 
 def undo(codes: IntArray, step: float) -> FloatArray:

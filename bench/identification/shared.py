@@ -1,4 +1,4 @@
-"""Errors that recordings of one level share: how large they are, and what they add to the variance of parameters.
+"""Errors that recordings of one level share: how large they are, and what they add to the covariance of parameters.
 
 The mean of each recording's residual is ε_r + Σ_c u_c(level of r): a part of its own and one for each way in which
 recordings share a level (a speed, a torque). The sums of squares of these means, over recordings and over levels, tell
@@ -24,59 +24,46 @@ MIN_LEFT = 0.02
 
 
 @dataclass(frozen=True, slots=True)
-class _Means:
-    """Recordings (R,): mean residual, relative variance of their own error, levels; what they add to x^T (R, P)."""
+class Means:
+    """Recordings of a linear fit: ``residual`` (R,) their means, ``own`` (R,) the variances of their own errors over
+    the mean one, ``regressors`` (R, P) their means, ``effect`` (P, R) of an error of each mean on the parameters.
+    """
 
     residual: FloatArray
     own: FloatArray
-    labels: tuple[IntArray, ...]
-    sums: FloatArray
-    mean: FloatArray
+    regressors: FloatArray
+    effect: FloatArray
+
+    @classmethod
+    def of_rows(
+        cls, x: FloatArray, inverse: FloatArray, residual: FloatArray, group: IntArray, shared: Sequence[IntArray]
+    ) -> tuple[Means, list[IntArray]] | None:
+        """Means over the rows of each recording that belong to a level (label ≥ 0) of every kind, and their levels.
+
+        ``x`` (n, P) regressors with the ``inverse`` (P, P) of their normal matrix, ``residual`` (n,), ``group`` (n,)
+        recordings; ``shared`` for each kind (n,) labels. None where no row belongs to levels.
+        """
+        rows = np.all([labels >= 0 for labels in shared], axis=0) if shared else np.zeros(group.size, dtype=bool)
+        if not rows.any():
+            return None
+        _, first, index, count = np.unique(group[rows], return_index=True, return_inverse=True, return_counts=True)
+        sums = np.stack([np.bincount(index, column) for column in x[rows].T], axis=1, dtype=np.float64)
+        mean = np.bincount(index, residual[rows]) / count
+        means = cls(mean, count.mean() / count, sums / count[:, None], inverse @ sums.T)
+        return means, [labels[rows][first] for labels in shared]
 
 
-def _means(x: FloatArray, residual: FloatArray, group: IntArray, shared: Sequence[IntArray]) -> _Means | None:
-    """Means over the rows of each recording that belong to a level (label ≥ 0) of every kind."""
-    rows = np.all([labels >= 0 for labels in shared], axis=0)
-    if not rows.any():
-        return None
-    first: IntArray
-    index: IntArray
-    _, first, index, count = np.unique(group[rows], return_index=True, return_inverse=True, return_counts=True)
-    sums = np.stack([np.bincount(index, column) for column in x[rows].T], axis=1, dtype=np.float64)
-    return _Means(
-        np.bincount(index, residual[rows]) / count,
-        count.mean() / count,
-        tuple(labels[rows][first] for labels in shared),
-        sums,
-        sums / count[:, None],
-    )
+def shared_covariance(means: Means, kinds: Sequence[IntArray]) -> tuple[FloatArray, FloatArray]:
+    """Covariance (P, P) that errors shared by levels add to parameters, and degrees of freedom (P,) of its variances.
 
-
-def shared_variance(
-    x: FloatArray, inverse: FloatArray, residual: FloatArray, group: IntArray, shared: Sequence[IntArray]
-) -> tuple[FloatArray, FloatArray]:
-    """Variance (P,) that errors shared by levels add to parameters, and its degrees of freedom (P,).
-
-    Parameters
-    ----------
-    x : (n, P) regressors; ``inverse`` (P, P) of their normal matrix; ``residual`` (n,) of the fit.
-    group : (n,) recording of a row. shared : for each kind, (n,) level of a row, the same for all rows of a recording;
-        negative where a row belongs to none.
-
-    Returns
-    -------
-    Variances are 0, with infinitely many degrees, where the residuals show no shared error or cannot tell.
+    ``kinds`` are (R,) levels of the recordings, an array each. The covariance is 0, with infinitely many degrees, where
+    the residuals show no shared error or cannot tell.
     """
-    size = x.shape[1]
-    nothing = np.zeros(size), np.full(size, np.inf)
-    means = _means(x, residual, group, shared) if shared else None
-    if means is None:
-        return nothing
+    size = means.effect.shape[0]
+    nothing = np.zeros((size, size)), np.full(size, np.inf)
     kernels = [np.diag(means.own)]
-    for labels in means.labels:
-        if np.unique(labels).size >= FEW_LEVELS:
-            kernels.append((labels[:, None] == labels[None, :]).astype(np.float64))
-    left = np.eye(means.residual.size) - means.mean @ inverse @ means.sums.T
+    kernels += [(k[:, None] == k[None, :]).astype(np.float64) for k in kinds if np.unique(k).size >= FEW_LEVELS]
+    left = np.eye(means.residual.size) - means.regressors @ means.effect
     seen = [left @ kernel @ left.T for kernel in kernels]
     told = [0] + [c for c in range(1, len(kernels)) if np.trace(seen[c]) > MIN_LEFT * np.trace(kernels[c])]
     squares = np.array([means.residual @ kernel @ means.residual for kernel in kernels])
@@ -90,13 +77,12 @@ def shared_variance(
         told.pop(lowest)
     if len(told) == 1:
         return nothing
-    effect = inverse @ means.sums.T
-    add = np.array([np.einsum("pr,rs,ps->p", effect, kernels[c], effect) for c in told[1:]])
-    variance = found[1:] @ add
-    covariance = sum(f * seen[c] for f, c in zip(found, told, strict=True))
+    add = np.array([means.effect @ kernels[c] @ means.effect.T for c in told[1:]])
+    covariance = np.einsum("c,cij->ij", found[1:], add)
+    errors = sum(f * seen[c] for f, c in zip(found, told, strict=True))
     freedom = np.full(size, np.inf)
-    for p, weights in enumerate(add.T @ back[1:]):
+    for p, weights in enumerate(np.einsum("cpp->pc", add) @ back[1:]):
         # the variance is a quadratic form of the residuals: Satterthwaite's degrees of freedom
-        form = sum(w * kernels[c] for w, c in zip(weights, told, strict=True)) @ covariance
+        form = sum(w * kernels[c] for w, c in zip(weights, told, strict=True)) @ errors
         freedom[p] = np.trace(form) ** 2 / max(float(np.sum(form * form.T)), 1e-300)
-    return variance, np.maximum(freedom, 1.0)
+    return covariance, np.maximum(freedom, 1.0)

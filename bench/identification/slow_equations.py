@@ -16,7 +16,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.identification.motion import accelerating, levels, moving
+from bench.identification.motion import SPEED_LEVEL, TORQUE_LEVEL, accelerating, levels, moving, set_speed
 from bench.identification.reduction import Reduction
 from bench.identification.regression import LinearFit, regress, sentences, stack
 from bench.identification.rows import Rows, join
@@ -24,10 +24,6 @@ from bench.identification.rows import Rows, join
 FloatArray = NDArray[np.float64]
 
 REFERENCE_TEMPERATURE = 25.0
-SPEED_LEVEL = 0.01
-"""Speeds within this share count as one level, as for the encoder's counting in a₀."""
-TORQUE_LEVEL = 0.02
-"""Torques within this share of their range count as one level."""
 HEATING = "heating"
 MIN_TEMPERATURE_SPREAD = 2.0
 
@@ -61,7 +57,7 @@ def friction_rows(reductions: Sequence[Reduction]) -> Rows:
         if r.limited is None and mask.any():
             torque, size = b.load_torque[mask] / r.ratio, b.load_size[mask] / r.ratio
             group = np.full(int(mask.sum()), i)
-            speed, rate = b.motor_velocity[mask], b.acceleration[mask]
+            speed, rate = set_speed(b.motor_velocity[mask], b.steady[mask]), b.acceleration[mask]
             measured, heat = b.motor_torque[mask], b.temperature[mask]
             parts.append(Rows(group, b.direction[mask], speed, rate, measured, torque, heat, size))
             steady.append(b.steady[mask])

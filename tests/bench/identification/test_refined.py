@@ -112,3 +112,25 @@ def test_orders_without_a_gap_between_them_still_have_a_noise(found: Identificat
     assert result is not None
     assert all(np.isfinite(h.variance).all() and (h.variance > 0).all() for h in result.harmonics)
     assert np.isfinite(result.fourier.amplitude).all()
+
+
+def test_what_recordings_of_a_point_share_is_in_the_intervals() -> None:
+    """Three temperatures at each speed and torque, with the same error: they do not average it out."""
+    rng = np.random.default_rng(11)
+    points = np.array(
+        [(t, v, c) for t in (-800.0, 30.0, 800.0) for v in (0.10, 0.14, 0.18) for c in (22.0, 30.0, 38.0)]
+    )
+    design = make_design(points)
+    true = design.regressors[:, np.argmax(design.kept == 9)] * 1e-5
+    shared = np.repeat(np.arange(9), 3)
+    held: dict[bool, list[bool]] = {True: [], False: []}
+    for _ in range(40):
+        error = rng.normal(size=(2, 9))[:, shared] * 1e-7 + rng.normal(size=(2, 27)) * 3e-8
+        z = true + error[0] + 1j * error[1]
+        for together in held:
+            fit = fit_polar(z, np.full(27, 9e-16), design, None, together)
+            std = np.sqrt(np.diag(fit.covariance))[: design.kept.size]
+            torque = int(np.flatnonzero(design.kept == 3)[0])
+            held[together].append(abs(fit.amplitude[torque]) < 2.1 * std[torque])
+    assert np.mean(held[True]) >= 0.85
+    assert np.mean(held[False]) < np.mean(held[True])
