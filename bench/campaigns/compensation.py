@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from bench.campaigns.facts import facts
 from bench.configuration import BenchFile
 from bench.cycle.channels import Scaling
-from bench.cycle.rig import EndKind, Rig
+from bench.cycle.end import EndKind
+from bench.cycle.rig import Rig
 from bench.errors import ConfigurationError, DeviceError
 from bench.identification.feedforward import Left, Loop, Series, ripple_free, steady_phases
 from bench.protocols import Phase, Segment

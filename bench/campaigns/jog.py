@@ -10,7 +10,6 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
-from bench.campaigns.acts import latch_of, require_resumable
 from bench.campaigns.facts import facts
 from bench.campaigns.gentle import gentle, greatest_speed
 from bench.campaigns.listener import Tap, Tapped
@@ -19,12 +18,14 @@ from bench.campaigns.soundness import check_phases
 from bench.commissioning import require_commissioned
 from bench.commissioning.zero import require_zero
 from bench.configuration import BenchConfiguration, BenchFile
+from bench.cycle.end import End, EndKind
 from bench.cycle.precedence import precedence
-from bench.cycle.rig import End, EndKind, Rig
+from bench.cycle.rig import Rig
 from bench.cycle.sink import NoSink, Sink
 from bench.errors import LimitError
 from bench.protocols import Point
 from bench.safety import Cause
+from bench.safety.acts import latch_of, require_resumable
 from bench.safety.torque_mark import marked
 from bench.stop_button import StopButton
 

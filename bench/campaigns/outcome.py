@@ -11,7 +11,7 @@ from bench.campaigns.recorder import Recorder
 from bench.campaigns.room import NoRoom
 from bench.campaigns.taken import Status, Taken
 from bench.configuration import BenchConfiguration
-from bench.cycle.rig import End, EndKind
+from bench.cycle.end import End, EndKind
 from bench.errors import BenchError, RecordingError, one_sentence
 from bench.protocols import Point
 from bench.safety import Cause

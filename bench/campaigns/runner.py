@@ -32,7 +32,8 @@ from bench.campaigns.taken import Status, Summary, Taken, commanded_velocity, po
 from bench.campaigns.tare import TARE, TareSink
 from bench.campaigns.waits import Waits
 from bench.configuration import BenchFile
-from bench.cycle.rig import End, EndKind, Rig
+from bench.cycle.end import End, EndKind
+from bench.cycle.rig import Rig
 from bench.cycle.sink import Sink
 from bench.errors import BenchError, DeviceError, RecordingError, one_sentence
 from bench.names import require_name

@@ -11,7 +11,6 @@ from datetime import datetime
 from pathlib import Path
 from types import FrameType
 
-from bench.campaigns.acts import latch_of, require_resumable, resume
 from bench.campaigns.asked import Stopped, asked
 from bench.campaigns.definition import Campaign
 from bench.campaigns.directions import Directions
@@ -22,10 +21,12 @@ from bench.campaigns.taken import Summary
 from bench.commissioning import require_commissioned
 from bench.commissioning.zero import require_zero
 from bench.configuration import BenchFile
+from bench.cycle.end import End, EndKind
 from bench.cycle.precedence import precedence
-from bench.cycle.rig import End, EndKind, Rig
+from bench.cycle.rig import Rig
 from bench.errors import ConfigurationError
 from bench.safety import Cause
+from bench.safety.acts import latch_of, require_resumable, resume
 from bench.safety.torque_mark import marked
 from bench.stop_button import StopButton, listening
 

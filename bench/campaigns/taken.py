@@ -9,7 +9,7 @@ from enum import Enum
 from hashlib import sha256
 from typing import Any
 
-from bench.cycle.rig import End, EndKind
+from bench.cycle.end import End, EndKind
 from bench.protocols import Phase, Point
 
 

@@ -33,8 +33,8 @@ def acknowledge(folder: _FOLDER = None, bench: _BENCH = "rh380n", bus: _BUS = No
 
     The first of three acts after a stop: acknowledge, reset, bench run --resume. Torque comes back with the last only.
     """
-    from bench.campaigns import acts
     from bench.cli._operator import somebody
+    from bench.safety import acts
 
     file, run = _bench_and_run(folder, bench, bus)
     standing = acts.latch_of(file, run).read()
@@ -47,14 +47,14 @@ def reset(folder: _FOLDER = None, bench: _BENCH = "rh380n", bus: _BUS = None, as
 
     The second of three acts after a stop. Without a stop it takes away faults that the drives show from before.
     """
-    from bench.campaigns import acts
+    from bench.campaigns.reset import reset as reset_bench
     from bench.cli._operator import somebody
     from bench.locks import bus_in_use
 
     file, run = _bench_and_run(folder, bench, bus)
     by = somebody(file.configuration, "reset", "Is the cause gone, and may the drives lose their faults?")
     with bus_in_use(file):
-        latch = acts.reset(file, run, by)
+        latch = reset_bench(file, run, by)
     _print(latch, folder, as_json)
 
 

@@ -127,7 +127,7 @@ def _seal(file: BenchFile, seed: int, folder: Path) -> None:
 
 
 def _exit_code(summary: Summary) -> ExitCode:
-    from bench.cycle.rig import EndKind
+    from bench.cycle.end import EndKind
     from bench.safety import is_device_fault
 
     if summary.end.kind is EndKind.INTERRUPTED:

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from bench.commissioning.guide import Guide
 from bench.configuration import BenchConfiguration, BenchFile
 from bench.cycle.assembly import device_errors
-from bench.cycle.rig import EndKind, Rig
+from bench.cycle.end import EndKind
+from bench.cycle.rig import Rig
 from bench.errors import LimitError
 from bench.protocols import Phase, Segment
 

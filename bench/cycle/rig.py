@@ -26,8 +26,6 @@ from bench.errors import one_sentence
 from bench.protocols import Phase
 from bench.safety import Cause, Inputs, LatchFile, SafetyState, Verdict, settings, step
 
-__all__ = ["End", "EndKind", "Rig"]
-
 _TARE_S = 1.0
 _LOOK_S = 0.2
 _NEXT_ACTS = "Next: acknowledge, reset, go on."

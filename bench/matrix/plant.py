@@ -12,7 +12,8 @@ import numpy as np
 from bench.campaigns.recorder import Recorder
 from bench.configuration import BenchConfiguration, BenchFile
 from bench.cycle.assembly import assemble
-from bench.cycle.rig import EndKind, Rig
+from bench.cycle.end import EndKind
+from bench.cycle.rig import Rig
 from bench.errors import LimitError
 from bench.matrix.outcome import Envelope, Outcome
 from bench.matrix.rows import Row

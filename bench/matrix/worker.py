@@ -12,7 +12,8 @@ from typing import Any
 
 from bench.campaigns.recorder import Recorder
 from bench.configuration import BenchFile, load_bench, on_interface
-from bench.cycle.rig import EndKind, Rig
+from bench.cycle.end import EndKind
+from bench.cycle.rig import Rig
 from bench.matrix.plant import header, motion
 from bench.protocols import Phase, Segment
 from bench.safety import LatchFile

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from bench.campaigns.acts import acknowledge, latch_of
 from bench.configuration import BenchFile
+from bench.safety.acts import acknowledge, latch_of
 from bench.safety.latch import NEXT, Act
 from bench.service.book import Book
 from bench.service.keeper import Keeper

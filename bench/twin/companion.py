@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from bench.errors import ConfigurationError
-from bench.simulation.model import Simulation
 from bench.twin.job import LOWEST, Job
 
 Message = dict[str, Any]
@@ -39,6 +38,9 @@ class Companion:
     def __init__(
         self, model: Path, folder: Path, job: Path, hear: Callable[[Message], None], nice: int = LOWEST
     ) -> None:
+        # a service whose runs have no twin does without the numeric library
+        from bench.simulation.model import Simulation
+
         if not model.is_file():
             raise ConfigurationError(f"{model}: there is no such model; bench identify writes one")
         Simulation.load(model)

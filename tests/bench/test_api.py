@@ -77,9 +77,16 @@ def test_a_bus_that_a_service_has_is_not_opened(tmp_path: Path, monkeypatch: pyt
         wire.run(SWEEP, tmp_path / "never")
 
 
-def test_the_command_line_starts_without_the_library() -> None:
-    script = "import sys, bench, bench.cli; print('bench.api' in sys.modules, 'numpy' in sys.modules)"
+@pytest.mark.parametrize(
+    ("program", "without"),
+    [("bench.cli", ("bench.api", "numpy")), ("bench.service.app", ("numba", "scipy", "bench.cycle.rig"))],
+)
+def test_a_program_starts_without_what_it_does_not_need(program: str, without: tuple[str, ...]) -> None:
+    script = f"import sys, bench, {program}; print(*({set(without)!r} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["False", "False"]
+    assert done.stdout.split() == []
+
+
+def test_a_name_that_is_not_there_is_no_attribute() -> None:
     with pytest.raises(AttributeError, match="has no attribute 'nothing'"):
         _ = bench.nothing

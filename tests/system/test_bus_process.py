@@ -19,7 +19,8 @@ import pytest
 from bench.campaigns.recorder import Recorder
 from bench.configuration import BenchFile, load_bench, on_interface, parse_bench
 from bench.cycle.assembly import assemble
-from bench.cycle.rig import EndKind, Rig
+from bench.cycle.end import EndKind
+from bench.cycle.rig import Rig
 from bench.errors import DeviceError, LimitError
 from bench.protocols import Segment
 from bench.recording import Gearbox, Recording, RecordingHeader

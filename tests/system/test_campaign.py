@@ -17,7 +17,7 @@ from bench.campaigns.picture import order_amplitudes, transmission_error
 from bench.campaigns.session import run_campaign
 from bench.campaigns.taken import Status, Summary
 from bench.configuration import load_bench, parse_bench
-from bench.cycle.rig import EndKind
+from bench.cycle.end import EndKind
 from bench.errors import ConfigurationError, LimitError
 from bench.recording import Recording, RecordingFolder
 from bench.recording.validation import validate

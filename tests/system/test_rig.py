@@ -16,7 +16,8 @@ from bench.campaigns.facts import facts
 from bench.campaigns.registry import build_sequence
 from bench.configuration import BenchFile, load_bench, parse_bench
 from bench.cycle.assembly import Assembly, assemble
-from bench.cycle.rig import EndKind, Rig
+from bench.cycle.end import EndKind
+from bench.cycle.rig import Rig
 from bench.errors import DeviceError, LimitError
 from bench.protocols import Phase, Point, Segment
 from bench.safety import Cause, LatchFile, Standing

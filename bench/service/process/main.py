@@ -14,13 +14,13 @@ from datetime import datetime
 from pathlib import Path
 
 from bench.campaigns import load_campaign
-from bench.campaigns.acts import reset
 from bench.campaigns.directions import Directions
 from bench.campaigns.jog import jog
+from bench.campaigns.reset import reset
 from bench.campaigns.session import run_campaign
 from bench.campaigns.taken import Summary
 from bench.configuration import BenchFile, load_bench, on_interface, playing
-from bench.cycle.rig import EndKind
+from bench.cycle.end import EndKind
 from bench.errors import BenchError, DeviceError
 from bench.locks import bus_in_use
 from bench.service.process.hold import Hold

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from bench.campaigns.acts import latch_of
 from bench.commissioning.torque_zero import torque_zero
 from bench.configuration import BenchFile
 from bench.cycle.rig import Rig
 from bench.errors import DeviceError
+from bench.safety.acts import latch_of
 
 TARE_S = 2.0
 """So long the sensor is read."""

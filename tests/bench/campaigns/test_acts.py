@@ -8,17 +8,18 @@ from typing import Any
 import pytest
 from typer.testing import CliRunner
 
-from bench.campaigns import acts, parse_campaign
+from bench.campaigns import parse_campaign
 from bench.campaigns.journal import Journal
 from bench.campaigns.listener import Silent
+from bench.campaigns.reset import reset
 from bench.campaigns.session import run_campaign
 from bench.cli.app import make_app
 from bench.configuration import BenchFile, load_bench, parse_bench
-from bench.cycle.rig import EndKind
+from bench.cycle.end import EndKind
 from bench.errors import DeviceError, LimitError
 from bench.recording import Recording
 from bench.recording.validation import validate
-from bench.safety import Standing
+from bench.safety import Standing, acts
 
 TEXT = """
 format = "bench-campaign"
@@ -59,9 +60,9 @@ def test_a_stop_is_latched_in_the_folder_until_three_acts(stopped: Path, tight: 
     with pytest.raises(LimitError, match="bench acknowledge"):
         run_campaign(tight, CAMPAIGN, stopped, resumed_by="me")
     with pytest.raises(LimitError, match="acknowledge comes first"):
-        acts.reset(tight, stopped, "me")
+        reset(tight, stopped, "me")
     assert acts.acknowledge(tight, stopped, "me").standing is Standing.ACKNOWLEDGED
-    assert acts.reset(tight, stopped, "me").standing is Standing.RESET
+    assert reset(tight, stopped, "me").standing is Standing.RESET
     with pytest.raises(LimitError, match="--resume"):
         run_campaign(tight, CAMPAIGN, stopped)
     assert run_campaign(tight, CAMPAIGN, stopped, resumed_by="me").end.kind is EndKind.TRIPPED
@@ -91,7 +92,7 @@ def test_reset_is_refused_while_the_cause_is_there(file: BenchFile, tmp_path: Pa
     acts.latch_of(hot, tmp_path).write(acts.latch_of(hot, tmp_path).read().stopped("TEMPERATURE_HIGH", "hot", ""))
     acts.acknowledge(hot, tmp_path, "me")
     with pytest.raises(LimitError, match=r"limits\.temperature"):
-        acts.reset(hot, tmp_path, "me")
+        reset(hot, tmp_path, "me")
 
 
 def test_a_script_may_do_what_the_bench_file_names_and_no_more(
@@ -118,7 +119,7 @@ def test_without_a_folder_an_emulated_run_is_asked_for() -> None:
 def test_a_clear_bench_has_nothing_to_acknowledge(file: BenchFile, tmp_path: Path) -> None:
     with pytest.raises(LimitError, match="nothing is latched"):
         acts.acknowledge(file, tmp_path, "me")
-    assert acts.reset(file, tmp_path, "me").standing is Standing.CLEAR
+    assert reset(file, tmp_path, "me").standing is Standing.CLEAR
     assert replace(acts.latch_of(file, tmp_path).read(), acts=()).standing is Standing.CLEAR
 
 

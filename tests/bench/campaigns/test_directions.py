@@ -21,7 +21,7 @@ from bench.campaigns.session import run_campaign
 from bench.campaigns.taken import Status, Summary, Taken
 from bench.configuration import load_bench
 from bench.cycle.channels import Scaling
-from bench.cycle.rig import EndKind
+from bench.cycle.end import EndKind
 from bench.protocols import Segment
 from bench.recording import Recording, RecordingFolder
 

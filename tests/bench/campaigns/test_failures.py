@@ -12,7 +12,6 @@ from typing import Any
 import pytest
 
 from bench.campaigns import Block, Campaign, Stage, asked, outcome, room, runner, session
-from bench.campaigns.acts import latch_of
 from bench.campaigns.asked import SequenceFailed, Stopped
 from bench.campaigns.directions import Directions
 from bench.campaigns.journal import Journal
@@ -21,12 +20,14 @@ from bench.campaigns.recorder import Recorder
 from bench.campaigns.remark import LONGEST, clean_remark
 from bench.campaigns.taken import Status, Summary
 from bench.configuration import load_bench
-from bench.cycle.rig import EndKind, Rig
+from bench.cycle.end import EndKind
+from bench.cycle.rig import Rig
 from bench.errors import ConfigurationError, DeviceError, LimitError
 from bench.protocols import BenchFacts, Phase, Point
 from bench.recording import Recording
 from bench.recording.validation import validate
 from bench.safety import Cause, Standing
+from bench.safety.acts import latch_of
 from bench.stop_button import StopButton
 from sequences.thermal import Dwell
 

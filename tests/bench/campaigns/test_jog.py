@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bench.campaigns.acts import latch_of
 from bench.campaigns.gentle import gentle, greatest_speed
 from bench.campaigns.jog import jog
 from bench.configuration import BenchFile, load_bench
 from bench.cycle.channels import Scaling
-from bench.cycle.rig import EndKind
+from bench.cycle.end import EndKind
 from bench.cycle.view import View
 from bench.errors import LimitError
 from bench.protocols import Segment
 from bench.safety import Cause
+from bench.safety.acts import latch_of
 from bench.stop_button import StopButton
 
 

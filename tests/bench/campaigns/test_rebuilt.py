@@ -16,7 +16,7 @@ from bench.campaigns.rebuilt import rebuild
 from bench.campaigns.session import run_campaign
 from bench.campaigns.taken import Taken
 from bench.configuration import BenchFile, load_bench, parse_bench
-from bench.cycle.rig import EndKind
+from bench.cycle.end import EndKind
 from bench.errors import ConfigurationError, DeviceError
 from tests.bench.campaigns.test_failures import CAMPAIGN, Told
 

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from bench.campaigns.acts import latch_of
 from bench.configuration import BenchFile, load_bench, on_interface
 from bench.errors import LimitError
 from bench.safety import Act, LatchFile, Standing
+from bench.safety.acts import latch_of
 from bench.safety.places import MACHINE, VARIABLE
 from bench.safety.torque_mark import mark_path, marked
 
@@ -95,7 +95,7 @@ def test_a_bench_in_this_process_ends_with_it(tmp_path: Path) -> None:
 
 
 def test_go_on_after_a_death_is_refused(file: BenchFile, tmp_path: Path) -> None:
-    from bench.campaigns.acts import require_resumable
+    from bench.safety.acts import require_resumable
 
     subprocess.run([sys.executable, "-c", DYING, "dies"], check=False, env={**os.environ})
     with pytest.raises(LimitError, match=r"ended without a word while it had torque.*next is bench acknowledge"):

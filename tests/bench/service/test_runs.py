@@ -9,9 +9,9 @@ from pathlib import Path
 from starlette.testclient import TestClient
 
 from bench.campaigns import load_campaign
-from bench.campaigns.acts import latch_of
 from bench.campaigns.journal import Journal
 from bench.configuration import load_bench, on_interface
+from bench.safety.acts import latch_of
 from bench.service.settings import Settings
 from tests.bench.service.conftest import BASE, Client, NoLauncher, made_app
 
