@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -147,10 +148,14 @@ class WanderingZero:
         """Integral of the motor's speed over each recording alone (zero elsewhere); then over each
         :data:`STRETCH_S` of the recordings that last longer.
         """
-        parts = [frame.recording == r for r in np.unique(frame.recording)]
-        return np.column_stack(
-            [integral(np.where(own, frame.omega, 0.0), frame) for own in [*parts, *_stretches(frame)]]
-        )
+        recordings = _recordings(frame)
+        parts = [(rows, np.ones(rows.stop - rows.start, dtype=bool)) for rows in recordings]
+        parts += _stretches(frame)
+        omega = frame.omega
+        out = np.zeros((frame.size, len(parts)), order="F")
+        for k, (rows, own) in enumerate(parts):
+            out[rows, k] = integral(np.where(own, omega[rows], 0.0), frame.take(rows))
+        return out
 
     def parameters(self, coefficients: FloatArray, std: FloatArray) -> list[dict[str, object]]:
         """None: it is told to nobody."""
@@ -163,14 +168,19 @@ class WanderingZero:
         return {}
 
 
-def _stretches(frame: Frame) -> list[NDArray[np.bool_]]:
-    """Rows (n,) of each :data:`STRETCH_S` of the recordings that last longer than that."""
+def _recordings(frame: Frame) -> list[slice]:
+    """Rows of each recording."""
+    return [slice(int(a), int(b)) for a, b in itertools.pairwise(recording_starts(frame))]
+
+
+def _stretches(frame: Frame) -> list[tuple[slice, NDArray[np.bool_]]]:
+    """Each :data:`STRETCH_S` of the recordings that last longer than that: rows of the recording, which of them."""
     out = []
-    for r in np.unique(frame.recording):
-        own = frame.recording == r
-        number = np.floor((frame.elapsed - frame.elapsed[own].min()) / STRETCH_S)
-        if number[own].max() >= 1.0:
-            out += [own & (number == k) for k in np.unique(number[own])]
+    for rows in _recordings(frame):
+        elapsed = frame.elapsed[rows]
+        number = np.floor((elapsed - elapsed.min()) / STRETCH_S)
+        if number.max() >= 1.0:
+            out += [(rows, number == k) for k in np.unique(number)]
     return out
 
 
@@ -180,7 +190,7 @@ def zero_precisions(frame: Frame, torque: Mixture | None) -> tuple[float, ...]:
     ``torque``: noise of a sample of the motor torque; its mean over a stretch is heat that never was. None: not known,
     and a stretch is taken to be as wrong as a data sheet lets a recording be.
     """
-    recordings, stretches = int(np.unique(frame.recording).size), len(_stretches(frame))
+    recordings, stretches = len(_recordings(frame)), len(_stretches(frame))
     squared = TORQUE_ZERO**2
     if torque is not None:
         squared = float(torque.of_means(np.array([torque.rate * STRETCH_S]), np.array([STRETCH_S]))[0])

@@ -10,10 +10,11 @@ import numpy as np
 from bench.mismatch.problem import ChannelProblem, starts_and_folds
 from bench.mismatch.recordings.beginning import at_start, risen
 from bench.mismatch.regression.bank import Bank, Fit, Whitening, fit
+from bench.mismatch.regression.calibration import Calibration
 from bench.mismatch.regression.course import added
 from bench.mismatch.regression.noise import Mixture, RowNoise, alike, of_rows, plain_mixture
 from bench.mismatch.regression.regressors import Free, Regressor
-from bench.simulation.frame import FloatArray, Frame, IntArray
+from bench.simulation.frame import FloatArray, Frame, IntArray, recording_starts
 
 WINDOW = 9
 """rows of two seconds through which a parabola is laid"""
@@ -61,6 +62,7 @@ class ChannelModel:
     fit: Fit
     variances: tuple[float, ...]
     folds: IntArray
+    calibration: Calibration
     price: float = 0.0
     notes: list[str] = field(default_factory=list)
 
@@ -95,6 +97,12 @@ class ChannelModel:
     def predict(self, frame: Frame, chosen: Sequence[Chosen] | None = None, fitted: Fit | None = None) -> FloatArray:
         """The channel, less what is fixed, as the model says on the rows of a frame (n,)."""
         return predicted(self.blocks(chosen), self.fit if fitted is None else fitted, frame)
+
+
+def calibration(problem: ChannelProblem, base: Sequence[Block], noise: RowNoise) -> Calibration:
+    """What the simulation's blocks can say."""
+    precision = np.concatenate([np.zeros(0), *(b.precision for b in base)])
+    return Calibration.of(problem, [b.regressor for b in base], precision, noise.sigma)
 
 
 def predicted(blocks: Sequence[Block], fitted: Fit, frame: Frame) -> FloatArray:
@@ -173,21 +181,23 @@ def plain_residual(problem: ChannelProblem) -> FloatArray:
     own = problem.rows.take(train)
     blocks = [b.regressor.columns(problem.rows.frame)[train] for b in problem.base]
     columns = np.hstack(blocks) if blocks else np.zeros((own.size, 0))
-    recording = own.frame.recording
-    weight = np.sqrt(np.maximum(own.number, 0.0))
-    count = np.maximum(np.bincount(recording, own.number), 1e-9)
+    starts = recording_starts(own.frame)
+    weight = np.maximum(own.number, 0.0)
+    count = np.maximum(np.add.reduceat(weight, starts[:-1]), 1e-9)
 
     def centred(values: FloatArray) -> FloatArray:
-        return np.asarray(values - (np.bincount(recording, values * own.number) / count)[recording])
+        mean = np.add.reduceat(values * weight[:, None], starts[:-1], axis=0) / count[:, None]
+        return np.asarray(values - np.repeat(mean, np.diff(starts), axis=0))
 
+    y = centred(own.y[:, None])[:, 0]
     if columns.shape[1] == 0:
-        return centred(own.y)
+        return y
     scale = np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-300)
-    inner = np.column_stack([centred(c) for c in (columns / scale).T])
-    left = inner * weight[:, None]
-    normal = left.T @ left + 1e-6 * np.trace(left.T @ left) / left.shape[1] * np.eye(left.shape[1])
-    beta = np.linalg.solve(normal, left.T @ (weight * centred(own.y)))
-    return np.asarray(centred(own.y) - inner @ beta)
+    inner = centred(columns / scale)
+    left = inner * np.sqrt(weight)[:, None]
+    normal = left.T @ left
+    normal[np.diag_indices_from(normal)] += 1e-6 * float(np.trace(normal)) / left.shape[1]
+    return np.asarray(y - inner @ np.linalg.solve(normal, left.T @ (np.sqrt(weight) * y)))
 
 
 def add_base(problem: ChannelProblem, bank: Bank) -> list[Block]:

@@ -29,6 +29,7 @@ from bench.mismatch.regression.model import (
     Chosen,
     add_base,
     add_block,
+    calibration,
     fit_blocks,
     plain_residual,
     prepare_bank,
@@ -117,7 +118,9 @@ def begun(problem: ChannelProblem, seed: int = 0) -> Search:
     bank, samples, noise, folds = prepare_bank(problem, residual)
     base = settled(problem, bank, add_base(problem, bank))
     variances = bank.variances()
-    model = ChannelModel(problem, bank, samples, noise, base, [], fit_blocks(bank, base, variances), variances, folds)
+    plain = fit_blocks(bank, base, variances)
+    own_terms = calibration(problem, base, noise)
+    model = ChannelModel(problem, bank, samples, noise, base, [], plain, variances, folds, own_terms)
     train = problem.train
     own = problem.rows.frame.take(train)
     regressors: list[Regressor] = [
@@ -151,7 +154,8 @@ def _settle(search: Search) -> Search:
             model.notes.append(f"{effect} is in force without numbers, and nothing in these recordings calibrates it")
             continue
         base = [*model.base, chosen.main]
-        search.model = replace(model, base=base, fit=fit_blocks(model.bank, base, model.variances))
+        fit, own_terms = fit_blocks(model.bank, base, model.variances), calibration(model.problem, base, model.noise)
+        search.model = replace(model, base=base, fit=fit, calibration=own_terms)
         keep = [k for k, b in enumerate(search.blocks) if b.regressor.effect != effect]
         search.blocks, search.extra = [search.blocks[k] for k in keep], search.extra[keep]
     return search

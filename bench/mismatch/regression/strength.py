@@ -38,7 +38,7 @@ def strength(model: ChannelModel, candidate: Chosen) -> Strength:
     train = problem.train
     fitted = fit_blocks(model.bank, model.blocks([*model.chosen, candidate]), model.variances)
     own = model.contribution(candidate, problem.rows.frame, fitted)[train]
-    beyond = own - _said_by(model, own)
+    beyond = own - model.calibration.said(own)
     number = problem.rows.number[train]
     floor = max(model.floor, 1e-300)
     overall = float(np.sqrt(np.sum(beyond**2 * number) / max(float(number.sum()), 1.0)))
@@ -56,23 +56,6 @@ def _range(problem: ChannelProblem) -> float:
 def strength_of(model: ChannelModel, block: Block) -> Strength:
     """The same of a candidate that is not refined, alone beside the model."""
     return strength(model, unrefined(model.bank, block))
-
-
-def _said_by(model: ChannelModel, values: FloatArray) -> FloatArray:
-    """What the simulation's own terms can say of ``values`` (training rows,), weighted as a fit weighs rows."""
-    blocks = [b for b in model.base]
-    problem = model.problem
-    columns = [b.regressor.columns(problem.rows.frame)[problem.train] for b in blocks]
-    if not columns:
-        return np.zeros(values.size)
-    x = np.hstack(columns)
-    weight = 1.0 / model.noise.sigma
-    scale = np.maximum(np.sqrt(np.mean((x * weight[:, None]) ** 2, axis=0)), 1e-100)
-    left = x * weight[:, None] / scale
-    normal = left.T @ left
-    precision = np.concatenate([b.precision for b in blocks]) / scale**2
-    normal[np.diag_indices_from(normal)] += precision + 1e-9 * np.trace(normal) / normal.shape[0]
-    return np.asarray(x / scale @ np.linalg.solve(normal, left.T @ (values * weight)))
 
 
 def active_size(values: FloatArray, number: FloatArray) -> float:
