@@ -26,10 +26,10 @@ def offset_rows(rows: Rows, y: FloatArray, inside: NDArray[np.bool_]) -> tuple[R
     change = np.zeros(frame.size, dtype=bool)
     for values in (frame.recording, frame.steady, frame.direction, inside):
         change[1:] |= values[1:] != values[:-1]
-    share = frame.step / width
-    share[np.append(True, frame.recording[1:] != frame.recording[:-1])] = 0.0
+    step = frame.step.copy()
+    step[np.append(True, frame.recording[1:] != frame.recording[:-1])] = 0.0
     limits = changes(top(frame.torque), top(frame.velocity))
-    edges = blocks(share, np.cumsum(change), frame.velocity, frame.torque_level, limits)
+    edges = blocks(step / width, step / LIVELY_S, np.cumsum(change), frame.velocity, frame.torque_level, limits)
     total = np.add.reduceat(rows.number, edges)
     mean = np.add.reduceat(y * rows.number, edges) / np.maximum(total, 1.0)
     return Rows(reduced(frame, edges), mean, total), inside[edges], edges

@@ -21,6 +21,8 @@ from bench.simulation.frame import FloatArray, IntArray
 
 _LOOKED_AT = 6
 """recordings in which both witnesses are compared"""
+_HUM, _FEWEST_PARTS = 0.1, 4
+"""part of that time over which a load is averaged before it is asked whether it stays; parts of a segment at least"""
 _FEWEST_MEANS = 20
 """means over :data:`criteria.KEPT_LOAD_S` from which a share can be told"""
 
@@ -42,7 +44,7 @@ def levelled(
     smooth, level = torque.copy(), torque.copy()
     for number in (int(v) for v in np.unique(label) if v >= 0):
         rows = np.flatnonzero((label == number) & rests)
-        if rows.size < 2 or not _kept(torque[rows], largest):
+        if rows.size < 2 or not _kept(torque[rows], rate, largest):
             continue
         own = torque[rows]
         level[rows] = own.mean()
@@ -67,7 +69,8 @@ def confirmed(recordings: Sequence[Recording], largest: float) -> float:
                 continue
             values = recording.read_si(("load_torque", "load_motor_torque"), part.start, part.start + size)
             sensor, motor = (repaired(v, spikes(v)) for v in values.values())
-            if not _kept(sensor, largest) or not _kept(motor, largest):
+            rate = float(recording.sample_rate)
+            if not _kept(sensor, rate, largest) or not _kept(motor, rate, largest):
                 continue
             x, z = (v.reshape(-1, width).mean(axis=1) - v.mean() for v in (sensor, motor))
             common += float(x @ z)
@@ -78,8 +81,10 @@ def confirmed(recordings: Sequence[Recording], largest: float) -> float:
     return float(np.clip(common / own, 0.0, 1.0))
 
 
-def _kept(torque: FloatArray, largest: float) -> bool:
+def _kept(torque: FloatArray, rate: float, largest: float) -> bool:
     """Whether a torque stays about one level: a staircase or a ramp spreads over far more than a controller's
-    wavering.
+    wavering. What swings within a part of :data:`criteria.KEPT_LOAD_S`, a shaft that hums, is no change of the load.
     """
-    return float(np.std(torque)) < criteria.KEEPS_ITS_LOAD * max(largest, float(np.abs(torque.mean())))
+    width = max(1, min(round(_HUM * criteria.KEPT_LOAD_S * rate), torque.size // _FEWEST_PARTS))
+    parts = torque[: torque.size // width * width].reshape(-1, width).mean(axis=1)
+    return float(np.std(parts)) < criteria.KEEPS_ITS_LOAD * max(largest, float(np.abs(torque.mean())))

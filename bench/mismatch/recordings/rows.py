@@ -20,7 +20,7 @@ from bench.simulation.frame import ARRAYS, FloatArray, Frame, IntArray, concaten
 SLOW_S = 1.0
 """longest block of a torque's rows: noise of a bench forgets itself in about as long"""
 LIVELY_S = 0.02
-"""longest block just after a start or a reversal"""
+"""longest block just after a start or a reversal, and the shortest elsewhere"""
 HEAT_S = 2.0
 """block of the temperature's rows: its time constants are minutes"""
 TORQUE_STEP = 0.17
@@ -85,7 +85,8 @@ def slow_rows(prepared: Prepared, channel: str, torque: float, speed: float) -> 
     width = np.minimum(width, np.maximum(turning, max(1.0, round(LIVELY_S * rate))))
     parting: IntArray = np.cumsum(_changes(frame.direction, prepared.label, prepared.corner))
     limits = changes(torque, speed)
-    edges = blocks(1.0 / width, parting, frame.velocity, frame.torque_level, limits)
+    shortest = np.full(frame.size, 1.0 / max(1.0, round(LIVELY_S * rate)))
+    edges = blocks(1.0 / width, shortest, parting, frame.velocity, frame.torque_level, limits)
     own = prepared.measured[channel]
     mean, number = block_mean(own.mean, own.number, edges)
     return Rows(reduced(frame, edges), mean, number)
@@ -144,18 +145,24 @@ def _edges(progress: FloatArray, *parting: NDArray[Any]) -> IntArray:
 
 
 @numba.njit(cache=True)
-def blocks(share: FloatArray, parting: IntArray, speed: FloatArray, torque: FloatArray, limits: FloatArray) -> IntArray:
-    """First index of each block: one ends when its shares make a whole, or speed or torque have changed by a limit."""
+def blocks(
+    share: FloatArray, quick: FloatArray, parting: IntArray, speed: FloatArray, torque: FloatArray, limits: FloatArray
+) -> IntArray:
+    """First index of each block: one ends when its shares make a whole, or speed or torque have changed by a limit.
+
+    ``quick`` (n,): shares of the shortest block. What swings to and fro within that has its mean in it all the same.
+    """
     out = np.empty(share.size, dtype=np.int64)
     number = 0
-    total, v, t = 2.0, 0.0, 0.0
+    total, age, v, t = 2.0, 2.0, 0.0, 0.0
     for i in range(share.size):
-        changed = abs(speed[i] - v) > limits[0] or abs(torque[i] - t) > limits[1]
+        changed = age > 1.0 - 1e-9 and (abs(speed[i] - v) > limits[0] or abs(torque[i] - t) > limits[1])
         if total > 1.0 - 1e-9 or changed or parting[i] != parting[i - 1]:
             out[number] = i
             number += 1
-            total, v, t = 0.0, speed[i], torque[i]
+            total, age, v, t = 0.0, 0.0, speed[i], torque[i]
         total += share[i]
+        age += quick[i]
     return out[:number]
 
 

@@ -135,13 +135,22 @@ def _outside(values: FloatArray, weight: FloatArray, own: Range) -> Range:
 
 
 def _direction(frame: Frame, own: FloatArray, weight: FloatArray) -> str:
-    """The direction that holds nine tenths of the energy, not only because the bench ran mostly that way."""
+    """The direction that holds nine tenths of the energy, not only because the bench ran mostly that way, or warmed up
+    at a speed of no other recording: both are asked where both directions were driven.
+    """
     forward = frame.last_direction > 0
-    energies = float(own[forward].sum()), float(own[~forward].sum())
-    samples = float(weight[forward].sum()), float(weight[~forward].sum())
-    means = [e / n if n > 0 else 0.0 for e, n in zip(energies, samples, strict=True)]
-    if min(samples) <= 0.0:
-        return POSITIVE if samples[0] > 0.0 else NEGATIVE
+    if min(weight[forward].sum(), weight[~forward].sum()) <= 0.0:
+        return POSITIVE if weight[forward].sum() > 0.0 else NEGATIVE
+    alike = weight > 0
+    for name in RANGES:
+        values = levels(frame, name)
+        spans = [_span(values[side & (weight > 0)]) for side in (forward, ~forward)]
+        alike &= (values >= max(low for low, _ in spans)) & (values <= min(high for _, high in spans))
+    both = [alike & side for side in (forward, ~forward)]
+    if not all(rows.any() for rows in both):
+        both = [forward, ~forward]
+    energies = [float(own[rows].sum()) for rows in both]
+    means = [e / max(float(weight[rows].sum()), 1e-300) for e, rows in zip(energies, both, strict=True)]
     for side, name in enumerate((POSITIVE, NEGATIVE)):
         if energies[side] >= HELD * sum(energies) > 0.0 and means[side] >= HELD * sum(means):
             return name

@@ -75,3 +75,12 @@ def test_a_ramp_has_no_level() -> None:
     believed, level = levelled(torque, label, rests, LARGEST, RATE, 0.0)
     assert np.array_equal(level, torque)
     assert np.array_equal(believed, torque)
+
+
+def test_a_shaft_that_hums_keeps_its_load() -> None:
+    hum = 50.0 * np.sin(2.0 * np.pi * 17.4 * np.arange(SIZE) / RATE)
+    label, rests = np.zeros(SIZE, dtype=np.int64), np.ones(SIZE, dtype=bool)
+    level = levelled(500.0 + hum, label, rests, LARGEST, RATE)[1]
+    assert np.ptp(level) == 0.0
+    ramp = np.linspace(0.0, 900.0, SIZE) + hum
+    assert np.array_equal(levelled(ramp, label, rests, LARGEST, RATE)[1], ramp)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from bench.mismatch.orders.offset_rows import offset_rows
@@ -36,3 +38,12 @@ def test_blocks_end_where_the_load_changes() -> None:
     quick = ramped(200.0)
     spans = np.diff(quick.frame.torque[np.append(offset_rows(quick, quick.y, inside)[2], ROWS - 1)])
     assert spans.max() <= 8000.0 / 40.0 + 5.0
+
+
+def test_a_load_that_hums_ends_no_block_at_each_swing() -> None:
+    """A swing within 20 ms is no change of the load: its mean stands for it."""
+    rows = ramped(0.0)
+    hum = 500.0 + 60.0 * np.sin(2.0 * np.pi * 41.0 * rows.frame.elapsed)
+    humming = Rows(replace(rows.frame, torque=hum, torque_level=hum), rows.y, rows.number)
+    found = offset_rows(humming, rows.y, np.ones(ROWS, dtype=bool))[0]
+    assert found.size <= ROWS // 2

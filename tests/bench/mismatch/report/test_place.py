@@ -98,6 +98,18 @@ def test_a_direction_is_told_where_the_energy_is_and_not_where_the_bench_ran() -
     assert _placed(even, lopsided)[0].direction == "both"
 
 
+def test_a_warm_up_one_way_at_a_speed_of_its_own_is_no_direction() -> None:
+    frame = made.campaign()
+    fast = frame.recording == 0
+    frame = replace(
+        frame, velocity=np.where(fast, 1.1, frame.velocity), last_direction=np.where(fast, 1.0, frame.direction)
+    )
+    drag = made.discovery("motor_torque", "unknown", frame.last_direction * np.abs(frame.velocity), ("speed",))
+    assert _placed(drag, frame)[0].direction == "both"
+    one_way = np.where(frame.last_direction > 0, np.abs(frame.velocity), 0.0)
+    assert _placed(made.discovery("motor_torque", "unknown", one_way, ("speed",)), frame)[0].direction == "positive"
+
+
 def test_lost_motion_is_where_it_changes() -> None:
     frame = made.campaign()
     ramp = np.linspace(-1000.0, 1000.0, frame.size)
