@@ -65,6 +65,10 @@ def prove(
             "--through-the-bench", help="Conceal in the plant itself; campaigns by the service's own run process."
         ),
     ] = False,
+    again: Annotated[
+        bool,
+        typer.Option("--again", help="With --through-the-bench: does the model hold in another campaign on the plant?"),
+    ] = False,
     quick: Annotated[bool, typer.Option("--quick", help="Two small cases, for continuous integration.")] = False,
     severity: Annotated[bool, typer.Option("--severity", help="Sweep the strength of every effect.")] = False,
     strengths: Annotated[
@@ -126,7 +130,7 @@ def prove(
         tell(bench, open_seed, sealed, as_json)
         return
     groups = ("through",) if through else ("quick",) if quick else tuple(s.strip() for s in sets.split(","))
-    plan = Plan(groups, seed, count, nulls, held_back, clutter)
+    plan = Plan(groups, seed, count, nulls, held_back, clutter, again)
     kind = f"{'-held-back' if held_back else ''}{'-clutter' if clutter else ''}"
     options = _Options(out / f"seed-{seed}{kind}", jobs, dask, keep)
     listed = jobs_of(plan, options.out, keep or peers)

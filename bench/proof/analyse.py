@@ -32,6 +32,7 @@ class Job:
         out: folder that holds recordings, truth and reports.
         keep: leave the recordings on the disk when the report is there.
         threads: threads the analysis may use. clutter: the gearbox has weak orders.
+        again: of a case through the bench, ask another campaign on the same plant whether the model holds.
     """
 
     group: str
@@ -45,6 +46,7 @@ class Job:
     threads: int = 1
     time_limit_s: float = 900.0
     clutter: bool = False
+    again: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,21 +99,30 @@ def prove_case(job: Job) -> Outcome:
 
 def _through(job: Job) -> Outcome:
     """Prove a case whose physics is in the plant: campaign, seal, analysis; then the truth is written."""
-    truth, content = through.record(job.out, job.name, job.seed)
+    recorded = through.record(job.out, job.name, job.seed)
+    truth = recorded.truth
     recordings = job.out / make.RECORDINGS / truth["folder"]
     target = job.out / REPORTS / truth["folder"]
     failed, seconds = through.timed(recordings, target)
+    again = through.again(recorded, target / "model.json", job.out) if job.again and not failed else None
     truth_path = job.out / make.TRUTHS / f"{job.name}.json"
-    truth_path.write_bytes(content)
-    return _told(job, truth, truth_path, Outcome(truth, None, seconds, failed))
+    truth_path.write_bytes(recorded.content)
+    return _told(job, truth, truth_path, Outcome(truth, None, seconds, failed), again)
 
 
-def _told(job: Job, truth: dict[str, Any], truth_path: Path, ran: Outcome) -> Outcome:
-    """Read the report of an analysis that ``ran``, work out what is the examiner's own, and note both."""
+def _told(
+    job: Job, truth: dict[str, Any], truth_path: Path, ran: Outcome, again: dict[str, Any] | None = None
+) -> Outcome:
+    """Read the report of an analysis that ``ran``, work out what is the examiner's own, and note both.
+
+    ``again``: what of its model holds on new data, where that was asked.
+    """
     recordings, target = (job.out / folder / truth["folder"] for folder in (make.RECORDINGS, REPORTS))
     report = _read(target / "report.json") if not ran.failed else None
     target.mkdir(parents=True, exist_ok=True)
     own = None if report is None else recompute(truth, report, target / "model.json", recordings)
+    if own is not None and again is not None:
+        own["again"] = again
     note = {
         "seal": make.seal_of(truth_path),
         "analyser": analyser_digest(),
@@ -148,6 +159,8 @@ def done_before(job: Job) -> Outcome | None:
         return None
     note = json.loads(note_path.read_text())
     if note["analyser"] != analyser_digest() or note["seal"] != make.seal_of(truth_path):
+        return None
+    if job.again and not note["failed"] and "again" not in note["own"]:
         return None
     report = _read(note_path.parent / "report.json") if not note["failed"] else None
     return Outcome(truth, report, note["seconds"], note["failed"], note["own"])

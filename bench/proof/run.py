@@ -30,6 +30,7 @@ class Plan:
         groups: names of the examiner's groups. count: at most so many of each, None for all.
         nulls: number of folders without effect, None for the group's own number.
         held_back: draw from the forms nobody tunes on. clutter: give every gearbox weak orders.
+        again: of cases through the bench, ask another campaign whether the model holds.
     """
 
     groups: tuple[str, ...]
@@ -38,13 +39,14 @@ class Plan:
     nulls: int | None = None
     held_back: bool = False
     clutter: bool = False
+    again: bool = False
 
 
 def jobs_of(plan: Plan, out: Path, keep: bool) -> list[Job]:
     """The jobs of a plan, in the groups' order."""
     if plan.groups == (GROUP,):
         names = [f"{GROUP}-{number:03d}" for number in range(plan.count or THROUGH)]
-        return [Job(GROUP, name, plan.seed, False, out, keep=keep) for name in names]
+        return [Job(GROUP, name, plan.seed, False, out, keep=keep, again=plan.again) for name in names]
     examiner = make.load_examiner()
     picked = []
     for group in plan.groups:

@@ -80,6 +80,7 @@ class CaseScore:
         recomputed: whether it was worked out from ``model.json``; else it is what the report tells.
         confidences: (told confidence, right) of every finding that tells one.
         seconds: wall time of the analysis.
+        again: what of the model holds on new data (:mod:`bench.proof.through.loop`), None where nobody asked.
     """
 
     case: str
@@ -92,6 +93,15 @@ class CaseScore:
     seconds: float
     failed: str = ""
     recomputed: bool = True
+    again: Mapping[str, Any] | None = None
+
+    @property
+    def holds(self) -> bool | None:
+        """Whether the model predicts another campaign to the noise in every channel; None where nobody asked."""
+        if self.again is None:
+            return None
+        ratios = self.again["residual"].values()
+        return bool(ratios) and max(ratios) <= RESIDUAL_LIMITS[1]
 
     @property
     def counted(self) -> tuple[EffectScore, ...]:
@@ -151,6 +161,7 @@ def score(
         seconds=seconds,
         failed=failed,
         recomputed=recomputed,
+        again=own.get("again") if own else None,
     )
 
 

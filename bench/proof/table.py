@@ -75,6 +75,7 @@ def body(scores: Sequence[CaseScore]) -> list[str]:
     lines += _effect_lines(scores)
     lines += _form_lines(scores)
     lines += _faint_lines(scores)
+    lines += _again_lines(scores)
     lines += _faults(scores)
     return lines + _calibration(scores)
 
@@ -172,6 +173,25 @@ def _faint_lines(scores: Sequence[CaseScore]) -> list[str]:
     told = sum(e.found for _case, e in faint)
     named = ", ".join(f"{e.effect} in {case} ({e.strength:g} of the noise)" for case, e in faint)
     return [f"Too faint to be seen, by the sealed truth, and not counted: {len(faint)}, told {told}: {named}.", ""]
+
+
+def _again_lines(scores: Sequence[CaseScore]) -> list[str]:
+    """Whether the models hold in another campaign on the same plant."""
+    asked = [(s, s.again) for s in scores if s.again is not None]
+    if not asked:
+        return []
+    holds, match = sum(bool(s.holds) for s, _ in asked), sum(own["verdict"] == "match" for _, own in asked)
+    head = ("folder", "residual / noise in the other campaign", "verdict there", "emulator playing it / two noises", "")
+    lines = ["### Model on new data", ""]
+    lines.append(f"At the noise in every channel, before any search: {holds} of {len(asked)}; verdict match: {match}.")
+    lines += ["", _line(head), _line(["---"] * len(head))]
+    for s, own in asked:
+        lines.append(_line((s.case, _each(own["residual"]), own["verdict"] or "–", _each(own["played"]), own["why"])))
+    return [*lines, ""]
+
+
+def _each(ratios: Mapping[str, float]) -> str:
+    return ", ".join(f"{channel.replace('_', ' ')} {value:.2f}" for channel, value in ratios.items()) or "–"
 
 
 def _faults(scores: Sequence[CaseScore]) -> list[str]:

@@ -16,6 +16,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -24,15 +25,17 @@ import numpy as np
 from bench.proof import make
 from bench.proof.make import ProofError
 from bench.proof.sealed import load_sealed
-from bench.proof.through.run import plant_named, run_on
+from bench.proof.through.loop import closed
+from bench.proof.through.run import AGAIN, CAMPAIGN, plant_named, run_on
 from bench.proof.through.samples import samples_of
 
 GROUP = "through"
-TWIN = "twin.json"
 _KEPT = ("PATH", "HOME", "LANG", "LC_ALL", "TMPDIR", "VIRTUAL_ENV", "PYTHONPATH", "NUMBA_CACHE_DIR", "MPLCONFIGDIR")
 _RUN = "import sys; from bench.cli import main; sys.argv[0] = 'bench'; main()"
 _TWIN_SEED = 99
 _DRAWS = 5
+_SEEDS = 100_000
+"""seeds of a campaign's noise"""
 
 
 def plant_seed(seed: int, name: str, draw: int = 0) -> int:
@@ -41,19 +44,19 @@ def plant_seed(seed: int, name: str, draw: int = 0) -> int:
     return int(np.random.default_rng([seed, 15, number, *([draw] if draw else [])]).integers(2**31))
 
 
-def noise(out: Path) -> dict[str, dict[str, float]]:
-    """Recording → channel → noise of the campaign on a bench that conceals nothing; made once for all cases of ``out``.
+def noise(out: Path, campaign: Path = CAMPAIGN) -> dict[str, dict[str, float]]:
+    """Recording → channel → noise of a campaign on a bench that conceals nothing; made once for all cases of ``out``.
 
     Raises
     ------
     ProofError
         The campaign did not come to its end.
     """
-    path = out / TWIN
+    path = out / f"twin-{campaign.stem}.json"
     if not path.exists():
         examiner = load_sealed()
         with tempfile.TemporaryDirectory() as folder:
-            run_on(plant_named("conceal=0&kinds=&weak=0"), Path(folder) / "twin", _TWIN_SEED)
+            run_on(plant_named("conceal=0&kinds=&weak=0"), Path(folder) / "twin", _TWIN_SEED, campaign)
             found = examiner.noise_of(samples_of(Path(folder) / "twin", examiner.EVERY))
         out.mkdir(parents=True, exist_ok=True)
         part = path.with_suffix(f".{os.getpid()}")
@@ -63,7 +66,17 @@ def noise(out: Path) -> dict[str, dict[str, float]]:
     return content
 
 
-def record(out: Path, name: str, seed: int) -> tuple[dict[str, Any], bytes]:
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """A case whose campaign has run: its truth and the bytes that were sealed, plant and seed."""
+
+    truth: dict[str, Any]
+    content: bytes
+    plant: str
+    seed: int
+
+
+def record(out: Path, name: str, seed: int) -> Recorded:
     """Draw the plant of a case, run the campaign on it; the truth, and its sealed bytes.
 
     Only their hash is written (``truth/NAME.sha256``). A plant that breaks a limit of its own bench is no campaign: it
@@ -82,7 +95,7 @@ def record(out: Path, name: str, seed: int) -> tuple[dict[str, Any], bytes]:
             own = plant_seed(seed, name, draw)
             plant = plant_named(f"conceal={own}")
             try:
-                run_on(f"{plant}&ledger={ledger}", folder, own % 100_000)
+                run_on(f"{plant}&ledger={ledger}", folder, own % _SEEDS)
                 break
             except ProofError:
                 if draw == _DRAWS - 1:
@@ -94,7 +107,7 @@ def record(out: Path, name: str, seed: int) -> tuple[dict[str, Any], bytes]:
     path.parent.mkdir(parents=True, exist_ok=True)
     path.unlink(missing_ok=True)
     path.with_suffix(".sha256").write_text(f"{hashlib.sha256(content).hexdigest()}  {path.name}\n")
-    return json.loads(content), content
+    return Recorded(json.loads(content), content, plant, own % _SEEDS)
 
 
 def _of(samples: list[dict[str, Any]], floor: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float]]:
@@ -133,6 +146,17 @@ def environment() -> dict[str, str]:
     """The environment an analysis gets."""
     kept = {key: value for key, value in os.environ.items() if key in _KEPT}
     return kept | dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"), "1")
+
+
+def again(recorded: Recorded, model: Path, out: Path) -> dict[str, Any]:
+    """What of the model found on a case holds on another campaign on its plant (:func:`closed`)."""
+
+    def check(folder: Path, given: Path) -> str:
+        target = folder.with_name("report")
+        why = analyse(folder, target, given)
+        return why or str(json.loads((target / "report.json").read_text("utf-8"))["verdict"])
+
+    return closed(recorded.plant, recorded.seed, model, noise(out, AGAIN), check)
 
 
 def timed(folder: Path, target: Path) -> tuple[str, float]:

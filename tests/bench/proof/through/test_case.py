@@ -12,8 +12,10 @@ import pytest
 
 from bench.proof import analyse, make
 from bench.proof.analyse import Job, done_before, prove_case
-from bench.proof.through import case
+from bench.proof.through import case, loop
 from bench.proof.through.run import CAMPAIGN, plant_named
+from bench.recording import ChannelSpec, Recording, Segment, write_recording
+from tests.bench.recording import builders
 
 SECRET = "something nobody is told of"
 
@@ -103,3 +105,56 @@ def test_noise_of_a_recording_the_twin_has_not_is_that_of_all_its_own() -> None:
     rows = case._of([{"id": "a"}, {"id": "c"}], floor)
     assert rows["a"] == {"motor_torque": 3.0}
     assert rows["c"]["motor_torque"] == pytest.approx(np.sqrt(12.5))
+
+
+def _recording(path: Path, name: str, kind: str, torque: Any) -> Recording:
+    size = torque.size
+    data = {"time": np.arange(size) / 100.0, "motor_torque": torque}
+    specs = {"time": ChannelSpec("time", "s"), "motor_torque": ChannelSpec("motor_torque", "N·m")}
+    header = builders.header(name, sample_rate=100.0, kind=kind)
+    path.mkdir(exist_ok=True)
+    write_recording(
+        path / f"{name}.h5", header, {n: (data[n], specs[n]) for n in data}, [Segment("steady", 0, size)], []
+    )
+    return Recording.open(path / f"{name}.h5")
+
+
+def test_two_runs_are_compared_sample_by_sample_up_to_the_first_warm_up(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+
+    def run(name: str, off: float) -> list[Recording]:
+        kinds = [("a", "constant_velocity"), ("b", "heating"), ("c", "constant_velocity")]
+        noise = [rng.normal(0.0, 0.1, 4000) + off * (number + 1) for number in range(3)]
+        return [_recording(tmp_path / name, k, kind, n) for (k, kind), n in zip(kinds, noise, strict=True)]
+
+    noise = {name: {"motor_torque": 0.1} for name in "abc"}
+    plant, same, other = run("plant", 0.0), run("same", 0.0), run("other", 0.2)
+    assert loop.apart(plant, same, noise)["motor_torque"] == pytest.approx(1.0, rel=0.05)
+    assert loop.apart(plant, other, noise)["motor_torque"] == pytest.approx(np.sqrt(1.0 + 0.2**2 / 0.02), rel=0.05)
+    # of another length is not of the same course
+    assert loop.apart(plant[:1], [_recording(tmp_path / "short", "a", "constant_velocity", np.zeros(100))], noise) == {}
+
+
+def test_a_model_is_asked_of_another_campaign_on_the_same_plant(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    ran: list[tuple[str, str, int, str]] = []
+
+    def run_on(plant: str, folder: Path, seed: int, campaign: Path) -> None:
+        ran.append((plant, folder.name, seed, campaign.name))
+        _recording(folder, "a", "constant_velocity", np.full(400, 0.3))
+
+    def predicted(content: Any, recordings: Any) -> Any:
+        yield recordings[0], {"motor_torque": np.full(400, content["at"])}
+
+    monkeypatch.setattr(loop, "run_on", run_on)
+    monkeypatch.setattr(loop, "predictor", lambda: predicted)
+    model = tmp_path / "model.json"
+    model.write_text(json.dumps({"at": 0.1}))
+    found = loop.closed("rh380n?conceal=5", 17, model, {"a": {"motor_torque": 0.2}}, lambda folder, given: "match")
+    assert (found["residual"], found["verdict"]) == ({"motor_torque": pytest.approx(1.0)}, "match")
+    assert found["played"] == {"motor_torque": 0.0}
+    (plant, first, seed, campaign), (playing, second, _, _) = ran
+    assert (plant, seed, campaign, first != second) == ("rh380n?conceal=5", 18, "again.toml", True)
+    assert playing.endswith(".toml")
+    assert loop.closed("p", 1, tmp_path / "none.json", {}, lambda *_: "")["why"]
