@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import astuple, dataclass, fields
@@ -16,6 +17,10 @@ from bench.archive.query import MOST, Query
 T = TypeVar("T")
 _VERSION = 1
 _BUSY_S = 10.0
+_FRESH_NS = 2_000_000_000
+"""How long after a change another one may carry the same time: file systems count time in steps, FAT in 2 s."""
+_LOOK_AGAIN = 0
+"""Kept instead of the time of a fresh change: the folder is read again the next time."""
 _COLUMNS = tuple(field.name for field in fields(Facts))
 _SCHEMA = f"""
 CREATE TABLE IF NOT EXISTS folders (name TEXT PRIMARY KEY, changed INTEGER, notes INTEGER);
@@ -73,7 +78,7 @@ class Index:
             with self._open() as database:
                 _forget(database, gone)
         for name, stamps in folders.items():
-            if known.get(name) != stamps:
+            if stamps[0] == _LOOK_AGAIN or known.get(name) != stamps:
                 read += self._take(name, stamps)
         return read
 
@@ -105,16 +110,18 @@ class Index:
     # -- private -------------------------------------------------------------------------------------------------------
 
     def _folders(self) -> dict[str, tuple[int, int]]:
-        """The folders below the root with what tells that they, or their notes, changed; links are none."""
+        """Return the folders below the root with the times of their last change and of their notes; links are none."""
         found = {}
+        now = time.time_ns()
         for entry in self._root.iterdir() if self._root.is_dir() else ():
             if entry.name.startswith(".") or entry.is_symlink() or not entry.is_dir():
                 continue
             try:
                 notes = entry / FILE
                 stamp = notes.stat() if notes.exists() else None
+                changed = entry.stat().st_mtime_ns
                 found[entry.name] = (
-                    entry.stat().st_mtime_ns,
+                    _LOOK_AGAIN if abs(now - changed) < _FRESH_NS else changed,
                     0 if stamp is None else stamp.st_mtime_ns + stamp.st_size,
                 )
             except OSError:

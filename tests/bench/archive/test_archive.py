@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sqlite3
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -105,6 +106,19 @@ def test_notes_are_found_and_can_be_taken_back_and_nothing_is_deleted(index: Ind
     assert names(index, tag="reference") == ["spring/0001"]
     assert len(list((root / "spring").glob("*.h5"))) == 2
     assert len(read_notes(root / "spring")) == 6
+
+
+def test_a_recording_in_the_same_step_of_the_clock_is_seen(index: Index, root: Path, monkeypatch: Any) -> None:
+    folder = root / "spring"
+    changed = folder.stat().st_mtime_ns
+    monkeypatch.setattr("bench.archive.index.time.time_ns", lambda: changed + 1_000_000)
+    assert index.refresh() == 0
+    write(folder / "0003-dwell.h5", rows=200, kind="dwell")
+    os.utime(folder, ns=(changed, changed))
+    assert index.refresh() == 1
+    monkeypatch.setattr("bench.archive.index.time.time_ns", lambda: changed + 10_000_000_000)
+    assert index.refresh() == 0
+    assert names(index, kind="dwell") == ["spring/0003"]
 
 
 def test_what_is_new_or_gone_or_no_use_is_seen(index: Index, root: Path) -> None:
