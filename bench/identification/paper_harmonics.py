@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import detrend, filtfilt, iirnotch
+from scipy.signal import filtfilt, iirnotch
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -53,6 +53,13 @@ def notch(error: FloatArray, step: float, orders: Sequence[float]) -> FloatArray
     return np.asarray(error)
 
 
+def _detrended(values: FloatArray) -> FloatArray:
+    """Values (N,) less their straight line of least squares."""
+    place = np.arange(values.size) - 0.5 * (values.size - 1)
+    slope = float(place @ values) / max(float(place @ place), 1e-300)
+    return np.asarray(values - values.mean() - slope * place)
+
+
 def padded_length(size: int) -> int:
     """Return the next power of two above ten times the length."""
     return int(2 ** np.ceil(np.log2(10 * size)))
@@ -79,7 +86,7 @@ def padded_amplitudes(error: FloatArray, step: float, orders: Sequence[float]) -
     Only the bins asked for are summed: the same numbers as the whole FFT's, without its two million others.
     """
     window = np.hamming(error.size)
-    weighted = detrend(error) * window
+    weighted = _detrended(error) * window
     length = padded_length(error.size)
     total = window.sum()
     bins = np.rint(np.asarray(orders) * length * step / (2.0 * np.pi))
@@ -90,7 +97,7 @@ def padded_spectrum(error: FloatArray, step: float) -> tuple[FloatArray, FloatAr
     """Orders and single-sided amplitudes of the whole windowed, zero-padded spectrum (for plots)."""
     window = np.hamming(error.size)
     length = padded_length(error.size)
-    amplitude = 2.0 * np.abs(np.fft.rfft(detrend(error) * window, length)) / window.sum()
+    amplitude = 2.0 * np.abs(np.fft.rfft(_detrended(error) * window, length)) / window.sum()
     amplitude[0] *= 0.5
     return np.arange(amplitude.size) * (2.0 * np.pi / (length * step)), amplitude
 

@@ -16,7 +16,7 @@ from bench.errors import RecordingError
 from bench.identification.band_limited import band_limited_rows
 from bench.identification.blocks import Blocks, make_blocks
 from bench.identification.paper_harmonics import Harmonics, paper_harmonics
-from bench.identification.rounding import rounded_once
+from bench.identification.rounding import rounded_twice, undone
 from bench.identification.rows import Rows
 from bench.identification.spikes import spikes
 from bench.identification.steady import ReductionOptions, SteadySums, steady_sums
@@ -101,9 +101,10 @@ def _read(
     for angle, velocity in (("motor_angle", "motor_velocity"), ("load_angle", "load_velocity")):
         if angle not in recording.specs and velocity in recording.specs:
             names.append(velocity)
-    channels = recording.read_si(names)
-    if torque_step is not None and "motor_torque" in channels:
-        channels["motor_torque"] = rounded_once(channels["motor_torque"], recording.specs["motor_torque"], torque_step)
+    twice = torque_step is not None and rounded_twice(recording.specs.get("motor_torque"), torque_step)
+    channels = recording.read_si([name for name in names if not (twice and name == "motor_torque")])
+    if twice and torque_step is not None:
+        channels["motor_torque"] = undone(recording.raw("motor_torque"), recording.specs["motor_torque"], torque_step)
     gaps = np.empty(0, dtype=np.int64)
     if "cycle" in recording.specs:
         gaps, lost = lost_cycles(recording.raw("cycle").astype(np.int64))

@@ -106,10 +106,8 @@ def _counts(recordings: Sequence[Recording], channel: str) -> Counter[int]:
     """How often each code occurs."""
     out: Counter[int] = Counter()
     for recording in recordings:
-        codes = recording.raw(channel)
-        lowest = int(codes.min(initial=0))
-        number = np.bincount(codes.astype(np.int64) - lowest)
-        out.update({int(code) + lowest: int(number[code]) for code in np.flatnonzero(number)})
+        codes, number = np.unique_counts(recording.raw(channel))
+        out.update(dict(zip(codes.tolist(), number.tolist(), strict=True)))
     return out
 
 
@@ -140,28 +138,24 @@ def find_step(recordings: Sequence[Recording], channel: str = "motor_torque") ->
     return _refined(_pattern(halves[0] + halves[1]), step)[0] * abs(usable[0].specs[channel].scale)
 
 
-def undo(codes: IntArray, step: float) -> FloatArray:
-    """Return the mean (n,), in codes, of the drive's steps that codes (n,) take in; a code that takes in none as is.
-
-    ``step`` is the drive's, in codes.
-    """
-    low, high = int(codes.min(initial=0)), int(codes.max(initial=0))
-    every = np.arange(low, high + 1)
-    first, after = np.ceil((every - 0.5) / step), np.ceil((every + 0.5) / step)
-    mean = np.where(after > first, 0.5 * (first + after - 1.0) * step, every)
-    return np.asarray(mean[codes - low])
+def rounded_twice(spec: ChannelSpec | None, step: float) -> bool:
+    """Whether a channel of whole numbers is coarser than the drive's ``step``, in its unit, as far as that is seen."""
+    if spec is None or not np.issubdtype(np.dtype(spec.dtype), np.integer):
+        return False
+    return FINEST <= step / abs(spec.scale) <= COARSEST
 
 
-def rounded_once(values: FloatArray, spec: ChannelSpec, step: float) -> FloatArray:
-    """Values (n,) of a channel as if the drive's ``step``, in its unit, were the only rounding; others are left alone.
+def undone(codes: NDArray[np.integer], spec: ChannelSpec, step: float) -> FloatArray:
+    """Values (n,) of ``codes`` (n,) in the channel's unit, as if the drive's ``step`` were the only rounding.
 
-    Only a channel of whole numbers whose codes are coarser than the step has been rounded twice.
+    Each code is read as the mean of the drive's steps that it takes in; one that takes in none as it is.
     """
     share = step / abs(spec.scale)
-    good = np.isfinite(values)
-    if not np.issubdtype(np.dtype(spec.dtype), np.integer) or not FINEST <= share <= COARSEST or not good.any():
-        return values
-    out = values.copy()
-    codes = np.rint((values[good] - spec.offset) / spec.scale).astype(np.int64)
-    out[good] = undo(codes, share) * spec.scale + spec.offset
-    return out
+    whole = codes.astype(np.int64)
+    low, high = int(whole.min(initial=0)), int(whole.max(initial=0))
+    # a table where codes come often; a wild one may lie anywhere in 32 bits
+    in_table = high - low <= whole.size
+    every = np.arange(low, high + 1) if in_table else whole
+    first, after = np.ceil((every - 0.5) / share), np.ceil((every + 0.5) / share)
+    mean = np.where(after > first, 0.5 * (first + after - 1.0) * share, every) * spec.scale + spec.offset
+    return np.asarray(mean[whole - low] if in_table else mean)

@@ -2,7 +2,7 @@
 
 A non-uniform FFT of type 1 (Barnett, Magland, af Klinteberg, SIAM J. Sci. Comput. 41 (2019) C479) costs one pass over
 the samples, whatever the number of orders; no samples × orders matrix is built. Its relative error is bounded by the
-tolerance asked of it, here 1e-10 of Σ|c_j|: far below the noise of any recording.
+tolerance asked of it, here 1e-8 of Σ|c_j|: 3e-13 rad where the error is 30 µrad.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from bench.identification.fractions import NO_FRACTIONS, IntArray, columns
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
-TOLERANCE = 1e-10
+TOLERANCE = 1e-8
 
 
 @lru_cache(maxsize=8)

@@ -77,7 +77,10 @@ class Places:
             raise Unreadable(f"the chunk from row {first} on has {len(data)} bytes, it should have {whole}")
         if _SHUFFLE in used and out.itemsize > 1:
             planes = np.frombuffer(data, np.uint8).reshape(out.itemsize, self.chunk_rows)
-            out.view(np.uint8).reshape(-1, out.itemsize)[:] = planes[:, low:high].T
+            to = out.view(np.uint8).reshape(-1, out.itemsize)
+            # plane by plane: the transposed copy in one go takes five times as long
+            for byte in range(out.itemsize):
+                to[:, byte] = planes[byte, low:high]
         else:
             out[:] = np.frombuffer(data, out.dtype)[low:high]
 

@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from bench.identification.rounding import find_step, rounded_once
+from bench.identification.rounding import find_step, rounded_twice, undone
 from bench.recording import ChannelSpec, Recording, Setpoint
 
 CODE = 0.0175
@@ -65,18 +65,25 @@ def test_the_mean_of_what_is_reported_is_that_of_the_torque_again() -> None:
     """Twice rounded, the mean is off by up to 1 mN·m by level; undone, by a tenth of it."""
     off, left = [], []
     for k, level in enumerate(np.arange(0.3, 1.0, 0.05)):
-        values = _codes(np.full(200_000, level), STEP, k) * CODE
-        off.append(values.mean() - level)
-        left.append(rounded_once(values, _spec(), STEP).mean() - level)
+        codes = _codes(np.full(200_000, level), STEP, k)
+        off.append((codes * CODE).mean() - level)
+        left.append(undone(codes, _spec(), STEP).mean() - level)
     assert max(np.abs(off)) > 5e-4
     assert max(np.abs(left)) < 0.25 * max(np.abs(off))
 
 
-def test_a_channel_that_is_finer_than_the_step_is_left_alone() -> None:
-    values = np.array([0.1, np.nan, 0.2])
-    assert rounded_once(values, _spec("float64"), STEP) is values
-    fine = ChannelSpec("motor_torque", "N*m", "int16", 1e-3)
-    assert rounded_once(values, fine, STEP) is values
-    undone = rounded_once(np.array([10 * CODE, np.nan]), _spec(), STEP)
-    assert np.isnan(undone[1])
-    assert undone[0] == pytest.approx(10 * CODE, abs=0.5 * CODE)
+def test_only_a_channel_that_is_coarser_than_the_step_has_been_rounded_twice() -> None:
+    assert rounded_twice(_spec(), STEP)
+    assert not rounded_twice(_spec("float64"), STEP)
+    assert not rounded_twice(ChannelSpec("motor_torque", "N*m", "int16", 1e-3), STEP)
+    assert not rounded_twice(None, STEP)
+    spec = ChannelSpec("motor_torque", "N*m", "int16", -CODE, 0.5)
+    # a code is no further from its value than half a code, whatever scale and offset
+    assert undone(np.array([10, -3], dtype=np.int16), spec, STEP) == pytest.approx(
+        [-10 * CODE + 0.5, 3 * CODE + 0.5], abs=0.5 * CODE
+    )
+    assert undone(np.empty(0, dtype=np.int16), spec, STEP).size == 0
+    # a wild code costs no table of all between
+    wild = undone(np.array([10, 2**31 - 1], dtype=np.int32), spec, STEP)
+    assert wild[0] == undone(np.array([10] * 20, dtype=np.int32), spec, STEP)[0]
+    assert wild[1] == pytest.approx(-CODE * (2**31 - 1), rel=1e-6)
