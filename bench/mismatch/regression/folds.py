@@ -7,7 +7,7 @@ point), both in closed form. Models are weighted by how often each would be the 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,11 +27,9 @@ def predictive(bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: f
     whole, own = _products(bank, blocks, folds, variance)
     cost = np.zeros(bank.energy.size) if np.isinf(variance) else np.log1p(variance * bank.energy)
     costs = np.bincount(folds, cost, len(own))
-    everything = _evidence(whole[None])[0] - 0.5 * costs.sum()
-    out = np.empty(len(own))
-    for chosen, without, volume in _left_out(whole, own):
-        out[chosen] = everything - (_evidence(without) - 0.5 * volume - 0.5 * (costs.sum() - costs[chosen]))
-    return out
+    everything = _evidence(whole) - 0.5 * costs.sum()
+    without = np.array([_evidence(_without(whole, fold)) for fold in own])
+    return np.asarray(everything - (without - 0.5 * (costs.sum() - costs)))
 
 
 def squares(bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: float) -> FloatArray:
@@ -41,11 +39,11 @@ def squares(bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: floa
     """
     whole, own = _products(bank, blocks, folds, variance)
     out = np.empty(len(own))
-    for chosen, without, _ in _left_out(whole, own):
-        grams = np.array([own[int(f)].gram for f in chosen])
-        beta = np.linalg.solve(without[:, :-1, :-1], without[:, :-1, -1:])[:, :, 0]
-        said = np.concatenate([beta, -np.ones((beta.shape[0], 1))], axis=1)
-        out[chosen] = np.einsum("fk,fkl,fl->f", said, grams, said)
+    for f, fold in enumerate(own):
+        without = _without(whole, fold)
+        beta = np.linalg.solve(without[:-1, :-1], without[:-1, -1])
+        residual = np.append(beta, -1.0)[np.append(fold.place, whole.shape[0] - 1)]
+        out[f] = residual @ fold.gram @ residual
     return out
 
 
@@ -88,47 +86,23 @@ def _products(bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: fl
     return total / np.outer(scale, scale) + np.diag(prior), scaled
 
 
-def _left_out(whole: FloatArray, own: Sequence[_Fold]) -> Iterator[tuple[IntArray, FloatArray, FloatArray]]:
-    """Folds of a like number of columns; products without each of them (folds, s + 1, s + 1), all columns that it has
-    nothing of eliminated; logarithm of the determinant of these (folds,).
+def _without(whole: FloatArray, fold: _Fold) -> FloatArray:
+    """Products of all folds but one (k + 1, k + 1).
 
-    Of the inverse C of all products the part of some columns is the inverse of what is left when the others are
-    eliminated. In the heat balance each recording has columns of its own, of which no other has anything.
+    Columns are alike and few points part them: only a difference of the products themselves, decomposed once, stays
+    positive definite to rounding. An inverse of ``whole`` that is inverted again does not.
     """
-    k = whole.shape[0] - 1
-    sizes = np.array([one.place.size for one in own])
-    inverse = np.linalg.inv(whole[:k, :k]) if np.any(sizes < k) else np.zeros((0, 0))
-    volume = np.linalg.slogdet(whole[:k, :k])[1]
-    beta = inverse @ whole[:k, k] if inverse.size else np.zeros(0)
-    for size in np.unique(sizes):
-        chosen = np.flatnonzero(sizes == size)
-        grams = np.array([own[int(f)].gram for f in chosen])
-        if size == k:
-            yield chosen, whole - grams, np.zeros(chosen.size)
-            continue
-        place = np.array([own[int(f)].place for f in chosen])
-        part = inverse[place[:, :, None], place[:, None, :]]
-        inner = np.linalg.inv(part)
-        right = inner @ beta[place][:, :, None]
-        left = np.empty((chosen.size, size + 1, size + 1))
-        left[:, :size, :size] = inner
-        left[:, :size, size:] = right
-        left[:, size:, :size] = np.swapaxes(right, 1, 2)
-        left[:, size, size] = whole[k, k] - whole[:k, k] @ beta + np.sum(beta[place] * right[:, :, 0], axis=1)
-        yield chosen, left - grams, volume + np.linalg.slogdet(part)[1]
+    out = whole.copy()
+    place = np.append(fold.place, whole.shape[0] - 1)
+    out[np.ix_(place, place)] -= fold.gram
+    return out
 
 
-def _evidence(grams: FloatArray) -> FloatArray:
-    """Log marginal likelihoods, up to what all models share, of scaled Gram matrices (m, k + 1, k + 1) with y last."""
-    k = grams.shape[1] - 1
-    squares = grams[:, k, k]
-    if k == 0:
-        return np.asarray(-0.5 * squares)
-    inner, right = grams[:, :k, :k], grams[:, :k, k]
-    lower = np.linalg.cholesky(inner)
-    half = np.linalg.solve(lower, right[:, :, None])[:, :, 0]
-    volume = np.log(np.einsum("mkk->mk", lower)).sum(axis=1)
-    return np.asarray(-0.5 * (squares - np.sum(half**2, axis=1)) - volume)
+def _evidence(gram: FloatArray) -> float:
+    """Log marginal likelihood, up to what all models share, of scaled products (k + 1, k + 1) with y last."""
+    lower = np.linalg.cholesky(gram[:-1, :-1])
+    half = np.linalg.solve(lower, gram[:-1, -1])
+    return float(-0.5 * (gram[-1, -1] - half @ half) - np.log(np.diag(lower)).sum())
 
 
 def weights(densities: FloatArray, seed: int) -> FloatArray:

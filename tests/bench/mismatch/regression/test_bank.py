@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.mismatch.regression.bank import Bank, fit
+from bench.mismatch.regression.bank import RIDGE, Bank, fit
 from bench.mismatch.regression.folds import apart, predictive, weights
 from bench.mismatch.regression.model import Block
 from bench.simulation.frame import FloatArray
@@ -75,6 +75,25 @@ def test_points_left_out_are_predicted_as_by_a_refit() -> None:
         # rows are whitened: densities are those of values in units of their own noise
         density += 0.5 * np.linalg.slogdet(covariance(0.0)[np.ix_(out, out)])[1]
         assert told[k] == pytest.approx(density, rel=1e-5)
+
+
+def test_points_left_out_are_predicted_where_columns_are_alike() -> None:
+    """Six columns that differ by a ten-millionth, one more that two recordings have."""
+    alike = FRAME.omega[:, None] * (1.0 + 1e-7 * np.random.default_rng(6).normal(size=(FRAME.size, 6)))
+    x = np.column_stack([alike, FRAME.recording < 2])
+    bank, base = banked(problem(FRAME, Y), SIGMA, 0.0)
+    block = Block(base[0].regressor, bank.add(x), np.zeros(7))
+    folds = np.array([0, 1, 2, 3, 0, 1, 2, 3])
+    found = predictive(bank, [block], folds, 0.0)
+    # noise beside it: coefficients that nothing determines are held at nothing
+    prior = np.diag(RIDGE * np.sum(x**2, axis=0) / SIGMA**2)
+    for k in range(4):
+        out = folds[FRAME.recording] == k
+        spread = np.linalg.inv(x[~out].T @ x[~out] / SIGMA**2 + prior)
+        missed = Y[out] - x[out] @ (spread @ (x[~out].T @ Y[~out] / SIGMA**2))
+        total = np.eye(int(out.sum())) + x[out] @ spread @ x[out].T / SIGMA**2
+        density = -0.5 * (missed @ np.linalg.solve(total, missed) / SIGMA**2 + np.linalg.slogdet(total)[1])
+        assert found[k] == pytest.approx(density, rel=1e-4)
 
 
 def test_a_model_that_predicts_better_everywhere_has_all_the_weight() -> None:
