@@ -113,6 +113,8 @@ class Fit:
     covariance: FloatArray
     missed: float
     """sum of squares that it does not follow"""
+    shifted: float
+    """sum of squares of what the simulation beside it takes over"""
 
     def own(self) -> FloatArray:
         """The term's own coefficients (k,)."""
@@ -120,14 +122,21 @@ class Fit:
 
 
 def fitted_to(measured: Measured, effect: str, truth: FloatArray) -> Fit | None:
-    """The form and point of an effect that, beside the simulation, come nearest to a truth (rows,)."""
-    best: Fit | None = None
+    """The form and point of an effect that, beside the simulation, come nearest to a truth (rows,).
+
+    Where the recordings do not tell forms apart, the one for which the simulation has to change least: a term that is
+    zero while the simulation follows the truth in its place explains nothing.
+    """
+    fits: list[Fit] = []
     for form in LIBRARY[effect].forms[measured.channel]:
         for point in form.grid(measured.frame):
             found = _at(measured, Named(LIBRARY[effect], measured.channel, form, point), truth)
-            if found is not None and (best is None or found.missed < best.missed):
-                best = found
-    return best
+            if found is not None:
+                fits.append(found)
+    least = min((fit.missed for fit in fits), default=0.0)
+    # one more in twice the log-likelihood: within one standard error
+    alike = [fit for fit in fits if fit.missed <= least + measured.variance / measured.each]
+    return min(alike, key=lambda fit: fit.shifted, default=None)
 
 
 def _at(measured: Measured, term: Named, truth: FloatArray) -> Fit | None:
@@ -143,7 +152,9 @@ def _at(measured: Measured, term: Named, truth: FloatArray) -> Fit | None:
     beta = inverse @ (inner.T @ y)
     missed = float(np.sum((y - inner @ beta) ** 2))
     covariance = inverse * measured.variance / measured.each / np.outer(scale, scale)
-    return Fit(term, beta / scale, covariance, missed)
+    base = beta.size - len(term.form.linear)
+    shifted = float(np.sum((inner[:, :base] @ beta[:base]) ** 2))
+    return Fit(term, beta / scale, covariance, missed, shifted)
 
 
 def both_ways(
