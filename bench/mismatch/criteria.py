@@ -37,10 +37,10 @@ order: odds of twenty to one
 """
 AS_GOOD = 0.2
 """probability of a rival, over that of the effect told, from which the two are not told apart: odds of five to one"""
-FORMULA_ERRORS = 1.0
-"""standard errors of the difference in log density of points left out by which a formula may predict worse than a free
-function and still be as good (the one-standard-error rule: Breiman, Friedman, Olshen, Stone, Classification and
-Regression Trees, 1984, section 3.4.3)
+ONE_ERROR = 1.0
+"""standard errors of a difference by which one of two may predict worse and still be as good: a formula than a table on
+points left out, a model with an effect than without it on recordings held out (the one-standard-error rule: Breiman,
+Friedman, Olshen, Stone, Classification and Regression Trees, 1984, section 3.4.3)
 """
 LEAST_POWER = 1e-3
 """mean square of an order's wave over that of the noise of a sample, below which it is passed over: it adds half a

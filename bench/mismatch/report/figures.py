@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.mismatch import criteria
 from bench.mismatch.discovery import ChannelOutcome, Discovery, Rival
 from bench.simulation.frame import FloatArray
 
@@ -57,6 +58,17 @@ def gained(discovery: Discovery, outcome: ChannelOutcome) -> float | None:
     return mean((left + discovery.added) ** 2 - left**2, outcome, Scored.of(outcome).rows)
 
 
+def against(discovery: Discovery, outcome: ChannelOutcome) -> bool:
+    """Whether recordings held out are predicted better without a discovery than with it, by more than the standard
+    error of that (one recording to another).
+    """
+    scored, more = Scored.of(outcome), gained(discovery, outcome)
+    if not scored.held_out or more is None or more >= 0.0:
+        return False
+    error = _of_recordings((outcome.left + discovery.added) ** 2 - outcome.left**2, outcome, scored.rows)
+    return error is None or -more > criteria.ONE_ERROR * error
+
+
 def without(discovery: Discovery, outcome: ChannelOutcome) -> float | None:
     """Root mean square per scored sample of the final model without a discovery, refitted."""
     return _root(Scored.of(outcome).after, gained(discovery, outcome))
@@ -87,17 +99,23 @@ def square_error(outcome: ChannelOutcome) -> float | None:
 
     In squares of the channel's unit; None where fewer than two recordings are scored.
     """
-    rows = Scored.of(outcome).rows & (outcome.rows.number > 0)
+    return _of_recordings(outcome.left**2, outcome, Scored.of(outcome).rows)
+
+
+def _of_recordings(values: FloatArray, outcome: ChannelOutcome, chosen: NDArray[np.bool_]) -> float | None:
+    """Standard error of the mean per sample of ``values`` (n,) over some rows, recordings taken as drawn; None where
+    they are fewer than two.
+    """
+    rows = chosen & (outcome.rows.number > 0)
     recording = outcome.rows.frame.recording[rows]
     number = outcome.rows.number[rows]
     samples = np.bincount(recording, number)
     own = samples > 0
     if int(own.sum()) < 2:
         return None
-    means = np.bincount(recording, outcome.left[rows] ** 2 * number)[own] / samples[own]
+    means = np.bincount(recording, values[rows] * number)[own] / samples[own]
     share = samples[own] / samples.sum()
     whole = float(np.sum(share * means))
-    # of a ratio of sums over recordings that were drawn
     return finite(float(np.sqrt(np.sum((share * (means - whole)) ** 2) * means.size / (means.size - 1))))
 
 

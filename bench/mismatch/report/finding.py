@@ -58,6 +58,8 @@ class Finding:
     place: Place
     text: str
     held_out: bool
+    against: bool
+    """whether recordings held out speak against it"""
     before: float | None
     after: float | None
     share_of_excess: float | None
@@ -132,7 +134,8 @@ def _auxiliary(found: Discovery) -> tuple[str, ...]:
 
 def _finding(found: Sequence[Discovery], outcome: ChannelOutcome, data: Dataset) -> Finding:
     scored, without = figures.Scored.of(outcome), figures.without(found[0], outcome)
-    first = calibrated(found[0], scored.held_out and worse(without, scored.after))
+    against = figures.against(found[0], outcome)
+    first = calibrated(found[0], against)
     also = dict.fromkeys(c for d in found for c in (d.channel, *d.also_in) if c != first.channel)
     where = place(first, outcome, data)
     return Finding(
@@ -142,17 +145,13 @@ def _finding(found: Sequence[Discovery], outcome: ChannelOutcome, data: Dataset)
         where,
         text(where, data.linear),
         scored.held_out,
+        against,
         without,
         scored.after,
         figures.share_of_excess(first, outcome),
         # those that are as good first, then by what they lose
         tuple(_alternative(r, outcome) for r in sorted(first.rivals, key=lambda r: (not r.as_good, r.loss))),
     )
-
-
-def worse(without: float | None, after: float | None) -> bool:
-    """Whether recordings held out are predicted better without a finding than with it."""
-    return without is not None and after is not None and without < after
 
 
 def calibrated(found: Discovery, against: bool = False) -> Discovery:
@@ -218,4 +217,4 @@ def _merged(discoveries: Iterable[Discovery]) -> list[Discovery]:
     return out
 
 
-__all__ = ["Alternative", "Finding", "NextExperiment", "conclude", "name_of", "worse"]
+__all__ = ["Alternative", "Finding", "NextExperiment", "conclude", "name_of"]

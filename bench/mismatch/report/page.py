@@ -15,7 +15,7 @@ import numpy as np
 from bench.mismatch.discovery import ChannelOutcome
 from bench.mismatch.report import reasons
 from bench.mismatch.report.figures import finite
-from bench.mismatch.report.finding import Alternative, Finding, NextExperiment, worse
+from bench.mismatch.report.finding import Alternative, Finding, NextExperiment
 from bench.mismatch.report.left_out import said
 from bench.mismatch.report.opening import opening
 from bench.mismatch.report.plots import LINEAR_UNITS, UNITS, plot
@@ -205,7 +205,7 @@ def _evidence(finding: Finding, report: Report) -> str:
         if share is None
         else f"{100.0 * share:.0f} % of the energy above the noise"
     )
-    unsure = finding.held_out and worse(finding.before, finding.after)
+    unsure = finding.against
     against = " They are predicted better without it, so its confidence is halved." if unsure else ""
     p = finite(finding.discovery.p_value)
     chance = _missing(reasons.NO_SURROGATES) if p is None else f"{_chance(p)} against surrogates of this folder"

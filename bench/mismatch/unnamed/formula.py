@@ -14,8 +14,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.regression.bank import Bank
-from bench.mismatch.regression.candidates import Spell
-from bench.mismatch.regression.folds import apart, predictive
+from bench.mismatch.regression.folds import apart, predictive, squares
 from bench.mismatch.regression.model import Block, Chosen, add_block, fit_blocks
 from bench.mismatch.regression.regressors import UNKNOWN, Free
 from bench.mismatch.regression.search import Search
@@ -54,18 +53,21 @@ def _free(chosen: Chosen) -> Free | None:
     own = chosen.main.regressor
     if chosen.effect != UNKNOWN or chosen.shape is not None or not isinstance(own, Free):
         return None
-    if any(isinstance(g, Spell) or not 1 <= len(g.over) <= MOST_OVER for g in own.grids):
+    if any(g.course or not 1 <= len(g.over) <= MOST_OVER for g in own.grids):
         return None
     return own
 
 
 @dataclass(frozen=True, slots=True)
 class _Judged:
-    """A formula, its log density of each point left out (folds,), its description length in nats."""
+    """A formula, its log density of each point left out (folds,), its description length in nats, the squares that it
+    leaves of points left out.
+    """
 
     equation: Equation
     density: FloatArray
     length: float
+    squares: float
 
 
 def _in_its_place(search: Search, slot: Slot, auxiliary: Mapping[str, str]) -> Slot:
@@ -74,6 +76,7 @@ def _in_its_place(search: Search, slot: Slot, auxiliary: Mapping[str, str]) -> S
         return slot
     model = search.model
     table = search.density(model.chosen)
+    most = float(squares(model.bank, model.blocks(), model.folds, model.fit.variance).sum())
     judge = _Judge(search, slot.chosen)
     begun = [
         own
@@ -83,12 +86,14 @@ def _in_its_place(search: Search, slot: Slot, auxiliary: Mapping[str, str]) -> S
     tried = [judge(equation) for equation in begun]
     judged = [own for own in tried if own is not None]
     of_table = judge.length(table, free.numbers, 1 + max(len(g.over) for g in free.grids))
-    good = [own for own in judged if as_good(table, own.density) and own.length <= of_table]
+    # where one point left out decides, a formula is soon within a standard error: it has to predict them all as well
+    safe = [own for own in judged if own.squares <= most]
+    good = [own for own in safe if as_good(table, own.density) and own.length <= of_table]
     over = " and ".join(dict.fromkeys(label(name) for g in free.grids for name in g.over))
     if not good:
         if judged:
             model.notes.append(
-                f"no short formula of {over} serves as well as its table: {_why_not(judged, table, of_table)}"
+                f"no short formula of {over} serves as well as its table: {_why_not(judged, safe, table, of_table)}"
             )
         return slot
     best = min(good, key=lambda own: own.length)
@@ -103,9 +108,13 @@ def _in_its_place(search: Search, slot: Slot, auxiliary: Mapping[str, str]) -> S
     return replace(slot, chosen=chosen, gain=slot.gain - loss)
 
 
-def _why_not(judged: Sequence[_Judged], table: FloatArray, of_table: float) -> str:
-    """What speaks against the formula that comes nearest to a table of the description length ``of_table``."""
-    best = min(judged, key=lambda own: own.length)
+def _why_not(judged: Sequence[_Judged], safe: Sequence[_Judged], table: FloatArray, of_table: float) -> str:
+    """What speaks against the formula that comes nearest to a table of the description length ``of_table``; ``safe``:
+    those whose predictions of points left out are no further off than the table's.
+    """
+    if not safe:
+        return "each is further off than it at points left out"
+    best = min(safe, key=lambda own: own.length)
     if best.length > of_table:
         return f"the shortest description by one is {best.length - of_table:.1f} nats longer than the table's"
     loss, error = apart(table, best.density)
@@ -115,7 +124,7 @@ def _why_not(judged: Sequence[_Judged], table: FloatArray, of_table: float) -> s
 def as_good(table: FloatArray, formula: FloatArray) -> bool:
     """Whether a formula predicts points left out (folds,) as well as a table, within the doubt of the difference."""
     loss, error = apart(table, formula)
-    return bool(loss <= criteria.FORMULA_ERRORS * error)
+    return bool(loss <= criteria.ONE_ERROR * error)
 
 
 class _Judge:
@@ -174,6 +183,7 @@ class _Judge:
         try:
             variance = fit_blocks(self.bank, blocks, self.model.variances).variance
             density = predictive(self.bank, blocks, self.model.folds, variance)
+            left = float(squares(self.bank, blocks, self.model.folds, variance).sum())
         except np.linalg.LinAlgError:  # parts that these rows do not tell from each other
             return None
-        return _Judged(equation, density, self.length(density, equation.numbers, equation.nodes))
+        return _Judged(equation, density, self.length(density, equation.numbers, equation.nodes), left)

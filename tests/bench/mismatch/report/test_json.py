@@ -226,11 +226,18 @@ def test_a_few_recordings_far_off_are_no_match() -> None:
     assert judged([own], ())[0] == "match"
 
 
-def test_what_held_out_recordings_do_not_bear_out_is_half_as_sure() -> None:
-    """A finding whose removal predicts them better."""
-    helps, _, _ = _report(squares=(5e-4, 4e-4), confidence=0.8)
-    hurts, _, _ = _report(squares=(4e-4, 5e-4), confidence=0.8)
-    sure, unsure = (told["findings"][0]["confidence"] for told in (helps, hurts))
-    evidence = hurts["findings"][0]["evidence"]
-    assert evidence["held_out_rmse_before"] < evidence["held_out_rmse_after"]
-    assert unsure == pytest.approx(0.5 * sure)
+@pytest.mark.parametrize(("shares", "half_as_sure"), [((0.0, 0.0), False), ((0.3, 0.75), False), ((1.0, 1.0), True)])
+def test_what_held_out_recordings_do_not_bear_out_is_half_as_sure(
+    shares: tuple[float, float], half_as_sure: bool
+) -> None:
+    """A finding whose removal predicts them better, by more than recordings differ in that."""
+    frame = made.campaign()
+    share = np.where(np.searchsorted(made.HELD_OUT, frame.recording) % 2 == 0, *shares)
+    found = made.discovery("motor_torque", "friction.stribeck", made.stribeck(frame), ("speed",), confidence=0.8)
+    own = made.outcome(frame, "motor_torque", [found])
+    # the model has the effect, of what was measured a share is missing
+    own = replace(own, rows=replace(own.rows, y=own.rows.y - share * found.added))
+    finding = conclude([own], made.dataset(frame, "motor_torque", own.rows))[0]
+    assert finding.against is half_as_sure
+    sure = conclude([made.outcome(frame, "motor_torque", [found])], made.dataset(frame, "motor_torque", own.rows))[0]
+    assert finding.discovery.confidence == pytest.approx((0.5 if half_as_sure else 1.0) * sure.discovery.confidence)
