@@ -32,6 +32,11 @@ class Grid:
         """Number of knots altogether: coefficients of the function."""
         return int(np.prod([len(k) for k in self.knots]))
 
+    @property
+    def course(self) -> str:
+        """What it does over the campaign's time, for people; empty of an ordinary table."""
+        return ""
+
     def places(self) -> FloatArray:
         """Knots of all quantities together (size, quantities), as the values of the function are told."""
         if not self.over:

@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fakes.concealed.campaign import Campaign, Signals
-from fakes.concealed.effects.base import Effect, Floats
-from fakes.concealed.plant import ORDERS, RATIO
+from fakes.concealed.effects.base import Effect, Floats, Run
+from fakes.concealed.plant import LOAD_RIPPLE_ORDERS, ORDERS, RATIO
 
 _RATE_HZ = 50.0
+_STANDSTILL = 0.3  # rad/s at the motor: below, a bench stands (bench-physics, "Notation")
 _MOST = 9000  # samples a direction in the projection of the transmission error
 
 
@@ -115,7 +116,7 @@ def _rows(signals: Signals, channel: str) -> _Rows | None:
         table = np.column_stack((run.theta[::every], x, y, z, run.side[::every]))
         return _Rows(table, signals.added[channel][::every], _states(signals, slice(None, None, every)))
     # at rest friction has no direction: no torque is compared there
-    moving = np.flatnonzero(run.sign != 0.0)[::4]
+    moving = np.flatnonzero(np.abs(run.motor_rate) > _STANDSTILL)[::4]
     if not moving.size:
         return None
     sign, torque = run.sign[moving], run.torque[moving]
@@ -126,7 +127,17 @@ def _rows(signals: Signals, channel: str) -> _Rows | None:
         warm = rate * (run.temperature[moving] - 25.0)
         load = sign * np.abs(torque) / RATIO
         table = np.column_stack((sign, rate, warm, load, run.acceleration[moving], np.ones(sign.size)))
-    return _Rows(table, signals.added[channel][moving], _states(signals, moving))
+    added = _notched(run, moving, np.column_stack((table, signals.added[channel][moving])))
+    return _Rows(added[:, :-1], added[:, -1], _states(signals, moving))
+
+
+def _notched(run: Run, rows: NDArray[np.int64], values: Floats) -> Floats:
+    """Columns (n, p) but for the orders of the load motor's ripple, at which every channel is silent: a late torque
+    sensor, say, shifts the ripple it sees.
+    """
+    waves = [f(k * run.theta[rows]) for k in LOAD_RIPPLE_ORDERS for f in (np.cos, np.sin)]
+    columns = np.column_stack([*waves, *(run.rate[rows] * wave for wave in waves)])
+    return np.asarray(values - columns @ np.linalg.lstsq(columns, values, rcond=1e-8)[0])
 
 
 def _states(signals: Signals, rows: slice | NDArray[np.int64]) -> Floats:

@@ -12,9 +12,10 @@ from itertools import combinations_with_replacement
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
+from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor, by_definition
+from bench.mismatch.regression.spells import SPELLS, spells
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.quantities import FACTOR_OF, factor, quantity
+from bench.simulation.quantities import FACTOR_OF, quantity
 from bench.simulation.tables import Grid, hats
 from bench.simulation.terms import (
     LIBRARY,
@@ -150,18 +151,6 @@ _PRODUCTS: dict[str, tuple[str, ...]] = {
     ),
     TEMPERATURE: (),
 }
-_SPELLS: dict[str, tuple[str, ...]] = {
-    MOTOR_TORQUE: ("d", "1"),
-    LOAD_TORQUE: ("1", "d", "load_motor"),
-    TRANSMISSION_ERROR: ("1",),
-    TEMPERATURE: (),
-}
-"""what may be there for a spell of the campaign's time only"""
-SPELL_ENDS = 16
-FEWEST_ENDS = 9
-"""moments at which a spell may begin or end, below which none is looked for"""
-STEEP_S = 1e-3
-"""how long a spell takes to begin and to end, s: no time"""
 
 
 def named_candidates(
@@ -191,13 +180,13 @@ def free_candidates(channel: str, frame: Frame) -> Iterator[Free]:
             knots = knots_of(quantity(name, frame), number)
             if knots is not None and (number <= KNOTS[0] or len(knots) > KNOTS[0]):
                 grids = tuple(Grid((name,), times, (knots,)) for times in factors)
-                yield Free(channel, grids, _by_definition(channel, name, factors))
+                yield Free(channel, grids, by_definition(channel, name, factors))
         close = close_knots(quantity(name, frame)) if name == "speed" else None
         if close is not None:
             yield Free(
                 channel,
                 tuple(Grid((name,), times, (close,)) for times in factors),
-                _by_definition(channel, name, factors),
+                by_definition(channel, name, factors),
             )
     for names, times in _MORE[channel]:
         each = [knots_of(quantity(name, frame), KNOTS_OF_SEVERAL[len(names)]) for name in names]
@@ -209,8 +198,8 @@ def free_candidates(channel: str, frame: Frame) -> Iterator[Free]:
         if constant & set(times.split("*")):
             continue
         yield Free(channel, (Grid((), times, ()),), _of_product(channel, times))
-    for times in () if timeless else _SPELLS[channel]:
-        yield from _spells(channel, frame, times)
+    for times in () if timeless else SPELLS[channel]:
+        yield from spells(channel, frame, times)
 
 
 def overlapping(frame: Frame) -> bool:
@@ -245,15 +234,6 @@ def regressor_channel(regressor: Regressor) -> str:
     return regressor.channel if isinstance(regressor, Named | Free) else ""
 
 
-def _by_definition(channel: str, name: str, factors: tuple[str, ...]) -> str:
-    """The effect that any such function is, where one is defined so."""
-    own = {(name, times) for times in factors}
-    for term in LIBRARY.values():
-        if term.any_function and own <= set(term.shape.get(channel, ())):
-            return term.effect
-    return UNKNOWN
-
-
 def _of_product(channel: str, times: str) -> str:
     """The effect that a product is, where it is a function of the one quantity by which an effect is defined."""
     parts = times.split("*")
@@ -264,7 +244,7 @@ def _of_product(channel: str, times: str) -> str:
     # a function of the velocity is one of the speed in each direction
     either = ("speed" if name == "velocity" else name, ("p", "n"))
     for of, factors in ((name, ("1",)), either)["last_d" in parts :]:
-        effect = _by_definition(channel, of, factors)
+        effect = by_definition(channel, of, factors)
         if effect != UNKNOWN:
             return effect
     return UNKNOWN
@@ -317,59 +297,3 @@ def close_knots(speed: FloatArray) -> tuple[float, ...] | None:
     near = np.searchsorted(np.sort(driven), np.sqrt(edges[1:] * edges[:-1]))
     kept = [float(edges[0]), *(float(e) for e, n in zip(edges[1:-1], np.diff(near), strict=True) if n), float(high)]
     return tuple(kept) if len(kept) > KNOTS[1] else None
-
-
-def _spells(channel: str, frame: Frame, times: str) -> Iterator[Free]:
-    """Something that is there between two moments of the campaign: a table over time with two steep sides."""
-    every = spell_ends(frame)
-    if len(every) < FEWEST_ENDS:
-        return
-    chosen = np.unique(np.round(np.linspace(1, len(every) - 2, SPELL_ENDS)).astype(int))
-    ends = [every[0], *(every[k] for k in chosen), every[-1]]
-    for i in range(len(ends) - 1):
-        for j in range(i + 1, len(ends)):
-            if (i, j) != (0, len(ends) - 1):
-                yield spell(channel, times, ends[i], ends[j])
-
-
-def spell_ends(frame: Frame) -> list[float]:
-    """Moments between the recordings at which a spell may begin or end, and one before and after all of them, s."""
-    first = np.flatnonzero(np.diff(frame.recording, prepend=frame.recording[0] - 1))
-    gaps = 0.5 * (frame.time[first[1:] - 1] + frame.time[first[1:]])
-    return [float(frame.time.min()) - 1.0, *(float(g) for g in gaps), float(frame.time.max()) + 1.0]
-
-
-def spell(channel: str, times: str, begin: float, end: float) -> Free:
-    """Something that is there from one moment of the campaign to another, in s of its time."""
-    return Free(channel, (Spell(("time",), times, ((begin, begin + STEEP_S, end, end + STEEP_S),)),))
-
-
-def spell_of(regressor: Regressor) -> Spell | None:
-    """The spell that a regressor is, if it is one."""
-    own = regressor.grids[0] if isinstance(regressor, Free) else None
-    return own if isinstance(own, Spell) else None
-
-
-class Spell(Grid):
-    """A table over time that is 0 before and after two moments and one value between: a single regressor."""
-
-    __slots__ = ()
-
-    @property
-    def size(self) -> int:
-        """One value."""
-        return 1
-
-    def places(self) -> FloatArray:
-        """The moment at which it begins (1, 1)."""
-        return np.array([[self.knots[0][1]]])
-
-    def columns(self, frame: Frame) -> FloatArray:
-        """The regressor (n, 1)."""
-        begin, _, end, _ = self.knots[0]
-        inside = (frame.time > begin) & (frame.time <= end)
-        return np.asarray((inside * factor(self.times, frame))[:, None])
-
-    def to_json(self, values: FloatArray) -> dict[str, object]:
-        """As a table of four knots."""
-        return Grid(self.over, self.times, self.knots).to_json(np.array([0.0, values[0], values[0], 0.0]))

@@ -12,19 +12,21 @@ from bench.mismatch.discovery import AMBIGUOUS, NAMED, Discovery, Rival
 from bench.mismatch.discovery import UNKNOWN as UNKNOWN_STATUS
 from bench.mismatch.regression import windows
 from bench.mismatch.regression.bank import Fit
-from bench.mismatch.regression.candidates import Spell
 from bench.mismatch.regression.course import beyond
 from bench.mismatch.regression.excess import excess, levelled
 from bench.mismatch.regression.model import ChannelModel, Chosen, of_start
 from bench.mismatch.regression.refine import strained
-from bench.mismatch.regression.regressors import UNKNOWN, Free, Regressor
+from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
 from bench.mismatch.regression.search import Search
 from bench.mismatch.regression.slots import Contender, Slot
+from bench.mismatch.regression.spells import spell_of
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.quantities import QUANTITIES
 
 ANGLE = "angle"
 """name of the output angle among the quantities"""
+WAVE = "m"
+"""symbol of a term's order per output revolution"""
 
 
 def discoveries(
@@ -91,7 +93,12 @@ def _discovery(
 def _over_angle(
     regressor: Regressor, course: FloatArray, frame: Frame, number: FloatArray
 ) -> tuple[tuple[tuple[float, float], ...], tuple[float, ...]]:
-    """Windows of the output angle in which a function of it alone acts; its orders where it acts all around."""
+    """Windows of the output angle in which a function of it alone acts; its orders where it acts all around, or is a
+    wave.
+    """
+    if isinstance(regressor, Named):
+        symbols = [s.symbol for s in regressor.form.nonlinear]
+        return (), tuple(v for name, v in zip(symbols, regressor.point, strict=True) if name == WAVE)
     if not isinstance(regressor, Free) or regressor.variables != (ANGLE,):
         return (), ()
     angle = QUANTITIES[ANGLE].values(frame)
@@ -137,11 +144,8 @@ def sure_of_name(status: str, at_the_end: bool, coefficients: FloatArray, std: F
 
 def _window(own: Chosen) -> tuple[float, float] | None:
     """Begin and end in s of the campaign of what is there for a spell only."""
-    regressor = own.main.regressor
-    if isinstance(regressor, Free) and isinstance(regressor.grids[0], Spell):
-        begin, _, end, _ = regressor.grids[0].knots[0]
-        return begin, end
-    return None
+    spell = spell_of(own.main.regressor)
+    return None if spell is None else (spell.knots[0][0], spell.knots[0][2])
 
 
 def rows_of(model: ChannelModel, own: Chosen, fitted: Fit | None = None) -> list[dict[str, Any]]:

@@ -138,10 +138,8 @@ class Free:
         """What it is, for people."""
         if not self.grids[0].over:
             return "a product: " + " and ".join(in_words(g.times) for g in self.grids)
-        if self.numbers == 1:  # it is there from one moment to another
-            begin, end = self.grids[0].knots[0][1:3]
-            own = in_words(self.grids[0].times)
-            return f"a constant{f' times {own}' if own else ''} from {begin:.0f} s to {end:.0f} s of the campaign"
+        if self.grids[0].course:
+            return self.grids[0].course
         of = " and ".join(label(name) for name in self.grids[0].over)
         times = {in_words(g.times) for g in self.grids} - {""}
         straight = all(len(knots) == STRAIGHT for g in self.grids for knots in g.knots)
@@ -236,3 +234,12 @@ def remembers(regressor: Regressor) -> bool:
 def unit_of(name: str) -> str:
     """Unit of a quantity, empty for an auxiliary one."""
     return QUANTITIES[name].unit if name in QUANTITIES else ""
+
+
+def by_definition(channel: str, name: str, factors: tuple[str, ...]) -> str:
+    """The effect that any function of a quantity ``name``, times these factors, is, where one is defined so."""
+    own = {(name, times) for times in factors}
+    for term in LIBRARY.values():
+        if term.any_function and own <= set(term.shape.get(channel, ())):
+            return term.effect
+    return UNKNOWN

@@ -17,10 +17,8 @@ from bench.mismatch.regression.candidates import (
     exercised,
     free_candidates,
     named_candidates,
+    overlapping,
     shape_of,
-    spell,
-    spell_ends,
-    spell_of,
 )
 from bench.mismatch.regression.folds import predictive, weights
 from bench.mismatch.regression.model import (
@@ -42,6 +40,7 @@ from bench.mismatch.regression.refine import refined, strained
 from bench.mismatch.regression.refuted import not_refuted
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
 from bench.mismatch.regression.scan import LEAST_OWN, Scan, Units, scan, units, whole
+from bench.mismatch.regression.spells import SIGNS, in_levels, levels_of, price_of_cuts, spell_of, timed
 from bench.mismatch.regression.strength import Strength, strength
 from bench.simulation.frame import FloatArray
 from bench.simulation.quantities import AUXILIARY
@@ -336,11 +335,11 @@ def _best(search: Search, seen: Scan) -> Chosen | None:
     if best is not None and best[0] - start < seen.price:
         best = None
     first = best
-    for k in free.values():
-        if seen.gain[k] < seen.price:
-            continue
-        candidate = free_function(search, model.chosen, _form_of_a_name(_timed(search, search.blocks[k]), model.chosen))
-        total = float(search.density([*model.chosen, candidate]).sum())
+    functions = [timed(model, search.blocks[k]) for k in free.values() if seen.gain[k] >= seen.price]
+    functions += [b for b in _levels(model) if _still_open(b.regressor, taken, whole, more)]
+    for block in functions:
+        candidate = free_function(search, model.chosen, _form_of_a_name(block, model.chosen))
+        total = float(search.density([*model.chosen, candidate]).sum()) - price_of_cuts(model, block.regressor)
         if total - start < seen.price or not strength(search.model, candidate).enough:
             continue
         # a name says more than a free function, and nature's form of it need not be the library's: the free
@@ -357,32 +356,12 @@ def _best(search: Search, seen: Scan) -> Chosen | None:
     return None if best is None else best[1]
 
 
-def _timed(search: Search, block: Block) -> Block:
-    """A spell with its ends at the likeliest moments between the recordings; any other candidate as it is."""
-    own = spell_of(block.regressor)
-    if own is None:
-        return block
-    model = search.model
-    beside = model.blocks(model.chosen)
-    ends = spell_ends(model.problem.rows.frame.take(model.problem.train))
-    begin, _, end, _ = own.knots[0]
-    places = [int(np.argmin(np.abs(np.asarray(ends) - at))) for at in (begin, end)]
-    tried: dict[tuple[int, int], tuple[float, Block]] = {}
-
-    def likelihood(i: int, j: int) -> float:
-        if (i, j) not in tried:
-            one = add_block(model.problem, model.bank, spell(model.channel, own.times, ends[i], ends[j]))
-            tried[i, j] = (fit_blocks(model.bank, [*beside, one], model.variances).likelihood, one)
-        return tried[i, j][0]
-
-    here = (places[0], places[1])
-    while True:
-        around = [(here[0] + a, here[1] + b) for a in (-1, 0, 1) for b in (-1, 0, 1)]
-        inside = [(i, j) for i, j in around if 0 <= i < j < len(ends) and (i, j) != (0, len(ends) - 1)]
-        best = max(inside, key=lambda p: (likelihood(*p), p == here))
-        if best == here:
-            return tried[here][1]
-        here = best
+def _levels(model: ChannelModel) -> list[Block]:
+    """Levels that change over the campaign, for each factor that has none yet."""
+    if overlapping(model.problem.rows.frame.take(model.problem.train)):
+        return []
+    known = {own.times for c in model.chosen if (own := levels_of(c.main.regressor)) is not None}
+    return in_levels(model, [times for times in SIGNS if times not in known])
 
 
 def _form_of_a_name(block: Block, chosen: Sequence[Chosen]) -> Block:

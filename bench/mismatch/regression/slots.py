@@ -14,11 +14,12 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.regression.folds import apart, weights
-from bench.mismatch.regression.model import Chosen
+from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named
 from bench.mismatch.regression.scan import Scan
 from bench.mismatch.regression.search import Search, free_function, idle, shaped
+from bench.mismatch.regression.spells import price_of_cuts
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms import LIBRARY
 
@@ -119,25 +120,31 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
     densities = [search.density([*others, c]) for c in found]
     table = np.array([whole, *densities, without])
     # before anything is measured a name is likelier than a free function
-    prior = np.array([_prior(c.effect) for c in (own, *found)] + [1.0])
+    prior = np.array([_prior(model, c) for c in (own, *found)] + [1.0])
     # a loop that was hardly turned is no likelier than the functions of the torque which it is like
     prior[0] *= np.exp(-criteria.RICHER * idle(search, own))
     share = prior * weights(table, search.seed + number)
     share = share / share.sum()
+
+    def worth(probability: float, chosen: Chosen) -> float:
+        # at the end of its range a term turns into another
+        turned = strained(chosen.main.regressor, model.problem.rows.frame)
+        return probability * (criteria.EITHER if turned else 1.0)
+
     rivals = []
     for k, (chosen, density) in enumerate(zip(found, densities, strict=True)):
         loss, error = apart(whole, density)
-        # at the end of its range a term turns into another
-        turned = strained(chosen.main.regressor, model.problem.rows.frame)
-        near = bool(share[k + 1] > (1.0 if turned else criteria.AS_GOOD) * share[0])
+        near = bool(worth(share[k + 1], chosen) > criteria.AS_GOOD * worth(share[0], own))
         rivals.append(Contender(chosen, density, loss, error, float(share[k + 1]), near))
     rivals.sort(key=lambda r: r.loss)
     last = search.scans[-1] if search.scans else seen
     return Slot(own, gain, last.p_value(gain), float(share[0]), tuple(rivals))
 
 
-def _prior(effect: str) -> float:
-    return float(np.exp(-criteria.RICHER)) if effect == UNKNOWN else 1.0
+def _prior(model: ChannelModel, chosen: Chosen) -> float:
+    """Odds before anything is measured."""
+    less = criteria.RICHER if chosen.effect == UNKNOWN else 0.0
+    return float(np.exp(-less - price_of_cuts(model, chosen.main.regressor)))
 
 
 def _rivals(search: Search, own: Chosen, others: Sequence[Chosen], seen: Scan) -> list[Chosen]:

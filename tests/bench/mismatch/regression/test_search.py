@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from bench.mismatch.problem import ChannelProblem
-from bench.mismatch.regression.candidates import spell_of
 from bench.mismatch.regression.folds import squares
 from bench.mismatch.regression.search import searched
+from bench.mismatch.regression.spells import levels_of, spell_of
 from bench.simulation.frame import FloatArray, Frame
 from tests.bench.mismatch.regression.synthetic import campaign, problem
 
@@ -37,6 +37,28 @@ def test_a_zero_that_jumps_is_a_spell_with_its_ends_between_two_recordings() -> 
     assert times[last] < end < times[last + 1]
     assert found.fit.of(own.main.place)[0][0] == pytest.approx(0.15, abs=0.03)
     assert own.main.regressor.words.startswith("a constant from ")
+
+
+def test_a_drag_that_switches_inside_recordings_is_levels_that_change_there() -> None:
+    switched = (5, 11, 19, 28)
+    moments = [600.0 * r + 12.5 for r in switched]
+    high = np.searchsorted(moments, FRAME.time) % 2 == 1
+    found = searched(made(0.3 * high * FRAME.direction)).model
+    (own,) = found.chosen
+    levels = levels_of(own.main.regressor)
+    assert levels is not None
+    assert (own.effect, levels.times, levels.cuts) == ("unknown", "d", 4)
+    assert np.asarray(levels.knots[0][1:-1]) == pytest.approx(moments, abs=3.0)
+    rise = np.diff(found.fit.of(own.main.place)[0])
+    assert rise == pytest.approx([0.3, -0.3, 0.3, -0.3], abs=0.05)
+    assert own.main.regressor.words == "a level times d that changes 4 times"
+
+
+def test_what_drifts_evenly_is_no_levels() -> None:
+    drift = 0.4 * FRAME.time / FRAME.time.max()
+    found = searched(made(drift)).model
+    assert found.chosen
+    assert not any(levels_of(c.main.regressor) for c in found.chosen)
 
 
 def test_a_hump_at_one_speed_is_a_function_of_the_speed_and_no_stribeck_curve() -> None:
