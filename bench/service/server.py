@@ -10,8 +10,8 @@ from types import FrameType
 from bench.configuration import load_bench, on_interface
 from bench.errors import ConfigurationError
 from bench.locks import folder_in_use, serving
-from bench.service.launcher import Launcher
 from bench.service.privileges import drop
+from bench.service.runs.launcher import Launcher
 from bench.service.settings import Settings
 
 
@@ -71,8 +71,8 @@ def _listening(settings: Settings) -> socket.socket:
 def _serve(settings: Settings, launcher: Launcher, listening: socket.socket) -> None:
     import uvicorn
 
-    from bench.service.app import create_app
-    from bench.service.patient import PatientProtocol, allow_descriptors
+    from bench.service.web.app import create_app
+    from bench.service.web.patient import PatientProtocol, allow_descriptors
 
     allow_descriptors()
 

@@ -11,38 +11,38 @@ from typing import Any
 
 from bench.campaigns.gentle import greatest_speed
 from bench.configuration import BenchFile, concealing, load_bench, on_interface
-from bench.service import recordings
-from bench.service.after_stop import AfterStop
-from bench.service.alarms import Alarm, Alarms
-from bench.service.allowed import BEGINS, Situation, allowed, why_not
-from bench.service.analyses import Analyses
-from bench.service.archive import Archive
-from bench.service.asking import Asking
-from bench.service.book import Book, local_time_of
-from bench.service.by_hand import ByHand
-from bench.service.catalog import Catalog
-from bench.service.disk import Disk
-from bench.service.downloads import Exports
-from bench.service.experiments import Experiments, asked_of, may_go_alone
-from bench.service.idle import Idle
-from bench.service.keeper import Keeper
-from bench.service.kept import Broken
-from bench.service.launcher import Launcher
-from bench.service.lease import Lease
+from bench.service.alarms.alarms import Alarm, Alarms
+from bench.service.alarms.notify import Notifier
+from bench.service.analyses.analyses import Analyses
+from bench.service.analyses.experiments import Experiments, asked_of, may_go_alone
+from bench.service.analyses.overlay import Overlay
+from bench.service.analyses.twin import Twins
+from bench.service.campaigns.catalog import Catalog
+from bench.service.data import recordings
+from bench.service.data.archive import Archive
+from bench.service.data.downloads import Exports
+from bench.service.files.book import Book, local_time_of
+from bench.service.files.disk import Disk
+from bench.service.files.kept import Broken
+from bench.service.files.once import Once
+from bench.service.files.seen import last_seen
+from bench.service.files.storage import storage
 from bench.service.models import NewAnalysis
-from bench.service.notify import Notifier
-from bench.service.once import Once
-from bench.service.overlay import Overlay
 from bench.service.readers import Readers
 from bench.service.refusals import NotNow, Unknown
-from bench.service.runs import Runs
-from bench.service.seen import last_seen
+from bench.service.runs.after_stop import AfterStop
+from bench.service.runs.allowed import BEGINS, Situation, allowed, why_not
+from bench.service.runs.asking import Asking
+from bench.service.runs.by_hand import ByHand
+from bench.service.runs.idle import Idle
+from bench.service.runs.keeper import Keeper
+from bench.service.runs.launcher import Launcher
+from bench.service.runs.lease import Lease
+from bench.service.runs.runs import Runs
+from bench.service.runs.stopper import Press
+from bench.service.runs.stream import Stream
+from bench.service.runs.watches import DISK_EVERY_S, LOOK_EVERY_S, SelfWatch, look_at_disk, watch
 from bench.service.settings import Settings
-from bench.service.stopper import Press
-from bench.service.storage import storage
-from bench.service.stream import Stream
-from bench.service.twin import Twins
-from bench.service.watches import DISK_EVERY_S, LOOK_EVERY_S, SelfWatch, look_at_disk, watch
 
 Message = dict[str, Any]
 _STOP_MARGIN_S = 10.0

@@ -79,7 +79,7 @@ def test_a_bus_that_a_service_has_is_not_opened(tmp_path: Path, monkeypatch: pyt
 
 @pytest.mark.parametrize(
     ("program", "without"),
-    [("bench.cli", ("bench.api", "numpy")), ("bench.service.app", ("numba", "scipy", "bench.cycle.rig"))],
+    [("bench.cli", ("bench.api", "numpy")), ("bench.service.web.app", ("numba", "scipy", "bench.cycle.rig"))],
 )
 def test_a_program_starts_without_what_it_does_not_need(program: str, without: tuple[str, ...]) -> None:
     script = f"import sys, bench, {program}; print(*({set(without)!r} & set(sys.modules)))"

@@ -11,7 +11,7 @@ from bench.campaigns import Block, Campaign, Stage, load_campaign, parse_campaig
 from bench.cli.app import make_app
 from bench.errors import ConfigurationError, RecordingError
 from bench.names import LONGEST, require_name, why_no_name
-from bench.service.recordings import UnknownPlace, inside
+from bench.service.data.recordings import UnknownPlace, inside
 from tests.bench.recording import builders
 
 PATHS = ("", "  ", ".", "..", "../x", "a/b", "a\\b", ".hidden", " a", "a ", "x" * (LONGEST + 1))

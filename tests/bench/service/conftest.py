@@ -20,10 +20,10 @@ import pytest
 from fastapi import FastAPI
 from starlette.testclient import TestClient
 
-from bench.service.app import create_app
-from bench.service.launcher import Launcher
 from bench.service.process.ready import Spec
+from bench.service.runs.launcher import Launcher
 from bench.service.settings import Settings
+from bench.service.web.app import create_app
 
 BASE = "http://127.0.0.1:8080"
 DEADLINE_S = 60.0

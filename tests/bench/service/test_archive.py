@@ -13,7 +13,7 @@ import pytest
 
 from bench.archive import read_notes
 from bench.recording import Recording
-from bench.service.downloads import moment
+from bench.service.data.downloads import moment
 from tests.bench.recording.builders import write
 from tests.bench.service.conftest import Client
 

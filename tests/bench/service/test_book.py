@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from bench.service.book import Book
-from bench.service.disk import Disk
-from bench.service.history import COARSE_S, History
+from bench.service.files.book import Book
+from bench.service.files.disk import Disk
+from bench.service.runs.history import COARSE_S, History
 from tests.bench.service.conftest import Client
 
 

@@ -12,11 +12,11 @@ from pathlib import Path
 
 import pytest
 
-from bench.service.book import Book
-from bench.service.disk import Disk
-from bench.service.lease import LOST_S, SILENT_S, Lease, NotHeld
+from bench.service.files.book import Book
+from bench.service.files.disk import Disk
+from bench.service.runs.lease import LOST_S, SILENT_S, Lease, NotHeld
+from bench.service.runs.watches import look_at_disk, watch
 from bench.service.service import Service
-from bench.service.watches import look_at_disk, watch
 from tests.bench.service.conftest import Client
 
 

@@ -17,10 +17,10 @@ import uvicorn
 
 from bench.configuration import load_bench
 from bench.errors import BenchError
-from bench.service import planning
-from bench.service.patient import MOST_HALF_OPEN, PatientProtocol
+from bench.service.campaigns import planning
 from bench.service.readers import Readers
 from bench.service.refusals import NotNow
+from bench.service.web.patient import MOST_HALF_OPEN, PatientProtocol
 from tests.bench.recording.builders import write
 from tests.bench.service.conftest import Client
 from tests.bench.service.test_joining import CAMPAIGN
@@ -39,7 +39,7 @@ async def application(scope: Any, receive: Any, send: Any) -> None:
 @pytest.fixture
 def port(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
     """A server with the service's patience, which is short here."""
-    monkeypatch.setattr("bench.service.patient.WHOLE_S", 0.5)
+    monkeypatch.setattr("bench.service.web.patient.WHOLE_S", 0.5)
     listening = socket.create_server(("127.0.0.1", 0), backlog=1024)
     config = uvicorn.Config(application, http=PatientProtocol, ws="none", lifespan="off", log_level="critical")
     server = uvicorn.Server(config)
@@ -73,7 +73,7 @@ def test_a_request_that_does_not_become_whole_is_hung_up_on(port: int, said: byt
 
 
 def test_a_crowd_of_half_open_requests_holds_nobody_up(port: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("bench.service.patient.WHOLE_S", 60.0)
+    monkeypatch.setattr("bench.service.web.patient.WHOLE_S", 60.0)
     crowd = [connected(port, HALF) for _ in range(MOST_HALF_OPEN + 50)]
     answer, seconds = asked(port)
     assert answer == b"HTTP/1.1 200 OK"
@@ -150,7 +150,7 @@ def test_a_file_that_crashes_its_reader_does_not_crash_the_service(
     path = tmp_path / "recordings" / "first" / "0001-constant_velocity.h5"
     path.parent.mkdir(parents=True)
     path.touch()
-    monkeypatch.setattr("bench.service.recordings.plot", crash)
+    monkeypatch.setattr("bench.service.data.recordings.plot", crash)
     answer = client.http.get(f"/api/folders/first/{path.name}/plot")
     assert (answer.status_code, "crash" in answer.json()["problem"]) == (422, True)
     assert client.http.post("/api/stop", json={}).status_code == 200

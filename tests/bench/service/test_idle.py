@@ -14,10 +14,10 @@ import pytest
 
 from bench.configuration import load_bench
 from bench.cycle.rig import Rig
-from bench.service.launcher import serve
 from bench.service.process.condition import condition
-from bench.service.runs import process_of
-from bench.service.standing import Standing, leads_to
+from bench.service.runs.launcher import serve
+from bench.service.runs.runs import process_of
+from bench.service.runs.standing import Standing, leads_to
 from tests.bench.service.conftest import DEADLINE_S, served
 
 

@@ -11,11 +11,11 @@ import pytest
 
 from bench.configuration import load_bench
 from bench.errors import LimitError
-from bench.service import experimenting
-from bench.service.analyses import open_findings
-from bench.service.experimenting import AskingLab
-from bench.service.experiments import may_go_alone
-from bench.service.runs import Run
+from bench.service.analyses import experimenting
+from bench.service.analyses.analyses import open_findings
+from bench.service.analyses.experimenting import AskingLab
+from bench.service.analyses.experiments import may_go_alone
+from bench.service.runs.runs import Run
 from tests.bench.service.conftest import Client
 from tests.bench.service.test_joining import CAMPAIGN
 
@@ -50,7 +50,7 @@ def asking(client: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> C
     """A service whose investigations only ask: looking and designing is another matter."""
     worker = tmp_path / "worker.py"
     worker.write_text(WORKER, "utf-8")
-    monkeypatch.setattr("bench.service.analyses.WORKER", (str(worker),))
+    monkeypatch.setattr("bench.service.analyses.analyses.WORKER", (str(worker),))
     (tmp_path / "recordings" / "spring").mkdir(parents=True)
     return client
 
@@ -180,8 +180,8 @@ def test_findings_that_are_open_are_counted(tmp_path: Path) -> None:
 
 
 def test_a_run_of_an_experiment_is_told_when_it_may_begin(tmp_path: Path) -> None:
-    from bench.service.jobs import write_job
     from bench.service.process.job import Job
+    from bench.service.runs.jobs import write_job
 
     run = Run("r", "quick", "q", "rh380n", str(tmp_path), "Ann", "", not_before=AFTER.isoformat())
     job = Job.load(write_job(run, tmp_path / "run", tmp_path / "socket", 0))

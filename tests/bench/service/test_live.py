@@ -20,13 +20,13 @@ from hypothesis import strategies as st
 from bench.cycle.channels import Scaling
 from bench.protocols import Segment
 from bench.recording import ChannelSpec
-from bench.service.history import COARSE, COARSE_S, FINE, History, merge
-from bench.service.overlay import Overlay
+from bench.service.analyses.overlay import Overlay
 from bench.service.process.covered import Covered
 from bench.service.process.lines import LineServer
 from bench.service.process.revolution import BINS, Revolution
 from bench.service.process.tap import LiveTap
-from bench.service.stream import Stream
+from bench.service.runs.history import COARSE, COARSE_S, FINE, History, merge
+from bench.service.runs.stream import Stream
 from bench.simulation import FourierSet, Simulation, TransmissionErrorModel, basis
 
 RATIO = 100.0

@@ -16,8 +16,8 @@ from schemathesis.checks import (
 )
 from starlette.testclient import TestClient
 
-from bench.service.app import create_app
 from bench.service.settings import Settings
+from bench.service.web.app import create_app
 from tests.bench.service.conftest import BASE, NoLauncher
 from tests.bench.service.conftest import description as described
 

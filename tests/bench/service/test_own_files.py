@@ -13,9 +13,9 @@ import pytest
 from starlette.testclient import TestClient
 
 from bench.errors import DeviceError
-from bench.service.disk import Disk
-from bench.service.keeper import Keeper
-from bench.service.runs import Run
+from bench.service.files.disk import Disk
+from bench.service.runs.keeper import Keeper
+from bench.service.runs.runs import Run
 from bench.service.service import Service
 from bench.service.settings import Settings
 from tests.bench.service.conftest import BASE, Client, NoLauncher, made_app
@@ -83,7 +83,7 @@ def test_stop_does_not_look_at_the_folder_of_locks(client: Client, monkeypatch: 
     def refuse() -> Path:
         raise DeviceError("the runtime folder is gone")
 
-    monkeypatch.setattr("bench.service.run_process.runtime_folder", refuse)
+    monkeypatch.setattr("bench.service.runs.run_process.runtime_folder", refuse)
     assert pressed(client) < STOPPED_S
     client.until(lambda: client.state("runs")["runs"][0]["state"] == "ended")
 
@@ -164,7 +164,7 @@ def test_the_book_says_when_a_service_that_died_was_last_seen(tmp_path: Path) ->
 
 
 def test_a_disk_writes_what_it_could_not_as_soon_as_it_can(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("bench.service.disk.RETRY_S", 0.02)
+    monkeypatch.setattr("bench.service.files.disk.RETRY_S", 0.02)
     disk, folder = Disk(), tmp_path / "folder"
     folder.touch()
     for number in range(3):
@@ -185,7 +185,7 @@ def test_a_disk_writes_what_it_could_not_as_soon_as_it_can(tmp_path: Path, monke
 def test_a_line_that_was_cut_off_is_written_again_on_a_line_of_its_own(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("bench.service.disk.RETRY_S", 0.02)
+    monkeypatch.setattr("bench.service.files.disk.RETRY_S", 0.02)
     write, full = os.write, [True]
 
     def short(descriptor: int, data: Any) -> int:

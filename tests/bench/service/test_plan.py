@@ -16,8 +16,8 @@ from hypothesis import strategies as st
 from bench.campaigns import load_campaign, parse_campaign, shipped_campaigns
 from bench.campaigns.registry import sequence_names
 from bench.errors import BenchError, ConfigurationError
-from bench.service.schema import campaign_schema
-from bench.service.toml import toml
+from bench.service.campaigns.schema import campaign_schema
+from bench.service.campaigns.toml import toml
 from tests.bench.service.conftest import Client
 
 LIBRARY = resources.files("bench.campaigns") / "library"

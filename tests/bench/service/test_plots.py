@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bench.recording import Recording, Segment, write_recording
-from bench.service.plots import plot
+from bench.service.data.plots import plot
 from tests.bench.recording.builders import SAMPLE_RATE, columns, header, specs
 
 ROWS = 20_000

@@ -18,8 +18,8 @@ from bench.errors import ConfigurationError, DeviceError
 from bench.locks import service_for
 from bench.service.client import Client as ServiceClient
 from bench.service.client import Refused
-from bench.service.security import LONGEST_BODY, check
 from bench.service.settings import Settings
+from bench.service.web.security import LONGEST_BODY, check
 from tests.bench.service.conftest import BASE, Client, NoLauncher, made_app, served
 
 TOKEN = "a-token-nobody-guesses"

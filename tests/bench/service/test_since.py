@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from bench.service.since import Report, since_last
+from bench.service.analyses.since import Report, since_last
 from tests.bench.recording.builders import write
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 
-from bench.service.stopper import Stopper
+from bench.service.runs.stopper import Stopper
 
 
 def test_a_press_that_is_heard_of_late_is_the_one_that_counted() -> None:

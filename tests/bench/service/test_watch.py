@@ -21,15 +21,15 @@ import pytest
 from bench.errors import ConfigurationError
 from bench.safety import Cause
 from bench.safety.places import state_root
-from bench.service.alarm_kinds import KINDS, kind_of
-from bench.service.alarms import Alarm, Alarms
-from bench.service.allowed import BEGINS, PHASES, RUNNING, Situation, allowed, why_not
-from bench.service.book import Book
-from bench.service.disk import Disk
-from bench.service.keeper import Keeper
-from bench.service.kept import Broken
-from bench.service.notify import Notifier
-from bench.service.storage import storage
+from bench.service.alarms.alarm_kinds import KINDS, kind_of
+from bench.service.alarms.alarms import Alarm, Alarms
+from bench.service.alarms.notify import Notifier
+from bench.service.files.book import Book
+from bench.service.files.disk import Disk
+from bench.service.files.kept import Broken
+from bench.service.files.storage import storage
+from bench.service.runs.allowed import BEGINS, PHASES, RUNNING, Situation, allowed, why_not
+from bench.service.runs.keeper import Keeper
 from bench.service.watchdog import feed, is_well, notify, writer_lives
 from tests.program import bench
 

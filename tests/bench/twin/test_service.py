@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 from starlette.testclient import TestClient
 
-from bench.service.keeper import Keeper
+from bench.service.runs.keeper import Keeper
 from bench.service.settings import Settings
 from tests.bench.service.conftest import BASE, Client, NoLauncher, made_app, own_locks
 from tests.bench.twin.conftest import Known

@@ -1,0 +1,1 @@
+"""Alarms: what they say, when they end, and who is notified."""

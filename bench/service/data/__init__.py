@@ -1,0 +1,1 @@
+"""Recordings for the page: folders, plots, downloads, and the archive."""
