@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from bench.errors import ConfigurationError
-from bench.mismatch.given import Given
+from bench.mismatch.given import Given, Known
+from bench.mismatch.prediction import corrected
+from bench.mismatch.regression.regressors import named
 from bench.simulation.model import Simulation
+from bench.simulation.terms import LOAD_TORQUE
 from bench.simulation.terms.nominal.transmission_error import PAPER_ORDERS
+from tests.bench.simulation.terms.frames import at_loads_and_speeds
 
 
 def given(*terms: dict[str, Any]) -> Given:
@@ -86,3 +92,14 @@ def test_tables_and_waves_are_what_they_were() -> None:
     assert known.coefficients is not None
     assert known.coefficients.tolist() == [0.2, 0.0]
     assert [w.to_json() for w in told.waves["transmission_error"]] == [wave]
+
+
+def test_a_torque_is_corrected_by_what_its_sensor_adds() -> None:
+    """A sensor that reads 2 % too much read 1.02 of what there was."""
+    rows = at_loads_and_speeds(np.linspace(0.1, 1.0, 50), (-600.0, 800.0), (0.1,))
+    gain = Known(named("sensor.torque_gain", LOAD_TORQUE, "gain"), np.array([0.02]))
+    read = replace(rows, torque=1.02 * rows.torque, torque_level=1.02 * rows.torque_level)
+    read = replace(read, load_motor_level=rows.torque)
+    assert corrected(read, [gain]).torque == pytest.approx(rows.torque)
+    assert corrected(read, [gain]).torque_level == pytest.approx(rows.torque_level)
+    assert corrected(read, []) is read

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from bench.mismatch.recordings.split import _leverage, _spread
+from types import SimpleNamespace
+from typing import Any
+
+from bench.mismatch.recordings.split import _leverage, _spread, split
 
 FORWARD = [("constant_velocity", load, 0.1, 8.0, -1) for load in (-900.0, -500.0, 0.0, 500.0, 900.0)]
 BACK = [
@@ -27,3 +30,21 @@ def test_a_point_without_a_like_speaks_for_itself_alone() -> None:
     alone = _leverage([*BACK, hot])
     assert alone[hot] > 2.0 * max(alone[p] for p in BACK)
     assert hot not in _spread([*BACK, hot], 6)
+
+
+def recorded(kind: str, load: float, speed: float = 0.1) -> Any:
+    return SimpleNamespace(kind=kind, setpoint=SimpleNamespace(load_torque=load, velocity=speed, temperature=25.0))
+
+
+def test_whole_points_are_held_out_and_no_kind_of_which_there_are_few() -> None:
+    """A fifth of fifteen points, beside the validation; the repeats of a point, the ramps and the warm-up all train."""
+    points = [recorded("constant_velocity", 100.0 * k, 0.01 * (k + 1)) for k in range(15)]
+    repeats = [recorded("constant_velocity", 0.0, 0.01) for _ in range(2)]
+    few = [recorded("torque_ramp", 600.0), recorded("heating", 383.0)]
+    held, folds = split([*points, *repeats, *few, recorded("validation", 150.0)])
+    assert sum(held[:15]) == 3
+    assert held[15:] == [False, False, False, False, True]
+    assert not held[0]
+    assert all((fold < 0) == out for fold, out in zip(folds, held, strict=True))
+    # repeats of a point are left out together
+    assert folds[0] == folds[15] == folds[16]
