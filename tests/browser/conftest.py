@@ -22,6 +22,9 @@ SCREENSHOTS = "BENCH_SCREENSHOTS"
 """Environment variable: ``1`` lets the tests make the screenshots of docs/operator.md anew."""
 IMAGES = Path(__file__).parents[2] / "docs" / "images"
 CENTRE = "arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})"
+WHERE = """const [element, done] = arguments;
+const where = () => { const {x, y, width, height} = element.getBoundingClientRect(); done([x, y, width, height]); };
+requestAnimationFrame(() => requestAnimationFrame(where));"""
 DEADLINE_S = float(os.environ.get("BENCH_BROWSER_DEADLINE", "60"))
 
 
@@ -78,6 +81,17 @@ class Browser:
                 self.driver.save_screenshot(str(Path(tempfile.gettempdir()) / "bench-browser-failed.png"))
                 pytest.fail(f"it did not happen in time: {text or inspect.getsource(what).strip()}; {self.problems()}")
             time.sleep(0.05)
+
+    def still(self, element: Any) -> None:
+        """Wait until an element stays where it is: a gesture of several steps aims at one place of the window."""
+        seen: list[Any] = []
+
+        def stays() -> bool:
+            # two frames apart, for scrolling and drawing happen between frames
+            seen.append(self.driver.execute_async_script(WHERE, element))
+            return len(seen) > 1 and seen[-1] == seen[-2]
+
+        self.until(stays, "the element stays where it is")
 
     def size(self, width: int, height: int) -> None:
         self.driver.set_window_size(width, height)

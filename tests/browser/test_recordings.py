@@ -40,6 +40,7 @@ def zoomed_values_and_files(page: Browser) -> None:
     """Look into a stretch, choose channels, and take what is shown away."""
     over = page.find("[data-channel=load_torque] .u-over")
     page.driver.execute_script(CENTRE, over)
+    page.still(over)
     mouse = ActionChains(page.driver, duration=50)
     mouse.move_to_element_with_offset(over, -60, 0).click_and_hold().move_by_offset(40, 0).release().perform()
     # every channel shows the stretch, asked for again in its own detail
@@ -77,6 +78,7 @@ def test_a_recording_is_found_again_noted_and_another_laid_over_it(page: Browser
     page.until(lambda: "2 recordings in 2 campaigns" in page.text("#found-text"))
     page.click("#found tbody tr")
     page.until(lambda: page.all("[data-channel=load_torque] canvas"))
+    page.until(lambda: page.all("#recording-plots .revolution h2"))
     page.until(lambda: len(page.all("#recording-plots canvas")) >= 7)
     zoomed_values_and_files(page)
     page.click("#recording-acts button", "Comment")
@@ -98,7 +100,7 @@ def test_a_recording_is_found_again_noted_and_another_laid_over_it(page: Browser
     assert "µrad RMS" in page.text("#changes p")
     assert "lubricant" in page.text("#changes")
     page.until(lambda: len(page.all("[data-channel=load_torque] .u-legend .u-series")) == 5)
-    page.until(lambda: "below it" in page.text("#recording-plots > h2"))
+    page.until(lambda: "below it" in page.text("#recording-plots .revolution > h2"))
     page.size(1280, 1500)
     page.driver.execute_script("document.getElementById('recording-card').scrollIntoView({behavior: 'instant'})")
     page.shot("operator-overlay")

@@ -118,8 +118,10 @@ function draw() {
   turned = [];
   const names = Object.keys(main.data.channels);
   $("channels").replaceChildren(...names.map(name => make("button", { type: "button", role: "checkbox", "aria-checked": String(!hidden.has(name)), on: { click: () => { if (!hidden.delete(name)) hidden.add(name); draw(); } } }, LABELS[name] ?? name)));
-  $("recording-plots").replaceChildren();
-  revolution();
+  // the revolution is worked out while the channels are drawn already: its place is kept, or they would move under the mouse
+  const first = make("div", { class: "revolution" }, make("p", { class: "quiet" }, "The transmission error over a revolution is being computed."));
+  $("recording-plots").replaceChildren(first);
+  revolution(first);
   for (const name of names.filter(each => !hidden.has(each))) {
     const place = make("div", { class: "plot", "data-channel": name });
     $("recording-plots").append(place);
@@ -161,22 +163,22 @@ function joined(time, columns, otherTime, other) {
   return [all, all.map(() => null), ...columns.map(column => pick(column, mine)), pick(other, theirs)];
 }
 
-async function revolution() {
-  const wanted = main;
+async function revolution(first) {
   let message;
   try { message = await get(`${main.path}/revolution`); } catch (error) {
-    if (wanted === main) $("recording-plots").prepend(make("p", { class: "quiet" }, error.message));
+    first.replaceChildren(make("p", { class: "quiet" }, error.message));
+    first.classList.add("without");
     return;
   }
-  if (wanted !== main) return;
+  if (!first.isConnected) return;
   const second = under ? await get(`${under.path}/revolution`).catch(() => null) : null;
-  if (wanted !== main) return;
+  if (!first.isConnected) return;
   const places = [make("div", { class: "plot tall" }), make("div", { class: "plot" })], model = message.model && !second;
-  $("recording-plots").prepend(make("h2", {}, `Transmission error over a revolution: ${number(message.rms * 1e6, 1)} µrad RMS${second ? `, below it ${number(second.rms * 1e6, 1)} µrad RMS of ${under.one.id}, ${under.folder}` : ""}`),
+  first.replaceChildren(make("h2", {}, `Transmission error over a revolution: ${number(message.rms * 1e6, 1)} µrad RMS${second ? `, below it ${number(second.rms * 1e6, 1)} µrad RMS of ${under.one.id}, ${under.folder}` : ""}`),
     make("p", { class: "quiet" }, second ? "Circles and dashes: the other recording." : message.model || message.model_why ? modelText(message) : ""), ...places);
   const below = second ? "the other" : "model", spectrum = spectrumPlot(places[0], 330, below), curve = curvePlot(places[1], 210, below, model && Boolean(message.model_band));
   turned = [spectrum, curve];
-  if (second) $("recording-plots").prepend(changes({ ...main, turn: message }, { ...under, turn: second }));
+  if (second) first.prepend(changes({ ...main, turn: message }, { ...under, turn: second }));
   showSpectrum(spectrum, curve, second ? { ...message, model: second.amplitude, model_curve: second.curve } : message);
 }
 
