@@ -25,9 +25,10 @@ _FURTHEST = 37.0
 def normal_deviate(difference: FloatArray, std: FloatArray, freedom: float) -> FloatArray:
     """Deviates (...,) that are standard normal where difference/std follows Student's t with ``freedom`` degrees.
 
-    NaN where ``std`` is 0 or not known: such a coefficient is not claimed to be determined.
+    NaN where ``std`` is 0 or not known, so that the coefficient is not claimed to be determined, and where
+    ``difference`` is NaN.
     """
-    known = np.isfinite(std) & (std > 0.0)
+    known = np.isfinite(std) & (std > 0.0) & np.isfinite(difference)
     ratio = np.abs(difference) / np.where(known, std, 1.0)
     size = norm.isf(t.sf(ratio, freedom)) if np.isfinite(freedom) else ratio
     size = np.where(np.isfinite(size), size, _FURTHEST)
@@ -35,19 +36,26 @@ def normal_deviate(difference: FloatArray, std: FloatArray, freedom: float) -> F
 
 
 def _series(found: FourierSet, true: FourierSet, freedom: float) -> dict[str, FloatArray]:
-    """Deviates of amplitudes and phases (K·10,) of the orders found, and of a₀ (10,)."""
-    at = [int(np.flatnonzero(true.orders == f)[0]) for f in found.orders]
-    turn = found.phase - true.phase[at]
-    # a phase is known up to whole turns, an amplitude's sign up to half of one
-    turn[:, 9] = (turn[:, 9] + np.pi) % (2.0 * np.pi) - np.pi
+    """Deviates of amplitudes and phases (K·10,) of the orders found, and of a₀ (10,).
+
+    An order that the true series lacks has the amplitude 0 and no phase: its phase is NaN.
+    """
+    position = {float(order): row for row, order in enumerate(true.orders)}
+    true_amplitude, true_phase = np.zeros_like(found.amplitude), np.full_like(found.phase, np.nan)
+    for row, order in enumerate(found.orders):
+        if (at := position.get(float(order))) is not None:
+            true_amplitude[row], true_phase[row] = true.amplitude[at], true.phase[at]
+    phase = found.phase - true_phase
+    # a phase is known up to whole revolutions, an amplitude's sign up to half of one
+    phase[:, 9] = (phase[:, 9] + np.pi) % (2.0 * np.pi) - np.pi
     missing = np.full_like(found.amplitude, np.nan)
 
     def std(values: FloatArray | None, otherwise: FloatArray) -> FloatArray:
         return otherwise if values is None else values
 
     return {
-        "A": normal_deviate(found.amplitude - true.amplitude[at], std(found.amplitude_std, missing), freedom).ravel(),
-        "phi": normal_deviate(turn, std(found.phase_std, missing), freedom).ravel(),
+        "A": normal_deviate(found.amplitude - true_amplitude, std(found.amplitude_std, missing), freedom).ravel(),
+        "phi": normal_deviate(phase, std(found.phase_std, missing), freedom).ravel(),
         "a0": normal_deviate(found.offset - true.offset, std(found.offset_std, missing[0]), freedom),
     }
 

@@ -47,6 +47,22 @@ def test_truth_is_compared_with_what_was_found(found: Identification) -> None:
     assert np.mean(np.abs(z) < LIMIT) > 0.88
 
 
+def test_order_that_the_plant_lacks_has_the_amplitude_zero_and_no_phase() -> None:
+    amplitude, phase = np.zeros((2, 10)), np.zeros((2, 10))
+    amplitude[:, 9], phase[:, 9] = (5.0e-6, 3.0e-6), (0.3, 1.0)
+    positive = FourierSet(
+        np.array([3.0, 14.0]), amplitude, phase, np.zeros(10), np.full((2, 10), 1e-6), np.full((2, 10), 0.1)
+    )
+    model = Simulation.nominal().with_transmission_error(TransmissionErrorModel(positive, None))
+    order_3 = {"A": amplitude[0].tolist(), "phi": phase[0].tolist()}
+    truth = {"nominal": {}, "transmission_error": {"positive": {"3": order_3, "a0": [0.0] * 10}}}
+    z = deviates(model, truth)["series"]["positive"]
+    assert z["A"][9] == 0.0
+    assert z["A"][19] == pytest.approx(3.0)
+    assert z["phi"][:10] == [0.0] * 10
+    assert z["phi"][10:] == [None] * 10
+
+
 def test_degrees_of_freedom_stand_in_the_file_and_are_read_back(found: Identification, tmp_path: Path) -> None:
     path = tmp_path / "model.json"
     to_simulation(found).save(path)
