@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -45,7 +46,7 @@ def probability(p_value: float | None) -> float | None:
         return None
     if p_value >= np.exp(-1.0):
         return 0.5
-    odds = -np.e * p_value * np.log(max(p_value, 1e-300))
+    odds = -math.e * p_value * np.log(max(p_value, 1e-300))
     return float(1.0 / (1.0 + odds))
 
 
