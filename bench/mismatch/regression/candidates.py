@@ -73,6 +73,8 @@ _ONE: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
         ("speeding_up", ("d",)),
         ("angle", ("d",)),
         ("angle", ("1",)),
+        ("angle", ("tau",)),
+        ("angle", ("d*abs_tau",)),
     ),
     LOAD_TORQUE: (
         ("load_motor_torque", ("1",)),
@@ -90,6 +92,7 @@ _ONE: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
         ("speeding_up", ("d",)),
         ("angle", ("1",)),
         ("angle", ("d",)),
+        ("angle", ("load_motor",)),
     ),
     TRANSMISSION_ERROR: (
         ("torque", ("1",)),

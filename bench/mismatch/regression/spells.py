@@ -207,7 +207,9 @@ def _best_levels(model: ChannelModel, times: str) -> Block | None:
     total = np.add.reduceat(number, blocks)
     value = np.add.reduceat(number * sign * left, blocks) / np.maximum(total, 1e-300)
     best: tuple[float, Block] | None = None
+    most = 0
     for cuts in _cut(value, total):
+        most = len(cuts)
         levels = Levels(("time",), times, (_knots(frame.time, blocks, cuts),))
         # a level that changes once and for all is a drift, where one is any function of time
         effect = by_definition(model.channel, "time", (times,)) if len(cuts) == 1 else UNKNOWN
@@ -216,7 +218,11 @@ def _best_levels(model: ChannelModel, times: str) -> Block | None:
         gain -= price_of_cuts(model, one.regressor)
         if best is None or gain > best[0]:
             best = (gain, one)
-    return None if best is None or best[0] <= 0.0 else best[1]
+    if best is None or best[0] <= 0.0:
+        return None
+    # where the most that were tried are the best, no number of changes is enough: a course in time is no levels
+    found = levels_of(best[1].regressor)
+    return None if found is not None and found.cuts == most > 1 else best[1]
 
 
 def _small(model: ChannelModel) -> tuple[float, ...]:

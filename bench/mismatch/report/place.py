@@ -9,13 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from bench.mismatch.discovery import UNNAMED, ChannelOutcome, Discovery
+from bench.mismatch.discovery import ChannelOutcome, Discovery
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.report.figures import energy
 from bench.mismatch.report.smallest import interval, pieces, steps
 from bench.mismatch.report.truth import truth_of
 from bench.mismatch.report.variables import RANGES, TEMPERATURE, TIME, TORQUE, VELOCITY, levels, variable
-from bench.mismatch.unnamed.rest import averaged
 from bench.simulation.frame import FloatArray, Frame, recording_starts
 from bench.simulation.terms import TEMPERATURE as TEMPERATURE_CHANNEL
 
@@ -76,7 +75,7 @@ def place(discovery: Discovery, outcome: ChannelOutcome, data: Dataset) -> Place
         discovery.orders,
         discovery.angle_windows,
         _time_window(discovery, frame, own, any(v.range == TIME for v in told), data.folder.start),
-        tuple(data.name(r) for r in strongest(frame, measured(discovery, outcome, own))),
+        tuple(data.name(r) for r in strongest(frame, own)),
         tuple(name for name, by in MEASURED_BY.items() if not set(by) & data.present),
         tuple(dict.fromkeys(v.words for v in told if v.words)),
     )
@@ -163,24 +162,6 @@ def _time_window(discovery: Discovery, frame: Frame, own: FloatArray, depends: b
     if window is None and depends:
         window = interval(frame.time, own, HELD * float(own.sum()))
     return None if window is None else (start + window[0], start + window[1])
-
-
-def measured(discovery: Discovery, outcome: ChannelOutcome, own: FloatArray) -> FloatArray:
-    """Energy (n,) that says in which recordings a discovery is strongest: ``own``, that of what it adds, where it has a
-    name.
-
-    A function without a name need not have nature's form: in which recordings something is missing the residual says
-    itself, without the discovery and less what is left of the usual recording with it.
-    """
-    if discovery.effect != UNNAMED or discovery.squares is not None or discovery.channel == TEMPERATURE_CHANNEL:
-        return own
-    frame = outcome.rows.frame
-    number = np.where(outcome.usable, outcome.rows.number, 0.0)
-    squares = [averaged(values, frame, number) ** 2 for values in (outcome.left, outcome.left + discovery.added)]
-    count = np.bincount(frame.recording, number)
-    counted = count > 0.0
-    usual = np.median(np.bincount(frame.recording, number * squares[0])[counted] / count[counted])
-    return np.asarray(number * (squares[1] - usual))
 
 
 def strongest(frame: Frame, own: FloatArray) -> list[int]:

@@ -1,8 +1,8 @@
-"""Is what is left noise? Three looks at it: its mean, its variance over time, its spectrum; and what they find.
+"""Is what is left noise? Looks at its mean, its variance over time and over the states, its spectrum.
 
 The mean is asked of everything recorded at once: every term and every free function of one and two quantities is tried
 on the final model's residual, and the best gain compared with the best that noise gives the same bank (signs of blocks
-drawn at random). The variance is asked for loud blocks and for tones.
+drawn at random). The variance is asked for loud blocks, for states that scatter more than others, and for tones.
 """
 
 from __future__ import annotations
@@ -13,13 +13,17 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import UNKNOWN, UNNAMED, ChannelOutcome, Discovery, Structure
+from bench.mismatch.recordings.rows import settled_rows
 from bench.mismatch.recordings.vibration import Density
 from bench.mismatch.regression.search import Search
 from bench.mismatch.regression.strength import strength_of
 from bench.mismatch.unnamed.bursts import Bursts, bursts
+from bench.mismatch.unnamed.scatter import UNITS, Scatter, scatter
 from bench.mismatch.unnamed.tones import Tone, tone
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms import CHANNEL_UNITS
+
+COMES_AND_GOES = "scatter that comes and goes"
 
 
 def examine(
@@ -38,6 +42,10 @@ def examine(
         found = _of_bursts(loud, outcome, search)
         if found is not None:
             outcome.discoveries.append(found)
+    louder = _scatter(search, densities, seed)
+    bursting = any(d.words == COMES_AND_GOES for d in outcome.discoveries)
+    if louder is not None and not bursting and louder.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
+        outcome.discoveries.append(_of_scatter(louder, outcome))
     best, what, size = _mean(search)
     looks = [best]
     words = (
@@ -48,6 +56,9 @@ def examine(
     if loud is not None:
         looks.append(loud.p_value if _counts(loud, outcome, search) else 1.0)
         words += f"; loudest of the blocks in time (p {loud.p_value:.2g})"
+    if louder is not None:
+        looks.append(louder.p_value)
+        words += f"; state that scatters most (p {louder.p_value:.2g})"
     if heard is not None:
         looks.append(heard.p_value if _matters(heard, outcome) else 1.0)
         words += f"; clearest tone (p {heard.p_value:.2g})"
@@ -110,6 +121,38 @@ def _of_tone(heard: Tone, outcome: ChannelOutcome) -> Discovery:
     )
 
 
+def _scatter(search: Search, densities: Sequence[Density], seed: int) -> Scatter | None:
+    rows = search.model.problem.rows
+    settled = search.model.problem.train & settled_rows(rows.frame)
+    return scatter(densities, rows.frame, np.where(settled, rows.number, 0.0), seed)
+
+
+def _of_scatter(found: Scatter, outcome: ChannelOutcome) -> Discovery:
+    """A state that scatters more than the others, as a finding without a name: nothing predicts a single sample."""
+    unit = CHANNEL_UNITS[outcome.channel]
+    where = f"the {found.quantity} is {found.side} {found.limit:.3g} {UNITS[found.quantity]}"
+    own = np.array([np.sqrt(found.usual + s) for s in found.squares])
+    rms = float(np.sqrt(np.mean(own**2)))
+    size = np.zeros(int(outcome.rows.frame.recording.max(initial=0)) + 1)
+    size[list(found.recordings)] = np.sqrt(found.squares)
+    return Discovery(
+        UNNAMED,
+        UNKNOWN,
+        1.0 - found.p_value,
+        outcome.channel,
+        f"scatter {found.louder:.2g} times as large where {where}",
+        f"{outcome.channel} += scatter that no recorded quantity predicts, where {where}",
+        (found.quantity,),
+        ({"symbol": "rms", "value": rms, "unit": unit, "std": float(np.std(own, ddof=1) / np.sqrt(own.size))},),
+        np.zeros(outcome.rows.size),
+        0.0,
+        found.p_value,
+        (),
+        excess=np.asarray(size[outcome.rows.frame.recording]),
+        squares=_unchanged(outcome),
+    )
+
+
 def _of_recordings(heard: Tone, outcome: ChannelOutcome) -> FloatArray:
     """A tone's size at each row (n,): what its recording's spectrum says, nothing where none was looked at."""
     size = np.zeros(int(outcome.rows.frame.recording.max(initial=0)) + 1)
@@ -140,7 +183,7 @@ def _of_bursts(loud: Bursts, outcome: ChannelOutcome, search: Search) -> Discove
         UNKNOWN,
         1.0 - loud.p_value,
         outcome.channel,
-        "scatter that comes and goes",
+        COMES_AND_GOES,
         f"{outcome.channel} += what nothing recorded predicts, in some blocks of time",
         ("time",),
         ({"symbol": "rms", "value": size, "unit": unit, "std": size / np.sqrt(2.0 * loud.rows.size)},),

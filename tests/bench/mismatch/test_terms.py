@@ -95,3 +95,16 @@ def test_forms_give_finite_columns(effect: str) -> None:
                 assert columns.shape == (rows.size, len(form.linear))
                 assert np.all(np.isfinite(columns))
     assert json.dumps([s.symbol for forms in term.forms.values() for f in forms for s in f.linear])
+
+
+def test_friction_that_builds_up_goes_on_from_the_recording_before() -> None:
+    every = frame()
+    forms = {form.name: form for form in LIBRARY["friction.presliding"].forms["motor_torque"]}
+    fresh, kept = (forms[name].columns(every, (0.5,))[:, 0] for name in ("dahl", "dahl_kept"))
+    starts = np.flatnonzero(np.diff(every.recording, prepend=-1))
+    assert np.array_equal(fresh[: starts[1]], kept[: starts[1]])
+    for begin in starts[1:]:
+        before, now = every.direction[begin - 1], every.direction[begin]
+        # the friction of the last motion is still there: nothing is missing where that goes on, twice where it turns
+        assert kept[begin] == pytest.approx(-now * (0.0 if before == now else 2.0), abs=0.2)
+        assert abs(fresh[begin]) == pytest.approx(1.0, abs=0.2)

@@ -5,8 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.terms.base import MOTOR_TORQUE, Form, Point, Symbol, Term, columns, logarithmic
-from bench.simulation.terms.memory import relaxing
+from bench.simulation.terms.base import (
+    MOTOR_TORQUE,
+    Columns,
+    Form,
+    Point,
+    Symbol,
+    Term,
+    columns,
+    logarithmic,
+)
+from bench.simulation.terms.memory import Between, relaxing
 
 SHORTEST, LONGEST = 0.05, 40.0
 """rad at the motor: distances of gearboxes and motors; other machines, linear ones above all, have their own"""
@@ -29,9 +38,12 @@ def _between_reversals(frame: Frame) -> float:
     return float(np.median(runs)) if runs.size else 0.0
 
 
-def _dahl(frame: Frame, point: Point) -> FloatArray:
-    state = relaxing(frame.theta * frame.ratio, frame, point[0])
-    return columns(np.where(frame.direction != 0, state - frame.direction, 0.0))
+def _dahl(between: Between) -> Columns:
+    def own(frame: Frame, point: Point) -> FloatArray:
+        state = relaxing(frame.theta * frame.ratio, frame, point[0], between)
+        return columns(np.where(frame.direction != 0, state - frame.direction, 0.0))
+
+    return own
 
 
 def _since_reversal(frame: Frame, point: Point) -> FloatArray:
@@ -55,7 +67,9 @@ TERM = Term(
     where="motor_torque in the first moments after a start or reversal",
     forms={
         MOTOR_TORQUE: (
-            Form("dahl", _dahl, (F_D,), (S_D,), _grid),
+            Form("dahl", _dahl("fresh"), (F_D,), (S_D,), _grid),
+            # a machine that stands between two recordings is as they left it
+            Form("dahl_kept", _dahl("kept"), (F_D,), (S_D,), _grid, remembers=True),
             Form("reversal", _since_reversal, (F_D,), (S_D,), _grid),
             Form("linear", _linear, (F_D,), (S_D,), _grid),
         )

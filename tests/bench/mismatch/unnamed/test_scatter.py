@@ -1,0 +1,80 @@
+"""Recordings of one state that scatter more than the others, and what else may differ between recordings."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.mismatch.recordings.vibration import Density
+from bench.mismatch.unnamed.scatter import scatter
+from bench.simulation.frame import FloatArray
+from tests.bench.mismatch.regression.synthetic import campaign
+
+RECORDINGS, SIGMA, RATE, STEP = 30, 0.05, 500.0, 0.1
+FRAME = campaign(RECORDINGS)
+STEADY = np.ones(FRAME.size)
+SPEED = np.array([abs(FRAME.velocity[FRAME.recording == r][0]) for r in range(RECORDINGS)])
+LOAD = np.array([FRAME.torque_level[FRAME.recording == r][0] for r in range(RECORDINGS)])
+
+
+def densities(factor: FloatArray, seed: int = 0) -> list[Density]:
+    """White noise of ``SIGMA`` times the square root of ``factor`` (recordings,), seven segments averaged."""
+    rng = np.random.default_rng(seed)
+    size = round(0.5 * RATE / STEP) + 1
+    level = SIGMA**2 / (0.5 * RATE)
+    return [
+        Density(r, f * level * rng.chisquare(14.0, size) / 14.0, STEP, 7.0, RATE, SPEED[r] / (2.0 * np.pi))
+        for r, f in enumerate(factor)
+    ]
+
+
+def test_what_scatters_at_slow_speed_is_found_with_its_limit() -> None:
+    found = scatter(densities(np.where(SPEED < 0.012, 3.0, 1.0)), FRAME, STEADY, 1)
+    assert found is not None
+    assert (found.quantity, found.side) == ("speed", "below")
+    assert found.limit == pytest.approx(0.012, rel=0.15)
+    assert set(found.recordings) == set(np.flatnonzero(SPEED < 0.012))
+    assert found.louder == pytest.approx(np.sqrt(3.0), rel=0.05)
+    assert found.p_value < 2e-3
+
+
+def test_one_recording_that_swings_hides_no_state() -> None:
+    factor = np.where(np.abs(LOAD) > 400.0, 2.5, 1.0)
+    factor[int(np.argmin(np.abs(LOAD)))] = 1e4
+    found = scatter(densities(factor), FRAME, STEADY, 1)
+    assert found is not None
+    assert (found.quantity, found.side) == ("load", "above")
+
+
+@pytest.mark.parametrize(
+    "factor",
+    [
+        np.ones(RECORDINGS),
+        # a machine vibrates more the faster it turns
+        np.where(SPEED > 0.05, 4.0, 1.0),
+        # less than twice the mean square
+        np.where(SPEED < 0.012, 1.5, 1.0),
+        # whichever state: loud at random
+        np.random.default_rng(3).permutation(np.where(np.arange(RECORDINGS) < 6, 3.0, 1.0)),
+    ],
+    ids=["noise", "faster", "little", "random"],
+)
+def test_what_is_no_finding(factor: FloatArray) -> None:
+    found = scatter(densities(factor), FRAME, STEADY, 1)
+    assert found is None or found.p_value > 0.01
+
+
+def test_lines_are_no_scatter() -> None:
+    lined = densities(np.ones(RECORDINGS))
+    for one in lined:
+        if SPEED[one.recording] < 0.012:
+            one.power[300] *= 3000.0
+    assert scatter(lined, FRAME, STEADY, 1) is None
+
+
+def test_few_recordings_tell_nothing() -> None:
+    few = [replace(d) for d in densities(np.where(SPEED < 0.012, 3.0, 1.0))[:9]]
+    assert scatter(few, FRAME, STEADY, 1) is None
+    assert scatter(densities(np.ones(RECORDINGS)), FRAME, 0.0 * STEADY, 1) is None
