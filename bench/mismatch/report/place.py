@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.mismatch.discovery import ChannelOutcome, Discovery
+from bench.mismatch.discovery import UNNAMED, ChannelOutcome, Discovery
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.report.figures import energy
 from bench.mismatch.report.smallest import interval, pieces, steps
@@ -24,6 +24,8 @@ STEPS = {"te.lost_motion": TORQUE}
 """effects that are a step, and over what: they are where they change, not where they have changed"""
 PARTS = 60
 """of the range over which a step is looked for"""
+JUST_AFTER = ("since_reversal",)
+"""variables of effects that act just after a start or a reversal"""
 BOTH, POSITIVE, NEGATIVE = "both", "positive", "negative"
 
 Range = tuple[float, float]
@@ -58,7 +60,7 @@ class Place:
 
 def place(discovery: Discovery, outcome: ChannelOutcome, data: Dataset) -> Place:
     """The place of a discovery, by the energy of what it adds on the rows that are compared."""
-    own = energy(discovery, outcome)
+    own = _energy(discovery, outcome)
     told = [variable(name) for name in discovery.variables]
     depends = tuple(name for name in RANGES if any(v.range == name for v in told))
     acting = _rate(discovery, outcome) if discovery.channel == TEMPERATURE_CHANNEL and depends else own
@@ -79,6 +81,24 @@ def place(discovery: Discovery, outcome: ChannelOutcome, data: Dataset) -> Place
         tuple(name for name, by in MEASURED_BY.items() if not set(by) & data.present),
         tuple(dict.fromkeys(v.words for v in told if v.words)),
     )
+
+
+def _energy(discovery: Discovery, outcome: ChannelOutcome) -> FloatArray:
+    """Energy (n,) of what a discovery adds.
+
+    An effect that acts just after a start or a reversal has its energy also at the rows that are not compared because
+    the speed changes fast: as much as it adds to as many samples.
+    """
+    own = energy(discovery, outcome)
+    if discovery.effect == UNNAMED or tuple(discovery.variables) != JUST_AFTER:
+        return own
+    rows, frame = outcome.rows, outcome.rows.frame
+    lasting = (rows.number > 0) & (frame.step > 0)
+    if not lasting.any():
+        return own
+    missing = np.where(frame.direction != 0, frame.step * np.median(rows.number[lasting] / frame.step[lasting]), 0.0)
+    beyond = discovery.added if discovery.excess is None else discovery.excess
+    return np.asarray(np.where(outcome.usable & (rows.number > 0), own, beyond**2 * missing))
 
 
 def _ranges(

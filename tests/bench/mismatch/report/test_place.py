@@ -189,3 +189,19 @@ def test_what_no_recording_measured_has_no_range() -> None:
     assert told["conditions"]["temperature"] is told["conditions"]["load_torque"] is None
     assert told["span"]["temperature"] is None
     assert told["conditions"]["velocity"] is not None
+
+
+def test_what_acts_just_after_a_start_acts_where_no_row_is_compared() -> None:
+    frame = made.campaign()
+    early = frame.elapsed < 1.0
+    sizes = np.where(frame.recording < 3, 0.2, 0.02)
+    found = made.discovery("motor_torque", "friction.presliding", np.where(early, sizes, 1e-4), ("since_reversal",))
+    own = made.outcome(frame, "motor_torque", [found])
+    # the rows of the start are left out in the recordings in which it acts most
+    rows = replace(own.rows, number=np.where(early & (frame.recording < 3), 0.0, own.rows.number))
+    left_out = replace(own, rows=rows)
+    data = made.dataset(frame, "motor_torque", rows)
+    first = {data.name(r) for r in range(3)}
+    assert set(place(found, left_out, data).recordings) == first
+    otherwise = replace(found, variables=("time",))
+    assert not first & set(place(otherwise, left_out, data).recordings)
