@@ -23,10 +23,14 @@ def law(of: Law, order: float, frame: Frame) -> tuple[Any, Any]:
     if of.effect == RESONANCE:
         if order not in of.orders:
             return 1.0, 0.0
-        ratio = speed * (order / of.point[0])
+        ratio = frame.velocity * (order / of.point[0])
         a, b = 1.0 - ratio * ratio, 2.0 * of.point[1] * ratio
         size, share = a * a + b * b, (of.point[2] if len(of.point) > 2 else 1.0)
-        return 1.0 + share * (a / size - 1.0), -share * b / size
+        # H = (a - jb)/size; a base's mode has r²·H in place of H - 1
+        real, imaginary = a / size - 1.0, -(b / size)
+        if of.form == "second_order_of_base":
+            real, imaginary = ratio * ratio * a / size, -(ratio * ratio * b / size)
+        return 1.0 + share * real, share * imaginary
     own = dict(zip(of.series, of.strength, strict=True)).get(order, 0.0j)
     if own == 0:
         return 1.0, 0.0

@@ -1,8 +1,8 @@
 """Laws that the amplitudes of the known orders may follow: a factor on an order's vector at a state and a time.
 
-A resonance multiplies by H(f·|v|); every other law by 1 + ε_f·g, with g one of the functions of the table below. What g
-is referred to (begin and length of the campaign, lowest temperature, largest torque) is kept with the law, so that it
-says the same on any rows and in any simulation file.
+A resonance multiplies by 1 + p·G(f·v), with G what its mode adds and v with its sign; every other law by 1 + ε_f·g,
+with g one of the functions of the table below. What g is referred to (begin and length of the campaign, lowest
+temperature, largest torque) is kept with the law, so that it says the same on any rows and in any simulation file.
 """
 
 from __future__ import annotations
@@ -17,10 +17,15 @@ from numpy.typing import NDArray
 from bench.errors import ConfigurationError
 from bench.simulation._coefficients import order_key
 from bench.simulation.frame import FloatArray
-from bench.simulation.terms.te.resonance import response
+from bench.simulation.terms.te.resonance import by_base, by_force
 
 Complex = NDArray[np.complex128]
 RESONANCE = "te.resonance"
+MODES: dict[str, Callable[[FloatArray, float, float], Complex]] = {
+    "second_order": by_force,
+    "second_order_of_base": by_base,
+}
+"""forms of a resonance: what a mode adds at frequencies in rad/s, by its natural frequency and damping"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,10 +103,10 @@ def from_json(effect: str, row: dict[str, Any]) -> Law:
         raise ConfigurationError(
             f"the simulation's law of {effect} should have form, point, orders, strength and reference ({error!r})"
         ) from error
-    if effect != RESONANCE and (effect, law.form) not in FUNCTIONS:
+    forms = tuple(MODES) if effect == RESONANCE else tuple(form for own, form in FUNCTIONS if own == effect)
+    if law.form not in forms:
         raise ConfigurationError(
-            f"the simulation's law of {effect} has the form {law.form!r}, which should be one of "
-            f"{', '.join(form for _, form in FUNCTIONS)}"
+            f"the simulation's law of {effect} has the form {law.form!r}, which should be one of {', '.join(forms)}"
         )
     return law
 
@@ -132,20 +137,20 @@ def value(
     return FUNCTIONS[effect, form](np.abs(x[:, 1]), x[:, 0], x[:, 2], time, point, reference)
 
 
-def resonant(frequency: FloatArray, point: tuple[float, ...]) -> Complex:
-    """1 + p·(H − 1) at frequencies in rad/s: ``point`` natural frequency, damping, and the mode's participation p
-    (1 where it is not given).
+def resonant(form: str, frequency: FloatArray, point: tuple[float, ...]) -> Complex:
+    """1 + p·G at frequencies in rad/s, below zero in negative direction: ``point`` natural frequency, damping, and the
+    mode's participation p (1 where it is not given).
     """
     participation = point[2] if len(point) > 2 else 1.0
-    return np.asarray(1.0 + participation * (response(frequency, point[0], point[1]) - 1.0))
+    return np.asarray(1.0 + participation * MODES[form](frequency, point[0], point[1]))
 
 
 def factor(law: Law, x: FloatArray, time: FloatArray, orders: Sequence[float]) -> Complex:
     """The law's factor on the vectors of ``orders`` at states (n, 3) and times (n,), (n, orders)."""
     if law.effect == RESONANCE:
-        frequency = np.abs(x[:, 1])[:, None] * np.asarray(orders)[None, :]
+        frequency = x[:, 1][:, None] * np.asarray(orders)[None, :]
         touched = np.isin(np.asarray(orders), np.asarray(law.orders))
-        return np.where(touched[None, :], resonant(frequency, law.point), 1.0)
+        return np.where(touched[None, :], resonant(law.form, frequency, law.point), 1.0)
     g = value(law.effect, law.form, law.point, x, time, law.reference)
     own = dict(zip(law.series, law.strength, strict=True))
     strength = np.array([own.get(float(f), 0.0) for f in orders], dtype=np.complex128)

@@ -13,8 +13,7 @@ from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.series import RELATIVE_NOISE, Series
 from bench.mismatch.orders.turns import Complex, directions, states
 from bench.simulation.frame import FloatArray
-from bench.simulation.laws import RESONANCE, Law, Reference, value
-from bench.simulation.terms.te.resonance import response
+from bench.simulation.laws import MODES, RESONANCE, Law, Reference, value
 
 PRIOR_TURNS = 20.0
 """revolutions' worth of evidence that the noise is that of the spectra"""
@@ -38,8 +37,8 @@ class Amplitudes:
 
     @property
     def frequency(self) -> FloatArray:
-        """f·|v| of each order in each turn, rad/s."""
-        return np.asarray(np.abs(self.x[:, 1])[:, None] * np.asarray(self.orders)[None, :])
+        """f·v of each order in each turn, rad/s: below zero in negative direction."""
+        return np.asarray(self.x[:, 1][:, None] * np.asarray(self.orders)[None, :])
 
 
 def amplitudes(model: TransmissionModel) -> Amplitudes | None:
@@ -105,10 +104,16 @@ def _law(effect: str, form: str, point: tuple[float, ...], variables: tuple[str,
 
 
 def resonances(data: Amplitudes) -> list[Law]:
-    """Modes that are tried: natural frequencies the orders pass, and dampings."""
-    low, high = max(float(np.percentile(data.frequency, 10)), 0.05), 1.5 * float(data.frequency.max())
+    """Modes that are tried: natural frequencies the orders pass, dampings, and what moves the mass."""
+    frequency = np.abs(data.frequency)
+    low, high = max(float(np.percentile(frequency, 10)), 0.05), 1.5 * float(frequency.max())
     naturals = np.geomspace(low, high, 40)
-    return [_law(RESONANCE, "second_order", (float(w), z, 1.0), ("speed",), data) for w in naturals for z in DAMPINGS]
+    return [
+        _law(RESONANCE, form, (float(w), z, 1.0), ("speed",), data)
+        for form in MODES
+        for w in naturals
+        for z in DAMPINGS
+    ]
 
 
 def factors(data: Amplitudes) -> list[Law]:
@@ -193,7 +198,7 @@ def changes_of(data: Amplitudes, white: Sequence[FloatArray], laws: Sequence[Law
 def _moved(data: Amplitudes, smooth: Complex, law: Law) -> FloatArray:
     """What a law's strength does to the vectors ``smooth`` (turns, orders), before whitening: (2*turns, orders, k)."""
     if law.effect == RESONANCE:
-        return stacked((response(data.frequency, law.point[0], law.point[1]) - 1.0) * smooth)[:, :, None]
+        return stacked(MODES[law.form](data.frequency, law.point[0], law.point[1]) * smooth)[:, :, None]
     own = value(law.effect, law.form, law.point, data.x, data.time, law.reference)[:, None] * smooth
     return np.stack([stacked(own), stacked(1j * own)], axis=2)
 

@@ -249,7 +249,7 @@ def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Disco
         confidence=None if real is None else real * found.share,
         channel=TRANSMISSION_ERROR,
         words=_law_words(law, touched),
-        equation=RESONANT if law.effect == RESONANCE else f"A_f -> A_f*(1 + e_f*g({quantity}))",
+        equation=RESONANT[law.form] if law.effect == RESONANCE else f"A_f -> A_f*(1 + e_f*g({quantity}))",
         variables=(quantity,),
         parameters=tuple(_law_parameters(found)),
         added=values,
@@ -262,7 +262,10 @@ def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Disco
     )
 
 
-RESONANT = "A_f -> A_f*(1 + p*(H(f*abs(dtheta)) - 1)), H(w) = 1/(1 - (w/w_0)**2 + 2j*zeta*w/w_0)"
+RESONANT = {
+    "second_order": "A_f -> A_f*(1 + p*(H(f*dtheta) - 1)), H(w) = 1/(1 - (w/w_0)**2 + 2j*zeta*w/w_0)",
+    "second_order_of_base": "A_f -> A_f*(1 + p*r**2*H(r)), H(r) = 1/(1 - r**2 + 2j*zeta*r), r = f*dtheta/w_0",
+}
 
 
 def _law_words(law: Law, orders: Sequence[float] = ()) -> str:

@@ -201,7 +201,8 @@ class _Resonance(Effect):
         return Parameter("w_0", self.shape["w_r"], "rad/s"), Parameter("zeta", self.shape["zeta"], "1")
 
     def modulation(self, theta: Floats, rate: Floats, orders: Floats) -> tuple[Floats, Floats] | None:
-        ratio = orders[:, None] * np.abs(rate)[None, :] / self.shape["w_r"]
+        # a response lags in time: over the angle it lags in one direction and leads in the other
+        ratio = orders[:, None] * rate[None, :] / self.shape["w_r"]
         response = 1.0 / (1.0 - ratio**2 + 2j * self.shape["zeta"] * ratio)
         if "second" in self.shape:
             other = ratio / self.shape["second"]

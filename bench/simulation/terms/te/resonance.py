@@ -1,8 +1,10 @@
 """Amplitude and phase of the orders follow a second-order resonance in f times the speed.
 
 Unlike other terms it multiplies what the simulation has: order f at speed v is excited at f*v rad/s and answered by
-H(f*v) = 1/(1 - (f*v/w_0)**2 + 2j*zeta*f*v/w_0). The regressor of the library is H - 1 for one order of unit amplitude;
-the analysis applies it to the simulation's own amplitudes.
+H(f*v) = 1/(1 - (f*v/w_0)**2 + 2j*zeta*f*v/w_0). The speed has its sign: a response lags in time, so over the angle it
+lags in one direction and leads in the other. A force that moves a mass on a spring adds H - 1 to what it moves slowly,
+a base that carries it (f*v/w_0)**2*H. The regressor of the library is H - 1 for one order of unit amplitude; the
+analysis applies both to the simulation's own amplitudes.
 """
 
 from __future__ import annotations
@@ -17,9 +19,19 @@ ZETAS = (0.02, 0.04, 0.08, 0.15, 0.3)
 
 
 def response(frequency: FloatArray, natural: float, damping: float) -> NDArray[np.complex128]:
-    """Second-order response 1/(1 - r² + 2jζr), r = frequency/natural (both in rad/s)."""
+    """Second-order response 1/(1 - r² + 2jζr), r = frequency/natural (both in rad/s); its conjugate below zero."""
     r = frequency / natural
     return np.asarray(1.0 / (1.0 - r**2 + 2j * damping * r))
+
+
+def by_force(frequency: FloatArray, natural: float, damping: float) -> NDArray[np.complex128]:
+    """What a mode adds to one that a force moves slowly, H - 1."""
+    return np.asarray(response(frequency, natural, damping) - 1.0)
+
+
+def by_base(frequency: FloatArray, natural: float, damping: float) -> NDArray[np.complex128]:
+    """What a mode adds to the motion of the base that carries it, r²·H."""
+    return np.asarray((frequency / natural) ** 2 * response(frequency, natural, damping))
 
 
 def _grid(frame: Frame) -> tuple[Point, ...]:
@@ -30,8 +42,7 @@ def _grid(frame: Frame) -> tuple[Point, ...]:
 
 def _one_order(frame: Frame, point: Point) -> FloatArray:
     order, natural, damping = point
-    extra = response(order * np.abs(frame.velocity), natural, damping) - 1.0
-    wave = np.exp(1j * order * frame.theta) * np.where(frame.velocity >= 0, extra, np.conj(extra))
+    wave = np.exp(1j * order * frame.theta) * by_force(order * frame.velocity, natural, damping)
     return columns(wave.real, wave.imag)
 
 
@@ -44,7 +55,7 @@ ZETA = Symbol("zeta", "1", "damping ratio", 0.0, 1.0)
 TERM = Term(
     effect="te.resonance",
     name="resonance of the transmission error",
-    equation="A_f -> A_f*H(f*abs(dtheta)), H(w) = 1/(1 - (w/w_0)**2 + 2j*zeta*w/w_0)",
+    equation="A_f -> A_f*H(f*dtheta), H(w) = 1/(1 - (w/w_0)**2 + 2j*zeta*w/w_0)",
     reference="Tuttle and Seering, IEEE Trans. Robot. Autom. 12 (1996) 368",
     where="transmission_error: amplitudes and phases of the orders f with f*dtheta near w_0",
     forms={TRANSMISSION_ERROR: (Form("second_order", _one_order, (A_C, A_S), (F, W_0, ZETA), _grid),)},

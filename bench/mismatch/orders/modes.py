@@ -1,0 +1,194 @@
+"""A resonance that the orders pass, by the marginal likelihood of their vectors under its response.
+
+A weak mode changes the vectors in proportion to its participation, and a scan of the law's tangent finds it
+(:mod:`bench.mismatch.orders.law_scores`). A strong one has spoiled the series that the tangent is taken at. So the
+vectors are divided by the response of each mode that is tried, and asked whether polynomials say what is left; the
+best is refined, the series calibrated in turns with it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
+
+from bench.mismatch import criteria
+from bench.mismatch.orders.law_scores import PRIOR_TURNS, Amplitudes, resonances, stacked, tangent, unusual
+from bench.mismatch.orders.lowest import lowest
+from bench.mismatch.orders.model import TransmissionModel
+from bench.mismatch.orders.series import FIRST_PRIOR, Series, calibrate
+from bench.mismatch.orders.turns import Complex
+from bench.simulation.frame import FloatArray
+from bench.simulation.laws import Law, resonant
+
+PARTICIPATIONS = (0.08, 0.25, 0.75)
+"""that are tried of each mode"""
+STEPS = np.array([0.04, 0.3, 0.3])
+"""of the logarithms of natural frequency, damping and participation, with which they are refined"""
+EVALUATIONS = 70
+_FREE = 10.0
+"""spread of an order's mean vector, in units of its size"""
+_NOTHING = (1e9, 0.5, 1.0)
+"""a mode that no order comes near"""
+
+
+@dataclass(frozen=True, slots=True)
+class Mode:
+    """A resonance as a law, standard deviations of its numbers, the series calibrated under it, the log-likelihood it
+    gains less its numbers' price, and what ``each`` order gains of it (orders,).
+    """
+
+    law: Law
+    std: tuple[float, ...]
+    series: Series
+    gain: float
+    each: FloatArray
+
+
+def begins(data: Amplitudes) -> list[tuple[Law, float]]:
+    """The mode of each form under which the vectors are most of all polynomials of the state, strong or weak, and the
+    log-likelihood it gains.
+    """
+    plain = _smoothness(data, np.ones_like(data.vectors))
+    clipped = Bounds.of(data).clipped
+
+    def gain(form: str, point: Sequence[float]) -> float:
+        left = _smoothness(data, resonant(form, data.frequency, tuple(point)))
+        return float(np.sum(np.maximum(left - plain, criteria.SPOILED))) - unusual(point[1])
+
+    def polished(law: Law) -> tuple[Law, float]:
+        """The law between the points of the grid."""
+        found = lowest(lambda z: -gain(law.form, clipped(z)), np.log(law.point), STEPS, EVALUATIONS)
+        point = clipped(found)
+        return replace(law, point=point), gain(law.form, point)
+
+    out: dict[str, tuple[Law, float]] = {}
+    # a strong mode has hills beside it: from the best of each participation
+    for participation in PARTICIPATIONS:
+        best: dict[str, tuple[Law, float]] = {}
+        for law in resonances(data):
+            own = replace(law, point=(*law.point[:2], participation))
+            gained = gain(own.form, own.point)
+            if own.form not in best or gained > best[own.form][1]:
+                best[own.form] = own, gained
+        for form, (law, _) in best.items():
+            finer = polished(law)
+            if form not in out or finer[1] > out[form][1]:
+                out[form] = finer
+    return list(out.values())
+
+
+@dataclass(frozen=True, slots=True)
+class Bounds:
+    """Natural frequencies in rad/s between which a mode is sought."""
+
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, data: Amplitudes) -> Bounds:
+        """Three times beyond what the orders pass."""
+        passed = np.abs(data.frequency)
+        return cls(0.3 * float(passed.min()), 3.0 * float(passed.max()))
+
+    def clipped(self, logarithms: FloatArray) -> tuple[float, float, float]:
+        """Natural frequency, damping and participation from their logarithms."""
+        w, damping, p = np.exp(logarithms)
+        return (
+            float(np.clip(w, self.low, self.high)),
+            float(np.clip(damping, 0.004, 0.8)),
+            float(np.clip(p, 0.005, 1.5)),
+        )
+
+
+def _smoothness(data: Amplitudes, answer: Complex) -> FloatArray:
+    """Log marginal likelihood (orders,) of the vectors if they are polynomials that have passed ``answer`` (turns,
+    orders), each direction with its own.
+    """
+    spread = np.append(np.sqrt(0.5 * (1.0 + 1.5**2)) * FIRST_PRIOR, _FREE)
+    size = np.abs(answer)
+    before = data.vectors / answer
+    out = -2.0 * np.sum(np.log(size), axis=0)
+    for side, scaling in data.series.scaling.items():
+        own = data.direction * side > 0
+        basis = scaling.monomials(data.x[own]) * spread
+        level = np.median(np.abs(before[own]), axis=0)
+        noise = (data.sigma[own] / size[own]) ** 2
+        covariance = (level**2)[:, None, None] * (basis @ basis.T)[None]
+        covariance[:, np.arange(len(basis)), np.arange(len(basis))] += noise.T
+        lower = np.linalg.cholesky(covariance)
+        z = np.linalg.solve(lower, before[own].T[:, :, None])[:, :, 0]
+        prior = 2.0 * PRIOR_TURNS
+        out -= (len(basis) + PRIOR_TURNS) * np.log(np.sum(np.abs(z) ** 2, axis=1) + prior)
+        out -= 2.0 * np.sum(np.log(np.diagonal(lower, axis1=1, axis2=2)), axis=1)
+    return np.asarray(out)
+
+
+def _loss(data: Amplitudes, k: int, answer: Complex) -> float:
+    """Negative log marginal likelihood of order k's vectors if they have passed ``answer`` (turns,)."""
+    columns, centre = tangent(data, k)
+    sigma = np.concatenate([data.sigma[:, k] / np.abs(answer)] * 2)
+    lower = np.linalg.cholesky(columns @ columns.T + np.diag(sigma**2))
+    z = solve_triangular(lower, stacked(data.vectors[:, k] / answer - centre), lower=True)
+    squares = 0.5 * (z.size + 2.0 * PRIOR_TURNS) * np.log(float(z @ z) + 2.0 * PRIOR_TURNS)
+    return float(squares + np.sum(np.log(np.diag(lower))) + 2.0 * np.sum(np.log(np.abs(answer))))
+
+
+def _losses(data: Amplitudes, form: str, own: Sequence[float]) -> FloatArray:
+    answer = resonant(form, data.frequency, tuple(own))
+    return np.array([_loss(data, k, answer[:, k]) for k in range(len(data.orders))])
+
+
+def refined(model: TransmissionModel, data: Amplitudes, begin: Law) -> Mode:
+    """Natural frequency, damping and participation by marginal likelihood, the series calibrated in turns with them."""
+    point = np.log(begin.point)
+    clipped = Bounds.of(data).clipped
+
+    def under(point: FloatArray, touched: NDArray[np.bool_]) -> Amplitudes:
+        answer = np.where(touched[None, :], resonant(begin.form, data.frequency, clipped(point)), 1.0)
+        series = calibrate(model.own_turns, data.vectors / answer, data.sigma / np.abs(answer), data.orders)
+        return replace(data, series=series)
+
+    plain = _losses(data, begin.form, _NOTHING)
+    touched = np.ones(len(data.orders), dtype=bool)
+    now = under(point, touched)
+    for _ in range(2):
+
+        def total(z: FloatArray, now: Amplitudes = now) -> float:
+            own = clipped(z)
+            gains = plain - _losses(now, begin.form, own)
+            return float(-np.sum(np.maximum(gains, criteria.SPOILED))) + unusual(own[1])
+
+        point = lowest(total, point, STEPS, EVALUATIONS)
+        each = plain - _losses(now, begin.form, clipped(point))
+        touched = each > criteria.SPOILED
+        now = under(point, touched)
+    own = clipped(point)
+    net = -total(point) - 1.5 * float(np.log(2.0 * len(data.time)))
+    orders = tuple(f for f, t in zip(data.orders, touched, strict=True) if t)
+    law = replace(begin, point=own, orders=orders)
+    std = tuple(s * v for s, v in zip(_curvature(total, point), own, strict=True))
+    return Mode(law, std, now.series, net, np.maximum(each, criteria.SPOILED))
+
+
+def _curvature(loss: Callable[[FloatArray], float], point: FloatArray) -> tuple[float, ...]:
+    """Standard deviations of the logarithms of a resonance's numbers, from the likelihood's second differences."""
+    n = point.size
+    step = np.array([0.01, 0.1, 0.05])
+    unit = np.diag(step)
+    middle = loss(point)
+    second = np.zeros((n, n))
+    for i in range(n):
+        for j in range(i + 1):
+            if i == j:
+                second[i, i] = (loss(point + unit[i]) + loss(point - unit[i]) - 2.0 * middle) / step[i] ** 2
+                continue
+            cross = loss(point + unit[i] + unit[j]) + loss(point - unit[i] - unit[j])
+            cross -= loss(point + unit[i] - unit[j]) + loss(point - unit[i] + unit[j])
+            second[i, j] = second[j, i] = cross / (4.0 * step[i] * step[j])
+    values, vectors = np.linalg.eigh(second)
+    inverse = vectors @ np.diag(1.0 / np.maximum(values, 1e-3)) @ vectors.T
+    return tuple(float(s) for s in np.sqrt(np.diag(inverse)))

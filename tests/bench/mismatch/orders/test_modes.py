@@ -1,0 +1,100 @@
+"""A resonance that the orders pass: what it does to them in either direction, and that it is found, weak or strong."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.signal import freqs
+
+from bench.mismatch.orders.law_scores import Amplitudes
+from bench.mismatch.orders.modes import begins, refined
+from bench.mismatch.orders.series import calibrate
+from bench.mismatch.orders.turns import Turn
+from bench.simulation.laws import RESONANCE, Law, Reference, factor
+
+ORDERS = (1.0, 3.0, 9.0, 19.0, 27.0, 46.0, 92.0, 138.0, 184.0, 276.0)
+SPEEDS = (0.04, 0.06, 0.085, 0.11, 0.13, 0.17)
+LOADS = (-800.0, 0.0, 800.0)
+NOISE = 2e-8
+NATURAL, DAMPING = 9.0, 0.08
+
+
+def swung(form: str, order: float, speed: float) -> complex:
+    """Vector of an order's wave of size 1 on a mass on a spring, by integration over time: either the wave is the far
+    end of the spring, or the base that the mass sits on, against which it is measured.
+    """
+    w = order * speed
+
+    def rate(t: float, y: Any) -> list[float]:
+        drive = w**2 * np.sin(w * t) if form == "second_order_of_base" else NATURAL**2 * np.sin(w * t)
+        return [y[1], drive - 2.0 * DAMPING * NATURAL * y[1] - NATURAL**2 * y[0]]
+
+    time = np.linspace(20.0, 20.0 + 4.0 * 2.0 * np.pi / abs(w), 400)
+    swing = solve_ivp(rate, (0.0, time[-1]), [0.0, 0.0], t_eval=time, rtol=1e-8, atol=1e-10).y[0]
+    if form == "second_order":
+        swing -= np.sin(w * time)
+    theta = speed * time
+    a, b = np.linalg.lstsq(np.column_stack([np.cos(order * theta), np.sin(order * theta)]), swing, rcond=None)[0]
+    return complex(b, a)
+
+
+@pytest.mark.parametrize("form", ["second_order", "second_order_of_base"])
+@pytest.mark.parametrize("speed", [0.085, -0.085])
+def test_a_mass_on_a_spring_does_what_the_law_says(form: str, speed: float) -> None:
+    orders = (27.0, 92.0, 138.0)  # below the resonance, near it, above it
+    law = Law(RESONANCE, form, (NATURAL, DAMPING, 0.3), 0.0, orders, np.ones(3))
+    told = factor(law, np.array([[0.0, speed, 25.0]]), np.zeros(1), orders)[0]
+    swings = np.array([1.0 + 0.3 * swung(form, f, speed) for f in orders])
+    np.testing.assert_allclose(told, swings, atol=2e-3)
+
+
+def passed(form: str, natural: float, damping: float, share: float, seed: int) -> tuple[Any, Amplitudes]:
+    """Revolutions at some speeds and loads both ways, whose orders have passed a mode."""
+    rng = np.random.default_rng(seed)
+    turns = [
+        Turn(0, slice(0, 0), load + 30.0 * rng.normal(), side * speed, 25.0 + rng.normal(), 0.0, side, 1.0, 60.0)
+        for side in (1.0, -1.0)
+        for speed in SPEEDS
+        for load in LOADS
+    ]
+    x = np.array([[t.torque, t.velocity, t.temperature] for t in turns])
+    size = 10.0 ** rng.uniform(-5.7, -4.7, len(ORDERS)) * np.exp(2j * np.pi * rng.random(len(ORDERS)))
+    load = x[:, :1] / 1000.0
+    slow = size * (1.0 + 0.2 * load * rng.normal(size=len(ORDERS))) * np.exp(0.2j * load)
+    frequency = x[:, 1:2] * np.asarray(ORDERS)
+    top = [natural**2] if form == "second_order" else [-1.0, 0.0, 0.0]
+    swing = freqs(top, [1.0, 2.0 * damping * natural, natural**2], frequency.ravel())[1].reshape(frequency.shape)
+    if form == "second_order":
+        swing -= 1.0
+    vectors = slow * (1.0 + share * swing)
+    vectors = vectors + NOISE * (rng.normal(size=vectors.shape) + 1j * rng.normal(size=vectors.shape))
+    noise = np.full(vectors.shape, NOISE)
+    series = calibrate(turns, vectors, noise, ORDERS)
+    time = np.arange(len(turns), dtype=np.float64)
+    direction = np.array([t.direction for t in turns])
+    data = Amplitudes(vectors, noise, x, direction, time, ORDERS, series, Reference.of(x, time))
+    return SimpleNamespace(own_turns=turns), data
+
+
+@pytest.mark.parametrize("form", ["second_order", "second_order_of_base"])
+@pytest.mark.parametrize(("damping", "share"), [(0.05, 0.06), (0.15, 0.5)])
+def test_a_mode_is_found_with_its_numbers(form: str, damping: float, share: float) -> None:
+    model, data = passed(form, 7.3, damping, share, 4)
+    found = {law.form: refined(cast("Any", model), data, law) for law, _ in begins(data)}
+    best = max(found.values(), key=lambda mode: mode.gain)
+    assert best.law.form == form
+    assert best.law.point[0] == pytest.approx(7.3, rel=0.01)
+    assert best.law.point[1] == pytest.approx(damping, rel=0.15)
+    assert best.law.point[2] == pytest.approx(share, rel=0.1)
+    answer = factor(best.law, data.x, data.time, ORDERS)
+    left = data.vectors - best.series.vectors(data.x, data.direction) * answer
+    assert np.sqrt(np.mean(np.abs(left) ** 2) / 2.0) < 1.5 * NOISE
+
+
+def test_where_the_orders_pass_no_mode_nothing_is_gained() -> None:
+    model, data = passed("second_order", 7.3, 0.1, 0.0, 5)
+    assert all(refined(cast("Any", model), data, law).gain < 0.0 for law, _ in begins(data))
