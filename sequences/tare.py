@@ -15,7 +15,7 @@ class Tare:
     """One plateau each way over ``travel``; a multiple of the load motor's ripple periods averages its ripple out."""
 
     travel: Angle = math.pi / 3.0
-    """Load side, rad: a sixth of a turn holds whole periods of any motor's ripple (six times its pole pairs)."""
+    """Load side, rad: a sixth of a revolution holds whole periods of any motor's ripple (six times its pole pairs)."""
     speed: Speed = math.pi / 30.0
     """Load side, rad/s; by default 6 °/s."""
     kind: str = "free"

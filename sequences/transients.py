@@ -1,4 +1,4 @@
-"""Sequences that tell effects apart: reversals, torque staircases, velocity ramps, and the run-in before a campaign."""
+"""Sequences that separate effects: reversals, torque staircases, velocity ramps, and the run-in before a campaign."""
 
 from __future__ import annotations
 

@@ -72,7 +72,7 @@ class _AngleSink:
             self._parts.append((time, motor / self._ratio, load))
 
     def event(self, level: str, text: str) -> None:
-        """Events are told by the run's end."""
+        """Events are reported at the end of the run."""
 
     def steady(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Time, θ and q of the steady motion, one whole revolution from its end backwards."""

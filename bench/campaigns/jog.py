@@ -48,7 +48,7 @@ def jog(
     seed: int = 0,
     real_time: bool = True,
 ) -> End:
-    """Turn the load side at ``velocity`` (rad/s) while ``held()`` is true, one turn at most; return how it ended.
+    """Turn the load side at ``velocity`` (rad/s) while ``held()`` is true, one revolution at most; return how it ended.
 
     It is asked at every block of cycles and before there is torque; let go, the bench is brought to rest and the
     voltage is taken off, which is the end ``INTERRUPTED`` without a cause. ``folder`` is where an emulated bench keeps

@@ -195,7 +195,7 @@ class Journal:
         self.close()
 
     def _open(self) -> sqlite3.Connection:
-        """Open the database; one that is damaged is put aside, made anew from the recordings, and told."""
+        """Open the database; one that is damaged is put aside, made anew from the recordings, and reported."""
         path = self._folder / NAME
         try:
             database = _connect(path)

@@ -1,4 +1,4 @@
-"""Who is told how a campaign goes: the terminal, a page, a script, or nobody; and who may look at its rows."""
+"""Who follows how a campaign goes: the terminal, a page, a script, or nobody; and who may look at its rows."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Expected:
 
 
 class Listener(Protocol):
-    """Is told how a campaign goes."""
+    """Receives how a campaign goes."""
 
     def planned(self, campaign_id: str, plan: Plan, points: Sequence[Expected]) -> None:
         """The bench is open and this is what will be done."""
@@ -109,7 +109,7 @@ class Tapped:
     ----------
     sink : what everything goes to.
     tap : what is shown rows and segments.
-    told : is given a sentence once, if the tap fails.
+    told : receives a sentence once, if the tap fails.
     """
 
     def __init__(self, sink: Sink, tap: Tap, told: Callable[[str], None]) -> None:

@@ -53,7 +53,7 @@ class Found:
 def is_broken(error: Exception) -> bool:
     """Whether an error says that the database itself is damaged, not that the disk refuses or somebody has it."""
     code = getattr(error, "sqlite_errorcode", None)
-    # the low byte is the kind of error, the rest tells its place
+    # the low byte is the kind of error, the rest says where it is
     return code is None or code & 0xFF not in _NOT_BROKEN
 
 

@@ -53,7 +53,7 @@ class Runner:
     rig : an open bench.
     file, campaign, plan : what is run and what was promised.
     folder : where recordings, journal and ``campaign.json`` go.
-    listener : is told about progress.
+    listener : receives the progress.
     stop_requested : asked between blocks.
     directions : what the operator asks of the run on its way; None for one nobody talks to.
     tap : sees the rows of every motion; None for nobody.
@@ -84,7 +84,7 @@ class Runner:
         """Run everything that is missing; the bench is at rest afterwards, whatever failed.
 
         Once there is torque, nothing that fails leaves here as an exception: it ends the run by the stop ladder, and
-        the summary says why. Only a disk without room is told as one as well, where nobody can be asked to make some.
+        the summary says why. Only a disk without room is raised as well, where nobody can be asked to make some.
 
         Raises
         ------
@@ -120,7 +120,7 @@ class Runner:
         return summary
 
     def _prepare(self) -> set[str]:
-        """Ask for every point, tell of them, and return which are done already."""
+        """Ask for every point, report them, and return which are done already."""
         rig, summary = self._rig, self._summary
         for note in self._journal.notes:
             self._listener.noticed(note)
@@ -145,7 +145,7 @@ class Runner:
         return done
 
     def _conclude(self, error: Exception | None) -> None:
-        """Write down what became of the run; where it failed before, that remains the reason that is told."""
+        """Write down what became of the run; where it failed before, that remains the reason that is reported."""
         failed = error is not None or self._summary.end.kind is EndKind.TRIPPED
         acts: tuple[Callable[[], None], ...] = (
             self._write_stops,

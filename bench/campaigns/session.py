@@ -77,8 +77,8 @@ def run_campaign(
 ) -> Summary:
     """Open the bench, run the campaign into ``folder``, bring the bench to rest.
 
-    ``listener`` is told how it goes, ``directions`` tell it what to do on its way, ``tap`` sees every row; None for
-    nobody. ``button`` is what stops it, with a listener of its own; None for one that is made here.
+    ``listener`` receives how it goes, ``directions`` are the operator's orders on its way, ``tap`` sees every row;
+    None for nobody. ``button`` is what stops it, with a listener of its own; None for one that is made here.
     ``reset_faults`` acknowledges faults the drives show from before; without it such a drive is not enabled.
     ``resumed_by`` is who wants torque again after a stop that was acknowledged and reset; without a name such a bench
     is not run. ``not_before``: when an emulated bench in fast time begins at the earliest.

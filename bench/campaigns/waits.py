@@ -20,7 +20,7 @@ class Waits:
     ----------
     rig : the bench.
     directions : what the operator asks.
-    listener : is told again and again as long as a wait lasts.
+    listener : is called again and again as long as a wait lasts.
     stop_requested : ends every wait.
     answered : whether somebody can go on; a run nobody talks to ends where it would wait for that.
     """

@@ -33,8 +33,8 @@ def faults(
 ) -> None:
     """Strike the emulated bench with every fault there is and check what follows; exit code 6 if a row is not right.
 
-    For each: cause found, time to rest, state of the drives, true shafts within their envelope, what the operator is
-    told, no torque by itself afterwards, everything recorded before reads back.
+    For each: cause found, time to rest, state of the drives, true shafts within their envelope, what the operator
+    reads, no torque by itself afterwards, everything recorded before reads back.
     """
     from bench.configuration import load_bench
     from bench.matrix import ROWS, WIRE

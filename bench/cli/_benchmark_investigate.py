@@ -26,7 +26,7 @@ def investigate(
     picture: Annotated[Path | None, typer.Option("--picture", help="PNG: hours to a right name, way by way.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
-    """Conceal physics that the first campaign cannot tell, and let the bench ask: designed experiments, as many points
+    """Conceal physics that the first campaign leaves open, and let the bench ask: designed experiments, as many points
     at random, as many of the grid again.
 
     It can be stopped and run again at any time; a plant counts when all three ways are through.

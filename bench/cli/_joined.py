@@ -54,7 +54,7 @@ def run_joined(
     before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         with Progress(BarColumn(30), TextColumn("{task.description}"), console=console, transient=True) as bar:
-            row = bar.add_task("waits for its turn", total=1.0)
+            row = bar.add_task("queued", total=1.0)
             for message in client.events():
                 if message["type"] == "runs":
                     ours = next((run for run in message["runs"] if run["id"] == asked["id"]), None)

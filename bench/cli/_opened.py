@@ -1,4 +1,4 @@
-"""``bench prove --open``: what a seed conceals, told to whoever has looked for it long enough."""
+"""``bench prove --open``: what a seed conceals, shown to whoever has looked for it long enough."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``bench investigate``: experiments that tell apart what recordings leave open, designed, run and looked at."""
+"""``bench investigate``: experiments that separate what recordings leave open, designed, run and looked at."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from bench.configuration import BenchConfiguration, BenchFile
 
-_HELP = f"""Look at recordings, run the experiment that tells the explanations left apart, look again.
+_HELP = f"""Look at recordings, run the experiment that best separates the explanations left, look again.
 
 It goes on until all is named, nothing more can be gained, or the budget of bench time is spent.
 
@@ -45,10 +45,10 @@ def investigate(
     hours: Annotated[float, typer.Option("--hours", min=0.0, help="Budget of bench time.")] = 8.0,
     experiments: Annotated[int, typer.Option("--experiments", min=0, help="At most so many.")] = 5,
     confidence: Annotated[
-        float, typer.Option("--confidence", min=0.0, max=0.9, help="What each finding has to reach.")
+        float, typer.Option("--confidence", min=0.0, max=0.9, help="Confidence that each finding needs.")
     ] = 0.7,
     plan_only: Annotated[
-        bool, typer.Option("--plan-only", help="Design the next experiment and say what it tells; run nothing.")
+        bool, typer.Option("--plan-only", help="Design the next experiment and say what it should decide; run nothing.")
     ] = False,
     seed: Annotated[int, typer.Option(help="Seed of the emulated plant's noise.")] = 0,
     conceal: Annotated[

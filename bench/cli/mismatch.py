@@ -66,8 +66,8 @@ def mismatch(
     """Compare the simulation with recordings: locate the mismatch, name the physics left out, model it, score it.
 
     The simulation is calibrated on a part of the recordings; whole operating points, the validation points always among
-    them, are held out and only scored. What the recordings cannot tell apart is called ambiguous, what no term explains
-    unknown. Fewer than six recordings are cut into blocks, and the report says so.
+    them, are held out and only scored. What the recordings cannot distinguish is called ambiguous, what no term
+    explains unknown. Fewer than six recordings are cut into blocks, and the report says so.
     """
     one_thread()
     from bench.mismatch.many import compare_all, tasks_of
@@ -88,7 +88,9 @@ def mismatch(
 
 
 def one_thread() -> None:
-    """Keep the linear algebra to one thread unless told otherwise: on matrices this small more cost more than they do.
+    """Keep the linear algebra to one thread unless the environment says otherwise: more threads cost time here.
+
+    The matrices are small.
 
     Takes effect where numpy has not been imported yet, and in the processes started from here.
     """

@@ -6,7 +6,7 @@ from typing import Protocol
 
 
 class Guide(Protocol):
-    """Is told every step, and asked what only eyes and hands can do."""
+    """Receives every step, and is asked for what only eyes and hands can do."""
 
     @property
     def has_hands(self) -> bool:

@@ -87,7 +87,7 @@ def torques(trial: Trial) -> str:
         found["load_motor_torque"] / load,
         *_LOAD,
         "the load drive reports its torque with the other sign",
-        "the load drive does not give the torque it is told; check its limits and rated torque",
+        "the load drive does not give the torque that is set; check its limits and rated torque",
     ).check()
     Ratio(
         "input motor torque times ratio over the load",
@@ -95,7 +95,7 @@ def torques(trial: Trial) -> str:
         0.5,
         2.0,
         "the load helps instead of braking: torque_polarity of the load drive is the other one",
-        "the load does not reach the input motor; check couplings and the gearbox' ratio",
+        "no load arrives at the input motor; check couplings and the gearbox' ratio",
     ).check()
     Ratio(
         "torque sensor over load motor",

@@ -1,9 +1,9 @@
 """The common zero of the two encoders: approached unloaded, always from the same side, twice.
 
-One turn of the motor is 2π / ratio at the output (34 mrad for a ratio of 185), and a single-turn encoder on the motor
-knows nothing of turns. The load encoder tells the turn; what remains, the angle within it, is found by passing the load
-side's zero slowly and without load, so that windup and backlash are always the same. A number is left in both drives
-that a power cut takes away: then the zero has to be found again.
+One revolution of the motor is 2π / ratio at the output (34 mrad for a ratio of 185), and a single-turn encoder on the
+motor does not count revolutions. The load encoder says which revolution it is. The angle within it is found by passing
+the load side's zero slowly and without load, so that windup and backlash are always the same. A number
+is left in both drives that a power cut takes away: then the zero has to be found again.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _BEFORE = 3.0
 
 
 def find_zero(trial: Trial) -> tuple[str, Zero]:
-    """Approach the load side's zero twice and take the mean difference of the encoders over one turn of the motor.
+    """Approach the load side's zero twice and take the encoders' mean difference over a revolution of the motor.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def require_zero(rig: Rig, zero: Zero) -> None:
 
 
 def _approach(trial: Trial) -> float:
-    """Return the mean of load_angle − motor_angle / ratio over one turn of the motor around the load side's zero."""
+    """Return the mean of load_angle − motor_angle / ratio over a motor revolution around the load side's zero."""
     turn = 2.0 * math.pi / trial.bench.gearbox.ratio
     start = -_BEFORE * turn
     position = _position(trial)

@@ -271,7 +271,7 @@ class Link:
                 raise DeviceError(f"the drives did not {what} within {_LEAD_S:g} s")
 
     def _resolve_turns(self, seen: Decoded) -> None:
-        """Choose the motor's turn count so that both encoders agree: a single-turn encoder cannot know it."""
+        """Choose the motor's count of revolutions so that both encoders agree: a single-turn encoder cannot know it."""
         load = float(seen.inputs.load_angle[-1]) * self._bench.gearbox.ratio
         turns = round((float(seen.inputs.motor_angle[-1]) - load) / _TURN)
         self.zeros = replace(self.zeros, motor_angle=self.zeros.motor_angle + turns * _TURN)

@@ -13,7 +13,7 @@ from bench.cycle.stopping import Stop
 from bench.safety import Cause, LatchFile, StopRecord
 
 
-class Told(Protocol):
+class RigState(Protocol):
     """What is asked of a rig about a stop."""
 
     @property
@@ -34,10 +34,10 @@ class Stops:
     ----------
     latch : after a stop there is no torque until its three acts are done.
     records : the stops since the bench was opened, those that only switched the drives off left out.
-    on_stop : is told each of them.
+    on_stop : is called with each of them.
     """
 
-    def __init__(self, rig: Told, latch: LatchFile) -> None:
+    def __init__(self, rig: RigState, latch: LatchFile) -> None:
         self._rig = rig
         self.latch = latch
         self.records: list[StopRecord] = []

@@ -77,6 +77,6 @@ def _composed(name: str) -> Written:
             return formula.named("input", AUXILIARY + key)
 
     if name.startswith("rate("):
-        raise ConfigurationError(f"aux/{name} cannot be exported: a sample does not tell the rate of an input")
+        raise ConfigurationError(f"aux/{name} cannot be exported: a single sample does not give the rate of an input")
     made = composed(name, SimpleNamespace(aux=Inputs(), q=formula.named("input", "load_angle")))  # type: ignore[arg-type]
     return formula.named("input", AUXILIARY + name) if made is None else lift(made)

@@ -78,7 +78,7 @@ class Fmu:
                 output=list(self.mapping.outputs),
                 model_description=description,
             )
-        except Exception as error:  # an FMU is a stranger's program; what it says is told
+        except Exception as error:  # an FMU is somebody else's program; what it says is passed on
             raise ConfigurationError(f"{self.source}: the FMU fails: {type(error).__name__}: {error}.") from error
         out: Channels = {}
         for name, own in self.mapping.outputs.items():

@@ -40,7 +40,7 @@ class Function:
         try:
             told = function(data, **values)
             return {str(name): np.asarray(told[name], dtype=np.float64) for name in told}
-        except Exception as error:  # whatever a stranger's function raises is told with its name
+        except Exception as error:  # whatever somebody else's function raises is reported with its name
             raise ConfigurationError(f"{self.source} fails: {type(error).__name__}: {error}.") from error
 
 

@@ -18,7 +18,7 @@ journal is opened as the next run would. Samples are compared in SI with those t
 | --- | --- |
 | refused | one sentence that names the file |
 | as written | read, and every sample is right (what was spoiled means nothing, or is text that may be so) |
-| told | not as it was written, and said so: cut short, a problem, not valid |
+| reported | not as it was written, and said so: cut short, a problem, not valid |
 | caught | the HDF5 library crashed in a child process; one sentence, the program went on |
 | crash, hang, traceback | of the program itself |
 | silent | wrong samples and no word, or takes forgotten without one |
@@ -39,7 +39,7 @@ _NAMES = {
 def page(tallies: Sequence[Tally], command: str, seed: int, revision: str) -> str:
     """Return the whole page."""
     columns = (REFUSED, READ, TOLD, CAUGHT, *WRONG)
-    names = ("refused", "as written", "told", "caught", *(name.removeprefix("source ") for name in WRONG))
+    names = ("refused", "as written", "reported", "caught", *(name.removeprefix("source ") for name in WRONG))
     rows = [f"| file | done of asked | {' | '.join(names)} |", "| --- |" + " ---: |" * (1 + len(columns))]
     for tally in tallies:
         counts = " | ".join(f"{tally.outcomes[column]:,}" for column in columns)

@@ -66,7 +66,7 @@ def symbols(campaigns: Sequence[Mapping[str, Any]]) -> list[str]:
 def _symbol(name: str, unit: str, rows: Sequence[Mapping[str, Any]], std: str, z: str) -> str:
     """Line of one symbol, by the standard deviations and deviates under these keys; rows without count as they are."""
     off = np.asarray([r["value"] - r["truth"] for r in rows])
-    truth, told = (
+    truth, stated = (
         float(np.mean([r["truth"] for r in rows])),
         float(np.sqrt(np.mean([r.get(std, r["std"]) ** 2 for r in rows]))),
     )
@@ -74,7 +74,7 @@ def _symbol(name: str, unit: str, rows: Sequence[Mapping[str, Any]], std: str, z
     low, high = interval(right, tries)
     scatter = f"{off.std(ddof=1):.2g}" if off.size > 1 else ""
     return _row([
-        name, f"{truth:.4g} {unit}", f"{truth + off.mean():.6g}", scatter, f"{told:.2g}",
+        name, f"{truth:.4g} {unit}", f"{truth + off.mean():.6g}", scatter, f"{stated:.2g}",
         f"{right} of {tries} ({100 * right / tries:.1f} %)", f"{100 * low:.0f} to {100 * high:.0f} %",
         _verdict(right, tries),
     ])  # fmt: skip
@@ -102,12 +102,12 @@ def comparisons(pairs: Sequence[Mapping[str, Any]]) -> list[str]:
     wrong = [p for p in pairs if p["changed"]]
     low, high = interval(len(wrong), len(pairs))
     campaigns = len({seed for p in pairs for seed in (p["before"], p["after"])})
-    told = "; ".join(f"{p['before']} and {p['after']}: {', '.join(p['changed'])}" for p in wrong)
+    listed = "; ".join(f"{p['before']} and {p['after']}: {', '.join(p['changed'])}" for p in wrong)
     out = [
         f"{len(wrong)} of {len(pairs)} comparisons of the same plant call something changed "
         f"({100 * len(wrong) / len(pairs):.1f} %, 95 % interval {100 * low:.0f} to {100 * high:.0f} %; promised is "
         f"at most 5 %)."
-        + (f" They are: {told}." if told else "")
+        + (f" They are: {listed}." if listed else "")
         + (
             f" The pairs are of {campaigns} campaigns, so they are not independent and the interval is too narrow."
             if 2 * len(pairs) > campaigns

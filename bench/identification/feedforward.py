@@ -144,8 +144,8 @@ def ripple_free(
     """RMS of q − q_d and of its rate over whole revolutions: mean, trend and the load motor's ripple taken off.
 
     q_d is motion at ``velocity`` from wherever the load side began; a trend is the rounding of the set velocity,
-    not the gearbox's. It is told from the slow orders by fitting ``orders`` with it, which are left in. The rate is
-    that of :data:`SPEED_S`, by differences.
+    not the gearbox's. It is separated from the slow orders by fitting ``orders`` with it, which are left in. The rate
+    is that of :data:`SPEED_S`, by differences.
     """
     error = load_angle - velocity * time
     x = [np.ones_like(time), time - time.mean()]

@@ -1,4 +1,4 @@
-"""Orders that are no whole number, such as those of a shaft that turns 7.297 times a turn of the output.
+"""Orders that are no whole number, such as those of a shaft that turns 7.297 times per revolution of the output.
 
 A transform of whole orders has no place for them: the few sums that a fit with them needs are made one by one, at the
 sums and differences with every whole order, and stand behind the whole orders' in one array.
@@ -34,11 +34,11 @@ def fractions(orders: Sequence[float]) -> FloatArray:
     return values[~is_whole(values)]
 
 
-def beside(found: FloatArray, reach: int) -> FloatArray:
-    """Frequencies (E,) of the unit sums that fractions (F,) need with whole orders up to ``reach`` and each other."""
+def beside(found: FloatArray, highest_order: int) -> FloatArray:
+    """Frequencies (E,) of the unit sums that fractions (F,) need with those to ``highest_order`` and each other."""
     if not found.size:
         return NO_FRACTIONS
-    other = np.concatenate([np.arange(reach + 1.0), found])
+    other = np.concatenate([np.arange(highest_order + 1.0), found])
     both = np.abs(np.concatenate([np.add.outer(found, other).ravel(), np.subtract.outer(found, other).ravel()]))
     both = both[~is_whole(both)]
     ordered = np.sort(both)

@@ -17,8 +17,8 @@ KEY = "freedom"
 
 
 def _degrees(term: Term | None, name: str) -> float:
-    told: Any = term.extra.get(KEY) if term is not None else None
-    value = told.get(name) if isinstance(told, dict) else None
+    stated: Any = term.extra.get(KEY) if term is not None else None
+    value = stated.get(name) if isinstance(stated, dict) else None
     return float(value) if isinstance(value, int | float) and value > 0 else math.inf
 
 
@@ -32,7 +32,7 @@ def series_freedom(simulation: Simulation, direction: str) -> float:
     return _degrees(simulation.terms.get("te.fourier"), direction)
 
 
-def told(freedom: Mapping[str, float]) -> dict[str, dict[str, float]]:
+def freedom_entry(freedom: Mapping[str, float]) -> dict[str, dict[str, float]]:
     """Return what a term says of its degrees of freedom: finite ones only, nothing where there are none."""
     finite = {name: round(value, 2) for name, value in freedom.items() if math.isfinite(value)}
     return {KEY: finite} if finite else {}

@@ -139,7 +139,7 @@ def identify_folder(folder: Path | str, options: Options, progress: Progress | N
     orders: tuple[float, ...] = options.orders or default_orders(gearbox)
     if any(f < 1 for f in orders):
         raise BenchError(f"Harmonic orders should be 1 or higher, not {min(orders):g}.")
-    notch, told = (options.notch_orders, "") if options.notch_orders is not None else find_ripple(recordings)
+    notch, ripple_text = (options.notch_orders, "") if options.notch_orders is not None else find_ripple(recordings)
     step = find_step(recordings)
     reduction_options = ReductionOptions(orders, notch, band_limit_hz=options.band_limit_hz, torque_step=step)
     reductions: list[Reduction] = []
@@ -151,15 +151,15 @@ def identify_folder(folder: Path | str, options: Options, progress: Progress | N
             skipped += [Skipped(result.recording_id, why) for why in result.sentences]
     training = [r for r in reductions if not r.validation]
     load_side, said = identify_load_side(training, notch)
-    if told:
-        said.append(told)
+    if ripple_text:
+        said.append(ripple_text)
     friction, more = friction_of(training)
     said += more
     friction = replace(friction, systematic=systematic(recordings, friction))
     heat = identify_heat(training, friction.values.get("tau_0", 0.0), friction.values.get("J", 0.0))
     said += heat.sentences
     proposals = propose(reductions, gearbox, orders, notch)
-    nuisance = nuisance_orders(proposals, notch, reduction_options.reach, orders)
+    nuisance = nuisance_orders(proposals, notch, reduction_options.highest_order, orders)
     refined: dict[str, RefinedDirection] = {}
     paper: dict[str, Any] = {"positive": None, "negative": None}
     for name in ("positive", "negative"):

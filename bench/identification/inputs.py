@@ -50,7 +50,7 @@ class Design:
 
 
 def _varies(values: FloatArray, index: int) -> bool:
-    """Whether an input moves enough to be told from its own noise: 2 K, 3 % of the mean speed, 1 % of the torque."""
+    """Whether an input varies by more than its noise: 2 K, 3 % of the mean speed, 1 % of the torque."""
     spread = float(values.std())
     floors = (max(1.0, 0.01 * float(np.abs(values).max(initial=0.0))), 0.03 * float(np.abs(values).mean()) + 1e-9, 2.0)
     return spread > floors[index]

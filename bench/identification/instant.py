@@ -2,7 +2,7 @@
 
 The set speed of a ramp comes in steps, one a bus cycle, and the drive's loop answers each: its torque leaps and falls
 until the next step. A drive reports one instant of that, the equation takes the mean. The difference is in proportion
-to the acceleration, in every ramp, so no recording at the bus rate tells it from an inertia.
+to the acceleration, in every ramp, so no recording at the bus rate separates it from an inertia.
 
 How far it can go the recordings do say. Behind the end of a ramp no further step comes, and the torque goes on falling
 as it fell within each cycle: by a share s of the ramp's own torque from row to row. The instant may lie anywhere in the
@@ -81,18 +81,18 @@ def fall_per_row(recordings: Sequence[Recording]) -> float | None:
 
 
 def systematic(recordings: Sequence[Recording], friction: LinearFit) -> dict[str, float]:
-    """Standard deviation of J that the unknown instant makes; empty without J, or where no ramp tells."""
+    """Standard deviation of J that the unknown instant makes; empty without J, or where no ramp shows it."""
     share = fall_per_row(recordings) if "J" in friction.values else None
     return {} if share is None else {"J": abs(friction.values["J"]) * share / float(np.sqrt(12.0))}
 
 
-def told(values: Mapping[str, float]) -> dict[str, dict[str, float]]:
+def systematic_entry(values: Mapping[str, float]) -> dict[str, dict[str, float]]:
     """Return what a term says of its shared standard deviations; nothing where there are none."""
     return {KEY: dict(values)} if values else {}
 
 
 def systematic_std(term: Term | None, symbol: str) -> float:
     """Shared standard deviation of a parameter; 0 where the file says nothing."""
-    told_by: Any = term.extra.get(KEY) if term is not None else None
-    value = told_by.get(symbol) if isinstance(told_by, dict) else None
+    stated: Any = term.extra.get(KEY) if term is not None else None
+    value = stated.get(symbol) if isinstance(stated, dict) else None
     return float(value) if isinstance(value, int | float) and value > 0 else 0.0

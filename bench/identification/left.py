@@ -16,7 +16,7 @@ from bench.simulation import Simulation
 KEY = "left_rmse"
 
 
-def told_left(scores: Sequence[Score], method: str) -> dict[str, dict[str, float]]:
+def left_entry(scores: Sequence[Score], method: str) -> dict[str, dict[str, float]]:
     """Return what the series' term says of it; nothing where no recording was scored."""
     rows = table(scores).get("identification", {})
     found = {direction: own[method]["rmse"] for direction, own in rows.items() if method in own}
@@ -26,6 +26,6 @@ def told_left(scores: Sequence[Score], method: str) -> dict[str, dict[str, float
 def left_rmse(simulation: Simulation, direction: str) -> float | None:
     """Residual in rad RMS of a direction (``positive``, ``negative``); None where the file does not say."""
     term = simulation.terms.get("te.fourier")
-    told: Any = term.extra.get(KEY) if term is not None else None
-    value = told.get(direction) if isinstance(told, dict) else None
+    stated: Any = term.extra.get(KEY) if term is not None else None
+    value = stated.get(direction) if isinstance(stated, dict) else None
     return float(value) if isinstance(value, int | float) and math.isfinite(value) and value > 0 else None

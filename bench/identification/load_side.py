@@ -120,7 +120,7 @@ def identify_load_side(reductions: Sequence[Reduction], ripple: Sequence[float] 
 
 
 def _plain(columns: dict[str, FloatArray], target: FloatArray, group: NDArray[np.int64]) -> LinearFit:
-    """One offset for all rows: where levels and directions are not to be told apart."""
+    """One offset for all rows: where levels and directions cannot be separated."""
     return regress(
         {"z_0": np.ones_like(target), **columns}, target, group, [n for n in columns if n.startswith(_RIPPLE)]
     )

@@ -72,10 +72,10 @@ def propose(
     spectra = [r.steady.spectrum for r in reductions if r.steady is not None]
     if not spectra:
         return ()
-    reach = min(s.size for s in spectra)
-    ratios = np.stack([peak_ratio(s[:reach]) for s in spectra])
+    highest_order = min(s.size for s in spectra)
+    ratios = np.stack([peak_ratio(s[:highest_order]) for s in spectra])
     share = (ratios > PEAK_RATIO).mean(axis=0)
-    amplitude = np.sqrt(np.median(np.stack([s[:reach] for s in spectra]), axis=0))
+    amplitude = np.sqrt(np.median(np.stack([s[:highest_order] for s in spectra]), axis=0))
     found = np.flatnonzero((share >= MIN_SHARE) & (amplitude >= MIN_AMPLITUDE_SHARE * amplitude[1:].max(initial=0.0)))
     found = found[np.argsort(-amplitude[found])]
     return tuple(
@@ -85,9 +85,9 @@ def propose(
 
 
 def nuisance_orders(
-    proposals: Sequence[Proposal], notch_orders: Sequence[int], reach: int, used: Sequence[float] = ()
+    proposals: Sequence[Proposal], notch_orders: Sequence[int], highest_order: int, used: Sequence[float] = ()
 ) -> tuple[int, ...]:
-    """Return the orders that stand out and are not asked for, up to ``reach``: they are fitted beside the others.
+    """Return the orders that stand out and are not asked for, to ``highest_order``: they are fitted with the others.
 
     A whole order within one of a ``used`` one that is no whole number stands out because of that one.
     """
@@ -98,7 +98,7 @@ def nuisance_orders(
             for p in proposals
             if not p.used
             and p.order not in notch_orders
-            and p.order <= reach
+            and p.order <= highest_order
             and not (np.abs(broken - p.order) < 1.0).any()
         )
     )

@@ -36,7 +36,7 @@ _ALLOWED_SIGMA = 2.0
 
 
 def implausible(values: Mapping[str, float], std: Mapping[str, float | None]) -> dict[str, str]:
-    """Sentences by symbol for values that cannot be; one within two standard deviations of its bound is told so."""
+    """Sentences by symbol for impossible values; they say where one is within two standard deviations of its bound."""
     out: dict[str, str] = {}
     for symbol, bounds in _BOUNDS.items():
         value = values.get(symbol)

@@ -1,8 +1,8 @@
 """Errors that recordings of one speed, or of one speed and torque, share in the transmission error.
 
 An encoder's counting and a drive's loop that answers to it repeat themselves at the same point: recordings there do not
-average them out. Those of a point are told from how the residuals of points scatter; those of a whole speed are what
-the polynomials of the speed take for themselves, so they come from what counting can do (:func:`.counting_bias`).
+average them out. Those of a point are estimated from the scatter of the points' residuals; those of a whole speed are
+what the polynomials of the speed take for themselves, so they come from what counting can do (:func:`.counting_bias`).
 """
 
 from __future__ import annotations

@@ -62,7 +62,7 @@ class _Places:
 
     @classmethod
     def of(cls, steady: SteadySums, orders: FloatArray, asked: int) -> _Places:
-        frequencies = np.concatenate([np.arange(steady.reach + 1.0), steady.fractions])
+        frequencies = np.concatenate([np.arange(steady.highest_order + 1.0), steady.fractions])
         whole = steady.unit.shape[-1] - steady.unit_extra.size
         model, every = (Shifts.of(frequencies, own, whole, steady.unit_extra) for own in (orders[:asked], orders))
         return cls(orders, asked, model, every)
@@ -149,9 +149,11 @@ def _beside(power: FloatArray, order: int) -> FloatArray:
 def _noise(normal: _Normal, error: ComplexArray, places: _Places) -> FloatArray:
     """Residual power |Σ r·exp(imθ)|²/N beside each order (K,) and, last, at order 0; the median of its neighbours."""
     orders = places.orders
-    rest = (error - places.every.series(normal.unit[None, :], normal.solution[None, :]))[: normal.sums.reach + 1]
+    rest = (error - places.every.series(normal.unit[None, :], normal.solution[None, :]))[
+        : normal.sums.highest_order + 1
+    ]
     power = np.abs(rest) ** 2 / normal.unit[0].real
-    # a fraction is told apart from the whole order next to it by little: neither says what the noise is
+    # a fraction differs little from the whole order next to it: neither says what the noise is
     power[np.rint(orders).astype(np.int64)] = np.nan
     power[0] = np.nan
     out = np.empty(places.asked + 1)

@@ -115,7 +115,7 @@ def _jackknife(
 
 
 def _independent(columns: Mapping[str, FloatArray]) -> tuple[list[str], list[str]]:
-    """Split symbols into those whose column is told apart from all others' together, and the rest.
+    """Split symbols into those whose column is no combination of all others, and the rest.
 
     Of columns that are alike the one that comes later is left out first, so callers list what matters most first.
     """

@@ -1,7 +1,7 @@
 """The load motor's torque ripple: its orders from its pole pairs, or found in what the torque sensor read.
 
-A three-phase motor ripples 6 and 12 times a pole pair and turn. The torque sensor sees it as it is, at any speed, while
-the transmission error reaches it through the load's inertia only, with the square of the speed.
+A three-phase motor ripples 6 and 12 times per pole pair and revolution. The torque sensor sees it as it is, at any
+speed, while the transmission error gets there through the load's inertia only, with the square of the speed.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 
 PHASES = 6
 MULTIPLES = (1, 2)
-REACH = 600
+HIGHEST_ORDER = 600
 """Highest order looked at: 50 pole pairs."""
 LOOKED_AT = 4
 PEAK_RATIO = 30.0
@@ -35,7 +35,7 @@ def of_pole_pairs(pole_pairs: int) -> tuple[int, ...]:
 
 
 def _spectrum(recording: Recording) -> FloatArray | None:
-    """Amplitudes (REACH + 1,) of the load torque in N·m by order; None where it cannot be told."""
+    """Amplitudes (HIGHEST_ORDER + 1,) of the load torque in N·m by order; None where they are not known."""
     needed = ("load_angle", "load_torque")
     if any(name not in recording.specs for name in needed):
         return None
@@ -48,9 +48,9 @@ def _spectrum(recording: Recording) -> FloatArray | None:
         return None
     part = slice(window.start, window.stop)
     torque = torque[part] - torque[part].mean()
-    if torque.size < 4 * REACH:
+    if torque.size < 4 * HIGHEST_ORDER:
         return None
-    sums, _ = angle_sums(np.ascontiguousarray(angle[part]), torque, np.zeros_like(torque), REACH)
+    sums, _ = angle_sums(np.ascontiguousarray(angle[part]), torque, np.zeros_like(torque), HIGHEST_ORDER)
     return np.asarray(2.0 / torque.size * np.abs(sums))
 
 
@@ -65,7 +65,7 @@ def find_ripple(recordings: Sequence[Recording]) -> tuple[tuple[int, ...], str]:
         steady = [steady[i] for i in np.linspace(0, len(steady) - 1, LOOKED_AT).astype(int)]
     spectra = [s for r in steady if (s := _spectrum(r)) is not None]
     if not spectra:
-        return (), "No ripple of a load motor is looked for: no steady recording has a whole turn of load torque."
+        return (), "No ripple of a load motor is looked for: no steady recording has a whole revolution of load torque."
     stands = np.all([peak_ratio((s**2).astype(np.float32)) > PEAK_RATIO for s in spectra], axis=0)
     amplitude = np.median(spectra, axis=0)
     orders = np.flatnonzero(stands & (np.arange(stands.size) % PHASES == 0))

@@ -20,7 +20,7 @@ IntArray = NDArray[np.int64]
 FEW_LEVELS = 4
 """With fewer levels than these nothing is said of an error that they share."""
 MIN_LEFT = 0.02
-"""Share of a level's error that the fit has to leave in the residuals, on average, for them to tell it."""
+"""Share of a level's error that the fit has to leave in the residuals, on average, for them to determine it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ def shared_covariance(means: Means, kinds: Sequence[IntArray]) -> tuple[FloatArr
     """Covariance (P, P) that errors shared by levels add to parameters, and degrees of freedom (P,) of its variances.
 
     ``kinds`` are (R,) levels of the recordings, an array each. The covariance is 0, with infinitely many degrees, where
-    the residuals show no shared error or cannot tell.
+    the residuals show no shared error or do not determine it.
     """
     size = means.effect.shape[0]
     nothing = np.zeros((size, size)), np.full(size, np.inf)
@@ -65,24 +65,24 @@ def shared_covariance(means: Means, kinds: Sequence[IntArray]) -> tuple[FloatArr
     kernels += [(k[:, None] == k[None, :]).astype(np.float64) for k in kinds if np.unique(k).size >= FEW_LEVELS]
     left = np.eye(means.residual.size) - means.regressors @ means.effect
     seen = [left @ kernel @ left.T for kernel in kernels]
-    told = [0] + [c for c in range(1, len(kernels)) if np.trace(seen[c]) > MIN_LEFT * np.trace(kernels[c])]
+    determined = [0] + [c for c in range(1, len(kernels)) if np.trace(seen[c]) > MIN_LEFT * np.trace(kernels[c])]
     squares = np.array([means.residual @ kernel @ means.residual for kernel in kernels])
-    while len(told) > 1:
-        moments = np.array([[np.sum(kernels[i] * seen[j]) for j in told] for i in told])
+    while len(determined) > 1:
+        moments = np.array([[np.sum(kernels[i] * seen[j]) for j in determined] for i in determined])
         back = np.linalg.pinv(moments)
-        found = back @ squares[told]
+        found = back @ squares[determined]
         lowest = 1 + int(np.argmin(found[1:]))
         if found[lowest] > 0.0:
             break
-        told.pop(lowest)
-    if len(told) == 1:
+        determined.pop(lowest)
+    if len(determined) == 1:
         return nothing
-    add = np.array([means.effect @ kernels[c] @ means.effect.T for c in told[1:]])
+    add = np.array([means.effect @ kernels[c] @ means.effect.T for c in determined[1:]])
     covariance = np.einsum("c,cij->ij", found[1:], add)
-    errors = sum(f * seen[c] for f, c in zip(found, told, strict=True))
+    errors = sum(f * seen[c] for f, c in zip(found, determined, strict=True))
     freedom = np.full(size, np.inf)
     for p, weights in enumerate(np.einsum("cpp->pc", add) @ back[1:]):
         # the variance is a quadratic form of the residuals: Satterthwaite's degrees of freedom
-        form = sum(w * kernels[c] for w, c in zip(weights, told, strict=True)) @ errors
+        form = sum(w * kernels[c] for w, c in zip(weights, determined, strict=True)) @ errors
         freedom[p] = np.trace(form) ** 2 / max(float(np.sum(form * form.T)), 1e-300)
     return covariance, np.maximum(freedom, 1.0)

@@ -81,7 +81,7 @@ def friction_of(reductions: Sequence[Reduction]) -> tuple[LinearFit, list[str]]:
 def shared_levels(rows: Rows, torque: FloatArray, good: NDArray[np.bool_]) -> tuple[NDArray[np.int64], ...]:
     """Levels over which the rows that are ``good`` share an error: those of one speed, and those of one torque.
 
-    None where no row accelerates: then nothing tells which rows are steady.
+    None where no row accelerates: then nothing says which rows are steady.
     """
     if not rows.acceleration.any():
         return ()

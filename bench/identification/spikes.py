@@ -23,10 +23,10 @@ def spikes(signal: FloatArray, floor: float = 0.0) -> NDArray[np.bool_]:
     if signal.size < 16 or bad.all():
         return bad
     off = off_median(np.where(bad, np.nanmedian(signal), signal) if bad.any() else signal)
-    told = off[:: max(1, off.size // ENOUGH_SAMPLES)]
-    above = told[told > 0]
+    sample = off[:: max(1, off.size // ENOUGH_SAMPLES)]
+    above = sample[sample > 0]
     scale = 1.4826 * float(np.median(above)) if above.size else 0.0
-    spread = max(scale, 0.5 * float(np.percentile(told, 95)), floor, 1e-300)
+    spread = max(scale, 0.5 * float(np.percentile(sample, 95)), floor, 1e-300)
     return np.asarray((off > SIGMA * spread) | bad)
 
 

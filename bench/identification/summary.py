@@ -6,11 +6,11 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from bench.identification.freedom import told
+from bench.identification.freedom import freedom_entry
 from bench.identification.heat import HEAT_UNITS
 from bench.identification.identify import Identification
-from bench.identification.instant import told as told_systematic
-from bench.identification.left import told_left
+from bench.identification.instant import systematic_entry
+from bench.identification.left import left_entry
 from bench.identification.load_side import LOAD_UNITS
 from bench.identification.plausible import KEY, implausible
 from bench.identification.regression import LinearFit
@@ -72,16 +72,16 @@ def to_simulation(found: Identification, method: str = "refined") -> Simulation:
     for effect, values in by_term.items():
         known = {symbol: freedom[symbol] for symbol in values if symbol in freedom}
         marks = {symbol: doubts[symbol] for symbol in values if symbol in doubts}
-        extra: dict[str, Any] = told(known) | ({KEY: marks} if marks else {})
-        extra |= told_systematic({s: std for s, std in found.friction.systematic.items() if s in values})
+        extra: dict[str, Any] = freedom_entry(known) | ({KEY: marks} if marks else {})
+        extra |= systematic_entry({s: std for s, std in found.friction.systematic.items() if s in values})
         simulation = simulation.with_term(Term(effect, parameters=values, extra=extra))
     if method in found.models:
         simulation = simulation.with_transmission_error(found.models[method])
         series = simulation.terms["te.fourier"]
-        rests = told({name: float(result.freedom) for name, result in found.refined.items()})
+        rests = freedom_entry({name: float(result.freedom) for name, result in found.refined.items()})
         chosen = tuple(float(f) for f in found.orders)
         # the paper's method has no standard deviations, so nothing that they could rest on
-        behind: dict[str, Any] = {**(rests if method == "refined" else {}), **told_left(found.scores, method)}
+        behind: dict[str, Any] = {**(rests if method == "refined" else {}), **left_entry(found.scores, method)}
         simulation = simulation.with_term(
             Term("te.fourier", orders=chosen, coefficients=series.coefficients, extra=behind)
         )

@@ -13,7 +13,7 @@ from bench.recording import Recording
 FloatArray = NDArray[np.float64]
 
 GAP_REVOLUTIONS = 0.01
-"""A gap that spans more of the output's turn than this splits a steady segment."""
+"""A gap that spans more of the output's revolution than this splits a steady segment."""
 REVOLUTION = 2.0 * np.pi
 
 
@@ -66,7 +66,7 @@ def lost_cycles(cycle: NDArray[np.int64]) -> tuple[NDArray[np.int64], int]:
 
 
 def _contiguous(theta: FloatArray, part: slice) -> list[tuple[int, int]]:
-    """Split a segment where the angle jumps further than a small part of a turn."""
+    """Split a segment where the angle jumps by more than a small part of a revolution."""
     jump = np.flatnonzero(np.abs(np.diff(theta[part])) > GAP_REVOLUTIONS * REVOLUTION) + 1 + part.start
     edges = [part.start, *jump.tolist(), part.stop]
     return [(a, b) for a, b in pairwise(edges) if b > a]
@@ -89,7 +89,7 @@ def steady_window(recording: Recording, theta: FloatArray) -> SteadyWindow | str
             travel = theta[stop - 1] - theta[start]
             turned = abs(travel) / REVOLUTION
             longest = max(longest, turned)
-            # Half a sample more on each side belongs to the stretch, so a whole turn of N samples counts as one.
+            # Half a sample more on each side belongs to the stretch, so a whole revolution of N samples counts as one.
             turns = int(np.floor(turned * (1.0 + 1.0 / max(stop - start - 1, 1)) + 1e-6))
             if turns < 1 or (best is not None and turns <= best.revolutions):
                 continue

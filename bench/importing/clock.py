@@ -89,7 +89,7 @@ def _dated(stamps: NDArray[Any], wanted: ChannelMapping, files: Files, where: st
 
 
 def _localised(stamps: NDArray[Any], zone: str, files: Files, where: str) -> NDArray[Any]:
-    """Local time as UTC; the hour that comes twice in autumn is told by the order of the stamps."""
+    """Local time as UTC; the hour that comes twice in autumn is recognised by the order of the stamps."""
     from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 
     import pandas

@@ -236,7 +236,7 @@ def _steady(mapping: Mapping, entry: RecordingMapping, table: ChannelTable, whol
             if held < LEAST_REVOLUTIONS:
                 table.notes.append(
                     f"pieces of {pieces.seconds:g} s hold {held:.2g} revolutions of the output at a steady speed: what"
-                    f" comes once a revolution may not be told of them, pieces.revolutions = {LEAST_REVOLUTIONS:g} or"
+                    f" comes once a revolution may not be found in them, pieces.revolutions = {LEAST_REVOLUTIONS:g} or"
                     " no pieces would be right"
                 )
     return out

@@ -1,1 +1,1 @@
-"""The bench that asks: which experiment tells the explanations left apart, run and looked at until all is named."""
+"""The bench that asks: which experiment best separates the explanations left, run and looked at until all is named."""

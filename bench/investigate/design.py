@@ -91,7 +91,7 @@ def best(
 ) -> tuple[Experiment | None, list[str]]:
     """The experiment of the largest expected gain an hour that takes at most ``most_h``; and what the bench refused.
 
-    None where no experiment is expected to tell anything apart.
+    None where no experiment is expected to separate anything.
     """
     design = Design(asked, ratio)
     found: list[Experiment] = []
@@ -163,7 +163,7 @@ def by_rules(
 def wanted(
     asked: Sequence[Question], covered: Range, ratio: float, bench: BenchConfiguration, celsius: float
 ) -> list[str]:
-    """What the bench would need: its refusals of points, twice as far out, that would tell something apart."""
+    """What the bench would need: its refusals of points, twice as far out, that would separate something."""
     design = Design(asked, ratio)
     told: dict[str, float] = {}
     state = next(iter(states(beyond(covered), bench, celsius)))

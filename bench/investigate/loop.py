@@ -84,7 +84,7 @@ Tell = Callable[[str], None]
 
 
 def chosen(scene: Scene) -> Experiment | None:
-    """The designed experiment; a rule of the field where no design tells anything apart; None where neither does."""
+    """The designed experiment; a rule of the field where no design separates anything; None where neither does."""
     designed, _ = best(scene.asked, scene.covered, scene.ratio, scene.bench, scene.celsius, scene.hours)
     if designed is not None:
         return designed

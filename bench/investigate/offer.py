@@ -107,7 +107,7 @@ def planned(title: str, points: Sequence[Candidate], bench: BenchConfiguration, 
 
 
 def beyond(covered: Range) -> Range:
-    """A bench that could do more in torque and speed, to be told what it would need."""
+    """A bench that could do more in torque and speed, to find what it would need."""
     return replace(covered, torque=BEYOND * covered.torque, fastest=BEYOND * covered.fastest)
 
 

@@ -133,8 +133,8 @@ _PLANT_ROWS: tuple[Row, ...] = (
     Row("frame_lost=15", "fifteen frames lost, fewer than limits.lost_cycles", (), told="missing"),
     Row("frame_lost=2000", "no frame comes back for a second", ("LOST_CYCLES",), 5.0, "lost cycles", standing=_FAULT),
     Row("input_encoder_frozen", "motor encoder stands still", _FROZEN, 3.0),
-    Row("input_encoder_jump", "motor encoder jumps by half a turn", _JUMP, 2.0, standing=_FAULT),
-    Row("input_encoder_wrap", "motor encoder loses its turns", _JUMP, 2.0, standing=_FAULT),
+    Row("input_encoder_jump", "motor encoder jumps by half a revolution", _JUMP, 2.0, standing=_FAULT),
+    Row("input_encoder_wrap", "motor encoder loses its count of revolutions", _JUMP, 2.0, standing=_FAULT),
     Row(
         "load_encoder_frozen",
         "load encoder stands still",
@@ -197,13 +197,13 @@ _PLANT_ROWS: tuple[Row, ...] = (
     ),
     Row(
         "input_runaway=20",
-        "input drive gives 20 N·m whatever it is told",
+        "input drive gives 20 N·m whatever its set value",
         ("VELOCITY_ERROR", "MOTOR_TORQUE", "MOTOR_ACCELERATION"),
         3.0,
     ),
     Row(
         "load_runaway=1000",
-        "load drive gives 1000 N·m whatever it is told",
+        "load drive gives 1000 N·m whatever its set value",
         ("TORQUE_ERROR", "LOAD_TORQUE_RATE", "LOAD_TORQUE", "VELOCITY_ERROR", "ENCODER_DISAGREEMENT"),
         3.0,
     ),
@@ -239,8 +239,8 @@ _PLANT_ROWS: tuple[Row, ...] = (
 """Every fault the emulated bench knows in process."""
 
 _SETUP_ROWS: tuple[Row, ...] = (
-    Row("wrong_order", "two terminals change places", (), told="order of the cables", kind=SETUP),
-    Row("wrong_identity", "another device at the input drive's place", (), told="input_drive", kind=SETUP),
+    Row("wrong_order", "two terminals are interchanged", (), told="order of the cables", kind=SETUP),
+    Row("wrong_identity", "another device in place of the input drive", (), told="input_drive", kind=SETUP),
     Row("missing_slave", "the last terminal is not there", (), told="safety_terminal", kind=SETUP),
     Row(
         "default_settings",

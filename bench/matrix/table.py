@@ -61,7 +61,7 @@ def page(outcomes: Sequence[Outcome], envelope: str) -> str:
         rows = [outcome for outcome in outcomes if outcome.kind == kind]
         parts.append(f"## {kind[0].upper()}{kind[1:]}\n\n{_NOTES[kind]}\n\n{_COLUMNS}\n{_RULE}\n")
         parts.append("".join(_row(outcome) for outcome in rows) + "\n")
-    parts.append("## What the operator is told\n\n| fault | sentence |\n| --- | --- |\n")
+    parts.append("## What the operator reads\n\n| fault | sentence |\n| --- | --- |\n")
     parts.append("".join(f"| `{o.name}` | {_plain(o.told) or NOT_SEEN} |\n" for o in outcomes if o.told or o.cause))
     failed = [outcome for outcome in outcomes if not outcome.passed]
     parts.append("\n" + share(outcomes) + "\n")

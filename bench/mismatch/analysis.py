@@ -80,7 +80,9 @@ def compared_channels(data: Dataset) -> tuple[list[str], list[str]]:
         elif rows is None or not _usable(channel, rows).any():
             skipped.append(f"{channel} is not compared: no recording has a usable sample of it in motion")
         elif channel == TRANSMISSION_ERROR and not found_in(rows.frame):
-            skipped.append(f"{channel} is not compared: no steady part turns the output once, so orders cannot be told")
+            skipped.append(
+                f"{channel} is not compared: no steady part covers an output revolution, so orders cannot be found"
+            )
         else:
             out.append(channel)
     return out, skipped

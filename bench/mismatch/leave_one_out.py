@@ -140,9 +140,9 @@ def _row(
         out.outcome = OTHERWISE
     else:
         out.why = (
-            "what it leaves is told within structure without a name, which these recordings hold with it, too"
+            "what it leaves is part of structure without a name, which these recordings have with the term, too"
             if findings
-            else "the rest of the simulation, calibrated without it, leaves too little to be told from noise"
+            else "the rest of the simulation, calibrated without it, leaves too little to be distinguished from noise"
         )
     return out
 

@@ -47,7 +47,7 @@ def wrong_parameters(analysis: Analysis, given: Base, last: Base) -> list[Discov
                 analysis.outcomes[model.channel].notes.append(
                     f"parameter {name} is {alone[name]:.4g} recalibrated alone and {values[name]:.4g} beside what was "
                     f"added, the simulation has {given.named[name]:.4g}: what was added shares a part with it, and "
-                    "whether it was wrong cannot be told"
+                    "whether it was wrong is not known"
                 )
                 continue
             p = next(own for own in given.free if own.name == name)

@@ -1,4 +1,4 @@
-"""The child of :mod:`bench.recording.guarded`: runs what it is told, one function after another."""
+"""The child of :mod:`bench.recording.guarded`: runs what it is sent, one function after another."""
 
 from __future__ import annotations
 

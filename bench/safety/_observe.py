@@ -179,7 +179,7 @@ def observe(
         m[Slot.DRIFT_REFERENCE] = m[Slot.DRIFT]
     m[Slot.TORQUE_DRIFT] = m[Slot.DRIFT] - m[Slot.DRIFT_REFERENCE]
 
-    # an encoder must move when its shaft is told to; a live analogue signal is never exactly constant for long
+    # an encoder must move when a motion of its shaft is set; a live analogue signal is never exactly constant for long
     moving = operating and abs(m[Slot.SETPOINT]) > 4.0 * standstill
     for k in range(_LIVE_SIGNALS.size):
         value = s[_LIVE_SIGNALS[k], i]

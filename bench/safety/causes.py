@@ -141,7 +141,7 @@ def first_rung(cause: Cause) -> Rung:
     """Return where on the ladder a stop for this cause begins.
 
     Ramps and the drives' quick stop need a drive and an encoder that can be trusted: a velocity loop that believes a
-    wrong encoder does not brake, it runs away. Where a drive does not do what it was told, or an encoder is in doubt,
+    wrong encoder does not brake, it runs away. Where a drive does not follow its set value, or an encoder is in doubt,
     voltage goes off at once and friction brakes.
     """
     return _TABLE[cause].first_rung
@@ -204,7 +204,7 @@ _DIGITS = range(4, 18)
 
 
 def _apart(value: float, limit: float) -> tuple[str, str]:
-    """Return both with as few digits as tell them apart, four at least."""
+    """Return both with as few digits as distinguish them, four at least."""
     for digits in _DIGITS:
         seen, allowed = f"{value:.{digits}g}", f"{limit:.{digits}g}"
         if value == limit or abs(float(seen)) != abs(float(allowed)):

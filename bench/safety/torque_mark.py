@@ -33,7 +33,7 @@ def mark_path(bench: BenchConfiguration) -> Path | None:
 def marked(bench: BenchConfiguration, run: str, told: Callable[[str], None]) -> Iterator[None]:
     """Leave a mark for as long as this process may give torque, taken away however it ends, unless it dies.
 
-    ``run`` names it in the sentence. A folder that cannot be written is told and no reason not to run: stops that
+    ``run`` names it in the sentence. A folder that cannot be written is reported and no reason not to run: stops that
     somebody is left to see are latched all the same.
     """
     path = mark_path(bench)
@@ -79,7 +79,7 @@ def _read(path: Path) -> dict[str, Any] | None:
 
 
 def _started(pid: int) -> str:
-    """Return what tells a process from another of the same id, empty if there is none: its start and this boot."""
+    """Return what identifies a process beside its id, empty if nothing does: its start and this boot."""
     try:
         stat = Path(f"/proc/{pid}/stat").read_text("ascii", "replace")
         boot = Path("/proc/sys/kernel/random/boot_id").read_text("ascii").strip()

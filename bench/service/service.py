@@ -249,7 +249,7 @@ class Service:
     def stop(self, by: str, pressed_at_ns: int | None = None) -> Press:
         """Bring the bench to rest, whoever asks; return the press that counts. Its ``run`` is None if nothing ran.
 
-        The run is told first. Nothing here waits for a file, and telling the pages comes after the answer.
+        The run is informed first. Nothing here waits for a file, and informing the pages comes after the answer.
         """
         press, first = self.keeper.stop(by, pressed_at_ns)
         at = local_time_of(press.pressed_at_ns)

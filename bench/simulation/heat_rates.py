@@ -1,7 +1,7 @@
 """The heat balance of an identified model in the form that predictions and calibrations ask for.
 
-Identification tells C, R and T_amb, of the loss less what the constant τ_0 makes; the nominal terms are linear in 1/C,
-1/(R·C) and (T_amb − 25 °C)/(R·C), and say in a key of their own what is taken off the loss.
+Identification reports C, R and T_amb, of the loss less what the constant τ_0 makes; the nominal terms are linear in
+1/C, 1/(R·C) and (T_amb − 25 °C)/(R·C), and say in a key of their own what is taken off the loss.
 """
 
 from __future__ import annotations

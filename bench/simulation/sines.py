@@ -2,7 +2,7 @@
 
 A series of a hundred orders at some hundred thousand rows asks for both some ten million times. A compiler can do
 eight of these at a time, but not through calls of the C library. So they are written out here: the angle is reduced to
-an eighth of a turn about zero (Cody and Waite, Software Manual for the Elementary Functions, 1980), and Taylor's
+an eighth of a revolution about zero (Cody and Waite, Software Manual for the Elementary Functions, 1980), and Taylor's
 series say the rest, to 2e-16 for angles up to a million rad.
 """
 

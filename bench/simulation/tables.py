@@ -38,7 +38,7 @@ class Grid:
         return ""
 
     def places(self) -> FloatArray:
-        """Knots of all quantities together (size, quantities), as the values of the function are told."""
+        """Knots of all quantities together (size, quantities), as the values of the function are given."""
         if not self.over:
             return np.zeros((1, 0))
         return np.stack(np.meshgrid(*self.knots, indexing="ij"), axis=-1).reshape(-1, len(self.over))

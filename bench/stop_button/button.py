@@ -1,4 +1,4 @@
-"""The button of one run: pressed once, by the first who does, and told what became of it."""
+"""The button of one run: pressed once, by the first who does; it records what became of it."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ class StopButton:
         """What may be asked: ``running``, ``stopping``, ``at_rest`` (both shafts were seen at rest) or ``not_seen``.
 
         ``rung`` is the one that took the torque away, ``rung_at_ns`` when it began (Unix time): what a disk that takes
-        no record cannot tell.
+        no record does not know.
         """
         press = self._first.get("press")
         if press is None:

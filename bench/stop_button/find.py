@@ -10,7 +10,7 @@ from pathlib import Path
 
 from bench.errors import BenchError
 from bench.safety.runtime import RUNTIME, runtime_folder
-from bench.stop_button.listener import FILE, NAME, place_tag
+from bench.stop_button.listener import FILE, NAME, runtime_tag
 
 _SOCKETS = Path("/proc/net/unix")
 _OURS = re.compile(rf"@({re.escape(NAME)}([0-9a-z]+)-(\d+)-[0-9a-f]+)$", re.MULTILINE)
@@ -35,13 +35,13 @@ def runs() -> list[Found]:
         listed = _SOCKETS.read_text("utf-8", "replace")
     except OSError:
         listed = ""
-    only = place_tag() if os.environ.get(RUNTIME) else None
+    only = runtime_tag() if os.environ.get(RUNTIME) else None
     for name, tag, pid in _OURS.findall(listed):
         if only in (None, tag) and name not in sockets.setdefault(int(pid), []):
             sockets[int(pid)].append(name)
-    told = _told()
-    if told is not None:
-        sockets.setdefault(told, [])
+    recorded = _recorded_pid()
+    if recorded is not None:
+        sockets.setdefault(recorded, [])
     return [Found(pid, tuple(names)) for pid, names in sockets.items() if is_alive(pid)]
 
 
@@ -54,7 +54,7 @@ def is_alive(pid: int) -> bool:
 
 
 def bus_processes(run: int) -> list[int]:
-    """Return the bus processes a run has started: they stop the drives by themselves when they are told to end."""
+    """Return the bus processes a run has started: they stop the drives by themselves when they are asked to end."""
     found = []
     for entry in Path("/proc").iterdir():
         if not entry.name.isdigit():
@@ -68,12 +68,12 @@ def bus_processes(run: int) -> list[int]:
     return found
 
 
-def _told() -> int | None:
+def _recorded_pid() -> int | None:
     """Return the process the runtime folder names, if it is still the one that wrote it."""
     try:
-        place = runtime_folder() / FILE
-        pid = int(json.loads(place.read_text("utf-8"))["pid"])
+        file = runtime_folder() / FILE
+        pid = int(json.loads(file.read_text("utf-8"))["pid"])
         began = os.stat(f"/proc/{pid}").st_mtime
-        return pid if began <= place.stat().st_mtime + 1.0 else None
+        return pid if began <= file.stat().st_mtime + 1.0 else None
     except (OSError, ValueError, KeyError, TypeError, BenchError):
         return None

@@ -56,7 +56,7 @@ class Listener:
         self._threads: list[threading.Thread] = []
         self.port: int | None = None
         unix = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
-        unix.bind(f"\0{NAME}{place_tag()}-{os.getpid()}-{id(self):x}")
+        unix.bind(f"\0{NAME}{runtime_tag()}-{os.getpid()}-{id(self):x}")
         self._listen(unix, _is_own)
         with suppress(OSError):
             web = socket.create_server(("127.0.0.1", port))
@@ -119,8 +119,8 @@ class Listener:
         return "404 Not Found", {"error": "POST /stop?by=NAME and GET /state are what there is"}
 
 
-def place_tag() -> str:
-    """Return what tells runs with a runtime folder of their own from others: its name, it need not be there."""
+def runtime_tag() -> str:
+    """Return what distinguishes runs with a separate runtime folder: its name, it need not be there."""
     given = os.environ.get(RUNTIME, "")
     return hashlib.sha256(given.encode()).hexdigest()[:8] if given else "user"
 
@@ -129,35 +129,35 @@ def place_tag() -> str:
 def listening(button: StopButton, port: int = 0) -> Iterator[Listener]:
     """Listen for presses of a button as long as the context lasts."""
     listener = Listener(button, port)
-    place = _tell_place(button.run, listener.port)
+    file = _write_address(button.run, listener.port)
     try:
         yield listener
     finally:
         button.ended()
         listener.close()
-        if place is not None:
-            _forget_place(place)
+        if file is not None:
+            _remove_address(file)
 
 
-def _tell_place(run: str, port: int | None) -> Path | None:
+def _write_address(run: str, port: int | None) -> Path | None:
     """Write where the listener is; None where that was not possible, since a stop waits for no file."""
     if port is None:
         return None
     try:
-        place = runtime_folder() / FILE
-        beside = place.with_name(f"{FILE}.{os.getpid()}")
+        file = runtime_folder() / FILE
+        beside = file.with_name(f"{FILE}.{os.getpid()}")
         beside.write_text(json.dumps({"pid": os.getpid(), "port": port, "run": run}), "utf-8")
-        beside.replace(place)
+        beside.replace(file)
     except (OSError, BenchError):
         return None
-    return place
+    return file
 
 
-def _forget_place(place: Path) -> None:
+def _remove_address(file: Path) -> None:
     """Take the file away, unless it is another run's by now."""
     with suppress(OSError, ValueError, KeyError, TypeError):
-        if json.loads(place.read_text("utf-8"))["pid"] == os.getpid():
-            place.unlink()
+        if json.loads(file.read_text("utf-8"))["pid"] == os.getpid():
+            file.unlink()
 
 
 def _first_line(connection: socket.socket) -> str:

@@ -15,7 +15,7 @@ from urllib.parse import quote
 from bench.stop_button.find import Found, bus_processes, is_alive
 
 ANSWER_S = 1.0
-"""Longest wait for a listener; a run that does not answer by then is told by signals."""
+"""Longest wait for a listener; a run that does not answer by then receives signals."""
 _AGAIN_S = 0.05
 T = TypeVar("T")
 USE_THE_EMERGENCY_STOP = "use the emergency stop"
@@ -30,7 +30,7 @@ class Outcome:
 
 
 def stop(found: Found, by: str, patience_s: float, say: Callable[[str], None] = lambda _: None) -> Outcome:
-    """Stop one run and watch until it is at rest, ``patience_s`` at most; ``say`` is told each step."""
+    """Stop one run and watch until it is at rest, ``patience_s`` at most; ``say`` is called with each step."""
     pressed, at_ns = time.monotonic(), time.time_ns()
     what = f"the run of process {found.pid}"
     state = _press(found, by, at_ns)
@@ -65,7 +65,7 @@ def _watched(found: Found, what: str, pressed: float, patience_s: float, state: 
 
 
 def _without_the_run(found: Found, what: str, pressed: float, say: Callable[[str], None]) -> Outcome:
-    """Have the bus process stop the drives: it does so by itself when it is told to end."""
+    """Have the bus process stop the drives: it does so by itself when it is asked to end."""
     buses = bus_processes(found.pid)
     if not buses:
         return Outcome(False, f"{what} hangs, and nothing else can stop its bench: {USE_THE_EMERGENCY_STOP}")

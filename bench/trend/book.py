@@ -16,8 +16,8 @@ from bench.identification.compare import FAMILY_ERROR, holm
 from bench.trend import kept
 from bench.trend.limits import Limits, chance_of_change
 from bench.trend.quantities import Reference
+from bench.trend.sentences import Changed, three_lines
 from bench.trend.series import Point, Series, reference_of, series_of
-from bench.trend.told import Changed, three_lines
 
 INDEX = ".archive.sqlite"
 Progress = Callable[[str, int, int], None]

@@ -74,6 +74,6 @@ def _at(rows: Rows, good: NDArray[np.bool_], omega: float, temperature: float, r
     if "F" not in fit.values:
         return None
     if "f_l" in fit.undetermined and float(np.median(rows.size[good])) * ratio > TORQUE_MARGIN_NM:
-        # every recording had the same load: what it makes cannot be told from the friction without it
+        # every recording had the same load: what it makes cannot be separated from the friction without it
         return None
     return Value(fit.values["F"], fit.std["F"], fit.freedom["F"])

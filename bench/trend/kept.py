@@ -58,7 +58,7 @@ class Identified:
 
 
 def stamp_of(folder: Path) -> str:
-    """What tells that the recordings of a folder changed: their names, sizes and times of change."""
+    """What shows that the recordings of a folder changed: their names, sizes and times of change."""
     seen = sorted((p.name, p.stat().st_size, p.stat().st_mtime_ns) for p in folder.iterdir() if p.suffix == ".h5")
     return hashlib.sha256(json.dumps(seen).encode()).hexdigest()
 

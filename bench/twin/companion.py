@@ -25,7 +25,7 @@ class Companion:
     ----------
     model : simulation file, read here once so that a wrong one is refused before anything moves.
     folder : the recordings.
-    job : file that tells the process what to do.
+    job : file with what the process has to do.
     hear : is called with each message, from a thread of its own.
     nice : priority of the process.
 

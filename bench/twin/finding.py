@@ -14,11 +14,11 @@ from bench.twin.streams import SPREAD, Stream
 from bench.twin.watch import Seen, Watch
 
 MOST = 5
-"""streams that are told"""
+"""streams that are named"""
 ONE_SIDED = 0.85
 """share of the change's energy from which it is said to be at one kind of condition only"""
 _FEWEST = 4
-"""recordings of either side of a condition for it to be told"""
+"""recordings of either side of a condition for it to be named"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,14 +51,14 @@ class Finding:
 
 
 def found(watch: Watch) -> Finding | None:
-    """Where and since when, as far as the recordings seen so far tell; None while the model holds."""
+    """Where and since when, as far as the recordings seen so far show; None while the model holds."""
     if watch.alarmed is None:
         return None
     ranked = sorted(watch.evidence, key=lambda s: -watch.evidence[s].log)
     first = watch.evidence[ranked[0]].since()
     assert first is not None
     since = len(watch.seen) - watch.tested + first - 1
-    # of the others those with half the strongest's evidence, told once: a mean and the same along the direction differ
+    # of the others those with half the strongest's evidence, named once: a mean and the same along the direction differ
     least = 0.5 * watch.evidence[ranked[0]].log
     told: list[Stream] = []
     for stream in ranked:

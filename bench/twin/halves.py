@@ -33,7 +33,7 @@ def since_of(folder: Path) -> str:
 def halves(folder: Path, place: Path, since: str = "") -> tuple[Path, Path]:
     """Link the recordings of a folder into ``place/before`` and ``place/since``, split at the recording ``since``.
 
-    Without one it is that which the twin told. Raises ConfigurationError where there is none, or nothing before it.
+    Without one it is that which the twin named. Raises ConfigurationError where there is none, or nothing before it.
     """
     told = since or since_of(folder)
     if not told:

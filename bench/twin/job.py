@@ -1,4 +1,4 @@
-"""What a twin's process is told. Imports nothing heavy."""
+"""The order for a twin's process. Imports nothing heavy."""
 
 from __future__ import annotations
 

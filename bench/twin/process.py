@@ -20,8 +20,8 @@ from bench.recording import Recording
 from bench.twin.finding import found
 from bench.twin.job import Job
 from bench.twin.names import likely
+from bench.twin.sentence import no_longer
 from bench.twin.streams import AT_ONE_POINT
-from bench.twin.told import no_longer
 from bench.twin.watch import Watch
 from bench.whole import write_whole
 

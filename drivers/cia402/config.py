@@ -26,7 +26,7 @@ class ServoDriveConfig:
     rx_pdo, tx_pdo : mapping objects that carry them.
     encoder_modulus : counts after which 0x6064 starts again.
     counts_per_turn, rated_torque_nm : what the configuration knows; compared with the drive's own scaling where given.
-    velocity_rad_s : rad/s a velocity count, for drives that do not tell it; None reads it from the drive.
+    velocity_rad_s : rad/s a velocity count, for drives that do not report it; None reads it from the drive.
     cycle_time_s : period of the bus, s.
     watchdog_s : process data watchdog, s: how long the drive runs on without the master.
     sync0_shift_ns : SYNC0 shift where the drive runs on distributed clocks, ns.

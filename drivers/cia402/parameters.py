@@ -121,7 +121,7 @@ def cycle_parameters(cycle_time_s: float) -> tuple[Parameter, ...]:
                 Parameter(0x60C2, 2, "i1", exponent, "interpolation time exponent", optional=True),
             )
     raise DriverError(
-        f"a cycle time of {cycle_time_s:g} s cannot be told to a drive (60C2); "
+        f"a cycle time of {cycle_time_s:g} s cannot be written to a drive (60C2); "
         "1 to 255 times a power of ten can, as 0.0005"
     )
 

@@ -93,7 +93,7 @@ _HOLDS = {
     goal: np.array([decode(bits) in states for bits in range(STATE_BITS + 1)], np.bool_)
     for goal, states in REACHED.items()
 }
-"""The same by the bits of the status word that tell the state, for blocks."""
+"""The same by the bits of the status word that hold the state, for blocks."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -89,7 +89,7 @@ class ServoDrive:
                 f"{self.name}: the drive does not support {config.mode.text} (6502:00); its firmware should"
             )
         self._units = read_units(sdo, config.velocity_rad_s)
-        self._compare("counts a turn (6092, 6091, 608F)", self._units.counts_per_turn, config.counts_per_turn)
+        self._compare("counts per revolution (6092, 6091, 608F)", self._units.counts_per_turn, config.counts_per_turn)
         self._compare("rated torque in N·m (6076)", self._units.rated_torque_nm, config.rated_torque_nm)
         self._parameters = (
             *limit_parameters(config.limits, self._units),
@@ -116,7 +116,7 @@ class ServoDrive:
         self._encoder.reset()
 
     def request(self, goal: Goal | str, timeout_s: float = 2.0) -> None:
-        """Start towards a goal, or the one of that name; :attr:`sequence` tells how it goes.
+        """Start towards a goal, or the one of that name; :attr:`sequence` shows how it goes.
 
         Raises
         ------

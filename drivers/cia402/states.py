@@ -41,7 +41,7 @@ STATUS_PATTERNS: tuple[tuple[State, int, int], ...] = (
 """Status word 0x6041: state, mask, value."""
 
 STATE_BITS = 0x6F
-"""Bits of the status word that tell the state."""
+"""Bits of the status word that hold the state."""
 
 _LOOKUP = np.zeros(STATE_BITS + 1, np.uint8)
 for _state, _mask, _value in STATUS_PATTERNS:

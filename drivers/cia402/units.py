@@ -58,7 +58,7 @@ def read_units(sdo: SdoClient, velocity_rad_s: float | None = None) -> DriveUnit
 
     Parameters
     ----------
-    velocity_rad_s : rad/s a count of velocity where the drive does not tell it (or tells it wrongly); None reads it.
+    velocity_rad_s : rad/s a count of velocity where the drive does not report it (or wrongly); None reads it.
 
     Raises
     ------

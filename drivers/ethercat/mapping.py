@@ -53,7 +53,7 @@ def map_process_data(master: Master) -> None:
     try:
         master.config_map()
     except pysoem.ConfigMapError as error:
-        # Left-over packet errors appear here though the mapping succeeded; the sizes, checked next, tell.
+        # Left-over packet errors appear here though the mapping succeeded; the sizes, checked next, decide.
         serious = [item for item in error.error_list if not isinstance(item, pysoem.PacketError)]
         if serious:
             raise BusError(f"process data could not be mapped: {serious[0]!r}") from error

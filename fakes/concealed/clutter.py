@@ -91,7 +91,7 @@ def merged(effects: list[ConcealedEffect], weak: ConcealedEffect | None) -> list
 
 def _draw_orders(taken: Iterable[float], rng: np.random.Generator) -> Floats:
     forbidden = [float(k) for k in (*ORDERS, *LOAD_RIPPLE_ORDERS, *taken)]
-    forbidden += [RATIO * k for k in range(1, 5)]  # whole turns of the motor are its encoder's
+    forbidden += [RATIO * k for k in range(1, 5)]  # whole revolutions of the motor are its encoder's
     pool = np.arange(2.0, _HIGHEST + 1.0)
     chance = 1.0 / (15.0 + pool)
     wanted = [float(k) for k in rng.choice(pool, pool.size, replace=False, p=chance / chance.sum())]

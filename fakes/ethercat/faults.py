@@ -1,4 +1,4 @@
-"""Every fault the emulated bench can be told to have, by name, in one table.
+"""Every fault the emulated bench can be given, by name, in one table.
 
 Faults of slaves and bus are here; those of sensors and motors belong to the plant, and are reached by the same call, so
 that a test or a command line needs one name only.

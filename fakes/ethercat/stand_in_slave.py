@@ -1,6 +1,6 @@
 """A slave as pysoem's master shows it, over an emulated slave object in the same process.
 
-Names, units, return values and exceptions are those of ``pysoem.CdefSlave``, so that no driver can tell. Positions in
+Names, units, return values and exceptions are those of ``pysoem.CdefSlave``, so that no driver notices. Positions in
 exceptions count from 1, as pysoem's do.
 """
 

@@ -1,4 +1,4 @@
-"""Draw a plant from a seed: a bench of its own values, weak orders as by default, physics nobody is told of."""
+"""Draw a plant from a seed: a bench of its own values, weak orders as by default, physics that nobody announces."""
 
 from __future__ import annotations
 

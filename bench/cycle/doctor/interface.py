@@ -64,7 +64,7 @@ def _ipv6(check: str, name: str, proc: Path) -> Finding:
 
 
 def _coalescing(check: str, name: str) -> list[Finding]:
-    """Delays the card puts between frames and interrupts, where ethtool can tell."""
+    """Delays the card puts between frames and interrupts, where ethtool reports them."""
     tool = shutil.which("ethtool")
     if tool is None:
         return [advice(f"{check}: coalescing", "not seen: ethtool is not installed", "install ethtool")]

@@ -86,8 +86,8 @@ def _comparison(members: Sequence[tuple[Reduction, str]]) -> str | None:
         label = f"{label}, mean {1e6 * level:.0f} µrad"
         colour = f"C{number}"
         left.plot(np.degrees(angle), 1e6 * (value + number * apart), lw=0.7, color=colour, label=label)
-        reach = min(r.steady.spectrum.size, 301)
-        right.plot(np.arange(1, reach), 1e6 * np.sqrt(r.steady.spectrum[1:reach]), lw=0.8, color=colour, label=label)
+        shown = min(r.steady.spectrum.size, 301)
+        right.plot(np.arange(1, shown), 1e6 * np.sqrt(r.steady.spectrum[1:shown]), lw=0.8, color=colour, label=label)
     right.legend(fontsize=7)
     return to_uri(figure)
 
@@ -175,13 +175,13 @@ def validation_example(found: Identification) -> tuple[str, str] | None:
             harmonics = model_harmonics(fourier, *mean_inputs(steady))
             left.plot(grid, 1e6 * revolution(found.orders, harmonics, 12), lw=0.9, color=colour, label=name)
     left.legend(fontsize=7)
-    reach = min(steady.spectrum.size, 301)
-    amplitude = 1e6 * np.sqrt(steady.spectrum[:reach])
-    right.plot(np.arange(1, reach), amplitude[1:], lw=0.7, color="#999999")
+    shown = min(steady.spectrum.size, 301)
+    amplitude = 1e6 * np.sqrt(steady.spectrum[:shown])
+    right.plot(np.arange(1, shown), amplitude[1:], lw=0.7, color="#999999")
     seen = set()
     for order in [*found.orders, *found.notch_orders]:
         part = part_of(float(order), found.gearbox, found.notch_orders)
-        if round(order) < reach:
+        if round(order) < shown:
             label = None if part in seen else part
             right.plot(order, amplitude[round(order)], "o", ms=4, color=PART_COLOURS.get(part, "k"), label=label)
             seen.add(part)

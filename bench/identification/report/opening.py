@@ -73,8 +73,8 @@ def opening(found: Identification, since_last: Sequence[str] = ()) -> str:
 def equations() -> str:
     """The equations with their symbols explained, as HTML."""
     rows = "".join(f"<p class=equation>{html.escape(name)}: {mathml(text)}</p>" for name, text in EQUATIONS)
-    told = "".join(f"<dt>{symbol(name)}</dt><dd>{html.escape(what)}</dd>" for name, what in QUANTITIES.items())
-    return f"{rows}<details><summary>What the symbols are</summary><dl>{told}</dl></details>"
+    meanings = "".join(f"<dt>{symbol(name)}</dt><dd>{html.escape(what)}</dd>" for name, what in QUANTITIES.items())
+    return f"{rows}<details><summary>What the symbols are</summary><dl>{meanings}</dl></details>"
 
 
 def _gearbox(found: Identification) -> str:
@@ -103,5 +103,4 @@ def _unknown(found: Identification) -> str:
     missing = [key for key in MEANING if key not in parameters(found)]
     parts += [f"not determined: {', '.join(missing)}"] if missing else []
     parts += [f"{len(found.skipped)} recordings left out or cut"] if found.skipped else []
-    told = f"What is not known: {'; '.join(parts)}." if parts else "Every parameter is determined by these recordings."
-    return told
+    return f"What is not known: {'; '.join(parts)}." if parts else "Every parameter is determined by these recordings."

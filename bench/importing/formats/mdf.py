@@ -92,6 +92,6 @@ def _close_half_built(error: Exception) -> None:
             for name in ("_file", "header", "identification"):  # what ``close`` asks for and the failure left out
                 if not hasattr(half, name):
                     setattr(half, name, None)
-            with suppress(AttributeError):  # it fails with the file's own error, which is told
+            with suppress(AttributeError):  # it fails with the file's own error, which is passed on
                 half.close()
         trace = trace.tb_next

@@ -19,7 +19,7 @@ _LISTED = 30
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """A variable of a file, as the file tells it.
+    """A variable of a file, as the file describes it.
 
     ``shape`` as the mapping counts rows and columns; ``unit`` empty and ``rate`` (Hz) None where the file says none;
     ``clock`` names the variable that holds its time stamps, where the file says so; ``zoned``: it holds stamps

@@ -59,7 +59,7 @@ def parsed(texts: Sequence[str], where: str) -> NDArray[np.datetime64]:
     Raises
     ------
     RecordingError
-        Some say a zone and others none, day and month cannot be told apart, or one is no date.
+        Some say a zone and others none, day and month cannot be distinguished, or one is no date.
     """
     import pandas
 

@@ -1,4 +1,4 @@
-"""Asking somebody for what a file does not tell."""
+"""Asking somebody for what a file does not contain."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def ask(draft: Draft, prompt: Callable[[str, str | None], str], say: Callable[[s
     Parameters
     ----------
     prompt : asks a question with the guess as default (None: there is none); gives the answer.
-    say : tells why an answer was no use.
+    say : says why an answer was of no use.
     """
     for key, entry in list(draft.entries().items()):
         if entry.sure:

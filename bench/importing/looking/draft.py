@@ -1,4 +1,4 @@
-"""A mapping to begin with: what the file tells, what is guessed (and says so), what is left open as ``?``."""
+"""A mapping to begin with: what the file says, what is guessed (and says so), what is left open as ``?``."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Numbers a mapping needs that the data themselves tell: rates, units of time, overflows, the gear ratio."""
+"""Numbers a mapping needs that the data themselves give: rates, units of time, overflows, the gear ratio."""
 
 from __future__ import annotations
 

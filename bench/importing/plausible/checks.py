@@ -53,7 +53,7 @@ def _speeds(values: dict[str, FloatArray], side: str, ratio: float, where: str) 
     if own is None:
         return
     x, y = own.speed, own.channels[velocity]
-    # a speed that hardly varies tells its factor by its mean
+    # a speed that hardly varies gives its factor by its mean
     steady = abs(float(np.mean(x))) > 3 * float(np.std(x))
     factor, together = (float(np.mean(y) / np.mean(x)), 1.0) if steady else _slope(x, y)
     if abs(together) > _TOGETHER and factor != 0.0 and abs(factor - 1.0) > _SPEEDS:

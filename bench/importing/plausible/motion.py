@@ -84,7 +84,7 @@ def law(own: Blocks, torque: str, load: str | None) -> Law | None:
         scale = np.abs(design[rows]).max(axis=0)
         scale = np.where(scale > 0, scale, 1.0)
         beta = np.linalg.lstsq(design[rows] / scale, y[rows], rcond=1e-9)[0] / scale
-        # one direction: friction cannot be told from a constant, and both together have to take power
+        # one direction: friction cannot be separated from a constant, and both together have to take power
         terms = [1, 3] if both else [1, 2]
         loss = float(np.mean((design[:, terms] @ beta[terms]) * speed))
         return np.array([beta[0], loss, beta[-1] if load is not None else 0.0])

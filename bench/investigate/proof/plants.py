@@ -1,4 +1,4 @@
-"""Plants of the examiner whose first campaign cannot tell what is concealed, and that go on with any experiment."""
+"""Plants of the examiner whose first campaign leaves open what is concealed, and that go on with any experiment."""
 
 from __future__ import annotations
 

@@ -306,10 +306,12 @@ def enough(data: Dataset) -> str:
     least = criteria.FEWEST_RECORDINGS
     train = sum(not m.held_out for m in data.members)
     if train < least:
-        return f"{train} recordings can be fitted, at least {least} are needed to tell noise from structure"
+        return f"{train} recordings can be fitted, at least {least} are needed to distinguish noise from structure"
     points = {m.point[1:3] for m in data.members}
     if all(m.recording.kind in AT_ONE_POINT for m in data.members) and len(points) < least:
-        return f"{len(points)} operating points were run, at least {least} are needed to tell noise from structure"
+        return (
+            f"{len(points)} operating points were run, at least {least} are needed to distinguish noise from structure"
+        )
     return ""
 
 

@@ -94,7 +94,7 @@ def pieces(recordings: Sequence[Recording]) -> tuple[list[Piece], str]:
         total = sum(float(own[-1]) for own in ways.values())
         note += (
             f"; their {total:.1f} revolutions do not make {ENOUGH} blocks of one each, so what comes once a revolution"
-            " cannot be told"
+            " cannot be found"
         )
     return out, note
 

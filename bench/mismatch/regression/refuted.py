@@ -32,6 +32,6 @@ def not_refuted(model: ChannelModel, chosen: Sequence[Chosen]) -> list[Chosen]:
         gone = current.pop(worst)
         model.notes.append(
             f"{gone.main.regressor.words} gained in likelihood, but points left out of the fit are predicted"
-            f" {np.sqrt(whole / max(without[worst], 1e-300)):.3g} times as badly with it: it is not told"
+            f" {np.sqrt(whole / max(without[worst], 1e-300)):.3g} times as badly with it: it is not reported"
         )
     return current

@@ -53,7 +53,7 @@ def _sure(report: Report) -> str:
     unsure = sum(f.status == AMBIGUOUS for f in report.findings)
     unknown = sum(f.status == UNKNOWN for f in report.findings)
     named = len(report.findings) - unsure - unknown
-    counts = ((named, "named"), (unsure, "not told from a rival"), (unknown, "unknown"))
+    counts = ((named, "named"), (unsure, "ambiguous"), (unknown, "unknown"))
     told = [f"{count} {word}" for count, word in counts if count]
     asked = next((f.next_experiment for f in report.findings if f.next_experiment is not None), None)
     more = "" if asked is None else f" Next: bench run {asked.file}."

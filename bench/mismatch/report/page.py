@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 MOST_NAMES = 3
 STATUS = {
     "named": "named",
-    "ambiguous": "ambiguous: not told from an alternative",
+    "ambiguous": "ambiguous: not distinguished from an alternative",
     "unknown": "unknown: no term of the library explains it",
 }
 LEAST_P = 1e-99

@@ -49,7 +49,7 @@ def examine(
     best, what, size = _mean(search)
     looks = [best]
     words = (
-        f"chance that noise, with structure too small to be told ({criteria.LEAST_OVERALL:g} of the noise over all, "
+        f"chance that noise, with structure too small to report ({criteria.LEAST_OVERALL:g} of the noise over all, "
         f"{criteria.LEAST_STRENGTH:g} where it acts), gains as much in the best of "
         f"{len(search.blocks)} functions of everything recorded ({what}, {size:.2f} of the noise)"
     )

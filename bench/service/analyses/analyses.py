@@ -41,7 +41,7 @@ class Analysis:
     by: str
     state: str = "waiting"
     """``waiting``, ``running``, ``done``, ``failed`` or ``cancelled``."""
-    what: str = "waits for its turn"
+    what: str = "queued"
     share: float = 0.0
     model: str | None = None
     asked: Message = field(default_factory=dict)
@@ -94,7 +94,7 @@ class Analyses:
     Parameters
     ----------
     state : folder of the results.
-    publish : tells the pages.
+    publish : sends it to the pages.
     """
 
     def __init__(self, state: Path, publish: Callable[[Message], None], broken: Broken) -> None:

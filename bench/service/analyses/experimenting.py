@@ -22,7 +22,7 @@ from bench.investigate.loop import investigate as go
 
 Tell = Callable[..., None]
 SAID = "said.txt"
-"""what it told, line by line, with the time of day"""
+"""what it said, line by line, with the time of day"""
 _SHOWN = ("report.html", "report.json", "model.json")
 SECONDS_AN_HOUR = 3600.0
 

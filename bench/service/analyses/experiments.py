@@ -30,7 +30,7 @@ def may_go_alone(bench: BenchConfiguration) -> bool:
 
 
 def asked_of(new: NewAnalysis, settings: Settings, plant: str | None) -> Message:
-    """What an investigation is told beside its folder; empty for another kind of analysis.
+    """What an investigation is given beside its folder; empty for another kind of analysis.
 
     Raises
     ------

@@ -56,7 +56,7 @@ def _lines(which: str, before: dict[str, Any], now: dict[str, Any]) -> list[str]
 
 
 def _findings(report: dict[str, Any]) -> dict[tuple[str, str], str]:
-    """Text of each finding by effect and channel; what is not known is told apart by where it acts."""
+    """Text of each finding by effect and channel; what is not known is distinguished by where it acts."""
     found = {}
     for finding in report["findings"]:
         effect = str(finding["effect"])

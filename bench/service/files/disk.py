@@ -1,4 +1,4 @@
-"""The service's own files, written by a thread of their own: whoever tells something to it never waits for a disk.
+"""The service's own files, written by a thread of their own: whoever hands something to it never waits for a disk.
 
 What could not be written is kept and tried again; of a file that is replaced only the newest content counts.
 """

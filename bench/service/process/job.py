@@ -1,4 +1,4 @@
-"""What a run process is told: written as JSON by the service, read by the process. Imports nothing heavy."""
+"""The order for a run process: written as JSON by the service, read by the process. Imports nothing heavy."""
 
 from __future__ import annotations
 

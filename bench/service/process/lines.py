@@ -1,4 +1,4 @@
-"""JSON lines over a Unix socket: a run tells whoever listens, takes the operator's wishes, and waits for nobody."""
+"""JSON lines over a Unix socket: a run sends to whoever listens, takes the operator's wishes, and waits for nobody."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class _Listener:
             self._hang_up()
             return False
         if message["type"] not in _LIVE or waiting <= _LIVE_UNTIL:
-            # written as text on the listener's own thread: whoever tells does not wait for that either
+            # written as text on the listener's own thread: whoever sends does not wait for that either
             self._waiting.put(message)
         return True
 
@@ -97,7 +97,7 @@ class _Listener:
         self._hang_up()
 
     def _hang_up(self) -> None:
-        # closing alone neither wakes the threads that wait in it nor tells the other end while one of them does
+        # closing alone neither wakes the threads that wait in it nor informs the other end while one of them does
         with contextlib.suppress(OSError):
             self._connection.shutdown(socket.SHUT_RDWR)
         self._connection.close()

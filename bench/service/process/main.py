@@ -1,6 +1,6 @@
 """The process of one run: ``python -m bench.service.process.main JOB.json``.
 
-It is its own session and opens the bus alone. Whoever connects to its socket is told everything from the beginning; if
+It is its own session and opens the bus alone. Whoever connects to its socket receives everything from the beginning; if
 nobody does, or the web process dies, the run goes on. SIGTERM, SIGINT, SIGHUP and SIGQUIT bring the bench to rest.
 """
 
@@ -34,7 +34,7 @@ from bench.stop_button import StopButton, listening
 
 
 class Process:
-    """One job, its socket, and what it tells."""
+    """One job, its socket, and what it sends."""
 
     def __init__(self, job: Job) -> None:
         self._job = job
@@ -51,7 +51,7 @@ class Process:
         self._server = LineServer(Path(job.socket), self._reporter.greeting, self._take)
 
     def run(self) -> Message:
-        """Do the job and return its end as a message; the file of the outcome is written before anybody is told.
+        """Do the job and return its end as a message; the file of the outcome is written before it is sent to anybody.
 
         A disk that takes no file keeps nobody from hearing of the end.
         """

@@ -24,23 +24,23 @@ class Refused(BenchError):
     """An act that was meant for something else."""
 
 
-class Told(Protocol):
-    """Who tells how the run stands."""
+class Reports(Protocol):
+    """Who reports how the run stands."""
 
     def tell(self, phase: str, label: str = "", **more: Any) -> None:
         """Say where the run stands."""
         ...
 
     def pausing(self, asked: bool) -> None:
-        """Tell of a pause that was asked for or taken back."""
+        """Report a pause that was asked for or taken back."""
         ...
 
     def asked(self, wish: str, identity: str) -> None:
-        """Tell what was asked for a point."""
+        """Report what was asked for a point."""
         ...
 
     def noticed(self, text: str) -> None:
-        """Tell what is not as it should be."""
+        """Report what is not as it should be."""
         ...
 
     def points(self) -> Mapping[str, Message]:
@@ -55,11 +55,11 @@ class Obedience:
     ----------
     run : id of the run.
     directions : where the wishes go.
-    reporter : tells what was done, or why not.
+    reporter : reports what was done, or why not.
     hold : hears that the button of a motion by hand is held, or no longer; None where there is none.
     """
 
-    def __init__(self, run: str, directions: Directions, reporter: Told, hold: Hold | None = None) -> None:
+    def __init__(self, run: str, directions: Directions, reporter: Reports, hold: Hold | None = None) -> None:
         self._run, self._directions, self._reporter = run, directions, reporter
         self._acts: dict[str, Callable[[Message], None]] = {
             "pause": self._pause,
@@ -73,7 +73,7 @@ class Obedience:
             self._acts |= {"hold": lambda _: hold.still(), "let_go": lambda _: hold.let_go()}
 
     def __call__(self, message: Message) -> None:
-        """Do what is asked, or tell in one sentence why not; what is not understood is no order."""
+        """Do what is asked, or say in one sentence why not; what is not understood is no order."""
         act = str(message.get("do", ""))
         if act == "stop":
             self._end(message)
@@ -103,7 +103,7 @@ class Obedience:
 
     def _end(self, message: Message) -> None:
         self._directions.stop()
-        self._reporter.tell("stopping", "told to bring the bench to rest")
+        self._reporter.tell("stopping", "the service asked for the bench to be brought to rest")
 
     def _pause(self, message: Message) -> None:
         self._directions.pause()

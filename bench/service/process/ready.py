@@ -1,7 +1,7 @@
 """A process that stands ready for the next run: ``python -m bench.service.process.ready LINK SPEC``.
 
 Opening a bench took a run process most of its time before it touched the bus: loading the program, and the compiled
-loops. One that stands ready has done both. While it waits it reads the bench without torque, where it may, and tells
+loops. One that stands ready has done both. While it waits it reads the bench without torque, where it may, and reports
 its values. A line on its input, ``{"job": path, "log": path}``, makes it the process of that run; ``LINK`` then leads
 to the job, so that whoever looks for the process of a job finds it by its command line. The end of its input ends it.
 """
@@ -26,7 +26,7 @@ _TELL_S = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Spec:
-    """What a process that stands ready is told when it begins.
+    """What a process that stands ready is given when it begins.
 
     ``reads`` says whether it may read the bench while it waits; a bench that is emulated in the process itself is
     nobody else's, any other bus is locked meanwhile.
@@ -80,7 +80,7 @@ def main() -> None:
 
 
 def _stand(spec: Spec, order: Order) -> None:
-    """Load what a run needs, then read the bench until something comes; what fails is told, the job is done cold."""
+    """Load what a run needs, then read the bench until a job comes; what fails is reported, the job starts cold."""
     from bench.errors import BenchError, one_sentence
     from bench.service.process.lines import LineServer
 
@@ -103,7 +103,7 @@ def _stand(spec: Spec, order: Order) -> None:
 
 
 def _watch(spec: Spec, order: Order, tell: Callable[[Message], None]) -> None:
-    """Open the bench without torque and tell how it is; one that may not be read is only got ready for."""
+    """Open the bench without torque and report how it is; one that may not be read is only got ready for."""
     from bench.campaigns import load_campaign, shipped_campaigns
     from bench.configuration import load_bench, on_interface, playing
     from bench.cycle.decode import warm_up

@@ -23,7 +23,7 @@ _STATUS_EVERY_S = 0.25
 
 
 class Reporter:
-    """A listener of the run that keeps its state and tells each change.
+    """A listener of the run that keeps its state and sends each change.
 
     Attributes
     ----------

@@ -36,7 +36,7 @@ class LiveTap:
     ----------
     emit : is called from the tap's own thread with ``live``, ``spectrum`` and ``condition`` messages.
     ratio : of the gearbox.
-    on_begin : is told the bench's time of day when a motion begins.
+    on_begin : is called with the bench's time of day when a motion begins.
     on_open : is called once the bench is open.
     """
 
@@ -70,7 +70,7 @@ class LiveTap:
     # -- called by the runner: no work here ----------------------------------------------------------------------------
 
     def opened(self, view: View) -> None:
-        """Look at a bench that is open, in motion or not: its condition is told from now on."""
+        """Look at a bench that is open, in motion or not: its condition is sent from now on."""
         self._view = view
         self._on_open()
 

@@ -1,4 +1,4 @@
-"""Taring by hand: the torque sensor is read at rest, without voltage on the drives; the zero is told as measured."""
+"""Taring by hand: the torque sensor is read at rest, without voltage on the drives; the measured zero is reported."""
 
 from __future__ import annotations
 

@@ -68,7 +68,7 @@ class Idle:
             await asyncio.sleep(_LOOK_S)
 
     async def _follow(self, patience_s: float) -> bool:
-        """Hand on what it tells, until a run takes it or it is gone; whether anything was heard within the patience."""
+        """Hand on what it sends, until a run takes it or it is gone; whether anything was heard within the patience."""
         clock = asyncio.get_running_loop().time
         deadline = clock() + patience_s
         heard: list[Message] = []

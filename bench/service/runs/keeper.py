@@ -1,4 +1,4 @@
-"""The keeper of the bench: takes runs from the queue one by one, follows each, stops it when told."""
+"""The keeper of the bench: takes runs from the queue one by one, follows each, stops it when asked to."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ class Keeper:
         return run
 
     def changed(self) -> None:
-        """Look again whether something can begin, and tell the pages."""
+        """Look again whether something can begin, and inform the pages."""
         self._wake.set()
         self._stream.publish(self.runs_message())
         self.shown.on_phase()
@@ -156,7 +156,7 @@ class Keeper:
     def stop(self, by: str, pressed_at_ns: int | None = None) -> tuple[Press, bool]:
         """Bring the bench to rest, by every way there is; return the press that counts, and whether it is this one.
 
-        Its ``run`` is None if nothing runs. No file is touched before the run has been told.
+        Its ``run`` is None if nothing runs. No file is touched before the run has received it.
         """
         run = self.runs.running() or self._starting
         press, first = self.stopper.pressed(by, pressed_at_ns, None if run is None else run.id)

@@ -1,4 +1,4 @@
-"""The launcher: keeps the privileges a bus needs, starts run processes when told, and does nothing else.
+"""The launcher: keeps the privileges a bus needs, starts run processes when asked to, and does nothing else.
 
 It is started before the web process gives its own privileges away. Lines of JSON on its input:
 ``{"job": path, "log": path}``, and ``{"ready": spec}`` for a process that stands ready for the next job; on its output:

@@ -1,4 +1,4 @@
-"""The web process's end of a run's socket: reads what the run tells, sends the operator's wishes."""
+"""The web process's end of a run's socket: reads what the run sends, sends the operator's wishes."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ _KEPT = 200
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """One run. ``proposed`` waits for whoever holds the controls, ``queued`` for its turn."""
+    """One run. ``proposed`` waits for whoever holds the controls, ``queued`` for the runs before it."""
 
     id: str
     campaign: str
@@ -123,7 +123,7 @@ class Runs:
         return next((run for run in self._runs.values() if run.state == "running"), None)
 
     def next(self) -> Run | None:
-        """The run whose turn it is."""
+        """The run that is next."""
         return next((run for run in self._runs.values() if run.state == "queued"), None)
 
     def _save(self) -> None:

@@ -15,7 +15,7 @@ _OPENING: Message = {"type": "status", "phase": "opening", "label": "the bench i
 
 
 class Shown:
-    """Keeps what a page that is opened later needs, and tells those that look on."""
+    """Keeps what a page that is opened later needs, and sends it to those that look on."""
 
     def __init__(self, stream: Stream, book: Book) -> None:
         self._stream, self._book = stream, book

@@ -42,7 +42,7 @@ async def look_at_disk(alarms: Alarms, storage: Callable[[], dict[str, Any]]) ->
 class SelfWatch:
     """Alarms of the service itself and of a silent run, the file that says it lives, and the run's stop port.
 
-    ``tell_state`` tells the pages; ``seen`` is the file that says when the service was last alive.
+    ``tell_state`` informs the pages; ``seen`` is the file that says when the service was last alive.
     """
 
     def __init__(self, alarms: Alarms, disk: Disk, keeper: Keeper, seen: Path, tell_state: Callable[[], None]) -> None:

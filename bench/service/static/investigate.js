@@ -10,7 +10,7 @@ export function ask(one) {
   const field = (label, value, more = {}) => { const input = make("input", { type: "number", value, ...more }); return [make("label", { class: "field" }, label, input), input]; };
   const [hours, hoursOf] = field("Budget of bench time, h", 2, { min: 0, max: 1000, step: "any", id: "ask-hours" });
   const [count, countOf] = field("At most so many experiments", 3, { min: 0, max: 100, id: "ask-experiments" });
-  const [sure, sureOf] = field("Confidence that each finding has to reach", 0.7, { min: 0, max: 0.9, step: 0.05 });
+  const [sure, sureOf] = field("Confidence that each finding needs", 0.7, { min: 0, max: 0.9, step: 0.05 });
   const who = make("input", { type: "text", maxlength: 40, value: me.name });
   const alone = make("input", { type: "checkbox" }), pace = make("input", { type: "checkbox" });
   sheet(`Investigate ${one.folder}`, [

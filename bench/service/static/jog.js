@@ -24,7 +24,7 @@ export function jog() {
     return button;
   };
   sheet("Move by hand", [
-    make("p", { id: "jog-text" }, "It turns as long as you hold the button, without load, at low torque, one turn of the load side at most. Nothing is recorded. The drives are brought up first: keep holding."),
+    make("p", { id: "jog-text" }, "It turns as long as you hold the button, without load, at low torque, one revolution of the load side at most. Nothing is recorded. First the drives are switched on: keep holding."),
     make("label", { class: "field" }, "Speed", speed, told),
     make("div", { class: "acts" }, hold(-1, "◀ Hold: negative"), hold(1, "Hold: positive ▶")),
     make("p", { id: "jog-state", class: "big", role: "status" }, "Nothing moves."),
@@ -36,7 +36,7 @@ export function tare() {
   const told = make("p", { id: "tare-text", class: "big", role: "status" }, "");
   sheet("Tare the torque sensor", [
     make("p", {}, "Take every load off the gearbox first. The sensor is read for two seconds at rest; the drives have no voltage and nothing moves."),
-    make("p", { class: "quiet" }, "What is shown between runs begins from it anew. Every campaign takes its own zero, by a slow motion before and after."),
+    make("p", { class: "quiet" }, "The values shown between runs use this zero. A campaign does not: it measures a zero by a slow motion before and after its points."),
     told,
   ], [["Tare", async () => {
     told.textContent = "The bench is opened …";

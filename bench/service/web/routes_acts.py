@@ -104,7 +104,7 @@ async def new_run(body: m.NewRun, service: The) -> m.RunAnswer:
     return answer
 
 
-@router.post("/runs/{run_id}/approve", summary="Let a proposed run begin in its turn")
+@router.post("/runs/{run_id}/approve", summary="Put a proposed run into the queue")
 async def approve(run_id: RunId, body: m.Act, service: The) -> m.RunAnswer:
     """The operator's word for what somebody else proposed."""
 

@@ -123,7 +123,7 @@ async def since(analysis_id: AnalysisId, service: The) -> list[str]:
 
 @router.get("/analyses/{analysis_id}/steps", summary="The steps of an investigation")
 async def steps(analysis_id: AnalysisId, service: The) -> Answer:
-    """``log``: its experiments, what was expected and what came; ``said``: what it told, line by line."""
+    """``log``: its experiments, what was expected and what came; ``said``: what it said, line by line."""
     return await service.reading(investigation_of, service.analyses.investigated(analysis_id))
 
 

@@ -71,7 +71,7 @@ def run(case: Case, work: Path) -> dict[str, Any]:
     """Run one campaign past the twin; a row of the store.
 
     ``points``: recordings at one point; ``began``: index among them of the first with the change; ``noticed``: of that
-    after which the alarm came; ``told_since``: of that from which the twin says it is; ``channel``: where it is told.
+    after which the alarm came; ``told_since``: of that from which the twin says it is; ``channel``: where.
     """
     model = model_of(case.bench, work)
     change = None if case.change == WITHOUT else case.change

@@ -16,7 +16,7 @@ Rows = Sequence[Mapping[str, Any]]
 
 
 def tables(content: Mapping[str, Any]) -> str:
-    """False alarms, then delay and misses by change and strength, then what was told, then the cost."""
+    """False alarms, then delay and misses by change and strength, then what was reported, then the cost."""
     rows: Rows = content["campaigns"]
     lines = [*_false(rows), "", *_seen(rows), "", *_told(rows), "", *_cost(rows), *_at_its_rate(content)]
     made = sorted({f"{row['commit'][:12]}{'+changes' * row['commit'].endswith('+changes')}" for row in rows})

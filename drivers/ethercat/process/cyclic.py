@@ -14,7 +14,7 @@ _LOOK_EVERY = 16
 
 
 class Cyclic:
-    """Runs cycles until it is told to leave.
+    """Runs cycles until it is asked to leave.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class Cyclic:
         self.guard: Guard | None = None
         self.leaving = False
         self.end_when_stopped = False
-        """The rig has gone or the process was told to end: leave once the drives are at rest."""
+        """The rig has gone or the process was asked to end: leave once the drives are at rest."""
 
     def start(self, outputs: bytes) -> None:
         """Hold these outputs until there are set values."""

@@ -35,7 +35,7 @@ _TEXT: Mapping[Reason, str] = {
     Reason.STARVED: "the rig gave no set values in time",
     Reason.RIG_GONE: "the rig's process has ended",
     Reason.ORDERED: "the rig ordered it",
-    Reason.TERMINATED: "the bus process was told to end",
+    Reason.TERMINATED: "the bus process was asked to end",
     Reason.WORKING_COUNTER: "too many cycles in a row had a wrong working counter",
     Reason.LIMIT: "an input went beyond its limit",
 }

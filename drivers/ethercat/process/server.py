@@ -91,7 +91,7 @@ class Server:
         finally:
             self._shared.words[at.STATE] = at.CLOSED
             self._bus.close()
-        with suppress(OSError):  # nobody may be left to be told
+        with suppress(OSError):  # nobody may be left to receive it
             self._pipe.send(("done", None))
 
     # -- orders ---------------------------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""What the bus process is told once: who is on the bus, when to stop by itself and how, how to be scheduled."""
+"""What the bus process receives once: who is on the bus, when to stop by itself and how, how to be scheduled."""
 
 from __future__ import annotations
 

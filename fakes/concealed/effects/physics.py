@@ -107,7 +107,7 @@ def _preload(rng: Rng) -> Effect:
 
 @form("unknown", "thermal bow of the shaft", held_back=True)
 def _bow(rng: Rng) -> Effect:
-    """A shaft that warms from one side bows: runout once a turn while it warms, gone when it is warm through."""
+    """A shaft that warms from one side bows: runout once per revolution while it warms, none when it is warm."""
 
     def law(run: Run, s: Shape, memory: Memory) -> Floats:
         return np.asarray(_behind(run, s, memory) * np.cos(run.theta + s["phase"]))

@@ -2,7 +2,7 @@
 
 A frame is answered first, with the inputs of the cycle before, as slaves do that copy their inputs when the frame
 arrives; then the plant goes on by one cycle. The plant keeps to the wall clock: it follows the master's cycle as long
-as that is the bus cycle, and runs on by itself where no frame comes. It may be told to wait a while before it does: a
+as that is the bus cycle, and runs on by itself where no frame comes. It may be set to wait a while before it does: a
 computer that stalls both master and emulator then costs no cycle, where the master makes up for those it is late with.
 """
 

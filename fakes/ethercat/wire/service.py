@@ -136,7 +136,7 @@ class Service:
 
 
 def serve(options: Mapping[str, Any], report: Callable[[dict[str, Any]], None]) -> dict[str, Any]:
-    """Emulate until told to stop (order, SIGTERM or Ctrl-C); return the counters.
+    """Emulate until asked to stop (order, SIGTERM or Ctrl-C); return the counters.
 
     Parameters
     ----------

@@ -50,7 +50,7 @@ def _rows() -> tuple[Kind, ...]:
         # transmission error: shape of the kinematic error
         row("harmonic", "te.harmonic", te, "amplitude order phase by_load", "an order beside the series", True),
         row("sideband", "te.sideband", te, "amplitude order phase beat beat_phase", "order modulated", True),
-        row("defect", "te.local_defect", te, "height sharpness angle", "pulse of one pin a turn"),
+        row("defect", "te.local_defect", te, "height sharpness angle", "pulse of one pin per revolution"),
         row("resonance", "te.resonance", te, "gain frequency damping", "series drives a second-order resonator"),
         row("creep", "te.drift_time", te, "amplitude time", "settles exponentially with time", True),
         row("log_creep", "te.drift_time", te, "amplitude time", "creeps with the logarithm of time"),

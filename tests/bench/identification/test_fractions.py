@@ -26,19 +26,19 @@ def _matrix(theta: np.ndarray, orders: np.ndarray) -> np.ndarray:
 
 def test_sums_with_fractions_are_those_of_the_matrix_that_is_not_built() -> None:
     rng = np.random.default_rng(2)
-    theta, y, reach = rng.uniform(-9.0, 9.0, 300), rng.normal(size=300), 20
+    theta, y, highest_order = rng.uniform(-9.0, 9.0, 300), rng.normal(size=300), 20
     orders = np.array([1.0, 2.5, 7.297, 13.0])
     broken = fractions(list(orders))
-    extra = beside(broken, reach)
-    unit, both = angle_sums(theta, np.ones(300), y, 2 * reach)
+    extra = beside(broken, highest_order)
+    unit, both = angle_sums(theta, np.ones(300), y, 2 * highest_order)
     unit = np.concatenate([unit, sums_at(theta, np.ones(300), extra)])
-    right = np.concatenate([both[: reach + 1], sums_at(theta, y, broken)])
+    right = np.concatenate([both[: highest_order + 1], sums_at(theta, y, broken)])
     x = _matrix(theta, orders)
     assert np.abs(gram(unit, orders, extra) - x.T @ x).max() < 1e-5
     assert np.abs(projections(right, orders, broken) - x.T @ y).max() < 1e-5
     coefficients = rng.normal(size=9)
-    direct = np.exp(1j * np.outer(np.arange(reach + 1), theta)) @ (x @ coefficients)
-    shifts = Shifts.of(np.arange(reach + 1.0), orders, unit.shape[-1] - extra.size, extra)
+    direct = np.exp(1j * np.outer(np.arange(highest_order + 1), theta)) @ (x @ coefficients)
+    shifts = Shifts.of(np.arange(highest_order + 1.0), orders, unit.shape[-1] - extra.size, extra)
     assert np.abs(shifts.series(unit[None, :], coefficients[None, :]) - direct).max() < 1e-5
 
 

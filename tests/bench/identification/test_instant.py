@@ -10,7 +10,7 @@ import pytest
 
 from bench.identification.coverage import deviates
 from bench.identification.coverage_table import symbols
-from bench.identification.instant import fall_per_row, systematic, systematic_std, told
+from bench.identification.instant import fall_per_row, systematic, systematic_entry, systematic_std
 from bench.identification.regression import LinearFit
 from bench.recording import ChannelSpec, Recording, Setpoint
 from bench.simulation import Gearbox, Parameter, Simulation, Term
@@ -76,7 +76,7 @@ def test_without_ramps_nothing_is_told() -> None:
 
 def test_coverage_counts_it_and_says_what_it_is_without() -> None:
     fit = LinearFit({"J": INERTIA}, {"J": 1e-6}, (), 0.0, 1)
-    extra = told(systematic(_recordings(24), fit))
+    extra = systematic_entry(systematic(_recordings(24), fit))
     term = Term("motor.inertia", parameters={"J": Parameter(INERTIA, "kg*m^2", 1e-6)}, extra=extra)
     found = Simulation.nominal(Gearbox(RATIO)).with_term(term)
     assert systematic_std(found.terms["motor.inertia"], "J") == pytest.approx(INERTIA * 0.056 / 12**0.5, rel=0.1)

@@ -37,7 +37,7 @@ def test_what_turns_is_cut_into_blocks_of_whole_revolutions(
     assert len(made) == number >= ENOUGH
     # but for the gap between blocks
     assert min(turned(piece) for piece in made) >= least - 0.02
-    assert "cannot be told" not in note
+    assert "cannot be found" not in note
 
 
 def test_where_revolutions_make_too_few_blocks_time_cuts_and_the_note_says_what_that_costs(tmp_path: Path) -> None:

@@ -51,7 +51,7 @@ def test_interpolation_time_is_the_cycle_time(value: int, exponent: int) -> None
 
 
 def test_a_cycle_time_that_cannot_be_told() -> None:
-    with pytest.raises(DriverError, match="cannot be told to a drive"):
+    with pytest.raises(DriverError, match="cannot be written to a drive"):
         cycle_parameters(0.0003456789)
 
 
