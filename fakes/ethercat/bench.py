@@ -12,14 +12,14 @@ from typing import Any
 
 import numpy as np
 
-from fakes.ethercat.al import AlState
-from fakes.ethercat.cia402 import Mode
-from fakes.ethercat.objects_cia402 import RPM, DriveData
-from fakes.ethercat.plant_link import COMMAND_DTYPE, PlantLike, Rows
-from fakes.ethercat.safety_terminal import SafetyTerminal
-from fakes.ethercat.servo import ServoDrive
-from fakes.ethercat.slave import Image, Slave, SlaveState
-from fakes.ethercat.terminals import AnalogInput, TemperatureInput
+from fakes.ethercat.drive.cia402 import Mode
+from fakes.ethercat.drive.objects import RPM, DriveData
+from fakes.ethercat.slaves.al import AlState
+from fakes.ethercat.slaves.plant_link import COMMAND_DTYPE, PlantLike, Rows
+from fakes.ethercat.slaves.safety_terminal import SafetyTerminal
+from fakes.ethercat.slaves.servo import ServoDrive
+from fakes.ethercat.slaves.slave import Image, Slave, SlaveState
+from fakes.ethercat.slaves.terminals import AnalogInput, TemperatureInput
 
 ROLES = ("input_drive", "load_drive", "torque_terminal", "temperature_terminal", "safety_terminal")
 """Order on the bus, from the master on."""

@@ -11,10 +11,10 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from fakes.ethercat.benches import bench_of
-from fakes.ethercat.identity import VENDOR_NAME
-from fakes.ethercat.objects_cia402 import PROFILE_SERVO
-from fakes.ethercat.pdo import RX_ASSIGN, TX_ASSIGN
-from fakes.ethercat.slave import (
+from fakes.ethercat.drive.objects import PROFILE_SERVO
+from fakes.ethercat.objects.identity import VENDOR_NAME
+from fakes.ethercat.objects.pdo import RX_ASSIGN, TX_ASSIGN
+from fakes.ethercat.slaves.slave import (
     INPUT_ADDRESS,
     MAILBOX_IN_ADDRESS,
     MAILBOX_OUT_ADDRESS,

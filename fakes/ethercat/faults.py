@@ -10,8 +10,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from typing import TYPE_CHECKING
 
-from fakes.ethercat import faultcodes
-from fakes.ethercat.safety_terminal import RELAY_DELAY_S
+from fakes.ethercat.drive import faultcodes
+from fakes.ethercat.slaves.safety_terminal import RELAY_DELAY_S
 
 if TYPE_CHECKING:
     from fakes.ethercat.bench import EmulatedBench

@@ -14,10 +14,10 @@ import numpy as np
 import numpy.typing as npt
 import pysoem
 
-from fakes.ethercat.al import AlState
 from fakes.ethercat.bench import BenchState, EmulatedBench
 from fakes.ethercat.faults import BusFaults, FaultSwitch, Scheduled
-from fakes.ethercat.slave import Image
+from fakes.ethercat.slaves.al import AlState
+from fakes.ethercat.slaves.slave import Image
 from fakes.ethercat.stand_in_slave import StandInSlave
 
 NO_FRAME = -1

@@ -12,10 +12,10 @@ from typing import Protocol
 
 import pysoem
 
-from fakes.ethercat.aborts import TEXT, SdoAbort
-from fakes.ethercat.al import ERROR
-from fakes.ethercat.pdo import RX_ASSIGN, TX_ASSIGN
-from fakes.ethercat.slave import Slave
+from fakes.ethercat.objects.aborts import TEXT, SdoAbort
+from fakes.ethercat.objects.pdo import RX_ASSIGN, TX_ASSIGN
+from fakes.ethercat.slaves.al import ERROR
+from fakes.ethercat.slaves.slave import Slave
 
 _SDO_BUFFER = 256
 _WATCHDOG_UNIT_MS = 0.1

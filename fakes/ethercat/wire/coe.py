@@ -10,9 +10,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
-from fakes.ethercat import aborts
-from fakes.ethercat.aborts import SdoAbort
-from fakes.ethercat.slave import Slave
+from fakes.ethercat.objects import aborts
+from fakes.ethercat.objects.aborts import SdoAbort
+from fakes.ethercat.slaves.slave import Slave
 from fakes.ethercat.wire import sdo_info
 
 HEADER = struct.Struct("<HHBB")

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from fakes.ethercat.al import AlState
-from fakes.ethercat.slave import Slave
+from fakes.ethercat.slaves.al import AlState
+from fakes.ethercat.slaves.slave import Slave
 from fakes.ethercat.wire import clock, sii
 from fakes.ethercat.wire import registers as reg
 from fakes.ethercat.wire.mailbox import Mailbox

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 
-from fakes.ethercat.slave import Slave
+from fakes.ethercat.slaves.slave import Slave
 from fakes.ethercat.wire import registers as reg
 from fakes.ethercat.wire.coe import CoeServer
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from fakes.ethercat.bench import EmulatedBench
 from fakes.ethercat.faults import FaultSwitch
-from fakes.ethercat.slave import Image
+from fakes.ethercat.slaves.slave import Image
 from fakes.ethercat.wire.esc import SlaveController
 from fakes.ethercat.wire.port import Port
 from fakes.ethercat.wire.registers import WATCHDOG_STATUS

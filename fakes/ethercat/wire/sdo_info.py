@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import struct
 
-from fakes.ethercat import aborts
-from fakes.ethercat.aborts import SdoAbort
-from fakes.ethercat.dictionary import VARIABLE, Object, ObjectDictionary
+from fakes.ethercat.objects import aborts
+from fakes.ethercat.objects.aborts import SdoAbort
+from fakes.ethercat.objects.dictionary import VARIABLE, Object, ObjectDictionary
 
 LIST_REQUEST, LIST, OBJECT_REQUEST, OBJECT, ENTRY_REQUEST, ENTRY, ERROR = range(1, 8)
 _INCOMPLETE = 0x80

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import struct
 
-from fakes.ethercat.identity import VENDOR_NAME
-from fakes.ethercat.pdo import RX_ASSIGN, TX_ASSIGN
-from fakes.ethercat.slave import (
+from fakes.ethercat.objects.identity import VENDOR_NAME
+from fakes.ethercat.objects.pdo import RX_ASSIGN, TX_ASSIGN
+from fakes.ethercat.slaves.slave import (
     INPUT_ADDRESS,
     MAILBOX_IN_ADDRESS,
     MAILBOX_OUT_ADDRESS,

@@ -3,9 +3,9 @@
 from drivers.cia402 import State as Ours
 from drivers.cia402.states import STATUS_PATTERNS, TRANSITIONS
 from drivers.cia402.states import Command as OurCommand
-from fakes.ethercat.cia402 import TRANSITIONS as THEIR_TRANSITIONS
-from fakes.ethercat.cia402 import Command as TheirCommand
-from fakes.ethercat.cia402 import State as Theirs
+from fakes.ethercat.drive.cia402 import TRANSITIONS as THEIR_TRANSITIONS
+from fakes.ethercat.drive.cia402 import Command as TheirCommand
+from fakes.ethercat.drive.cia402 import State as Theirs
 
 PATTERN = {state: value for state, _, value in STATUS_PATTERNS}
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from fakes.ethercat.al import ERROR, TRANSITIONS, AlCode, AlState, AlStateMachine
+from fakes.ethercat.slaves.al import ERROR, TRANSITIONS, AlCode, AlState, AlStateMachine
 
 REAL = (AlState.INIT, AlState.PREOP, AlState.SAFEOP, AlState.OP)
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from canopen.profiles.p402 import State402
 
-from fakes.ethercat.cia402 import TRANSITIONS, Command, State, transition
-from fakes.ethercat.power import PowerStage
+from fakes.ethercat.drive.cia402 import TRANSITIONS, Command, State, transition
+from fakes.ethercat.drive.power import PowerStage
 
 NAMES = {
     State.NOT_READY: "NOT READY TO SWITCH ON",

@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fakes.ethercat import aborts, types
-from fakes.ethercat.aborts import SdoAbort
-from fakes.ethercat.dictionary import Entry, ObjectDictionary, array, record, sparse_record, variable
-from fakes.ethercat.pdo import RX_ASSIGN, TX_ASSIGN
-from fakes.ethercat.types import DINT, STRING, UDINT, UINT, USINT
+from fakes.ethercat.objects import aborts, types
+from fakes.ethercat.objects.aborts import SdoAbort
+from fakes.ethercat.objects.dictionary import Entry, ObjectDictionary, array, record, sparse_record, variable
+from fakes.ethercat.objects.pdo import RX_ASSIGN, TX_ASSIGN
+from fakes.ethercat.objects.types import DINT, STRING, UDINT, UINT, USINT
 from tests.fakes.ethercat.simple_plant import simple_bench
 
 SAFEOP = 4

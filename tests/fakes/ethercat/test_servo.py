@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from fakes.ethercat.plant_link import COMMAND_DTYPE
+from fakes.ethercat.slaves.plant_link import COMMAND_DTYPE
 from tests.fakes.ethercat.stand_in import INPUT, LOAD, Bus
 
 RPM = 2.0 * math.pi / 60.0

@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fakes.ethercat import aborts
-from fakes.ethercat.dictionary import Entry, record, variable
-from fakes.ethercat.identity import Identity
-from fakes.ethercat.slave import Emergency, Slave
-from fakes.ethercat.types import OCTETS, UDINT, UINT
+from fakes.ethercat.objects import aborts
+from fakes.ethercat.objects.dictionary import Entry, record, variable
+from fakes.ethercat.objects.identity import Identity
+from fakes.ethercat.objects.types import OCTETS, UDINT, UINT
+from fakes.ethercat.slaves.slave import Emergency, Slave
 from fakes.ethercat.wire.coe import HEADER, CoeServer
 
 CAPACITIES = st.integers(34, 300)

@@ -1,6 +1,7 @@
 """The power stage of a drive: which state it is in, what it ramps down to, which fault it has.
 
-Pure state without arrays or dictionary; :class:`~fakes.ethercat.servo.ServoDrive` asks it cycle by cycle or run by run.
+Pure state without arrays or dictionary; :class:`~fakes.ethercat.slaves.servo.ServoDrive` asks it cycle
+by cycle or run by run.
 """
 
 from __future__ import annotations
@@ -8,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from fakes.ethercat.cia402 import Bit, State, Transition, transition
+from fakes.ethercat.drive.cia402 import Bit, State, Transition, transition
 
 QUICK_STOP_OPTION, SHUTDOWN_OPTION, DISABLE_OPTION, REACTION_OPTION = 0x605A, 0x605B, 0x605C, 0x605E
 

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fakes.ethercat.dictionary import Entry, key, sparse_record
-from fakes.ethercat.identity import SAFETY_TERMINAL, Identity
-from fakes.ethercat.objects_common import assignments, common, mapping
-from fakes.ethercat.plant_link import Rows
-from fakes.ethercat.servo import ServoDrive
-from fakes.ethercat.slave import Image, Slave
-from fakes.ethercat.types import UINT, USINT
+from fakes.ethercat.objects.common import assignments, common, mapping
+from fakes.ethercat.objects.dictionary import Entry, key, sparse_record
+from fakes.ethercat.objects.identity import SAFETY_TERMINAL, Identity
+from fakes.ethercat.objects.types import UINT, USINT
+from fakes.ethercat.slaves.plant_link import Rows
+from fakes.ethercat.slaves.servo import ServoDrive
+from fakes.ethercat.slaves.slave import Image, Slave
 
 PROFILE_MODULAR = 0x00001389
 EMERGENCY_STOP, SAFE_TORQUE_OFF = 0x01, 0x02

@@ -11,12 +11,12 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from fakes.ethercat.dictionary import Entry, Object, key, sparse_record
-from fakes.ethercat.identity import TEMPERATURE_TERMINAL, TORQUE_TERMINAL, Identity
-from fakes.ethercat.objects_common import assignments, common, mapping
-from fakes.ethercat.plant_link import Rows
-from fakes.ethercat.slave import Image, Slave
-from fakes.ethercat.types import INT, UINT, USINT, Value
+from fakes.ethercat.objects.common import assignments, common, mapping
+from fakes.ethercat.objects.dictionary import Entry, Object, key, sparse_record
+from fakes.ethercat.objects.identity import TEMPERATURE_TERMINAL, TORQUE_TERMINAL, Identity
+from fakes.ethercat.objects.types import INT, UINT, USINT, Value
+from fakes.ethercat.slaves.plant_link import Rows
+from fakes.ethercat.slaves.slave import Image, Slave
 from fakes.pt100 import ELEMENTS, PRESENTATIONS, convert
 
 PROFILE_MODULAR = 0x00001389

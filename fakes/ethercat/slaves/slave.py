@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from fakes.ethercat.al import AlCode, AlState, AlStateMachine
-from fakes.ethercat.dictionary import Object, ObjectDictionary
-from fakes.ethercat.identity import Identity
-from fakes.ethercat.pdo import RX_ASSIGN, TX_ASSIGN, Layout, PdoConfiguration
+from fakes.ethercat.objects.dictionary import Object, ObjectDictionary
+from fakes.ethercat.objects.identity import Identity
+from fakes.ethercat.objects.pdo import RX_ASSIGN, TX_ASSIGN, Layout, PdoConfiguration
+from fakes.ethercat.slaves.al import AlCode, AlState, AlStateMachine
 
 MAILBOX_SIZE = 256
 MAILBOX_OUT_ADDRESS, MAILBOX_IN_ADDRESS = 0x1000, 0x1200

@@ -9,8 +9,8 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from fakes.ethercat.dictionary import ObjectDictionary
-from fakes.ethercat.objects_cia402 import DriveData, velocity_unit_rad_s
+from fakes.ethercat.drive.objects import DriveData, velocity_unit_rad_s
+from fakes.ethercat.objects.dictionary import ObjectDictionary
 
 OVERSPEED = 1.2
 """Part of the maximum speed above which a drive trips."""

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from fakes.ethercat.dictionary import Entry, Object, array, record, variable
-from fakes.ethercat.identity import Identity
-from fakes.ethercat.pdo import RX_ASSIGN, TX_ASSIGN, mapping_word
-from fakes.ethercat.types import STRING, UDINT, UINT, USINT
+from fakes.ethercat.objects.dictionary import Entry, Object, array, record, variable
+from fakes.ethercat.objects.identity import Identity
+from fakes.ethercat.objects.pdo import RX_ASSIGN, TX_ASSIGN, mapping_word
+from fakes.ethercat.objects.types import STRING, UDINT, UINT, USINT
 
 MAILBOX_OUT, MAILBOX_IN, OUTPUTS, INPUTS = 1, 2, 3, 4
 """Sync manager communication types (0x1C00)."""

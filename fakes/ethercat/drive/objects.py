@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from fakes.ethercat.cia402 import SUPPORTED_MODES, Mode
-from fakes.ethercat.dictionary import Entry, Object, record, variable
-from fakes.ethercat.objects_common import assignments, mapping
-from fakes.ethercat.types import DINT, INT, SINT, UDINT, UINT, USINT
+from fakes.ethercat.drive.cia402 import SUPPORTED_MODES, Mode
+from fakes.ethercat.objects.common import assignments, mapping
+from fakes.ethercat.objects.dictionary import Entry, Object, record, variable
+from fakes.ethercat.objects.types import DINT, INT, SINT, UDINT, UINT, USINT
 
 PROFILE_SERVO = 0x00020192
 """0x1000 of a servo drive: profile 402, type 2."""

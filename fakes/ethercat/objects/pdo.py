@@ -11,10 +11,10 @@ from typing import TypeAlias
 
 import numpy as np
 
-from fakes.ethercat import aborts
-from fakes.ethercat.aborts import SdoAbort
-from fakes.ethercat.dictionary import ObjectDictionary, key
-from fakes.ethercat.types import Value
+from fakes.ethercat.objects import aborts
+from fakes.ethercat.objects.aborts import SdoAbort
+from fakes.ethercat.objects.dictionary import ObjectDictionary, key
+from fakes.ethercat.objects.types import Value
 
 RX_ASSIGN, TX_ASSIGN = 0x1C12, 0x1C13
 _DIRECTION = {RX_ASSIGN: (0x1600, "r"), TX_ASSIGN: (0x1A00, "t")}

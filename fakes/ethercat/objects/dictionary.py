@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
-from fakes.ethercat import aborts
-from fakes.ethercat.aborts import SdoAbort
-from fakes.ethercat.types import USINT, DataType, Value
+from fakes.ethercat.objects import aborts
+from fakes.ethercat.objects.aborts import SdoAbort
+from fakes.ethercat.objects.types import USINT, DataType, Value
 
 VARIABLE, ARRAY, RECORD = 7, 8, 9
 """Object codes (ETG.1000.6 table 62)."""

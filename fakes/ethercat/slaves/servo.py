@@ -14,17 +14,17 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from fakes.ethercat import faultcodes
-from fakes.ethercat.cia402 import Bit, Mode, State
-from fakes.ethercat.dictionary import key
-from fakes.ethercat.identity import Identity, servo_product
-from fakes.ethercat.objects_cia402 import PROFILE_SERVO, DriveData, servo_objects
-from fakes.ethercat.objects_common import common
-from fakes.ethercat.plant_link import Rows
-from fakes.ethercat.power import PowerStage
-from fakes.ethercat.scaling import Floats, Scaling
-from fakes.ethercat.slave import Emergency, Image, Slave
-from fakes.ethercat.types import Value
+from fakes.ethercat.drive import faultcodes
+from fakes.ethercat.drive.cia402 import Bit, Mode, State
+from fakes.ethercat.drive.objects import PROFILE_SERVO, DriveData, servo_objects
+from fakes.ethercat.drive.power import PowerStage
+from fakes.ethercat.drive.scaling import Floats, Scaling
+from fakes.ethercat.objects.common import common
+from fakes.ethercat.objects.dictionary import key
+from fakes.ethercat.objects.identity import Identity, servo_product
+from fakes.ethercat.objects.types import Value
+from fakes.ethercat.slaves.plant_link import Rows
+from fakes.ethercat.slaves.slave import Emergency, Image, Slave
 
 STOP_TIMEOUT_S = 10.0
 """A ramp that has not reached standstill by then ends all the same."""
