@@ -127,3 +127,6 @@ OVER_THE_REST = 2.0
 """size of a name over that of what is left without an explanation beside something without a name, from which it is
 told: a form that leaves more than half of itself is no form of it
 """
+CANNOT_BE_SPARED = 0.5
+"""share of one operating point in what is known of an effect, above which the others cannot foretell it there
+"""

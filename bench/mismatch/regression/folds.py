@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.mismatch.regression.bank import RIDGE, Bank
+from bench.mismatch.regression.bank import RIDGE, Bank, Fit
 from bench.mismatch.regression.model import Block
 from bench.simulation.frame import FloatArray, IntArray
 
@@ -24,7 +24,7 @@ def predictive(bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: f
 
     ``folds`` (recordings,): fold of each recording of the bank, from 0 without gaps.
     """
-    whole, own = _products(bank, blocks, folds, variance)
+    whole, own, _ = _products(bank, blocks, folds, variance)
     cost = np.zeros(bank.energy.size) if np.isinf(variance) else np.log1p(variance * bank.energy)
     costs = np.bincount(folds, cost, len(own))
     everything = _evidence(whole) - 0.5 * costs.sum()
@@ -37,7 +37,7 @@ def squares(bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: floa
 
     A density forgives what the model knows it does not know; squares are what a prediction costs.
     """
-    whole, own = _products(bank, blocks, folds, variance)
+    whole, own, _ = _products(bank, blocks, folds, variance)
     out = np.empty(len(own))
     for f, fold in enumerate(own):
         without = _without(whole, fold)
@@ -45,6 +45,24 @@ def squares(bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: floa
         residual = np.append(beta, -1.0)[np.append(fold.place, whole.shape[0] - 1)]
         out[f] = residual @ fold.gram @ residual
     return out
+
+
+def carried(bank: Bank, blocks: Sequence[Block], own: Block, folds: IntArray, fitted: Fit) -> FloatArray:
+    """Share of each fold (folds,) in what is known of one of some fitted blocks, all others free beside it.
+
+    By how much the information on its coefficients, along these themselves, is less without the fold.
+    """
+    whole, each, scale = _products(bank, blocks, folds, fitted.variance)
+    mine = np.isin([i for b in blocks for i in b.place], own.place)
+    along = fitted.of(own.place)[0] * scale[mine]
+
+    def information(products: FloatArray) -> float:
+        inner, across = products[:-1, :-1], products[:-1, :-1][~mine][:, mine]
+        others = np.linalg.solve(inner[~mine][:, ~mine], across)
+        return float(along @ (inner[mine][:, mine] - across.T @ others) @ along)
+
+    left = np.array([information(_without(whole, one)) for one in each])
+    return np.asarray(1.0 - left / max(information(whole), 1e-300))
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,9 +73,11 @@ class _Fold:
     gram: FloatArray
 
 
-def _products(bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: float) -> tuple[FloatArray, list[_Fold]]:
+def _products(
+    bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: float
+) -> tuple[FloatArray, list[_Fold], FloatArray]:
     """Products of the blocks' columns and y, offsets marginalised, in columns of unit size: of all folds with the prior
-    (k + 1, k + 1), and of each.
+    (k + 1, k + 1), and of each; sizes of the columns (k,).
     """
     index = [i for b in blocks for i in b.place]
     k = len(index)
@@ -83,7 +103,7 @@ def _products(bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: fl
     prior = np.append(precision / scale[:k] ** 2 + RIDGE, 0.0)
     units = [np.append(scale[one.place], 1.0) for one in own]
     scaled = [_Fold(one.place, one.gram / np.outer(unit, unit)) for one, unit in zip(own, units, strict=True)]
-    return total / np.outer(scale, scale) + np.diag(prior), scaled
+    return total / np.outer(scale, scale) + np.diag(prior), scaled, scale[:k]
 
 
 def _without(whole: FloatArray, fold: _Fold) -> FloatArray:

@@ -6,32 +6,43 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bench.mismatch.regression.folds import squares
-from bench.mismatch.regression.model import ChannelModel, Chosen, fit_blocks
+from bench.mismatch import criteria
+from bench.mismatch.regression.folds import carried, squares
+from bench.mismatch.regression.model import Block, ChannelModel, Chosen, fit_blocks
 from bench.simulation.frame import FloatArray
 
 
 def not_refuted(model: ChannelModel, chosen: Sequence[Chosen]) -> list[Chosen]:
-    """Effects without those with which points left out are predicted worse than without them.
+    """Effects without those with which points left out are predicted worse than without them, by more log-likelihood
+    than noise gains in a search.
 
     The search asks for density: a form that is sure of most points may be wild at others, and say so. What a model is
-    for is prediction. Only points that may be fitted are asked: recordings held out score, and choose nothing.
+    for is prediction. Only points that may be fitted are asked: recordings held out score, and choose nothing. And
+    against an effect only points that others can stand for: without the one warm-up of a campaign nothing is known of
+    what a warm-up shows.
     """
     current = list(chosen)
     while current:
-        variance = fit_blocks(model.bank, model.blocks(current), model.variances).variance
+        blocks = model.blocks(current)
+        fitted = fit_blocks(model.bank, blocks, model.variances)
 
-        def left(own: Sequence[Chosen], at: float = variance) -> FloatArray:
-            return squares(model.bank, model.blocks(own), model.folds, at)
+        def left(own: Sequence[Block], at: float = fitted.variance) -> FloatArray:
+            return squares(model.bank, own, model.folds, at)
 
-        whole = float(left(current).sum())
-        without = [float(left([o for o in current if o is not c]).sum()) for c in current]
-        worst = int(np.argmin(without))
-        if whole <= without[worst]:
+        whole = left(blocks)
+        beyond, ratios = [], []
+        for c in current:
+            without = left(model.blocks([o for o in current if o is not c]))
+            spared = carried(model.bank, blocks, c.main, model.folds, fitted) <= criteria.CANNOT_BE_SPARED
+            asked = spared | (whole < without)
+            beyond.append(0.5 * float((whole - without)[asked].sum()) - model.price)
+            ratios.append(float(whole[asked].sum()) / max(float(without[asked].sum()), 1e-300))
+        worst = int(np.argmax(beyond))
+        if not beyond[worst] > 0.0:
             break
         gone = current.pop(worst)
         model.notes.append(
             f"{gone.main.regressor.words} gained in likelihood, but points left out of the fit are predicted"
-            f" {np.sqrt(whole / max(without[worst], 1e-300)):.3g} times as badly with it: it is not reported"
+            f" {np.sqrt(ratios[worst]):.3g} times as badly with it: it is not reported"
         )
     return current

@@ -1,0 +1,65 @@
+"""What points left out say against an effect, and which of them are asked."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bench.mismatch.regression.folds import carried
+from bench.mismatch.regression.model import Chosen
+from bench.mismatch.regression.refuted import not_refuted
+from bench.mismatch.regression.regressors import named
+from bench.mismatch.regression.search import Search, begun, shaped
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.terms import MOTOR_TORQUE
+from tests.bench.mismatch.regression.synthetic import EACH, campaign, problem
+
+WARM_UP = 23
+
+
+def warmed() -> Frame:
+    """A campaign whose last recording warms up, six times as fast as any other."""
+    frame = campaign()
+    fast = frame.recording == WARM_UP
+    return replace(frame, velocity=np.where(fast, -1.0, frame.velocity))
+
+
+def churning(frame: Frame, y: FloatArray) -> tuple[Search, Chosen]:
+    """A search on measured values (n,), and churning as it finds it."""
+    search = begun(problem(frame, y))
+    found = shaped(search, [], named("friction.viscous_quadratic", MOTOR_TORQUE, "square"))
+    assert found is not None
+    search.model.price = search.scan([], search.model.fit).price
+    return search, found
+
+
+def measured(frame: Frame, seed: int) -> FloatArray:
+    """Dry, viscous and churning friction with noise, and offsets of the recordings."""
+    rng = np.random.default_rng(seed)
+    omega = frame.omega
+    drag = 0.5 * frame.direction + 0.006 * omega + 4e-6 * omega * np.abs(omega)
+    return np.asarray(drag + rng.normal(0.0, 0.01, frame.size) + np.repeat(rng.normal(0.0, 0.02, 24), EACH))
+
+
+def test_the_only_point_that_shows_an_effect_cannot_refute_it() -> None:
+    frame = warmed()
+    for seed in range(5):
+        search, found = churning(frame, measured(frame, seed))
+        model = search.model
+        shares = carried(model.bank, model.blocks([found]), found.main, model.folds, model.refitted([found]))
+        assert int(np.argmax(shares)) == WARM_UP
+        assert shares[WARM_UP] > 0.9
+        assert np.delete(shares, WARM_UP).max() < 0.5
+        assert not_refuted(search.model, [found]) == [found]
+
+
+def test_what_the_other_points_are_predicted_worse_with_is_not_told() -> None:
+    """Drag that differs from point to point, and noise so small that a curve through it is sure of itself."""
+    frame = campaign()
+    rng = np.random.default_rng(3)
+    noise = rng.normal(0.0, 0.001, frame.size) + np.repeat(rng.normal(0.0, 0.2, 24), EACH) * (frame.recording % 8 == 7)
+    search, found = churning(frame, 0.5 * frame.direction + 0.006 * frame.omega + noise)
+    search.model.variances = (1e-12,)
+    assert not_refuted(search.model, [found]) == []
+    assert "not told" in search.model.notes[-1]
