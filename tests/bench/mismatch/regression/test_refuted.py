@@ -62,4 +62,4 @@ def test_what_the_other_points_are_predicted_worse_with_is_not_told() -> None:
     search, found = churning(frame, 0.5 * frame.direction + 0.006 * frame.omega + noise)
     search.model.variances = (1e-12,)
     assert not_refuted(search.model, [found]) == []
-    assert "not told" in search.model.notes[-1]
+    assert "not reported" in search.model.notes[-1]
