@@ -14,6 +14,7 @@ from bench.mismatch.orders.bounds import Bounds
 from bench.mismatch.orders.look import HIGHEST_ORDER
 from bench.mismatch.orders.partial import refined
 from bench.mismatch.orders.periodic import Periodic
+from bench.mismatch.orders.ringing import ringing, rings_for
 from bench.mismatch.orders.series import Series, calibrate
 from bench.mismatch.orders.turns import LEAST_PART, LEAST_TURN, Seen, Turn, found_in, looks, seen, states
 from bench.mismatch.orders.weak import Stage, WeakOrder, search, search_between
@@ -241,6 +242,9 @@ def _problem(model: TransmissionModel, y: FloatArray) -> ChannelProblem:
         # nothing; a series that is so everywhere still has a mean
         sure = usable & (doubt < _floor(model) ** 2)
         usable = sure if sure.any() else usable
+        noise = _floor(model) / float(np.sqrt(max(np.median(rows.number), 1.0)))
+        quiet = usable & ~ringing(frame, rings_for(model.periodic.laws, model.periodic.series, noise))
+        usable = quiet if quiet.any() else usable
     return ChannelProblem(
         TRANSMISSION_ERROR, rows, usable, model.folds, model.base, model.noise, doubt, model.switched_off
     )
