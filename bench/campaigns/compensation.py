@@ -15,7 +15,7 @@ from bench.cycle.channels import Scaling
 from bench.cycle.end import EndKind
 from bench.cycle.rig import Rig
 from bench.errors import ConfigurationError, DeviceError
-from bench.identification.feedforward import Left, Loop, Series, ripple_free, steady_phases
+from bench.identification.compensation.feedforward import Left, Loop, Series, ripple_free, steady_phases
 from bench.protocols import Phase, Segment
 from bench.simulation import Simulation
 

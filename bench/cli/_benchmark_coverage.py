@@ -43,7 +43,7 @@ def coverage(
     """
     from bench.cli._coverage_runs import recordings
     from bench.configuration import load_bench
-    from bench.identification.coverage_table import page
+    from bench.identification.comparison.coverage_table import page
     from bench.proof.results import commit
 
     # of the program that is running: others may commit meanwhile
@@ -72,7 +72,7 @@ def coverage(
 
 def _show(content: dict[str, Any], work: Path, store: Path | None, table: Path | None) -> None:
     """Compare what there is, store it and write the tables."""
-    from bench.identification.coverage_table import page
+    from bench.identification.comparison.coverage_table import page
 
     content["pairs"] = _pairs(content, work)
     keep(store, content)
@@ -99,7 +99,7 @@ def _model(work: Path, seed: int) -> Path:
 def _measured(folder: Path, seed: int, work: Path, bench: BenchFile, made_by: str) -> dict[str, Any]:
     """Identify one campaign; its deviations from the truth as they are stored."""
     from bench.identification import Options, identify_folder, to_simulation
-    from bench.identification.coverage import deviates
+    from bench.identification.comparison.coverage import deviates
     from bench.proof.sealed import load_sealed
     from bench.recording import RecordingFolder
 
@@ -129,8 +129,8 @@ def pairs_of(seeds: list[int], number: int = PAIRS) -> list[tuple[int, int]]:
 
 def _pairs(content: dict[str, Any], work: Path) -> list[dict[str, Any]]:
     """Models of campaigns compared two by two; pairs that stand in the content already are kept."""
-    from bench.identification.compare import compare
-    from bench.identification.power import power
+    from bench.identification.comparison.compare import compare
+    from bench.identification.comparison.power import power
     from bench.simulation import Simulation
 
     known = {(row["before"], row["after"]): row for row in content["pairs"]}

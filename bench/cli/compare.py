@@ -39,8 +39,8 @@ def compare(
     """
     from rich.table import Table
 
-    from bench.identification.compare import compare as compare_simulations
-    from bench.identification.compare import to_json
+    from bench.identification.comparison.compare import compare as compare_simulations
+    from bench.identification.comparison.compare import to_json
 
     if after is not None and since:
         raise ConfigurationError("--since splits one folder; give one, or two without --since")

@@ -67,7 +67,7 @@ def compensate(
 
     from bench.campaigns.compensation import compensate as run_points
     from bench.configuration import load_bench
-    from bench.identification.c_export import export_c
+    from bench.identification.compensation.c_export import export_c
     from bench.simulation import Simulation
 
     simulation = Simulation.load(model)

@@ -109,7 +109,7 @@ def _figures(console: Console, found: Identification, folder: Path) -> list[str]
 
 def _notch(text: str, pole_pairs: int | None) -> tuple[int, ...] | None:
     """Orders to take off; None for those that are found."""
-    from bench.identification.ripple import of_pole_pairs
+    from bench.identification.series.ripple import of_pole_pairs
 
     if pole_pairs is not None:
         if text != "found":

@@ -16,7 +16,7 @@ import h5py
 import numpy as np
 
 from bench.identification.identify import Options, identify_folder
-from bench.identification.reduction import CHANNELS
+from bench.identification.samples.reduction import CHANNELS
 from bench.processes import over
 from bench.recording import Recording, RecordingFolder
 

@@ -11,21 +11,21 @@ from pathlib import Path
 from typing import Any
 
 from bench.errors import BenchError, RecordingError
-from bench.identification.heat import HeatFit, identify_heat
-from bench.identification.instant import systematic
-from bench.identification.load_side import identify_load_side
-from bench.identification.orders import Proposal, default_orders, nuisance_orders, propose
-from bench.identification.paper import identify_paper
-from bench.identification.reduction import Reduction, reduce_recording
-from bench.identification.refined import RefinedDirection, identify_direction
-from bench.identification.regression import LinearFit
-from bench.identification.ripple import find_ripple
-from bench.identification.rounding import find_step
+from bench.identification.balances.heat import HeatFit, identify_heat
+from bench.identification.balances.instant import systematic
+from bench.identification.balances.load_side import identify_load_side
+from bench.identification.balances.slow_equations import friction_of
+from bench.identification.samples.reduction import Reduction, reduce_recording
+from bench.identification.samples.rounding import find_step
+from bench.identification.samples.steady import ReductionOptions
+from bench.identification.samples.windows import Skipped
 from bench.identification.selection import select
-from bench.identification.slow_equations import friction_of
-from bench.identification.steady import ReductionOptions
+from bench.identification.series.orders import Proposal, default_orders, nuisance_orders, propose
+from bench.identification.series.paper import identify_paper
+from bench.identification.series.refined import RefinedDirection, identify_direction
+from bench.identification.series.ripple import find_ripple
+from bench.identification.statistics.regression import LinearFit
 from bench.identification.validation import Score, score
-from bench.identification.windows import Skipped
 from bench.processes import over
 from bench.recording import Recording, RecordingFolder
 from bench.simulation import Gearbox, TransmissionErrorModel

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
-from bench.identification.windows import Skipped
+from bench.identification.samples.windows import Skipped
 from bench.recording import Recording, RecordingFolder
 
 

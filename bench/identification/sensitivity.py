@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.identification.inputs import Design
+from bench.identification.series.inputs import Design
 from bench.simulation import TERM_COUNT, FourierSet, basis
 
 FloatArray = NDArray[np.float64]

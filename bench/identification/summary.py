@@ -6,16 +6,16 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from bench.identification.freedom import freedom_entry
-from bench.identification.heat import HEAT_UNITS
+from bench.identification.balances.heat import HEAT_UNITS
+from bench.identification.balances.instant import systematic_entry
+from bench.identification.balances.load_side import LOAD_UNITS
+from bench.identification.balances.slow_equations import FRICTION_UNITS
 from bench.identification.identify import Identification
-from bench.identification.instant import systematic_entry
 from bench.identification.left import left_entry
-from bench.identification.load_side import LOAD_UNITS
 from bench.identification.plausible import KEY, implausible
-from bench.identification.regression import LinearFit
 from bench.identification.sensitivity import doubling_changes
-from bench.identification.slow_equations import FRICTION_UNITS
+from bench.identification.statistics.freedom import freedom_entry
+from bench.identification.statistics.regression import LinearFit
 from bench.identification.validation import PAPER_TABLE, table
 from bench.simulation import Parameter, Simulation, Term
 from bench.simulation.polynomial import TERM_NAMES

@@ -14,10 +14,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from bench.identification.fractions import is_whole
-from bench.identification.reduction import Reduction
-from bench.identification.refined import single_recording
-from bench.identification.steady import SteadySums
+from bench.identification.samples.fractions import is_whole
+from bench.identification.samples.reduction import Reduction
+from bench.identification.samples.steady import SteadySums
+from bench.identification.series.refined import single_recording
 from bench.simulation import FourierSet, TransmissionErrorModel, basis
 
 FloatArray = NDArray[np.float64]

@@ -1,6 +1,6 @@
 """Every number that decides something in the mismatch analysis: its meaning, its source."""
 
-from bench.identification import spikes
+from bench.identification.samples import spikes
 
 STANDSTILL_RAD_S = 0.3
 """motor speed below which the bench counts as standing; a fifth of one count of a 13-bit encoder at 2 kHz"""

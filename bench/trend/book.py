@@ -12,7 +12,7 @@ from typing import Any
 
 from bench.archive import Index, Query
 from bench.errors import ConfigurationError
-from bench.identification.compare import FAMILY_ERROR, holm
+from bench.identification.comparison.compare import FAMILY_ERROR, holm
 from bench.trend import kept
 from bench.trend.limits import Limits, chance_of_change
 from bench.trend.quantities import Reference

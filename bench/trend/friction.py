@@ -12,15 +12,15 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.identification.reduction import Reduction
-from bench.identification.regression import regress
-from bench.identification.rows import Rows
-from bench.identification.slow_equations import (
+from bench.identification.balances.slow_equations import (
     HEATING,
     REFERENCE_TEMPERATURE,
     friction_rows,
     shared_levels,
 )
+from bench.identification.samples.reduction import Reduction
+from bench.identification.samples.rows import Rows
+from bench.identification.statistics.regression import regress
 from bench.trend.quantities import SPEED_MARGIN, TEMPERATURE_MARGIN_K, TORQUE_MARGIN_NM, Value
 
 FloatArray = NDArray[np.float64]

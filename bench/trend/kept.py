@@ -17,7 +17,7 @@ import numpy as np
 
 from bench.errors import BenchError, ConfigurationError
 from bench.identification import Identification, Options, identify_folder, to_simulation
-from bench.identification.freedom import parameter_freedom
+from bench.identification.statistics.freedom import parameter_freedom
 from bench.identification.validation import BOUND, mean_inputs
 from bench.simulation import Parameter, Simulation
 from bench.trend.friction import reference_friction

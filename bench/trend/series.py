@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.identification.freedom import series_freedom
+from bench.identification.statistics.freedom import series_freedom
 from bench.trend.kept import Identified
 from bench.trend.limits import Limits, limits_from
 from bench.trend.quantities import Quantity, Reference, Value, amplitude, hysteresis, stiffness

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from scipy.stats import norm, t
 
-from bench.identification.freedom import series_freedom
 from bench.identification.left import left_rmse
+from bench.identification.statistics.freedom import series_freedom
 from bench.mismatch.given import Given
 from bench.mismatch.prediction import Predictor
 from bench.simulation.fourier import FourierSet

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from bench.identification.balances.slow_equations import FRICTION_MEANING
 from bench.identification.identify import Identification
-from bench.identification.slow_equations import FRICTION_MEANING
 from bench.identification.summary import doubtful, parameters, verdict
 from bench.simulation import basis
 from bench.typeset import engineering, mathml, symbol

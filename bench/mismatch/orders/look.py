@@ -14,7 +14,7 @@ import finufft
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.identification.spikes import off_median
+from bench.identification.samples.spikes import off_median
 from bench.mismatch import criteria
 from bench.mismatch.recordings.notch import ACCURACY, spectrum
 from bench.mismatch.recordings.rows import ANGLE_STEP

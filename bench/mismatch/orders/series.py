@@ -2,7 +2,7 @@
 
 Amplitude and phase of an order are quadratic polynomials of torque, speed and temperature, a set a direction
 (Bauer et al., ICIT 2025, eq. 4). They are fitted to the vector A*exp(j*phi) as identification does
-(:mod:`bench.identification.polar`); a normal prior, whose spread all orders share and tell, keeps what the design does
+(:mod:`bench.identification.series.polar`); a normal prior, whose spread all orders share, keeps what the design does
 not determine near zero (empirical Bayes, MacKay, Neural Comput. 4 (1992) 415).
 """
 
@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from bench.identification.polar import fit_polynomials, mean_size
+from bench.identification.series.polar import fit_polynomials, mean_size
 from bench.mismatch.orders.turns import Complex, Turn, directions, states
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.sines import summed, turned

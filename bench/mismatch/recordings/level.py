@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.identification.spikes import spikes
+from bench.identification.samples.spikes import spikes
 from bench.mismatch import criteria
 from bench.mismatch.recordings.smoothing import local_quadratic, repaired
 from bench.recording import Recording

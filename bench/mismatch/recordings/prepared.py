@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bench.errors import ConfigurationError, RecordingError
 from bench.foreign.base import BY, Base
 from bench.foreign.inputs import inputs_of
-from bench.identification.spikes import spikes
+from bench.identification.samples.spikes import spikes
 from bench.mismatch import criteria
 from bench.mismatch.recordings.level import levelled
 from bench.mismatch.recordings.motion import Manner, corners, directions, since_change

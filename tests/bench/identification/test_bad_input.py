@@ -12,8 +12,8 @@ import pytest
 
 from bench.errors import RecordingError
 from bench.identification import Options, identify_folder, to_json, to_simulation
-from bench.identification.spikes import spikes
-from bench.identification.windows import counting_bias, lost_cycles
+from bench.identification.samples.spikes import spikes
+from bench.identification.samples.windows import counting_bias, lost_cycles
 from tests.bench.identification.synthetic import Bench
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bench.identification.blocks import Blocks, make_blocks
-from bench.identification.motion import moving
+from bench.identification.samples.blocks import Blocks, make_blocks
+from bench.identification.samples.motion import moving
 
 RATE = 2000.0
 INERTIA, VISCOUS, HOLDING = 0.0029, 0.006, 0.9

@@ -15,10 +15,10 @@ from bench.cli._benchmark_coverage import pairs_of
 from bench.cli._coverage_runs import campaign_text
 from bench.cli.app import make_app
 from bench.identification import Identification, to_simulation
-from bench.identification.coverage import LIMIT, deviates, normal_deviate
-from bench.identification.coverage_table import interval, page
-from bench.identification.freedom import parameter_freedom, series_freedom
-from bench.identification.power import CHANGES, power
+from bench.identification.comparison.coverage import LIMIT, deviates, normal_deviate
+from bench.identification.comparison.coverage_table import interval, page
+from bench.identification.comparison.power import CHANGES, power
+from bench.identification.statistics.freedom import parameter_freedom, series_freedom
 from bench.simulation import FourierSet, Parameter, Simulation, Term, TransmissionErrorModel
 from bench.simulation._coefficients import fourier_to_json
 from tests.bench.identification.synthetic import true_model

@@ -10,8 +10,8 @@ import pytest
 from bench.cli.identify import parse_ratios
 from bench.errors import BenchError
 from bench.identification import Options, identify_folder
-from bench.identification.fractions import beside, columns, fractions, sums_at
-from bench.identification.sums import Shifts, angle_sums, gram, projections
+from bench.identification.samples.fractions import beside, columns, fractions, sums_at
+from bench.identification.samples.sums import Shifts, angle_sums, gram, projections
 from bench.identification.validation import BOUND
 from bench.simulation import basis
 from tests.bench.identification.synthetic import Bench, true_model

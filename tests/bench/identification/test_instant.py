@@ -8,10 +8,10 @@ from typing import cast
 import numpy as np
 import pytest
 
-from bench.identification.coverage import deviates
-from bench.identification.coverage_table import symbols
-from bench.identification.instant import fall_per_row, systematic, systematic_entry, systematic_std
-from bench.identification.regression import LinearFit
+from bench.identification.balances.instant import fall_per_row, systematic, systematic_entry, systematic_std
+from bench.identification.comparison.coverage import deviates
+from bench.identification.comparison.coverage_table import symbols
+from bench.identification.statistics.regression import LinearFit
 from bench.recording import ChannelSpec, Recording, Setpoint
 from bench.simulation import Gearbox, Parameter, Simulation, Term
 

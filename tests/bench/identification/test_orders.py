@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bench.identification import Identification, Options, with_proposed_orders
-from bench.identification.orders import default_orders, peak_ratio
+from bench.identification.series.orders import default_orders, peak_ratio
 from bench.simulation import Gearbox
 from bench.simulation.model import NOMINAL_ORDERS
 from bench.simulation.parts import part_of

@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 
 from bench.errors import ConfigurationError
 from bench.identification import Identification, to_simulation
-from bench.identification.c_export import export_c
-from bench.identification.compare import compare, holm
-from bench.identification.feedforward import Loop, Series, input_angle, ripple_free, steady_phases
+from bench.identification.comparison.compare import compare, holm
+from bench.identification.compensation.c_export import export_c
+from bench.identification.compensation.feedforward import Loop, Series, input_angle, ripple_free, steady_phases
 from bench.identification.report import write_report
 from bench.simulation import Parameter, Simulation, Term, TransmissionErrorModel
 from tests.bench.identification.synthetic import true_model

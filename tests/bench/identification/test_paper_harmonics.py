@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench.identification.paper_harmonics import (
+from bench.identification.samples.paper_harmonics import (
     equidistant,
     fourier_sums,
     notch,

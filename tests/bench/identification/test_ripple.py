@@ -8,9 +8,9 @@ from typer.testing import CliRunner
 
 from bench.cli.app import make_app
 from bench.identification import Identification
-from bench.identification.blocks import make_blocks
-from bench.identification.load_side import ripple_columns
-from bench.identification.ripple import find_ripple, of_pole_pairs
+from bench.identification.balances.load_side import ripple_columns
+from bench.identification.samples.blocks import make_blocks
+from bench.identification.series.ripple import find_ripple, of_pole_pairs
 from bench.recording import RecordingFolder
 from tests.bench.identification.synthetic import Bench
 

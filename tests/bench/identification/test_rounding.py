@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from bench.identification.rounding import find_step, rounded_twice, undone
+from bench.identification.samples.rounding import find_step, rounded_twice, undone
 from bench.recording import ChannelSpec, Recording, Setpoint
 
 CODE = 0.0175

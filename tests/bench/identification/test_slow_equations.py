@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from bench.identification import Identification
-from bench.identification.blocks import make_blocks
-from bench.identification.heat import identify_heat
-from bench.identification.reduction import Reduction
-from bench.identification.regression import regress
-from bench.identification.slow_equations import friction_rows, identify_friction
+from bench.identification.balances.heat import identify_heat
+from bench.identification.balances.slow_equations import friction_rows, identify_friction
+from bench.identification.samples.blocks import make_blocks
+from bench.identification.samples.reduction import Reduction
+from bench.identification.statistics.regression import regress
 
 TRUE = {"f_c": 0.5, "f_v": 0.006, "f_vT": -1e-4, "f_l": 0.04, "tau_0": 0.04 - 2.0 / 185.0, "J": 0.0029}
 
@@ -99,7 +99,7 @@ def test_heating_by_a_few_steps_of_the_sensor_determines_nothing() -> None:
 def test_emps_meets_its_published_parameters() -> None:
     from scipy.io import loadmat
 
-    from bench.identification.band_limited import band_limited_rows
+    from bench.identification.samples.band_limited import band_limited_rows
 
     file = Path(__file__).parents[4] / "shared" / "real" / "emps" / "DATA_EMPS.mat"
     if not file.exists():

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench.identification.sums import TOLERANCE, Shifts, angle_sums, gram, projections
+from bench.identification.samples.sums import TOLERANCE, Shifts, angle_sums, gram, projections
 
 
 def _matrix(theta: np.ndarray, orders: np.ndarray) -> np.ndarray:

@@ -9,14 +9,14 @@ import pytest
 from scipy.stats import t
 
 from bench.identification import Identification
-from bench.identification.blocks import make_blocks
-from bench.identification.heat import identify_heat
-from bench.identification.load_side import identify_load_side
-from bench.identification.orders import nuisance_orders
-from bench.identification.reduction import Reduction
-from bench.identification.refined import identify_direction
-from bench.identification.regression import regress
-from bench.identification.slow_equations import friction_of
+from bench.identification.balances.heat import identify_heat
+from bench.identification.balances.load_side import identify_load_side
+from bench.identification.balances.slow_equations import friction_of
+from bench.identification.samples.blocks import make_blocks
+from bench.identification.samples.reduction import Reduction
+from bench.identification.series.orders import nuisance_orders
+from bench.identification.series.refined import identify_direction
+from bench.identification.statistics.regression import regress
 from tests.bench.identification.synthetic import true_model
 
 RATE = 20.0

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.identification.inputs import Design
-from bench.identification.points import points_covariance
-from bench.identification.polar import fit_polynomials
+from bench.identification.series.inputs import Design
+from bench.identification.series.points import points_covariance
+from bench.identification.series.polar import fit_polynomials
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

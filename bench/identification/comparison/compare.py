@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2, f, norm, t
 
-from bench.identification.freedom import parameter_freedom, series_freedom
+from bench.identification.statistics.freedom import parameter_freedom, series_freedom
 from bench.simulation import TERM_COUNT, FourierSet, Simulation, basis
 
 FloatArray = NDArray[np.float64]

@@ -16,10 +16,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.identification.motion import SPEED_LEVEL, TORQUE_LEVEL, accelerating, levels, moving, set_speed
-from bench.identification.reduction import Reduction
-from bench.identification.regression import LinearFit, regress, sentences, stack
-from bench.identification.rows import Rows, join
+from bench.identification.samples.motion import SPEED_LEVEL, TORQUE_LEVEL, accelerating, levels, moving, set_speed
+from bench.identification.samples.reduction import Reduction
+from bench.identification.samples.rows import Rows, join
+from bench.identification.statistics.regression import LinearFit, regress, sentences, stack
 
 FloatArray = NDArray[np.float64]
 

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.identification.orders import peak_ratio
-from bench.identification.sums import angle_sums
-from bench.identification.windows import steady_window
+from bench.identification.samples.sums import angle_sums
+from bench.identification.samples.windows import steady_window
+from bench.identification.series.orders import peak_ratio
 from bench.recording import Recording
 
 FloatArray = NDArray[np.float64]

@@ -10,8 +10,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bench.identification.inputs import make_design
-from bench.identification.reduction import Reduction
+from bench.identification.samples.reduction import Reduction
+from bench.identification.series.inputs import make_design
 from bench.simulation import FourierSet
 
 

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from scipy.stats import beta
 
-from bench.identification.coverage import LIMIT
-from bench.identification.power import CHANGES, SHARES
+from bench.identification.comparison.coverage import LIMIT
+from bench.identification.comparison.power import CHANGES, SHARES
 
 GOAL = (0.92, 0.98)
 _UNITS = {

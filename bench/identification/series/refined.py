@@ -15,12 +15,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.identification.inputs import Design, make_design, undetermined
-from bench.identification.points import counting_covariance, points_covariance
-from bench.identification.polish import PolarFit, Spread, fit_linear, fit_polar
-from bench.identification.reduction import Reduction
-from bench.identification.steady import SteadySums
-from bench.identification.sums import Shifts, gram, projections
+from bench.identification.samples.reduction import Reduction
+from bench.identification.samples.steady import SteadySums
+from bench.identification.samples.sums import Shifts, gram, projections
+from bench.identification.series.inputs import Design, make_design, undetermined
+from bench.identification.series.points import counting_covariance, points_covariance
+from bench.identification.series.polish import PolarFit, Spread, fit_linear, fit_polar
 from bench.simulation import TERM_COUNT, FourierSet, basis
 
 FloatArray = NDArray[np.float64]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.identification.shared import Means, shared_covariance
+from bench.identification.statistics.shared import Means, shared_covariance
 
 FloatArray = NDArray[np.float64]
 
@@ -24,7 +24,7 @@ class LinearFit:
     """Values and standard deviations by symbol; ``undetermined`` lists symbols left out; RMSE of the residual.
 
     ``freedom`` has by symbol the degrees of freedom of the standard deviation (:mod:`.freedom`), ``systematic`` a
-    further one that all recordings of a bench share (:mod:`.instant`).
+    further one that all recordings of a bench share (:mod:`bench.identification.balances.instant`).
     """
 
     values: dict[str, float]

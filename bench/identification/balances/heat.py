@@ -22,7 +22,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from bench.identification.reduction import Reduction
+from bench.identification.samples.reduction import Reduction
 
 FloatArray = NDArray[np.float64]
 

@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import RecordingError
-from bench.identification.band_limited import band_limited_rows
-from bench.identification.blocks import Blocks, make_blocks
-from bench.identification.paper_harmonics import Harmonics, paper_harmonics
-from bench.identification.rounding import rounded_twice, undone
-from bench.identification.rows import Rows
-from bench.identification.spikes import spikes
-from bench.identification.steady import ReductionOptions, SteadySums, steady_sums
-from bench.identification.windows import lost_cycles, steady_window
+from bench.identification.samples.band_limited import band_limited_rows
+from bench.identification.samples.blocks import Blocks, make_blocks
+from bench.identification.samples.paper_harmonics import Harmonics, paper_harmonics
+from bench.identification.samples.rounding import rounded_twice, undone
+from bench.identification.samples.rows import Rows
+from bench.identification.samples.spikes import spikes
+from bench.identification.samples.steady import ReductionOptions, SteadySums, steady_sums
+from bench.identification.samples.windows import lost_cycles, steady_window
 from bench.recording import Recording
 
 FloatArray = NDArray[np.float64]

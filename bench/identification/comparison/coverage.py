@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import norm, t
 
-from bench.identification.freedom import parameter_freedom, series_freedom
-from bench.identification.instant import systematic_std
+from bench.identification.balances.instant import systematic_std
+from bench.identification.statistics.freedom import parameter_freedom, series_freedom
 from bench.simulation import FourierSet, Simulation
 from bench.simulation._coefficients import DIRECTIONS, fourier_from_json
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
-from bench.identification.rows import Rows
+from bench.identification.samples.rows import Rows
 
 FloatArray = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.identification.blocks import Blocks
+from bench.identification.samples.blocks import Blocks
 
 FloatArray = NDArray[np.float64]
 

@@ -18,10 +18,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.identification.blocks import BLOCK_S, Blocks
-from bench.identification.motion import accelerating, moving
-from bench.identification.reduction import Reduction
-from bench.identification.regression import LinearFit, regress, sentences, stack
+from bench.identification.samples.blocks import BLOCK_S, Blocks
+from bench.identification.samples.motion import accelerating, moving
+from bench.identification.samples.reduction import Reduction
+from bench.identification.statistics.regression import LinearFit, regress, sentences, stack
 
 FloatArray = NDArray[np.float64]
 

@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.identification.inputs import Design
-from bench.identification.motion import SPEED_LEVEL, TORQUE_LEVEL, levels
-from bench.identification.shared import Means, shared_covariance
+from bench.identification.samples.motion import SPEED_LEVEL, TORQUE_LEVEL, levels
+from bench.identification.series.inputs import Design
+from bench.identification.statistics.shared import Means, shared_covariance
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]

@@ -9,9 +9,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from bench.identification.fractions import beside, fractions, sums_at
-from bench.identification.sums import angle_sums
-from bench.identification.windows import SteadyWindow, counting_bias
+from bench.identification.samples.fractions import beside, fractions, sums_at
+from bench.identification.samples.sums import angle_sums
+from bench.identification.samples.windows import SteadyWindow, counting_bias
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.identification.regression import LinearFit
+from bench.identification.statistics.regression import LinearFit
 from bench.recording import Recording
 from bench.simulation import Term
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from bench.identification.compare import compare
+from bench.identification.comparison.compare import compare
 from bench.simulation import FourierSet, Simulation, TransmissionErrorModel
 
 SHARES = (0.01, 0.02, 0.05)

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-from bench.identification.fractions import fractions
-from bench.identification.reduction import Reduction
+from bench.identification.samples.fractions import fractions
+from bench.identification.samples.reduction import Reduction
 from bench.simulation import Gearbox
 from bench.simulation.parts import part_of
 

@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from bench.identification.fractions import NO_FRACTIONS, IntArray, columns
+from bench.identification.samples.fractions import NO_FRACTIONS, IntArray, columns
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]

@@ -1,0 +1,1 @@
+"""What identification takes from the samples of a recording: windows, blocks, and sums over the angle."""

@@ -1,0 +1,1 @@
+"""Estimates and their uncertainties where recordings, not samples, are the unit of evidence."""
