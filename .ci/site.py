@@ -15,7 +15,10 @@ OUTSIDE = {"README.md": "overview.md", "CONTRIBUTING.md": "contributing.md", "CH
 """Files of the root, and the page each becomes (docs/index.md is the first page)."""
 REFERENCE: dict[str, tuple[str, tuple[str, ...]]] = {
     "api": ("Scripts", ("bench.api",)),
-    "campaigns": ("Campaigns", ("bench.campaigns.definition", "bench.campaigns.file", "bench.campaigns.plan")),
+    "campaigns": (
+        "Campaigns",
+        ("bench.campaigns.planning.definition", "bench.campaigns.planning.file", "bench.campaigns.planning.plan"),
+    ),
     "configuration": ("Bench files", ("bench.configuration.loading", "bench.configuration.quantities")),
     "recording": (
         "Recordings",

@@ -24,9 +24,9 @@ import numpy as np
 import xarray
 
 from bench.campaigns import Block, Campaign, Order, Plan, Stage, load_campaign, make_plan
-from bench.campaigns.directions import Directions
+from bench.campaigns.execution.session import run_campaign
 from bench.campaigns.listener import Listener, Tap
-from bench.campaigns.session import run_campaign
+from bench.campaigns.operator.directions import Directions
 from bench.campaigns.taken import Summary
 from bench.configuration import BenchConfiguration, BenchFile, load_bench, on_interface
 from bench.errors import DeviceError

@@ -1,8 +1,8 @@
 """Campaigns: what they are, their plan, their run, their journal."""
 
-from bench.campaigns.definition import Block, Campaign, Order, Stage
-from bench.campaigns.file import load_campaign, parse_campaign, shipped_campaigns
-from bench.campaigns.plan import Plan, PlannedTask, make_plan
+from bench.campaigns.planning.definition import Block, Campaign, Order, Stage
+from bench.campaigns.planning.file import load_campaign, parse_campaign, shipped_campaigns
+from bench.campaigns.planning.plan import Plan, PlannedTask, make_plan
 
 __all__ = [
     "Block",

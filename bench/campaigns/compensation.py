@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.campaigns.facts import facts
+from bench.campaigns.planning.facts import facts
 from bench.configuration import BenchFile
 from bench.cycle.channels import Scaling
 from bench.cycle.end import EndKind

@@ -9,8 +9,8 @@ from typing import Any, Protocol
 
 from numpy.typing import NDArray
 
-from bench.campaigns.plan import Plan
-from bench.campaigns.schedule import Task
+from bench.campaigns.planning.plan import Plan
+from bench.campaigns.planning.schedule import Task
 from bench.campaigns.taken import Taken
 from bench.cycle.channels import Scaling
 from bench.cycle.sink import Sink

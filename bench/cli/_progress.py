@@ -12,8 +12,8 @@ from rich.progress import Task as Row
 from rich.text import Text
 
 from bench.campaigns.listener import Expected
-from bench.campaigns.plan import Plan
-from bench.campaigns.schedule import Task
+from bench.campaigns.planning.plan import Plan
+from bench.campaigns.planning.schedule import Task
 from bench.campaigns.taken import Status, Taken
 from bench.cli._plain import marked
 from bench.cli._text import duration_text

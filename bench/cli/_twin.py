@@ -14,7 +14,7 @@ from bench.cli._plain import marked
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from bench.campaigns.directions import Directions
+    from bench.campaigns.operator.directions import Directions
 
 LAST_LOOKS_S = 600.0
 """how long is waited for the last recordings to be looked at, after the campaign"""

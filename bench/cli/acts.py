@@ -47,7 +47,7 @@ def reset(folder: _FOLDER = None, bench: _BENCH = "rh380n", bus: _BUS = None, as
 
     The second of three acts after a stop. Without a stop it takes away faults that the drives show from before.
     """
-    from bench.campaigns.reset import reset as reset_bench
+    from bench.campaigns.operator.reset import reset as reset_bench
     from bench.cli._operator import somebody
     from bench.locks import bus_in_use
 

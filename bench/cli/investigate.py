@@ -98,7 +98,7 @@ class _Bench:
     def run(self, campaign: Path, folder: Path, after: datetime) -> float:
         """Run a campaign; hours of bench time. A stop of it, by whomever, is an error: nothing goes on by itself."""
         from bench.campaigns import load_campaign
-        from bench.campaigns.session import run_campaign
+        from bench.campaigns.execution.session import run_campaign
         from bench.cli._operator import somebody
         from bench.cli._progress import ProgressListener
         from bench.errors import ConfigurationError, LimitError

@@ -68,8 +68,8 @@ def run(
     import time
 
     from bench.campaigns import load_campaign, make_plan
-    from bench.campaigns.directions import Directions
-    from bench.campaigns.session import run_campaign
+    from bench.campaigns.execution.session import run_campaign
+    from bench.campaigns.operator.directions import Directions
     from bench.cli._operator import somebody
     from bench.cli._progress import ProgressListener
     from bench.cli._twin import say_seen, watched_by

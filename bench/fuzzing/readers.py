@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.campaigns import load_campaign
-from bench.campaigns.journal import Journal
+from bench.campaigns.records.journal import Journal
 from bench.configuration import load_bench
 from bench.errors import BenchError, RecordingError
 from bench.fuzzing import samples

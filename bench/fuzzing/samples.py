@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.campaigns import load_campaign
-from bench.campaigns.journal import Journal
+from bench.campaigns.records.journal import Journal
 from bench.campaigns.taken import Status, Taken
 from bench.configuration import load_bench
 from bench.recording import (

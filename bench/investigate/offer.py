@@ -6,8 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from bench.campaigns.file import parse_campaign
-from bench.campaigns.plan import Plan, make_plan
+from bench.campaigns.planning.file import parse_campaign
+from bench.campaigns.planning.plan import Plan, make_plan
 from bench.configuration import BenchConfiguration
 from bench.errors import LimitError
 from bench.mismatch.report.candidates import Candidate, Range, candidates

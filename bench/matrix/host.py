@@ -93,8 +93,8 @@ def _clock_step(row: Row, outcome: Outcome, file: BenchFile, folder: Path, seed:
 
 def _two_runs_in_a_folder(row: Row, outcome: Outcome, file: BenchFile, folder: Path, seed: int) -> None:
     from bench.campaigns import load_campaign
-    from bench.campaigns.journal import Journal
-    from bench.campaigns.session import run_campaign
+    from bench.campaigns.execution.session import run_campaign
+    from bench.campaigns.records.journal import Journal
 
     campaign = load_campaign("quick")
     with Journal(folder, campaign, file):
@@ -133,7 +133,7 @@ def _undisturbed(row: Row, outcome: Outcome, file: BenchFile, folder: Path, seed
 
 def _recorded_or_not(rig: Rig, file: BenchFile, folder: Path, phases: tuple[Phase, ...]) -> tuple[Any, Shafts]:
     """Record as ever; closing a file that could not be written fails once more, which nobody waits for."""
-    from bench.campaigns.recorder import Recorder
+    from bench.campaigns.records.recorder import Recorder
     from bench.matrix.plant import header
 
     ratio = file.configuration.gearbox.ratio

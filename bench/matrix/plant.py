@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.campaigns.recorder import Recorder
+from bench.campaigns.records.recorder import Recorder
 from bench.configuration import BenchConfiguration, BenchFile
 from bench.cycle.assembly import assemble
 from bench.cycle.end import EndKind

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from bench.campaigns.recorder import Recorder
+from bench.campaigns.records.recorder import Recorder
 from bench.configuration import BenchFile, load_bench, on_interface
 from bench.cycle.end import EndKind
 from bench.cycle.rig import Rig

@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from bench.campaigns.provenance import revision
+from bench.campaigns.records.provenance import revision
 from bench.errors import BenchError
 from bench.proof.analyse import Job, analyser_digest
 from bench.proof.score import CaseScore, EffectScore

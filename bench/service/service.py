@@ -9,7 +9,7 @@ from collections.abc import Awaitable, Callable
 from pathlib import Path
 from typing import Any
 
-from bench.campaigns.gentle import greatest_speed
+from bench.campaigns.operator.gentle import greatest_speed
 from bench.configuration import BenchFile, concealing, load_bench, on_interface
 from bench.service.alarms.alarms import Alarm, Alarms
 from bench.service.alarms.notify import Notifier

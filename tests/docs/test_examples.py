@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.campaigns.facts import facts
+from bench.campaigns.planning.facts import facts
 from bench.configuration import load_bench
 from bench.protocols import Request, Segment, Sequence
 from drivers.errors import DriverError, SensorError

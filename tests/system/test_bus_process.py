@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bench.campaigns.recorder import Recorder
+from bench.campaigns.records.recorder import Recorder
 from bench.configuration import BenchFile, load_bench, on_interface, parse_bench
 from bench.cycle.assembly import assemble
 from bench.cycle.end import EndKind

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from bench.campaigns import Campaign, parse_campaign
+from bench.campaigns.execution.session import run_campaign
 from bench.campaigns.listener import Silent
 from bench.campaigns.picture import order_amplitudes, transmission_error
-from bench.campaigns.session import run_campaign
 from bench.campaigns.taken import Status, Summary
 from bench.configuration import load_bench, parse_bench
 from bench.cycle.end import EndKind

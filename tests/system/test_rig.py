@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bench.campaigns.facts import facts
-from bench.campaigns.registry import build_sequence
+from bench.campaigns.planning.facts import facts
+from bench.campaigns.planning.registry import build_sequence
 from bench.configuration import BenchFile, load_bench, parse_bench
 from bench.cycle.assembly import Assembly, assemble
 from bench.cycle.end import EndKind

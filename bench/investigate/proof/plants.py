@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.campaigns import load_campaign, make_plan
-from bench.campaigns.plan import PlannedTask
+from bench.campaigns.planning.plan import PlannedTask
 from bench.configuration import BenchConfiguration, load_bench
 from bench.mismatch.report.candidates import Candidate
 from bench.proof.make import load_examiner, write_made

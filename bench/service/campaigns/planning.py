@@ -11,7 +11,7 @@ from types import FrameType
 from typing import Any, TypeVar
 
 from bench.campaigns import load_campaign, make_plan, parse_campaign
-from bench.campaigns.journal import require_same
+from bench.campaigns.records.journal import require_same
 from bench.configuration import BenchFile
 from bench.errors import ConfigurationError, LimitError
 from bench.names import require_name

@@ -6,8 +6,8 @@ import inspect
 from dataclasses import MISSING, fields
 from typing import Any, get_args, get_type_hints
 
-from bench.campaigns.file import BlockSection, CampaignFile
-from bench.campaigns.registry import sequence_class, sequence_names
+from bench.campaigns.planning.file import BlockSection, CampaignFile
+from bench.campaigns.planning.registry import sequence_class, sequence_names
 from bench.configuration.quantities import UNITS
 from bench.protocols import Unit
 

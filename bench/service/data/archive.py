@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.archive import Found, Index, Note, Query, add_note
-from bench.campaigns.remark import clean_remark
+from bench.campaigns.operator.remark import clean_remark
 from bench.service.data import recordings
 from bench.service.files.book import Book, local_time
 from bench.service.models import NewNote

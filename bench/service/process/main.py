@@ -14,10 +14,10 @@ from datetime import datetime
 from pathlib import Path
 
 from bench.campaigns import load_campaign
-from bench.campaigns.directions import Directions
-from bench.campaigns.jog import jog
-from bench.campaigns.reset import reset
-from bench.campaigns.session import run_campaign
+from bench.campaigns.execution.session import run_campaign
+from bench.campaigns.operator.directions import Directions
+from bench.campaigns.operator.jog import jog
+from bench.campaigns.operator.reset import reset
 from bench.campaigns.taken import Summary
 from bench.configuration import BenchFile, load_bench, on_interface, playing
 from bench.cycle.end import EndKind

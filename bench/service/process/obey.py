@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
-from bench.campaigns.directions import Directions
+from bench.campaigns.operator.directions import Directions
 from bench.errors import BenchError
 from bench.service.process.hold import Hold
 

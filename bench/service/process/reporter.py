@@ -8,12 +8,12 @@ from collections.abc import Callable, Sequence
 from datetime import UTC, datetime, timedelta
 from typing import Any
 
-from bench.campaigns.facts import facts
 from bench.campaigns.listener import Expected
-from bench.campaigns.outlook import costs, expected_way, planned_way
-from bench.campaigns.plan import Plan
-from bench.campaigns.registry import build_sequence
-from bench.campaigns.schedule import Task
+from bench.campaigns.planning.facts import facts
+from bench.campaigns.planning.outlook import costs, expected_way, planned_way
+from bench.campaigns.planning.plan import Plan
+from bench.campaigns.planning.registry import build_sequence
+from bench.campaigns.planning.schedule import Task
 from bench.campaigns.taken import Taken
 from bench.configuration import BenchConfiguration
 from bench.protocols import Point

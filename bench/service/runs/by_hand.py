@@ -5,7 +5,7 @@ from __future__ import annotations
 from math import degrees
 from typing import Any
 
-from bench.campaigns.gentle import greatest_speed
+from bench.campaigns.operator.gentle import greatest_speed
 from bench.configuration import BenchFile
 from bench.service.files.book import Book
 from bench.service.refusals import NotNow

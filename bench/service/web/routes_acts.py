@@ -10,7 +10,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends
 from fastapi import Path as InPath
 
-from bench.campaigns.remark import clean_remark
+from bench.campaigns.operator.remark import clean_remark
 from bench.service import models as m
 from bench.service.refusals import NotNow, Unknown
 from bench.service.service import Service

@@ -11,7 +11,7 @@ from fastapi import Path as InPath
 from fastapi import Query as InQuery
 from fastapi.responses import FileResponse, StreamingResponse
 
-from bench.campaigns.remark import clean_remark
+from bench.campaigns.operator.remark import clean_remark
 from bench.service import models as m
 from bench.service.analyses.analyses import investigation_of
 from bench.service.analyses.since import since_last

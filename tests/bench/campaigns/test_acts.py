@@ -9,10 +9,10 @@ import pytest
 from typer.testing import CliRunner
 
 from bench.campaigns import parse_campaign
-from bench.campaigns.journal import Journal
+from bench.campaigns.execution.session import run_campaign
 from bench.campaigns.listener import Silent
-from bench.campaigns.reset import reset
-from bench.campaigns.session import run_campaign
+from bench.campaigns.operator.reset import reset
+from bench.campaigns.records.journal import Journal
 from bench.cli.app import make_app
 from bench.configuration import BenchFile, load_bench, parse_bench
 from bench.cycle.end import EndKind

@@ -14,10 +14,10 @@ import pytest
 from numpy.typing import NDArray
 
 from bench.campaigns import Block, Campaign, Plan, Stage
-from bench.campaigns.directions import Directions
+from bench.campaigns.execution.session import run_campaign
 from bench.campaigns.listener import Expected, Silent
-from bench.campaigns.schedule import Task
-from bench.campaigns.session import run_campaign
+from bench.campaigns.operator.directions import Directions
+from bench.campaigns.planning.schedule import Task
 from bench.campaigns.taken import Status, Summary, Taken
 from bench.configuration import load_bench
 from bench.cycle.channels import Scaling

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from bench.campaigns import Campaign, load_campaign, make_plan
-from bench.campaigns.registry import sequence_names
+from bench.campaigns.planning.registry import sequence_names
 from bench.configuration import load_bench
 
 DOCUMENT = Path(__file__).parents[3] / "docs" / "campaigns.md"

@@ -11,13 +11,14 @@ from typing import Any
 
 import pytest
 
-from bench.campaigns import Block, Campaign, Stage, asked, outcome, room, runner, session
-from bench.campaigns.asked import SequenceFailed, Stopped
-from bench.campaigns.directions import Directions
-from bench.campaigns.journal import Journal
+from bench.campaigns import Block, Campaign, Stage
+from bench.campaigns.execution import asked, outcome, room, runner, session
+from bench.campaigns.execution.asked import SequenceFailed, Stopped
 from bench.campaigns.listener import Silent
-from bench.campaigns.recorder import Recorder
-from bench.campaigns.remark import LONGEST, clean_remark
+from bench.campaigns.operator.directions import Directions
+from bench.campaigns.operator.remark import LONGEST, clean_remark
+from bench.campaigns.records.journal import Journal
+from bench.campaigns.records.recorder import Recorder
 from bench.campaigns.taken import Status, Summary
 from bench.configuration import load_bench
 from bench.cycle.end import EndKind

@@ -3,8 +3,8 @@ from dataclasses import replace
 
 import pytest
 
-from bench.campaigns.gate import judge
-from bench.campaigns.recorder import SteadyFigures
+from bench.campaigns.execution.gate import judge
+from bench.campaigns.records.recorder import SteadyFigures
 from bench.configuration import BenchConfiguration, load_bench
 from bench.protocols import Point
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from bench.campaigns.gentle import gentle, greatest_speed
-from bench.campaigns.jog import jog
+from bench.campaigns.operator.gentle import gentle, greatest_speed
+from bench.campaigns.operator.jog import jog
 from bench.configuration import BenchFile, load_bench
 from bench.cycle.channels import Scaling
 from bench.cycle.end import EndKind

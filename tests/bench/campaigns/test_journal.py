@@ -10,7 +10,7 @@ from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
 from bench.campaigns import Block, Campaign, Stage
-from bench.campaigns.journal import NAME, Journal
+from bench.campaigns.records.journal import NAME, Journal
 from bench.campaigns.taken import Status, Taken, point_id
 from bench.configuration import BenchFile, load_bench
 from bench.errors import ConfigurationError

@@ -7,9 +7,9 @@ import itertools
 import pytest
 
 from bench.campaigns import load_campaign, make_plan
-from bench.campaigns.facts import facts
-from bench.campaigns.outlook import costs, expected_way, planned_way
-from bench.campaigns.registry import build_sequence
+from bench.campaigns.planning.facts import facts
+from bench.campaigns.planning.outlook import costs, expected_way, planned_way
+from bench.campaigns.planning.registry import build_sequence
 from bench.configuration import load_bench
 from bench.protocols import Point
 

@@ -4,10 +4,10 @@ from pathlib import Path
 import pytest
 
 from bench.campaigns import Block, Campaign, Stage, load_campaign, make_plan, parse_campaign, shipped_campaigns
-from bench.campaigns.definition import Order
-from bench.campaigns.estimate import Estimator, ThermalState
-from bench.campaigns.registry import build_sequence, sequence_names
-from bench.campaigns.schedule import schedule
+from bench.campaigns.planning.definition import Order
+from bench.campaigns.planning.estimate import Estimator, ThermalState
+from bench.campaigns.planning.registry import build_sequence, sequence_names
+from bench.campaigns.planning.schedule import schedule
 from bench.configuration import BenchConfiguration, load_bench
 from bench.errors import ConfigurationError, LimitError
 from bench.protocols import Phase, Point, Segment, Sequence, Until

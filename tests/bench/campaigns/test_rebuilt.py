@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 
 from bench.campaigns import Block, Campaign, Stage
-from bench.campaigns.journal import NAME, Journal, require_same
-from bench.campaigns.rebuilt import rebuild
-from bench.campaigns.session import run_campaign
+from bench.campaigns.execution.session import run_campaign
+from bench.campaigns.records.journal import NAME, Journal, require_same
+from bench.campaigns.records.rebuilt import rebuild
 from bench.campaigns.taken import Taken
 from bench.configuration import BenchFile, load_bench, parse_bench
 from bench.cycle.end import EndKind
@@ -117,7 +117,7 @@ def test_whatever_is_done_to_a_journal_nothing_measured_is_lost(
     folder: Path, file: BenchFile, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     found = rebuild(folder)
-    monkeypatch.setattr("bench.campaigns.journal.rebuild", lambda _: found)
+    monkeypatch.setattr("bench.campaigns.records.journal.rebuild", lambda _: found)
     dice, content = random.Random(12), (folder / NAME).read_bytes()
     points = {taken.point_id for taken in found.takes}
     for _ in range(60):

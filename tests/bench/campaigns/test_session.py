@@ -2,7 +2,7 @@ import signal
 
 import pytest
 
-from bench.campaigns.session import stop_on_signals
+from bench.campaigns.execution.session import stop_on_signals
 from bench.stop_button import StopButton
 
 

@@ -9,8 +9,8 @@ from typing import Any
 import pytest
 
 from bench.campaigns import Block, Campaign, Stage, make_plan, parse_campaign
-from bench.campaigns.facts import facts
-from bench.campaigns.soundness import LONGEST_S, MOST_PHASES, check_phases
+from bench.campaigns.planning.facts import facts
+from bench.campaigns.planning.soundness import LONGEST_S, MOST_PHASES, check_phases
 from bench.configuration import BenchConfiguration, load_bench
 from bench.errors import BenchError, ConfigurationError, LimitError
 from bench.protocols import BenchFacts, Phase, Point, Until

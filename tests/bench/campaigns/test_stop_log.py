@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.campaigns.stop_log import StopLog
+from bench.campaigns.records.stop_log import StopLog
 from bench.safety import Cause, StopRecord
 
 STOP = StopRecord(Cause.MOTOR_SPEED, "too fast", datetime.now(UTC), 1, (), None, {}, None, None, (), {})

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.campaigns.recorder import Recorder
+from bench.campaigns.records.recorder import Recorder
 from bench.configuration import load_bench
 from bench.errors import BacklogError
 from bench.protocols import Segment

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from bench.campaigns.directions import Directions
+from bench.campaigns.operator.directions import Directions
 from bench.configuration import load_bench
 from bench.errors import DeviceError
 from bench.service.process.hold import SILENT_S, Hold

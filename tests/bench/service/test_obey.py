@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from bench.campaigns.directions import Directions
+from bench.campaigns.operator.directions import Directions
 from bench.service.process.obey import Obedience
 
 

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.campaigns import load_campaign, parse_campaign, shipped_campaigns
-from bench.campaigns.registry import sequence_names
+from bench.campaigns.planning.registry import sequence_names
 from bench.errors import BenchError, ConfigurationError
 from bench.service.campaigns.schema import campaign_schema
 from bench.service.campaigns.toml import toml

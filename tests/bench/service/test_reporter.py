@@ -9,7 +9,7 @@ import pytest
 
 from bench.campaigns import Plan, load_campaign, make_plan
 from bench.campaigns.listener import Expected
-from bench.campaigns.schedule import Task
+from bench.campaigns.planning.schedule import Task
 from bench.campaigns.taken import Status, Taken
 from bench.configuration import load_bench
 from bench.protocols import Point

@@ -9,7 +9,7 @@ from pathlib import Path
 from starlette.testclient import TestClient
 
 from bench.campaigns import load_campaign
-from bench.campaigns.journal import Journal
+from bench.campaigns.records.journal import Journal
 from bench.configuration import load_bench, on_interface
 from bench.safety.acts import latch_of
 from bench.service.settings import Settings

@@ -18,8 +18,8 @@ from hashlib import sha256
 from pathlib import Path
 from types import TracebackType
 
-from bench.campaigns.definition import Campaign
-from bench.campaigns.rebuilt import is_broken, put_aside, rebuild, require_whole
+from bench.campaigns.planning.definition import Campaign
+from bench.campaigns.records.rebuilt import is_broken, put_aside, rebuild, require_whole
 from bench.campaigns.taken import Status, Taken
 from bench.configuration import BenchFile
 from bench.errors import ConfigurationError, DeviceError, RecordingError

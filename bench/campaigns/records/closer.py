@@ -5,9 +5,9 @@ from __future__ import annotations
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 
-from bench.campaigns.journal import Journal
 from bench.campaigns.listener import Listener
-from bench.campaigns.recorder import Recorder
+from bench.campaigns.records.journal import Journal
+from bench.campaigns.records.recorder import Recorder
 from bench.campaigns.taken import Status, Summary, Taken
 from bench.errors import one_sentence
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from bench.campaigns.asked import Waiting
-from bench.campaigns.directions import Directions
+from bench.campaigns.execution.asked import Waiting
+from bench.campaigns.execution.room import NoRoom
 from bench.campaigns.listener import Listener
-from bench.campaigns.room import NoRoom
+from bench.campaigns.operator.directions import Directions
 
 _PAUSE_S = 0.25
 

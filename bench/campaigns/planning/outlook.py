@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from bench.campaigns.estimate import Estimator, TemperatureUnreachable, ThermalState
-from bench.campaigns.plan import Plan
+from bench.campaigns.planning.estimate import Estimator, TemperatureUnreachable, ThermalState
+from bench.campaigns.planning.plan import Plan
 from bench.configuration import BenchConfiguration
 from bench.protocols import Phase, Point
 

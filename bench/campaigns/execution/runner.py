@@ -10,27 +10,27 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TypeVar
 
-from bench.campaigns.asked import Stopped, asked
-from bench.campaigns.closer import Closer
-from bench.campaigns.definition import Campaign
-from bench.campaigns.directions import Directions
-from bench.campaigns.facts import facts
-from bench.campaigns.journal import Journal, campaign_digest
+from bench.campaigns.execution.asked import Stopped, asked
+from bench.campaigns.execution.outcome import end_of, judged
+from bench.campaigns.execution.room import NoRoom, NotWritten, shortage
+from bench.campaigns.execution.waits import Waits
 from bench.campaigns.listener import Expected, Listener, Tap, Tapped
-from bench.campaigns.manifest import end_and_zero, recordings
-from bench.campaigns.outcome import end_of, judged
-from bench.campaigns.plan import Plan
-from bench.campaigns.provenance import recording_header
-from bench.campaigns.rebuilt import CAMPAIGN_DIGEST, START_TEMPERATURE
-from bench.campaigns.recorder import Recorder
-from bench.campaigns.registry import build_sequence
-from bench.campaigns.room import NoRoom, NotWritten, shortage
-from bench.campaigns.schedule import Task, schedule
-from bench.campaigns.soundness import check_phases
-from bench.campaigns.stop_log import StopLog
+from bench.campaigns.operator.directions import Directions
+from bench.campaigns.planning.definition import Campaign
+from bench.campaigns.planning.facts import facts
+from bench.campaigns.planning.plan import Plan
+from bench.campaigns.planning.registry import build_sequence
+from bench.campaigns.planning.schedule import Task, schedule
+from bench.campaigns.planning.soundness import check_phases
+from bench.campaigns.records.closer import Closer
+from bench.campaigns.records.journal import Journal, campaign_digest
+from bench.campaigns.records.manifest import end_and_zero, recordings
+from bench.campaigns.records.provenance import recording_header
+from bench.campaigns.records.rebuilt import CAMPAIGN_DIGEST, START_TEMPERATURE
+from bench.campaigns.records.recorder import Recorder
+from bench.campaigns.records.stop_log import StopLog
 from bench.campaigns.taken import Status, Summary, Taken, commanded_velocity, point_id, setpoint_dict
 from bench.campaigns.tare import TARE, TareSink
-from bench.campaigns.waits import Waits
 from bench.configuration import BenchFile
 from bench.cycle.end import End, EndKind
 from bench.cycle.rig import Rig

@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from bench.campaigns.definition import Order
-from bench.campaigns.registry import build_sequence
+from bench.campaigns.planning.definition import Order
+from bench.campaigns.planning.registry import build_sequence
 from bench.protocols import Point
 
 HEATING = "heating"

@@ -10,11 +10,11 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
-from bench.campaigns.facts import facts
-from bench.campaigns.gentle import gentle, greatest_speed
 from bench.campaigns.listener import Tap, Tapped
-from bench.campaigns.registry import build_sequence
-from bench.campaigns.soundness import check_phases
+from bench.campaigns.operator.gentle import gentle, greatest_speed
+from bench.campaigns.planning.facts import facts
+from bench.campaigns.planning.registry import build_sequence
+from bench.campaigns.planning.soundness import check_phases
 from bench.commissioning import require_commissioned
 from bench.commissioning.zero import require_zero
 from bench.configuration import BenchConfiguration, BenchFile

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from enum import Enum
 
-from bench.campaigns.registry import build_sequence
-from bench.campaigns.soundness import check_block, check_points
+from bench.campaigns.planning.registry import build_sequence
+from bench.campaigns.planning.soundness import check_block, check_points
 from bench.errors import ConfigurationError
 from bench.names import require_name
 from bench.protocols import Point, Request

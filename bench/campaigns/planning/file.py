@@ -10,9 +10,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, ValidationError
 
-from bench.campaigns.definition import Block, Campaign, Order, Stage
-from bench.campaigns.registry import parse_options
-from bench.campaigns.soundness import MOST_REPEATS
+from bench.campaigns.planning.definition import Block, Campaign, Order, Stage
+from bench.campaigns.planning.registry import parse_options
+from bench.campaigns.planning.soundness import MOST_REPEATS
 from bench.configuration.loading import explain
 from bench.configuration.parts import Section
 from bench.configuration.quantities import Speed, Torque, parse_quantity

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from bench.campaigns.recorder import SteadyFigures
+from bench.campaigns.records.recorder import SteadyFigures
 from bench.configuration import BenchConfiguration
 from bench.protocols import Point
 

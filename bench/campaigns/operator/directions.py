@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 
-from bench.campaigns.remark import clean_remark
+from bench.campaigns.operator.remark import clean_remark
 
 
 class Directions:

@@ -6,12 +6,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from bench.campaigns.definition import Campaign
-from bench.campaigns.estimate import Demand, Estimator, TemperatureUnreachable, ThermalState
-from bench.campaigns.facts import facts
-from bench.campaigns.registry import build_sequence
-from bench.campaigns.schedule import HEATING, Task, schedule
-from bench.campaigns.soundness import check_phases
+from bench.campaigns.planning.definition import Campaign
+from bench.campaigns.planning.estimate import Demand, Estimator, TemperatureUnreachable, ThermalState
+from bench.campaigns.planning.facts import facts
+from bench.campaigns.planning.registry import build_sequence
+from bench.campaigns.planning.schedule import HEATING, Task, schedule
+from bench.campaigns.planning.soundness import check_phases
 from bench.campaigns.tare import TARE
 from bench.configuration import BenchConfiguration
 from bench.errors import ConfigurationError, LimitError

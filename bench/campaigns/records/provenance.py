@@ -14,6 +14,9 @@ from bench.cycle.rig import Rig
 from bench.recording import Gearbox, RecordingHeader, Setpoint
 from bench.version import __version__
 
+WORK_TREE = Path(__file__).resolve().parents[3]
+"""where the program's git folder is, if it runs from a work tree"""
+
 
 def recording_header(
     begun: Taken, campaign_id: str, file: BenchFile, rig: Rig, more: Mapping[str, Any]
@@ -44,7 +47,7 @@ def recording_header(
 @cache
 def revision() -> str:
     """Return the revision of the program where it runs from a git work tree, else an empty text."""
-    head = Path(__file__).resolve().parents[2] / ".git" / "HEAD"
+    head = WORK_TREE / ".git" / "HEAD"
     try:
         text = head.read_text("utf-8").strip()
         return (head.parent / text.removeprefix("ref: ")).read_text("utf-8").strip() if "ref:" in text else text

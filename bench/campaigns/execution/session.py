@@ -11,12 +11,12 @@ from datetime import datetime
 from pathlib import Path
 from types import FrameType
 
-from bench.campaigns.asked import Stopped, asked
-from bench.campaigns.definition import Campaign
-from bench.campaigns.directions import Directions
+from bench.campaigns.execution.asked import Stopped, asked
+from bench.campaigns.execution.runner import Runner
 from bench.campaigns.listener import Listener, Silent, Tap
-from bench.campaigns.plan import make_plan
-from bench.campaigns.runner import Runner
+from bench.campaigns.operator.directions import Directions
+from bench.campaigns.planning.definition import Campaign
+from bench.campaigns.planning.plan import make_plan
 from bench.campaigns.taken import Summary
 from bench.commissioning import require_commissioned
 from bench.commissioning.zero import require_zero

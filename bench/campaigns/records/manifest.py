@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from bench.campaigns.listener import Expected
-from bench.campaigns.registry import build_sequence
+from bench.campaigns.planning.registry import build_sequence
 from bench.campaigns.taken import Status, Summary, Taken, setpoint_dict
 
 

@@ -1,0 +1,1 @@
+"""The run of a campaign: point after point, waits, the quality gate, what becomes of each."""

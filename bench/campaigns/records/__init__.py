@@ -1,0 +1,1 @@
+"""What a run leaves behind: recordings, the journal, the manifest, records of stops."""
