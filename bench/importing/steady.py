@@ -15,12 +15,15 @@ PARTS = 8
 WITHIN = 0.08
 """by which the speed of each part may differ from the middle of all, over that: the wavering that the analysis takes
 for one speed"""
+LEAST_S = 1.0
+"""A shaft at full speed turns several times while it only passes through the top of a swing: steady is what lasts, many
+times as long as rates are smoothed over."""
 _STRAIGHT = 0.95
 """of the way run through in a part, that its ends lie apart: less, and the motion turned back within"""
 
 
 def steady_stretches(turned: FloatArray, run: FloatArray, time: FloatArray) -> list[slice]:
-    """Rows of the stretches of a revolution or more at one speed.
+    """Rows of the stretches of a revolution and a second or more at one speed.
 
     Parameters
     ----------
@@ -40,8 +43,9 @@ def steady_stretches(turned: FloatArray, run: FloatArray, time: FloatArray) -> l
     out = []
     for first, last in _alike(speed):
         begin, end = first + (first > 0), last - (last < count)
-        if end - begin >= PARTS:
-            out.append(slice(int(rows[begin]), run.size if end == count else int(rows[end])))
+        own = slice(int(rows[begin]), run.size if end == count else int(rows[end]))
+        if end - begin >= PARTS and time[own.stop - 1] - time[own.start] >= LEAST_S:
+            out.append(own)
     return out
 
 

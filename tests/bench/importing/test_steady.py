@@ -77,3 +77,9 @@ def test_pieces_too_short_for_a_revolution_are_told(tmp_path: Path) -> None:
     done = builders.run(tmp_path, CHANNELS, top="pieces = {seconds = 5}")
     assert "pieces of 5 s hold 0.8 revolutions of the output at a steady speed" in " ".join(done[0].notes)
     assert sum(s.stop - s.start for own in done for s in own.recording.segments) == 6000
+
+
+def test_a_fast_shaft_is_not_steady_at_the_top_of_a_swing() -> None:
+    time = np.arange(2000) / RATE
+    # five revolutions a second at the top, near which it turns nearly twice
+    assert found(5.0 * np.sin(2.0 * np.pi * 0.5 * time)) == []
