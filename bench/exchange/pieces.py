@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from bench.errors import ConfigurationError
 from bench.exchange import formula
 from bench.exchange.formula import Written, const, lift, make, total
 from bench.simulation.composed import composed
@@ -54,20 +53,14 @@ def pulse(angle: float, width: float, height: float, frame: Frame) -> Written:
 
 
 def quantity(name: str, frame: Frame) -> Written:
-    """A recorded quantity by its name.
-
-    Raises ConfigurationError for the rate of an auxiliary input, which is no function of the sample.
-    """
+    """A recorded quantity by its name; the rate of an auxiliary input, which no sample tells, is an input as well."""
     if name.startswith(AUXILIARY):
-        return _composed(name.removeprefix(AUXILIARY))
+        return _composed(name.removeprefix(AUXILIARY), frame.ratio)
     return lift(QUANTITIES[name].values(frame))
 
 
-def _composed(name: str) -> Written:
-    """An auxiliary input, or what is composed of several.
-
-    Raises ConfigurationError for a rate: an input's rate is no function of the sample.
-    """
+def _composed(name: str, ratio: float) -> Written:
+    """An auxiliary input, or what is composed of several."""
 
     class Inputs(dict[str, Any]):
         def __contains__(self, key: object) -> bool:
@@ -76,7 +69,14 @@ def _composed(name: str) -> Written:
         def __missing__(self, key: str) -> Any:
             return formula.named("input", AUXILIARY + key)
 
-    if name.startswith("rate("):
-        raise ConfigurationError(f"aux/{name} cannot be exported: a single sample does not give the rate of an input")
-    made = composed(name, SimpleNamespace(aux=Inputs(), q=formula.named("input", "load_angle")))  # type: ignore[arg-type]
+    has = {name: formula.named("input", name) for name in ("load_angle", "motor_velocity", "motor_acceleration")}
+    frame = SimpleNamespace(
+        aux=Inputs(),
+        size=1,
+        q=has["load_angle"],
+        omega=has["motor_velocity"],
+        acceleration=has["motor_acceleration"],
+        velocity=has["motor_velocity"] / ratio,
+    )
+    made = composed(name, frame)  # type: ignore[arg-type]
     return formula.named("input", AUXILIARY + name) if made is None else lift(made)

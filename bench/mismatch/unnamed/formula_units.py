@@ -12,6 +12,7 @@ Powers = dict[str, int]
 _PARTS = re.compile(r"([*/]?)\s*([^*/^\s]+)(?:\^(-?\d+))?")
 _DIFFERENCES = {"degC": "K"}
 """scales with a zero of their own: a constant is a difference on them"""
+_RATES = {"rate": 1, "acceleration": 2}
 _NO_UNIT = ("1", "", "log10 rad", "log10 s")
 
 
@@ -55,7 +56,9 @@ def unit_of(name: str, auxiliary: Mapping[str, str]) -> str:
     parts = [(auxiliary.get(part, "1"), 1) for part in rest.split(", ")]
     if function in ("cos", "sin", "sign"):
         return "1"
-    return product([*parts, ("s", -1)] if function == "rate" else parts)
+    if function in ("momentum", "carried"):
+        return "rad/s^2"
+    return product([*parts, ("s", -_RATES.get(function, 0))])
 
 
 __all__ = ["powers", "product", "unit_of"]
