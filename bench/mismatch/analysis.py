@@ -176,6 +176,10 @@ def _problem(data: Dataset, given: Given, channel: str, rows: Rows, banned: Sequ
         given.switched_off,
         tuple(banned),
         given.unsettled.get(channel, ()),
+        given.switched_off if data.folder.manner.free and channel not in data.simulated else (),
+        tuple(name for name, unit in data.auxiliary_units.items() if unit in ANGLES),
+        data.folder.manner.free,
+        data.folder.manner.free and data.cut,
     )
 
 
@@ -231,6 +235,8 @@ def uncertainty(model: ChannelModel, frame: Frame, rows: NDArray[np.bool_], numb
     return float(np.average(np.maximum(variance, 0.0), weights=np.maximum(number[chosen], 1e-9)))
 
 
+ANGLES = ("rad", "")
+"""units of auxiliary quantities that may be angles: radians, into which angles are imported, and none told"""
 MOST_ROWS = 4000
 """rows on which the uncertainty of a prediction is worked out"""
 

@@ -27,6 +27,8 @@ SHAPE = 0.2
 correction that stands beside each name"""
 BLOCK_S = 5.0
 """length of the blocks whose signs are drawn, some correlation times of a bench's noise"""
+BLOCK_MEMORIES = 3.0
+"""correlation times of a residual in a block, where nothing but the residual tells how long noise remembers itself"""
 WAVERING = 0.08
 """standard deviation of load (speed) inside a revolution, over the largest load (its mean), that still is one state"""
 FEWEST_TURNS = 5

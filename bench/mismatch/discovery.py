@@ -48,7 +48,8 @@ class Discovery:
     ``added`` (n,): the channel's whole model less the model without it, refitted, on all rows of the channel; ``gain``
     of log predictive density on points left out; ``p_value`` against surrogates, None where none were drawn;
     ``simulation_rows``: rows of a simulation file, each with its ``effect``; ``table``: a row an order, where it has
-    many; ``excess`` (n,): what of it no calibration of the simulation can say, each sample counted alike, where that
+    many; ``alone``: the parameters of a law without the changes of it that were found as well, empty where there are
+    none; ``excess`` (n,): what of it no calibration of the simulation can say, each sample counted alike, where that
     was worked out: its place is where this lies.
     """
 
@@ -72,6 +73,7 @@ class Discovery:
     also_in: tuple[str, ...] = ()
     numbers: int = 1
     excess: FloatArray | None = field(default=None, repr=False)
+    alone: tuple[Mapping[str, Any], ...] = ()
     squares: tuple[float, float] | None = None
     """mean square per held-out sample without and with it, where rows are too coarse to show it"""
 

@@ -2,7 +2,8 @@
 
 The comparison is made against the simulation as it was given: a free function that was found could take a term's
 place unseen. The term is a candidate as any other of the nominal simulation is. It counts as named where a finding
-bears its id; as found under another name where something else is told in its channel.
+bears its id; as found under another name where something else is told in its channel. Its numbers are told as the
+simulation has it: without the changes of it that were found as well, and as uncertain as these make them.
 """
 
 from __future__ import annotations
@@ -134,7 +135,7 @@ def _row(
             f"{p['symbol']} = {p['value']:.4g}"
             + ("" if p.get("std") is None else f" ± {p['std']:.1g}")
             + f" {in_metres(p['unit']) if linear else p['unit']}"
-            for p in own.discovery.parameters[:3]
+            for p in (own.discovery.alone or own.discovery.parameters)[:3]
         )
     elif any(f.effect not in known for f in findings):
         out.outcome = OTHERWISE

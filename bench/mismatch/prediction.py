@@ -262,15 +262,13 @@ def told_of(
     base = base_of(simulation.extra, beside)
     own = Folder(whole[0].started_at.timestamp(), Manner.of(whole), ripple_orders(whole), base)
     predictor = Predictor(Given.of(simulation))
-    speeds = [abs(r.setpoint.velocity) for r in whole if np.isfinite(r.setpoint.velocity)]
-    largest = max(own.manner.torque, 1.0), max(speeds, default=0.0) or 1.0
     travelled = [0.0]
     rows = Collected()
     if predictor.remembers or predictor.takes_zeros or only:
         for number, part in enumerate(whole):
             ready = prepare(part, number, own, travelled[-1])
             travelled.append(float(ready.frame.travel[-1]))
-            rows.add(ready, frozenset(CHANNELS), *largest)
+            rows.add(ready, frozenset(CHANNELS), own.manner)
     joined = {channel: join(parts) for channel, parts in rows.rows.items()}
     zeros = predictor.zeros(joined)
     campaign = {channel: part.frame for channel, part in joined.items()}

@@ -84,6 +84,16 @@ class ChannelProblem:
     switched_off: tuple[str, ...] = ()
     banned: tuple[str, ...] = ()
     unsettled: tuple[str, ...] = ()
+    lacking: tuple[str, ...] = ()
+    """nominal terms that the simulation is known to lack, where they are asked before their changes: one from elsewhere
+    may have them
+    """
+    turning: tuple[str, ...] | None = None
+    """auxiliary quantities that are angles; None where nothing tells"""
+    free: bool = False
+    """whether the motion follows no set speeds: operating points are none that were run apart"""
+    cut: bool = False
+    """whether recordings of such a motion are pieces of a few longer ones, which share the sensors' zeros"""
 
     @property
     def spec(self) -> ChannelSpec:

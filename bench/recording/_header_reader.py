@@ -35,6 +35,7 @@ _BENCH: tuple[tuple[str, Callable[[Any], Any]], ...] = (
     ("accepted", attributes.boolean),
     ("gearbox_serial", attributes.text),
     ("axis", attributes.text),
+    ("imported_from", attributes.text),
     ("quality", attributes.json_object),
 )
 KNOWN_ROOT_ATTRIBUTES = frozenset(

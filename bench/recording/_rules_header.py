@@ -34,6 +34,7 @@ _BENCH: dict[str, Callable[[Any], Any]] = {
     "zero_id": attributes.text,
     "gearbox_serial": attributes.text,
     "axis": attributes.text,
+    "imported_from": attributes.text,
 }
 _SETPOINTS = ("load_torque", "velocity", "temperature")
 _TEETH = ("z1", "z2", "z3", "z4")

@@ -119,7 +119,8 @@ class Recording:
     """One recording, read lazily; see the recording format for the meaning of each value.
 
     ``size`` is N, the number of rows; in a recording that was cut short N is the length of the shortest channel.
-    ``problems`` are departures from the format that the reader could live with, one sentence each.
+    ``problems`` are departures from the format that the reader could live with, one sentence each. Recordings with the
+    same ``imported_from`` are pieces of one file.
     """
 
     path: Path
@@ -142,6 +143,7 @@ class Recording:
     accepted: bool | None = None
     gearbox_serial: str | None = None
     axis: str | None = None
+    imported_from: str | None = None
     quality: dict[str, Any] = field(default_factory=dict)
     config: str | None = None
     software: dict[str, str] = field(default_factory=dict)

@@ -69,8 +69,6 @@ class Predicting:
         given = Given.of(simulation)
         self._predictor = Predictor(given)
         self._folder = Folder(first[0].started_at.timestamp(), Manner.of(first), ripple_orders(first), base)
-        speeds = [abs(r.setpoint.velocity) for r in first if np.isfinite(r.setpoint.velocity)]
-        self._largest = max(self._folder.manner.torque, 1.0), max(speeds, default=0.0) or 1.0
         self._rows, self._travelled, self._number = Collected(), 0.0, 0
         waves = [wave.order for own in given.waves.values() for wave in own]
         self.orders = looked_at_orders([*given.orders, *waves])
@@ -93,13 +91,13 @@ class Predicting:
         self._travelled = float(ready.frame.travel[-1])
         campaign = {}
         if self._predictor.remembers:
-            self._rows.add(ready, frozenset(CHANNELS), *self._largest)
+            self._rows.add(ready, frozenset(CHANNELS), self._folder.manner)
             campaign = {channel: join(parts).frame for channel, parts in self._rows.rows.items()}
         out = {}
         for channel, spec in CHANNELS.items():
             if channel not in ready.measured or not all(name in recording.specs for name in spec.made_of):
                 continue
-            rows = _rows(ready, channel, self._largest)
+            rows = _rows(ready, channel, self._folder.manner)
             lacking = self._predictor.missing(channel, rows.frame)
             if lacking:
                 self.without[channel] = f"the model has no numbers for {', '.join(lacking)}"
@@ -119,8 +117,8 @@ def _sketch(left: FloatArray, rows: Rows) -> Sketch:
     return Sketch(means, rows.frame.take(np.array([part[part.size // 2] for part in parts], dtype=np.int64)))
 
 
-def _rows(ready: Prepared, channel: str, largest: tuple[float, float]) -> Rows:
+def _rows(ready: Prepared, channel: str, manner: Manner) -> Rows:
     """A channel in the rows in which everything is compared; the angle in parts far finer than any order."""
     if channel == TEMPERATURE:
         return heat_rows(ready)
-    return angle_rows(ready) if channel == TRANSMISSION_ERROR else slow_rows(ready, channel, *largest)
+    return angle_rows(ready) if channel == TRANSMISSION_ERROR else slow_rows(ready, channel, manner)

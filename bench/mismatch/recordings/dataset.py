@@ -57,7 +57,7 @@ class Collected:
     shaft: list[ShaftSpectrum] = field(default_factory=list)
     output: dict[str, list[OutputSpectrum]] = field(default_factory=dict)
 
-    def add(self, prepared: Prepared, channels: frozenset[str], torque: float, speed: float) -> None:
+    def add(self, prepared: Prepared, channels: frozenset[str], manner: Manner) -> None:
         """Reduce a recording in the channels in which it can be compared."""
         for channel in sorted(channels & set(prepared.measured)):
             if channel == TEMPERATURE:
@@ -67,7 +67,7 @@ class Collected:
                 if prepared.kind != "heating":  # the series does not hold at heating speed
                     self.rows.setdefault(channel, []).append(angle_rows(prepared))
             else:
-                self.rows.setdefault(channel, []).append(slow_rows(prepared, channel, torque, speed))
+                self.rows.setdefault(channel, []).append(slow_rows(prepared, channel, manner))
             heard = density(prepared, channel)
             if heard is not None:
                 self.density.setdefault(channel, []).append(heard)
@@ -127,6 +127,12 @@ class Dataset:
     def linear(self) -> bool:
         """Whether the recordings are of a linear axis, whose motor_angle is a length."""
         return is_linear(self.members[0].recording)
+
+    @property
+    def cut(self) -> bool:
+        """Whether recordings are pieces of a few longer ones: then a sensor's zero is not each piece's own."""
+        whole = {m.recording.imported_from or str(m.recording.path) for m in self.members}
+        return len(whole) < len(self.members)
 
     @property
     def auxiliary_units(self) -> dict[str, str]:
@@ -247,16 +253,12 @@ class _Task:
     pieces: tuple[tuple[int, Piece], ...]
     folder: Folder
     comparable: Comparable
-    torque: float
-    speed: float
 
 
 def _tasks(parts: Sequence[Piece], folder: Folder, comparable: Comparable) -> list[_Task]:
     """One task a recording; the pieces of one follow each other."""
-    speeds = [abs(p.recording.setpoint.velocity) for p in parts if np.isfinite(p.recording.setpoint.velocity)]
-    torque, speed = max(folder.manner.torque, 1.0), max(speeds, default=0.0) or 1.0
     groups = groupby(enumerate(parts), key=lambda pair: id(pair[1].recording))
-    return [_Task(tuple(own), folder, comparable, torque, speed) for _, own in groups]
+    return [_Task(tuple(own), folder, comparable) for _, own in groups]
 
 
 @dataclass(frozen=True, slots=True)
@@ -281,7 +283,7 @@ def _read(task: _Task) -> _Read:
         return _Read(rows, why=f"{recording.path.name} cannot be read: {error}")
     channels = task.comparable.channels(recording, prepared.dead)
     for number, part in task.pieces:
-        rows.add(part.cut(prepared, number), channels, task.torque, task.speed)
+        rows.add(part.cut(prepared, number), channels, task.folder.manner)
     return _Read(rows, float(prepared.frame.travel[-1]), prepared.dead, "", frozenset(prepared.simulated))
 
 

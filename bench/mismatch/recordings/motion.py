@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.recordings.level import confirmed
-from bench.mismatch.recordings.smoothing import local_quadratic, repaired, span_for, window
+from bench.mismatch.recordings.smoothing import WINDOWS_S, local_quadratic, repaired, span_for, window
+from bench.mismatch.recordings.window import telling_span
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray
 
@@ -22,13 +23,16 @@ class Manner:
     ``standstill``: motor speed below which the bench stands, rad/s (a linear axis: m/s); ``smoothing``: window of the
     rates in s; ``torque``: largest load torque of the folder, N·m, to which "hardly moves" is referred; ``confirmed``:
     share of what the torque sensor reads about a level that the load motor confirms
-    (:func:`bench.mismatch.recordings.level.confirmed`).
+    (:func:`bench.mismatch.recordings.level.confirmed`); ``speed``: largest speed of the output, rad/s, by whose parts
+    rows end; ``free``: no recording says what speed it was set to.
     """
 
     standstill: float
     smoothing: float
     torque: float
     confirmed: float = 1.0
+    speed: float = 1.0
+    free: bool = False
 
     @classmethod
     def of(cls, recordings: Sequence[Recording]) -> Manner:
@@ -38,14 +42,42 @@ class Manner:
         as fast: then below a fiftieth of the fastest speed.
         """
         standstill = standstill_speed(recordings)
-        smoothing = 0.06
+        smoothing = WINDOWS_S[-1]
         for recording in recordings:
             if "motor_angle" in recording.specs:
                 smoothing = span_for(_angle(recording), float(recording.sample_rate), standstill)
                 break
+        free = not any(np.isfinite(r.setpoint.velocity) for r in recordings)
+        if free:
+            # noise of the speed says what window steady motion wants; a motion of its own kind wants its own
+            smoothing = telling_span(recordings, standstill) or smoothing
         loads = [abs(r.setpoint.load_torque) for r in recordings if np.isfinite(r.setpoint.load_torque)]
         largest = max(loads, default=0.0)
-        return cls(standstill, smoothing, largest, confirmed(recordings, largest))
+        asked = max((abs(r.setpoint.velocity) for r in recordings if np.isfinite(r.setpoint.velocity)), default=0.0)
+        if free:
+            largest = largest or max((_usual_load(r) for r in recordings), default=0.0)
+            asked = max((_fastest(r) / float(r.gearbox.ratio or 1.0) for r in recordings), default=0.0)
+        return cls(standstill, smoothing, largest, confirmed(recordings, largest), asked or 1.0, free)
+
+
+def _fastest(recording: Recording) -> float:
+    """Speed of the motor in rad/s (a linear axis: m/s) that a recording hardly ever exceeds; 0 where none was seen."""
+    if recording.size < 2:
+        return 0.0
+    if "motor_angle" in recording.specs:
+        speed = local_quadratic(_angle(recording), float(recording.sample_rate), 0.06)[1]
+    elif "motor_velocity" in recording.specs:
+        speed = recording.si("motor_velocity")
+    else:
+        return 0.0
+    return float(np.nan_to_num(np.nanpercentile(np.abs(speed), 99.0)))
+
+
+def _usual_load(recording: Recording) -> float:
+    """Load torque in N·m that a recording hardly ever exceeds; 0 where it has none."""
+    if "load_torque" not in recording.specs or recording.size == 0:
+        return 0.0
+    return float(np.nan_to_num(np.nanpercentile(np.abs(recording.si("load_torque")), 99.0)))
 
 
 def _angle(recording: Recording) -> FloatArray:
@@ -60,11 +92,8 @@ def standstill_speed(recordings: Sequence[Recording]) -> float:
         velocity, ratio = recording.setpoint.velocity, float(recording.gearbox.ratio or 1.0)
         if np.isfinite(velocity) and velocity != 0.0:
             fastest = max(fastest, abs(velocity) * ratio)
-        elif "motor_angle" in recording.specs and recording.size > 1:
-            _, speed, _ = local_quadratic(_angle(recording), float(recording.sample_rate), 0.06)
-            fastest = max(fastest, float(np.percentile(np.abs(speed), 99.0)))
-        elif "motor_velocity" in recording.specs and recording.size > 1:
-            fastest = max(fastest, float(np.nanpercentile(np.abs(recording.si("motor_velocity")), 99.0)))
+        else:
+            fastest = max(fastest, _fastest(recording))
         if fastest > 10.0 * criteria.STANDSTILL_RAD_S:
             return criteria.STANDSTILL_RAD_S
     return max(0.02 * fastest, 1e-9) if fastest > 0.0 else criteria.STANDSTILL_RAD_S

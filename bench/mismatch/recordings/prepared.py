@@ -24,6 +24,7 @@ from bench.mismatch.recordings.notch import notched
 from bench.mismatch.recordings.smoothing import local_quadratic, repaired, window
 from bench.mismatch.recordings.thinning import Measured, Thinning, group_of
 from bench.recording import SIMULATED, Recording
+from bench.simulation.composed import acceleration_of, rate_of
 from bench.simulation.frame import FloatArray, Frame, IntArray
 from bench.simulation.quantities import AUXILIARY
 
@@ -194,9 +195,7 @@ def prepare(
         reversed_before=reversed_before,
         steady=steady,
         step=np.diff(time, prepend=time[0]),
-        aux={
-            name.removeprefix(AUXILIARY): signals.mean(name) for name in signals.samples if name.startswith(AUXILIARY)
-        },
+        aux=_auxiliary(signals, rate, span, whole),
     )
     corner = corners(acceleration, rate, span)
     told = _told(recording, folder)
@@ -210,6 +209,17 @@ def prepare(
     )
     kind = recording.kind
     return Prepared(kind, rate, frame, thinning, measured, swept, leaning, angle, label, corner, dead, taken, simulated)
+
+
+def _auxiliary(signals: _Signals, rate: float, span: float, whole: Sequence[slice]) -> dict[str, FloatArray]:
+    """Quantities that are no channel of the bench, with their rates, by name."""
+    out: dict[str, FloatArray] = {}
+    for name in signals.samples:
+        if name.startswith(AUXILIARY):
+            own = name.removeprefix(AUXILIARY)
+            out[own] = signals.mean(name)
+            _, out[rate_of(own)], out[acceleration_of(own)] = _smoothed(out[own], rate, span, whole)
+    return out
 
 
 def _measured(

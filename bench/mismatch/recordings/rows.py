@@ -14,7 +14,9 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.recordings.prepared import Prepared
+from bench.mismatch.recordings.thinning import Measured
 from bench.simulation.frame import ARRAYS, FloatArray, Frame, IntArray, concatenate
 
 SLOW_S = 1.0
@@ -31,6 +33,8 @@ ANGLE_STEP_S = 0.1
 """longest row of the transmission error where the bench hardly turns"""
 _CHANGES = 40
 """parts of the largest speed, and of the largest load, by which they may change inside a block"""
+_MOSTLY = 90.0
+"""percentile of the changes within the shortest block"""
 _JUST_AFTER_S, _JUST_AFTER_RAD = 1.5, 0.05
 """time and distance after a start or reversal in which blocks are short"""
 
@@ -77,19 +81,28 @@ def settled_rows(frame: Frame) -> NDArray[np.bool_]:
     return np.asarray((frame.steady > 0.5) & ~lively(frame))
 
 
-def slow_rows(prepared: Prepared, channel: str, torque: float, speed: float) -> Rows:
-    """Rows of a torque; ``torque`` (N·m) and ``speed`` (rad/s) are the folder's largest, by whose parts blocks end."""
+def slow_rows(prepared: Prepared, channel: str, manner: Manner) -> Rows:
+    """Rows of a torque; blocks end by parts of the folder's largest load and speed.
+
+    A motion that follows no set speeds goes as far as it goes, and its load is what it is.
+    """
+    free = manner.free
+    torque = manner.torque or 1.0 if free else max(manner.torque, 1.0)
     frame, rate = prepared.frame, prepared.sample_rate
-    width = np.where(lively(frame), max(1.0, round(LIVELY_S * rate)), max(1.0, round(SLOW_S * rate)))
-    turning = TORQUE_STEP * rate / np.maximum(np.abs(frame.velocity), 1e-12)
-    width = np.minimum(width, np.maximum(turning, max(1.0, round(LIVELY_S * rate))))
+    shortest = max(1.0, round(LIVELY_S * rate))
+    width = np.where(lively(frame), shortest, max(1.0, round(SLOW_S * rate)))
+    step = min(TORQUE_STEP, float(np.ptp(frame.q)) / _CHANGES) if free else TORQUE_STEP
+    turning = step * rate / np.maximum(np.abs(frame.velocity), 1e-12)
+    width = np.minimum(width, np.maximum(turning, shortest))
     parting: IntArray = np.cumsum(_changes(frame.direction, prepared.label, prepared.corner))
-    limits = changes(torque, speed)
-    shortest = np.full(frame.size, 1.0 / max(1.0, round(LIVELY_S * rate)))
-    edges = blocks(1.0 / width, shortest, parting, frame.velocity, frame.torque_level, limits)
+    limits = changes(torque, manner.speed)
+    if free:
+        limits = np.maximum(limits, _in_a_moment(frame, rate))
+    most = np.full(frame.size, 1.0 / shortest)
+    edges = blocks(1.0 / width, most, parting, frame.velocity, frame.torque_level, limits)
     own = prepared.measured[channel]
     mean, number = block_mean(own.mean, own.number, edges)
-    return Rows(reduced(frame, edges), mean, number)
+    return Rows(reduced(frame, edges), mean, number, _within(own, mean, edges, number))
 
 
 def heat_rows(prepared: Prepared) -> Rows:
@@ -97,10 +110,14 @@ def heat_rows(prepared: Prepared) -> Rows:
     edges = np.arange(0, prepared.frame.size, max(1, round(HEAT_S * prepared.sample_rate)))
     own = prepared.measured["temperature"]
     mean, number = block_mean(own.mean, own.number, edges)
+    return Rows(reduced(prepared.frame, edges), mean, number, _within(own, mean, edges, number))
+
+
+def _within(own: Measured, mean: FloatArray, edges: IntArray, number: FloatArray) -> FloatArray:
+    """Variance of the valid samples inside each block."""
     width = np.diff(np.append(edges, own.number.size))
     inner = np.where(own.number > 0, own.mean - np.repeat(mean, width), 0.0)
-    within = np.add.reduceat(inner**2 * own.number + own.scatter, edges) / np.maximum(number, 1.0)
-    return Rows(reduced(prepared.frame, edges), mean, number, within)
+    return np.asarray(np.add.reduceat(inner**2 * own.number + own.scatter, edges) / np.maximum(number, 1.0))
 
 
 def angle_rows(prepared: Prepared) -> Rows:
@@ -127,6 +144,17 @@ def changes(torque: float, speed: float) -> FloatArray:
     is no straight line of them has no mean at their means.
     """
     return np.array([speed / _CHANGES, torque / _CHANGES])
+
+
+def _in_a_moment(frame: Frame, rate: float) -> FloatArray:
+    """By how much speed and load mostly change within the shortest block (2,): noise of a row tells more than what
+    bends within it.
+    """
+    step = max(1, round(LIVELY_S * rate))
+    if frame.size <= step:
+        return np.zeros(2)
+    moved = [np.abs(own[step:] - own[:-step]) for own in (frame.velocity, frame.torque_level)]
+    return np.array([float(np.percentile(own, _MOSTLY)) for own in moved])
 
 
 def _changes(*values: NDArray[Any]) -> NDArray[np.bool_]:

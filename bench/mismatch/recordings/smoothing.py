@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from bench.mismatch import criteria
 from bench.simulation.frame import FloatArray
 
-_WINDOWS_S = (0.015, 0.03, 0.06)
+WINDOWS_S = (0.015, 0.03, 0.06)
 """lengths of the window that are tried, the shortest first; the last is taken for a coarse encoder"""
 
 _AFRESH = 256
@@ -27,13 +27,13 @@ def span_for(angle: FloatArray, rate: float, standstill: float) -> float:
     The angle's noise is read from its third differences, whose variance is 20 times its own.
     """
     if angle.size < 100:
-        return _WINDOWS_S[-1]
+        return WINDOWS_S[-1]
     sigma = float(np.std(np.diff(angle, 3))) / np.sqrt(20.0)
-    for span in _WINDOWS_S[:-1]:
+    for span in WINDOWS_S[:-1]:
         width = window(rate, span)
         if sigma * rate * np.sqrt(12.0 / width**3) < criteria.SPEED_NOISE * standstill:
             return span
-    return _WINDOWS_S[-1]
+    return WINDOWS_S[-1]
 
 
 def local_quadratic(signal: FloatArray, rate: float, span: float) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -6,16 +6,16 @@ physics, said to depend on ``aux/NAME``.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
 from itertools import combinations, product
 
 import numpy as np
 
-from bench.mismatch.regression.candidates import KNOTS, knots_of
+from bench.mismatch.regression.candidates import KNOTS, ends, knots_of
 from bench.mismatch.regression.regressors import Free
 from bench.mismatch.regression.sensitivity import is_carried
-from bench.simulation.composed import OWN_ANGLE, summed
-from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.composed import OWN_ANGLE, acceleration_of, parts_of, summed
+from bench.simulation.frame import Frame
 from bench.simulation.quantities import AUXILIARY, FACTOR_OF, quantity
 from bench.simulation.tables import Grid
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
@@ -34,16 +34,16 @@ def auxiliary_candidates(channel: str, frame: Frame) -> Iterator[Free]:
     each factor that a channel's losses go by.
     """
     steady = {part for part, name in FACTOR_OF.items() if knots_of(quantity(name, frame), KNOTS[0]) is None}
-    for name in sorted(frame.aux):
+    for name in _recorded(frame):
         values = frame.aux[name]
-        ends = _ends(values)
-        if ends is None or is_carried(name):
+        straight = ends(values)
+        if straight is None:
             continue
         several = knots_of(values, KNOTS[0])
         for times in _TIMES[channel]:
             if steady & set(times.split("*")):
                 continue
-            for knots in (ends, several):
+            for knots in (straight, several):
                 if knots is not None:
                     yield Free(channel, (Grid((AUXILIARY + name,), times, (knots,)),))
 
@@ -56,25 +56,31 @@ LEAST_TURN, MOST_TURN = 0.2, 200.0
 """rad: how far a quantity varies that can be the angle of a joint"""
 
 
-def composed_candidates(channel: str, frame: Frame) -> Iterator[Free]:
-    """Functions of auxiliary quantities that are composed of them: cosine and sine of sums of joints' angles together;
-    sign, size and rate of each; products of two. In the torques only.
+def composed_candidates(channel: str, frame: Frame, turning: Collection[str] | None = None) -> Iterator[Free]:
+    """Functions of auxiliary quantities that are composed of them: cosine and sine of sums of joints' angles together,
+    as gravity and as an inertia that changes; acceleration, sign, size and rate of each; products of two. In the
+    torques only. ``turning``: those that may be angles; None where nothing tells.
     """
     if channel not in (MOTOR_TORQUE, LOAD_TORQUE):
         return
-    names = [n for n in sorted(frame.aux) if not is_carried(n) and _ends(frame.aux[n]) is not None]
-    joints = [n for n in names if LEAST_TURN <= float(np.ptp(frame.aux[n])) <= MOST_TURN]
+    names = [n for n in _recorded(frame) if ends(frame.aux[n]) is not None]
+    angles = names if turning is None else [n for n in names if n in turning]
+    joints = [n for n in angles if LEAST_TURN <= float(np.ptp(frame.aux[n])) <= MOST_TURN]
     most = MOST_ANGLES if len(joints) <= MOST_IN_SUMS else 2
     for number in range(1, most + 1):
         for own in combinations((OWN_ANGLE, *joints), number):
             if own == (OWN_ANGLE,):
-                continue
+                continue  # gravity of the output itself has a name
             for signs in product((1, -1), repeat=number - 1):
                 text = summed(own, (1, *signs))
-                made = [_straight(f"{f}({text})", "1", frame) for f in ("cos", "sin")]
-                grids = tuple(g for g in made if g is not None)
-                if grids:
-                    yield Free(channel, grids)
+                waves = [f"{f}({text})" for f in ("cos", "sin")]
+                yield from _together(channel, waves, frame)
+                if channel == MOTOR_TORQUE:
+                    yield from _together(channel, [f"momentum({wave})" for wave in waves], frame)
+    if channel == MOTOR_TORQUE:
+        for name in joints:
+            yield from _together(channel, [acceleration_of(name)], frame)
+            yield from _together(channel, [f"carried({f}({OWN_ANGLE}), {name})" for f in ("cos", "sin")], frame)
     single = [f"{f}({n})" for n in names for f in ("sign", "abs", "rate")]
     pairs = [f"product({a}, {b})" for a, b in combinations(names, 2)]
     for name in (*single, *pairs):
@@ -83,15 +89,19 @@ def composed_candidates(channel: str, frame: Frame) -> Iterator[Free]:
             yield Free(channel, (grid,))
 
 
+def _recorded(frame: Frame) -> list[str]:
+    """Auxiliary quantities that were recorded: neither what a simulation says nor their rates."""
+    return [name for name in sorted(frame.aux) if not is_carried(name) and parts_of(name) == (name,)]
+
+
+def _together(channel: str, names: Sequence[str], frame: Frame) -> Iterator[Free]:
+    """Straight lines over some composed quantities as one function; none where none varies."""
+    grids = tuple(grid for name in names if (grid := _straight(name, "1", frame)) is not None)
+    if grids:
+        yield Free(channel, grids)
+
+
 def _straight(name: str, times: str, frame: Frame) -> Grid | None:
     """A straight line over a composed quantity; None where that does not vary."""
-    ends = _ends(quantity(AUXILIARY + name, frame))
-    return None if ends is None else Grid((AUXILIARY + name,), times, (ends,))
-
-
-def _ends(values: FloatArray) -> tuple[float, float] | None:
-    """The least and the largest value: a table of two knots is a straight line. None for a constant."""
-    if values.size == 0 or not np.isfinite(values).all():
-        return None
-    low, high = float(values.min()), float(values.max())
-    return (low, high) if high - low > 1e-9 * (abs(low) + abs(high)) else None
+    straight = ends(quantity(AUXILIARY + name, frame))
+    return None if straight is None else Grid((AUXILIARY + name,), times, (straight,))

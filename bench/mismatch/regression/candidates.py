@@ -15,7 +15,7 @@ from bench.mismatch import criteria
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor, by_definition
 from bench.mismatch.regression.spells import SPELLS, spells
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.quantities import FACTOR_OF, quantity
+from bench.simulation.quantities import FACTOR_OF, QUANTITIES, quantity
 from bench.simulation.tables import Grid, hats
 from bench.simulation.terms import (
     LIBRARY,
@@ -50,6 +50,8 @@ KNOTS_OF_SEVERAL = {2: 5, 3: 4}
 """knots of each quantity in functions of two, and of three"""
 EACH_KNOT = 3
 """recordings to each knot of a function of time, at least: a drift goes through several"""
+_STRAIGHT = ("angle", "time", "elapsed", "load", "torque", "temperature")
+"""quantities of which a straight line is tried as well: fewer numbers than a table"""
 LEAST_VARIATION = 1e-9
 """relative spread of a quantity below which it is constant"""
 
@@ -157,28 +159,44 @@ _PRODUCTS: dict[str, tuple[str, ...]] = {
 
 
 def named_candidates(
-    channel: str, frame: Frame, switched_off: Sequence[str], banned: Sequence[str] = ()
+    channel: str, frame: Frame, switched_off: Sequence[str], banned: Sequence[str] = (), free: bool = False
 ) -> Iterator[Named]:
-    """Terms beyond the nominal simulation, and nominal ones that the given simulation lacks, at their grid points."""
+    """Terms beyond the nominal simulation, and nominal ones that the given simulation lacks, at their grid points.
+
+    ``free``: in a motion that follows no set speeds nothing depends on what is constant.
+    """
     effects = [t for t in for_channel(channel) if t.effect not in PERIODIC]
     effects += [LIBRARY[e] for e in switched_off if channel in LIBRARY[e].forms and e not in PERIODIC]
     timeless = overlapping(frame)
     for term in effects:
         if term.effect in banned or term.effect in BY_GEOMETRY or (timeless and "time" in term.variables):
             continue
+        if free and any(name in QUANTITIES and _constant(quantity(name, frame)) for name in term.variables):
+            continue
         for form in term.forms[channel]:
             for point in form.grid(frame):
                 yield Named(term, channel, form, point)
 
 
-def free_candidates(channel: str, frame: Frame) -> Iterator[Free]:
-    """Free functions of the quantities that vary in the rows of ``frame``."""
+def _constant(values: FloatArray) -> bool:
+    """Whether a quantity does not vary: nothing can be said to depend on it."""
+    return values.size == 0 or float(np.ptp(values)) <= LEAST_VARIATION * (1.0 + float(np.abs(values).max()))
+
+
+def free_candidates(channel: str, frame: Frame, straight: bool = False) -> Iterator[Free]:
+    """Free functions of the quantities that vary in the rows of ``frame``; ``straight``: straight lines as well, where
+    each number has its price.
+    """
     timeless, recordings = overlapping(frame), int(np.unique(frame.recording).size)
     for name, factors in _ONE[channel]:
         if name == "time" and timeless:
             continue
         # denser than the recordings, a function of time only says which recording it is
         most = max(recordings // EACH_KNOT, 2) if name == "time" else KNOTS[-1]
+        line = ends(quantity(name, frame)) if straight and name in _STRAIGHT else None
+        if line is not None:
+            grids = tuple(Grid((name,), times, (line,)) for times in factors)
+            yield Free(channel, grids, by_definition(channel, name, factors))
         for number in sorted({min(n, most) for n in KNOTS}):
             knots = knots_of(quantity(name, frame), number)
             if knots is not None and (number <= KNOTS[0] or len(knots) > KNOTS[0]):
@@ -263,11 +281,19 @@ def shape_of(channel: str, effect: str, frame: Frame, number: int = KNOTS[-1]) -
     return Free(channel, tuple(grids), effect) if grids else None
 
 
+def ends(values: FloatArray) -> tuple[float, float] | None:
+    """The least and the largest value: a table of two knots is a straight line. None for a constant."""
+    if values.size == 0 or not np.isfinite(values).all():
+        return None
+    low, high = float(values.min()), float(values.max())
+    return (low, high) if high - low > 1e-9 * (abs(low) + abs(high)) else None
+
+
 def knots_of(values: FloatArray, number: int) -> tuple[float, ...] | None:
     """Knots half by the quantiles of the values and half evenly, apart by a part of the range; None if constant."""
-    spread = float(np.ptp(values)) if values.size else 0.0
-    if spread <= LEAST_VARIATION * (1.0 + float(np.abs(values).max(initial=0.0))):
+    if _constant(values):
         return None
+    spread = float(np.ptp(values))
     levels = np.unique(np.round(values / spread, 4)) * spread
     if levels.size < 3:
         return None

@@ -11,6 +11,7 @@ from bench.mismatch import criteria
 from bench.mismatch.discovery import AMBIGUOUS, NAMED, Discovery, Rival
 from bench.mismatch.discovery import UNKNOWN as UNKNOWN_STATUS
 from bench.mismatch.regression import windows
+from bench.mismatch.regression.alone import alone
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.course import beyond
 from bench.mismatch.regression.excess import excess, levelled
@@ -65,6 +66,8 @@ def _discovery(
     regressor = own.main.regressor
     coefficients, covariance = model.fit.of(own.main.place)
     std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    by_itself = alone(model, own)
+    wide = std if by_itself is None else by_itself.widened(std)
     course = excess_of(model, own, frame, number)
     angles, orders = _over_angle(regressor, course, frame, number)
     return Discovery(
@@ -76,7 +79,10 @@ def _discovery(
         words=regressor.words,
         equation=regressor.equation,
         variables=regressor.variables,
-        parameters=tuple(regressor.parameters(coefficients, std)),
+        parameters=tuple(regressor.parameters(coefficients, wide)),
+        alone=()
+        if by_itself is None
+        else tuple(regressor.parameters(by_itself.coefficients, by_itself.widened(by_itself.std))),
         added=whole - without,
         excess=course,
         gain=slot.gain,

@@ -125,13 +125,15 @@ def _evidence(gram: FloatArray) -> float:
     return float(-0.5 * (gram[-1, -1] - half @ half) - np.log(np.diag(lower)).sum())
 
 
-def weights(densities: FloatArray, seed: int) -> FloatArray:
-    """Weight of each model (models,) from the densities (models, folds) of the points left out."""
+def weights(densities: FloatArray, seed: int, costs: FloatArray | None = None) -> FloatArray:
+    """Weight of each model (models,) from the densities (models, folds) of the points left out, less what its
+    description ``costs`` (models,).
+    """
     models, number = densities.shape
     if models == 1:
         return np.ones(1)
     share = np.random.default_rng(seed).dirichlet(np.ones(number), size=DRAWS)
-    drawn = number * share @ densities.T
+    drawn = number * share @ densities.T - (np.zeros(models) if costs is None else costs)
     drawn -= drawn.max(axis=1, keepdims=True)
     odds = np.exp(drawn)
     return np.asarray((odds / odds.sum(axis=1, keepdims=True)).mean(axis=0))

@@ -9,10 +9,11 @@ import numpy as np
 
 from bench.mismatch.problem import ChannelProblem, starts_and_folds
 from bench.mismatch.recordings.beginning import at_start, risen
+from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.bank import Bank, Fit, Whitening, fit
 from bench.mismatch.regression.calibration import Calibration
 from bench.mismatch.regression.course import added
-from bench.mismatch.regression.noise import Mixture, RowNoise, alike, of_rows, plain_mixture
+from bench.mismatch.regression.noise import Mixture, RowNoise, alike, of_free_motion, of_rows, plain_mixture
 from bench.mismatch.regression.regressors import Free, Regressor
 from bench.simulation.frame import FloatArray, Frame, IntArray, recording_starts
 
@@ -169,8 +170,28 @@ def prepare_bank(problem: ChannelProblem, residual: FloatArray) -> tuple[Bank, M
     samples = problem.noise or plain_mixture(own, residual)
     doubt = None if problem.doubt is None else problem.doubt[train]
     unheard = problem.noise is None and problem.doubt is None and not problem.spec.integral
-    noise = alike(own, residual) if unheard else of_rows(own, samples, residual, doubt)
+    if problem.free:
+        samples = samples.at_most(_of_a_sample(own, residual)) if unheard else samples
+        noise = of_free_motion(own, residual)
+    else:
+        noise = alike(own, residual) if unheard else of_rows(own, samples, residual, doubt)
     return Bank(own.y, Whitening(noise, starts), problem.spec.integral), samples, noise, folds
+
+
+def _of_a_sample(rows: Rows, residual: FloatArray) -> float:
+    """Mean square of what a model leaves of a sample: of the rows, and within them. Noise is no more."""
+    within = float(np.average(rows.within, weights=rows.number)) if rows.within.size else np.inf
+    return within + float(np.average(residual**2, weights=np.maximum(rows.number, 1e-9)))
+
+
+def left_by(model: ChannelModel) -> FloatArray:
+    """What a model leaves of the training rows (n,), less the mean of each recording."""
+    problem = model.problem
+    own = problem.rows.take(problem.train)
+    left = own.y - model.predict(problem.rows.frame)[problem.train]
+    recording = own.frame.recording
+    count = np.maximum(np.bincount(recording, own.number), 1e-9)
+    return np.asarray(left - (np.bincount(recording, left * own.number) / count)[recording])
 
 
 def plain_residual(problem: ChannelProblem) -> FloatArray:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import nnls
@@ -54,6 +54,11 @@ class Mixture:
         """Variance of a single sample."""
         return self.white + sum(self.parts)
 
+    def at_most(self, variance: float) -> Mixture:
+        """The mixture, of no larger variance of a single sample than given."""
+        share = min(1.0, variance / max(self.variance, 1e-300))
+        return Mixture(share * self.white, tuple(share * v for v in self.parts), self.rate)
+
     def density(self, frequency: FloatArray) -> FloatArray:
         """One-sided spectral density of the samples at ``frequency`` Hz (any shape)."""
         out = np.full(np.shape(frequency), 2.0 * self.white / self.rate)
@@ -86,6 +91,10 @@ class RowNoise:
     correlation: FloatArray
     memory: float
     """time after which noise has mostly forgotten itself, s"""
+    telling: float | None = None
+    """rows of independent noise that say as much as all of these, where a motion of its own kind was repeated or cut:
+    nothing but the model's residual tells its noise, and a number costs its description
+    """
 
 
 def mixture(densities: Sequence[Density]) -> Mixture | None:
@@ -224,6 +233,33 @@ def alike(rows: Rows, residual: FloatArray) -> RowNoise:
     spread = float(np.sqrt(np.sum(weight * residual**2) / max(float(weight.sum()), 1e-300)))
     sigma = np.full(rows.size, max(spread, 1e-150))
     return RowNoise(sigma, np.zeros(rows.size), MEMORIES_S[0])
+
+
+def of_free_motion(rows: Rows, residual: FloatArray) -> RowNoise:
+    """Noise of rows of a motion that follows no set speeds: all alike, and larger by as many rows as say one thing."""
+    noise = alike(rows, residual)
+    rows_alike = alike_for(residual, recording_starts(rows.frame))
+    return replace(noise, sigma=noise.sigma * np.sqrt(rows_alike), telling=rows.size / rows_alike)
+
+
+def alike_for(residual: FloatArray, starts: IntArray) -> float:
+    """Rows of a residual (n,) that say as much as one row of independent noise: 1 + 2*sum of the autocorrelations.
+
+    Summed as far as pairs of neighbouring ones stay above 0 (Geyer, Stat. Sci. 7 (1992) 473).
+    """
+    parts = [residual[a:b] for a, b in itertools.pairwise(starts)]
+    square = sum(float(own @ own) for own in parts)
+    longest = max((own.size for own in parts), default=0)
+    if square <= 0.0:
+        return 1.0
+    total, lag = 1.0, 1
+    while lag + 1 < longest:
+        pair = sum(float(own[k:] @ own[:-k]) for k in (lag, lag + 1) for own in parts if own.size > k) / square
+        if pair <= 0.0:
+            break
+        total += 2.0 * pair
+        lag += 2
+    return total
 
 
 def innovations(values: FloatArray, sigma: FloatArray, correlation: FloatArray, starts: IntArray) -> FloatArray:

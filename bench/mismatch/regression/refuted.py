@@ -8,6 +8,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.regression.folds import carried, squares
+from bench.mismatch.regression.heredity import without
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen, fit_blocks
 from bench.simulation.frame import FloatArray
 
@@ -30,17 +31,18 @@ def not_refuted(model: ChannelModel, chosen: Sequence[Chosen]) -> list[Chosen]:
             return squares(model.bank, own, model.folds, at)
 
         whole = left(blocks)
+        others = [without(current, c, model.problem.lacking) for c in current]
         beyond, ratios = [], []
-        for c in current:
-            without = left(model.blocks([o for o in current if o is not c]))
+        for c, own in zip(current, others, strict=True):
+            squared = left(model.blocks(own))
             spared = carried(model.bank, blocks, c.main, model.folds, fitted) <= criteria.CANNOT_BE_SPARED
-            asked = spared | (whole < without)
-            beyond.append(0.5 * float((whole - without)[asked].sum()) - model.price)
-            ratios.append(float(whole[asked].sum()) / max(float(without[asked].sum()), 1e-300))
+            asked = spared | (whole < squared)
+            beyond.append(0.5 * float((whole - squared)[asked].sum()) - model.price)
+            ratios.append(float(whole[asked].sum()) / max(float(squared[asked].sum()), 1e-300))
         worst = int(np.argmax(beyond))
         if not beyond[worst] > 0.0:
             break
-        gone = current.pop(worst)
+        gone, current = current[worst], others[worst]
         model.notes.append(
             f"{gone.main.regressor.words} gained in likelihood, but points left out of the fit are predicted"
             f" {np.sqrt(ratios[worst]):.3g} times as badly with it: it is not reported"

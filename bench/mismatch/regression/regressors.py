@@ -126,12 +126,14 @@ class Named:
 class Free:
     """A free function: tables over one or more quantities, each times a factor; summed.
 
-    In the heat balance it is a rate of the temperature, integrated over each recording.
+    In the heat balance it is a rate of the temperature, integrated over each recording. ``mixing`` (values of the
+    tables, numbers): how its numbers make the values, where these are not numbers of their own.
     """
 
     channel: str
     grids: tuple[Grid, ...]
     effect: str = UNKNOWN
+    mixing: tuple[tuple[float, ...], ...] = ()
 
     @property
     def words(self) -> str:
@@ -176,11 +178,17 @@ class Free:
     @property
     def numbers(self) -> int:
         """Parameters by which it follows the data."""
-        return sum(g.size for g in self.grids)
+        return len(self.mixing[0]) if self.mixing else sum(g.size for g in self.grids)
+
+    def values(self, coefficients: FloatArray) -> FloatArray:
+        """Values of the tables at their knots."""
+        return np.asarray(self.mixing) @ coefficients if self.mixing else coefficients
 
     def columns(self, frame: Frame) -> FloatArray:
         """Regressors (n, k) on the rows of a frame."""
         parts = np.hstack([g.columns(frame) for g in self.grids])
+        if self.mixing:
+            parts = parts @ np.asarray(self.mixing)
         if self.channel != TEMPERATURE:
             return parts
         return np.column_stack([integral(parts[:, k], frame) for k in range(parts.shape[1])])
@@ -188,6 +196,8 @@ class Free:
     def parameters(self, coefficients: FloatArray, std: FloatArray) -> list[dict[str, Any]]:
         """Value of the function at each knot."""
         unit = "K/s" if self.channel == TEMPERATURE else CHANNEL_UNITS[self.channel]
+        if self.mixing:
+            coefficients, std = self.values(coefficients), np.sqrt(np.asarray(self.mixing) ** 2 @ std**2)
         out = []
         at = 0
         for grid in self.grids:
@@ -207,6 +217,7 @@ class Free:
 
     def rows(self, coefficients: FloatArray) -> list[dict[str, Any]]:
         """Its rows of a simulation file, but for the effect: a table each."""
+        coefficients = self.values(coefficients)
         out = []
         at = 0
         for grid in self.grids:

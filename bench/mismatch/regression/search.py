@@ -4,7 +4,7 @@ price.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,7 +20,10 @@ from bench.mismatch.regression.candidates import (
     overlapping,
     shape_of,
 )
+from bench.mismatch.regression.copies import copies, told
+from bench.mismatch.regression.description import description, prior_of
 from bench.mismatch.regression.folds import predictive, weights
+from bench.mismatch.regression.heredity import laws, orphaned, without, without_laws
 from bench.mismatch.regression.model import (
     Block,
     ChannelModel,
@@ -29,6 +32,7 @@ from bench.mismatch.regression.model import (
     add_block,
     calibration,
     fit_blocks,
+    left_by,
     plain_residual,
     prepare_bank,
     unrefined,
@@ -42,6 +46,7 @@ from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
 from bench.mismatch.regression.scan import LEAST_OWN, Scan, Units, scan, units, whole
 from bench.mismatch.regression.spells import SIGNS, in_levels, levels_of, price_of_cuts, spell_of, timed
 from bench.mismatch.regression.strength import Strength, strength
+from bench.simulation.composed import parts_of
 from bench.simulation.frame import FloatArray
 from bench.simulation.quantities import AUXILIARY
 from bench.simulation.terms import LIBRARY
@@ -57,6 +62,14 @@ MOST_ALIKE = 4
 """parts that one effect may have: two orders, two plays"""
 MOST_FORMS = 3
 """forms of one effect that are refined in a step"""
+FEWEST_UNITS = 10
+"""recordings whose signs, drawn at random, are alike less often than :data:`criteria.ERROR_RATE_OF_A_CHANNEL`"""
+MOST_PASSED = 3
+"""kinds of candidates that gain less than what is left might, and are passed over, before nothing more is looked for"""
+MOST_ROUNDS = 4
+"""times that the noise is read afresh from what the model leaves"""
+QUIETER = 0.9
+"""noise over that of the last round, below which another round may find more"""
 MOST_TRIFLES = 2
 """functions too small to be told that are set beside a model when the noise of its residual is looked at"""
 SHORT_LIST = 3
@@ -111,23 +124,30 @@ class Search:
         self.blocks, self.scans = [], []
 
 
-def begun(problem: ChannelProblem, seed: int = 0) -> Search:
-    """A search with the calibrated simulation alone."""
-    residual = plain_residual(problem)
+def begun(problem: ChannelProblem, seed: int = 0, left: FloatArray | None = None) -> Search:
+    """A search with the calibrated simulation alone; ``left`` (training rows,): the residual that tells the noise, if
+    not the simulation's.
+    """
+    residual = plain_residual(problem) if left is None else left
     bank, samples, noise, folds = prepare_bank(problem, residual)
     base = settled(problem, bank, add_base(problem, bank))
-    variances = bank.variances()
+    variances = (0.0,) if problem.cut and not problem.spec.integral else bank.variances()
     plain = fit_blocks(bank, base, variances)
     own_terms = calibration(problem, base, noise)
     model = ChannelModel(problem, bank, samples, noise, base, [], plain, variances, folds, own_terms)
     train = problem.train
     own = problem.rows.frame.take(train)
     regressors: list[Regressor] = [
-        *named_candidates(problem.channel, problem.rows.frame, problem.switched_off, problem.banned),
-        *free_candidates(problem.channel, own),
+        *named_candidates(problem.channel, problem.rows.frame, problem.switched_off, problem.banned, problem.free),
+        *free_candidates(problem.channel, own, problem.free),
         *auxiliary_candidates(problem.channel, own),
-        *composed_candidates(problem.channel, own),
+        *composed_candidates(problem.channel, own, problem.turning),
     ]
+    same = copies(problem)
+    model.notes += told(same)
+    regressors = [r for r in regressors if not _depends(r, same)]
+    if noise.telling is not None:
+        regressors = [without_laws(r, own) if isinstance(r, Free) else r for r in regressors]
     blocks = []
     for regressor in regressors:
         columns = regressor.columns(problem.rows.frame)[train]
@@ -137,8 +157,18 @@ def begun(problem: ChannelProblem, seed: int = 0) -> Search:
     extra = np.array(
         [len(b.regressor.point) if isinstance(b.regressor, Named) else 0 for b in blocks], dtype=np.float64
     )
+    if noise.telling is not None:
+        extra = np.array([description(model, Chosen(b)) for b in blocks])
     duration = max(criteria.BLOCK_S, 3.0 * noise.memory)
+    if noise.telling is not None:
+        duration = criteria.BLOCK_MEMORIES * float(np.sum(own.step)) / noise.telling
     return _settle(Search(model, blocks, extra, units(own.elapsed, bank.whitening.starts, duration), seed, []))
+
+
+def _depends(regressor: Regressor, names: Collection[str]) -> bool:
+    """Whether a regressor depends on one of some auxiliary quantities."""
+    own = (name.removeprefix(AUXILIARY) for name in regressor.variables if name.startswith(AUXILIARY))
+    return bool(names) and any(part in names for name in own for part in parts_of(name))
 
 
 def _settle(search: Search) -> Search:
@@ -167,25 +197,87 @@ def searched(problem: ChannelProblem, seed: int = 0) -> Search:
     the residual itself, whose noise may be of another kind, and what does not pay that price goes again.
     """
     search = begun(problem, seed)
+    _forward(search)
+    if search.model.noise.telling is None:
+        return _concluded(search)
+    # only what a model leaves tells the noise: with a better model there is less of it, and more is found
+    for _ in range(MOST_ROUNDS):
+        again = begun(problem, seed, left_by(search.model))
+        quieter = np.median(again.model.noise.sigma) <= QUIETER * np.median(search.model.noise.sigma)
+        search = carried_over(search, again)
+        if not quieter:
+            break
+        _forward(search)
+    return _concluded(search)
+
+
+def carried_over(search: Search, to: Search) -> Search:
+    """Another bank's search with the effects of this one."""
+    model, bank = to.model, to.bank
+    problem = model.problem
+
+    def moved(block: Block) -> Block:
+        place = bank.add(block.regressor.columns(problem.rows.frame)[problem.train])
+        return replace(block, place=place)
+
+    chosen = [
+        replace(c, main=moved(c.main), shape=None if c.shape is None else moved(c.shape)) for c in search.model.chosen
+    ]
+    to.model = replace(model, chosen=chosen, fit=model.refitted(chosen), price=search.model.price)
+    to.scans = search.scans
+    return to
+
+
+def _forward(search: Search) -> None:
     model = search.model
+    passed: list[Chosen] = []
     while len(model.chosen) < MOST_EFFECTS:
         seen = search.scan(model.chosen, model.fit)
         search.scans.append(seen)
         if len(search.scans) == 1:
             # beside a rich function noise gains more: that is the next effect's affair, not that of those found before
             model.price = seen.price
-        found = _best(search, seen)
+        found = _best(search, seen, passed)
+        pair = _pair(search, seen) if found is None else []
+        if pair:
+            search.model = model = replace(model, chosen=[*model.chosen, *pair])
+            model.fit = model.refitted(model.chosen)
+            continue
         if found is None:
             break
         chosen = _pruned(search, [*model.chosen, found], model.price)
         if found not in chosen:
             break
+        if not _beyond_the_rest(search, chosen, found):
+            if len(passed) == MOST_PASSED:
+                break
+            passed.append(found)
+            continue
         search.model = model = replace(model, chosen=chosen, fit=model.refitted(chosen))
+
+
+def _beyond_the_rest(search: Search, chosen: Sequence[Chosen], found: Chosen) -> bool:
+    """Whether an effect gains more than the residual beside it would give some candidate by chance, its signs drawn
+    block by block. Asked where nothing but a residual tells the noise: it holds what is not found yet.
+    """
+    model = search.model
+    if model.noise.telling is None:
+        return True
+    others = without(chosen, found, model.problem.lacking)
+    gain = float(search.density(chosen).sum() - search.density(others).sum()) - description(model, found)
+    return gain >= search.scan(chosen, model.refitted(chosen), shuffled=True).price
+
+
+def _concluded(search: Search) -> Search:
+    model = search.model
     # structure that nothing follows is alike for longer than a block: whole recordings are turned as well
     beside = [*model.chosen, *_trifles(search)]
     fitted = model.refitted(beside)
     looks = [search.scan(beside, fitted, shuffled=True)]
-    looks.append(replace(search, units=whole(search.units)).scan(beside, fitted, shuffled=True))
+    recordings = whole(search.units)
+    # pieces of one recording share its zero, and the signs of a few recordings are often drawn alike
+    if not model.problem.free or (not model.problem.cut and recordings.recording.size >= FEWEST_UNITS):
+        looks.append(replace(search, units=recordings).scan(beside, fitted, shuffled=True))
     last = max(looks, key=lambda s: s.price)
     search.scans.append(last)
     price = max(last.price, model.price)
@@ -224,12 +316,14 @@ def _believed(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
     current = list(chosen)
     while current:
         whole = search.density(current)
-        without = [search.density([o for o in current if o is not c]) for c in current]
-        share = [_odds(weights(np.array([whole, w]), search.seed), c) for w, c in zip(without, current, strict=True)]
+        others = [search.density(without(current, c, search.model.problem.lacking)) for c in current]
+        costs = [np.array([description(search.model, c), 0.0]) for c in current]
+        drawn = [weights(np.array([whole, w]), search.seed, c) for w, c in zip(others, costs, strict=True)]
+        share = [_odds(own, c) for own, c in zip(drawn, current, strict=True)]
         worst = int(np.argmin(share))
         if share[worst] > 0.5:
             break
-        current.pop(worst)
+        current = without(current, current[worst], search.model.problem.lacking)
     return current
 
 
@@ -280,14 +374,23 @@ def _odds(share: FloatArray, chosen: Chosen) -> float:
     """Probability of an effect against nothing; before anything is measured a free function is less likely than a
     name.
     """
-    prior = np.exp(-criteria.RICHER) if chosen.effect == UNKNOWN else 1.0
+    prior = prior_of(chosen)
     return float(prior * share[0] / (prior * share[0] + share[1]))
 
 
-def _best(search: Search, seen: Scan) -> Chosen | None:
-    """The candidate that predicts points left out best beside the model, of those that gain their price."""
+def _best(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) -> Chosen | None:
+    """The candidate that predicts points left out best beside the model, of those that gain their price; none of the
+    kinds ``passed`` over.
+    """
+    over = {_kind(c.main.regressor) for c in passed}
     model = search.model
     effects = [c.effect for c in model.chosen]
+    # laws that the simulation lacks and the recordings ask for come before their changes
+    asked_first = {
+        b.regressor.effect
+        for b, gain in zip(search.blocks, seen.gain, strict=True)
+        if b.regressor.effect in model.problem.lacking and gain >= seen.price
+    }
     taken = {e for e in effects if effects.count(e) >= MOST_ALIKE} - {UNKNOWN}
     free_ones = [c for c in model.chosen if c.effect == UNKNOWN]
     # an effect that is any function of a quantity has one
@@ -301,6 +404,8 @@ def _best(search: Search, seen: Scan) -> Chosen | None:
         if seen.gain[k] < min(seen.price, 0.3 * seen.gain[order[0]]) or not np.isfinite(seen.gain[k]):
             break
         regressor = search.blocks[k].regressor
+        if orphaned(regressor, effects, asked_first) or _kind(regressor) in over:
+            continue
         if isinstance(regressor, Named):
             # a term of the nominal simulation that is switched off is always asked
             if regressor.effect not in taken and (len(named) < SHORT_LIST or regressor.term.nominal):
@@ -327,6 +432,7 @@ def _best(search: Search, seen: Scan) -> Chosen | None:
         if candidate is None or not strength(search.model, candidate).enough:
             continue
         total = float(search.density([*model.chosen, candidate]).sum()) - handicap_of(search, candidate)
+        total -= description(model, candidate)
         if not _nominal(candidate):
             # a curve that only comes near a term that every such machine has is no discovery
             total -= criteria.SHAPE**2 * max(total - start, 0.0) * nominal
@@ -336,12 +442,21 @@ def _best(search: Search, seen: Scan) -> Chosen | None:
         best = None
     first = best
     functions = [timed(model, search.blocks[k]) for k in free.values() if seen.gain[k] >= seen.price]
-    functions += [b for b in _levels(model) if _still_open(b.regressor, taken, whole, more)]
+    functions += [
+        b
+        for b in _levels(model)
+        if _still_open(b.regressor, taken, whole, more) and not orphaned(b.regressor, effects, asked_first)
+    ]
     for block in functions:
         candidate = free_function(search, model.chosen, _form_of_a_name(block, model.chosen))
         total = float(search.density([*model.chosen, candidate]).sum()) - price_of_cuts(model, block.regressor)
+        total -= description(model, candidate)
         if total - start < seen.price or not strength(search.model, candidate).enough:
             continue
+        if model.noise.telling is not None:
+            joint = model.refitted([*model.chosen, candidate])
+            if not _sound_beside(search, model.chosen, joint):
+                continue
         # a name says more than a free function, and nature's form of it need not be the library's: the free
         # function has to predict better by more than that to take its place
         handicap = 0.0 if candidate.effect != UNKNOWN and not nominal else criteria.SHAPE**2 * (total - start)
@@ -364,12 +479,50 @@ def _levels(model: ChannelModel) -> list[Block]:
     return in_levels(model, [times for times in SIGNS if times not in known])
 
 
+def _pair(search: Search, seen: Scan) -> list[Chosen]:
+    """A law that the simulation lacks and what hides it: neither gains anything without the other. A pendulum's gravity
+    is against its inertia all the time. Nothing where no pair gains its price; nothing where points left out tell what
+    a number is worth, for there the motion does not repeat.
+    """
+    model = search.model
+    if model.noise.telling is None:
+        return []
+    beside = {c.effect for c in model.chosen}
+    start = float(search.density(model.chosen).sum())
+    best: tuple[float, list[Chosen]] = (start + seen.price, [])
+    for block in search.blocks:
+        if block.regressor.effect not in model.problem.lacking or block.regressor.effect in beside:
+            continue
+        first = unrefined(search.bank, block)
+        with_it = [*model.chosen, first]
+        at = replace(search, model=replace(model, chosen=with_it, fit=model.refitted(with_it)))
+        second = _best(at, at.scan(with_it, at.model.fit))
+        if second is None:
+            continue
+        both = [*with_it, second]
+        fitted = model.refitted(both)
+        if all(_possible(c.main, fitted) for c in (first, second)):
+            total = float(search.density(both).sum()) - description(model, first) - description(model, second)
+            best = max(best, (total, [first, second]), key=lambda own: own[0])
+    return best[1]
+
+
+def _possible(block: Block, fitted: Fit) -> bool:
+    """Whether a block's coefficients are physically possible."""
+    return not isinstance(block.regressor, Named) or admissible(block.regressor, *fitted.of(block.place))
+
+
+def _kind(regressor: Regressor) -> tuple[str, ...]:
+    """What a regressor is of: its effect, or the quantities of a function without a name."""
+    return (regressor.effect,) if regressor.effect != UNKNOWN else regressor.variables
+
+
 def _form_of_a_name(block: Block, chosen: Sequence[Chosen]) -> Block:
     """A free function as part of a name found before, where nature's form of that may differ from the library's by just
     such a function, or such a function follows from it: what they add up to says nothing of a second effect.
     """
     free = block.regressor
-    if not isinstance(free, Free):
+    if not isinstance(free, Free) or free.mixing:
         return block
     own = {(name, grid.times) for grid in free.grids for name in grid.over}
     for one in chosen:
@@ -406,6 +559,8 @@ def _with_another(search: Search, first: Chosen) -> float | None:
         key = regressor.effect if regressor.effect != UNKNOWN else regressor.variables
         if regressor.effect in known - {UNKNOWN} or key in tried:
             continue
+        if orphaned(regressor, known, model.problem.lacking):
+            continue
         if set(regressor.variables) & set(first.main.regressor.variables):
             continue
         if isinstance(regressor, Named):
@@ -415,6 +570,7 @@ def _with_another(search: Search, first: Chosen) -> float | None:
             second = free_function(at, chosen, search.blocks[k])
             less = seen.price if second.effect == UNKNOWN else 0.0
         if second is not None:
+            less += description(at.model, second) + description(model, first)
             tried[key] = float(search.density([*chosen, second]).sum()) - less
     return max(tried.values(), default=None)
 
@@ -472,6 +628,8 @@ def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen
     fitted = fit_blocks(bank, [*beside, main], model.variances)
     if not admissible(better, *fitted.of(main.place)):
         return None
+    if problem.free and not (_sound_beside(search, others, fitted) and not _taking(search, main, others, fitted)):
+        return None
     for other in others:
         # two of one kind with opposite signs are another curve in disguise
         own = other.main.regressor
@@ -481,9 +639,54 @@ def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen
     effect = better.columns(problem.rows.frame)[train] @ fitted.of(main.place)[0]
     size = _own_size(effect)
     shape = None
-    if all(c.effect != better.effect for c in others):
+    if model.noise.telling is None and all(c.effect != better.effect for c in others):
         shape = shape_of(problem.channel, better.effect, problem.rows.frame.take(train))
     return with_shape(problem, bank, main, shape, criteria.SHAPE * size)
+
+
+def _sound_beside(search: Search, others: Sequence[Chosen], fitted: Fit) -> bool:
+    """Whether an effect leaves terms physically possible that are so without it: friction that it makes negative is no
+    friction, but what it takes from it.
+    """
+    model = search.model
+    plain = model.refitted(others)
+    for block in [*model.base, *(c.main for c in others)]:
+        own = block.regressor
+        if not isinstance(own, Named) or not admissible(own, *plain.of(block.place)):
+            continue
+        if not admissible(own, *fitted.of(block.place)):
+            return False
+    return True
+
+
+def _taking(search: Search, main: Block, others: Sequence[Chosen], fitted: Fit) -> bool:
+    """Whether an effect takes the place of a law that it is a change of, or of another of its name: beside it the law
+    is told no longer, or they come to less than either, as each takes back what the other says.
+    """
+    model = search.model
+    own_laws = laws(main.regressor)
+    frame = model.problem.rows.frame
+    plain = model.refitted(others)
+
+    def course(block: Block) -> FloatArray:
+        return np.asarray(block.regressor.columns(frame)[model.problem.train] @ fitted.of(block.place)[0])
+
+    def significant(block: Block, by: Fit) -> bool:
+        coefficients, covariance = by.of(block.place)
+        std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        return bool(np.any(np.abs(coefficients) > criteria.TOLD * std))
+
+    own = course(main)
+    for block in [*model.base, *(c.main for c in others)]:
+        effect = block.regressor.effect
+        if effect not in (main.regressor.effect, *own_laws):
+            continue
+        if effect in own_laws and significant(block, plain) and not significant(block, fitted):
+            return True
+        other = course(block)
+        if float(np.sum((own + other) ** 2)) < min(float(np.sum(own**2)), float(np.sum(other**2))):
+            return True
+    return False
 
 
 def admissible(named: Named, coefficients: FloatArray, covariance: FloatArray) -> bool:
@@ -501,9 +704,11 @@ def _pruned(search: Search, chosen: Sequence[Chosen], price: float, keep: int = 
     current = list(chosen)
     while len(current) > keep:
         whole = float(search.density(current).sum())
-        losses = [whole - float(search.density([o for o in current if o is not c]).sum()) for c in current]
+        left = [without(current, c, search.model.problem.lacking) for c in current]
+        losses = [whole - float(search.density(own).sum()) for own in left]
+        losses = [loss - description(search.model, c) for loss, c in zip(losses, current, strict=True)]
         place = int(np.argmin(losses))
         if losses[place] > price:
             break
-        current.pop(place)
+        current = left[place]
     return current

@@ -13,7 +13,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bench.mismatch import criteria
+from bench.mismatch.regression.description import description, prior_of
 from bench.mismatch.regression.folds import apart, weights
+from bench.mismatch.regression.heredity import orphaned, without
 from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named
@@ -82,13 +84,13 @@ def settle(search: Search) -> list[Slot]:
             nameless = max((r for r in slot.rivals if r.chosen.effect == UNKNOWN), key=lambda r: r.weight, default=None)
             if _disowned(slot, nameless):
                 assert nameless is not None
-                chosen = [*(c for c in model.chosen if c is not slot.chosen), nameless.chosen]
+                chosen = [*without(model.chosen, slot.chosen, model.problem.lacking), nameless.chosen]
                 search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
                 found = slots(search)
                 break
             # whichever function it is: what they say in common is that no name does
-            without = slot.weight + (0.0 if nameless is None else nameless.weight)
-            if slot.chosen.effect != UNKNOWN or without >= max(nothing, 0.0 if best is None else best.weight):
+            unnamed = slot.weight + (0.0 if nameless is None else nameless.weight)
+            if slot.chosen.effect != UNKNOWN or unnamed >= max(nothing, 0.0 if best is None else best.weight):
                 continue
             others = [c for c in model.chosen if c is not slot.chosen]
             chosen = [*others, best.chosen] if best is not None and best.weight > nothing else others
@@ -111,19 +113,20 @@ def _disowned(slot: Slot, nameless: Contender | None) -> bool:
 
 def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
     model = search.model
-    others = [c for c in model.chosen if c is not own]
+    others = without(model.chosen, own, model.problem.lacking)
     fitted = model.refitted(others)
     seen = search.scan(others, fitted, least=RIVAL_OWN)
-    without = search.density(others)
-    gain = float((whole - without).sum())
+    nothing = search.density(others)
+    gain = float((whole - nothing).sum())
     found = [c for c in _rivals(search, own, others, seen) if c.effect != own.effect or own.effect == UNKNOWN]
     densities = [search.density([*others, c]) for c in found]
-    table = np.array([whole, *densities, without])
+    table = np.array([whole, *densities, nothing])
     # before anything is measured a name is likelier than a free function
     prior = np.array([_prior(model, c) for c in (own, *found)] + [1.0])
+    costs = np.array([description(model, c) for c in (own, *found)] + [0.0])
     # a loop that was hardly turned is no likelier than the functions of the torque which it is like
     prior[0] *= np.exp(-criteria.RICHER * idle(search, own))
-    share = prior * weights(table, search.seed + number)
+    share = prior * weights(table, search.seed + number, costs)
     share = share / share.sum()
 
     def worth(probability: float, chosen: Chosen) -> float:
@@ -143,8 +146,7 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
 
 def _prior(model: ChannelModel, chosen: Chosen) -> float:
     """Odds before anything is measured."""
-    less = criteria.RICHER if chosen.effect == UNKNOWN else 0.0
-    return float(np.exp(-less - price_of_cuts(model, chosen.main.regressor)))
+    return prior_of(chosen) * float(np.exp(-price_of_cuts(model, chosen.main.regressor)))
 
 
 def _rivals(search: Search, own: Chosen, others: Sequence[Chosen], seen: Scan) -> list[Chosen]:
@@ -156,6 +158,8 @@ def _rivals(search: Search, own: Chosen, others: Sequence[Chosen], seen: Scan) -
         if seen.gain[k] < WORTH_A_LOOK * float(seen.gain.max()) or not np.isfinite(seen.gain[k]):
             break
         regressor = search.blocks[k].regressor
+        if orphaned(regressor, taken, search.model.problem.lacking):
+            continue
         if isinstance(regressor, Named):
             if regressor.effect not in taken and regressor.effect != own.effect and len(named) < MOST_RIVALS:
                 named.setdefault(regressor.effect, int(k))

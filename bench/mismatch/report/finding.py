@@ -127,7 +127,15 @@ def _symbol(found: Discovery) -> str:
 
 def _auxiliary(found: Discovery) -> tuple[str, ...]:
     """Auxiliary quantities that something without a name is a function of; none where it has a name."""
-    own = found.variables if found.effect == UNNAMED else ()
+    return _auxiliaries(found.variables if found.effect == UNNAMED else ())
+
+
+def made_of(finding: Finding) -> tuple[str, ...]:
+    """Auxiliary quantities that a finding depends on, alone or composed."""
+    return _auxiliaries(finding.discovery.variables)
+
+
+def _auxiliaries(own: Sequence[str]) -> tuple[str, ...]:
     parts = [p for name in own if name.startswith(AUXILIARY) for p in parts_of(name.removeprefix(AUXILIARY))]
     return tuple(dict.fromkeys(AUXILIARY + part for part in parts))
 

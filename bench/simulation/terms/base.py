@@ -78,6 +78,10 @@ class Term:
     """in each channel, the functions by which nature's form may differ from those here"""
     any_function: bool = False
     """whether a free function of ``shape`` is the effect by definition, whatever it looks like"""
+    modifies: tuple[str, ...] = ()
+    """effects that it is a change of: without one of them it is no law of its own (marginality: Nelder, J. R. Stat.
+    Soc. A 140 (1977) 48)
+    """
     passing: Mapping[str, tuple[Shape, ...]] = field(default_factory=dict)
     """in each channel, the functions that follow from it because something else passes through it"""
 
@@ -94,6 +98,18 @@ def columns(*parts: FloatArray) -> FloatArray:
 def logarithmic(lower: float, upper: float, number: int) -> tuple[Point, ...]:
     """Points spread evenly in their logarithm."""
     return tuple((float(v),) for v in np.geomspace(max(lower, 1e-12), max(upper, lower * 1.001, 1e-12), number))
+
+
+STANDSTILL = 0.3
+"""rad/s at the motor: the crawl of a geared motor, below which nothing is told of its speed"""
+SLOW = 0.02
+"""of the fastest speed: what is slow for a machine that never moves ten times as fast as that crawl"""
+
+
+def slow_speed(values: FloatArray) -> float:
+    """Least speed that matters among speeds (n,) of the motor: the crawl of geared motors, or the machine's own."""
+    fastest = top(values)
+    return max(1e-3 * fastest, STANDSTILL) if fastest > 10.0 * STANDSTILL else SLOW * fastest
 
 
 def top(values: FloatArray) -> float:

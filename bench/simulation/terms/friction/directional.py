@@ -22,5 +22,6 @@ TERM = Term(
     where="motor_torque: drag grows with speed more in one direction than in the other",
     forms={MOTOR_TORQUE: (Form("viscous", _speed, (F_DV,)),)},
     variables=("velocity",),
+    modifies=("friction.coulomb", "friction.viscous"),
     shape={MOTOR_TORQUE: (("velocity", "1"),)},
 )

@@ -45,6 +45,7 @@ TERM = Term(
         )
     },
     variables=("angle",),
+    modifies=("friction.coulomb",),
     shape={MOTOR_TORQUE: (("angle", "d"),)},
     any_function=True,
 )

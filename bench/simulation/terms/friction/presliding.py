@@ -19,6 +19,10 @@ from bench.simulation.terms.memory import Between, relaxing
 
 SHORTEST, LONGEST = 0.05, 40.0
 """rad at the motor: distances of gearboxes and motors; other machines, linear ones above all, have their own"""
+ROWS = 2.0
+"""rows within which nothing is told of how friction builds up: it may as well pass through zero with the speed"""
+JUST_AFTER_S = 1.5
+"""after a reversal, in which friction builds up"""
 PART = 300.0
 """part of the distance between two reversals that is still looked at"""
 
@@ -27,7 +31,9 @@ def _grid(frame: Frame) -> tuple[Point, ...]:
     run = _between_reversals(frame)
     if run <= 0.0:
         return logarithmic(SHORTEST, LONGEST, 14)
-    return logarithmic(min(SHORTEST, run / PART), min(LONGEST, run), 14)
+    # between speeds that were set, levels tell how much is missing; elsewhere only rows just after a reversal do
+    told = 0.0 if np.any(frame.steady > 0.5) else ROWS * _in_a_row(frame)
+    return logarithmic(max(min(SHORTEST, run / PART), told), min(LONGEST, run), 14)
 
 
 def _between_reversals(frame: Frame) -> float:
@@ -36,6 +42,15 @@ def _between_reversals(frame: Frame) -> float:
     ends = (np.diff(frame.recording, append=-1) != 0) | (np.diff(travel, append=0.0) < 0.0)
     runs = travel[ends & (frame.reversed_before > 0) & (travel > 0.0)]
     return float(np.median(runs)) if runs.size else 0.0
+
+
+def _in_a_row(frame: Frame) -> float:
+    """Median distance at the motor's shaft from row to row just after reversals; 0 where there are none."""
+    step = np.abs(np.diff(frame.theta, prepend=frame.theta[0])) * frame.ratio
+    just = (frame.reversed_before > 0) & (frame.reversal_time < JUST_AFTER_S) & (frame.direction != 0)
+    just[0] = False
+    just[1:] &= frame.recording[1:] == frame.recording[:-1]
+    return float(np.median(step[just])) if just.any() else 0.0
 
 
 def _dahl(between: Between) -> Columns:
@@ -75,5 +90,6 @@ TERM = Term(
         )
     },
     variables=("since_reversal",),
+    modifies=("friction.coulomb",),
     shape={MOTOR_TORQUE: (("since_reversal", "d*reversed"),)},
 )

@@ -59,5 +59,6 @@ TERM = Term(
         )
     },
     variables=("time",),
+    modifies=("friction.coulomb",),
     shape={MOTOR_TORQUE: (("travel", "d"),)},
 )

@@ -5,12 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.terms.base import MOTOR_TORQUE, Form, Point, Symbol, Term, columns, logarithmic, top
+from bench.simulation.terms.base import MOTOR_TORQUE, Form, Point, Symbol, Term, columns, logarithmic, slow_speed, top
 
 
 def _grid(frame: Frame) -> tuple[Point, ...]:
-    fastest = top(frame.omega)
-    slowest = max(1e-3 * fastest, 0.3)
+    fastest, slowest = top(frame.omega), slow_speed(frame.omega)
     return logarithmic(slowest, min(0.5 * fastest, 40.0 * slowest), 12)
 
 
@@ -52,5 +51,6 @@ TERM = Term(
         )
     },
     variables=("speed",),
+    modifies=("friction.coulomb",),
     shape={MOTOR_TORQUE: (("speed", "d"),)},
 )

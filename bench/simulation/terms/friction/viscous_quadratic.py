@@ -37,5 +37,6 @@ TERM = Term(
         )
     },
     variables=("speed",),
+    modifies=("friction.coulomb", "friction.viscous"),
     shape={MOTOR_TORQUE: (("speed", "d"),)},
 )

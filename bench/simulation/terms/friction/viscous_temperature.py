@@ -46,5 +46,6 @@ TERM = Term(
         )
     },
     variables=("temperature", "speed"),
+    modifies=("friction.viscous",),
     shape={MOTOR_TORQUE: (("temperature", "w"),)},
 )

@@ -57,6 +57,7 @@ VISCOUS_TEMPERATURE = Term(
     },
     nominal=True,
     variables=("temperature", "speed"),
+    modifies=("friction.viscous",),
 )
 LOAD_DEPENDENT = Term(
     effect="friction.load_dependent",

@@ -1,0 +1,205 @@
+"""The search where a motion follows no set speeds: what a number costs there, and laws that their changes belong to."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.mismatch.problem import BaseTerm, ChannelProblem
+from bench.mismatch.recordings.rows import Rows
+from bench.mismatch.regression.alone import alone
+from bench.mismatch.regression.copies import copies, told
+from bench.mismatch.regression.description import description
+from bench.mismatch.regression.heredity import laws, orphaned, without, without_laws
+from bench.mismatch.regression.model import Block, Chosen
+from bench.mismatch.regression.noise import alike_for, of_free_motion
+from bench.mismatch.regression.regressors import Free, Named
+from bench.mismatch.regression.search import begun, searched
+from bench.simulation.frame import ARRAYS, FloatArray, Frame, concatenate
+from bench.simulation.tables import Grid
+from bench.simulation.terms import LIBRARY, MOTOR_TORQUE
+
+RATE, PIECE = 20.0, 100
+"""rows a second, rows a piece"""
+COULOMB, VISCOUS, INERTIA = 0.3, 0.05, 0.2
+SIGMA = 0.02
+
+
+def swinging(pieces: int = 12, size: float = 1.0, seed: int = 0) -> Frame:
+    """One motion of three sines on a shaft without a gearbox, in pieces."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(pieces * PIECE) / RATE
+    rates, phases, sizes = np.array([1.3, 2.9, 4.1]), rng.uniform(0.0, 6.0, 3), size * np.array([1.0, 0.4, 0.2])
+    waves = rates * time[:, None] + phases
+    angle, speed = np.sin(waves) @ sizes, np.cos(waves) @ (rates * sizes)
+    parts = []
+    for number in range(pieces):
+        own = slice(number * PIECE, (number + 1) * PIECE)
+        values: dict[str, FloatArray] = {name: np.zeros(PIECE) for name in ARRAYS}
+        values |= {
+            "count": np.full(PIECE, 10.0),
+            "time": time[own],
+            "elapsed": time[own] - time[own.start],
+            "theta": angle[own],
+            "q": angle[own],
+            "velocity": speed[own],
+            "acceleration": -(np.sin(waves) @ (rates**2 * sizes))[own],
+            "direction": np.sign(speed[own]),
+            "last_direction": np.sign(speed[own]),
+            "temperature": np.full(PIECE, 25.0),
+            "travel": np.cumsum(np.abs(speed))[own] / RATE,
+            "reversal_travel": np.full(PIECE, 1.0),
+            "reversal_time": np.full(PIECE, 1.0),
+            "step": np.full(PIECE, 1.0 / RATE),
+        }
+        parts.append(Frame(ratio=1.0, **values | {"recording": np.full(PIECE, number, dtype=np.int64)}))  # type: ignore[arg-type]
+    return concatenate(parts)
+
+
+def asked(frame: Frame, y: FloatArray, *effects: str, lacking: tuple[str, ...] = ()) -> ChannelProblem:
+    """A motor torque whose simulation has some terms; pieces of one recording, every piece a fold."""
+    base = tuple(BaseTerm(Named(LIBRARY[e], MOTOR_TORQUE, LIBRARY[e].forms[MOTOR_TORQUE][0])) for e in effects)
+    folds = np.arange(int(frame.recording.max()) + 1, dtype=np.int64)
+    rows = Rows(frame, y, frame.count)
+    every = np.ones(frame.size, dtype=bool)
+    return ChannelProblem(
+        MOTOR_TORQUE, rows, every, folds, base, switched_off=lacking, lacking=lacking, free=True, cut=True
+    )
+
+
+def noise(frame: Frame, seed: int = 9) -> FloatArray:
+    return np.random.default_rng(seed).normal(0.0, SIGMA, frame.size)
+
+
+def plain(frame: Frame) -> FloatArray:
+    return COULOMB * frame.direction + VISCOUS * frame.omega + INERTIA * frame.acceleration
+
+
+NOMINAL = ("friction.coulomb", "friction.viscous", "motor.inertia")
+
+
+def free(name: str, times: str, *knots: float) -> Free:
+    return Free(MOTOR_TORQUE, (Grid((name,), times, (knots,)),))
+
+
+def test_what_the_simulation_has_is_no_discovery() -> None:
+    frame = swinging()
+    assert searched(asked(frame, plain(frame) + noise(frame), *NOMINAL)).model.chosen == []
+
+
+def test_gravity_beside_all_terms_is_found_with_its_size() -> None:
+    frame = swinging()
+    found = searched(asked(frame, plain(frame) + 1.5 * np.sin(frame.q) + noise(frame), *NOMINAL)).model
+    (own,) = found.chosen
+    assert own.effect == "load.unbalance"
+    assert np.hypot(*found.fit.of(own.main.place)[0]) == pytest.approx(1.5, rel=0.05)
+
+
+def test_a_term_that_is_left_out_is_found_beside_what_hides_it() -> None:
+    frame = swinging(size=0.6)
+    left = asked(
+        frame,
+        plain(frame) + 1.5 * np.sin(frame.q) + noise(frame),
+        "friction.coulomb",
+        "friction.viscous",
+        lacking=("motor.inertia",),
+    )
+    assert {"motor.inertia", "load.unbalance"} <= {c.effect for c in searched(left).model.chosen}
+
+
+def test_a_number_costs_half_the_logarithm_of_the_rows_that_tell_it() -> None:
+    frame = swinging()
+    search = begun(asked(frame, plain(frame) + noise(frame), *NOMINAL))
+    telling = search.model.noise.telling
+    assert telling is not None
+    assert telling <= frame.size
+    block = next(b for b in search.blocks if b.regressor.numbers == 2)
+    assert description(search.model, Chosen(block)) == pytest.approx(np.log(telling))
+    points = begun(replace(asked(frame, plain(frame) + noise(frame), *NOMINAL), free=False))
+    assert description(points.model, Chosen(block)) == 0.0
+
+
+def test_a_residual_that_lasts_counts_for_as_many_rows_as_it_has_moments() -> None:
+    frame = swinging()
+    starts = np.arange(0, frame.size + 1, PIECE)
+    white = noise(frame)
+    assert alike_for(white, starts) == pytest.approx(1.0, abs=0.3)
+    lasting = np.repeat(white[::10], 10)
+    assert alike_for(lasting, starts) == pytest.approx(10.0, rel=0.4)
+    own = of_free_motion(Rows(frame, lasting, frame.count), lasting)
+    assert own.telling == pytest.approx(frame.size / alike_for(lasting, starts))
+    assert own.sigma[0] > 2.0 * np.std(lasting)
+
+
+def test_a_change_of_a_law_is_told_beside_the_law_alone() -> None:
+    square = Named(LIBRARY["friction.stribeck"], MOTOR_TORQUE, LIBRARY["friction.stribeck"].forms[MOTOR_TORQUE][0])
+    assert laws(square) == ("friction.coulomb",)
+    assert orphaned(square, (), ("friction.coulomb",))
+    assert not orphaned(square, ("friction.coulomb",), ("friction.coulomb",))
+    assert not orphaned(square, (), ())  # the simulation has it
+    coulomb = Named(LIBRARY["friction.coulomb"], MOTOR_TORQUE, LIBRARY["friction.coulomb"].forms[MOTOR_TORQUE][0])
+    law, change = (Chosen(Block(own, [], np.zeros(0))) for own in (coulomb, square))
+    assert without([law, change], law, ("friction.coulomb",)) == []
+    assert without([law, change], law, ()) == [change]
+    assert without([law, change], change, ("friction.coulomb",)) == [law]
+
+
+def test_drag_that_no_name_fits_is_not_two_of_one_name_against_each_other() -> None:
+    frame = swinging(pieces=24)
+    smooth = COULOMB * np.tanh(frame.omega / 0.3) + VISCOUS * frame.omega + INERTIA * frame.acceleration
+    (own,) = searched(asked(frame, smooth + noise(frame), *NOMINAL)).model.chosen
+    assert isinstance(own.main.regressor, Free)
+    assert own.main.regressor.variables == ("speed",)
+
+
+def test_a_law_is_told_without_its_changes_and_as_uncertain_as_they_make_it() -> None:
+    frame = swinging(size=2.0)
+    churning = 0.02 * frame.omega * np.abs(frame.omega)
+    left = asked(
+        frame,
+        plain(frame) + churning + noise(frame),
+        "friction.viscous",
+        "motor.inertia",
+        lacking=("friction.coulomb",),
+    )
+    model = searched(left).model
+    assert {c.effect for c in model.chosen} == {"friction.coulomb", "friction.viscous_quadratic"}
+    law = next(c for c in model.chosen if c.effect == "friction.coulomb")
+    change = next(c for c in model.chosen if c is not law)
+    own, (beside, covariance) = alone(model, law), model.fit.of(law.main.place)
+    assert own is not None
+    assert beside == pytest.approx(COULOMB, abs=0.02)
+    assert own.coefficients[0] < COULOMB - 0.05  # a line through a parabola starts below it
+    assert own.coefficients == pytest.approx(model.refitted([law]).of(law.main.place)[0])
+    assert own.coefficients + own.shift == pytest.approx(beside)
+    assert abs(own.coefficients[0] - COULOMB) < 2.0 * own.widened(own.std)[0]
+    assert own.widened(np.sqrt(np.diag(covariance)))[0] > 5.0 * np.sqrt(covariance[0, 0])
+    assert alone(model, change) is None
+    assert alone(replace(model, problem=replace(model.problem, free=False)), law) is None
+
+
+def test_a_table_says_nothing_of_what_a_law_says() -> None:
+    frame = swinging()
+    table = free("temperature", "d", 20.0, 25.0, 30.0)
+    varied = replace(frame, temperature=25.0 + 4.0 * np.sin(0.3 * frame.time))
+    own = without_laws(table, varied)
+    assert own.numbers == table.numbers - 1
+    columns = own.columns(varied)
+    assert np.abs(columns.T @ varied.direction).max() < 1e-9 * np.abs(table.columns(varied)).sum()
+    assert own.values(np.ones(own.numbers)).shape == (3,)
+    untouched = free("angle", "abs_tau", -1.0, 0.0, 1.0)
+    assert without_laws(untouched, varied) is untouched
+
+
+def test_another_reading_of_a_channel_is_a_copy_and_no_cause() -> None:
+    frame = swinging()
+    y = plain(frame) + noise(frame)
+    aux = {"degrees": np.degrees(frame.q) + 30.0, "amperes": y / 0.07, "oil": np.sin(0.2 * frame.time)}
+    own = asked(replace(frame, aux=aux), y, *NOMINAL)
+    assert copies(own) == {"degrees": "motor_angle", "amperes": MOTOR_TORQUE}
+    assert told({"amperes": MOTOR_TORQUE}) == ["aux/amperes is motor_torque once more: nothing is said to depend on it"]
+    names = {name for b in begun(own).blocks for name in b.regressor.variables}
+    assert "aux/oil" in names
+    assert not any("amperes" in name or "degrees" in name for name in names)

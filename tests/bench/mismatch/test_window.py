@@ -1,0 +1,46 @@
+"""The window of rates, where nobody set the speed: as the torque asks for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bench.mismatch.recordings.motion import Manner
+from bench.mismatch.recordings.window import telling_span
+from bench.recording import Recording
+from tests.bench.importing import builders
+
+RATE, SECONDS, INERTIA = 400.0, 20.0, 2e-3
+CHANNELS = """
+motor_angle = {variable = "q", unit = "rad"}
+motor_torque = {variable = "M", unit = "N*m"}
+"""
+
+
+def shaken(folder: Path, hertz: float, noise: float) -> list[Recording]:
+    """A rotor that turns slowly and is shaken ``hertz`` times a second, its angle with ``noise`` in rad."""
+    rng = np.random.default_rng(4)
+    time = np.arange(round(SECONDS * RATE)) / RATE
+    rate = 2.0 * np.pi * hertz
+    angle = 2.0 * np.sin(0.9 * time) + 30.0 / rate**2 * np.sin(rate * time)
+    torque = 0.02 * np.sign(np.cos(0.9 * time)) - INERTIA * 30.0 * np.sin(rate * time)
+    angle = angle + rng.normal(0.0, noise, time.size)
+    builders.csv(folder / "a.csv", t=time, q=angle, M=torque + rng.normal(0.0, 1e-3, time.size))
+    return [builders.one(folder, CHANNELS).recording]
+
+
+@pytest.mark.parametrize(("hertz", "noise", "span"), [(40.0, 1e-7, 0.015), (1.5, 1e-4, 0.06)])
+def test_what_shakes_fast_wants_a_short_window_and_a_coarse_encoder_a_long_one(
+    tmp_path: Path, hertz: float, noise: float, span: float
+) -> None:
+    recordings = shaken(tmp_path, hertz, noise)
+    assert telling_span(recordings, 0.05) == span
+    manner = Manner.of(recordings)
+    assert manner.free
+    assert manner.smoothing == span
+
+
+def test_without_a_torque_nothing_is_asked(tmp_path: Path) -> None:
+    assert telling_span([], 0.05) is None
