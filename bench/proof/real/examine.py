@@ -14,7 +14,7 @@ from bench.errors import BenchError
 from bench.importing import import_recordings
 from bench.mismatch.prediction import compared
 from bench.mismatch.recordings.dataset import Dataset, Member
-from bench.mismatch.report.finding import Finding
+from bench.mismatch.report.finding import Finding, made_of
 from bench.mismatch.report.left_out import NAMED, LeftOut
 from bench.mismatch.run import run
 from bench.mismatch.score import prepared_members
@@ -120,7 +120,7 @@ def _is_named(effects: str, findings: Sequence[Finding], left_out: Sequence[Left
 
 def _one_is_named(effect: str, findings: Sequence[Finding], left_out: Sequence[LeftOut]) -> bool:
     if effect.startswith(AUXILIARY):
-        return any(effect in f.discovery.variables for f in findings)
+        return any(effect in made_of(f) for f in findings)
     if effect in LIBRARY and LIBRARY[effect].nominal:
         return any(own.effect == effect and own.outcome == NAMED for own in left_out)
     return any(f.effect == effect and f.status == NAMED for f in findings)

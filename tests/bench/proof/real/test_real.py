@@ -18,7 +18,7 @@ from bench.proof.real.sets import all_sets, load_set
 
 def test_every_set_has_a_mapping_that_can_be_read_and_an_expert_that_can_be_asked(tmp_path: Path) -> None:
     sets = all_sets()
-    assert len(sets) >= 11
+    assert len(sets) >= 14
     assert sum(own.apart for own in sets) == 2
     for own in sets:
         file = tmp_path / f"{own.name}.toml"
@@ -28,7 +28,7 @@ def test_every_set_has_a_mapping_that_can_be_read_and_an_expert_that_can_be_aske
         names = [f.name for f in own.files]
         assert all(any(fnmatch(name, pattern) for name in names) for pattern in patterns)
         assert all(any(fnmatch(name, pattern) for pattern in patterns) for name in names)
-        known = {name: np.linspace(0.1, 1.0, 5) for name in ("t", "q", "v", "a")}
+        known = {name: np.linspace(0.1, 1.0, 5) for name in ("t", "q", "v", "a", *mapping.channels)}
         known |= {name: np.ones(5) for name in mapping.aux} | {f"d_{name}": np.ones(5) for name in mapping.aux}
         for term in own.expert.terms:
             assert evaluate(term.column, known).shape == (5,)
