@@ -54,7 +54,7 @@ def _disk_full(row: Row, outcome: Outcome, file: BenchFile, folder: Path, seed: 
         rig.enable()
         _, earlier = record(rig, file, folder, "earlier", _REST)
         offset, refused = master.bench.cycle - rig.link.cycle, list[int]()
-        changed = _patched("bench.recording._ordered_file", "OrderedFile", _refusing(refused, master))
+        changed = _patched("bench.recording.writing.ordered_file", "OrderedFile", _refusing(refused, master))
         with _files_end_at(_ROOM), changed:
             end, shafts = _recorded_or_not(rig, file, folder, motion(bench, 600.0))
         judge_end(row, outcome, rig, end, shafts)
@@ -75,7 +75,7 @@ def _disk_full(row: Row, outcome: Outcome, file: BenchFile, folder: Path, seed: 
 
 
 def _slow_disk(row: Row, outcome: Outcome, file: BenchFile, folder: Path, seed: int) -> None:
-    with _patched("bench.recording._ordered_file", "OrderedFile", _slow):
+    with _patched("bench.recording.writing.ordered_file", "OrderedFile", _slow):
         _undisturbed(row, outcome, file, folder, seed)
 
 

@@ -1,6 +1,6 @@
 """Recordings: the HDF5 contract of the recording format 1.0, written, read, validated, repaired, exported."""
 
-from bench.recording._channel_names import AUXILIARY, RESIDUAL, SIMULATED
+from bench.recording.file.channel_names import AUXILIARY, RESIDUAL, SIMULATED
 from bench.recording.folder import RecordingFolder, Rejected
 from bench.recording.header import ChannelSpec, Event, Gearbox, RecordingHeader, Segment, Setpoint
 from bench.recording.one_shot import write_recording

@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import RecordingError
-from bench.recording import _attributes as attributes
-from bench.recording._attributes import AttributeMissing, AttributeProblem
-from bench.recording._channel_names import channel_names
-from bench.recording._claims import check_around, check_channel, check_members
-from bench.recording._places import Places, look_up
+from bench.recording.file import attributes
+from bench.recording.file.attributes import AttributeMissing, AttributeProblem
+from bench.recording.file.channel_names import channel_names
+from bench.recording.file.claims import check_around, check_channel, check_members
+from bench.recording.file.samples import Places, look_up
 from bench.recording.header import FORMAT, ChannelSpec, Event, Gearbox, Segment, Setpoint
 
 _T = TypeVar("_T")

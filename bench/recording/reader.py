@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from bench.errors import RecordingError
 from bench.recording import guarded
 from bench.recording._header_reader import read_header
-from bench.recording._places import Places
+from bench.recording.file.samples import Places
 from bench.recording.header import ChannelSpec, Event, Gearbox, Segment, Setpoint
 from bench.signals import BY_NAME
 

@@ -11,10 +11,10 @@ import numpy as np
 from bench.errors import RecordingError
 from bench.recording import guarded
 from bench.recording._header_reader import KNOWN_ROOT_ATTRIBUTES
-from bench.recording._ownership import refuse_if_written
+from bench.recording.file.ownership import refuse_if_written
+from bench.recording.file.storage import completed, first_missing_row
 from bench.recording.header import PART_SUFFIX, RecordingHeader, Segment
 from bench.recording.reader import HDF5_ERRORS, Recording, hdf5_reason, opened
-from bench.recording.storage import completed, first_missing_row
 from bench.recording.validation import validate
 from bench.recording.writer import FAST_CHUNK_ROWS, RecordingWriter
 

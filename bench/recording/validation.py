@@ -9,11 +9,12 @@ from pathlib import Path
 import h5py
 
 from bench.errors import RecordingError
-from bench.recording import _rules_header, _rules_samples, _rules_tables, guarded
-from bench.recording._claims import check_claims
-from bench.recording._findings import Finding
+from bench.recording import guarded
+from bench.recording.file.claims import check_claims
 from bench.recording.header import PART_SUFFIX
 from bench.recording.reader import HDF5_ERRORS, Recording, hdf5_reason, opened
+from bench.recording.rules import header, samples, tables
+from bench.recording.rules.findings import Finding
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,16 +34,16 @@ class Validation:
 Rule = Callable[[h5py.File, Path], Iterator[Finding]]
 
 _RULES: tuple[Rule, ...] = (
-    _rules_header.root_attributes,
-    _rules_header.groups,
-    _rules_header.provenance,
-    _rules_samples.channel_layout,
-    _rules_samples.channel_units,
-    _rules_samples.required_channels,
-    _rules_samples.stored_rows,
-    _rules_samples.time_and_cycle,
-    _rules_tables.segments,
-    _rules_tables.events,
+    header.root_attributes,
+    header.groups,
+    header.provenance,
+    samples.channel_layout,
+    samples.channel_units,
+    samples.required_channels,
+    samples.stored_rows,
+    samples.time_and_cycle,
+    tables.segments,
+    tables.events,
 )
 
 

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import RecordingError
-from bench.recording import _layout
-from bench.recording._sink import Sink
 from bench.recording.header import PART_SUFFIX, ChannelSpec, Event, RecordingHeader, Segment
+from bench.recording.writing import layout
+from bench.recording.writing.sink import Sink
 
 FAST_CHUNK_ROWS = 8192
 """Chunk size for emulated time, where rows come by the hundred thousand a second."""
@@ -68,7 +68,7 @@ class RecordingWriter:
         self.part = part or self.path.with_name(self.path.name + PART_SUFFIX)
         self.rows = 0
         self._specs = {channel.name: channel for channel in channels}
-        _layout.check_channels(self.path, channels)
+        layout.check_channels(self.path, channels)
         if self.path.exists() and not replace:
             raise RecordingError(f"{self.path}: is there already, a recording is never overwritten.")
         self._chunk_rows = chunk_rows or real_time_chunk_rows(header.sample_rate)
@@ -141,14 +141,14 @@ class RecordingWriter:
     def event(self, time_s: float, level: str, text: str) -> None:
         """Note an event; ``time_s`` in s since the first sample."""
         self._check_open()
-        self._sink.put_table_rows("events", _layout.event_rows([Event(time_s, level, text)]))
+        self._sink.put_table_rows("events", layout.event_rows([Event(time_s, level, text)]))
 
     def restore(self, segments: Sequence[Segment], events: Sequence[Event]) -> None:
         """Take over segments and events of another recording as they are (for rows already appended)."""
         self._check_open()
         self._segment_count += len(segments)
-        self._sink.put_table_rows("segments", _layout.segment_rows(segments))
-        self._sink.put_table_rows("events", _layout.event_rows(events))
+        self._sink.put_table_rows("segments", layout.segment_rows(segments))
+        self._sink.put_table_rows("events", layout.event_rows(events))
 
     def close(
         self, *, accepted: bool | None = None, quality: Mapping[str, Any] | None = None, complete: bool = True
@@ -163,7 +163,7 @@ class RecordingWriter:
         self._closed = True
         self._sink.finish(accepted=accepted, quality=quality, complete=complete)
         try:
-            _layout.finish(self.part, self.path)
+            layout.finish(self.part, self.path)
         except OSError as error:
             raise RecordingError(
                 f"{self.part}: is whole, but cannot be renamed to {self.path.name} ({error})."
@@ -198,4 +198,4 @@ class RecordingWriter:
         shapes = {array.shape for array in arrays.values()}
         if len(shapes) != 1 or len(next(iter(shapes))) != 1:
             raise RecordingError(f"{self.path}: the channels of a block differ in shape ({shapes}).")
-        return {name: _layout.exact(self.path, self._specs[name], array) for name, array in arrays.items()}
+        return {name: layout.exact(self.path, self._specs[name], array) for name, array in arrays.items()}

@@ -11,8 +11,8 @@ from bench.configuration import load_bench
 from bench.errors import BacklogError
 from bench.protocols import Segment
 from bench.recording import Recording, RecordingWriter
-from bench.recording._ordered_file import OrderedFile
 from bench.recording.validation import validate
+from bench.recording.writing.ordered_file import OrderedFile
 from tests.bench.recording import builders
 
 LONGEST_S = 1.0

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bench.recording import Recording, RecordingWriter, _ordered_file, _sink
+from bench.recording import Recording, RecordingWriter
+from bench.recording.writing import ordered_file, sink
 from tests.bench.recording import builders
 
 
@@ -34,8 +35,8 @@ def disk(monkeypatch: pytest.MonkeyPatch) -> _Disk:
         log.writes.append(size)
         ftruncate(descriptor, size)
 
-    monkeypatch.setattr(_ordered_file.os, "pwrite", logged_pwrite)
-    monkeypatch.setattr(_ordered_file.os, "ftruncate", logged_ftruncate)
+    monkeypatch.setattr(ordered_file.os, "pwrite", logged_pwrite)
+    monkeypatch.setattr(ordered_file.os, "ftruncate", logged_ftruncate)
     return log
 
 
@@ -52,17 +53,17 @@ def test_every_state_on_disk_is_readable(
     disk: _Disk, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, chunk_rows: int, rows: int, channels: int
 ) -> None:
     # 64 chunks fill a node of the chunk index, 4000 make it three levels high: both splits happen in these runs.
-    monkeypatch.setattr(_sink, "_MIN_FLUSH_SPACING_S", 0.0)
+    monkeypatch.setattr(sink, "_MIN_FLUSH_SPACING_S", 0.0)
     specs = builders.specs()[:channels]
-    commit = _ordered_file.OrderedFile.commit
+    commit = ordered_file.OrderedFile.commit
 
-    def promising_commit(self: _ordered_file.OrderedFile) -> None:
+    def promising_commit(self: ordered_file.OrderedFile) -> None:
         written = writers[0]._sink.rows_written if writers else 0
         commit(self)
         disk.promises.append((len(disk.writes), written))
 
     writers: list[RecordingWriter] = []
-    monkeypatch.setattr(_ordered_file.OrderedFile, "commit", promising_commit)
+    monkeypatch.setattr(ordered_file.OrderedFile, "commit", promising_commit)
     data = builders.columns(0, rows)
     with RecordingWriter(tmp_path / "a.h5", builders.header("a"), specs, chunk_rows=chunk_rows) as writer:
         writers.append(writer)

@@ -11,9 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bench.errors import RecordingError
-from bench.recording import Recording, RecordingWriter, Segment, _sink
+from bench.recording import Recording, RecordingWriter, Segment
 from bench.recording.repairing import repair
 from bench.recording.validation import validate
+from bench.recording.writing import sink
 from tests.bench.recording import builders
 
 _ROWS = 4000
@@ -32,11 +33,11 @@ def _part(folder: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def whole_part(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    spacing, _sink._MIN_FLUSH_SPACING_S = _sink._MIN_FLUSH_SPACING_S, 0.0
+    spacing, sink._MIN_FLUSH_SPACING_S = sink._MIN_FLUSH_SPACING_S, 0.0
     try:
         return _part(tmp_path_factory.mktemp("part"))
     finally:
-        _sink._MIN_FLUSH_SPACING_S = spacing
+        sink._MIN_FLUSH_SPACING_S = spacing
 
 
 def test_part_becomes_a_valid_recording_that_was_cut_short(tmp_path: Path, whole_part: Path) -> None:

@@ -17,9 +17,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bench.errors import RecordingError
-from bench.recording import FAST_CHUNK_ROWS, ChannelSpec, Event, Recording, RecordingWriter, Segment, _sink
+from bench.recording import FAST_CHUNK_ROWS, ChannelSpec, Event, Recording, RecordingWriter, Segment
 from bench.recording.repairing import repair
 from bench.recording.validation import validate
+from bench.recording.writing import sink
 from tests.bench.recording import builders
 
 _ENDLESS = """
@@ -164,7 +165,7 @@ def test_a_stalled_source_is_flushed_and_goes_on(tmp_path: Path) -> None:
 def test_the_first_rows_are_flushed_at_once(tmp_path: Path) -> None:
     path = tmp_path / "a.h5"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(_sink, "_MIN_FLUSH_SPACING_S", 1e9)
+        patch.setattr(sink, "_MIN_FLUSH_SPACING_S", 1e9)
         with RecordingWriter(path, builders.header("a"), builders.specs(), chunk_rows=100) as writer:
             writer.begin_segment("steady")
             writer.append(builders.columns(0, 100))
@@ -205,9 +206,10 @@ import resource, signal, sys
 from pathlib import Path
 import numpy as np
 from bench.errors import RecordingError
-from bench.recording import RecordingWriter, _sink
+from bench.recording import RecordingWriter
+from bench.recording.writing import sink
 from tests.bench.recording import builders
-_sink._MIN_FLUSH_SPACING_S = 0.0
+sink._MIN_FLUSH_SPACING_S = 0.0
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 writer = RecordingWriter(Path(sys.argv[1]), builders.header("a"), builders.specs(), chunk_rows=500)
 resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, resource.RLIM_INFINITY))

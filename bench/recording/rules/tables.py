@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import RecordingError
-from bench.recording import _attributes as attributes
-from bench.recording._findings import Finding
+from bench.recording.file import attributes
 from bench.recording.header import SEGMENT_NAMES
 from bench.recording.reader import Recording
+from bench.recording.rules.findings import Finding
 
 _REVOLUTION_KINDS = ("constant_velocity", "validation")
 

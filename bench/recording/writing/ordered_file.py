@@ -15,7 +15,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from bench.recording._ownership import claim
+from bench.recording.file.ownership import claim
 
 _TREE_SIGNATURE = b"TREE"
 _TREE_LEVEL_OFFSET = 5

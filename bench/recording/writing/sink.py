@@ -15,11 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import BacklogError, RecordingError
-from bench.recording import _layout
-from bench.recording._ordered_file import OrderedFile
-from bench.recording._ownership import make_room
+from bench.recording.file.ownership import make_room
 from bench.recording.header import ChannelSpec, RecordingHeader
 from bench.recording.reader import HDF5_ERRORS
+from bench.recording.writing import layout
+from bench.recording.writing.ordered_file import OrderedFile
 
 FLUSH_INTERVAL_S = 0.4
 """A little below the half second promised, to leave time for the flush itself."""
@@ -72,7 +72,7 @@ class Sink:
             make_room(part)
             self._storage = OrderedFile(part)
             self._file = h5py.File(self._storage, "w")
-            _layout.write_skeleton(self._file, header, channels, chunk_rows)
+            layout.write_skeleton(self._file, header, channels, chunk_rows)
             self._datasets = {channel.name: self._file["channels"][channel.name] for channel in channels}
             self._flush()
         except OSError as error:
@@ -100,7 +100,7 @@ class Sink:
 
     def put_table_rows(self, table: str, rows: Sequence[Sequence[Any]]) -> None:
         """Queue rows of ``segments`` or ``events``."""
-        self._put(lambda: _layout.append_rows(self._file, table, rows))
+        self._put(lambda: layout.append_rows(self._file, table, rows))
 
     def put_segment_stop(self, index: int, stop: int) -> None:
         """Queue the end of a segment."""
@@ -116,7 +116,7 @@ class Sink:
                     job()
                 self._write_partial(last=True)
                 if complete is not None:
-                    _layout.write_end(self._file, accepted=accepted, quality=quality, complete=complete)
+                    layout.write_end(self._file, accepted=accepted, quality=quality, complete=complete)
                 self._flush()
         except HDF5_ERRORS as error:
             self._error = error

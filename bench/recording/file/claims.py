@@ -8,7 +8,7 @@ from pathlib import Path
 import h5py
 
 from bench.errors import RecordingError
-from bench.recording._channel_names import FOLDERS, channel_names
+from bench.recording.file.channel_names import FOLDERS, channel_names
 
 MAX_ROWS = 100_000_000
 """Rows of a channel: 13 hours at 2 kHz."""

@@ -10,11 +10,11 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.recording import _attributes as attributes
-from bench.recording._attributes import AttributeProblem
-from bench.recording._channel_names import channel_names
-from bench.recording._findings import Finding
-from bench.recording.storage import first_missing_row
+from bench.recording.file import attributes
+from bench.recording.file.attributes import AttributeProblem
+from bench.recording.file.channel_names import channel_names
+from bench.recording.file.storage import first_missing_row
+from bench.recording.rules.findings import Finding
 from bench.signals import BY_NAME, REQUIRED
 
 _BLOCK_ROWS = 1 << 19

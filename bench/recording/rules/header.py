@@ -12,10 +12,10 @@ from typing import Any
 import h5py
 import numpy as np
 
-from bench.recording import _attributes as attributes
-from bench.recording._attributes import AttributeProblem
-from bench.recording._findings import Finding
+from bench.recording.file import attributes
+from bench.recording.file.attributes import AttributeProblem
 from bench.recording.header import AXES, FORMAT, FORMAT_VERSION, KINDS, PART_SUFFIX, SOURCES
+from bench.recording.rules.findings import Finding
 
 _ROOT: dict[str, Callable[[Any], Any]] = {
     "format": attributes.text,
