@@ -72,33 +72,31 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
     for k in np.argsort(-gains).tolist():
         by_effect.setdefault(points[k].effect, k)
     told = dict.fromkeys(by_effect, 0.0) | {e: float(gains[k]) for e, k in by_effect.items()}
-    law, series = points[best], data.series
-    std: tuple[float, ...] = ()
-    strength_std = np.zeros(len(data.orders))
     each = {e: scored[k].each[0] for e, k in by_effect.items()}
+    mode = None
     # the scan's tangent is that of a weak mode: the vectors are asked themselves, and the mode refined, before it is
     # compared with what follows the speed anyhow
-    for begin, gain in modes.begins(data):
-        if max(told.get(RESONANCE, -np.inf), gain) > 0.5 * gains[best]:
-            mode = modes.refined(model, data, begin)
-            if mode.gain > told.get(RESONANCE, -np.inf):
-                told[RESONANCE], each[RESONANCE] = mode.gain, mode.each
-                if mode.gain >= gains[best]:
-                    law, std, series = mode.law, mode.std, mode.series
-    if law.effect != RESONANCE:
-        law, finer = _between_points(data, white, flat, law, gains[best])
-        told[law.effect] = finer
+    begin, gain = modes.begun(data)
+    if max(told.get(RESONANCE, -np.inf), gain) > 0.5 * gains[best]:
+        mode = modes.refined(model, data, begin)
+        told[RESONANCE], each[RESONANCE] = mode.gain, mode.each
+    effect = max(told, key=lambda e: told[e])
+    if mode is not None and effect == RESONANCE:
+        law, std, series, strength_std = mode.law, mode.std, mode.series, np.zeros(len(data.orders))
+    else:
+        law, told[effect] = _between_points(data, white, flat, points[by_effect[effect]], told[effect])
         law, series, strength_std = _strengths(model, data, law)
-    odds = {e: float(np.exp(min(g - told[law.effect], 0.0))) for e, g in told.items()}
+        std = ()
+    odds = {e: float(np.exp(min(g - told[effect], 0.0))) for e, g in told.items()}
     whole = sum(odds.values())
     rivals = []
-    for effect, k in by_effect.items():
-        if effect != law.effect and np.isfinite(told[effect]):
-            apart = each[law.effect] - each[effect]
+    for other, k in by_effect.items():
+        if other != effect and np.isfinite(told[other]):
+            apart = each[effect] - each[other]
             error = float(np.std(apart) * np.sqrt(apart.size))
-            rivals.append((points[k], told[law.effect] - told[effect], error, odds[effect] / whole))
+            rivals.append((points[k], told[effect] - told[other], error, odds[other] / whole))
     rivals.sort(key=lambda r: r[1])
-    law = replace(law, gain=told[law.effect])
+    law = replace(law, gain=told[effect])
     return FoundLaw(law, rate, std, strength_std, series, tuple(rivals), 1.0 / whole)
 
 

@@ -48,9 +48,9 @@ class Mode:
     each: FloatArray
 
 
-def begins(data: Amplitudes) -> list[tuple[Law, float]]:
-    """The mode of each form under which the vectors are most of all polynomials of the state, strong or weak, and the
-    log-likelihood it gains.
+def begun(data: Amplitudes) -> tuple[Law, float]:
+    """The mode under which the vectors are most of all polynomials of the state, strong or weak, and the log-likelihood
+    it gains.
     """
     plain = _smoothness(data, np.ones_like(data.vectors))
     clipped = Bounds.of(data).clipped
@@ -78,7 +78,7 @@ def begins(data: Amplitudes) -> list[tuple[Law, float]]:
             finer = polished(law)
             if form not in out or finer[1] > out[form][1]:
                 out[form] = finer
-    return list(out.values())
+    return max(out.values(), key=lambda own: own[1])
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,19 +127,34 @@ def _smoothness(data: Amplitudes, answer: Complex) -> FloatArray:
     return np.asarray(out)
 
 
-def _loss(data: Amplitudes, k: int, answer: Complex) -> float:
-    """Negative log marginal likelihood of order k's vectors if they have passed ``answer`` (turns,)."""
-    columns, centre = tangent(data, k)
-    sigma = np.concatenate([data.sigma[:, k] / np.abs(answer)] * 2)
-    lower = np.linalg.cholesky(columns @ columns.T + np.diag(sigma**2))
-    z = solve_triangular(lower, stacked(data.vectors[:, k] / answer - centre), lower=True)
-    squares = 0.5 * (z.size + 2.0 * PRIOR_TURNS) * np.log(float(z @ z) + 2.0 * PRIOR_TURNS)
-    return float(squares + np.sum(np.log(np.diag(lower))) + 2.0 * np.sum(np.log(np.abs(answer))))
+@dataclass(frozen=True, slots=True)
+class _Freedom:
+    """By what an order's polynomials may move its vectors: covariance (2*turns, 2*turns) and ``centre`` (turns,)."""
+
+    covariance: FloatArray
+    centre: Complex
+
+    @classmethod
+    def of(cls, data: Amplitudes) -> list[_Freedom]:
+        """That of each order about its series."""
+        out = []
+        for k in range(len(data.orders)):
+            columns, centre = tangent(data, k)
+            out.append(cls(columns @ columns.T, centre))
+        return out
+
+    def loss(self, vectors: Complex, sigma: FloatArray, answer: Complex) -> float:
+        """Negative log marginal likelihood of the order's ``vectors`` if they have passed ``answer`` (turns,)."""
+        variance = np.concatenate([sigma / np.abs(answer)] * 2) ** 2
+        lower = np.linalg.cholesky(self.covariance + np.diag(variance))
+        z = solve_triangular(lower, stacked(vectors / answer - self.centre), lower=True)
+        squares = 0.5 * (z.size + 2.0 * PRIOR_TURNS) * np.log(float(z @ z) + 2.0 * PRIOR_TURNS)
+        return float(squares + np.sum(np.log(np.diag(lower))) + 2.0 * np.sum(np.log(np.abs(answer))))
 
 
-def _losses(data: Amplitudes, form: str, own: Sequence[float]) -> FloatArray:
+def _losses(data: Amplitudes, freedom: Sequence[_Freedom], form: str, own: Sequence[float]) -> FloatArray:
     answer = resonant(form, data.frequency, tuple(own))
-    return np.array([_loss(data, k, answer[:, k]) for k in range(len(data.orders))])
+    return np.array([f.loss(data.vectors[:, k], data.sigma[:, k], answer[:, k]) for k, f in enumerate(freedom)])
 
 
 def refined(model: TransmissionModel, data: Amplitudes, begin: Law) -> Mode:
@@ -152,18 +167,19 @@ def refined(model: TransmissionModel, data: Amplitudes, begin: Law) -> Mode:
         series = calibrate(model.own_turns, data.vectors / answer, data.sigma / np.abs(answer), data.orders)
         return replace(data, series=series)
 
-    plain = _losses(data, begin.form, _NOTHING)
+    plain = _losses(data, _Freedom.of(data), begin.form, _NOTHING)
     touched = np.ones(len(data.orders), dtype=bool)
     now = under(point, touched)
     for _ in range(2):
+        freedom = _Freedom.of(now)
 
-        def total(z: FloatArray, now: Amplitudes = now) -> float:
+        def total(z: FloatArray, freedom: list[_Freedom] = freedom) -> float:
             own = clipped(z)
-            gains = plain - _losses(now, begin.form, own)
+            gains = plain - _losses(data, freedom, begin.form, own)
             return float(-np.sum(np.maximum(gains, criteria.SPOILED))) + unusual(own[1])
 
         point = lowest(total, point, STEPS, EVALUATIONS)
-        each = plain - _losses(now, begin.form, clipped(point))
+        each = plain - _losses(data, freedom, begin.form, clipped(point))
         touched = each > criteria.SPOILED
         now = under(point, touched)
     own = clipped(point)
