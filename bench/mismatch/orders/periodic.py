@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -10,8 +10,9 @@ import numpy as np
 from bench.mismatch.orders.series import Series
 from bench.mismatch.orders.turns import Complex, Turn, directions, states
 from bench.mismatch.orders.weak import WeakOrder, design
+from bench.mismatch.regression.bank import RIDGE
 from bench.simulation import waves
-from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.frame import FloatArray, Frame, IntArray
 from bench.simulation.laws import Law, factor
 from bench.simulation.sines import summed_vectors
 from bench.simulation.waves import ROWS_AT_ONCE, Wave
@@ -112,6 +113,40 @@ class Periodic:
                     out[:, place[f]] += ratio * carrier
         for pulse in self.pulses:
             out += pulse.vectors(np.asarray(orders))[None, :]
+        return out
+
+    def beyond_series(self, law: Law, frame: Frame, number: FloatArray) -> FloatArray:
+        """What a law adds at the rows of a frame (n,) that no series without it says, rad.
+
+        The law's orders at all rows, ``number`` (n,) samples each, are fitted with the ten monomials of either
+        direction by linear least squares: what is left depends on the law and the points that were run alone.
+        """
+        place = [self.series.orders.index(f) for f in law.orders]
+        scaling, chunks = self.series.scaling, [slice(a, a + ROWS_AT_ONCE) for a in range(0, frame.size, ROWS_AT_ONCE)]
+
+        def parts(own: slice) -> Iterator[tuple[int, IntArray, FloatArray, Complex]]:
+            few = frame.take(own)
+            x = np.column_stack([few.torque, few.velocity, few.temperature])
+            vectors = self._vectors(few)[:, place]
+            for side in scaling:
+                rows = np.flatnonzero(few.last_direction * side > 0)
+                yield side, rows + own.start, scaling[side].monomials(x[rows]), vectors[rows]
+
+        gram = {side: RIDGE * np.eye(10) * max(float(number.sum()), 1.0) for side in scaling}
+        right = {side: np.zeros((10, len(place)), dtype=np.complex128) for side in scaling}
+        for own in chunks:
+            for side, rows, basis, vectors in parts(own):
+                weighted = basis * number[rows][:, None]
+                gram[side] += basis.T @ weighted
+                right[side] += weighted.T @ vectors
+        said = {side: np.linalg.solve(gram[side], right[side]) for side in scaling}
+        out = np.zeros(frame.size)
+        orders = np.asarray(law.orders)
+        for own in chunks:
+            for side, rows, basis, vectors in parts(own):
+                left = vectors - basis @ said[side]
+                real, imag = np.ascontiguousarray(left.real.T), np.ascontiguousarray(left.imag.T)
+                out[rows] = summed_vectors(frame.theta[rows], orders, real, imag)
         return out
 
     def _by_vectors(self, frame: Frame) -> FloatArray:

@@ -259,6 +259,7 @@ def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Disco
         rivals=rivals,
         orders=touched,
         numbers=len(law.point) + (0 if law.effect == RESONANCE else 2 * len(law.orders)),
+        excess=model.periodic.beyond_series(law, frame, np.where(model.inside, model.rows.number, 0.0)),
     )
 
 
