@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from bench.cli._benchmark_archive import archive
-from bench.cli._benchmark_coverage import coverage
-from bench.cli._benchmark_cycle import cycle
-from bench.cli._benchmark_faults import faults
-from bench.cli._benchmark_fuzz import fuzz
-from bench.cli._benchmark_identify import identify
-from bench.cli._benchmark_investigate import investigate
-from bench.cli._benchmark_mismatch import mismatch
-from bench.cli._benchmark_page import page
-from bench.cli._benchmark_stop import stop
-from bench.cli._benchmark_twin import twin
-from bench.cli._benchmark_wire import wire
 from bench.cli._plain import say
+from bench.cli.benchmarks.archive import archive
+from bench.cli.benchmarks.coverage import coverage
+from bench.cli.benchmarks.cycle import cycle
+from bench.cli.benchmarks.faults import faults
+from bench.cli.benchmarks.fuzz import fuzz
+from bench.cli.benchmarks.identify import identify
+from bench.cli.benchmarks.investigate import investigate
+from bench.cli.benchmarks.mismatch import mismatch
+from bench.cli.benchmarks.page import page
+from bench.cli.benchmarks.stop import stop
+from bench.cli.benchmarks.twin import twin
+from bench.cli.benchmarks.wire import wire
 from bench.cli.exit_codes import ExitCode
 
 if TYPE_CHECKING:

@@ -10,10 +10,10 @@ import pytest
 from scipy.stats import t
 from typer.testing import CliRunner
 
-from bench.cli import _coverage_runs
-from bench.cli._benchmark_coverage import pairs_of
-from bench.cli._coverage_runs import campaign_text
 from bench.cli.app import make_app
+from bench.cli.benchmarks import coverage_runs
+from bench.cli.benchmarks.coverage import pairs_of
+from bench.cli.benchmarks.coverage_runs import campaign_text
 from bench.identification import Identification, to_simulation
 from bench.identification.comparison.coverage import LIMIT, deviates, normal_deviate
 from bench.identification.comparison.coverage_table import interval, page
@@ -121,7 +121,7 @@ def test_command_goes_on_where_it_was(
         work.mkdir(exist_ok=True)
         return campaign_folder
 
-    monkeypatch.setattr(_coverage_runs, "recordings", stand_in)
+    monkeypatch.setattr(coverage_runs, "recordings", stand_in)
     # identified once for all tests
     monkeypatch.setattr("bench.identification.identify_folder", lambda folder, options: found)
     store, table = tmp_path / "coverage.json", tmp_path / "coverage.md"

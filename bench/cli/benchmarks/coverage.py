@@ -41,7 +41,7 @@ def coverage(
     often changes put in are found. It can be stopped at any time, what there is stands in the table; run again, without
     --again, it goes on.
     """
-    from bench.cli._coverage_runs import recordings
+    from bench.cli.benchmarks.coverage_runs import recordings
     from bench.configuration import load_bench
     from bench.identification.comparison.coverage_table import page
     from bench.proof.results import commit

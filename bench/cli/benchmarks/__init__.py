@@ -1,0 +1,1 @@
+"""``bench benchmark …``: a command each; see :mod:`bench.cli.benchmark`."""
