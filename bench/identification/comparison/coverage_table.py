@@ -117,8 +117,9 @@ def comparisons(pairs: Sequence[Mapping[str, Any]]) -> list[str]:
         *_head(["changed is", *(f"by {100 * share:g} %" for share in SHARES)]),
     ]
     for name in CHANGES:
-        found = [sum(p["power"][name][i] for p in pairs) for i in range(len(SHARES))]
-        out.append(_row([name, *(f"found in {n} of {len(pairs)}" for n in found)]))
+        tried = [p["power"][name] for p in pairs if p["power"][name] is not None]
+        found = [f"found in {sum(one[i] for one in tried)} of {len(tried)}" for i in range(len(SHARES))]
+        out.append(_row([name, *(found if tried else ["not in these models"] * len(SHARES))]))
     return out
 
 

@@ -60,10 +60,14 @@ CHANGES: Mapping[str, tuple[str, Callable[[Simulation, float], Simulation]]] = {
 """What is changed: how the comparison's row for it begins, and the change by a share of itself."""
 
 
-def power(before: Simulation, after: Simulation) -> dict[str, list[bool]]:
-    """Whether each change of 1, 2 and 5 % is found as such, when ``after`` has it on top."""
-    out: dict[str, list[bool]] = {}
+def power(before: Simulation, after: Simulation) -> dict[str, list[bool] | None]:
+    """Whether each change of 1, 2 and 5 % is found as such, when ``after`` has it on top; None where nothing is compared."""
+    compared = [row.what for row in compare(before, after)]
+    out: dict[str, list[bool] | None] = {}
     for name, (begins, change) in CHANGES.items():
+        if not any(what.startswith(begins) for what in compared):
+            out[name] = None
+            continue
         out[name] = [
             any(row.changed and row.what.startswith(begins) for row in compare(before, change(after, share)))
             for share in SHARES

@@ -16,7 +16,7 @@ from bench.cli.benchmarks.coverage import pairs_of
 from bench.cli.benchmarks.coverage_runs import campaign_text
 from bench.identification import Identification, to_simulation
 from bench.identification.comparison.coverage import LIMIT, deviates, normal_deviate
-from bench.identification.comparison.coverage_table import interval, page
+from bench.identification.comparison.coverage_table import comparisons, interval, page
 from bench.identification.comparison.power import CHANGES, power
 from bench.identification.statistics.freedom import parameter_freedom, series_freedom
 from bench.simulation import FourierSet, Parameter, Simulation, Term, TransmissionErrorModel
@@ -92,8 +92,19 @@ def test_changes_that_are_put_in_are_found_when_large_enough() -> None:
     assert found["order 46"] == [True, True, True]
     blunt = _model(np.zeros(300), np.full(300, 1e-12), 20.0)
     assert power(blunt, blunt)["order 46"] == [False, False, False]
+    assert power(sharp, sharp)["Coulomb friction"] is None
     friction = Term("friction.coulomb", parameters={"f_c": Parameter(0.5, "N*m", 0.003)})
     assert power(*(sharp.with_term(friction),) * 2)["Coulomb friction"] == [False, False, True]
+
+
+def test_a_change_that_the_models_cannot_have_is_not_counted() -> None:
+    row: dict[str, Any] = {"before": 1, "after": 2, "compared": 5, "changed": []}
+    row["power"] = {name: None if name == "order 46" else [False, True, True] for name in CHANGES}
+    lines = comparisons([row, row])
+    assert "| order 46 | not in these models | not in these models | not in these models |" in lines
+    assert "| order 1 | found in 0 of 2 | found in 2 of 2 | found in 2 of 2 |" in lines
+    few = _model(np.zeros(3), np.full(3, 1e-20), 20.0)
+    assert power(few, few)["order 46"] is None
 
 
 def test_campaigns_differ_and_are_the_same_again() -> None:
