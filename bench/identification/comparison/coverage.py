@@ -25,10 +25,9 @@ _FURTHEST = 37.0
 def normal_deviate(difference: FloatArray, std: FloatArray, freedom: float) -> FloatArray:
     """Deviates (...,) that are standard normal where difference/std follows Student's t with ``freedom`` degrees.
 
-    NaN where ``std`` is 0 or not known, so that the coefficient is not claimed to be determined, and where
-    ``difference`` is NaN.
+    NaN where ``std`` is 0 or not known: such a coefficient is not claimed to be determined.
     """
-    known = np.isfinite(std) & (std > 0.0) & np.isfinite(difference)
+    known = np.isfinite(std) & (std > 0.0)
     ratio = np.abs(difference) / np.where(known, std, 1.0)
     size = norm.isf(t.sf(ratio, freedom)) if np.isfinite(freedom) else ratio
     size = np.where(np.isfinite(size), size, _FURTHEST)
@@ -36,16 +35,16 @@ def normal_deviate(difference: FloatArray, std: FloatArray, freedom: float) -> F
 
 
 def _series(found: FourierSet, true: FourierSet, freedom: float) -> dict[str, FloatArray]:
-    """Deviates of amplitudes and phases (K·10,) of the orders found, and of a₀ (10,).
+    """Deviates of amplitudes and phases (K·10,) of the orders found, of amplitudes of orders that are not there, of a₀.
 
-    An order that the true series lacks has the amplitude 0 and no phase: its phase is NaN.
+    An order that the true series lacks has the amplitude 0 and no phase. Its amplitudes stand apart (``absent``).
     """
     position = {float(order): row for row, order in enumerate(true.orders)}
-    true_amplitude, true_phase = np.zeros_like(found.amplitude), np.full_like(found.phase, np.nan)
-    for row, order in enumerate(found.orders):
-        if (at := position.get(float(order))) is not None:
-            true_amplitude[row], true_phase[row] = true.amplitude[at], true.phase[at]
-    phase = found.phase - true_phase
+    there = np.array([float(order) in position for order in found.orders])
+    at = [position[float(order)] for order in found.orders[there]]
+    true_amplitude = np.zeros_like(found.amplitude)
+    true_amplitude[there] = true.amplitude[at]
+    phase = found.phase[there] - true.phase[at]
     # a phase is known up to whole revolutions, an amplitude's sign up to half of one
     phase[:, 9] = (phase[:, 9] + np.pi) % (2.0 * np.pi) - np.pi
     missing = np.full_like(found.amplitude, np.nan)
@@ -53,9 +52,11 @@ def _series(found: FourierSet, true: FourierSet, freedom: float) -> dict[str, Fl
     def std(values: FloatArray | None, otherwise: FloatArray) -> FloatArray:
         return otherwise if values is None else values
 
+    amplitude = normal_deviate(found.amplitude - true_amplitude, std(found.amplitude_std, missing), freedom)
     return {
-        "A": normal_deviate(found.amplitude - true_amplitude, std(found.amplitude_std, missing), freedom).ravel(),
-        "phi": normal_deviate(phase, std(found.phase_std, missing), freedom).ravel(),
+        "A": amplitude[there].ravel(),
+        "phi": normal_deviate(phase, std(found.phase_std, missing)[there], freedom).ravel(),
+        "absent": amplitude[~there].ravel(),
         "a0": normal_deviate(found.offset - true.offset, std(found.offset_std, missing[0]), freedom),
     }
 
@@ -68,7 +69,8 @@ def deviates(found: Simulation, truth: Mapping[str, Any]) -> dict[str, Any]:
     """Compare an identified model with the truth of its plant.
 
     ``truth`` has ``nominal`` (effect → symbol → value) and ``transmission_error`` (a simulation file's coefficients).
-    Returns ``parameters``: symbol → value, std, freedom, truth, z; ``series``: direction → A, phi, a0 → lists of z.
+    Returns ``parameters``: symbol → value, std, freedom, truth, z; ``series``: direction → A, phi, absent, a0 → lists
+    of z.
     Symbols that were not determined are absent, coefficients that were not are None.
     """
     parameters: dict[str, dict[str, float | None]] = {}

@@ -16,7 +16,7 @@ _UNITS = {
     "f_c": "N·m", "f_v": "N·m·s/rad", "f_vT": "N·m·s/(rad·K)", "f_l": "1", "J": "kg·m²", "tau_0": "N·m", "C": "J/K",
     "R": "K/W", "T_amb": "°C", "f_b": "N·m", "J_L": "kg·m²", "z_0": "N·m",
 }  # fmt: skip
-_KINDS = {"A": "amplitudes", "phi": "phases", "a0": "a₀"}
+_KINDS = {"A": "amplitudes", "phi": "phases", "absent": "amplitudes of orders that the plant lacks", "a0": "a₀"}
 
 
 def interval(right: int, tries: int) -> tuple[float, float]:
@@ -85,7 +85,7 @@ def series(campaigns: Sequence[Mapping[str, Any]]) -> list[str]:
     out = _head(["direction", "coefficients", "number", "covered", "lowest and highest campaign", "92 to 98 %"])
     for direction in ("positive", "negative"):
         for kind, name in _KINDS.items():
-            each = [_covered(c["series"][direction][kind]) for c in campaigns if direction in c["series"]]
+            each = [_covered(c["series"][direction].get(kind, ())) for c in campaigns if direction in c["series"]]
             right, tries = sum(r for r, _ in each), sum(n for _, n in each)
             if not tries:
                 continue

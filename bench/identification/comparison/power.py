@@ -61,7 +61,7 @@ CHANGES: Mapping[str, tuple[str, Callable[[Simulation, float], Simulation]]] = {
 
 
 def power(before: Simulation, after: Simulation) -> dict[str, list[bool] | None]:
-    """Whether each change of 1, 2 and 5 % is found as such, when ``after`` has it on top; None where nothing is compared."""
+    """Whether each change of 1, 2 and 5 % is found as such when ``after`` has it on top; None if it is not compared."""
     compared = [row.what for row in compare(before, after)]
     out: dict[str, list[bool] | None] = {}
     for name, (begins, change) in CHANGES.items():

@@ -16,7 +16,7 @@ from bench.cli.benchmarks.coverage import pairs_of
 from bench.cli.benchmarks.coverage_runs import campaign_text
 from bench.identification import Identification, to_simulation
 from bench.identification.comparison.coverage import LIMIT, deviates, normal_deviate
-from bench.identification.comparison.coverage_table import comparisons, interval, page
+from bench.identification.comparison.coverage_table import comparisons, interval, page, series
 from bench.identification.comparison.power import CHANGES, power
 from bench.identification.statistics.freedom import parameter_freedom, series_freedom
 from bench.simulation import FourierSet, Parameter, Simulation, Term, TransmissionErrorModel
@@ -57,10 +57,14 @@ def test_order_that_the_plant_lacks_has_the_amplitude_zero_and_no_phase() -> Non
     order_3 = {"A": amplitude[0].tolist(), "phi": phase[0].tolist()}
     truth = {"nominal": {}, "transmission_error": {"positive": {"3": order_3, "a0": [0.0] * 10}}}
     z = deviates(model, truth)["series"]["positive"]
-    assert z["A"][9] == 0.0
-    assert z["A"][19] == pytest.approx(3.0)
-    assert z["phi"][:10] == [0.0] * 10
-    assert z["phi"][10:] == [None] * 10
+    assert z["A"] == z["phi"] == [0.0] * 10
+    assert z["absent"][:9] == [0.0] * 9
+    assert z["absent"][9] == pytest.approx(3.0)
+    campaign = {"series": {"positive": z}}
+    assert "| positive | amplitudes of orders that the plant lacks | 10 | 90.0 % | 90 to 90 % | no |" in series(
+        [campaign]
+    )
+    assert "| positive | phases | 10 | 100.0 % | 100 to 100 % | no |" in series([campaign])
 
 
 def test_degrees_of_freedom_stand_in_the_file_and_are_read_back(found: Identification, tmp_path: Path) -> None:
