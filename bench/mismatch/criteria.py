@@ -130,5 +130,6 @@ OVER_THE_REST = 2.0
 told: a form that leaves more than half of itself is no form of it
 """
 CANNOT_BE_SPARED = 0.5
-"""share of one operating point in what is known of an effect, above which the others cannot foretell it there
+"""share of one operating point in what is known of an effect, above which the others cannot predict it there; and of
+one recording in the energy of a law of the orders, above which it is no law
 """

@@ -21,7 +21,7 @@ from bench.mismatch.orders.weak import MODELS, WeakOrder
 from bench.mismatch.regression.scan import tail_rate
 from bench.mismatch.regression.strength import active_size
 from bench.simulation import Gearbox, waves
-from bench.simulation.frame import FloatArray
+from bench.simulation.frame import FloatArray, IntArray
 from bench.simulation.laws import RESONANCE, Law
 from bench.simulation.parts import part_of
 from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR
@@ -228,12 +228,22 @@ def _pulse_row(pulse: Pulse) -> Row:
     }
 
 
+def of_one_recording(energy: FloatArray, recording: IntArray) -> bool:
+    """Whether the ``energy`` (n,) of a law is that of one recording, which no other bears out."""
+    each = np.bincount(recording, energy)
+    return bool(each.max() > criteria.CANNOT_BE_SPARED * each.sum())
+
+
 def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Discovery | None:
     """A law that the amplitudes follow; ``before``: what is periodic without it, calibrated."""
     assert model.periodic is not None
     frame, law = model.rows.frame, found.law
     values = np.asarray(model.periodic.evaluate(frame) - before.evaluate(frame))
     if not strong(model, values):
+        return None
+    number = np.where(model.inside, model.rows.number, 0.0)
+    excess = model.periodic.beyond_series(law, frame, number)
+    if of_one_recording(number * excess**2, frame.recording):
         return None
     term = LIBRARY.get(law.effect)
     quantity = law.variables[0]
@@ -259,7 +269,7 @@ def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Disco
         rivals=rivals,
         orders=touched,
         numbers=len(law.point) + (0 if law.effect == RESONANCE else 2 * len(law.orders)),
-        excess=model.periodic.beyond_series(law, frame, np.where(model.inside, model.rows.number, 0.0)),
+        excess=excess,
     )
 
 

@@ -9,6 +9,7 @@ import pytest
 
 from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.series import calibrate
+from bench.mismatch.orders.told import of_one_recording
 from bench.mismatch.orders.turns import Turn
 from bench.simulation.frame import Frame
 from bench.simulation.laws import RESONANCE, Law, factor
@@ -82,3 +83,9 @@ def test_a_law_that_the_monomials_say_adds_nothing() -> None:
     own = periodic(slow)
     assert factor(slow, np.array([[0.0, 0.17, 25.0]]), np.zeros(1), ORDERS)[0] == pytest.approx(1.0, abs=1e-3)
     assert np.abs(own.beyond_series(slow, frame, np.ones(frame.size))).max() < 1e-9
+
+
+def test_a_law_of_one_recording_is_none() -> None:
+    recording = np.repeat(np.arange(5), 10)
+    assert of_one_recording(np.where(recording == 3, 1.0, 0.1), recording)
+    assert not of_one_recording(np.where(recording >= 3, 1.0, 0.1), recording)
