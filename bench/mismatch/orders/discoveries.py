@@ -18,6 +18,7 @@ from bench.mismatch.orders import defects, laws, modulation
 from bench.mismatch.orders.model import TransmissionModel, with_parts
 from bench.mismatch.orders.sight import Sight, rebuilt
 from bench.mismatch.orders.told import (
+    further,
     modulation_parameters,
     of_law,
     of_orders,
@@ -27,6 +28,9 @@ from bench.mismatch.orders.told import (
 )
 from bench.simulation import Gearbox
 from bench.simulation.laws import RESONANCE
+
+MOST_LAWS = 2
+"""of one effect"""
 
 
 class Teeth(Protocol):
@@ -104,18 +108,24 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
 
 
 def _law(model: TransmissionModel, seed: int) -> Discovery | None:
-    """A law that the amplitudes follow, the series calibrated under it."""
-    found = laws.search(model, seed)
-    if found is None or not _sure(found):
-        return None
-    before = model.periodic
-    assert before is not None
-    joined = laws.joined(before.series, found.series)
-    model.periodic = with_parts(model, replace(before, series=joined, laws=(*before.laws, found.law)))
-    told = of_law(model, found, before)
-    if told is None:
-        model.periodic = before
-    return told
+    """A law that the amplitudes follow, the series calibrated under it; and a second of the same effect, where what is
+    left follows one: a frame has more than one mode, and no function of speed need be one of the library.
+    """
+    out: Discovery | None = None
+    for number in range(MOST_LAWS):
+        found = laws.search(model, seed + number)
+        if found is None or not _sure(found) or (out is not None and found.law.effect != out.effect):
+            break
+        before = model.periodic
+        assert before is not None
+        joined = laws.joined(before.series, found.series)
+        model.periodic = with_parts(model, replace(before, series=joined, laws=(*before.laws, found.law)))
+        told = of_law(model, found, before)
+        if told is None:
+            model.periodic = before
+            break
+        out = told if out is None else further(out, told)
+    return out
 
 
 def _sure(found: laws.FoundLaw) -> bool:

@@ -13,7 +13,7 @@ from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.series import RELATIVE_NOISE, Series
 from bench.mismatch.orders.turns import Complex, directions, states
 from bench.simulation.frame import FloatArray
-from bench.simulation.laws import MODES, RESONANCE, Law, Reference, value
+from bench.simulation.laws import MODES, RESONANCE, Law, Reference, factor, value
 
 PRIOR_TURNS = 20.0
 """revolutions' worth of evidence that the noise is that of the spectra"""
@@ -42,7 +42,9 @@ class Amplitudes:
 
 
 def amplitudes(model: TransmissionModel) -> Amplitudes | None:
-    """The amplitudes of a model's series but the load motor's ripple; None where revolutions are too few."""
+    """The amplitudes of a model's series but the load motor's ripple, before the laws it has; None where revolutions
+    are too few.
+    """
     if model.seen is None or model.periodic is None:
         return None
     series = model.periodic.series.less(model.given.notch)
@@ -55,6 +57,9 @@ def amplitudes(model: TransmissionModel) -> Amplitudes | None:
     sigma = np.sqrt(sigma**2 + (RELATIVE_NOISE * np.sqrt(np.mean(np.abs(vectors) ** 2, axis=0))) ** 2)
     x = states(turns)
     time = np.array([t.time for t in turns])
+    for law in model.periodic.laws:
+        by = factor(law, x, time, series.orders)
+        vectors, sigma = vectors / by, sigma / np.abs(by)
     return Amplitudes(vectors, sigma, x, directions(turns), time, series.orders, series, Reference.of(x, time))
 
 

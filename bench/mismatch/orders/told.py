@@ -273,6 +273,20 @@ def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Disco
     )
 
 
+def further(first: Discovery, second: Discovery) -> Discovery:
+    """A law and a second one of the same effect, as one discovery."""
+    parameters = tuple({**own, "symbol": f"{own['symbol']}_2"} for own in second.parameters)
+    return replace(
+        first,
+        added=first.added + second.added,
+        gain=first.gain + second.gain,
+        parameters=first.parameters + parameters,
+        simulation_rows=first.simulation_rows + second.simulation_rows,
+        orders=first.orders + tuple(f for f in second.orders if f not in first.orders),
+        numbers=first.numbers + second.numbers,
+    )
+
+
 RESONANT = {
     "second_order": "A_f -> A_f*(1 + p*(H(f*dtheta) - 1)), H(w) = 1/(1 - (w/w_0)**2 + 2j*zeta*w/w_0)",
     "second_order_of_base": "A_f -> A_f*(1 + p*r**2*H(r)), H(r) = 1/(1 - r**2 + 2j*zeta*r), r = f*dtheta/w_0",

@@ -1,0 +1,54 @@
+"""Laws are looked for one after another, each in what the ones before it have left."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from scipy.signal import freqs
+
+from bench.mismatch.orders import laws
+from bench.mismatch.orders.law_scores import Amplitudes
+from bench.mismatch.orders.model import TransmissionModel
+from bench.mismatch.orders.periodic import Periodic
+from bench.mismatch.orders.series import calibrate
+from bench.simulation.laws import RESONANCE
+from tests.bench.mismatch.orders.test_modes import NOISE, ORDERS, passed
+
+
+def model_of(own_turns: Any, data: Amplitudes) -> TransmissionModel:
+    """What a search asks of a model: the revolutions' vectors, their noise, the series calibrated on them."""
+    seen = SimpleNamespace(orders=ORDERS, vectors=data.vectors, noise=lambda orders: np.full(data.vectors.shape, NOISE))
+    train = np.ones(len(own_turns), dtype=bool)
+    given = SimpleNamespace(notch=())
+    periodic = Periodic(data.series)
+    return cast("Any", SimpleNamespace(seen=seen, own_turns=own_turns, train=train, given=given, periodic=periodic))
+
+
+def with_another_mode(data: Amplitudes, own_turns: Any, natural: float) -> Amplitudes:
+    """The same vectors after one more mode."""
+    frequency = data.x[:, 1:2] * np.asarray(ORDERS)
+    swing = freqs([natural**2], [1.0, 0.2 * natural, natural**2], frequency.ravel())[1].reshape(frequency.shape)
+    vectors = data.vectors * (1.0 + 0.1 * (swing - 1.0))
+    return replace(data, vectors=vectors, series=calibrate(own_turns, vectors, data.sigma, ORDERS))
+
+
+@pytest.mark.parametrize("naturals", [(7.3,), (7.3, 16.0)])
+def test_as_many_modes_are_found_as_there_are(naturals: tuple[float, ...]) -> None:
+    names, data = passed("second_order", naturals[0], 0.07, 0.15, 8)
+    for natural in naturals[1:]:
+        data = with_another_mode(data, names.own_turns, natural)
+    model = model_of(names.own_turns, data)
+    found = []
+    for _ in range(3):
+        law = laws.search(model, 0)
+        if law is None:
+            break
+        assert law.law.effect == RESONANCE
+        found.append(law.law.point[0])
+        assert model.periodic is not None
+        model.periodic = Periodic(law.series, laws=(*model.periodic.laws, law.law))
+    assert sorted(found) == pytest.approx(list(naturals), rel=0.02)
