@@ -30,7 +30,7 @@ Where the disk is full or read-only the recording may fail first: the press then
 
 {summary}
 
-| broken | pressed | torque off, s | at rest, s | rung | later, s | seen to, s | told |
+| broken | pressed | torque off, s | at rest, s | rung | later, s | seen to, s | answer |
 | --- | --- | --- | --- | --- | --- | --- | --- |
 """
 
