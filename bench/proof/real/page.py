@@ -13,10 +13,10 @@ _ABOUT = f"""# Recordings of others
 
 Public recordings of machines that are not ours, each examined in two ways on the same samples. An **expert's**
 regression was written by hand: its terms, chosen on the recordings that may be fitted, stand below with their values.
-The **analyser** is `bench mismatch`, told nothing but the mapping of the import. Held-out RMSE is per sample, over the
+The **analyser** is `bench mismatch`, given nothing but the mapping of the import. Held-out RMSE is per sample, over the
 same samples of the same recordings for both; these fitted nothing.
 
-- *named*: terms of the expert that the analyser tells by name. A term that the plain simulation has already (inertia,
+- *named*: terms of the expert that the analyser names. A term that the plain simulation has already (inertia,
   Coulomb and viscous friction) counts where leaving it out would have been found (leave-one-out).
 - *false names*: findings with a name, confidence above {SURE:g}, that are not among the expert's terms.
 - Sets *apart* were analysed once, after the method stood; nothing was changed for them since.
@@ -99,7 +99,7 @@ def _section(row: Examined) -> list[str]:
     lines += [f"- {own}" for own in row.said] or ["- nothing is missing"]
     absent = [effect for effect, told in row.named.items() if not told]
     if absent:
-        lines += ["", "Not told: " + ", ".join(f"`{own}`" for own in absent) + "."]
+        lines += ["", "Not found: " + ", ".join(f"`{own}`" for own in absent) + "."]
     asked = [own for own in row.left_out if own.outcome != NOT_ASKED and own.channel == real.expert.channel]
     if asked:
         lines += ["", left_out_table(asked)]
