@@ -28,7 +28,7 @@ from bench.mismatch.recordings.rows import Rows, join
 from bench.mismatch.regression.regressors import Named, remembers
 from bench.recording import Recording
 from bench.simulation import waves
-from bench.simulation.frame import FloatArray, Frame, recording_starts
+from bench.simulation.frame import FloatArray, Frame, concatenate, recording_starts
 from bench.simulation.laws import factor
 from bench.simulation.model import Simulation
 from bench.simulation.polynomial import basis
@@ -161,16 +161,24 @@ class Predictor:
 
 
 def evaluated(known: Known, frame: Frame, campaign: Frame | None) -> FloatArray:
-    """What a regressor adds at the rows of a frame (n,); one that remembers runs through the ``campaign``."""
+    """What a regressor adds at the rows of a frame (n,); one that remembers runs through the ``campaign``.
+
+    Rows average the noise of what drives a state; one that jumps with the motion's direction goes on from the rows
+    before a recording through the recording's samples.
+    """
     assert known.coefficients is not None
     if campaign is None or not remembers(known.regressor):
         return np.asarray(known.regressor.columns(frame) @ known.coefficients)
-    values = known.regressor.columns(campaign) @ known.coefficients
+    jumps = isinstance(known.regressor, Named) and known.regressor.form.jumps
+    values = np.zeros(0) if jumps else known.regressor.columns(campaign) @ known.coefficients
     starts = recording_starts(frame)
     out = np.zeros(frame.size)
     for a, b in itertools.pairwise(starts):
         own = np.flatnonzero(campaign.recording == frame.recording[a])
-        if own.size:
+        if own.size and jumps:
+            gone_on = concatenate([campaign.take(slice(0, int(own[0]))), frame.take(slice(int(a), int(b)))])
+            out[a:b] = (known.regressor.columns(gone_on) @ known.coefficients)[own[0] :]
+        elif own.size:
             out[a:b] = np.interp(frame.time[a:b], campaign.time[own], values[own])
     return out
 

@@ -59,6 +59,8 @@ class Form:
     one_sign: bool = False
     remembers: bool = False
     """whether its state goes on from one recording to the next"""
+    jumps: bool = False
+    """whether it jumps where the motion turns: between the rows of a campaign lies no straight line"""
 
 
 @dataclass(frozen=True, slots=True)

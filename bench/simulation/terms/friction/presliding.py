@@ -84,7 +84,7 @@ TERM = Term(
         MOTOR_TORQUE: (
             Form("dahl", _dahl("fresh"), (F_D,), (S_D,), _grid),
             # a machine that stands between two recordings is as they left it
-            Form("dahl_kept", _dahl("kept"), (F_D,), (S_D,), _grid, remembers=True),
+            Form("dahl_kept", _dahl("kept"), (F_D,), (S_D,), _grid, remembers=True, jumps=True),
             Form("reversal", _since_reversal, (F_D,), (S_D,), _grid),
             Form("linear", _linear, (F_D,), (S_D,), _grid),
         )
