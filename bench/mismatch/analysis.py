@@ -46,7 +46,7 @@ from bench.mismatch.unnamed.formula import in_formulas
 from bench.mismatch.unnamed.structure import examine
 from bench.simulation import waves
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
+from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 from bench.simulation.waves import Wave
 
 Progress = Callable[[str, float], None]
@@ -132,6 +132,8 @@ def analyse(
             search.close()
             if channel == LOAD_TORQUE:
                 sensor = (*sensor, *_sensor_errors(search))
+                # what the sensor reads wrongly shows here first: what goes with the torque elsewhere is something else
+                banned = (*banned, *(effect for effect in LIBRARY if effect.startswith(SENSOR)))
         give_back()
     return out
 

@@ -170,6 +170,8 @@ def _measured(one: Mapping[str, Any], channel: str) -> Floats:
         return np.asarray(one["load_angle"] - one["theta"])
     if channel == "load_torque":
         return np.asarray(one["load_torque"] - one["load_motor_torque"])
+    if channel == "motor_torque":
+        return np.asarray(one["motor_torque"] - one["torque"] / one["ratio"])
     return np.asarray(one[channel])
 
 
@@ -258,7 +260,8 @@ def _table(one: Mapping[str, Any], channel: str) -> Floats:
         return np.column_stack([sign, acceleration, steady])
     if channel == "motor_torque":
         load = sign * np.abs(torque) / one["ratio"]
-        columns = [torque, sign, speed, speed * (temperature - 25.0), load, acceleration, steady]
+        # the load's own part, torque over ratio, has no parameter: it is taken off (:func:`_measured`)
+        columns = [sign, speed, speed * (temperature - 25.0), load, acceleration, steady]
         return np.column_stack(columns)
     power = np.abs(one["motor_torque"] * speed - torque * rate)
     time = np.arange(rate.size) * one["step_s"]

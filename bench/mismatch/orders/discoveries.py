@@ -124,7 +124,7 @@ def _law(model: TransmissionModel, seed: int) -> Discovery | None:
         if told is None:
             model.periodic = before
             break
-        out = told if out is None else further(out, told)
+        out = told if out is None else further(model, out, told)
     return out
 
 

@@ -273,12 +273,17 @@ def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Disco
     )
 
 
-def further(first: Discovery, second: Discovery) -> Discovery:
-    """A law and a second one of the same effect, as one discovery."""
+def further(model: TransmissionModel, first: Discovery, second: Discovery) -> Discovery:
+    """A law and a second one of the same effect, the model's last two, as one discovery."""
+    assert model.periodic is not None
+    before, last = model.periodic.laws[-2:]
+    both = replace(last, orders=tuple(dict.fromkeys((*before.orders, *last.orders))))
+    number = np.where(model.inside, model.rows.number, 0.0)
     parameters = tuple({**own, "symbol": f"{own['symbol']}_2"} for own in second.parameters)
     return replace(
         first,
         added=first.added + second.added,
+        excess=model.periodic.beyond_series(both, model.rows.frame, number),
         gain=first.gain + second.gain,
         parameters=first.parameters + parameters,
         simulation_rows=first.simulation_rows + second.simulation_rows,

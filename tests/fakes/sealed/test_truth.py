@@ -38,7 +38,7 @@ def samples(seed: int) -> list[dict[str, Any]]:
                         "load_torque": load + rng.normal(0.0, 0.9, COUNT),
                         "load_motor_torque": np.full(COUNT, load),
                         "load_angle": theta + rng.normal(0.0, 1.2e-6, COUNT),
-                        "motor_torque": 0.5 * side + 1.11 * rate + rng.normal(0.0, 0.03, COUNT),
+                        "motor_torque": 0.5 * side + 1.11 * rate + load / 185.0 + rng.normal(0.0, 0.03, COUNT),
                         "temperature": 22.0 + 0.01 * len(out) + rng.normal(0.0, 0.02, COUNT),
                     }
                 )
@@ -120,6 +120,16 @@ def test_only_what_is_compared_counts(tmp_path: Path) -> None:
     _, twist = energies("film", 0, lambda one: 1e-5 * (one["id"] in ("0001", "0007")) * np.sin(777.0 * one["theta"]))
     assert max(twist, key=lambda r: twist[r]) == "0007"
     assert twist.get("0001", 0.0) < 0.5 * twist["0007"]
+
+
+def test_a_motor_that_is_worth_more_torque_than_it_says_shows_in_what_the_load_takes(tmp_path: Path) -> None:
+    """Torque over ratio has no parameter that a calibration could turn."""
+    rows = samples(3)
+    path = ledger(tmp_path / "a", rows, 1, lambda one: 0.05 * one["torque"] / 185.0)
+    (effect,) = truth_of("rh380n?conceal=4&kinds=torque_gain&weak=0", path, rows, noise_of(rows), "t", 1, "x")[
+        "effects"
+    ]
+    assert effect["strength"] > 1.0
 
 
 def test_what_is_drawn_too_small_is_told_apart(tmp_path: Path) -> None:
