@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+from typing import Any, cast
+
 import numpy as np
 import pytest
 
-from bench.mismatch.orders.modulation import _beyond_usual
+from bench.mismatch.orders.modulation import _beyond_usual, _found, _proportional
+from bench.mismatch.orders.turns import Turn
+from bench.simulation.laws import RESONANCE, Law
 
 
 def test_a_fall_with_the_order_makes_no_order_unusual() -> None:
@@ -24,3 +29,43 @@ def test_few_orders_tell_no_fall() -> None:
     place = np.array([18, 20], dtype=np.int64)
     size = np.array([-11.0, -12.0])
     assert _beyond_usual(place, size) == pytest.approx(size, abs=0.05)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_what_passes_the_same_mode_is_no_sideband_of_each_other(known: bool) -> None:
+    """Orders 137 and 139 follow 138 through a resonance, and are constant before it."""
+    speeds = np.array([0.03, 0.06, 0.09, 0.12, 0.15, 0.18])
+    turns = [Turn(0, slice(0, 0), 0.0, v, 25.0, 0.0, 1.0, 1.0, 60.0) for v in speeds]
+    natural, damping, share = 12.0, 0.1, 0.4
+    swing = {
+        f: 1.0 / (1.0 - (f * speeds / natural) ** 2 + 2j * damping * f * speeds / natural) for f in (137, 138, 139)
+    }
+    rng = np.random.default_rng(2)
+    noise = 0.01
+    shown = {
+        f: 1.0 + share * (h - 1.0) + noise * (rng.normal(size=6) + 1j * rng.normal(size=6)) for f, h in swing.items()
+    }
+    law = Law(
+        RESONANCE,
+        "second_order",
+        (natural, damping, share),
+        0.0,
+        (137.0, 138.0, 139.0),
+        np.ones(3, dtype=np.complex128),
+    )
+    periodic = SimpleNamespace(
+        series=SimpleNamespace(orders=(137.0, 138.0, 139.0)),
+        laws=(law,) if known else (),
+        at_turns=lambda _turns, orders: np.column_stack([shown[round(f)] for f in orders]),
+    )
+    model = SimpleNamespace(periodic=periodic, own_turns=turns, given=SimpleNamespace(orders=(138.0,), notch=()))
+    sight = SimpleNamespace(
+        found=(137.0, 139.0),
+        stage=SimpleNamespace(scale=np.ones(6)),
+        noise=lambda _order: noise,
+        at=lambda _model, order: shown[round(order)],
+        gains=lambda vectors, _order: (_proportional(vectors, np.ones(6, dtype=np.complex128), noise), 0),
+    )
+    found = _found(cast("Any", model), cast("Any", sight), ())
+    assert bool(found.following.min() > 3.0) is not known
+    assert bool(np.abs(found.following).max() < 3.0) is known
