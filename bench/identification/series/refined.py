@@ -186,16 +186,19 @@ def _polynomials(
     harmonics: Sequence[RecordingHarmonics],
     design: Design,
     orders: NDArray[np.float64],
-    resolution: float,
+    counts: tuple[float, float],
     fits: dict[int, PolarFit],
     points: bool = False,
 ) -> tuple[FourierSet, tuple[tuple[Spread, Spread], ...]]:
-    """Fit all orders and a₀; with ``points`` the covariances have what recordings of a point share."""
+    """Fit all orders and a₀; with ``points`` the covariances have what recordings of a point share.
+
+    ``counts`` are one count of the motor's encoder at the load side and one of the load's, rad; 0 where not quantised.
+    """
     embed = design.raw_matrix()
     size = orders.size
     # Half a count: whether an encoder rounds or reads the count it stands in is not known. It moves every angle by the
-    # same amount, so it is in a₀'s constant and, times the order, in each phase's.
-    zero_angle = 0.5 * resolution
+    # same amount, so it is in a₀'s constant and, times the order, in each phase's. The load's is in a₀'s constant only.
+    zero_angle, zero_load = (0.5 * count for count in counts)
     amplitude, phase = np.zeros((size, TERM_COUNT)), np.zeros((size, TERM_COUNT))
     covariance = np.zeros((size, 2 * TERM_COUNT, 2 * TERM_COUNT))
     both = np.zeros((2 * embed.shape[0], 2 * TERM_COUNT))
@@ -223,7 +226,7 @@ def _polynomials(
             offset_covariance + counting + points_covariance(design, offset_covariance, residual, weighted)
         )
     raw_covariance = embed.T @ offset_covariance @ embed
-    raw_covariance[-1, -1] += zero_angle**2
+    raw_covariance[-1, -1] += zero_angle**2 + zero_load**2
     std = np.sqrt(np.einsum("kii->ki", covariance))
     fourier = FourierSet(
         orders,
@@ -259,7 +262,8 @@ def identify_direction(
     places = _Places.of(members[0][1], listed, len(orders))
     normals = [_normal(steady, listed) for _, steady in members]
     design = make_design(np.stack([n.mean for n in normals]))
-    resolution = max(steady.resolution for _, steady in members)
+    known = [r.load_count for r in reductions if r.steady is not None and np.isfinite(r.load_count)]
+    counts = max(steady.resolution for _, steady in members), max(known, default=0.0)
     fourier: FourierSet | None = None
     harmonics: list[RecordingHarmonics] = []
     spreads: tuple[tuple[Spread, Spread], ...] = ()
@@ -273,8 +277,8 @@ def identify_direction(
         harmonics = [_harmonics(normal, name, places) for normal, (name, _) in zip(normals, members, strict=True)]
         if before and _settled(before, harmonics):
             break
-        fourier, spreads = _polynomials(harmonics, design, np.asarray(orders, dtype=np.float64), resolution, fits)
-    fourier, spreads = _polynomials(harmonics, design, np.asarray(orders, dtype=np.float64), resolution, fits, True)
+        fourier, spreads = _polynomials(harmonics, design, np.asarray(orders, dtype=np.float64), counts, fits)
+    fourier, spreads = _polynomials(harmonics, design, np.asarray(orders, dtype=np.float64), counts, fits, True)
     return RefinedDirection(
         fourier,
         tuple(harmonics),

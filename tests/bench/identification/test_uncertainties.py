@@ -242,3 +242,21 @@ def test_the_command_finds_the_weaker_orders_by_itself(found: Identification) ->
     assert {5, 37, 110} <= set(nuisance_orders(found.proposals, found.notch_orders, 312))
     assert not set(nuisance_orders(found.proposals, found.notch_orders, 312)) & {*found.orders, *found.notch_orders}
     assert 110 not in nuisance_orders(found.proposals, found.notch_orders, 100)
+
+
+def test_half_a_count_of_the_load_encoder_is_in_the_constant_of_the_offset_alone(found: Identification) -> None:
+    group = [
+        replace(r, load_count=0.0)
+        for r in found.reductions
+        if r.steady is not None and r.steady.window.direction > 0 and not r.validation
+    ]
+    coarse = [replace(r, load_count=4e-5) for r in group]
+    fine, wide = (identify_direction(some, (1, 3), (150,), "positive") for some in (group, coarse))
+    assert fine is not None
+    assert wide is not None
+    assert fine.fourier.offset_std is not None
+    assert wide.fourier.offset_std is not None
+    added = wide.fourier.offset_std**2 - fine.fourier.offset_std**2
+    np.testing.assert_allclose(added[:9], 0.0, atol=1e-30)
+    assert np.sqrt(added[9]) == pytest.approx(2e-5)
+    np.testing.assert_array_equal(wide.fourier.phase_std, fine.fourier.phase_std)
