@@ -455,7 +455,7 @@ def _best(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) -> Chosen |
             continue
         if model.noise.telling is not None:
             joint = model.refitted([*model.chosen, candidate])
-            if not _sound_beside(search, model.chosen, joint):
+            if not sound_beside(search, model.chosen, joint):
                 continue
         # a name says more than a free function, and nature's form of it need not be the library's: the free
         # function has to predict better by more than that to take its place
@@ -628,7 +628,7 @@ def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen
     fitted = fit_blocks(bank, [*beside, main], model.variances)
     if not admissible(better, *fitted.of(main.place)):
         return None
-    if problem.free and not (_sound_beside(search, others, fitted) and not _taking(search, main, others, fitted)):
+    if problem.free and not (sound_beside(search, others, fitted) and not _taking(search, main, others, fitted)):
         return None
     for other in others:
         # two of one kind with opposite signs are another curve in disguise
@@ -644,7 +644,7 @@ def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen
     return with_shape(problem, bank, main, shape, criteria.SHAPE * size)
 
 
-def _sound_beside(search: Search, others: Sequence[Chosen], fitted: Fit) -> bool:
+def sound_beside(search: Search, others: Sequence[Chosen], fitted: Fit) -> bool:
     """Whether an effect leaves terms physically possible that are so without it: friction that it makes negative is no
     friction, but what it takes from it.
     """

@@ -20,7 +20,7 @@ from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named
 from bench.mismatch.regression.scan import Scan
-from bench.mismatch.regression.search import Search, free_function, idle, shaped
+from bench.mismatch.regression.search import Search, free_function, idle, shaped, sound_beside
 from bench.mismatch.regression.spells import price_of_cuts
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms import LIBRARY
@@ -119,6 +119,8 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
     nothing = search.density(others)
     gain = float((whole - nothing).sum())
     found = [c for c in _rivals(search, own, others, seen) if c.effect != own.effect or own.effect == UNKNOWN]
+    if model.problem.free:
+        found = [c for c in found if sound_beside(search, others, model.refitted([*others, c]))]
     densities = [search.density([*others, c]) for c in found]
     table = np.array([whole, *densities, nothing])
     # before anything is measured a name is likelier than a free function

@@ -13,10 +13,10 @@ from bench.mismatch.regression.alone import alone
 from bench.mismatch.regression.copies import copies, told
 from bench.mismatch.regression.description import description
 from bench.mismatch.regression.heredity import laws, orphaned, without, without_laws
-from bench.mismatch.regression.model import Block, Chosen
+from bench.mismatch.regression.model import Block, Chosen, add_block
 from bench.mismatch.regression.noise import alike_for, of_free_motion
-from bench.mismatch.regression.regressors import Free, Named
-from bench.mismatch.regression.search import begun, searched
+from bench.mismatch.regression.regressors import Free, Named, named
+from bench.mismatch.regression.search import begun, searched, sound_beside
 from bench.simulation.frame import ARRAYS, FloatArray, Frame, concatenate
 from bench.simulation.tables import Grid
 from bench.simulation.terms import LIBRARY, MOTOR_TORQUE
@@ -178,6 +178,19 @@ def test_a_law_is_told_without_its_changes_and_as_uncertain_as_they_make_it() ->
     assert own.widened(np.sqrt(np.diag(covariance)))[0] > 5.0 * np.sqrt(covariance[0, 0])
     assert alone(model, change) is None
     assert alone(replace(model, problem=replace(model.problem, free=False)), law) is None
+
+
+@pytest.mark.parametrize(("size", "sound"), [(-0.3, False), (0.3, True)])
+def test_an_effect_that_makes_friction_negative_is_none(size: float, sound: bool) -> None:
+    frame = swinging(size=2.0)
+    drag = frame.direction * (size + np.exp(-np.abs(frame.omega) / 5.0))
+    rest = VISCOUS * frame.omega + INERTIA * frame.acceleration + noise(frame)
+    search = begun(asked(frame, drag + rest, *NOMINAL))
+    model = search.model
+    coulomb = next(b for b in model.base if b.regressor.effect == "friction.coulomb")
+    assert model.fit.of(coulomb.place)[0] > 0.0
+    decaying = add_block(model.problem, search.bank, named("friction.stribeck", MOTOR_TORQUE, "exponential", (5.0,)))
+    assert sound_beside(search, [], model.refitted([Chosen(decaying)])) is sound
 
 
 def test_a_table_says_nothing_of_what_a_law_says() -> None:
