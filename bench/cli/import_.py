@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
+from itertools import groupby
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from bench.cli._plain import line, say
 from bench.cli.exit_codes import ExitCode
+
+if TYPE_CHECKING:
+    from bench.importing import Imported
+    from bench.recording import Rejected
 
 
 def register(app: typer.Typer) -> None:
@@ -69,38 +75,73 @@ def _import(mapping: Path, out: Path, data: Path | None, changes: dict[str, Any]
     from bench.recording.manifest import rebuild, write_manifest
 
     rows: list[dict[str, Any]] = []
-    for done in import_recordings(mapping, out, data, changes):
-        if isinstance(done, Rejected):
-            rows.append({"source": str(done.file), "error": done.why})
-            if not as_json:
-                say(line(done.why))
-            continue
-        recording = done.recording
-        rows.append(
-            {
-                "source": str(done.source),
-                "recording": str(recording.path),
-                "rows": recording.size,
-                "sample_rate": recording.sample_rate,
-                "channels": recording.channels,
-                "consequences": done.consequences,
-                "notes": done.notes,
-                "warnings": done.warnings,
-            }
-        )
-        if not as_json:
-            seconds = recording.size / recording.sample_rate
-            say(f"{recording.path}: {recording.size} rows ({seconds:.1f} s) of {', '.join(recording.channels)}")
-            for sentence in done.warnings:
-                say(f"  WARNING: {line(sentence)}")
-            for sentence in (*done.notes, *done.consequences):
-                say(f"  {line(sentence)}")
+    ruled_out: dict[str, int] = {}
+    files = 0
+    for _, group in groupby(import_recordings(mapping, out, data, changes), key=_origin):
+        pieces: list[Imported] = []
+        for done in group:
+            if isinstance(done, Rejected):
+                rows.append({"source": str(done.file), "error": done.why})
+                if not as_json:
+                    say(line(done.why))
+            else:
+                pieces.append(done)
+                rows.append(_row(done))
+        files += bool(pieces)
+        for sentence in dict.fromkeys(own for piece in pieces for own in _consequences(piece)):
+            ruled_out[sentence] = ruled_out.get(sentence, 0) + 1
+        if pieces and not as_json:
+            _tell(pieces)
+    for sentence, count in ruled_out.items() if not as_json else ():
+        say(line(sentence if files == 1 else f"in {count} of {files} files {sentence}"))
     if any("recording" in row for row in rows):
         write_manifest(out, rebuild(out))
     if as_json:
         say(json.dumps(rows, ensure_ascii=False))
     if any("error" in row for row in rows):
         raise typer.Exit(ExitCode.NOT_VALID)
+
+
+def _origin(done: Imported | Rejected) -> tuple[str, ...]:
+    """What pieces of one file with the same channels have in common."""
+    from bench.recording import Rejected
+
+    return (str(done.file),) if isinstance(done, Rejected) else (str(done.source), *done.recording.channels)
+
+
+def _row(done: Imported) -> dict[str, Any]:
+    recording = done.recording
+    return {
+        "source": str(done.source),
+        "recording": str(recording.path),
+        "rows": recording.size,
+        "sample_rate": recording.sample_rate,
+        "channels": recording.channels,
+        "consequences": done.consequences,
+        "notes": done.notes,
+        "warnings": done.warnings,
+    }
+
+
+def _consequences(done: Imported) -> list[str]:
+    """What a recording's missing channels rule out, without its name: pieces and files mostly lack the same ones."""
+    return [sentence.removeprefix(f"{done.recording.path}: ") for sentence in done.consequences]
+
+
+def _tell(pieces: Sequence[Imported]) -> None:
+    """The recordings made of one file, in a line; what was done to it, and what cannot be."""
+    recordings = [piece.recording for piece in pieces]
+    rows = sum(own.size for own in recordings)
+    name = str(recordings[0].path)
+    if len(recordings) > 1:
+        name += f" to {recordings[-1].path.name}"
+    number = f"{len(recordings)} recordings, " if len(recordings) > 1 else ""
+    seconds = rows / recordings[0].sample_rate
+    say(f"{name}: {number}{rows} rows ({seconds:.1f} s) of {', '.join(recordings[0].channels)}")
+    for sentence in dict.fromkeys(own for piece in pieces for own in piece.warnings):
+        say(f"  WARNING: {line(sentence)}")
+    for sentence in dict.fromkeys(own for piece in pieces for own in piece.notes):
+        say(f"  {line(sentence)}")
 
 
 def parsed_changes(given: list[str]) -> dict[str, Any]:

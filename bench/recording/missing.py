@@ -19,7 +19,7 @@ _RULES_OUT: dict[str, str] = {
 def consequences(recording: Recording) -> tuple[str, ...]:
     """Say for each missing channel, in one sentence, what it rules out; derived velocities are not missing."""
     return tuple(
-        f"{recording.path}: there is no channel '{name}', so there is {effect} from this recording."
+        f"{recording.path}: there is no channel '{name}', so there is {effect}."
         for name, effect in _RULES_OUT.items()
         if name not in recording
     )

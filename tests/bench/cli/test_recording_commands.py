@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import h5py
+import numpy as np
 import pytest
 from typer.testing import CliRunner, Result
 
@@ -129,3 +130,37 @@ file = "a.csv"
     again = _bench("import", tmp_path / "map.toml", "--data", tmp_path / "csv", "--out", tmp_path / "out")
     assert again.exit_code == 6
     assert "does not overwrite" in again.stdout
+
+
+def test_import_has_a_line_a_file_and_says_once_what_is_missing(tmp_path: Path) -> None:
+    time = 0.01 * np.arange(2000)
+    for name in ("a", "b"):
+        table = np.column_stack([time, 3.0 * time])
+        np.savetxt(tmp_path / f"{name}.csv", table, delimiter=",", header="t,q", comments="")
+    (tmp_path / "map.toml").write_text(
+        """
+campaign_id = "rig"
+started_at = 2026-01-01T00:00:00Z
+gearbox.ratio = 10.0
+pieces.seconds = 2.0
+channels.time = {variable = "t", unit = "s"}
+channels.load_angle = {variable = "q", unit = "rad"}
+[[recordings]]
+file = "a.csv"
+[[recordings]]
+file = "b.csv"
+started_at = 2026-01-02T00:00:00Z
+""",
+        encoding="utf-8",
+    )
+    result = _bench("import", tmp_path / "map.toml", "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    said = result.stdout.splitlines()
+    for name in ("a", "b"):
+        begin = (
+            f"{tmp_path / 'out' / name}-01.h5 to {name}-10.h5: 10 recordings, 2000 rows (20.0 s) of time, load_angle"
+        )
+        assert said.count(begin) == 1, result.stdout
+    lacks = [own for own in said if "no channel 'motor_torque'" in own]
+    assert len(lacks) == 1, result.stdout
+    assert lacks[0].startswith("in 2 of 2 files there is no channel 'motor_torque', so there is no ")
