@@ -73,10 +73,9 @@ _ONE: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
         ("since_reversal", ("d",)),
         ("elapsed", ("d",)),
         ("speeding_up", ("d",)),
+        # not times the load: its mean is a gain, and the ratio that varies over the angle would take the name of that
         ("angle", ("d",)),
         ("angle", ("1",)),
-        ("angle", ("tau",)),
-        ("angle", ("d*abs_tau",)),
     ),
     LOAD_TORQUE: (
         ("load_motor_torque", ("1",)),

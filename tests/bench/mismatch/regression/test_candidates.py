@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bench.mismatch.regression.candidates import _of_product, free_candidates, knots_of
-from bench.simulation.terms import MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
+from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 from tests.bench.mismatch.regression.synthetic import campaign
 
 
@@ -34,3 +34,13 @@ def test_a_heat_capacity_that_depends_on_temperature_can_be_drawn() -> None:
     """The temperature's functions hold one that divides loss and cooling alike."""
     found = [f for f in free_candidates(TEMPERATURE, campaign()) if f.grids[0].over == ("temperature",)]
     assert any({g.times for g in f.grids} == {"1", "power"} for f in found)
+
+
+def test_bending_of_the_torque_sensor_can_be_drawn_and_a_gain_of_the_motor_torque_cannot() -> None:
+    """A function of the angle times the load: its mean is a gain, which has a name in the motor torque."""
+    own = {
+        c: {(f.grids[0].over, g.times) for f in free_candidates(c, campaign()) for g in f.grids}
+        for c in (LOAD_TORQUE, MOTOR_TORQUE)
+    }
+    assert (("angle",), "load_motor") in own[LOAD_TORQUE]
+    assert not {(("angle",), "tau"), (("angle",), "d*abs_tau")} & own[MOTOR_TORQUE]

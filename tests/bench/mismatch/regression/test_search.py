@@ -69,13 +69,6 @@ def test_what_changes_more_often_than_levels_may_is_no_levels() -> None:
     assert not any(levels_of(c.main.regressor) for c in found.chosen)
 
 
-def test_what_changes_with_the_angle_in_proportion_to_the_load_is_a_function_of_the_angle() -> None:
-    bending = 0.3 * FRAME.torque_level / 500.0 * np.cos(2.0 * FRAME.q + 0.7)
-    found = searched(made(bending)).model
-    assert {c.main.regressor.variables for c in found.chosen} == {("angle",)}
-    assert {c.effect for c in found.chosen} == {"unknown"}
-
-
 def test_a_hump_at_one_speed_is_a_function_of_the_speed_and_no_stribeck_curve() -> None:
     speed = np.abs(FRAME.velocity)
     hump = 0.25 * FRAME.direction * np.exp(-((np.log(speed / 0.03) / 0.3) ** 2))
