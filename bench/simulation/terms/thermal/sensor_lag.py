@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms.base import TEMPERATURE, Form, Point, Symbol, Term, columns, logarithmic
-from bench.simulation.terms.memory import integral, lag
+from bench.simulation.terms.memory import campaign_lag, integral, lag
 
 
 def _grid(_: Frame) -> tuple[Point, ...]:
@@ -16,6 +16,11 @@ def _lagging(frame: Frame, point: Point) -> FloatArray:
     return columns(-integral(frame.power - lag(frame.power, frame, point[0]), frame))
 
 
+def _lagging_on(frame: Frame, point: Point) -> FloatArray:
+    # what a warm-up has not yet brought to the sensor comes in the recordings after it
+    return columns(-integral(frame.power - campaign_lag(frame.power, frame, point[0]), frame))
+
+
 PER_C = Symbol("1/C", "K/J", "one over the heat capacity", 0.0)
 TAU = Symbol("tau_s", "s", "time constant of the sensor", 0.0)
 
@@ -25,6 +30,11 @@ TERM = Term(
     equation="tau_s*dT_s/dt = T - T_s: the PT100 reads T_s",
     reference="IEC 60751, response time; Incropera, Fundamentals of Heat and Mass Transfer, ch. 5",
     where="temperature in the first minutes after the loss changes",
-    forms={TEMPERATURE: (Form("first_order", _lagging, (PER_C,), (TAU,), _grid),)},
+    forms={
+        TEMPERATURE: (
+            Form("first_order", _lagging, (PER_C,), (TAU,), _grid),
+            Form("first_order_kept", _lagging_on, (PER_C,), (TAU,), _grid, remembers=True),
+        )
+    },
     variables=("transient",),
 )

@@ -1,0 +1,42 @@
+"""A thermometer behind its pocket: what a warm-up has not yet brought to it comes in the recording after it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.simulation.frame import FloatArray
+from bench.simulation.terms import LIBRARY, TEMPERATURE
+from bench.simulation.terms.base import Form
+from bench.simulation.terms.memory import integral
+from tests.bench.simulation.terms.frames import ROWS, STEP_S, frame
+
+LOSS_W, CAPACITY, TAU_S = 300.0, 2.5e4, 8.0
+
+
+def test_the_sensor_goes_on_rising_in_the_recording_after_a_warm_up() -> None:
+    """Ts lags T, which rises by the loss until the first recording ends; both are written down here by hand."""
+    rows = frame().take(slice(0, 2 * ROWS))
+    clock = STEP_S * np.arange(rows.size)
+    end = clock[ROWS - 1] + 0.5 * STEP_S
+    heated = replace(rows, time=np.asarray(clock, dtype=np.float64), power=np.where(clock < end, LOSS_W, 0.0))
+    rate = LOSS_W / CAPACITY
+    while_warming = rate * (clock - TAU_S * (1.0 - np.exp(-clock / TAU_S)))
+    behind = rate * TAU_S * (1.0 - np.exp(-end / TAU_S))
+    sensed = np.where(clock < end, while_warming, rate * end - behind * np.exp(-(clock - end) / TAU_S))
+    # the loss before the first recording is not known: the state begins as if it had always been there
+    sensed = sensed + rate * TAU_S * (1.0 - np.exp(-clock / TAU_S))
+    kept = LIBRARY["thermal.sensor_lag"].form(TEMPERATURE, "first_order_kept")
+    fresh = LIBRARY["thermal.sensor_lag"].form(TEMPERATURE, "first_order")
+    assert kept is not None
+    assert fresh is not None
+    own = slice(ROWS, None)
+    risen = sensed[own] - sensed[ROWS]
+    assert risen[-1] > 0.05
+
+    def told(form: Form) -> FloatArray:
+        out = (integral(heated.power, heated) + form.columns(heated, (TAU_S,))[:, 0]) / CAPACITY
+        return np.asarray(out[own])
+
+    assert told(kept) == pytest.approx(risen, abs=0.01 * risen[-1])
+    assert np.abs(told(fresh)).max() < 1e-12
