@@ -161,10 +161,17 @@ def _look(folders: Sequence[Path], out: Path, tell: Tell) -> Report:
 def _over(report: Report, scene: Scene, asked: Asked, log: Log) -> str:
     """Why it ends before a choice; empty where it goes on."""
     if not scene.asked:
-        return f"undetermined: {report.why}" if report.why and not report.findings else "all is named"
+        return settled(len(report.findings), report.why)
     if len(log.steps) >= asked.experiments:
         return f"{asked.experiments} experiments are run, as many as asked for"
     return "the budget of bench time is spent" if scene.hours <= 0.0 else ""
+
+
+def settled(findings: int, why: str) -> str:
+    """Why nothing is asked after a report with so many ``findings``; ``why`` it found none, where it could not."""
+    if findings:
+        return "all is named"
+    return f"undetermined: {why}" if why else "nothing is found that the simulation leaves out, so there is no question"
 
 
 def _nothing_more(scene: Scene) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.investigate.proof.run import ASKED, EXPERIMENTS, GRID, OPEN, RANDOM, RIGHT, WAYS, WRONG
+from bench.investigate.proof.run import ASKED, EXPERIMENTS, GRID, OPEN, RANDOM, RIGHT, UNSEEN, WAYS, WRONG
 from bench.proof.marked import between, table
 from bench.proof.statistics import clopper_pearson
 
@@ -38,18 +38,18 @@ def _share(hits: int, trials: int) -> str:
 
 
 def _ways(rows: Rows) -> list[str]:
-    """Only plants that the first campaign left open: those are the question."""
+    """Plants that the first campaign left open, for those are the question; then all plants, as they end."""
     cells = []
     for way in WAYS:
-        own = [row for row in rows if row["way"] == way and row["first"] == OPEN]
-        right = [row for row in own if row["result"] == RIGHT]
-        hours = [row["hours_to_name"] for row in right if row["hours_to_name"] is not None]
+        every = [row for row in rows if row["way"] == way]
+        own = [row for row in every if row["first"] == OPEN]
+        hours = [row["hours_to_name"] for row in own if row["result"] == RIGHT and row["hours_to_name"] is not None]
         cells.append([
             WORDS[way],
-            _share(len(right), len(own)),
-            _share(sum(row["result"] == WRONG for row in own), len(own)),
+            *(_share(sum(row["result"] == result for row in own), len(own)) for result in (RIGHT, WRONG)),
             f"{np.median(hours):.2f} ({min(hours):.2f} to {max(hours):.2f})" if hours else "none",
             f"{np.mean([row['hours'] for row in own]):.2f}" if own else "not run",
+            *(_share(sum(row["result"] == result for row in every), len(every)) for result in (RIGHT, WRONG)),
         ])  # fmt: skip
     head = [
         f"experiments, {EXPERIMENTS} at most",
@@ -57,14 +57,16 @@ def _ways(rows: Rows) -> list[str]:
         "wrongly named",
         "h of bench time to a right name, median (range)",
         "h run, mean of all",
+        "of all plants: rightly named",
+        "wrongly named",
     ]
-    told = {(row["seed"], row["case"]): row["first"] for row in rows}
-    first = [
-        f"After the first campaign alone: {sum(f == OPEN for f in told.values())} of {len(told)} plants open (the "
-        f"table is of these), {sum(f == RIGHT for f in told.values())} rightly named, "
-        f"{sum(f == WRONG for f in told.values())} wrongly."
-    ]
-    return [*first, "", *table(head, cells)]
+    first = [row["first"] for row in {(row["seed"], row["case"]): row for row in rows}.values()]
+    text = (
+        f"After the first campaign alone: {first.count(OPEN)} of {len(first)} plants open (the first five columns are "
+        f"of these), {first.count(RIGHT)} rightly named, {first.count(WRONG)} wrongly; in {first.count(UNSEEN)} "
+        "nothing was found in the channel of the effect, which leaves no question there."
+    )
+    return [text, "", *table(head, cells)]
 
 
 def _plants(rows: Rows) -> list[str]:

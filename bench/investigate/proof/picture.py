@@ -8,9 +8,9 @@ from typing import Any
 
 from bench.errors import BenchError
 from bench.investigate.proof.page import WORDS
-from bench.investigate.proof.run import OPEN, RIGHT, WAYS, WRONG
+from bench.investigate.proof.run import OPEN, RIGHT, UNSEEN, WAYS, WRONG
 
-_SIGNS = {RIGHT: ("o", "full"), OPEN: ("o", "none"), WRONG: ("x", "full")}
+_SIGNS = {RIGHT: ("o", "full"), OPEN: ("o", "none"), WRONG: ("x", "full"), UNSEEN: ("s", "none")}
 
 
 def draw(content: Mapping[str, Any], target: Path) -> Path:

@@ -24,7 +24,7 @@ EXPERIMENTS = 3
 HOURS = 12.0
 ASKED, RANDOM, GRID = "asked", "random", "grid"
 WAYS = (ASKED, RANDOM, GRID)
-RIGHT, WRONG, OPEN = "right", "wrong", "open"
+RIGHT, WRONG, OPEN, UNSEEN = "right", "wrong", "open", "nothing found"
 
 
 @dataclass(slots=True)
@@ -89,14 +89,17 @@ def repeated(grid: list[Candidate]) -> Callable[[Scene, int, int], tuple[Candida
 def judged(report: dict[str, Any], truth: dict[str, Any]) -> str:
     """How the concealed effect stands in a report: right where it is named, wrong where another name has its place.
 
-    Any other named finding in a channel of the effect is wrong; anything else is open.
+    Any other named finding in a channel of the effect is wrong; without a finding there it is unseen; anything else is
+    open.
     """
     own = truth["effects"][0]
     here = [f for f in report["findings"] if {f["channel"], *f["also_in"]} & set(own["channels"])]
     named = {f["effect"] for f in here if f["status"] == "named"}
     if own["effect"] in named:
         return RIGHT
-    return WRONG if named and all(f["status"] == "named" for f in here) else OPEN
+    if not here:
+        return UNSEEN
+    return WRONG if all(f["status"] == "named" for f in here) else OPEN
 
 
 def run(case: Any, seed: int, tell: Callable[[str], None] = lambda _: None) -> list[dict[str, Any]]:

@@ -8,9 +8,10 @@ from typing import Any
 import pytest
 
 from bench.errors import BenchError
+from bench.investigate.loop import settled
 from bench.investigate.proof.page import BEGIN, END, into, tables
 from bench.investigate.proof.picture import draw
-from bench.investigate.proof.run import OPEN, RIGHT, WAYS, WRONG, judged
+from bench.investigate.proof.run import OPEN, RIGHT, UNSEEN, WAYS, WRONG, judged
 
 TRUTH = {"effects": [{"effect": "te.hysteresis", "also": ["te.lost_motion"], "channels": ["transmission_error"]}]}
 
@@ -35,8 +36,9 @@ def test_a_report_is_right_wrong_or_open() -> None:
     assert told(_finding("te.hysteresis", "named")) == RIGHT
     assert told(_finding("te.lost_motion", "named")) == WRONG
     assert told(_finding("te.lost_motion", "ambiguous")) == OPEN
-    assert told(_finding("friction.stribeck", "named", "motor_torque")) == OPEN
-    assert told() == OPEN
+    assert told(_finding("te.lost_motion", "named"), _finding("unknown", "unknown")) == OPEN
+    assert told(_finding("friction.stribeck", "named", "motor_torque")) == UNSEEN
+    assert told() == UNSEEN
 
 
 def test_plants_that_were_never_open_are_counted_and_not_in_the_shares() -> None:
@@ -49,9 +51,26 @@ def test_plants_that_were_never_open_are_counted_and_not_in_the_shares() -> None
     assert "2 of 9 plants done" in text
 
 
+def test_a_plant_in_which_nothing_was_found_is_no_question_but_one_of_all_plants() -> None:
+    rows = [_row(way, RIGHT) for way in WAYS]
+    rows += [_row(way, UNSEEN, UNSEEN, "ambiguous-001") for way in WAYS]
+    text = tables({"campaigns": rows, "asked": 9, "command": "c"})
+    assert "1 of 2 plants open" in text
+    assert "in 1 nothing was found" in text
+    cells = next(line for line in text.splitlines() if line.startswith("| designed |")).split(" | ")
+    assert cells[1].startswith("1 of 1 ")
+    assert cells[5].startswith("1 of 2 ")
+
+
+def test_an_end_without_a_finding_does_not_say_that_all_is_named() -> None:
+    assert settled(1, "") == "all is named"
+    assert settled(0, "").startswith("nothing is found")
+    assert settled(0, "one recording only") == "undetermined: one recording only"
+
+
 def test_nothing_run_claims_nothing_and_the_page_keeps_its_words() -> None:
     page = into(f"# Words\n\n{BEGIN}\noutdated\n{END}\n\nmore\n", {"campaigns": [], "asked": 9, "command": "c"})
-    assert "| designed | not run | not run | none | not run |" in page
+    assert "| designed | not run | not run | none | not run | not run | not run |" in page
     assert page.startswith("# Words")
     assert page.endswith("more\n")
     assert "outdated" not in page
@@ -59,6 +78,7 @@ def test_nothing_run_claims_nothing_and_the_page_keeps_its_words() -> None:
 
 def test_open_plants_are_drawn_and_none_is_refused(tmp_path: Path) -> None:
     rows = [_row(way, result) for way, result in zip(WAYS, (RIGHT, OPEN, WRONG), strict=True)]
+    rows += [_row(WAYS[0], UNSEEN, OPEN, "ambiguous-001")]
     assert draw({"campaigns": rows}, tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
     with pytest.raises(BenchError, match="no plant was left open"):
         draw({"campaigns": [_row(way, RIGHT, RIGHT) for way in WAYS]}, tmp_path / "b.png")
