@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -106,22 +107,23 @@ def run(case: Any, seed: int, tell: Callable[[str], None] = lambda _: None) -> l
     """A row for each way; all start from the same campaign and the same look at it."""
     with TemporaryDirectory() as place:
         work = Path(place)
-        truth = HiddenBench(case).begin(work / "first")
+        begun = HiddenBench(case)
+        truth = begun.begin(work / "first")
         first = compare(work / "first", work / "look")
-        begun = judged(first.to_json(), truth)
+        stands = judged(first.to_json(), truth)
         counted = _Counted()
         rows = []
         for way in WAYS:
-            lab = HiddenBench(case)
-            lab.begin(work / way / "first")
+            # each way goes on from the same history; none changes what was recorded in it
+            lab = copy(begun)
             choices: dict[str, Choice] = {
                 ASKED: counted.designed,
                 RANDOM: counted.others(drawn(seed), "as many points at random"),
                 GRID: counted.others(repeated(lab.grid()), "as many points of the grid again"),
             }
             at = time.process_time()
-            row = _one(lab, work / way, first, truth, choices[way])
-            row |= {"way": way, "first": begun, "processor_s": round(time.process_time() - at, 1)}
+            row = _one(lab, work / "first", work / way, first, truth, choices[way])
+            row |= {"way": way, "first": stands, "processor_s": round(time.process_time() - at, 1)}
             rows.append(_about(case, seed, truth) | row)
             tell(f"{case.name} of seed {seed}, {way}: {row['result']} after {row['experiments']}")
         return rows
@@ -132,13 +134,13 @@ def _about(case: Any, seed: int, truth: dict[str, Any]) -> dict[str, Any]:
     return {"case": case.name, "seed": seed, "effect": own["effect"], "also": own["also"], "strength": own["strength"]}
 
 
-def _one(lab: HiddenBench, work: Path, first: Report, truth: dict[str, Any], choose: Choice) -> dict[str, Any]:
-    log = investigate(
-        work / "first", work / "out", lab, Asked(hours=HOURS, experiments=EXPERIMENTS), choose, first=first
-    )
+def _one(
+    lab: HiddenBench, folder: Path, out: Path, first: Report, truth: dict[str, Any], choose: Choice
+) -> dict[str, Any]:
+    log = investigate(folder, out, lab, Asked(hours=HOURS, experiments=EXPERIMENTS), choose, first=first)
     steps = log.to_json()["steps"]
     results = [
-        judged(json.loads((work / "out" / f"{LOOK}-{k}" / "report.json").read_text("utf-8")), truth)
+        judged(json.loads((out / f"{LOOK}-{k}" / "report.json").read_text("utf-8")), truth)
         for k in range(1, len(steps) + 1)
     ]
     last = results[-1] if results else judged(first.to_json(), truth)
