@@ -12,6 +12,7 @@ from bench.identification.balances.load_side import LOAD_UNITS
 from bench.identification.balances.slow_equations import FRICTION_UNITS
 from bench.identification.identify import Identification
 from bench.identification.left import left_entry
+from bench.identification.loads import loads_entry
 from bench.identification.plausible import KEY, implausible
 from bench.identification.sensitivity import doubling_changes
 from bench.identification.statistics.freedom import freedom_entry
@@ -81,7 +82,11 @@ def to_simulation(found: Identification, method: str = "refined") -> Simulation:
         rests = freedom_entry({name: float(result.freedom) for name, result in found.refined.items()})
         chosen = tuple(float(f) for f in found.orders)
         # the paper's method has no standard deviations, so nothing that they could rest on
-        behind: dict[str, Any] = {**(rests if method == "refined" else {}), **left_entry(found.scores, method)}
+        behind: dict[str, Any] = {
+            **(rests if method == "refined" else {}),
+            **left_entry(found.scores, method),
+            **loads_entry(found.refined),
+        }
         simulation = simulation.with_term(
             Term("te.fourier", orders=chosen, coefficients=series.coefficients, extra=behind)
         )

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2, f, norm, t
 
+from bench.identification.loads import same_loads
 from bench.identification.statistics.freedom import parameter_freedom, series_freedom
 from bench.simulation import TERM_COUNT, FourierSet, Simulation, basis
 
@@ -135,8 +136,13 @@ def _orders(a: FourierSet, b: FourierSet, direction: str, sign: float, freedom: 
     return out
 
 
-def _offset(a: FourierSet, b: FourierSet, direction: str, sign: float, freedom: tuple[float, float]) -> Change:
-    """Compliance, the part of a₀ that torque makes: −∂a₀/∂τ at the middle of the ranges."""
+def _offset(
+    a: FourierSet, b: FourierSet, direction: str, sign: float, freedom: tuple[float, float], same_range: bool
+) -> Change:
+    """Compliance, the part of a₀ that torque makes: −∂a₀/∂τ at the middle of the ranges.
+
+    It is judged over one range of torques only: a polynomial over another range has another slope of the same curve.
+    """
     x = basis(0.0, sign * np.deg2rad(5.0), 30.0)
     gradient = np.zeros(TERM_COUNT)
     gradient[3], gradient[6], gradient[7] = 1.0, x[4], x[5]
@@ -144,7 +150,7 @@ def _offset(a: FourierSet, b: FourierSet, direction: str, sign: float, freedom: 
     p_value = std = float("nan")
     covariances = (a.offset_covariance, b.offset_covariance)
     # without several torques there is no term of the torque, and no compliance
-    if all(covariance is not None and covariance[3, 3] > 0.0 for covariance in covariances):
+    if same_range and all(covariance is not None and covariance[3, 3] > 0.0 for covariance in covariances):
         assert a.offset_covariance is not None
         assert b.offset_covariance is not None
         one, two = (float(np.sqrt(gradient @ c @ gradient)) for c in (a.offset_covariance, b.offset_covariance))
@@ -173,7 +179,7 @@ def compare(before: Simulation, after: Simulation) -> list[Change]:
             if a is not None and b is not None:
                 freedom = series_freedom(before, direction), series_freedom(after, direction)
                 changes += _orders(a, b, direction, sign, freedom)
-                changes.append(_offset(a, b, direction, sign, freedom))
+                changes.append(_offset(a, b, direction, sign, freedom, same_loads(before, after, direction)))
     verdicts = holm([c.p_value for c in changes])
     marked = [
         Change(c.what, c.kind, c.unit, c.before, c.after, c.std, c.p_value, verdict)

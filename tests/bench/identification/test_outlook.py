@@ -18,6 +18,7 @@ from bench.identification import Identification, to_simulation
 from bench.identification.comparison.compare import compare, holm
 from bench.identification.compensation.c_export import export_c
 from bench.identification.compensation.feedforward import Loop, Series, input_angle, ripple_free, steady_phases
+from bench.identification.loads import KEY, torque_range
 from bench.identification.report import write_report
 from bench.simulation import Parameter, Simulation, Term, TransmissionErrorModel
 from tests.bench.identification.synthetic import true_model
@@ -154,6 +155,30 @@ def test_what_only_one_of_two_has_measured_is_not_judged(found: Identification) 
         assert np.isnan(judged[what].p_value)
     assert not any(c.changed for c in judged.values())
     assert np.isfinite(judged["compliance, negative"].p_value)
+
+
+@pytest.mark.parametrize(
+    ("torques", "judged"),
+    [([-600.0, 600.0], True), ([-560.0, 610.0], True), ([0.0, 600.0], False), ([-600.0, 300.0], False), (None, False)],
+)
+def test_compliance_is_judged_over_one_range_of_torques_only(
+    found: Identification, torques: list[float] | None, judged: bool
+) -> None:
+    before = to_simulation(found)
+    series = before.terms["te.fourier"]
+    stated = before.with_term(replace(series, extra={**series.extra, KEY: {"positive": [-600.0, 600.0]}}))
+    other = {} if torques is None else {KEY: {"positive": torques}}
+    after = before.with_term(replace(series, extra={k: v for k, v in series.extra.items() if k != KEY} | other))
+    changes = {c.what: c for c in compare(stated, after)}
+    assert np.isfinite(changes["compliance, positive"].p_value) == judged
+    # the orders have covariances of their own points
+    assert np.isfinite(changes["order 46, positive"].p_value)
+
+
+def test_the_range_of_torques_of_the_recordings_stands_beside_the_series(found: Identification) -> None:
+    for direction, result in found.refined.items():
+        torque = result.design.inputs[:, 0]
+        assert torque_range(to_simulation(found), direction) == pytest.approx((torque.min(), torque.max()), abs=1e-3)
 
 
 def test_parameters_without_deviation_are_not_judged() -> None:
