@@ -81,7 +81,9 @@ def composed_candidates(channel: str, frame: Frame, turning: Collection[str] | N
         for name in joints:
             yield from _together(channel, [acceleration_of(name)], frame)
             yield from _together(channel, [f"carried({f}({OWN_ANGLE}), {name})" for f in ("cos", "sin")], frame)
-    single = [f"{f}({n})" for n in names for f in ("sign", "abs", "rate")]
+    # the size of what never changes its sign is itself
+    single = [f"{f}({n})" for n in names if np.ptp(np.sign(frame.aux[n])) > 1.0 for f in ("sign", "abs")]
+    single += [f"rate({n})" for n in names]
     pairs = [f"product({a}, {b})" for a, b in combinations(names, 2)]
     for name in (*single, *pairs):
         grid = _straight(name, "1", frame)

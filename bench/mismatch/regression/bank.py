@@ -216,8 +216,8 @@ def solve(normal: Normal, precision: FloatArray | float = 0.0) -> tuple[FloatArr
 
 
 def fit(bank: Bank, index: Sequence[int], variances: Sequence[float], precision: FloatArray | float = 0.0) -> Fit:
-    """Fit the columns ``index`` with the likeliest of the offsets' ``variances`` (ascending), uphill from the last
-    one.
+    """Fit the columns ``index`` with the likeliest of the offsets' ``variances`` (ascending): uphill from the last one
+    and from both ends.
     """
     tried: dict[int, Fit] = {}
     gram = bank.gram(index)
@@ -228,11 +228,16 @@ def fit(bank: Bank, index: Sequence[int], variances: Sequence[float], precision:
             tried[place] = Fit(tuple(index), coefficients, covariance, variances[place], likelihood)
         return tried[place].likelihood
 
-    here = min(bank.likeliest, len(variances) - 1)
-    while True:
-        around = range(max(here - 1, 0), min(here + 2, len(variances)))
-        best = max(around, key=lambda k: (at(k), k == here))
-        if best == here:
-            bank.likeliest = here
-            return tried[here]
-        here = best
+    def uphill(here: int) -> int:
+        while True:
+            around = range(max(here - 1, 0), min(here + 2, len(variances)))
+            best = max(around, key=lambda k: (at(k), k == here))
+            if best == here:
+                return here
+            here = best
+
+    # what differs between recordings is in the offsets or in the columns: there may be a hill for each
+    last = len(variances) - 1
+    found = max((uphill(start) for start in (min(bank.likeliest, last), 0, last)), key=at)
+    bank.likeliest = found
+    return tried[found]

@@ -400,6 +400,7 @@ def _best(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) -> Chosen |
     order = np.argsort(-seen.gain)
     named: dict[str, dict[str, int]] = {}
     free: dict[tuple[str, ...], int] = {}
+    other: dict[tuple[str, ...], dict[tuple[str, ...], int]] = {}
     for k in order:
         if seen.gain[k] < min(seen.price, 0.3 * seen.gain[order[0]]) or not np.isfinite(seen.gain[k]):
             break
@@ -414,15 +415,17 @@ def _best(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) -> Chosen |
                 if len(forms) < MOST_FORMS:
                     forms.setdefault(regressor.form.name, int(k))
         elif _auxiliary(regressor):
-            if len(free) < SHORT_LIST and beside < MOST_AUXILIARY:
-                free.setdefault(regressor.variables, int(k))
-        elif len(free) < SHORT_LIST and _still_open(regressor, taken, whole, more):
+            if beside < MOST_AUXILIARY and (len(free) + len(other) < SHORT_LIST or regressor.variables in other):
+                # whether it is drag or grows with speed is known when all else is fitted beside each
+                ways = other.setdefault(regressor.variables, {})
+                if len(ways) < MOST_FORMS:
+                    ways.setdefault(tuple(grid.times for grid in regressor.grids), int(k))
+        elif len(free) + len(other) < SHORT_LIST and _still_open(regressor, taken, whole, more):
             sudden = ("",) if spell_of(regressor) else ()
             free.setdefault((*regressor.variables, *sudden), int(k))
-    if not named and not free:
-        return None
     asked = [k for forms in named.values() for k in forms.values()]
-    if max(seen.gain[k] for k in (*asked, *free.values())) < seen.price:
+    nameless = [*free.values(), *(k for ways in other.values() for k in ways.values())]
+    if max((seen.gain[k] for k in (*asked, *nameless)), default=-np.inf) < seen.price:
         return None
     best: tuple[float, Chosen] | None = None
     nominal = any(LIBRARY[effect].nominal for effect in named)
@@ -441,7 +444,7 @@ def _best(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) -> Chosen |
     if best is not None and best[0] - start < seen.price:
         best = None
     first = best
-    functions = [timed(model, search.blocks[k]) for k in free.values() if seen.gain[k] >= seen.price]
+    functions = [timed(model, search.blocks[k]) for k in nameless if seen.gain[k] >= seen.price]
     functions += [
         b
         for b in _levels(model)
@@ -455,7 +458,7 @@ def _best(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) -> Chosen |
             continue
         if model.noise.telling is not None:
             joint = model.refitted([*model.chosen, candidate])
-            if not sound_beside(search, model.chosen, joint):
+            if not sound_beside(search, model.chosen, candidate.main, joint):
                 continue
         # a name says more than a free function, and nature's form of it need not be the library's: the free
         # function has to predict better by more than that to take its place
@@ -628,7 +631,7 @@ def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen
     fitted = fit_blocks(bank, [*beside, main], model.variances)
     if not admissible(better, *fitted.of(main.place)):
         return None
-    if problem.free and not (sound_beside(search, others, fitted) and not _taking(search, main, others, fitted)):
+    if problem.free and not (sound_beside(search, others, main, fitted) and not _taking(search, main, others, fitted)):
         return None
     for other in others:
         # two of one kind with opposite signs are another curve in disguise
@@ -644,9 +647,10 @@ def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen
     return with_shape(problem, bank, main, shape, criteria.SHAPE * size)
 
 
-def sound_beside(search: Search, others: Sequence[Chosen], fitted: Fit) -> bool:
+def sound_beside(search: Search, others: Sequence[Chosen], by: Block, fitted: Fit) -> bool:
     """Whether an effect leaves terms physically possible that are so without it: friction that it makes negative is no
-    friction, but what it takes from it.
+    friction, but what it takes from it. An inertia that comes out negative beside drag is another matter: of a term
+    that it shares next to nothing with it takes nothing.
     """
     model = search.model
     plain = model.refitted(others)
@@ -654,9 +658,18 @@ def sound_beside(search: Search, others: Sequence[Chosen], fitted: Fit) -> bool:
         own = block.regressor
         if not isinstance(own, Named) or not admissible(own, *plain.of(block.place)):
             continue
-        if not admissible(own, *fitted.of(block.place)):
+        if not admissible(own, *fitted.of(block.place)) and _shared(model.bank, block, by, fitted) > criteria.SHAPE**2:
             return False
     return True
+
+
+def _shared(bank: Bank, first: Block, second: Block, fitted: Fit) -> float:
+    """Share of the energy of a fitted block's course that the course of another follows."""
+    gram = bank.gram([*first.place, *second.place])
+    size = len(first.place)
+    a, b = fitted.of(first.place)[0], fitted.of(second.place)[0]
+    across = float(a @ gram[:size, size:] @ b)
+    return across**2 / max(float(a @ gram[:size, :size] @ a) * float(b @ gram[size:, size:] @ b), 1e-300)
 
 
 def _taking(search: Search, main: Block, others: Sequence[Chosen], fitted: Fit) -> bool:

@@ -120,7 +120,7 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
     gain = float((whole - nothing).sum())
     found = [c for c in _rivals(search, own, others, seen) if c.effect != own.effect or own.effect == UNKNOWN]
     if model.problem.free:
-        found = [c for c in found if sound_beside(search, others, model.refitted([*others, c]))]
+        found = [c for c in found if sound_beside(search, others, c.main, model.refitted([*others, c]))]
     densities = [search.density([*others, c]) for c in found]
     table = np.array([whole, *densities, nothing])
     # before anything is measured a name is likelier than a free function

@@ -14,10 +14,11 @@ from bench.mismatch.regression.auxiliary import auxiliary_candidates
 from bench.mismatch.regression.discoveries import rows_of
 from bench.mismatch.regression.regressors import UNKNOWN, Free
 from bench.mismatch.regression.search import searched
-from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.frame import FloatArray, Frame, concatenate
 from bench.simulation.model import Simulation
 from bench.simulation.terms import LIBRARY, MOTOR_TORQUE
 from tests.bench.mismatch.regression.synthetic import EACH, RATIO, campaign, problem
+from tests.bench.mismatch.regression.test_free_motion import asked, swinging
 
 CONTENT = {"format": "bench-simulation", "format_version": "1.0", "gearbox": {"ratio": RATIO}}
 SIGMA = 0.02
@@ -72,6 +73,29 @@ def test_drag_that_grows_with_a_pressure_is_found_and_predicted_from_the_file() 
     assert np.std(said - plain - drag) < 0.1 * np.std(drag)
     with pytest.raises(ConfigurationError, match="no quantity 'aux/oil'"):
         predictor.channel(MOTOR_TORQUE, replace(frame, aux={}))
+
+
+def test_a_cylinder_whose_seals_grip_with_the_pressure_has_an_area_and_a_friction() -> None:
+    """The pressure falls a little where the rod goes in: inside a recording it tells the direction, not the area."""
+    parts = []
+    rng = np.random.default_rng(5)
+    for number, pressure in enumerate(np.repeat([1e5, 3e5, 5e5, 7e5], 3)):
+        own = swinging(pieces=6, seed=number)
+        own = replace(own, recording=np.full(own.size, number, dtype=np.int64), time=own.time + 100.0 * number)
+        own = replace(own, aux={"pressure": pressure - 4e3 * own.direction + rng.normal(0.0, 200.0, own.size)})
+        parts.append(own)
+    frame = concatenate(parts)
+    pressure = frame.aux["pressure"]
+    friction = (4.0 + 5e-6 * pressure) * frame.direction + 0.5 * frame.omega
+    y = 5e-4 * pressure + friction + rng.normal(0.0, 0.5, frame.size)
+    terms = ("friction.coulomb", "friction.viscous", "motor.inertia", "motor.torque_offset")
+    search = searched(replace(asked(frame, y, *terms), cut=False))
+    found = {own.main.regressor.grids[0].times: own for own in search.model.chosen if own.effect == UNKNOWN}
+    assert set(found) == {"1", "d"}
+    assert all(own.main.regressor.variables == ("aux/pressure",) for own in found.values())
+    said = search.model.contribution(found["1"], frame)
+    slope = np.polyfit(pressure, said, 1)[0]
+    assert slope == pytest.approx(5e-4, rel=0.02)
 
 
 def test_gravity_that_a_neighbouring_joint_turns_is_found() -> None:

@@ -60,6 +60,21 @@ def test_the_likeliest_variance_of_the_offsets_is_chosen() -> None:
     assert fit(bank, index, ladder).variance == pytest.approx(0.01, rel=2.0)
 
 
+@pytest.mark.parametrize("begin", [0, 17, 35])
+def test_of_two_hills_of_the_likelihood_the_higher_is_found(begin: int) -> None:
+    level = np.linspace(-1.0, 1.0, 8)[FRAME.recording]
+    inside = 0.05 * np.sin(FRAME.elapsed)
+    # over the recordings the slope is 1, inside them 3: one says the offsets are noise, the other that they are large
+    bank, base = banked(problem(FRAME, level + 3.0 * inside + Y), SIGMA, 0.0)
+    index = [*(i for b in base for i in b.place), *bank.add((level + inside)[:, None])]
+    ladder = bank.variances()
+    tried = [fit(bank, index, (v,)).likelihood for v in ladder]
+    hills = [k for k in range(1, len(tried) - 1) if tried[k - 1] < tried[k] >= tried[k + 1]]
+    assert len(hills) > 1 or (hills and tried[0] > tried[1])
+    bank.likeliest = begin
+    assert fit(bank, index, ladder).variance == ladder[int(np.argmax(tried))]
+
+
 def test_points_left_out_are_predicted_as_by_a_refit() -> None:
     bank, blocks, x = made()
     folds = np.array([0, 1, 2, 3, 0, 1, 2, 3])

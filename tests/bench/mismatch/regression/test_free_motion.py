@@ -190,7 +190,22 @@ def test_an_effect_that_makes_friction_negative_is_none(size: float, sound: bool
     coulomb = next(b for b in model.base if b.regressor.effect == "friction.coulomb")
     assert model.fit.of(coulomb.place)[0] > 0.0
     decaying = add_block(model.problem, search.bank, named("friction.stribeck", MOTOR_TORQUE, "exponential", (5.0,)))
-    assert sound_beside(search, [], model.refitted([Chosen(decaying)])) is sound
+    assert sound_beside(search, [], decaying, model.refitted([Chosen(decaying)])) is sound
+
+
+@pytest.mark.parametrize(("name", "sound"), [("pull", False), ("pressure", True)])
+def test_an_effect_takes_nothing_from_a_term_that_it_shares_nothing_with(name: str, sound: bool) -> None:
+    frame = swinging()
+    # what pulls one way with the acceleration may be the inertia; what goes with a pressure is not
+    frame = replace(frame, aux={"pull": np.sign(frame.acceleration), "pressure": np.sin(0.37 * frame.time)})
+    search = begun(asked(frame, plain(frame) + noise(frame), *NOMINAL))
+    model = search.model
+    own = add_block(model.problem, search.bank, free(f"aux/{name}", "1", -1.0, 1.0))
+    fitted = model.refitted([Chosen(own)])
+    (inertia,) = next(b for b in model.base if b.regressor.effect == "motor.inertia").place
+    negative = np.where(np.array(fitted.index) == inertia, -INERTIA, fitted.coefficients)
+    far = np.where(np.array(fitted.index) == own.place[0], 1.0, negative)
+    assert sound_beside(search, [], own, replace(fitted, coefficients=far)) is sound
 
 
 def test_a_table_says_nothing_of_what_a_law_says() -> None:
