@@ -23,6 +23,8 @@ SLOW_S = 1.0
 """longest block of a torque's rows: noise of a bench forgets itself in about as long"""
 LIVELY_S = 0.02
 """longest block just after a start or a reversal, and the shortest elsewhere"""
+ROWS_A_WINDOW = 2.0
+"""of the rates of a free motion, at least: what the window lets pass is not averaged away in a row"""
 HEAT_S = 2.0
 """block of the temperature's rows: its time constants are minutes"""
 TORQUE_STEP = 0.17
@@ -89,7 +91,8 @@ def slow_rows(prepared: Prepared, channel: str, manner: Manner) -> Rows:
     free = manner.free
     torque = manner.torque or 1.0 if free else max(manner.torque, 1.0)
     frame, rate = prepared.frame, prepared.sample_rate
-    shortest = max(1.0, round(LIVELY_S * rate))
+    briefest = min(LIVELY_S, manner.smoothing / ROWS_A_WINDOW) if free else LIVELY_S
+    shortest = max(1.0, round(briefest * rate))
     width = np.where(lively(frame), shortest, max(1.0, round(SLOW_S * rate)))
     step = min(TORQUE_STEP, float(np.ptp(frame.q)) / _CHANGES) if free else TORQUE_STEP
     turning = step * rate / np.maximum(np.abs(frame.velocity), 1e-12)
@@ -97,7 +100,7 @@ def slow_rows(prepared: Prepared, channel: str, manner: Manner) -> Rows:
     parting: IntArray = np.cumsum(_changes(frame.direction, prepared.label, prepared.corner))
     limits = changes(torque, manner.speed)
     if free:
-        limits = np.maximum(limits, _in_a_moment(frame, rate))
+        limits = np.maximum(limits, _in_a_moment(frame, max(1, round(shortest))))
     most = np.full(frame.size, 1.0 / shortest)
     edges = blocks(1.0 / width, most, parting, frame.velocity, frame.torque_level, limits)
     own = prepared.measured[channel]
@@ -146,11 +149,10 @@ def changes(torque: float, speed: float) -> FloatArray:
     return np.array([speed / _CHANGES, torque / _CHANGES])
 
 
-def _in_a_moment(frame: Frame, rate: float) -> FloatArray:
-    """By how much speed and load mostly change within the shortest block (2,): noise of a row tells more than what
-    bends within it.
+def _in_a_moment(frame: Frame, step: int) -> FloatArray:
+    """By how much speed and load mostly change within the shortest block of ``step`` samples (2,): noise of a row tells
+    more than what bends within it.
     """
-    step = max(1, round(LIVELY_S * rate))
     if frame.size <= step:
         return np.zeros(2)
     moved = [np.abs(own[step:] - own[:-step]) for own in (frame.velocity, frame.torque_level)]

@@ -15,6 +15,8 @@ from bench.mismatch.recordings.smoothing import WINDOWS_S, local_quadratic, repa
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray
 
+SHORT_S = (0.004, 0.008, *WINDOWS_S)
+"""lengths of the window that are asked, the shortest first"""
 MOST_RECORDINGS = 6
 """recordings that are asked, spread over the folder"""
 AS_GOOD = 1.02
@@ -30,7 +32,7 @@ def telling_span(recordings: Sequence[Recording], standstill: float) -> float | 
     chosen = asked[:: max(1, -(-len(asked) // MOST_RECORDINGS))]
     if not chosen:
         return None
-    left = {span: _left([_columns(r, span, standstill) for r in chosen]) for span in WINDOWS_S}
+    left = {span: _left([_columns(r, span, standstill) for r in chosen]) for span in SHORT_S}
     least = min(left.values())
     if not np.isfinite(least) or least <= 0.0:
         return None

@@ -7,12 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.mismatch.recordings.dataset import load
 from bench.mismatch.recordings.motion import Manner
+from bench.mismatch.recordings.rows import LIVELY_S
 from bench.mismatch.recordings.window import telling_span
 from bench.recording import Recording
 from tests.bench.importing import builders
 
-RATE, SECONDS, INERTIA = 400.0, 20.0, 2e-3
+RATE, SECONDS, INERTIA = 1000.0, 20.0, 2e-3
 CHANNELS = """
 motor_angle = {variable = "q", unit = "rad"}
 motor_torque = {variable = "M", unit = "N*m"}
@@ -31,7 +33,7 @@ def shaken(folder: Path, hertz: float, noise: float) -> list[Recording]:
     return [builders.one(folder, CHANNELS).recording]
 
 
-@pytest.mark.parametrize(("hertz", "noise", "span"), [(40.0, 1e-7, 0.015), (1.5, 1e-4, 0.06)])
+@pytest.mark.parametrize(("hertz", "noise", "span"), [(150.0, 1e-9, 0.004), (40.0, 1e-7, 0.015), (1.5, 1e-4, 0.06)])
 def test_what_shakes_fast_wants_a_short_window_and_a_coarse_encoder_a_long_one(
     tmp_path: Path, hertz: float, noise: float, span: float
 ) -> None:
@@ -40,6 +42,13 @@ def test_what_shakes_fast_wants_a_short_window_and_a_coarse_encoder_a_long_one(
     manner = Manner.of(recordings)
     assert manner.free
     assert manner.smoothing == span
+
+
+def test_what_the_window_lets_pass_may_have_a_row_of_its_own(tmp_path: Path) -> None:
+    (recording,) = shaken(tmp_path, 150.0, 1e-9)
+    rows = load(recording.path.parent).rows["motor_torque"]
+    steady = np.abs(rows.frame.velocity) > 0.5  # away from reversals, which part rows anyway
+    assert np.mean(rows.number[steady] / RATE < LIVELY_S) > 0.2
 
 
 def test_without_a_torque_nothing_is_asked(tmp_path: Path) -> None:
