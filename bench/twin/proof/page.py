@@ -20,7 +20,7 @@ def tables(content: Mapping[str, Any]) -> str:
     rows: Rows = content["campaigns"]
     lines = [*_false(rows), "", *_seen(rows), "", *_told(rows), "", *_cost(rows), *_at_its_rate(content)]
     made = sorted({f"{row['commit'][:12]}{'+changes' * row['commit'].endswith('+changes')}" for row in rows})
-    told = f"{len(rows)} campaigns run so far of those of `{content['command']}`, commit {', '.join(made) or 'none'}."
+    told = f"{len(rows)} campaigns run of those of `{content['command']}`, commit {', '.join(made) or 'none'}."
     return "\n".join([*lines, "", told])
 
 

@@ -26,7 +26,7 @@ def test_delays_misses_and_false_alarms_are_counted() -> None:
     assert "| with one, alarm before it began | 1 of 3 " in text
     assert "| clear | a pin chips | 5 (5 to 5) | 1 of 2 " in text
     assert "| faint | all | not run | not run |" in text
-    assert "5 campaigns run so far" in text
+    assert "5 campaigns run of those of" in text
 
 
 def test_only_what_stands_between_the_marks_is_replaced() -> None:
