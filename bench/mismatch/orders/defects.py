@@ -35,6 +35,8 @@ MOST_GAUSSIANS = 4
 REACH = 5.0
 """widths within which two pulses are one place"""
 _GRID = 4096
+_SIZES = np.linspace(1.0, 0.125, 8)[:, None]
+"""logarithms of an order's size, over that of the usual one, both against the error: evenly spread"""
 _FAR = 9.0
 """squares over the noise's from which an order counts by their logarithm: it may be one of its own"""
 
@@ -86,10 +88,11 @@ class _Line:
         """
         off = 0.5 * np.abs(self.vectors - centre) ** 2
         plain = self.error**2 + unlike
-        more = plain + self.size**2
         alone = np.log1p(-self.share) - np.log(plain) - off / plain
-        beside = np.log(self.share) - np.log(more) - off / more
-        return np.asarray(np.logaddexp(alone, beside))
+        # a gearbox has a few strong orders and many weak ones: of any size between the error and the usual one
+        more = plain + np.maximum(self.size, self.error) ** (2.0 * _SIZES) * self.error ** (2.0 * (1.0 - _SIZES))
+        beside = np.log(self.share / _SIZES.size) - np.log(more) - off / more
+        return np.asarray(np.logaddexp.reduce(np.vstack([alone, beside]), axis=0))
 
     def gain(self, pulse: Pulse, before: Complex) -> float:
         """Gain of log-likelihood of a pulse beside others that give ``before`` (k,)."""
@@ -103,7 +106,8 @@ class _Line:
         """The pulse that gains most beside others: by a matched filter over the angle, then refined."""
         left = self.vectors - before
         standing = np.abs(left) ** 2 > 2.0 * np.log(1.0 + 1.0 / self.share) * self.error**2 * 4.0
-        variance = self.error**2 + np.where(standing, self.size**2, 0.0)
+        # of one that stands by itself no more is known than its phase
+        variance = self.error**2 + np.where(standing, 0.5 * np.abs(left) ** 2, 0.0)
         places = self.orders.astype(np.int64)
         begins: list[tuple[float, Pulse]] = []
         for width in WIDTHS:

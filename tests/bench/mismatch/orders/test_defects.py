@@ -13,18 +13,19 @@ from bench.mismatch.orders.weak import Stage
 
 ORDERS = 601
 ERROR = 2e-8
+QUIET = 5e-10
 TURNS = 12
 
 
-def sight(mean: Complex, found: tuple[float, ...]) -> Sight:
-    """Revolutions that all show the same spectrum, of noise ``ERROR`` in the mean."""
+def sight(mean: Complex, found: tuple[float, ...], error: float = ERROR) -> Sight:
+    """Revolutions that all show the same spectrum, of noise ``error`` in the mean."""
     rng = np.random.default_rng(3)
-    noisy = mean + ERROR * (rng.normal(size=ORDERS) + 1j * rng.normal(size=ORDERS))
+    noisy = mean + error * (rng.normal(size=ORDERS) + 1j * rng.normal(size=ORDERS))
     turn = Turn(0, slice(0, 1), 0.0, 0.1, 30.0, 0.0, 1.0, 1.0, 60.0)
-    stage = Stage((turn,) * TURNS, np.tile(noisy, (TURNS, 1)), np.ones(TURNS), np.full(ORDERS, ERROR * np.sqrt(TURNS)))
+    stage = Stage((turn,) * TURNS, np.tile(noisy, (TURNS, 1)), np.ones(TURNS), np.full(ORDERS, error * np.sqrt(TURNS)))
     free = np.ones(ORDERS, dtype=bool)
     free[[0, 3, 46, 92]] = False
-    return Sight((3.0, 46.0, 92.0), found, stage, noisy, np.full(ORDERS, ERROR), free)
+    return Sight((3.0, 46.0, 92.0), found, stage, noisy, np.full(ORDERS, error), free)
 
 
 def test_a_pulse_is_found_with_its_angle_height_and_width() -> None:
@@ -40,6 +41,35 @@ def test_a_pulse_is_found_with_its_angle_height_and_width() -> None:
     assert first.height == pytest.approx(pulse.height, rel=0.1)
     assert first.width == pytest.approx(pulse.width, rel=0.1)
     assert found[0].p_value < 1e-3
+
+
+def strong_orders(seed: int) -> tuple[Complex, tuple[float, ...]]:
+    """Twenty orders some ten times as strong as what a weak pulse draws; with next to no noise each stands."""
+    rng = np.random.default_rng(seed)
+    mean = np.zeros(ORDERS, dtype=np.complex128)
+    stand = rng.choice(np.setdiff1d(np.arange(2, 80), [3, 46]), 20, replace=False)
+    mean[stand] = 5e-6 * np.exp(0.3 * rng.normal(size=stand.size) + 2j * np.pi * rng.random(stand.size))
+    return mean, tuple(float(f) for f in np.sort(stand))
+
+
+def test_a_weak_pulse_is_found_among_strong_orders() -> None:
+    pulse = Pulse(0.65, 0.035, 1e-5)
+    mean, strong = strong_orders(5)
+    mean = mean + pulse.vectors(np.arange(ORDERS, dtype=np.float64))
+    drawn = tuple(float(f) for f in range(1, 60) if f not in (3, 46) and f not in strong)
+    found = defects.search(sight(mean, tuple(sorted((*strong, *drawn))), QUIET), 0)
+    assert len(found) == 1
+    assert found[0].first.angle == pytest.approx(pulse.angle, abs=5e-3)
+    assert found[0].first.height == pytest.approx(pulse.height, rel=0.1)
+
+
+def test_weak_orders_of_pulse_like_sizes_with_phases_of_their_own_are_no_pulse() -> None:
+    rng = np.random.default_rng(6)
+    mean, strong = strong_orders(5)
+    sizes = np.abs(Pulse(0.65, 0.035, 1e-5).vectors(np.arange(ORDERS, dtype=np.float64)))
+    mean = mean + sizes * np.exp(2j * np.pi * rng.random(ORDERS))
+    drawn = tuple(float(f) for f in range(1, 60) if f not in (3, 46) and f not in strong)
+    assert defects.search(sight(mean, tuple(sorted((*strong, *drawn))), QUIET), 0) == []
 
 
 def test_many_orders_are_no_pulse() -> None:
