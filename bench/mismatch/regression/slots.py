@@ -22,6 +22,7 @@ from bench.mismatch.regression.regressors import UNKNOWN, Free, Named
 from bench.mismatch.regression.scan import Scan
 from bench.mismatch.regression.search import Search, free_function, idle, shaped, sound_beside
 from bench.mismatch.regression.spells import price_of_cuts
+from bench.mismatch.regression.strength import active_size, trusted
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms import LIBRARY
 
@@ -52,7 +53,8 @@ class Contender:
 @dataclass(frozen=True, slots=True)
 class Slot:
     """An effect with its rivals, best first: gain of log predictive density over nothing, p-value, weight of its
-    name.
+    name; of the rivals the ``plainer`` name that says the same as far as transducers are trusted; whether it is
+    ``needless``: without it nothing differs by more than that.
     """
 
     chosen: Chosen
@@ -60,6 +62,8 @@ class Slot:
     p_value: float
     weight: float
     rivals: tuple[Contender, ...]
+    plainer: Contender | None = None
+    needless: bool = False
 
 
 def slots(search: Search) -> list[Slot]:
@@ -70,14 +74,20 @@ def slots(search: Search) -> list[Slot]:
 
 
 def settle(search: Search) -> list[Slot]:
-    """Let a name take the place of a free function that is less probable than it, a free function that of a name which
-    it leaves next to no probability, and nothing that of one less probable than nothing; the slots of the effects that
-    are left.
+    """Let a name take the place of a free function that is less probable than it, or of what says the same with more
+    numbers, a free function that of a name which it leaves next to no probability, and nothing that of one less
+    probable than nothing; the slots of the effects that are left.
     """
     found = slots(search)
-    for _ in range(len(search.model.chosen)):
+    for _ in range(2 * len(search.model.chosen)):
         model = search.model
         for slot in found:
+            if slot.plainer is not None or slot.needless:
+                chosen = without(model.chosen, slot.chosen, model.problem.lacking)
+                chosen += [] if slot.needless or slot.plainer is None else [slot.plainer.chosen]
+                search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
+                found = slots(search)
+                break
             named = [r for r in slot.rivals if r.chosen.effect != UNKNOWN]
             best = max(named, key=lambda r: r.weight, default=None)
             nothing = 1.0 - slot.weight - sum(r.weight for r in slot.rivals)
@@ -130,20 +140,57 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
     prior[0] *= np.exp(-criteria.RICHER * idle(search, own))
     share = prior * weights(table, search.seed + number, costs)
     share = share / share.sum()
+    heirs, needless = _heirs(model, others, (own, *found))
+    for k in sorted(heirs, key=lambda k: -_numbers((own, *found)[k])):
+        share[heirs[k]] += share[k]
+        share[k] = 0.0
 
     def worth(probability: float, chosen: Chosen) -> float:
         # at the end of its range a term turns into another
         turned = strained(chosen.main.regressor, model.problem.rows.frame)
         return probability * (criteria.EITHER if turned else 1.0)
 
-    rivals = []
+    rivals: list[Contender] = []
     for k, (chosen, density) in enumerate(zip(found, densities, strict=True)):
         loss, error = apart(whole, density)
         near = bool(worth(share[k + 1], chosen) > criteria.AS_GOOD * worth(share[0], own))
         rivals.append(Contender(chosen, density, loss, error, float(share[k + 1]), near))
+    plainer = rivals[heirs[0] - 1] if 0 in heirs else None
     rivals.sort(key=lambda r: r.loss)
     last = search.scans[-1] if search.scans else seen
-    return Slot(own, gain, last.p_value(gain), float(share[0]), tuple(rivals))
+    return Slot(own, gain, last.p_value(gain), float(share[0]), tuple(rivals), plainer, needless)
+
+
+def _numbers(chosen: Chosen) -> int:
+    return sum(block.regressor.numbers for block in chosen.blocks)
+
+
+def _heirs(model: ChannelModel, others: Sequence[Chosen], contenders: Sequence[Chosen]) -> tuple[dict[int, int], bool]:
+    """Of contenders for a place, for which of them which name says the same with fewer numbers: their predictions
+    differ by less than any transducer of the channel is trusted with. However sure the recordings are of so small a
+    difference, it is the transducers' and disproves no name. And whether nothing in the place of the first does so.
+    """
+    problem = model.problem
+    least = trusted(problem)
+    if least <= 0.0:
+        return {}, False
+    frame, train = problem.rows.frame, problem.train
+
+    def predicted(own: Sequence[Chosen]) -> FloatArray:
+        return np.asarray(model.predict(frame, own, model.refitted(own))[train])
+
+    def same(one: FloatArray, other: FloatArray) -> bool:
+        return active_size(one - other, problem.rows.number[train]) < least
+
+    said = [predicted([*others, one]) for one in contenders]
+    numbers = [_numbers(c) for c in contenders]
+    names = sorted((k for k, c in enumerate(contenders) if c.effect != UNKNOWN), key=lambda k: numbers[k])
+    out: dict[int, int] = {}
+    for k, own in enumerate(said):
+        heir = next((i for i in names if numbers[i] < numbers[k] and same(own, said[i])), None)
+        if heir is not None:
+            out[k] = heir
+    return out, same(said[0], predicted(others))
 
 
 def _prior(model: ChannelModel, chosen: Chosen) -> float:

@@ -42,15 +42,15 @@ def strength(model: ChannelModel, candidate: Chosen) -> Strength:
     number = problem.rows.number[train]
     floor = max(model.floor, 1e-300)
     overall = float(np.sqrt(np.sum(beyond**2 * number) / max(float(number.sum()), 1.0)))
-    trusted = criteria.TRANSDUCER * _range(problem)
-    return Strength(active_size(beyond, number) / floor, overall / floor, trusted / floor)
+    return Strength(active_size(beyond, number) / floor, overall / floor, trusted(problem) / floor)
 
 
-def _range(problem: ChannelProblem) -> float:
-    """Largest value of a torque in the recordings, N·m; 0 of a channel that is no torque."""
+def trusted(problem: ChannelProblem) -> float:
+    """What no transducer of a torque is trusted with in these recordings, N·m; 0 of a channel that is no torque."""
     frame = problem.rows.frame
     values = {LOAD_TORQUE: frame.torque, MOTOR_TORQUE: frame.motor_torque}.get(problem.channel)
-    return 0.0 if values is None else float(np.max(np.abs(values[problem.usable]), initial=0.0))
+    largest = 0.0 if values is None else float(np.max(np.abs(values[problem.usable]), initial=0.0))
+    return criteria.TRANSDUCER * largest
 
 
 def strength_of(model: ChannelModel, block: Block) -> Strength:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
@@ -9,8 +10,13 @@ import pytest
 
 from bench.mismatch.regression.model import Block, Chosen
 from bench.mismatch.regression.regressors import Free, Named, Regressor
-from bench.mismatch.regression.slots import Contender, Slot, _disowned
-from bench.simulation.terms import LIBRARY, TEMPERATURE
+from bench.mismatch.regression.search import begun, shaped
+from bench.mismatch.regression.slots import Contender, Slot, _disowned, _heirs
+from bench.simulation.terms import LIBRARY, MOTOR_TORQUE, TEMPERATURE
+from tests.bench.mismatch.regression.synthetic import campaign, problem
+
+DRAG = "friction.viscous_quadratic"
+FORMS = {form.name: form for form in LIBRARY[DRAG].forms[MOTOR_TORQUE]}
 
 
 def chosen(effect: str) -> Chosen:
@@ -47,3 +53,27 @@ def test_who_is_disowned(effect: str, weight: float, others: tuple[Any, ...], di
     nameless = max((r for r in rivals if r.chosen.effect == "unknown"), key=lambda r: cast("float", r.weight))
     assert _disowned(slot, nameless) is disowned
     assert not _disowned(slot, None)
+
+
+@pytest.mark.parametrize(
+    ("largest", "heirs", "needless"), [(100.0, {1: 0}, False), (1.0, {}, False), (1e5, {1: 0}, True)]
+)
+def test_the_plainer_name_stands_where_no_transducer_tells_the_two_apart(
+    largest: float, heirs: dict[int, int], needless: bool
+) -> None:
+    """Drag with the speed to the power of 2.05, next to no noise: the recordings are sure that it is not 2."""
+    frame = campaign()
+    omega = frame.omega
+    rng = np.random.default_rng(1)
+    drag = 0.5 * frame.direction + 0.006 * omega + 4e-4 * np.sign(omega) * np.abs(omega) ** 2.05
+    frame = replace(frame, motor_torque=np.full(frame.size, largest))
+    search = begun(problem(frame, np.asarray(drag + rng.normal(0.0, 1e-5, frame.size))))
+    square, power = (
+        shaped(search, [], Named(LIBRARY[DRAG], MOTOR_TORQUE, form, point))
+        for form, point in ((FORMS["square"], ()), (FORMS["power"], (2.05,)))
+    )
+    assert square is not None
+    assert power is not None
+    square, power = replace(square, shape=None), replace(power, shape=None)
+    assert float((search.density([power]) - search.density([square])).sum()) > 10.0
+    assert _heirs(search.model, [], (square, power)) == (heirs, needless)
