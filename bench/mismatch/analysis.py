@@ -41,7 +41,7 @@ from bench.mismatch.regression.discoveries import discoveries as of_regression
 from bench.mismatch.regression.model import ChannelModel, of_start, scattered
 from bench.mismatch.regression.search import Search, searched
 from bench.mismatch.regression.sensitivity import sensitivities
-from bench.mismatch.regression.slots import settle
+from bench.mismatch.regression.slots import settle, without_empty_laws
 from bench.mismatch.unnamed.formula import in_formulas
 from bench.mismatch.unnamed.structure import examine
 from bench.simulation import waves
@@ -198,6 +198,7 @@ def _of_search(search: Search, data: Dataset, formulas: bool) -> ChannelOutcome:
     slots = settle(search)
     if formulas:
         slots = in_formulas(search, slots, data.auxiliary_units)
+    slots = without_empty_laws(search, slots)
     model = search.model
     problem = model.problem
     frame = problem.rows.frame

@@ -364,6 +364,12 @@ def _no_mere_form(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
     return out
 
 
+def told_from_nothing(coefficients: FloatArray, covariance: FloatArray) -> bool:
+    """Whether one of some fitted coefficients is more than what chance makes it."""
+    std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return bool(np.any(np.abs(coefficients) > criteria.TOLD * std))
+
+
 def _strength_among(search: Search, chosen: Sequence[Chosen], one: Chosen) -> Strength:
     """How strong one of some effects is beside the others."""
     others = [c for c in chosen if c is not one]
@@ -685,9 +691,7 @@ def _taking(search: Search, main: Block, others: Sequence[Chosen], fitted: Fit) 
         return np.asarray(block.regressor.columns(frame)[model.problem.train] @ fitted.of(block.place)[0])
 
     def significant(block: Block, by: Fit) -> bool:
-        coefficients, covariance = by.of(block.place)
-        std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-        return bool(np.any(np.abs(coefficients) > criteria.TOLD * std))
+        return told_from_nothing(*by.of(block.place))
 
     own = course(main)
     for block in [*model.base, *(c.main for c in others)]:

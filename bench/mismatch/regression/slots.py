@@ -15,12 +15,19 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.regression.description import description, prior_of
 from bench.mismatch.regression.folds import apart, weights
-from bench.mismatch.regression.heredity import orphaned, without
+from bench.mismatch.regression.heredity import laws, orphaned, without
 from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named
 from bench.mismatch.regression.scan import Scan
-from bench.mismatch.regression.search import Search, free_function, idle, shaped, sound_beside
+from bench.mismatch.regression.search import (
+    Search,
+    free_function,
+    idle,
+    shaped,
+    sound_beside,
+    told_from_nothing,
+)
 from bench.mismatch.regression.spells import price_of_cuts
 from bench.mismatch.regression.strength import active_size, trusted
 from bench.simulation.frame import FloatArray
@@ -110,6 +117,22 @@ def settle(search: Search) -> list[Slot]:
         else:
             break
     return found
+
+
+def without_empty_laws(search: Search, found: Sequence[Slot]) -> list[Slot]:
+    """Slots without those of laws that may as well be nothing and that only their changes ask for: beside a change,
+    which stays, points left out are predicted as well without them.
+    """
+    for slot in found:
+        model, own = search.model, slot.chosen
+        changed = any(own.effect in laws(c.main.regressor) for c in model.chosen if c is not own)
+        if not isinstance(own.main.regressor, Named) or not changed or told_from_nothing(*model.fit.of(own.main.place)):
+            continue
+        others = [c for c in model.chosen if c is not own]
+        loss = float((search.density(model.chosen) - search.density(others)).sum())
+        if loss <= description(model, own) + model.price:
+            search.model = replace(model, chosen=others, fit=model.refitted(others))
+    return [slot for slot in found if slot.chosen in search.model.chosen]
 
 
 def _disowned(slot: Slot, nameless: Contender | None) -> bool:

@@ -8,12 +8,14 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from bench.mismatch.regression.model import Block, Chosen
-from bench.mismatch.regression.regressors import Free, Named, Regressor
+from bench.mismatch.regression.heredity import without_laws
+from bench.mismatch.regression.model import Block, Chosen, add_block
+from bench.mismatch.regression.regressors import Free, Named, Regressor, named
 from bench.mismatch.regression.search import begun, shaped
-from bench.mismatch.regression.slots import Contender, Slot, _disowned, _heirs
+from bench.mismatch.regression.slots import Contender, Slot, _disowned, _heirs, without_empty_laws
 from bench.simulation.terms import LIBRARY, MOTOR_TORQUE, TEMPERATURE
 from tests.bench.mismatch.regression.synthetic import campaign, problem
+from tests.bench.mismatch.regression.test_free_motion import COULOMB, INERTIA, VISCOUS, asked, free, noise, swinging
 
 DRAG = "friction.viscous_quadratic"
 FORMS = {form.name: form for form in LIBRARY[DRAG].forms[MOTOR_TORQUE]}
@@ -77,3 +79,20 @@ def test_the_plainer_name_stands_where_no_transducer_tells_the_two_apart(
     square, power = replace(square, shape=None), replace(power, shape=None)
     assert float((search.density([power]) - search.density([square])).sum()) > 10.0
     assert _heirs(search.model, [], (square, power)) == (heirs, needless)
+
+
+@pytest.mark.parametrize(("viscous", "effects"), [(0.0, ["unknown"]), (VISCOUS, ["friction.viscous", "unknown"])])
+def test_a_law_of_no_size_is_not_reported_for_the_sake_of_its_change(viscous: float, effects: list[str]) -> None:
+    frame = swinging()
+    frame = replace(frame, aux={"pressure": np.sin(0.37 * frame.time)})
+    torque = COULOMB * frame.direction + INERTIA * frame.acceleration + noise(frame)
+    torque = torque + (viscous + 0.02 * frame.aux["pressure"]) * frame.omega
+    search = begun(asked(frame, torque, "friction.coulomb", "motor.inertia", lacking=("friction.viscous",)))
+    model = search.model
+    law = named("friction.viscous", MOTOR_TORQUE, LIBRARY["friction.viscous"].forms[MOTOR_TORQUE][0].name, ())
+    change = without_laws(free("aux/pressure", "w", -1.0, 0.0, 1.0), frame)
+    both = [Chosen(add_block(model.problem, search.bank, own)) for own in (law, change)]
+    search.model = replace(model, chosen=both, fit=model.refitted(both), price=3.0)
+    left = without_empty_laws(search, [Slot(own, 10.0, 0.001, 0.9, ()) for own in both])
+    assert [slot.chosen.effect for slot in left] == effects
+    assert [own.effect for own in search.model.chosen] == effects
