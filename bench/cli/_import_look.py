@@ -38,6 +38,8 @@ def look(file: str, mapping: Path | None, changes: dict[str, Any], *, asking: bo
         say(json.dumps(_as_dict(found, made, target), ensure_ascii=False))
         return target
     say(f"mapping: {target}")
+    for why in made.lacking():
+        say(f"  {why}")
     for key in made.open():
         say(f"  {key} is open: {made.entries()[key].why}; --set {key}=… or the file itself gives it")
     return target
@@ -119,4 +121,5 @@ def _as_dict(found: Inventory, made: Draft, target: Path) -> dict[str, Any]:
         "constants": found.constants,
         "left_out": {variable.name: why for variable, why in found.others},
         "open": made.open(),
+        "lacking": made.lacking(),
     }

@@ -189,7 +189,8 @@ def _stretches(mapping: Mapping, entry: RecordingMapping, table: ChannelTable, w
     edges = [whole.start, *(start for start in table.starts if whole.start < start < whole.stop), whole.stop]
     stretches = [slice(a, b) for a, b in itertools.pairwise(edges)]
     if len(stretches) > 1:
-        table.notes.append(f"nothing stands in {len(stretches) - 1} gaps, the recording was cut there")
+        gaps = len(stretches) - 1
+        table.notes.append(f"nothing stands in {gaps} gap{'s' * (gaps > 1)}, the recording was cut there")
         short = [own for own in stretches if own.stop - own.start < 2]
         stretches = [own for own in stretches if own not in short]
         if short:

@@ -19,6 +19,11 @@ from bench.importing.mapping import OPEN
 from bench.importing.units import unit_of
 from bench.signals import BY_NAME
 
+NEEDED = {
+    "the motor's angle or speed": ("motor_angle", "motor_velocity"),
+    "the motor's torque, force or current": ("motor_torque",),
+}
+"""what the analysis needs at least, and the channels of which one says it"""
 _GUESS = "a guess"
 _TOLD = "the file says so"
 
@@ -44,6 +49,16 @@ class Draft:
     def open(self) -> list[str]:
         """Keys that are still open."""
         return [key for key, entry in self.entries().items() if entry.value == OPEN]
+
+    def lacking(self) -> list[str]:
+        """Sentences of what the analysis needs and no column was taken for."""
+        spare = next((table for table in self.tables if table.startswith("aux.")), "aux.NAME")
+        return [
+            f"no column was taken for {what}, which the analysis needs: the table of the right one should be renamed,"
+            f" as [{spare}] to [channels.{names[0]}], and its unit given"
+            for what, names in NEEDED.items()
+            if not any(f"channels.{name}" in self.tables for name in names)
+        ]
 
     def entries(self) -> dict[str, Entry]:
         """All values by key."""
@@ -78,7 +93,7 @@ class Draft:
 
     def text(self) -> str:
         """The mapping as TOML, each guess with a remark."""
-        lines = []
+        lines = [f"# {why}" for why in self.lacking()]
         for table, own in self.tables.items():
             if table:
                 lines += ["", f"[[{table}]]" if table == "recordings" else f"[{table}]"]

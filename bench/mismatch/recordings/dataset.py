@@ -175,7 +175,10 @@ def _usable(recording: Recording) -> str | None:
     if recording.gearbox.ratio is None:
         return f"{recording.path.name} names no gear ratio (gearbox/ratio); without it no angle can be compared"
     if not any(name in recording.specs for name in ("load_angle", "motor_torque", "load_torque", "temperature")):
-        return f"{recording.path.name} has none of the channels that are compared"
+        return (
+            f"{recording.path.name} has none of the channels that are compared (motor_torque, load_torque, load_angle,"
+            " temperature); the mapping of the import should name one"
+        )
     return None
 
 
@@ -194,9 +197,8 @@ def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Bas
         else:
             rejected.append((recording.path.name, why))
     if not usable:
-        raise RecordingError(
-            f"{_named(path)} holds no recording that can be compared; see `bench validate` for each file"
-        )
+        first = f": {rejected[0][1]}" if rejected else ""
+        raise RecordingError(f"{_named(path)} holds no recording that can be compared{first}")
     usable.sort(key=lambda r: r.started_at)
     usable = _of_one_gearbox(usable, rejected)
     parts, note = pieces(usable)

@@ -212,3 +212,19 @@ def test_a_constant_is_no_channel_and_an_empty_column_is_left_out(tmp_path: Path
     assert list(content["aux"]) == ["torque_model"]
     shown = CliRunner().invoke(make_app(), ["import", "--look", str(path), "--mapping", str(tmp_path / "m.toml")])
     assert shown.output.count("empty, left out") == 2
+
+
+def test_a_file_without_names_says_what_the_analysis_needs_and_how_to_name_it(tmp_path: Path) -> None:
+    path = tmp_path / "rig.txt"
+    np.savetxt(path, np.column_stack([10 * np.arange(2000), _Q, np.cos(_T)]), fmt="%.6g", delimiter="\t")
+    made = _draft(path)
+    assert [why.split(",")[0] for why in made.lacking()] == [
+        "no column was taken for the motor's angle or speed",
+        "no column was taken for the motor's torque",
+    ]
+    assert "[aux.column_2] to [channels.motor_angle]" in made.lacking()[0]
+    assert made.text().startswith("# no column was taken for the motor's angle or speed")
+    assert tomllib.loads(made.text())["aux"]["column_2"]["column"] == 2
+    assert not _draft(_machine(tmp_path)).lacking()
+    shown = CliRunner().invoke(make_app(), ["import", "--look", str(path), "--mapping", str(tmp_path / "m.toml")])
+    assert "no column was taken for the motor's torque" in shown.output.replace("\n", " ")
