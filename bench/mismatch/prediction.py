@@ -22,7 +22,7 @@ from bench.mismatch.problem import CHANNELS, fixed_part, nominal_base
 from bench.mismatch.recordings.beginning import START_S, at_start, risen
 from bench.mismatch.recordings.dataset import Collected
 from bench.mismatch.recordings.motion import Manner
-from bench.mismatch.recordings.notch import ripple_orders
+from bench.mismatch.recordings.notch import notched, ripple_orders
 from bench.mismatch.recordings.prepared import Folder, Prepared, prepare
 from bench.mismatch.recordings.rows import Rows, join
 from bench.mismatch.regression.regressors import Named, remembers
@@ -221,6 +221,16 @@ def compared(prepared: Prepared, channel: str) -> Compared:
     return Compared(own.samples, counts, frame, start)
 
 
+def silent(side: Compared, values: FloatArray, notch: Sequence[float]) -> FloatArray:
+    """What a recording's transmission error has at the orders of the load motor's ripple beyond a prediction (n,).
+
+    The ripple twists the gearbox, more about zero load than elsewhere. It is read from what the prediction leaves:
+    beside the gearbox' orders, in less than a revolution, it would not be told from these.
+    """
+    frame = side.frame
+    return notched(frame.q, side.measured - values, frame.direction, ~side.counts | (frame.steady < 1.0), notch)
+
+
 def predict(
     model: Simulation | Mapping[str, Any] | str | Path, recording: Recording, before: Sequence[Recording] = ()
 ) -> dict[str, FloatArray]:
@@ -296,6 +306,8 @@ def told_of(
                 values = predictor.channel(channel, frame, side.start, campaign)
                 if channel in ready.ripple:  # the simulation is silent at these orders, as a notch is
                     values = values + ready.ripple[channel]
+                elif channel == TRANSMISSION_ERROR:
+                    values = values + silent(side, values, own.notch)
                 values = values + ready.simulated.get(channel, 0.0)
                 out[channel] = Told(values, side.counts, tuple(predictor.missing(channel, ready.frame)))
         yield part, out

@@ -10,7 +10,7 @@ import numpy as np
 from bench.mismatch.analysis import Analysis
 from bench.mismatch.given import Given
 from bench.mismatch.orders.bounds import Bounds
-from bench.mismatch.prediction import Predictor, compared
+from bench.mismatch.prediction import Predictor, compared, silent
 from bench.mismatch.recordings.dataset import Dataset, Member
 from bench.mismatch.recordings.prepared import Prepared, prepare
 from bench.mismatch.recordings.rows import settled_rows
@@ -82,7 +82,10 @@ def rmse(
                 frame, whole = side.frame, campaign
                 if channel == TEMPERATURE:
                     frame, whole = zeros[name].less(frame), campaign | {channel: heated[name]}
-                left = side.measured - predictor.channel(channel, frame, side.start, whole)
+                values = predictor.channel(channel, frame, side.start, whole)
+                if channel == TRANSMISSION_ERROR:
+                    values = values + silent(side, values, data.folder.notch)
+                left = side.measured - values
                 own[name].add(left[counts])
                 own[name + STEADY].add(left[settled])
     return {
