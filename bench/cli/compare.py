@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -41,21 +40,23 @@ def compare(
 
     from bench.identification.comparison.compare import compare as compare_simulations
     from bench.identification.comparison.compare import to_json
+    from bench.twin.comparison import PARTS, before_and_since, not_judged
 
     if after is not None and since:
         raise ConfigurationError("--since splits one folder; give one, or two without --since")
-    with TemporaryDirectory() as place:
-        if after is None:
-            from bench.twin.halves import halves
-
-            before, after = halves(before, Path(place) / before.resolve().name, since)
-        changes = compare_simulations(_simulation(before), _simulation(after))
+    if after is None:
+        found = before_and_since(before, since)
+        names, changes = PARTS, list(found.changes)
+        about = {"before": PARTS[0], "after": PARTS[1], "folder": str(before), "since": found.since}
+    else:
+        names, changes = (before.name, after.name), compare_simulations(_simulation(before), _simulation(after))
+        about = {"before": str(before), "after": str(after)}
     if as_json:
-        say(json.dumps({"before": str(before), "after": str(after), "changes": to_json(changes)}))
+        say(json.dumps(about | {"changes": to_json(changes)}))
         return
     console = PlainConsole(highlight=False, width=120)
     shown = changes if everything else [c for c in changes if c.changed]
-    table = Table(title=f"{before.name} → {after.name}: {sum(c.changed for c in changes)} of {len(changes)} changed")
+    table = Table(title=f"{names[0]} → {names[1]}: {sum(c.changed for c in changes)} of {len(changes)} changed")
     for heading in ("what", "before", "after", "difference", "standard deviation", "unit", "p", "changed"):
         table.add_column(heading, justify="left" if heading in ("what", "unit") else "right")
     for c in shown:
@@ -69,13 +70,9 @@ def compare(
         ]
         table.add_row(c.what, *cells, "yes" if c.changed else "no")
     console.print(table)
-    unknown = [c.what for c in changes if c.p_value != c.p_value]
-    if unknown:
-        console.print(
-            "Not judged, for want of a standard deviation or of torques, speeds or temperatures that both have"
-            f" measured: {', '.join(unknown)}",
-            markup=False,
-        )
+    left_open = not_judged(changes)
+    if left_open:
+        console.print(left_open, markup=False)
 
 
 def _simulation(path: Path) -> Simulation:

@@ -160,18 +160,21 @@ class NewInvestigation(Body):
 
 
 class NewAnalysis(Body):
-    """An identification, a search for what the simulation leaves out, or an investigation of what that left open.
+    """An identification, a search for what the simulation leaves out, an investigation of what that left open, or a
+    comparison of what was recorded before a change and since.
 
-    ``investigation`` goes with the kind ``investigate`` and with no other.
+    ``investigation`` goes with the kind ``investigate``, ``since`` with ``compare``, and neither with another.
     """
 
     request_id: RequestId
     name: Name
-    kind: Literal["identify", "mismatch", "investigate"]
+    kind: Literal["identify", "mismatch", "investigate", "compare"]
     folder: PlaceName
     model: PlaceName | None = None
     """Id of the analysis whose model.json is the simulation; None for the nominal one, calibrated."""
     investigation: NewInvestigation | None = None
+    since: PlaceName | None = None
+    """Id of the first recording after the change; None for the one that the twin named."""
 
 
 class NewNote(Body):

@@ -30,7 +30,8 @@ math{font-size:110%}dt{float:left;clear:left;min-width:4em}dd{margin-left:5em}.w
 MODELS = (("refined", "refined"), ("paper", "paper's method"), ("bound", "bound"))
 
 
-def _table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+def html_table(headings: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table of plain texts as HTML, with its own horizontal scrolling."""
     head = "".join(f"<th>{html.escape(h)}</th>" for h in headings)
     body = "".join("<tr>" + "".join(f"<td>{html.escape(c)}</td>" for c in row) + "</tr>" for row in rows)
     return f"<div class=wide><table><tr>{head}</tr>{body}</table></div>"
@@ -51,7 +52,7 @@ def _errors(found: Identification) -> str:
                 own = f"{1e6 * PAPER_TABLE[title][direction][index]:.1f}"
                 rows.append([title, direction, quantity.upper(), str(int(models["bound"]["recordings"])), *cells, own])
     headings = ["recordings", "direction", "µrad", "number", *(t for _, t in MODELS), "the paper, on its bench"]
-    return _table(headings, rows)
+    return html_table(headings, rows)
 
 
 def _parameters(found: Identification) -> str:
@@ -76,7 +77,7 @@ def _proposals(found: Identification) -> str:
     ]
     if not rows:
         return "<p>No order stands out of the noise in many recordings.</p>"
-    return _table(["order", "median amplitude, µrad", "stands out in", "part", "in the model"], rows)
+    return html_table(["order", "median amplitude, µrad", "stands out in", "part", "in the model"], rows)
 
 
 def _harmonics(found: Identification) -> str:
@@ -93,7 +94,7 @@ def _harmonics(found: Identification) -> str:
                     spread = float(np.sqrt(max(x @ block @ x, 0.0)))
                     cells[column] = f"{1e6 * spread:.3f}" if column == 3 else f"{spread:.4f}"
             rows.append(cells)
-    return _table(["direction", "order", "amplitude, µrad", "±", "phase, rad", "±"], rows)
+    return html_table(["direction", "order", "amplitude, µrad", "±", "phase, rad", "±"], rows)
 
 
 def _sensitivities(found: Identification) -> str:
@@ -102,7 +103,7 @@ def _sensitivities(found: Identification) -> str:
         for name, unit in (("A", 1e6), ("phi", 1.0), ("a0", 1e6)):
             cells = [figure(unit * names[name][term], ".3g") for term in TERM_NAMES]
             rows.append([f"{direction} {name} ({'µrad' if unit > 1 else 'rad'})", *cells])
-    return _table(["change of the standardised parameter", *TERM_NAMES], rows) if rows else "<p>Not determined.</p>"
+    return html_table(["change of the standardised parameter", *TERM_NAMES], rows) if rows else "<p>Not determined.</p>"
 
 
 def _list(items: Iterable[str]) -> str:

@@ -115,8 +115,8 @@ KINDS: dict[str, Kind] = {
         True,
     ),
     "TWIN": Kind(
-        "Look at the recordings since the one named, and compare them with those before; bench mismatch names it"
-        " properly. Then acknowledge; pause or stop the run if what it measures is worth nothing any more."
+        "Compare before and since, as soon as there are enough recordings since the one named; bench mismatch on those"
+        " names it properly. Then acknowledge; pause or stop the run if what it measures is worth nothing any more."
     ),
     "TWIN_ENDED": Kind("The run goes on. Look at the model; the next run with one is watched again.", True),
     "STATE_FILE": Kind("Look at the file that was put aside. Acknowledge when what was waiting is known again."),

@@ -23,7 +23,8 @@ class Alarm:
     number : counts up.
     at : when it was raised, local time with its offset.
     cause, text : name of the cause, and what happened in a sentence.
-    point : which point ran, empty if none did.
+    point : which point ran, empty if none did; of the twin's alarm the recording since which it is.
+    folder : name of the folder of recordings it is about, empty if it is about none.
     what_to_do : the next acts.
     clears_itself : whether it goes when it is over; else it is acknowledged, and no torque is given before.
     """
@@ -35,6 +36,7 @@ class Alarm:
     what_to_do: str
     clears_itself: bool = False
     point: str = ""
+    folder: str = ""
 
 
 class Alarms:
@@ -61,14 +63,14 @@ class Alarms:
         self._number = max((alarm.number for alarm in kept), default=0)
         self._alarms = {alarm.number: alarm for alarm in kept if not alarm.clears_itself}
 
-    def raise_(self, cause: str, text: str, point: str = "") -> Alarm:
+    def raise_(self, cause: str, text: str, point: str = "", folder: str = "") -> Alarm:
         """Raise an alarm, unless the same one already stands; of one that clears itself there is one a cause."""
         kind = kind_of(cause)
         for alarm in self._alarms.values():
             if alarm.cause == cause and (alarm.text == text or kind.clears_itself):
                 return alarm
         self._number += 1
-        alarm = Alarm(self._number, local_time(), cause, text, kind.next_act, kind.clears_itself, point)
+        alarm = Alarm(self._number, local_time(), cause, text, kind.next_act, kind.clears_itself, point, folder)
         self._alarms[alarm.number] = alarm
         self._save()
         self._book.write("alarm", "service", text, cause=cause, **({"point": point} if point else {}))

@@ -21,6 +21,10 @@ from bench.service.settings import Settings
 Message = dict[str, Any]
 _POLL_S = 0.25
 _WAITS = ("proposed", "queued")
+_WITHOUT_MODEL = {
+    "investigate": "an investigation compares with the nominal simulation",
+    "compare": "a comparison before and since identifies both parts anew",
+}
 _GOOD_ENDS = ("finished", "failed_points")
 
 
@@ -30,19 +34,23 @@ def may_go_alone(bench: BenchConfiguration) -> bool:
 
 
 def asked_of(new: NewAnalysis, settings: Settings, plant: str | None) -> Message:
-    """What an investigation is given beside its folder; empty for another kind of analysis.
+    """What an analysis is given beside its folder and its model.
 
     Raises
     ------
     ConfigurationError
         What was asked for does not go together.
     """
+    if new.kind != "investigate" and new.investigation is not None:
+        raise ConfigurationError(f"investigation goes with the kind investigate, not with {new.kind}")
+    if new.kind != "compare" and new.since is not None:
+        raise ConfigurationError(f"since goes with the kind compare, not with {new.kind}")
+    if new.kind in ("investigate", "compare") and new.model is not None:
+        raise ConfigurationError(f"{_WITHOUT_MODEL[new.kind]}; leave model out")
+    if new.kind == "compare":
+        return {"since": new.since or ""}
     if new.kind != "investigate":
-        if new.investigation is not None:
-            raise ConfigurationError(f"investigation goes with the kind investigate, not with {new.kind}")
         return {}
-    if new.model is not None:
-        raise ConfigurationError("an investigation compares with the nominal simulation; leave model out")
     asked = (new.investigation or NewInvestigation()).model_dump()
     return {**asked, "bench": settings.bench, "interface": settings.interface, "plant": plant}
 

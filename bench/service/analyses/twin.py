@@ -81,7 +81,8 @@ class Twins:
     def _take(self, run: Run, message: Message) -> None:
         self.last = message
         if message["type"] == "no_longer_holds":
-            self._alarms.raise_("TWIN", f"{run.title}: {message['text']}", str(message["since"]))
+            since, folder = str(message["since"]), Path(run.folder).name
+            self._alarms.raise_("TWIN", f"{run.title}: {message['text']}", since, folder)
             if run.twin_pause and self._keeper.tell_run("pause", run=run.id):
                 self._book.write("pause", "the twin", "no further point begins", run=run.id)
         elif message["type"] == "ended" and message["why"]:

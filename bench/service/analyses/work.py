@@ -14,14 +14,14 @@ from typing import Any, Literal
 from bench.errors import BenchError
 from bench.whole import write_whole
 
-Kind = Literal["identify", "mismatch", "investigate"]
+Kind = Literal["identify", "mismatch", "investigate", "compare"]
 _NICE = 10
 
 
 @dataclass(frozen=True, slots=True)
 class Work:
     """What is to be analysed: ``model`` is the simulation a mismatch is sought against, None for the nominal one;
-    ``asked`` what an investigation was asked for.
+    ``asked`` what an investigation was asked for, or since which recording is compared.
     """
 
     kind: Kind
@@ -84,7 +84,22 @@ def investigate(work: Work) -> str:
     return experimenting.investigate(Path(work.recordings), Path(work.out), asked, tell, sys.stdin.readline)
 
 
-DOES: dict[Kind, Callable[[Work], str]] = {"identify": identify, "mismatch": mismatch, "investigate": investigate}
+def compare(work: Work) -> str:
+    """Identify what was recorded before a change and what since, write the report; return what changed."""
+    from bench.twin.comparison import before_and_since
+    from bench.twin.comparison_page import write_comparison
+
+    found = before_and_since(Path(work.recordings), str(work.asked["since"]), tell)
+    write_comparison(found, Path(work.out))
+    return found.sentence
+
+
+DOES: dict[Kind, Callable[[Work], str]] = {
+    "identify": identify,
+    "mismatch": mismatch,
+    "investigate": investigate,
+    "compare": compare,
+}
 
 
 def main() -> None:

@@ -6,7 +6,7 @@ import * as investigate from "./investigate.js";
 import { may, me, state } from "./state.js";
 import { $, make, moment, pill } from "./text.js";
 
-const TITLES = { identify: "Identification", mismatch: "What the simulation leaves out", investigate: "Investigation" };
+const TITLES = { identify: "Identification", mismatch: "What the simulation leaves out", investigate: "Investigation", compare: "Before and since" };
 
 export function open() {
   $("report-close").addEventListener("click", () => { $("report-card").hidden = true; $("report").removeAttribute("src"); });

@@ -56,8 +56,16 @@ function alarms() {
   alarmsShown = key;
   $("alarms").replaceChildren(...state.alarms.map(alarm => make("div", { class: "alarm-card" },
     make("div", {}, make("b", {}, alarm.text), make("p", {}, alarm.what_to_do), make("small", { class: "quiet" }, [moment(alarm.at), alarm.point].filter(Boolean).join(" · "))),
-    alarm.clears_itself ? make("small", { class: "quiet" }, "goes when it is over")
-      : make("button", { type: "button", class: "hard", on: { click: () => acts.acknowledge(alarm) } }, "Acknowledge"))));
+    make("div", { class: "acts" },
+      alarm.cause === "TWIN" && alarm.folder ? make("button", { type: "button", on: { click: () => compare(alarm) } }, "Compare before and since") : null,
+      alarm.clears_itself ? make("small", { class: "quiet" }, "goes when it is over")
+        : make("button", { type: "button", class: "hard", on: { click: () => acts.acknowledge(alarm) } }, "Acknowledge")))));
+}
+
+// What the twin's alarm is about: the recordings before the change and those since, each identified.
+async function compare(alarm) {
+  const asked = { name: me.name || "somebody", kind: "compare", folder: alarm.folder, since: alarm.point };
+  if (await acts.doIt(() => post("analyses", asked), "Both parts are identified; what changed comes under Analysis")) view("analysis");
 }
 
 const ON = {

@@ -57,6 +57,9 @@ def test_what_the_twin_sees_is_an_alarm_and_a_pause(
         assert alarm["cause"] == "TWIN"
         assert "the model no longer holds, likely since" in alarm["text"]
         assert "bench mismatch" in alarm["what_to_do"]
+        # what the page compares before and since with
+        assert alarm["folder"] == "watched"
+        assert alarm["point"] in alarm["text"]
         client.until(lambda: wishes)
         assert wishes == [("pause", run["id"])]
     launcher.end_all()
