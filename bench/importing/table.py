@@ -30,6 +30,8 @@ from bench.recording.header import ChannelSpec
 from bench.signals import BY_NAME
 
 _WORDS = ("word", "count")
+ONE_MORE = 1
+"""samples that channels of a file may have more than others: a state is logged once more after its last input"""
 _LEAST_ROWS = 2
 _OTHER_RATE = 0.02
 """Share by which a stated rate may be off the stamps' own and still be the same: stamps are rounded."""
@@ -112,6 +114,13 @@ def _is_linear(read: dict[str, Channel], where: str, linear: bool | None) -> boo
 
 def _check_lengths(table: ChannelTable, file: Path) -> None:
     lengths = {name: channel.raw.size for name, channel in table.channels.items()}
+    shortest = min(lengths.values())
+    longer = [name for name, length in lengths.items() if length == shortest + ONE_MORE]
+    if shortest and longer and max(lengths.values()) == shortest + ONE_MORE:
+        for name in longer:
+            table.channels[name] = table.channels[name].taken(slice(shortest))
+        table.notes.append(f"the last sample of {', '.join(longer)} was left out, the other channels have one less")
+        return
     if len(set(lengths.values())) != 1:
         listed = ", ".join(f"{name} {length}" for name, length in lengths.items())
         raise RecordingError(

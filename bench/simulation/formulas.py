@@ -85,7 +85,9 @@ def evaluated(text: str, known: Mapping[str, Any]) -> Any:
             f"{', '.join(FUNCTIONS)}"
         )
 
-    return value(_parsed(text))
+    # a formula that is tried may divide by nothing: what is no number is seen by whoever tries it
+    with np.errstate(all="ignore"):
+        return value(_parsed(text))
 
 
 @lru_cache(512)

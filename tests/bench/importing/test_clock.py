@@ -140,3 +140,20 @@ def test_a_clock_that_shakes_keeps_its_rate() -> None:
     # two rates, one after the other: the finer one is kept
     mixed = evenness(np.cumsum(np.r_[np.full(3000, 0.001), np.full(1000, 0.005)]))
     assert mixed.mean == mixed.step == pytest.approx(0.001)
+
+
+@pytest.mark.parametrize("more", [1, 2])
+def test_a_state_logged_once_more_than_its_input_loses_its_last_sample(tmp_path: Path, more: int) -> None:
+    time = np.arange(300 + more) / 100.0
+    builders.csv(tmp_path / "a.csv", q=np.sin(time))
+    builders.csv(tmp_path / "b.csv", M=np.cos(time[:300]))
+    channels = """time = {rate = 100.0}
+motor_angle = {variable = "q", unit = "rad"}
+motor_torque = {file = "b.csv", variable = "M", unit = "N*m"}
+"""
+    if more > 1:
+        assert "the variables differ in length" in builders.why(tmp_path, channels)
+        return
+    done = builders.one(tmp_path, channels)
+    assert done.recording.size == 300
+    assert any("the last sample of time, motor_angle was left out" in note for note in done.notes)
