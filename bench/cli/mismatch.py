@@ -130,8 +130,10 @@ def _say(content: dict[str, Any] | None, sentence: str, out: Path) -> None:
     say(sentence)
     if content is None:
         return
+    # a linear axis has no torque: units tell, in its own words everything else is already
+    linear = any(row["channel"] == "motor_torque" and row["unit"] == "N" for row in content["channels"])
     for finding in content["findings"]:
-        for row in _finding(finding, out):
+        for row in _finding(finding, out, linear):
             say(f"  {row}")
     for row in content["channels"]:
         say(f"  {_channel(row)}")
@@ -159,11 +161,14 @@ def _number(value: float | None) -> str:
     return "not computed" if value is None else f"{value:.3g}"
 
 
-def _finding(finding: dict[str, Any], out: Path) -> list[str]:
+def _finding(finding: dict[str, Any], out: Path, linear: bool = False) -> list[str]:
     """A finding as lines: how sure, where, equation and values, its alternatives, what to run next."""
+    from bench.simulation.linear import in_metres
+
     sure = "not computed" if finding["confidence"] is None else f"{finding['confidence']:.2f}"
     lines = [f"{finding['name']} ({finding['effect']}): {finding['status']}, confidence {sure}"]
-    lines.append(f"  in {finding['channel'].replace('_', ' ')}, {finding['location']['text']}")
+    channel = finding["channel"].replace("_", " ")
+    lines.append(f"  in {in_metres(channel) if linear else channel}, {finding['location']['text']}")
     if finding["equation"]:
         lines.append(f"  {finding['equation']}")
     values = [_value(p) for p in finding["parameters"][:_VALUES]]

@@ -60,3 +60,7 @@ def test_what_is_null_is_said_to_be(capsys: pytest.CaptureFixture[str]) -> None:
     assert "confidence not computed" in out
     assert "c = not computed\n" in out
     assert "after 0.02 (after/floor 1.000), on what was fitted: nothing could be held out" in out
+
+
+def test_a_linear_axis_has_a_force(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "in motor force, below 2 deg/s" in _told(capsys, CHANNEL | {"unit": "N"}, FINDING)
