@@ -176,7 +176,8 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
     rivals: list[Contender] = []
     for k, (chosen, density) in enumerate(zip(found, densities, strict=True)):
         loss, error = apart(whole, density)
-        near = bool(worth(share[k + 1], chosen) > criteria.AS_GOOD * worth(share[0], own))
+        odds = worth(share[k + 1], chosen) / max(worth(share[0], own), 1e-300)
+        near = called_as_good(own, chosen, float(odds), loss)
         rivals.append(Contender(chosen, density, loss, error, float(share[k + 1]), near))
     plainer = rivals[heirs[0] - 1] if 0 in heirs else None
     rivals.sort(key=lambda r: r.loss)
@@ -214,6 +215,16 @@ def _heirs(model: ChannelModel, others: Sequence[Chosen], contenders: Sequence[C
         if heir is not None:
             out[k] = heir
     return out, same(said[0], predicted(others))
+
+
+def called_as_good(own: Chosen, other: Chosen, odds: float, loss: float) -> bool:
+    """Whether another explanation is not told apart from an effect: its ``odds`` against it, and its ``loss`` of log
+    density at points left out.
+
+    Between two names a small loss may be that of two forms, of which nature has neither.
+    """
+    both_named = UNKNOWN not in (own.effect, other.effect)
+    return odds > criteria.AS_GOOD or (both_named and loss < criteria.VERY_STRONG)
 
 
 def _prior(model: ChannelModel, chosen: Chosen) -> float:

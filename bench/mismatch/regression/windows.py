@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bench.simulation.frame import FloatArray
+from bench.simulation.frame import FloatArray, IntArray
 
 BINS = 90
 """parts of a revolution"""
@@ -12,6 +12,8 @@ HELD = 0.9
 """share of the energy that the windows hold: the report's contract on places"""
 WIDEST = 0.5
 """share of a revolution from which a function is no longer told by windows, but by its orders"""
+FEW = 3
+"""orders that still are a place: more are a shape"""
 HIGHEST = 20
 """order up to which those of a function are told: its table has no finer knots"""
 
@@ -58,6 +60,21 @@ def orders(angle: FloatArray, course: FloatArray, number: FloatArray) -> tuple[f
     order = np.argsort(-power, kind="stable")
     enough = int(np.searchsorted(np.cumsum(power[order]), HELD * power.sum())) + 1
     return tuple(float(k + 1) for k in order[:enough])
+
+
+def orders_of_each(angle: FloatArray, values: FloatArray, number: FloatArray, recording: IntArray) -> tuple[float, ...]:
+    """Whole orders that hold nine tenths of what recordings have over the output angle, each with a phase and size of
+    its own, strongest first; none where these are more than :data:`FEW`, or the recordings' means are among them.
+    """
+    power = np.zeros(BINS // 2 + 1)
+    for own in (recording == r for r in np.unique(recording)):
+        mean = _density(angle[own], values[own], number[own])
+        if mean is not None:
+            power += np.abs(np.fft.rfft(mean)) ** 2 * np.append(1.0, np.full(BINS // 2, 2.0)) * number[own].sum()
+    order = np.argsort(-power, kind="stable")
+    enough = order[: int(np.searchsorted(np.cumsum(power[order]), HELD * power.sum())) + 1]
+    known = power.sum() > 0.0 and enough.size <= FEW and not np.any(enough == 0) and np.all(enough <= HIGHEST)
+    return tuple(float(k) for k in enough) if known else ()
 
 
 def _density(angle: FloatArray, values: FloatArray, number: FloatArray) -> FloatArray | None:

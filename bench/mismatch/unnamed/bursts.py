@@ -7,7 +7,7 @@ motion: starts, reversals and ramps have dynamics that no simulation of the slow
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.special import ndtr, ndtri
@@ -16,9 +16,15 @@ from bench.mismatch import criteria
 from bench.mismatch.recordings.rows import settled_rows
 from bench.mismatch.regression.scan import units
 from bench.mismatch.regression.search import Search
-from bench.simulation.frame import FloatArray, IntArray
+from bench.simulation.frame import FloatArray, Frame, IntArray
 
+EVENT_S = 1.0
+"""shorter blocks that are looked at as well: what a knock sets ringing decays within about a second, and is lost in a
+block of :data:`criteria.BLOCK_S`
+"""
 FEWEST_BLOCKS = 30
+FEWEST_ROWS = 4
+"""rows of steady motion in a block below which its mean square tells nothing"""
 LEAST_LOUDER = 2.0
 """mean square over that of other blocks from which a block counts as louder, whatever its chance"""
 
@@ -35,7 +41,9 @@ class Bursts:
 
 
 def bursts(search: Search) -> Bursts | None:
-    """Loud blocks of what a channel's model leaves; None where the recordings are too few blocks to tell."""
+    """Loud blocks of what a channel's model leaves, of the length that shows them most clearly; None where there are too
+    few.
+    """
     model = search.model
     problem = model.problem
     rows = np.flatnonzero(problem.train)
@@ -46,13 +54,25 @@ def bursts(search: Search) -> Bursts | None:
     # a recording's own offset is no burst
     mean = model.bank.whitening.by_recording(model.bank.one * left) / np.maximum(model.bank.energy, 1e-300)
     left = left - np.repeat(mean, np.diff(starts)) * model.bank.one
-    blocks = units(frame.elapsed, starts, max(criteria.BLOCK_S, 3.0 * model.noise.memory))
-    edges = blocks.starts
     settled = settled_rows(frame).astype(np.float64)
     if problem.spec.integral:
         settled = np.ones(frame.size)
+    memory = 3.0 * model.noise.memory
+    lengths = dict.fromkeys((max(criteria.BLOCK_S, memory), max(EVENT_S, memory)))
+    looks = [
+        _loud(units(frame.elapsed, starts, length).starts, left, settled, frame, len(lengths)) for length in lengths
+    ]
+    found = [look for look in looks if look is not None]
+    if not found:
+        return None
+    clearest = min(found, key=lambda look: look.p_value)
+    return replace(clearest, rows=rows[clearest.rows])
+
+
+def _loud(edges: IntArray, left: FloatArray, settled: FloatArray, frame: Frame, looks: int) -> Bursts | None:
+    """Loud blocks between ``edges`` (b + 1,) of a frame's rows; the chance is corrected for the number of looks."""
     number = np.add.reduceat(settled, edges[:-1])
-    enough = number >= 4
+    enough = number >= FEWEST_ROWS
     if enough.sum() < FEWEST_BLOCKS:
         return None
     loud = np.log(np.add.reduceat(settled * left**2, edges[:-1]) / np.maximum(number, 1.0) + 1e-300)
@@ -64,11 +84,11 @@ def bursts(search: Search) -> Bursts | None:
     spread = np.maximum(spread, np.sqrt(2.0 / np.maximum(number, 1.0)))
     z = np.where(enough, (loud - usual) / spread, -np.inf)
     worst = int(np.argmax(z))
-    p = max(float(-np.expm1(enough.sum() * np.log1p(-ndtr(-z[worst])))), criteria.LEAST_P)
-    marked = z > -ndtri(criteria.ERROR_RATE_OF_A_CHANNEL / enough.sum())
+    p = float(-np.expm1(looks * enough.sum() * np.log1p(-ndtr(-z[worst]))))
+    marked = z > -ndtri(criteria.ERROR_RATE_OF_A_CHANNEL / (looks * enough.sum()))
     marked &= enough & (loud - usual > np.log(LEAST_LOUDER))
-    own = np.concatenate([rows[a:b] for a, b, m in zip(edges[:-1], edges[1:], marked, strict=True) if m] or [rows[:0]])
-    return Bursts(own, p, float(np.exp(0.5 * (loud - usual)[worst])))
+    inside = np.repeat(marked, np.diff(edges))
+    return Bursts(np.flatnonzero(inside), max(p, criteria.LEAST_P), float(np.exp(0.5 * (loud - usual)[worst])))
 
 
 def _like(loud: FloatArray, speed: FloatArray) -> FloatArray:

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+from itertools import compress
+
 import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import UNKNOWN, UNNAMED, ChannelOutcome, Discovery
+from bench.mismatch.regression import windows
+from bench.mismatch.regression.candidates import PERIODIC
+from bench.mismatch.report.figures import strength
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.terms import CHANNEL_UNITS
+from bench.simulation.terms import CHANNEL_UNITS, LIBRARY, TRANSMISSION_ERROR
 
+LINES = frozenset(PERIODIC) - {"te.resonance"}
+"""effects with lines or places of their own in the angle; a resonance is a law of all of them"""
 LOOKED_AT_S = 1.0
 """over which what is left is averaged before it is asked where it lies: ten correlation times of a sensor's noise"""
 
@@ -17,23 +24,33 @@ def unexplained(outcome: ChannelOutcome) -> None:
     """Add what an outcome leaves as a discovery without a name, where it is clearly more than the noise floor.
 
     That is asked of the median recording. Where nothing was found and the test for structure says that what is left of
-    the fitted recordings is no noise, a few recordings far off are a second witness, and all are asked together.
-    Beside a finding they are what its form leaves of nature's.
+    the fitted recordings is no noise, recordings held out are a second witness: all are asked together, a few far off
+    among them, and more than the floor within its uncertainty is enough. Beside a finding they are what its form leaves
+    of nature's.
     """
     after = outcome.settled
     if after is None or outcome.floor_std is None or any(d.effect == UNNAMED for d in outcome.discoveries):
         return
     every = outcome.rmse.get("after")
     p = None if outcome.structure is None else outcome.structure.p_value
+    usual = criteria.MORE_THAN_NOISE
     if not outcome.discoveries and p is not None and p < criteria.ERROR_RATE_OF_A_CHANNEL and every is not None:
-        after = max(after, every)
-    most = criteria.MORE_THAN_NOISE * outcome.floor + criteria.FLOOR_ERRORS * outcome.floor_std
+        after, usual = max(after, every), 1.0
+    most = usual * outcome.floor + criteria.FLOOR_ERRORS * outcome.floor_std
     # at states that the calibration hardly knows, it may be off by what it says itself
     if after**2 < most**2 + criteria.FLOOR_ERRORS**2 * outcome.doubt:
         return
     left = np.where(outcome.usable, outcome.left, 0.0)
     size = float(np.sqrt(after**2 - outcome.floor**2))
     std = float(outcome.floor * outcome.floor_std / size)
+    dwarfed = [_dwarfed(d, outcome, size) for d in outcome.discoveries]
+    part = list(compress(outcome.discoveries, dwarfed))
+    outcome.discoveries = [d for d, small in zip(outcome.discoveries, dwarfed, strict=True) if not small]
+    left = left + np.where(outcome.usable, sum((d.added for d in part), np.zeros(left.size)), 0.0)
+    outcome.notes += [
+        f"{d.words} gained in likelihood, but is smaller than what is left without an explanation: a part of that"
+        for d in part
+    ]
     outcome.discoveries.append(
         Discovery(
             UNNAMED,
@@ -47,11 +64,32 @@ def unexplained(outcome: ChannelOutcome) -> None:
             left,
             0.0,
             None,
-            (),
+            tuple(row for d in part for row in d.simulation_rows),
             excess=averaged(left, outcome.rows.frame, np.where(outcome.usable, outcome.rows.number, 0.0)),
             squares=(after**2, after**2),
+            orders=_orders(outcome, left),
         )
     )
+
+
+def _orders(outcome: ChannelOutcome, left: FloatArray) -> tuple[float, ...]:
+    """Orders of the output shaft that what is left (n,) of the transmission error is made of, where it is."""
+    if outcome.channel != TRANSMISSION_ERROR:
+        return ()
+    frame, number = outcome.rows.frame, np.where(outcome.usable, outcome.rows.number, 0.0)
+    return windows.orders_of_each(frame.theta, left, number, frame.recording)
+
+
+def _dwarfed(discovery: Discovery, outcome: ChannelOutcome, left: float) -> bool:
+    """Whether a name is smaller than what is ``left`` (rms per sample, the channel's unit) without an explanation.
+
+    Its gain is then as likely a part of that. Orders and pulses are told by lines and places of their own, which
+    structure elsewhere does not touch.
+    """
+    term = LIBRARY.get(discovery.effect)
+    if term is None or term.nominal or discovery.effect in LINES:
+        return False
+    return bool(np.sqrt(strength(discovery, outcome)) * outcome.floor < left)
 
 
 def averaged(left: FloatArray, frame: Frame, number: FloatArray) -> FloatArray:

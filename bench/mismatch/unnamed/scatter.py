@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from bench.mismatch import criteria
@@ -56,6 +57,9 @@ def scatter(densities: Sequence[Density], frame: Frame, steady: FloatArray, seed
     ``steady`` (n,): weights of the frame's rows in steady motion.
     """
     own = [d for d in densities if steady[frame.recording == d.recording].sum() > 0.0]
+    # a load that is driven up and down shakes what is measured: that is no scatter of the state
+    kept = [d for d in own if _keeps_its_load(frame, (frame.recording == d.recording) & (steady > 0.0))]
+    own = kept if len(kept) >= FEWEST_RECORDINGS else own
     if len(own) < FEWEST_RECORDINGS:
         return None
     squares = np.array([_mean_square(d) for d in own])
@@ -100,6 +104,12 @@ def scatter(densities: Sequence[Density], frame: Frame, steady: FloatArray, seed
         float(np.sqrt(ratio)),
         p,
     )
+
+
+def _keeps_its_load(frame: Frame, rows: NDArray[np.bool_]) -> bool:
+    """Whether the load of some rows of a frame is one level."""
+    largest = float(np.max(np.abs(frame.torque), initial=0.0))
+    return float(np.std(frame.torque_level[rows])) <= criteria.KEEPS_ITS_LOAD * largest
 
 
 def _mean_square(one: Density) -> float:

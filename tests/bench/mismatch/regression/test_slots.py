@@ -12,7 +12,7 @@ from bench.mismatch.regression.heredity import without_laws
 from bench.mismatch.regression.model import Block, Chosen, add_block
 from bench.mismatch.regression.regressors import Free, Named, Regressor, named
 from bench.mismatch.regression.search import begun, shaped
-from bench.mismatch.regression.slots import Contender, Slot, _disowned, _heirs, without_empty_laws
+from bench.mismatch.regression.slots import Contender, Slot, _disowned, _heirs, called_as_good, without_empty_laws
 from bench.simulation.terms import LIBRARY, MOTOR_TORQUE, TEMPERATURE
 from tests.bench.mismatch.regression.synthetic import campaign, problem
 from tests.bench.mismatch.regression.test_free_motion import COULOMB, INERTIA, VISCOUS, asked, free, noise, swinging
@@ -96,3 +96,19 @@ def test_a_law_of_no_size_is_not_reported_for_the_sake_of_its_change(viscous: fl
     left = without_empty_laws(search, [Slot(own, 10.0, 0.001, 0.9, ()) for own in both])
     assert [slot.chosen.effect for slot in left] == effects
     assert [own.effect for own in search.model.chosen] == effects
+
+
+@pytest.mark.parametrize(
+    ("other", "odds", "loss", "as_good"),
+    [
+        ("thermal.second_mass", 0.3, 8.0, True),
+        # forty to one, but the forms of two names differ by as much from nature's
+        ("thermal.second_mass", 0.025, 3.7, True),
+        ("thermal.second_mass", 0.006, 5.1, False),
+        # a function without a name has no form that could be another
+        ("unknown", 0.025, 3.7, False),
+        ("unknown", 0.3, 1.2, True),
+    ],
+)
+def test_who_is_as_good(other: str, odds: float, loss: float, as_good: bool) -> None:
+    assert called_as_good(chosen("thermal.convection_speed"), chosen(other), odds, loss) is as_good

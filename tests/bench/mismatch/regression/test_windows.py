@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bench.mismatch.regression.windows import acting, orders
+from bench.mismatch.regression.windows import acting, orders, orders_of_each
 
 ANGLE = np.random.default_rng(0).uniform(-20.0, 20.0, 20_000)
 ONE = np.ones(ANGLE.size)
@@ -38,3 +38,14 @@ def test_a_part_of_a_revolution_tells_no_window() -> None:
     inside = (np.mod(ANGLE, 2.0 * np.pi) < 4.0).astype(float)
     assert acting(ANGLE, spot(2.0, 0.3), inside) == ()
     assert orders(ANGLE, spot(2.0, 0.3), inside) == ()
+
+
+def test_recordings_whose_waves_differ_have_an_order_still() -> None:
+    recording = np.repeat(np.arange(10), ANGLE.size // 10)
+    phase = np.random.default_rng(1).uniform(0.0, 2.0 * np.pi, 10)[recording]
+    noise = 0.1 * np.random.default_rng(2).normal(size=ANGLE.size)
+    assert orders_of_each(ANGLE, np.cos(ANGLE + phase) + noise, ONE, recording) == (1.0,)
+    # a level of each recording is no order
+    assert orders_of_each(ANGLE, phase + noise, ONE, recording) == ()
+    # nor is noise
+    assert orders_of_each(ANGLE, noise, ONE, recording) == ()

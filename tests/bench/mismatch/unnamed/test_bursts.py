@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,6 +12,7 @@ import pytest
 from bench.mismatch import criteria
 from bench.mismatch.regression.bank import fit
 from bench.mismatch.unnamed.bursts import Bursts, bursts
+from bench.simulation.frame import Frame
 from tests.bench.mismatch.regression.synthetic import banked, campaign, problem
 
 SIGMA = 0.05
@@ -18,14 +20,19 @@ LOUD = slice(310, 325)
 FRAME = campaign(24)
 
 
-def looked(seed: int, louder: float) -> Bursts:
-    noise = np.random.default_rng(seed).normal(scale=SIGMA, size=FRAME.size)
-    noise[LOUD] *= louder
-    own = problem(FRAME, 0.6 * FRAME.direction + noise)
+QUICK = replace(FRAME, elapsed=FRAME.elapsed / 8.0, time=FRAME.time / 8.0, step=FRAME.step / 8.0)
+"""rows eight times as close"""
+KNOCK = slice(312, 319)
+
+
+def looked(seed: int, louder: float, loud: slice = LOUD, frame: Frame = FRAME, memory: float = 1.0) -> Bursts:
+    noise = np.random.default_rng(seed).normal(scale=SIGMA, size=frame.size)
+    noise[loud] *= louder
+    own = problem(frame, 0.6 * frame.direction + noise)
     bank, base = banked(own, SIGMA)
     fitted = fit(bank, [i for b in base for i in b.place], bank.variances())
     model: Any = SimpleNamespace(
-        problem=own, bank=bank, fit=fitted, blocks=lambda: base, noise=SimpleNamespace(memory=1.0)
+        problem=own, bank=bank, fit=fitted, blocks=lambda: base, noise=SimpleNamespace(memory=memory)
     )
     search: Any = SimpleNamespace(model=model)
     found = bursts(search)
@@ -46,3 +53,15 @@ def test_noise_has_no_burst(seed: int) -> None:
     found = looked(seed, 1.0)
     assert found.p_value > criteria.ERROR_RATE_OF_A_CHANNEL
     assert found.rows.size == 0
+
+
+def test_a_knock_of_a_second_is_found_as_that() -> None:
+    found = looked(1, 6.0, KNOCK, QUICK, 0.1)
+    assert found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL
+    assert set(found.rows.tolist()) <= set(range(KNOCK.start - 8, KNOCK.stop + 8))
+    assert found.rows.size >= 5
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_noise_has_no_knock(seed: int) -> None:
+    assert looked(seed, 1.0, LOUD, QUICK, 0.1).p_value > criteria.ERROR_RATE_OF_A_CHANNEL

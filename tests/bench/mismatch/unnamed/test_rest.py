@@ -55,3 +55,34 @@ def test_beside_a_finding_a_few_recordings_far_off_are_what_its_form_leaves() ->
     own.rmse |= {"after": 2.0 * own.floor, "after_steady": own.floor}
     unexplained(own)
     assert own.discoveries == [found]
+
+
+@pytest.mark.parametrize(("p_value", "told"), [(1.0, 0), (1e-4, 1)])
+def test_where_structure_is_seen_less_is_enough(p_value: float, told: int) -> None:
+    own = made.outcome(made.campaign(), "motor_torque", [], SIGMA)
+    own.structure = Structure(p_value, "test")
+    own.rmse |= {"after": 1.18 * own.floor, "after_steady": 1.05 * own.floor}
+    unexplained(own)
+    assert len(own.discoveries) == told
+
+
+@pytest.mark.parametrize(("size", "named"), [(0.3, False), (9.0, True)])
+def test_a_name_smaller_than_what_is_left_is_a_part_of_that(size: float, named: bool) -> None:
+    frame = made.campaign()
+    added = size * SIGMA * np.sign(frame.velocity)
+    found = made.discovery("motor_torque", "friction.stribeck", added, ("speed",))
+    own = made.outcome(frame, "motor_torque", [found], SIGMA)
+    own.rmse |= {"after": 3.0 * own.floor, "after_steady": 3.0 * own.floor}
+    unexplained(own)
+    assert [d.effect for d in own.discoveries] == (["friction.stribeck"] if named else []) + ["unknown"]
+    assert own.discoveries[-1].simulation_rows == (() if named else found.simulation_rows)
+    assert any("smaller than what is left" in note for note in own.notes) is not named
+
+
+def test_orders_are_told_beside_whatever_is_left() -> None:
+    frame = made.campaign()
+    found = made.discovery("transmission_error", "te.harmonic", 1e-9 * np.cos(frame.theta), ("angle",))
+    own = made.outcome(frame, "transmission_error", [found], 1e-6)
+    own.rmse |= {"after": 3.0 * own.floor, "after_steady": 3.0 * own.floor}
+    unexplained(own)
+    assert [d.effect for d in own.discoveries] == ["te.harmonic", "unknown"]

@@ -78,3 +78,15 @@ def test_few_recordings_tell_nothing() -> None:
     few = [replace(d) for d in densities(np.where(SPEED < 0.012, 3.0, 1.0))[:9]]
     assert scatter(few, FRAME, STEADY, 1) is None
     assert scatter(densities(np.ones(RECORDINGS)), FRAME, 0.0 * STEADY, 1) is None
+
+
+def test_a_load_that_is_driven_up_and_down_is_no_scatter() -> None:
+    slow = np.flatnonzero(SPEED < 0.012)
+    factor = np.where(SPEED < 0.012, 3.0, 1.0)
+    factor[slow[0]] = 1e4
+    level = FRAME.torque_level.copy()
+    own = FRAME.recording == slow[0]
+    level[own] = np.linspace(-800.0, 800.0, int(own.sum()))
+    found = scatter(densities(factor), replace(FRAME, torque_level=level), STEADY, 1)
+    assert found is not None
+    assert set(found.recordings) == set(slow[1:])
