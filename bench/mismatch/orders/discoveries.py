@@ -29,6 +29,10 @@ from bench.mismatch.orders.told import (
 from bench.simulation import Gearbox
 from bench.simulation.laws import RESONANCE
 
+MOSTLY = 0.9
+"""share of an order's energy that one vector holds, from which a further multiple of the ratio is the encoder's as
+well: what a report calls a place holds as much
+"""
 MOST_LAWS = 2
 """of one effect"""
 
@@ -139,16 +143,27 @@ def _sure(found: laws.FoundLaw) -> bool:
 
 def _of_motor(model: TransmissionModel, sight: Sight, ratio: float) -> tuple[float, ...]:
     """Found orders that are multiples of the ratio and have one vector whatever the direction, load, speed,
-    temperature.
+    temperature; and, where there is such an order, further multiples that are nearly so: a disc has several.
     """
-    out = []
-    for f in sight.found:
-        multiple = f / ratio
-        if ratio <= 1.0 or round(multiple) < 1 or abs(multiple - round(multiple)) > 1e-6:
-            continue
-        if sight.gains(sight.at(model, f), f)[1] == 0:
-            out.append(f)
-    return tuple(out)
+    multiples = [f for f in sight.found if ratio > 1.0 and _multiple(f / ratio)]
+    constant = [f for f in multiples if sight.gains(sight.at(model, f), f)[1] == 0]
+    if not constant:
+        return ()
+    return tuple(f for f in multiples if f in constant or _share_of_mean(model, sight, f) >= MOSTLY)
+
+
+def _multiple(times: float) -> bool:
+    return round(times) >= 1 and abs(times - round(times)) <= 1e-6
+
+
+def _share_of_mean(model: TransmissionModel, sight: Sight, order: float) -> float:
+    """Share of an order's energy over all turns, less that of noise, which one vector holds."""
+    vectors, scale = sight.at(model, order), sight.stage.scale
+    mean = np.sum(vectors / scale) / np.sum(1.0 / scale**2)
+    noise = 2.0 * sight.noise(order) ** 2
+    whole = float(np.sum(np.abs(vectors) ** 2)) - noise * vectors.size
+    own = float(np.abs(mean) ** 2 * np.sum(1.0 / scale**2)) - noise
+    return own / whole if whole > 0.0 else 0.0
 
 
 def _plain(model: TransmissionModel, sight: Sight, orders: list[float], teeth: Gearbox) -> Discovery | None:

@@ -41,9 +41,7 @@ class Bursts:
 
 
 def bursts(search: Search) -> Bursts | None:
-    """Loud blocks of what a channel's model leaves, of the length that shows them most clearly; None where there are too
-    few.
-    """
+    """Loud blocks of what a channel's model leaves, of the length that shows them best; None where too few can tell."""
     model = search.model
     problem = model.problem
     rows = np.flatnonzero(problem.train)
