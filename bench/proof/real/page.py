@@ -19,8 +19,10 @@ same samples of the same recordings for both; these fitted nothing.
 - *named*: terms of the expert that the analyser names. A term that the plain simulation has already (inertia,
   Coulomb and viscous friction) counts where leaving it out would have been found (leave-one-out).
 - *false names*: findings with a name, confidence above {SURE:g}, that are not among the expert's terms.
-- Sets *apart* were first analysed after the method stood, and nothing was changed for them. They are analysed again
-  whenever this page is made, and these results are known: for a further change of the method they are apart no longer.
+- Sets *apart* were first analysed after the method stood, and nothing was changed in the analyser for them. They are
+  analysed again whenever this page is made, and these results are known: for a further change of the method they are
+  apart no longer.
+- *First sight* is what came out when a set was imported and analysed for the first time, before anything was changed.
 
 The recordings are not part of this project. Fetch the files below into a folder of the set's name each, and make this
 page with
@@ -48,7 +50,7 @@ def page(rows: Sequence[Examined], made: str = "") -> str:
     """The whole page as Markdown; ``made``: how, from what and when, a sentence."""
     lines = [_ABOUT, _HEAD, _LINE]
     lines += [_row(row) for row in rows]
-    lines += ["", *_totals(rows)]
+    lines += ["", *_totals(rows), *_first_sight(rows)]
     lines += ["", made] if made else []
     for row in rows:
         lines += ["", *_section(row)]
@@ -72,14 +74,28 @@ def _totals(rows: Sequence[Examined]) -> list[str]:
     if not done:
         return ["No set was examined."]
     named = sum(all(row.named.values()) for row in done)
-    near = sum(
-        1 for r in done if r.regression is not None and r.rmse is not None and r.rmse <= 1.1 * r.regression.held_out
-    )
+    near = sum(_near(row) for row in done)
     false = sum(len(row.false_names) for row in done)
     return [
         f"Of {len(done)} sets: all of the expert's terms named in {named}, held-out RMSE within 10 % of the expert's "
         f"(or below) in {near}, false names {false}."
     ]
+
+
+def _first_sight(rows: Sequence[Examined]) -> list[str]:
+    """What came out of sets when they were seen for the first time, where that was written down."""
+    seen = [(row.real.name, row.real.first) for row in rows if row.real.first is not None]
+    if not seen:
+        return []
+    lines = ["", "First sight, before anything was changed:", ""]
+    lines += [
+        "| set | commit | what came out | ratio | changed since with it in view |",
+        "| --- | --- | --- | --- | --- |",
+    ]
+    for name, own in seen:
+        ratio = "–" if own.ratio is None else f"{own.ratio:.2f}"
+        lines.append(f"| [{name}](#{name}) | `{own.commit}`, {own.date} | {own.said} | {ratio} | {own.since} |")
+    return lines
 
 
 def _near(row: Examined) -> bool:

@@ -60,8 +60,21 @@ class Expert(_Strict):
         return tuple(dict.fromkeys(term.effect for term in self.terms if term.effect))
 
 
+class FirstSight(_Strict):
+    """What came out when a set was seen for the first time: at which ``commit`` and on which day (``date``, UTC), what
+    was ``said``, the held-out RMSE over the expert's (``ratio``; None where nothing came out), and what was changed
+    ``since`` with the set in view.
+    """
+
+    commit: str
+    date: str
+    said: str
+    ratio: float | None = None
+    since: str = "nothing"
+
+
 class RealSet(_Strict):
-    """A public set. ``apart``: nobody looked at its results while the analyser was made."""
+    """A public set. ``apart``: nothing was changed in the analyser with its results in view."""
 
     name: str
     title: str
@@ -72,6 +85,7 @@ class RealSet(_Strict):
     mapping: str
     """text of the mapping file of the import"""
     expert: Expert
+    first: FirstSight | None = None
     remark: str = ""
     """what was found out about a poor result; Markdown"""
 

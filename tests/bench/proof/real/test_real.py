@@ -18,13 +18,14 @@ from bench.proof.real.sets import all_sets, load_set
 
 def test_every_set_has_a_mapping_that_can_be_read_and_an_expert_that_can_be_asked(tmp_path: Path) -> None:
     sets = all_sets()
-    assert len(sets) >= 14
-    assert sum(own.apart for own in sets) == 2
+    assert len(sets) >= 17
+    assert {own.name for own in sets if own.apart} == {"kinova", "schunk", "ur3"}
     for own in sets:
         file = tmp_path / f"{own.name}.toml"
         file.write_text(own.mapping, encoding="utf-8")
         mapping, _ = load_mapping(file)
         patterns = {entry.file for entry in mapping.recordings}
+        patterns |= {own_file for channel in mapping.channels.values() if (own_file := channel.file) is not None}
         names = [f.name for f in own.files]
         assert all(any(fnmatch(name, pattern) for name in names) for pattern in patterns)
         assert all(any(fnmatch(name, pattern) for pattern in patterns) for name in names)
@@ -69,3 +70,13 @@ def test_a_set_that_failed_is_a_row_with_the_reason() -> None:
     text = page([Examined(all_sets()[0], failed="it has no torque")], "Made at noon.")
     assert "false names 0.\n\nMade at noon." in text or "No set was examined.\n\nMade at noon." in text
     assert "Failed: it has no torque" in text
+
+
+def test_what_came_out_at_first_sight_stands_in_a_table_of_its_own() -> None:
+    own = next(own for own in all_sets() if own.first is not None and own.first.ratio is not None)
+    assert own.first is not None
+    text = page([Examined(own, failed="it has no torque")])
+    table = text[text.index("First sight, before anything was changed:") :]
+    assert own.first.said in table
+    assert f"| {own.first.ratio:.2f} |" in table
+    assert "First sight, before" not in page([Examined(all_sets()[0], failed="it has no torque")])
