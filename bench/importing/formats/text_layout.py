@@ -18,6 +18,7 @@ _HEADINGS = 3
 _FEW_LINES, _MANY_FIELDS = 64, 50
 _MISSING = frozenset(("", "nan", "na", "n/a", "null", "none", "-", "--", "inf", "-inf"))
 _SEPARATORS = (";", "\t", ",", "|", None)
+csv.field_size_limit(2**31 - 1)  # a line of a whole recording may be one field of a separator that is not its own
 _NUMBERS = {mark: re.compile(rf"[+-]?(\d+({mark}\d*)?|{mark}\d+)([eEdD][+-]?\d+)?") for mark in (r"\.", ",")}
 
 
@@ -83,9 +84,10 @@ def find_layout(lines: Sequence[str], remarks: Sequence[str], options: TextOptio
     _, delimiter, mark, width = best
     first = _first(lines, delimiter, mark, width)
     few = len(lines) - first <= _FEW_LINES and width >= _MANY_FIELDS and width > 3 * (len(lines) - first)
-    if options.data_in == "rows" or (options.data_in is None and few):
-        return _in_rows(lines[first:], delimiter, mark, first, width)
     names, units = _headings(lines[:first], remarks, delimiter, mark, width)
+    # where each column has a heading few lines are a short recording of many variables
+    if options.data_in == "rows" or (options.data_in is None and few and not names):
+        return _in_rows(lines[first:], delimiter, mark, first, width)
     return TextLayout(delimiter, mark, first, width, names, units)
 
 

@@ -135,3 +135,17 @@ def test_what_the_mapping_says_comes_before_what_is_found(tmp_path: Path) -> Non
     ]
     text = "t 0 1 2\nq 5 6 7\n"
     assert _open(tmp_path, text, data_in="rows").read("q").tolist() == [5, 6, 7]
+
+
+def test_a_short_recording_of_many_named_variables_stands_in_columns(tmp_path: Path) -> None:
+    names = [f"q_{index}" for index in range(150)]
+    lines = [",".join(names), *(",".join(f"{row}.{index:03d}" for index in range(150)) for row in range(40))]
+    source = _open(tmp_path, "\r".join(lines) + "\r")  # as a Mac's spreadsheet ends its lines
+    assert not source.layout.rows
+    assert source.read("q_7").tolist() == pytest.approx([row + 0.007 for row in range(40)])
+
+
+def test_a_line_longer_than_any_field_of_a_spreadsheet_is_read(tmp_path: Path) -> None:
+    values = np.arange(40_000) / 8.0
+    text = "\n".join(" ".join(map(str, values + line)) for line in range(3))
+    assert _open(tmp_path, text).read(None, row=2)[:2].tolist() == [1.0, 1.125]
