@@ -17,6 +17,7 @@ from bench.importing.formats.text_layout import TextOptions
 _HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _MAT73_USER_BLOCK = 512
 _HEAD = 4096
+_SHEETS = (".xls", ".xlsx", ".xlsm", ".ods")
 _UTF16 = (b"\xff\xfe", b"\xfe\xff")
 
 
@@ -49,6 +50,8 @@ def open_source(path: Path, options: TextOptions | None = None) -> Source:
         return MdfSource(path)
     if head.startswith(_UTF16) or b"\0" not in head:
         return TextSource(path, options or TextOptions())
+    if path.suffix.lower() in _SHEETS:
+        raise RecordingError(f"{path}: is a spreadsheet; each of its sheets should be saved as CSV.")
     raise RecordingError(
         f"{path}: is none of MAT, HDF5, TDMS, Parquet, MDF or text (CSV of any separator); it should be one of them."
     )

@@ -198,3 +198,9 @@ def test_a_matrix_needs_a_column_or_a_row(tmp_path: Path) -> None:
         with pytest.raises(RecordingError) as caught:
             source.read("X", **place)
         assert sentence in str(caught.value)
+
+
+def test_a_spreadsheet_is_to_be_saved_as_csv(tmp_path: Path) -> None:
+    (tmp_path / "rig.xlsx").write_bytes(b"PK\x03\x04" + bytes(50))
+    with pytest.raises(RecordingError, match="should be saved as CSV"):
+        open_source(tmp_path / "rig.xlsx")
