@@ -8,6 +8,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import UNKNOWN, UNNAMED, ChannelOutcome, Discovery
+from bench.mismatch.problem import CHANNELS
 from bench.mismatch.regression import windows
 from bench.mismatch.regression.candidates import PERIODIC
 from bench.mismatch.report.figures import strength
@@ -25,8 +26,8 @@ def unexplained(outcome: ChannelOutcome) -> None:
 
     That is asked of the median recording. Where nothing was found and the test for structure says that what is left of
     the fitted recordings is no noise, recordings held out are a second witness: all are asked together, a few far off
-    among them, and more than the floor within its uncertainty is enough. Beside a finding they are what its form leaves
-    of nature's.
+    among them, and more than the floor within its uncertainty is enough (not of an integral). Beside a finding they are
+    what its form leaves of nature's.
     """
     after = outcome.settled
     if after is None or outcome.floor_std is None or any(d.effect == UNNAMED for d in outcome.discoveries):
@@ -35,7 +36,9 @@ def unexplained(outcome: ChannelOutcome) -> None:
     p = None if outcome.structure is None else outcome.structure.p_value
     usual = criteria.MORE_THAN_NOISE
     if not outcome.discoveries and p is not None and p < criteria.ERROR_RATE_OF_A_CHANNEL and every is not None:
-        after, usual = max(after, every), 1.0
+        after = max(after, every)
+        # an integral's floor knows nothing of slow noise that adds up in what is integrated
+        usual = usual if CHANNELS[outcome.channel].integral else 1.0
     most = usual * outcome.floor + criteria.FLOOR_ERRORS * outcome.floor_std
     # at states that the calibration hardly knows, it may be off by what it says itself
     if after**2 < most**2 + criteria.FLOOR_ERRORS**2 * outcome.doubt:
