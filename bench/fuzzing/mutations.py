@@ -26,7 +26,7 @@ def mutated(data: bytes, rng: np.random.Generator) -> bytes:
     return bytes(changed)
 
 
-def _place(data: bytearray, rng: np.random.Generator) -> int:
+def _position(data: bytearray, rng: np.random.Generator) -> int:
     end = len(data) if rng.random() < 0.5 else min(len(data), _FRONT)
     return int(rng.integers(max(end, 1)))
 
@@ -34,26 +34,26 @@ def _place(data: bytearray, rng: np.random.Generator) -> int:
 def flip(data: bytearray, rng: np.random.Generator) -> None:
     """Flip one bit."""
     if data:
-        data[_place(data, rng)] ^= 1 << int(rng.integers(8))
+        data[_position(data, rng)] ^= 1 << int(rng.integers(8))
 
 
 def zero(data: bytearray, rng: np.random.Generator) -> None:
     """Overwrite up to 64 bytes with zeros."""
-    at, length = _place(data, rng), int(rng.integers(1, _LONGEST + 1))
+    at, length = _position(data, rng), int(rng.integers(1, _LONGEST + 1))
     end = min(at + length, len(data))
     data[at:end] = bytes(end - at)
 
 
 def cut(data: bytearray, rng: np.random.Generator) -> None:
     """Take away the end, or up to 64 bytes from the middle."""
-    at = _place(data, rng)
+    at = _position(data, rng)
     end = len(data) if rng.random() < 0.5 else min(at + int(rng.integers(1, _LONGEST + 1)), len(data))
     del data[at:end]
 
 
 def insert(data: bytearray, rng: np.random.Generator) -> None:
     """Insert up to 64 random bytes."""
-    data[(at := _place(data, rng)) : at] = rng.bytes(int(rng.integers(1, _LONGEST + 1)))
+    data[(at := _position(data, rng)) : at] = rng.bytes(int(rng.integers(1, _LONGEST + 1)))
 
 
 MUTATIONS: tuple[Spoil, ...] = (flip, zero, cut, insert)

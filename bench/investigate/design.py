@@ -130,12 +130,12 @@ def _in_state(
         if len(chosen) >= LEAST_POINTS and rate([*chosen, following]) <= rate(chosen):
             break
         chosen.append(following)
-    told = gains(chosen)
-    if sum(gain for _, gain in told) < LEAST_GAIN:
+    expected = gains(chosen)
+    if sum(gain for _, gain in expected) < LEAST_GAIN:
         return None
     listed = (*prepared, *(points[k].point for k in chosen))
     hours = planned("whole", listed, bench, celsius).duration_s / SECONDS_AN_HOUR
-    return Experiment(listed, hours, tuple(told), "largest expected information an hour of bench time", state.name)
+    return Experiment(listed, hours, tuple(expected), "largest expected information an hour of bench time", state.name)
 
 
 def by_rules(
@@ -165,7 +165,7 @@ def wanted(
 ) -> list[str]:
     """What the bench would need: its refusals of points, twice as far out, that would separate something."""
     design = Design(asked, ratio)
-    told: dict[str, float] = {}
+    refusals: dict[str, float] = {}
     state = next(iter(states(beyond(covered), bench, celsius)))
     every = [Offered(state, point, 0.0) for point in candidates(replace(state.covered, heats=False))]
     looks = design.looks(every)
@@ -177,5 +177,5 @@ def wanted(
             planned("beyond", (one.point,), bench, celsius)
         except LimitError as error:
             words = str(error).split(" needs ", 1)[-1]
-            told[words] = max(told.get(words, 0.0), gain)
-    return [f"{words}: expected gain {gain:.0f}" for words, gain in sorted(told.items(), key=lambda p: -p[1])[:3]]
+            refusals[words] = max(refusals.get(words, 0.0), gain)
+    return [f"{words}: expected gain {gain:.0f}" for words, gain in sorted(refusals.items(), key=lambda p: -p[1])[:3]]

@@ -49,7 +49,7 @@ class Step:
         """The step as the log has it."""
         rows = []
         for k, (question, gain) in enumerate(self.experiment.gains):
-            told = self.came[k] if k < len(self.came) else Came(None, "")
+            outcome = self.came[k] if k < len(self.came) else Came(None, "")
             own = question.finding
             rows.append({
                 "channel": own.channel,
@@ -57,8 +57,8 @@ class Step:
                 "rivals": list(question.rivals),
                 "why": question.why,
                 "expected_gain": gain,
-                "came": told.gain,
-                "became": told.words,
+                "came": outcome.gain,
+                "became": outcome.words,
             })  # fmt: skip
         return {
             "number": self.number,
@@ -206,6 +206,6 @@ def _number(value: float | None) -> str:
 
 
 def _point(point: dict[str, Any]) -> str:
-    told = f"{point['kind']}, {point['load_torque']:g} N·m, {point['velocity']:.3g} rad/s"
-    told += f", {point['temperature']:g} °C" if "temperature" in point else ""
-    return told + "".join(f", {key} {value.strip(chr(34))}" for key, value in point["options"].items())
+    text = f"{point['kind']}, {point['load_torque']:g} N·m, {point['velocity']:.3g} rad/s"
+    text += f", {point['temperature']:g} °C" if "temperature" in point else ""
+    return text + "".join(f", {key} {value.strip(chr(34))}" for key, value in point["options"].items())

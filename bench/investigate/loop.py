@@ -12,7 +12,7 @@ from bench.configuration import BenchConfiguration
 from bench.errors import ConfigurationError
 from bench.investigate.design import Experiment, best, by_rules, wanted
 from bench.investigate.log import Log, Step, came
-from bench.investigate.offer import last_celsius, reach, written
+from bench.investigate.offer import extended, last_celsius, written
 from bench.investigate.questions import Question, questions
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.report.candidates import Range
@@ -72,7 +72,7 @@ class Scene:
     def of(cls, report: Report, lab: Lab, asked: Asked, log: Log) -> Scene:
         """The scene after a look at the recordings."""
         data = report.data
-        covered = reach(Range.of(data), lab.bench)
+        covered = extended(Range.of(data), lab.bench)
         celsius = lab.celsius(last_celsius([rows.frame for rows in data.rows.values()]))
         left = asked.hours - log.hours
         found = questions(report.findings, asked.confidence)
@@ -134,8 +134,8 @@ def investigate(
         hours = lab.run(path, into, _after(report.data))
         folders.append(into)
         report = _look(folders, out, tell)
-        told = tuple(came(question, report.findings) for question, _ in experiment.gains)
-        log.add(Step(number, experiment, path.name, hours, told))
+        outcomes = tuple(came(question, report.findings) for question, _ in experiment.gains)
+        log.add(Step(number, experiment, path.name, hours, outcomes))
 
 
 def require_same_gearbox(folder: Path, bench: BenchConfiguration) -> None:

@@ -48,7 +48,7 @@ class Offered:
     takes_s: float
 
 
-def reach(covered: Range, bench: BenchConfiguration) -> Range:
+def extended(covered: Range, bench: BenchConfiguration) -> Range:
     """What experiments may cover: both ways and both signs of the torque, where only one was run; a second speed."""
     limits = bench.limits
     torque = min(covered.torque, CLEAR_OF_LIMIT * limits.load_torque) or CLEAR_OF_LIMIT * limits.load_torque

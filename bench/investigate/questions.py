@@ -35,8 +35,8 @@ def questions(findings: Sequence[Finding], confidence: float) -> tuple[Question,
         weak = sure is not None and sure < confidence
         if not finding.open and not weak:
             continue
-        told = [a for a in finding.alternatives if a.as_good or (not finding.open and weak)]
-        rivals = [a.effect for a in told if a.effect != finding.effect and is_regressor(a.effect, finding.channel)]
+        kept = [a for a in finding.alternatives if a.as_good or (not finding.open and weak)]
+        rivals = [a.effect for a in kept if a.effect != finding.effect and is_regressor(a.effect, finding.channel)]
         why = finding.status if finding.open else f"confidence {sure:.2f}, asked for {confidence:.2f}"
         out.append(Question(finding, why, tuple(dict.fromkeys(rivals))[:MOST_RIVALS]))
     return tuple(out)

@@ -77,7 +77,7 @@ def keep(found: Identification, folder: Path, stamp: str) -> None:
 
 def store(one: Identified, folder: Path, stamp: str) -> None:
     """Write what a folder was identified with, or why it could not be."""
-    place = _place(folder)
+    place = _folder_of(folder)
     place.mkdir(parents=True, exist_ok=True)
     if one.model is None:
         (place / "model.json").unlink(missing_ok=True)
@@ -89,8 +89,8 @@ def store(one: Identified, folder: Path, stamp: str) -> None:
         "folder": folder.name,
         "stamp": stamp,
         "measured": one.measured,
-        "noise": {name: _told(value) for name, value in one.noise.items()},
-        "friction": [[*at, *_told(value)] for at, value in one.friction.items()],
+        "noise": {name: _row(value) for name, value in one.noise.items()},
+        "friction": [[*at, *_row(value)] for at, value in one.friction.items()],
         "why": one.why,
     }
     write_whole(place / "trend.json", json.dumps(entry, indent=1, ensure_ascii=False, allow_nan=False))
@@ -98,7 +98,7 @@ def store(one: Identified, folder: Path, stamp: str) -> None:
 
 def load(folder: Path) -> Identified | None:
     """Return what is kept of a folder as it is now; None where nothing is, or not of this state of it."""
-    place = _place(folder)
+    place = _folder_of(folder)
     try:
         entry = json.loads((place / "trend.json").read_text("utf-8"))
         if entry["format"] != FORMAT or entry["version"] != VERSION or entry["stamp"] != stamp_of(folder):
@@ -128,11 +128,11 @@ def identify(folder: Path, jobs: int = 1, progress: Callable[[int, int], None] |
     return kept or Identified(folder.name, None, "recordings came while it was identified", {}, {}, {})
 
 
-def _place(folder: Path) -> Path:
+def _folder_of(folder: Path) -> Path:
     return folder.absolute().parent / FOLDER / folder.name
 
 
-def _told(value: Value) -> list[float | None]:
+def _row(value: Value) -> list[float | None]:
     return [value.value, value.std, value.freedom if math.isfinite(value.freedom) else None]
 
 

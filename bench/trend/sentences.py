@@ -50,13 +50,13 @@ def _strongest(hit: Sequence[Changed], compared: Sequence[Changed]) -> str:
     if hit:
         more = len(hit) - _MOST
         rest = f"; and {more} more" if more > 0 else ""
-        return "Changed: " + "; ".join(_told(c) for c in hit[:_MOST]) + rest + "."
+        return "Changed: " + "; ".join(_in_words(c) for c in hit[:_MOST]) + rest + "."
     if compared:
-        return f"The largest difference for its uncertainty: {_told(compared[0])}."
+        return f"The largest difference for its uncertainty: {_in_words(compared[0])}."
     return "They have no quantity in common."
 
 
-def _told(c: Changed) -> str:
+def _in_words(c: Changed) -> str:
     before, after = c.before * c.quantity.scale, c.after * c.quantity.scale
     unit = c.quantity.unit
     share = "" if before == 0.0 else f", {100.0 * (after / before - 1.0):+.2g} %"

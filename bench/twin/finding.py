@@ -60,12 +60,12 @@ def found(watch: Watch) -> Finding | None:
     since = len(watch.seen) - watch.tested + first - 1
     # of the others those with half the strongest's evidence, named once: a mean and the same along the direction differ
     least = 0.5 * watch.evidence[ranked[0]].log
-    told: list[Stream] = []
+    kept: list[Stream] = []
     for stream in ranked:
-        same = any(measured_for(stream) == measured_for(other) for other in told)
+        same = any(measured_for(stream) == measured_for(other) for other in kept)
         if watch.evidence[stream].log >= least and not same:
-            told.append(stream)
-    changed = tuple(_changed(watch, stream, since) for stream in told[:MOST])
+            kept.append(stream)
+    changed = tuple(_changed(watch, stream, since) for stream in kept[:MOST])
     return Finding(since, watch.alarmed, changed, tuple(_conditions(watch, ranked[0], since)))
 
 
@@ -102,7 +102,7 @@ def _conditions(watch: Watch, stream: Stream, since: int) -> list[str]:
     """Conditions to which the change is confined: one half of the recordings since has nearly all of its energy."""
     own = [seen for seen in watch.seen[since:] if stream in seen.innovations]
     energy = np.array([seen.innovations[stream] ** 2 for seen in own])
-    told = []
+    words = []
     for high, low, of in _CONDITIONS:
         values = np.array([of(seen) for seen in own])
         side = _sides(values)
@@ -110,8 +110,8 @@ def _conditions(watch: Watch, stream: Stream, since: int) -> list[str]:
             continue
         up, down = float(energy[side > 0].mean()), float(energy[side < 0].mean())
         if max(up, down) > ONE_SIDED * (up + down):
-            told.append(high if up > down else low)
-    return told
+            words.append(high if up > down else low)
+    return words
 
 
 def _sides(values: FloatArray) -> FloatArray | None:

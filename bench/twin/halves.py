@@ -35,18 +35,18 @@ def halves(folder: Path, place: Path, since: str = "") -> tuple[Path, Path]:
 
     Without one it is that which the twin named. Raises ConfigurationError where there is none, or nothing before it.
     """
-    told = since or since_of(folder)
-    if not told:
+    first_since = since or since_of(folder)
+    if not first_since:
         raise ConfigurationError(f"the twin saw no change in {folder}; name a recording with --since")
     recordings = sorted(RecordingFolder.open(folder).recordings, key=lambda r: r.started_at)
     ids = [r.recording_id for r in recordings]
-    if told not in ids[1:]:
-        where = "is the first of" if told in ids else "is no recording of"
-        raise ConfigurationError(f"{told} {where} {folder}: there is nothing to compare before it and since")
+    if first_since not in ids[1:]:
+        where = "is the first of" if first_since in ids else "is no recording of"
+        raise ConfigurationError(f"{first_since} {where} {folder}: there is nothing to compare before it and since")
     parts = place / "before", place / "since"
     for part in parts:
         part.mkdir(parents=True)
     for number, recording in enumerate(recordings):
-        part = parts[number >= ids.index(told)]
+        part = parts[number >= ids.index(first_since)]
         (part / recording.path.name).symlink_to(recording.path.resolve())
     return parts

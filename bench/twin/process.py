@@ -47,19 +47,19 @@ class Watching:
 
     def look(self) -> list[dict[str, Any]]:
         """Look at what is new; what is to be said of each."""
-        told = []
+        messages = []
         for recording in self._new():
             began = time.monotonic()
             alarmed = self._watch.add(recording)
-            told.append(self._looked(recording, time.monotonic() - began))
+            messages.append(self._looked(recording, time.monotonic() - began))
             if alarmed:
-                told.append(self._alarm())
-        if told:
-            state = {"format": "bench-twin-watch", "format_version": "1.0", **asdict(self._job), "said": told[-1]}
+                messages.append(self._alarm())
+        if messages:
+            state = {"format": "bench-twin-watch", "format_version": "1.0", **asdict(self._job), "said": messages[-1]}
             alarm = self._alarm() if self._watch.alarmed is not None else None
             content = state | {"no_longer_holds": alarm}
             write_whole(Path(self._job.folder) / RESULT, json.dumps(content, indent=1, ensure_ascii=False))
-        return told
+        return messages
 
     def _new(self) -> list[Recording]:
         paths = set(Path(self._job.folder).glob("*.h5")) - self._done

@@ -110,13 +110,13 @@ def frame_of(conditions: Conditions, ratio: float, bins: int) -> Frame:
     """One revolution of steady motion, a row a part of the input angle; what is not known is NaN."""
     sign = 1.0 if conditions.velocity >= 0.0 else -1.0
     theta = (np.arange(bins) + 0.5) * (2.0 * np.pi / bins)
-    told: dict[str, float] = {**_STEADY, **conditions.also, "velocity": conditions.velocity}
-    told |= {"torque": conditions.torque, "torque_level": conditions.torque, "temperature": conditions.temperature}
-    told |= {"direction": sign, "last_direction": sign}
-    told["load_motor_level"] = told.get("load_motor_torque", np.nan)
-    motor = told.get("motor_torque", np.nan)
-    told["power"] = abs((motor * ratio - conditions.torque) * conditions.velocity)
-    columns: dict[str, Any] = {name: np.full(bins, told.get(name, np.nan)) for name in ARRAYS if name != "recording"}
+    known: dict[str, float] = {**_STEADY, **conditions.also, "velocity": conditions.velocity}
+    known |= {"torque": conditions.torque, "torque_level": conditions.torque, "temperature": conditions.temperature}
+    known |= {"direction": sign, "last_direction": sign}
+    known["load_motor_level"] = known.get("load_motor_torque", np.nan)
+    motor = known.get("motor_torque", np.nan)
+    known["power"] = abs((motor * ratio - conditions.torque) * conditions.velocity)
+    columns: dict[str, Any] = {name: np.full(bins, known.get(name, np.nan)) for name in ARRAYS if name != "recording"}
     columns["theta"] = columns["q"] = theta
     return Frame(ratio=ratio, recording=np.zeros(bins, dtype=np.int64), **columns)
 

@@ -44,8 +44,8 @@ def _sentence(watch: Watch, finding: Finding, names: Sequence[Likely]) -> str:
     conditions = f", {', '.join(finding.conditions)}" if finding.conditions else ""
     quick = ""
     if names:
-        told = [own.name if own.share is None else f"{own.name} ({100.0 * own.share:.0f} %)" for own in names]
-        quick = f" Quick look, not an analysis: {', '.join(told)}."
+        listed = [own.name if own.share is None else f"{own.name} ({100.0 * own.share:.0f} %)" for own in names]
+        quick = f" Quick look, not an analysis: {', '.join(listed)}."
     return (
         f"the model no longer holds, likely since {since}: {where}{conditions}"
         f" (false in at most {100.0 * ALPHA:g} of 100 campaigns).{quick}"

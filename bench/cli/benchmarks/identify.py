@@ -29,9 +29,9 @@ def identify(
     packed = figures.compression
     say(
         f"{figures.recordings} recordings, {figures.samples / 1e6:.1f} million samples a channel, {jobs} processes\n"
-        f"identified in {_told(figures.identify)}, peak memory {figures.peak_memory / 1e9:.2f} GB\n"
-        f"reading every channel of the files takes {_told(figures.read)} "
-        f"(the channels used: {_told(figures.read_used)})\n"
+        f"identified in {_time(figures.identify)}, peak memory {figures.peak_memory / 1e9:.2f} GB\n"
+        f"reading every channel of the files takes {_time(figures.read)} "
+        f"(the channels used: {_time(figures.read_used)})\n"
         f"ratio {figures.ratio:.2f} by the clock, {figures.processor_ratio:.2f} of processor time\n"
         f"compression, {packed.recordings} recordings with {packed.rows / 1e6:.2f} million rows: "
         f"{packed.bytes / 1e6:.1f} MB and {packed.read_s:.3f} s of processor time to read every channel; without "
@@ -39,5 +39,5 @@ def identify(
     )
 
 
-def _told(cost: Cost) -> str:
+def _time(cost: Cost) -> str:
     return f"{cost.wall_s:.1f} s ({cost.processor_s:.1f} s of processor time)"

@@ -74,11 +74,11 @@ def _plants(rows: Rows) -> list[str]:
     for seed, case in sorted({(row["seed"], row["case"]) for row in rows}):
         own = {row["way"]: row for row in rows if (row["seed"], row["case"]) == (seed, case)}
         one = next(iter(own.values()))
-        told = [_told(own[way]) if way in own else "not run" for way in WAYS]
-        cells.append([f"{seed}/{case[-1]}", one["effect"], ", ".join(one["also"]), one["first"], *told])
+        outcomes = [_outcome(own[way]) if way in own else "not run" for way in WAYS]
+        cells.append([f"{seed}/{case[-1]}", one["effect"], ", ".join(one["also"]), one["first"], *outcomes])
     return table(["plant", "concealed", "confused with", "first campaign", *(WORDS[way] for way in WAYS)], cells)
 
 
-def _told(row: Mapping[str, Any]) -> str:
+def _outcome(row: Mapping[str, Any]) -> str:
     hours = row["hours_to_name"] if row["hours_to_name"] is not None else row["hours"]
     return f"{row['result']}, {row['needed'] or row['experiments']} experiments, {hours:.2f} h"

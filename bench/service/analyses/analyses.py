@@ -241,11 +241,11 @@ class Analyses:
         assert process.stdin is not None
         try:
             while line := await process.stdout.readline():
-                told = json.loads(line)
-                state = told.get("ended", "running")
-                self._put(replace(self._all[id_], state=state, what=told["what"], share=told["share"]))
-                if "asks" in told:
-                    answer = await self._experiment(id_, told["asks"])
+                message = json.loads(line)
+                state = message.get("ended", "running")
+                self._put(replace(self._all[id_], state=state, what=message["what"], share=message["share"]))
+                if "asks" in message:
+                    answer = await self._experiment(id_, message["asks"])
                     process.stdin.write(json.dumps(answer).encode() + b"\n")
                     await process.stdin.drain()
             code = await process.wait()

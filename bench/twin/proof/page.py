@@ -18,10 +18,10 @@ Rows = Sequence[Mapping[str, Any]]
 def tables(content: Mapping[str, Any]) -> str:
     """False alarms, then delay and misses by change and strength, then what was reported, then the cost."""
     rows: Rows = content["campaigns"]
-    lines = [*_false(rows), "", *_seen(rows), "", *_told(rows), "", *_cost(rows), *_at_its_rate(content)]
+    lines = [*_false(rows), "", *_seen(rows), "", *_reported(rows), "", *_cost(rows), *_at_its_rate(content)]
     made = sorted({f"{row['commit'][:12]}{'+changes' * row['commit'].endswith('+changes')}" for row in rows})
-    told = f"{len(rows)} campaigns run of those of `{content['command']}`, commit {', '.join(made) or 'none'}."
-    return "\n".join([*lines, "", told])
+    done = f"{len(rows)} campaigns run of those of `{content['command']}`, commit {', '.join(made) or 'none'}."
+    return "\n".join([*lines, "", done])
 
 
 def into(page: str, content: Mapping[str, Any]) -> str:
@@ -79,7 +79,7 @@ def _delay(delays: Sequence[int]) -> str:
     return f"{np.median(delays):.0f} ({delays[0]} to {delays[-1]})" if delays else "none was seen"
 
 
-def _told(rows: Rows) -> list[str]:
+def _reported(rows: Rows) -> list[str]:
     seen = [row for row in rows if row["noticed"] is not None and row["began"] is not None]
     seen = [row for row in seen if row["noticed"] >= row["began"]]
     if not seen:

@@ -11,7 +11,7 @@ import pytest
 from bench.configuration import BenchConfiguration, load_bench
 from bench.investigate.design import LEAST_GAIN, LEAST_POINTS, MOST_POINTS, best, by_rules, wanted
 from bench.investigate.log import came
-from bench.investigate.offer import offered, reach, states
+from bench.investigate.offer import extended, offered, states
 from bench.investigate.questions import questions
 from bench.mismatch.report.candidates import Range
 from bench.mismatch.report.finding import Finding, conclude
@@ -58,7 +58,7 @@ def _finding(frame: Frame, rival: str = "friction.stribeck", **more: Any) -> tup
 def test_two_laws_of_speed_are_told_apart_by_slow_points_soon(bench: BenchConfiguration) -> None:
     finding, data = _finding(_fast())
     asked = questions([finding], 0.7)
-    covered = reach(Range.of(data), bench)
+    covered = extended(Range.of(data), bench)
     chosen, _ = best(asked, covered, data.ratio, bench, CELSIUS, 8.0)
     assert chosen is not None
     assert LEAST_POINTS <= len(chosen.points) <= MOST_POINTS
@@ -87,21 +87,21 @@ def test_a_path_is_told_from_a_function_of_the_torque_by_a_staircase(bench: Benc
     own = made.outcome(far, "transmission_error", [found], 4e-6)
     data = made.dataset(far, "transmission_error", own.rows)
     asked = questions(conclude([own], data), 0.7)
-    chosen, _ = best(asked, reach(Range.of(data), bench), data.ratio, bench, CELSIUS, 8.0)
+    chosen, _ = best(asked, extended(Range.of(data), bench), data.ratio, bench, CELSIUS, 8.0)
     assert chosen is not None
     assert chosen.points[0].sequence == "torque_ramp"
 
 
 def test_an_experiment_beyond_the_budget_is_not_chosen(bench: BenchConfiguration) -> None:
     finding, data = _finding(_fast())
-    covered = reach(Range.of(data), bench)
+    covered = extended(Range.of(data), bench)
     assert best(questions([finding], 0.7), covered, data.ratio, bench, CELSIUS, 1e-3)[0] is None
 
 
 def test_points_the_bench_cannot_do_are_not_offered_and_the_refusal_names_the_limit(bench: BenchConfiguration) -> None:
     finding, data = _finding(_fast())
     slow = bench.model_copy(update={"limits": bench.limits.model_copy(update={"load_torque": 500.0})})
-    covered = replace(reach(Range.of(data), bench), torque=1000.0)
+    covered = replace(extended(Range.of(data), bench), torque=1000.0)
     state = next(iter(states(covered, slow, CELSIUS)))
     points, refused = offered(state, slow)
     assert points
@@ -112,7 +112,7 @@ def test_points_the_bench_cannot_do_are_not_offered_and_the_refusal_names_the_li
 
 def test_one_direction_and_one_speed_are_no_bounds_of_the_bench(bench: BenchConfiguration) -> None:
     narrow = replace(made.COVERED, slowest=0.1, fastest=0.1, sides=(1.0,), torque_sides=(1.0,))
-    wide = reach(narrow, bench)
+    wide = extended(narrow, bench)
     assert wide.sides == wide.torque_sides == (1.0, -1.0)
     assert wide.fastest > narrow.fastest
     assert wide.fastest * bench.gearbox.ratio < bench.limits.motor_speed
@@ -137,7 +137,7 @@ def test_named_but_weaker_than_asked_is_a_question(bench: BenchConfiguration) ->
 def test_what_cannot_be_predicted_is_asked_by_rule_once(bench: BenchConfiguration) -> None:
     finding, data = _finding(made.campaign(), "unknown")
     asked = questions([finding], 0.7)
-    covered = reach(Range.of(data), bench)
+    covered = extended(Range.of(data), bench)
     assert best(asked, covered, data.ratio, bench, CELSIUS, 8.0)[0] is None
     ruled = by_rules(asked, covered, bench, CELSIUS, 8.0, set())
     assert ruled is not None
