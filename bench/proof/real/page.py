@@ -23,6 +23,7 @@ same samples of the same recordings for both; these fitted nothing.
   analysed again whenever this page is made, and these results are known: for a further change of the method they are
   apart no longer.
 - *First sight* is what came out when a set was imported and analysed for the first time, before anything was changed.
+  All sets that are neither apart nor in that table were in view while the method was made.
 
 The recordings are not part of this project. Fetch the files below into a folder of the set's name each, and make this
 page with
