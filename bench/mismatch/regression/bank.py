@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2
 
 from bench.mismatch.regression.kept import Kept
 from bench.mismatch.regression.noise import RowNoise
@@ -19,6 +20,8 @@ from bench.simulation.frame import FloatArray, IntArray
 
 RIDGE = 1e-9
 """relative to a column's own energy: keeps absent columns (a speed never driven) from breaking a solve"""
+FEWEST_FREE = 6
+"""recordings beyond a model's numbers below which their means do not bound the offsets"""
 LADDER = (0.0, *(float(v) for v in np.geomspace(0.1, 3e7, 35)))
 """variances of the offsets that are tried, over the variance that noise gives a recording's mean"""
 
@@ -76,6 +79,8 @@ class Bank:
         self._cross: dict[int, FloatArray] = {}
         self.likeliest = len(LADDER) // 2
         """place on the ladder of the variance that was likeliest last"""
+        self.most = np.inf
+        """variance of the offsets above which none is tried"""
         self._one_y = whitening.by_recording(self.one * self.y)
         self._squares = float(self.y @ self.y)
 
@@ -105,7 +110,26 @@ class Bank:
         if self.free_offsets:
             return (np.inf,)
         unit = 1.0 / max(float(np.median(self.energy)), 1e-300)
-        return tuple(unit * share for share in LADDER)
+        return tuple(unit * share for share in LADDER if share <= LADDER[1] or unit * share <= self.most)
+
+    def bound_offsets(self, index: Sequence[int], chance: float) -> None:
+        """Try no variance of the offsets which the recordings' means rule out at a ``chance``: what columns ``index``
+        leave of the means, each fitted as the means alone would have it, holds the offsets and noise.
+
+        What a model lacks inside the recordings may pull its coefficients away from what fits the means, and offsets of
+        any size would take the difference. Nothing is ruled out where the means are few.
+        """
+        ones, _ = self.sums()
+        own = self.energy > 0.0
+        mean, y = (
+            ones[own][:, list(index)] / self.energy[own, None],
+            (self._one_y / np.maximum(self.energy, 1e-300))[own],
+        )
+        scale = np.maximum(np.sqrt(np.mean(mean**2, axis=0)), 1e-300)
+        found, _, rank, _ = np.linalg.lstsq(mean / scale, y, rcond=RIDGE)
+        free = int(own.sum()) - int(rank)
+        if free >= FEWEST_FREE:
+            self.most = float(np.sum((y - mean / scale @ found) ** 2) / chi2.ppf(chance, free))
 
     def shrunk(self, variance: float) -> FloatArray:
         """What of each recording's mean its offset takes, over its energy (recordings,)."""

@@ -13,6 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from bench.mismatch import criteria
 from bench.mismatch.problem import ChannelProblem
 from bench.mismatch.regression.bank import Bank
 from bench.mismatch.regression.model import Block
@@ -26,7 +27,10 @@ _SPREADS = np.geomspace(0.003, 30.0, 13)
 
 
 def settled(problem: ChannelProblem, bank: Bank, base: Sequence[Block]) -> list[Block]:
-    """The simulation's blocks with the likeliest prior of the offset's coefficients; others as they are."""
+    """The simulation's blocks with the likeliest prior of the offset's coefficients; others as they are.
+
+    The recordings' own offsets are bounded by what their means leave.
+    """
     del problem
     place = next((k for k, b in enumerate(base) if b.regressor.effect == "te.offset"), None)
     if place is None:
@@ -35,6 +39,7 @@ def settled(problem: ChannelProblem, bank: Bank, base: Sequence[Block]) -> list[
     own = np.array([float(np.mean(bank.columns.column(i) ** 2)) for i in block.place])
     groups = [np.array([k for k in range(len(own)) if k % _MONOMIALS in g and own[k] > 0.0]) for g in _GROUPS]
     index = [i for b in base for i in b.place]
+    bank.bound_offsets(index, criteria.ERROR_RATE_OF_A_CHANNEL)
     first = sum(len(b.place) for b in base[:place])
     best, kept = -np.inf, np.zeros(len(own))
     plain = np.concatenate([b.precision for b in base])

@@ -1,0 +1,42 @@
+"""Offsets of recordings are no larger than the recordings' means allow."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bench.mismatch.regression.bank import Bank, Whitening
+from bench.mismatch.regression.noise import RowNoise
+from bench.simulation.frame import FloatArray
+
+RECORDINGS, EACH, SIGMA = 30, 40, 0.05
+ROWS = RECORDINGS * EACH
+STARTS = np.arange(0, ROWS + 1, EACH)
+
+
+def banked(y: FloatArray, columns: FloatArray) -> tuple[Bank, tuple[int, ...]]:
+    """A bank of white rows."""
+    bank = Bank(y, Whitening(RowNoise(np.full(ROWS, SIGMA), np.zeros(ROWS), 0.1), STARTS))
+    return bank, bank.add(columns)
+
+
+@pytest.mark.parametrize("offset", [0.0, 0.4])
+def test_what_the_means_leave_bounds_the_offsets(offset: float) -> None:
+    rng = np.random.default_rng(3)
+    level = np.repeat(rng.uniform(-1.0, 1.0, RECORDINGS), EACH)
+    own = np.repeat(rng.normal(scale=offset, size=RECORDINGS), EACH) if offset else np.zeros(ROWS)
+    y = 2.0 * level + own + rng.normal(scale=SIGMA, size=ROWS)
+    bank, index = banked(y, np.column_stack([np.ones(ROWS), level]))
+    widest = bank.variances()[-1]
+    bank.bound_offsets(index, 0.0025)
+    assert offset**2 < bank.most < 4.0 * (offset**2 + SIGMA**2 / EACH)
+    assert bank.variances()[-1] <= bank.most < widest
+    assert len(bank.variances()) >= 2
+
+
+def test_few_means_bound_nothing() -> None:
+    rng = np.random.default_rng(4)
+    columns = np.repeat(rng.normal(size=(RECORDINGS, RECORDINGS - 5)), EACH, axis=0)
+    bank, index = banked(rng.normal(scale=SIGMA, size=ROWS), columns)
+    bank.bound_offsets(index, 0.0025)
+    assert bank.most == np.inf
