@@ -109,8 +109,8 @@ def best(
 def _in_state(
     design: Design, state: State, points: Sequence[Offered], bench: BenchConfiguration, celsius: float
 ) -> Experiment | None:
-    """The best points in a state, added one by one."""
-    looks = design.looks(points)
+    """The best points in a state, added one by one; None where the bench refuses all, or none separates anything."""
+    looks = design.looks(points) if points else []
     if not looks:
         return None
     prepared = () if state.before is None else (state.before,)

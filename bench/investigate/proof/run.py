@@ -49,6 +49,8 @@ class _Counted:
             number = self.sizes[min(step, len(self.sizes) - 1)] if self.sizes else MOST
             points = draw(scene, step, number)
             step += 1
+            if not points:
+                return None
             hours = planned(name, points, scene.bench, scene.celsius).duration_s / SECONDS_AN_HOUR
             return Experiment(points, hours, tuple((q, None) for q in scene.asked), name, name)
 
@@ -65,11 +67,15 @@ def drawn(seed: int) -> Callable[[Scene, int, int], tuple[Candidate, ...]]:
     def draw(scene: Scene, step: int, number: int) -> tuple[Candidate, ...]:
         rng = np.random.default_rng([seed, 17, step])
         every = list(states(scene.covered, scene.bench, scene.celsius))
-        state = every[int(rng.integers(len(every)))]
-        points, _ = offered(state, scene.bench)
-        picked = rng.choice(len(points), min(number, len(points)), replace=False)
-        before = () if state.before is None else (state.before,)
-        return (*before, *(points[k].point for k in picked))
+        first = int(rng.integers(len(every)))
+        # a state in which the bench refuses every point gives way to the next
+        for state in (*every[first:], *every[:first]):
+            points, _ = offered(state, scene.bench)
+            if points:
+                picked = rng.choice(len(points), min(number, len(points)), replace=False)
+                before = () if state.before is None else (state.before,)
+                return (*before, *(points[k].point for k in picked))
+        return ()
 
     return draw
 

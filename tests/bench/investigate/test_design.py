@@ -69,6 +69,17 @@ def test_two_laws_of_speed_are_told_apart_by_slow_points_soon(bench: BenchConfig
     assert 0.0 < chosen.hours < 1.0
 
 
+def test_where_the_bench_refuses_every_point_nothing_is_designed_and_it_says_why(
+    bench: BenchConfiguration, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    finding, data = _finding(_fast())
+    asked = questions([finding], 0.7)
+    monkeypatch.setattr("bench.investigate.design.offered", lambda *_: ([], ["the lubricant is too warm"]))
+    chosen, refused = best(asked, extended(Range.of(data), bench), data.ratio, bench, CELSIUS, 8.0)
+    assert chosen is None
+    assert refused == ["the lubricant is too warm"]
+
+
 def test_a_path_is_told_from_a_function_of_the_torque_by_a_staircase(bench: BenchConfiguration) -> None:
     frame = made.campaign()
     far = frame.take(np.abs(frame.torque) > 250.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -11,7 +12,8 @@ from bench.errors import BenchError
 from bench.investigate.loop import settled
 from bench.investigate.proof.page import BEGIN, END, into, tables
 from bench.investigate.proof.picture import draw
-from bench.investigate.proof.run import OPEN, RIGHT, UNSEEN, WAYS, WRONG, judged
+from bench.investigate.proof.run import OPEN, RIGHT, UNSEEN, WAYS, WRONG, drawn, judged
+from bench.mismatch.report.candidates import Candidate
 
 TRUTH = {"effects": [{"effect": "te.hysteresis", "also": ["te.lost_motion"], "channels": ["transmission_error"]}]}
 
@@ -39,6 +41,27 @@ def test_a_report_is_right_wrong_or_open() -> None:
     assert told(_finding("te.lost_motion", "named"), _finding("unknown", "unknown")) == OPEN
     assert told(_finding("friction.stribeck", "named", "motor_torque")) == UNSEEN
     assert told() == UNSEEN
+
+
+def test_a_state_in_which_no_point_can_be_run_gives_way_to_another(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A campaign without points cannot be run: seen where the lubricant was as warm as the bench allows."""
+    point = Candidate("constant_velocity", 0.0, 0.1)
+    cooled = Candidate("cooling", 0.0, 0.0, 30.0)
+    found = [SimpleNamespace(name="as found", before=None), SimpleNamespace(name="cooled down", before=cooled)]
+    scene: Any = SimpleNamespace(covered=None, bench=None, celsius=60.0)
+    monkeypatch.setattr("bench.investigate.proof.run.states", lambda *_: iter(found))
+
+    def only(names: set[str]) -> None:
+        points = [SimpleNamespace(point=point)]
+        monkeypatch.setattr(
+            "bench.investigate.proof.run.offered", lambda state, _: (points if state.name in names else [], ["warm"])
+        )
+
+    for seed in range(8):
+        only({"cooled down"})
+        assert drawn(seed)(scene, 0, 4) == (cooled, point)
+        only(set())
+        assert drawn(seed)(scene, 0, 4) == ()
 
 
 def test_plants_that_were_never_open_are_counted_and_not_in_the_shares() -> None:
