@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bench.mismatch import criteria
+from bench.mismatch.problem import ChannelProblem
 from bench.mismatch.regression.description import description, prior_of
 from bench.mismatch.regression.folds import apart, weights
 from bench.mismatch.regression.heredity import laws, orphaned, without
@@ -39,6 +40,8 @@ RIVAL_OWN = 1e-6
 """share of a rival's energy beside the other effects from which it is looked at: less than of an effect that is told,
 for a
 design that hardly shows a rival is the very one that cannot exclude it"""
+EXACT = 1e-12
+"""share of its energy that is left of a column drawn exactly by others: rounding"""
 WORTH_A_LOOK = 0.2
 """of the best gain beside the other effects, that a rival's has to be before it is refined"""
 
@@ -212,10 +215,26 @@ def _heirs(model: ChannelModel, others: Sequence[Chosen], contenders: Sequence[C
     names = sorted((k for k, c in enumerate(contenders) if c.effect != UNKNOWN), key=lambda k: numbers[k])
     out: dict[int, int] = {}
     for k, own in enumerate(said):
-        heir = next((i for i in names if numbers[i] < numbers[k] and same(own, said[i])), None)
+        plainer = (i for i in names if numbers[i] < numbers[k] and _holds(problem, contenders[k], contenders[i]))
+        heir = next((i for i in plainer if same(own, said[i])), None)
         if heir is not None:
             out[k] = heir
     return out, same(said[0], predicted(others))
+
+
+def _holds(problem: ChannelProblem, richer: Chosen, plain: Chosen) -> bool:
+    """Whether a name is a case of another explanation: of a function without a name, of another form of the effect, of
+    an effect whose columns draw its own exactly and more.
+
+    Two effects that these recordings do not tell apart are no such case, however alike: they are ambiguous.
+    """
+    if richer.effect in (UNKNOWN, plain.effect):
+        return True
+    own, more = (c.main.regressor.columns(problem.rows.frame)[problem.train] for c in (plain, richer))
+    if more.shape[1] <= own.shape[1]:
+        return False
+    left = own - more @ np.linalg.lstsq(more, own, rcond=None)[0]
+    return bool(np.sum(left**2) <= EXACT * np.sum(own**2))
 
 
 def called_as_good(own: Chosen, other: Chosen, odds: float, loss: float) -> bool:

@@ -12,7 +12,15 @@ from bench.mismatch.regression.heredity import without_laws
 from bench.mismatch.regression.model import Block, Chosen, add_block
 from bench.mismatch.regression.regressors import Free, Named, Regressor, named
 from bench.mismatch.regression.search import begun, shaped
-from bench.mismatch.regression.slots import Contender, Slot, _disowned, _heirs, called_as_good, without_empty_laws
+from bench.mismatch.regression.slots import (
+    Contender,
+    Slot,
+    _disowned,
+    _heirs,
+    _holds,
+    called_as_good,
+    without_empty_laws,
+)
 from bench.simulation.terms import LIBRARY, MOTOR_TORQUE, TEMPERATURE
 from tests.bench.mismatch.regression.synthetic import campaign, problem
 from tests.bench.mismatch.regression.test_free_motion import COULOMB, INERTIA, VISCOUS, asked, free, noise, swinging
@@ -79,6 +87,30 @@ def test_the_plainer_name_stands_where_no_transducer_tells_the_two_apart(
     square, power = replace(square, shape=None), replace(power, shape=None)
     assert float((search.density([power]) - search.density([square])).sum()) > 10.0
     assert _heirs(search.model, [], (square, power)) == (heirs, needless)
+
+
+@pytest.mark.parametrize(
+    ("richer", "form", "point", "plain", "holds"),
+    [
+        ("motor.torque_constant", "cubic", (0.0,), "sensor.torque_gain", True),
+        ("friction.position_dependent", "constant", (1.0,), "load.unbalance", False),
+        ("friction.stribeck", "gaussian", (8.0,), DRAG, False),
+    ],
+)
+def test_two_effects_are_one_only_where_one_is_a_case_of_the_other(
+    richer: str, form: str, point: tuple[float, ...], plain: str, holds: bool
+) -> None:
+    """In one direction an unbalance and a friction over the angle are alike to rounding, and still two things."""
+    frame = campaign()
+    frame = frame.take(frame.direction > 0.0)
+    own = problem(frame, np.zeros(frame.size))
+
+    def alone(effect: str, form: str, point: tuple[float, ...]) -> Chosen:
+        term = LIBRARY[effect]
+        chosen = next((f for f in term.forms[MOTOR_TORQUE] if f.name == form), term.forms[MOTOR_TORQUE][0])
+        return Chosen(Block(Named(term, MOTOR_TORQUE, chosen, point), (), np.zeros(0)))
+
+    assert _holds(own, alone(richer, form, point), alone(plain, "", ())) is holds
 
 
 @pytest.mark.parametrize(("viscous", "effects"), [(0.0, ["unknown"]), (VISCOUS, ["friction.viscous", "unknown"])])
