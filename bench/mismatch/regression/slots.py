@@ -180,8 +180,8 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
     for k, (chosen, density) in enumerate(zip(found, densities, strict=True)):
         loss, error = apart(whole, density)
         odds = worth(share[k + 1], chosen) / max(worth(share[0], own), 1e-300)
-        # a name that says with more numbers what a plainer one says is none of its own
-        near = k + 1 not in heirs and called_as_good(own, chosen, float(odds), loss)
+        # what says with more numbers what the effect says is no other explanation
+        near = heirs.get(k + 1) != 0 and called_as_good(own, chosen, float(odds), loss)
         rivals.append(Contender(chosen, density, loss, error, float(share[k + 1]), near))
     plainer = rivals[heirs[0] - 1] if 0 in heirs else None
     rivals.sort(key=lambda r: r.loss)
