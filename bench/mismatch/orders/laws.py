@@ -34,6 +34,8 @@ from bench.simulation.frame import FloatArray
 from bench.simulation.laws import RESONANCE, Law, factor, value
 
 SURROGATES = 60
+FEWEST_STATES = 3
+"""speeds (loads) from which a law of them is asked for: through two goes every law"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +60,9 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
     if data is None:
         return None
     white, flat = whitened(data)
-    points = [*resonances(data), *factors(data)]
+    points = [p for p in (*resonances(data), *factors(data)) if _driven(data, p.variables[0])]
+    if not points:
+        return None
     changes = changes_of(data, white, points)
     scored = [scores(p, c, flat[None]) for p, c in zip(points, changes, strict=True)]
     gains = np.array([float(own.total[0]) for own in scored])
@@ -77,7 +81,7 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
     # the scan's tangent is that of a weak mode: the vectors are asked themselves, and the mode refined, before it is
     # compared with what follows the speed anyhow
     begin, gain = modes.begun(data)
-    if max(told.get(RESONANCE, -np.inf), gain) > 0.5 * gains[best]:
+    if RESONANCE in told and max(told.get(RESONANCE, -np.inf), gain) > 0.5 * gains[best]:
         mode = modes.refined(model, data, begin)
         told[RESONANCE], each[RESONANCE] = mode.gain, mode.each
     effect = max(told, key=lambda e: told[e])
@@ -98,6 +102,17 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
     rivals.sort(key=lambda r: r[1])
     law = replace(law, gain=told[effect])
     return FoundLaw(law, rate, std, strength_std, series, tuple(rivals), 1.0 / whole)
+
+
+def _driven(data: Amplitudes, quantity: str) -> bool:
+    """Whether the revolutions have so many speeds (loads) that a law of them can be told; other quantities vary as they
+    will.
+    """
+    values = {"speed": np.abs(data.x[:, 1]), "torque": data.x[:, 0]}.get(quantity)
+    if values is None:
+        return True
+    apart = criteria.WAVERING * float(np.abs(values).max())
+    return 1 + int(np.sum(np.diff(np.sort(values)) > apart)) >= FEWEST_STATES
 
 
 def _between_points(

@@ -52,3 +52,29 @@ def test_as_many_modes_are_found_as_there_are(naturals: tuple[float, ...]) -> No
         assert model.periodic is not None
         model.periodic = Periodic(law.series, laws=(*model.periodic.laws, law.law))
     assert sorted(found) == pytest.approx(list(naturals), rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("speeds", "driven"),
+    [([0.13, 0.131, 0.132], False), ([0.05, 0.13, -0.131], False), ([0.05, 0.09, -0.13], True)],
+)
+def test_a_law_of_speed_needs_three_speeds(speeds: list[float], driven: bool) -> None:
+    _, data = passed("second_order", 7.3, 0.07, 0.15, 8)
+    own = replace(data, x=np.array([[100.0 * k, v, 25.0] for k, v in enumerate(speeds * 4)]))
+    assert laws._driven(own, "speed") is driven
+    assert laws._driven(own, "torque")
+    assert laws._driven(own, "temperature")
+
+
+def test_at_one_speed_no_resonance_is_looked_for() -> None:
+    _, data = passed("second_order", 7.3, 0.07, 0.15, 8)
+    found = [
+        law.effect for law in (*laws.resonances(data), *laws.factors(data)) if laws._driven(data, law.variables[0])
+    ]
+    assert {RESONANCE, "te.velocity_nonlinear"} <= set(found)
+    x = data.x.copy()
+    x[:, 1] = 0.13 * np.sign(x[:, 1])
+    alone = replace(data, x=x)
+    kept = [p.effect for p in (*laws.resonances(alone), *laws.factors(alone)) if laws._driven(alone, p.variables[0])]
+    assert kept
+    assert not {RESONANCE, "te.velocity_nonlinear"} & set(kept)
