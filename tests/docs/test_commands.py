@@ -54,9 +54,23 @@ def test_the_program_knows_command_and_options(command: Command, program: Any) -
     assert {word for word in words if word.startswith("-")} <= known
 
 
+@pytest.fixture(scope="module")
+def ran() -> set[Command]:
+    """Commands that ran in this process: a page's commands need those before them, which another process may have."""
+    return set()
+
+
 @pytest.mark.parametrize("command", SHORT, ids=lambda c: f"{c.page}: {c.line}")
-def test_short_commands_run(command: Command, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_short_commands_run(command: Command, folder: Path, ran: set[Command], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(folder)
+    before = SHORT[: SHORT.index(command)]
+    for own in [*(c for c in before if c.page == command.page and c not in ran), command]:
+        run(own)
+        ran.add(own)
+
+
+def run(command: Command) -> None:
+    """Run a command where we are; it has to succeed."""
     if command.words[0] == "python":
         runpy.run_path(command.words[1], run_name="__main__")
         return
