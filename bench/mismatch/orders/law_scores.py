@@ -11,9 +11,9 @@ from scipy.linalg import solve_triangular
 from bench.mismatch import criteria
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.series import RELATIVE_NOISE, Series
-from bench.mismatch.orders.turns import Complex, directions, states
+from bench.mismatch.orders.turns import Complex, directions, passed, states
 from bench.simulation.frame import FloatArray
-from bench.simulation.laws import MODES, RESONANCE, Law, Reference, factor, value
+from bench.simulation.laws import MODES, RESONANCE, Law, Reference, value
 
 PRIOR_TURNS = 20.0
 """revolutions' worth of evidence that the noise is that of the spectra"""
@@ -57,9 +57,8 @@ def amplitudes(model: TransmissionModel) -> Amplitudes | None:
     sigma = np.sqrt(sigma**2 + (RELATIVE_NOISE * np.sqrt(np.mean(np.abs(vectors) ** 2, axis=0))) ** 2)
     x = states(turns)
     time = np.array([t.time for t in turns])
-    for law in model.periodic.laws:
-        by = factor(law, x, time, series.orders)
-        vectors, sigma = vectors / by, sigma / np.abs(by)
+    by = passed(model.periodic.laws, turns, series.orders)
+    vectors, sigma = vectors / by, sigma / np.abs(by)
     return Amplitudes(vectors, sigma, x, directions(turns), time, series.orders, series, Reference.of(x, time))
 
 

@@ -80,10 +80,11 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
     mode = None
     # the scan's tangent is that of a weak mode: the vectors are asked themselves, and the mode refined, before it is
     # compared with what follows the speed anyhow
-    begin, gain = modes.begun(data)
-    if RESONANCE in told and max(told.get(RESONANCE, -np.inf), gain) > 0.5 * gains[best]:
-        mode = modes.refined(model, data, begin)
-        told[RESONANCE], each[RESONANCE] = mode.gain, mode.each
+    if RESONANCE in told:
+        begin, gain = modes.begun(data)
+        if max(told[RESONANCE], gain) > 0.5 * gains[best]:
+            mode = modes.refined(model, data, begin)
+            told[RESONANCE], each[RESONANCE] = mode.gain, mode.each
     effect = max(told, key=lambda e: told[e])
     if mode is not None and effect == RESONANCE:
         law, std, series, strength_std = mode.law, mode.std, mode.series, np.zeros(len(data.orders))

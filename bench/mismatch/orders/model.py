@@ -16,7 +16,7 @@ from bench.mismatch.orders.partial import refined
 from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.ringing import ringing, rings_for
 from bench.mismatch.orders.series import Series, calibrate
-from bench.mismatch.orders.turns import LEAST_PART, LEAST_TURN, Seen, Turn, found_in, looks, seen, states
+from bench.mismatch.orders.turns import LEAST_PART, LEAST_TURN, Seen, Turn, found_in, looks, passed, seen
 from bench.mismatch.orders.weak import Stage, WeakOrder, search, search_between
 from bench.mismatch.problem import BaseTerm, ChannelProblem
 from bench.mismatch.recordings.rows import Rows
@@ -27,7 +27,7 @@ from bench.mismatch.regression.prior import settled
 from bench.mismatch.regression.scan import tail
 from bench.mismatch.regression.search import Search, searched
 from bench.simulation.frame import FloatArray, IntArray
-from bench.simulation.laws import Law, factor
+from bench.simulation.laws import Law
 from bench.simulation.terms import TRANSMISSION_ERROR
 
 ROUNDS = 8
@@ -188,11 +188,8 @@ def calibrated(model: TransmissionModel, now: Seen, known: Sequence[float], foun
     place = np.array([now.orders.index(f) for f in polynomial], dtype=np.int64)
     noise = now.noise(polynomial)[model.train]
     vectors = now.vectors[model.train][:, place]
-    time = np.array([t.time for t in turns])
-    for law in model.given.laws:
-        by = factor(law, states(turns), time, polynomial)
-        vectors, noise = vectors / by, noise / np.abs(by)
-    series = calibrate(turns, vectors, noise, polynomial)
+    by = passed(model.given.laws, turns, polynomial)
+    series = calibrate(turns, vectors / by, noise / np.abs(by), polynomial)
     model.seen = now
     alone = tuple(w for w in weak if w.order not in polynomial)
     model.periodic = with_parts(model, Periodic(series, alone, laws=model.given.laws))

@@ -16,10 +16,10 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.sight import Sight
-from bench.mismatch.orders.turns import Complex, states
+from bench.mismatch.orders.turns import Complex, passed
 from bench.mismatch.orders.weak import NEIGHBOUR_REVOLUTIONS
 from bench.simulation.frame import FloatArray, IntArray
-from bench.simulation.laws import RESONANCE, factor
+from bench.simulation.laws import RESONANCE
 
 MULTIPLES = 3
 """of a modulation's order at which further pairs belong to it"""
@@ -96,12 +96,13 @@ def _found(model: TransmissionModel, sight: Sight, taken: Sequence[float]) -> _O
     carriers = tuple(f for f in model.given.orders if f not in model.given.notch and f in model.periodic.series.orders)
     turns = model.own_turns
     # what all orders near a mode pass makes none the sideband of another: they are compared as they were before it
-    shown = model.periodic.at_turns(turns, carriers) / sight.stage.scale[:, None] / _passed(model, carriers)
-    passed = _passed(model, own)
+    modes = [law for law in model.periodic.laws if law.effect == RESONANCE]
+    shown = model.periodic.at_turns(turns, carriers) / sight.stage.scale[:, None] / passed(modes, turns, carriers)
+    by = passed(modes, turns, own)
     size, constant = np.zeros(len(own)), np.zeros(len(own))
     following = np.full((len(own), len(carriers)), -np.inf)
     for k, f in enumerate(own):
-        vectors = sight.at(model, f) / passed[:, k]
+        vectors = sight.at(model, f) / by[:, k]
         best, _ = sight.gains(vectors, f)
         noise = sight.noise(f)
         level = 1.0 / sight.stage.scale
@@ -112,17 +113,6 @@ def _found(model: TransmissionModel, sight: Sight, taken: Sequence[float]) -> _O
     highest = int(max([*own, *carriers, 1.0]) * 1.1) + criteria.HIGHEST_MODULATION
     place = np.array(own, dtype=np.int64)
     return _Orders(place, _beyond_usual(place, size), constant, following, carriers, highest)
-
-
-def _passed(model: TransmissionModel, orders: Sequence[float]) -> Complex:
-    """What the model's resonances have multiplied the vectors of some orders by in the turns (turns, k)."""
-    assert model.periodic is not None
-    turns = model.own_turns
-    out = np.ones((len(turns), len(orders)), dtype=np.complex128)
-    for law in model.periodic.laws:
-        if law.effect == RESONANCE:
-            out *= factor(law, states(turns), np.array([t.time for t in turns]), orders)
-    return out
 
 
 def _beyond_usual(place: IntArray, size: FloatArray) -> FloatArray:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bench.mismatch.orders.series import Series
-from bench.mismatch.orders.turns import Complex, Turn, directions, states
+from bench.mismatch.orders.turns import Complex, Turn, directions, passed, states
 from bench.mismatch.orders.weak import WeakOrder, design
 from bench.mismatch.regression.bank import RIDGE
 from bench.simulation import waves
@@ -96,10 +96,7 @@ class Periodic:
         out = np.zeros((len(turns), len(orders)), dtype=np.complex128)
         place = {float(f): k for k, f in enumerate(orders)}
         x, side = states(turns), directions(turns)
-        own = self.series.vectors(x, side)
-        time = np.array([t.time for t in turns])
-        for law in self.laws:
-            own = own * factor(law, x, time, self.series.orders)
+        own = self.series.vectors(x, side) * passed(self.laws, turns, self.series.orders)
         for k, f in enumerate(self.series.orders):
             if f in place:
                 out[:, place[f]] += own[:, k]

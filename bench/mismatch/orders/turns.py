@@ -16,6 +16,7 @@ from bench.mismatch.orders.look import HIGHEST_ORDER, PARTS, Look, Rest
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.noise import Mixture, fitted
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.laws import Law, factor
 
 Complex = NDArray[np.complex128]
 
@@ -89,6 +90,15 @@ def looks(rows: Rows, turns: Sequence[Turn]) -> tuple[Look, ...]:
 def states(turns: Sequence[Turn]) -> FloatArray:
     """Torque, velocity and temperature of the turns (turns, 3)."""
     return np.array([[t.torque, t.velocity, t.temperature] for t in turns]).reshape(len(turns), 3)
+
+
+def passed(laws: Sequence[Law], turns: Sequence[Turn], orders: Sequence[float]) -> Complex:
+    """What some laws together multiply the vectors of ``orders`` by in the turns (turns, k)."""
+    out = np.ones((len(turns), len(orders)), dtype=np.complex128)
+    time = np.array([t.time for t in turns])
+    for law in laws:
+        out *= factor(law, states(turns), time, orders)
+    return out
 
 
 def directions(turns: Sequence[Turn]) -> FloatArray:

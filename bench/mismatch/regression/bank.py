@@ -121,10 +121,7 @@ class Bank:
         """
         ones, _ = self.sums()
         own = self.energy > 0.0
-        mean, y = (
-            ones[own][:, list(index)] / self.energy[own, None],
-            (self._one_y / np.maximum(self.energy, 1e-300))[own],
-        )
+        mean, y = ones[own][:, list(index)] / self.energy[own, None], self._one_y[own] / self.energy[own]
         scale = np.maximum(np.sqrt(np.mean(mean**2, axis=0)), 1e-300)
         found, _, rank, _ = np.linalg.lstsq(mean / scale, y, rcond=RIDGE)
         free = int(own.sum()) - int(rank)

@@ -91,35 +91,32 @@ def settle(search: Search) -> list[Slot]:
     found = slots(search)
     for _ in range(2 * len(search.model.chosen)):
         model = search.model
-        for slot in found:
-            if slot.plainer is not None or slot.needless:
-                chosen = without(model.chosen, slot.chosen, model.problem.lacking)
-                chosen += [] if slot.needless or slot.plainer is None else [slot.plainer.chosen]
-                search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
-                found = slots(search)
-                break
-            named = [r for r in slot.rivals if r.chosen.effect != UNKNOWN]
-            best = max(named, key=lambda r: r.weight, default=None)
-            nothing = 1.0 - slot.weight - sum(r.weight for r in slot.rivals)
-            nameless = max((r for r in slot.rivals if r.chosen.effect == UNKNOWN), key=lambda r: r.weight, default=None)
-            if _disowned(slot, nameless):
-                assert nameless is not None
-                chosen = [*without(model.chosen, slot.chosen, model.problem.lacking), nameless.chosen]
-                search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
-                found = slots(search)
-                break
-            # whichever function it is: what they say in common is that no name does
-            unnamed = slot.weight + (0.0 if nameless is None else nameless.weight)
-            if slot.chosen.effect != UNKNOWN or unnamed >= max(nothing, 0.0 if best is None else best.weight):
-                continue
-            others = [c for c in model.chosen if c is not slot.chosen]
-            chosen = [*others, best.chosen] if best is not None and best.weight > nothing else others
-            search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
-            found = slots(search)
+        chosen = next((own for slot in found if (own := _succession(model, slot)) is not None), None)
+        if chosen is None:
             break
-        else:
-            break
+        search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
+        found = slots(search)
     return found
+
+
+def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
+    """Effects with what takes a slot's place, or with nothing there; None where the slot's effect stays."""
+    others = without(model.chosen, slot.chosen, model.problem.lacking)
+    if slot.needless:
+        return others
+    if slot.plainer is not None:
+        return [*others, slot.plainer.chosen]
+    best = max((r for r in slot.rivals if r.chosen.effect != UNKNOWN), key=lambda r: r.weight, default=None)
+    nameless = max((r for r in slot.rivals if r.chosen.effect == UNKNOWN), key=lambda r: r.weight, default=None)
+    if nameless is not None and _disowned(slot, nameless):
+        return [*others, nameless.chosen]
+    nothing = 1.0 - slot.weight - sum(r.weight for r in slot.rivals)
+    # whichever function it is: what they say in common is that no name does
+    unnamed = slot.weight + (0.0 if nameless is None else nameless.weight)
+    if slot.chosen.effect != UNKNOWN or unnamed >= max(nothing, 0.0 if best is None else best.weight):
+        return None
+    others = [c for c in model.chosen if c is not slot.chosen]
+    return [*others, best.chosen] if best is not None and best.weight > nothing else others
 
 
 def without_empty_laws(search: Search, found: Sequence[Slot]) -> list[Slot]:

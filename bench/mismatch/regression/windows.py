@@ -29,12 +29,8 @@ def acting(angle: FloatArray, course: FloatArray, number: FloatArray) -> tuple[t
         return ()
     # a calibration takes the mean off: what stands at the usual level does not act
     density = (mean - np.median(mean)) ** 2
-    order = np.argsort(-density, kind="stable")
-    held = np.cumsum(density[order])
-    if held[-1] <= 0.0:
-        return ()
-    own = order[: int(np.searchsorted(held, HELD * held[-1])) + 1]
-    if own.size > WIDEST * BINS:
+    own = _strongest(density)
+    if not 0 < own.size <= WIDEST * BINS:
         return ()
     inside = np.zeros(BINS, dtype=bool)
     inside[own] = True
@@ -54,12 +50,7 @@ def orders(angle: FloatArray, course: FloatArray, number: FloatArray) -> tuple[f
     mean = _density(angle, course, number)
     if mean is None:
         return ()
-    power = np.abs(np.fft.rfft(mean)[1 : HIGHEST + 1]) ** 2
-    if power.sum() <= 0.0:
-        return ()
-    order = np.argsort(-power, kind="stable")
-    enough = int(np.searchsorted(np.cumsum(power[order]), HELD * power.sum())) + 1
-    return tuple(float(k + 1) for k in order[:enough])
+    return tuple(float(k + 1) for k in _strongest(np.abs(np.fft.rfft(mean)[1 : HIGHEST + 1]) ** 2))
 
 
 def orders_of_each(angle: FloatArray, values: FloatArray, number: FloatArray, recording: IntArray) -> tuple[float, ...]:
@@ -71,10 +62,16 @@ def orders_of_each(angle: FloatArray, values: FloatArray, number: FloatArray, re
         mean = _density(angle[own], values[own], number[own])
         if mean is not None:
             power += np.abs(np.fft.rfft(mean)) ** 2 * np.append(1.0, np.full(BINS // 2, 2.0)) * number[own].sum()
-    order = np.argsort(-power, kind="stable")
-    enough = order[: int(np.searchsorted(np.cumsum(power[order]), HELD * power.sum())) + 1]
-    known = power.sum() > 0.0 and enough.size <= FEW and not np.any(enough == 0) and np.all(enough <= HIGHEST)
-    return tuple(float(k) for k in enough) if known else ()
+    own = _strongest(power)
+    known = own.size <= FEW and np.all((own > 0) & (own <= HIGHEST))
+    return tuple(float(k) for k in own) if known else ()
+
+
+def _strongest(energy: FloatArray) -> IntArray:
+    """Numbers of the fewest parts that hold nine tenths of an energy (n,), strongest first; none if it is nil."""
+    order = np.argsort(-energy, kind="stable")
+    held = np.cumsum(energy[order])
+    return order[: int(np.searchsorted(held, HELD * held[-1])) + 1 if held[-1] > 0.0 else 0]
 
 
 def _density(angle: FloatArray, values: FloatArray, number: FloatArray) -> FloatArray | None:
