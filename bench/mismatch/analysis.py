@@ -39,9 +39,10 @@ from bench.mismatch.regression.candidates import TURNING
 from bench.mismatch.regression.course import columns_at
 from bench.mismatch.regression.discoveries import discoveries as of_regression
 from bench.mismatch.regression.model import ChannelModel, of_start, scattered
-from bench.mismatch.regression.search import Search, searched
+from bench.mismatch.regression.search import searched
 from bench.mismatch.regression.sensitivity import sensitivities
 from bench.mismatch.regression.slots import settle, without_empty_laws
+from bench.mismatch.regression.state import Search
 from bench.mismatch.unnamed.formula import in_formulas
 from bench.mismatch.unnamed.structure import examine
 from bench.simulation import waves

@@ -25,7 +25,8 @@ from bench.mismatch.regression.model import add_base, fit_blocks, plain_residual
 from bench.mismatch.regression.noise import Mixture
 from bench.mismatch.regression.prior import settled
 from bench.mismatch.regression.scan import tail
-from bench.mismatch.regression.search import Search, searched
+from bench.mismatch.regression.search import searched
+from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray, IntArray
 from bench.simulation.laws import Law
 from bench.simulation.terms import TRANSMISSION_ERROR

@@ -18,9 +18,9 @@ from bench.mismatch.regression.excess import excess, levelled
 from bench.mismatch.regression.model import ChannelModel, Chosen, of_start
 from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
-from bench.mismatch.regression.search import Search
 from bench.mismatch.regression.slots import Contender, Slot
 from bench.mismatch.regression.spells import spell_of
+from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.quantities import QUANTITIES
 

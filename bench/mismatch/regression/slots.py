@@ -14,6 +14,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.problem import ChannelProblem
+from bench.mismatch.regression.beside import free_function, idle, shaped, sound_beside, told_from_nothing
 from bench.mismatch.regression.description import description, prior_of
 from bench.mismatch.regression.folds import apart, weights
 from bench.mismatch.regression.heredity import laws, orphaned, without
@@ -21,15 +22,8 @@ from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named
 from bench.mismatch.regression.scan import Scan
-from bench.mismatch.regression.search import (
-    Search,
-    free_function,
-    idle,
-    shaped,
-    sound_beside,
-    told_from_nothing,
-)
 from bench.mismatch.regression.spells import price_of_cuts
+from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.strength import active_size, trusted
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms import LIBRARY

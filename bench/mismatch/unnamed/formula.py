@@ -17,8 +17,8 @@ from bench.mismatch.regression.bank import Bank
 from bench.mismatch.regression.folds import apart, predictive, squares
 from bench.mismatch.regression.model import Block, Chosen, add_block, fit_blocks
 from bench.mismatch.regression.regressors import UNKNOWN, Free
-from bench.mismatch.regression.search import Search
 from bench.mismatch.regression.slots import Slot
+from bench.mismatch.regression.state import Search
 from bench.mismatch.unnamed import formula_proposed as proposed
 from bench.mismatch.unnamed.formula_fitted import bounded, tuned
 from bench.mismatch.unnamed.formula_regressor import Equation

@@ -15,7 +15,7 @@ from bench.mismatch import criteria
 from bench.mismatch.discovery import UNKNOWN, UNNAMED, ChannelOutcome, Discovery, Structure
 from bench.mismatch.recordings.rows import settled_rows
 from bench.mismatch.recordings.vibration import Density
-from bench.mismatch.regression.search import Search
+from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.strength import strength_of
 from bench.mismatch.unnamed.bursts import Bursts, bursts
 from bench.mismatch.unnamed.scatter import UNITS, Scatter, scatter

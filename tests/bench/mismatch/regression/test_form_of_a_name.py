@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bench.mismatch.regression.choosing import _form_of_a_name, _still_open
 from bench.mismatch.regression.model import Block, Chosen
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
-from bench.mismatch.regression.search import _form_of_a_name, _still_open
 from bench.simulation.tables import Grid
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, TRANSMISSION_ERROR
 

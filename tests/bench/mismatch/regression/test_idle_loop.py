@@ -10,10 +10,12 @@ import pytest
 from bench.mismatch import criteria
 from bench.mismatch.problem import ChannelProblem, nominal_base
 from bench.mismatch.recordings.rows import Rows
+from bench.mismatch.regression.beside import idle, shaped
 from bench.mismatch.regression.folds import weights
 from bench.mismatch.regression.regressors import named
-from bench.mismatch.regression.search import Search, begun, idle, shaped
+from bench.mismatch.regression.search import begun
 from bench.mismatch.regression.slots import slots
+from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms import TRANSMISSION_ERROR
 from tests.bench.simulation.terms.frames import at_loads_and_speeds

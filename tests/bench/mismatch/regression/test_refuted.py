@@ -6,11 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
+from bench.mismatch.regression.beside import shaped
 from bench.mismatch.regression.folds import carried
 from bench.mismatch.regression.model import Chosen
 from bench.mismatch.regression.refuted import not_refuted
 from bench.mismatch.regression.regressors import named
-from bench.mismatch.regression.search import Search, begun, shaped
+from bench.mismatch.regression.search import begun
+from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms import MOTOR_TORQUE
 from tests.bench.mismatch.regression.synthetic import EACH, campaign, problem

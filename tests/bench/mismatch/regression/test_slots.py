@@ -8,10 +8,11 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from bench.mismatch.regression.beside import shaped
 from bench.mismatch.regression.heredity import without_laws
 from bench.mismatch.regression.model import Block, Chosen, add_block
 from bench.mismatch.regression.regressors import Free, Named, Regressor, named
-from bench.mismatch.regression.search import begun, shaped
+from bench.mismatch.regression.search import begun
 from bench.mismatch.regression.slots import (
     Contender,
     Slot,

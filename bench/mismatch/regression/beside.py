@@ -1,0 +1,156 @@
+"""An effect fitted beside others: a free function, a term refined, and whether what comes out is physically
+possible and leaves the others so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from bench.mismatch import criteria
+from bench.mismatch.regression.bank import Bank, Fit
+from bench.mismatch.regression.candidates import exercised, shape_of
+from bench.mismatch.regression.heredity import laws
+from bench.mismatch.regression.model import Block, Chosen, add_block, fit_blocks, weak_precision, with_shape
+from bench.mismatch.regression.refine import refined, strained
+from bench.mismatch.regression.regressors import Named, Regressor
+from bench.mismatch.regression.state import Search
+from bench.simulation.frame import FloatArray
+
+BEYOND_BOUNDS = 2.0
+"""standard deviations by which a coefficient may lie on the wrong side of a physical bound"""
+
+
+def free_function(search: Search, others: Sequence[Chosen], block: Block) -> Chosen:
+    """A free function beside other effects; where no recording has been, its values are as large as elsewhere at
+    most.
+    """
+    model = search.model
+    weak = np.full(len(block.place), weak_precision(model.bank, block.place))
+    fitted = fit_blocks(model.bank, [*model.blocks(others), replace(block, precision=weak)], model.variances)
+    values = block.regressor.columns(model.problem.rows.frame)[model.problem.train] @ fitted.of(block.place)[0]
+    size = _own_size(values)
+    if model.problem.spec.integral:  # its values are rates
+        size = float(np.sqrt(np.mean(fitted.of(block.place)[0] ** 2)))
+    precision = np.maximum(weak, 1.0 / max(size, 1e-300) ** 2)
+    return Chosen(replace(block, precision=precision))
+
+
+def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen | None:
+    """A term refined beside other effects, with the correction of its shape; None where it is physically impossible."""
+    model = search.model
+    assert isinstance(start, Named)
+    problem, bank = model.problem, model.bank
+    beside = model.blocks(others)
+    variance = fit_blocks(bank, beside, model.variances).variance
+    better = refined(problem, bank, beside, start, variance)
+    main = add_block(problem, bank, better)
+    fitted = fit_blocks(bank, [*beside, main], model.variances)
+    if not admissible(better, *fitted.of(main.place)):
+        return None
+    if problem.free and not (sound_beside(search, others, main, fitted) and not _taking(search, main, others, fitted)):
+        return None
+    for other in others:
+        # two of one kind with opposite signs are another curve in disguise
+        own = other.main.regressor
+        if isinstance(own, Named) and not admissible(own, *fitted.of(other.main.place)):
+            return None
+    train = problem.train
+    effect = better.columns(problem.rows.frame)[train] @ fitted.of(main.place)[0]
+    size = _own_size(effect)
+    shape = None
+    if model.noise.telling is None and all(c.effect != better.effect for c in others):
+        shape = shape_of(problem.channel, better.effect, problem.rows.frame.take(train))
+    return with_shape(problem, bank, main, shape, criteria.SHAPE * size)
+
+
+def _own_size(values: FloatArray) -> float:
+    """Size of an effect where it acts: its mean square weighted by itself."""
+    square = values**2
+    return float(np.sqrt(np.sum(square**2) / max(float(square.sum()), 1e-300)))
+
+
+def handicap_of(search: Search, candidate: Chosen) -> float:
+    """Log density by which a term has to be better than others to be told: one at the end of its range, or a loop that
+    the recordings hardly turned, is another term in disguise.
+    """
+    frame = search.model.problem.rows.frame
+    return criteria.RICHER * (int(strained(candidate.main.regressor, frame)) + int(idle(search, candidate)))
+
+
+def idle(search: Search, candidate: Chosen) -> bool:
+    """Whether a term is a loop that the recordings hardly turned: they cannot tell it from a function of the torque."""
+    problem = search.model.problem
+    regressor, frame = candidate.main.regressor, problem.rows.frame
+    return not exercised(regressor, regressor.columns(frame)[problem.train], frame.take(problem.train))
+
+
+def admissible(named: Named, coefficients: FloatArray, covariance: FloatArray) -> bool:
+    """Whether a term's coefficients are physically possible: a lag that leads is no lag."""
+    doubt = BEYOND_BOUNDS * np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    low = np.array([s.lower for s in named.form.linear])
+    high = np.array([s.upper for s in named.form.linear])
+    if np.any(coefficients + doubt < low) or np.any(coefficients - doubt > high):
+        return False
+    return not (named.form.one_sign and np.any(coefficients > doubt) and np.any(coefficients < -doubt))
+
+
+def sound_beside(search: Search, others: Sequence[Chosen], by: Block, fitted: Fit) -> bool:
+    """Whether an effect leaves terms physically possible that are so without it: friction that it makes negative is no
+    friction, but what it takes from it. An inertia that comes out negative beside drag is another matter: of a term
+    that it shares next to nothing with it takes nothing.
+    """
+    model = search.model
+    plain = model.refitted(others)
+    for block in [*model.base, *(c.main for c in others)]:
+        own = block.regressor
+        if not isinstance(own, Named) or not admissible(own, *plain.of(block.place)):
+            continue
+        if not admissible(own, *fitted.of(block.place)) and _shared(model.bank, block, by, fitted) > criteria.SHAPE**2:
+            return False
+    return True
+
+
+def _shared(bank: Bank, first: Block, second: Block, fitted: Fit) -> float:
+    """Share of the energy of a fitted block's course that the course of another follows."""
+    gram = bank.gram([*first.place, *second.place])
+    size = len(first.place)
+    a, b = fitted.of(first.place)[0], fitted.of(second.place)[0]
+    across = float(a @ gram[:size, size:] @ b)
+    return across**2 / max(float(a @ gram[:size, :size] @ a) * float(b @ gram[size:, size:] @ b), 1e-300)
+
+
+def _taking(search: Search, main: Block, others: Sequence[Chosen], fitted: Fit) -> bool:
+    """Whether an effect takes the place of a law that it is a change of, or of another of its name: beside it the law
+    is told no longer, or they come to less than either, as each takes back what the other says.
+    """
+    model = search.model
+    own_laws = laws(main.regressor)
+    frame = model.problem.rows.frame
+    plain = model.refitted(others)
+
+    def course(block: Block) -> FloatArray:
+        return np.asarray(block.regressor.columns(frame)[model.problem.train] @ fitted.of(block.place)[0])
+
+    def significant(block: Block, by: Fit) -> bool:
+        return told_from_nothing(*by.of(block.place))
+
+    own = course(main)
+    for block in [*model.base, *(c.main for c in others)]:
+        effect = block.regressor.effect
+        if effect not in (main.regressor.effect, *own_laws):
+            continue
+        if effect in own_laws and significant(block, plain) and not significant(block, fitted):
+            return True
+        other = course(block)
+        if float(np.sum((own + other) ** 2)) < min(float(np.sum(own**2)), float(np.sum(other**2))):
+            return True
+    return False
+
+
+def told_from_nothing(coefficients: FloatArray, covariance: FloatArray) -> bool:
+    """Whether one of some fitted coefficients is more than what chance makes it."""
+    std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return bool(np.any(np.abs(coefficients) > criteria.TOLD * std))

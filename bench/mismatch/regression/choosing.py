@@ -1,0 +1,246 @@
+"""Which candidate comes next: of those that gain their price, the one that predicts points left out best."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from bench.mismatch import criteria
+from bench.mismatch.regression.bank import Fit
+from bench.mismatch.regression.beside import admissible, free_function, handicap_of, shaped, sound_beside
+from bench.mismatch.regression.candidates import overlapping
+from bench.mismatch.regression.description import description
+from bench.mismatch.regression.heredity import orphaned
+from bench.mismatch.regression.model import Block, ChannelModel, Chosen, unrefined
+from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
+from bench.mismatch.regression.scan import Scan
+from bench.mismatch.regression.spells import SIGNS, in_levels, levels_of, price_of_cuts, spell_of, timed
+from bench.mismatch.regression.state import Search
+from bench.mismatch.regression.strength import strength
+from bench.simulation.quantities import AUXILIARY
+from bench.simulation.terms import LIBRARY
+
+MOST_UNKNOWN = 2
+"""free functions without a name: what two do not follow depends on something else, and more only follow these
+recordings
+"""
+MOST_AUXILIARY = 6
+"""functions of quantities that are no channels of the bench: these were measured, and each may act in several ways"""
+MOST_ALIKE = 4
+"""parts that one effect may have: two orders, two plays"""
+MOST_FORMS = 3
+"""forms of one effect that are refined in a step"""
+SHORT_LIST = 3
+"""effects, and free functions, that are refined and compared on points left out in a step"""
+
+
+def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) -> Chosen | None:
+    """The candidate that predicts points left out best beside the model, of those that gain their price; none of the
+    kinds ``passed`` over.
+    """
+    over = {_kind(c.main.regressor) for c in passed}
+    model = search.model
+    effects = [c.effect for c in model.chosen]
+    # laws that the simulation lacks and the recordings ask for come before their changes
+    asked_first = {
+        b.regressor.effect
+        for b, gain in zip(search.blocks, seen.gain, strict=True)
+        if b.regressor.effect in model.problem.lacking and gain >= seen.price
+    }
+    taken = {e for e in effects if effects.count(e) >= MOST_ALIKE} - {UNKNOWN}
+    free_ones = [c for c in model.chosen if c.effect == UNKNOWN]
+    # an effect that is any function of a quantity has one
+    whole = {(c.effect, c.main.regressor.variables) for c in model.chosen if isinstance(c.main.regressor, Free)}
+    beside = sum(_auxiliary(c.main.regressor) for c in free_ones)
+    more = len(free_ones) - beside < MOST_UNKNOWN
+    order = np.argsort(-seen.gain)
+    named: dict[str, dict[str, int]] = {}
+    free: dict[tuple[str, ...], int] = {}
+    other: dict[tuple[str, ...], dict[tuple[str, ...], int]] = {}
+    for k in order:
+        if seen.gain[k] < min(seen.price, 0.3 * seen.gain[order[0]]) or not np.isfinite(seen.gain[k]):
+            break
+        regressor = search.blocks[k].regressor
+        if orphaned(regressor, effects, asked_first) or _kind(regressor) in over:
+            continue
+        if isinstance(regressor, Named):
+            # a term of the nominal simulation that is switched off is always asked
+            if regressor.effect not in taken and (len(named) < SHORT_LIST or regressor.term.nominal):
+                forms = named.setdefault(regressor.effect, {})
+                # which form is best is known when each has its own parameters: a knee lies between two grid points
+                if len(forms) < MOST_FORMS:
+                    forms.setdefault(regressor.form.name, int(k))
+        elif _auxiliary(regressor):
+            if beside < MOST_AUXILIARY and (len(free) + len(other) < SHORT_LIST or regressor.variables in other):
+                # whether it is drag or grows with speed is known when all else is fitted beside each
+                ways = other.setdefault(regressor.variables, {})
+                if len(ways) < MOST_FORMS:
+                    ways.setdefault(tuple(grid.times for grid in regressor.grids), int(k))
+        elif len(free) + len(other) < SHORT_LIST and _still_open(regressor, taken, whole, more):
+            sudden = ("",) if spell_of(regressor) else ()
+            free.setdefault((*regressor.variables, *sudden), int(k))
+    asked = [k for forms in named.values() for k in forms.values()]
+    nameless = [*free.values(), *(k for ways in other.values() for k in ways.values())]
+    if max((seen.gain[k] for k in (*asked, *nameless)), default=-np.inf) < seen.price:
+        return None
+    best: tuple[float, Chosen] | None = None
+    nominal = any(LIBRARY[effect].nominal for effect in named)
+    start = float(search.density(model.chosen).sum())
+    for k in asked:
+        candidate = shaped(search, model.chosen, search.blocks[k].regressor)
+        if candidate is None or not strength(search.model, candidate).enough:
+            continue
+        total = float(search.density([*model.chosen, candidate]).sum()) - handicap_of(search, candidate)
+        total -= description(model, candidate)
+        if not _nominal(candidate):
+            # a curve that only comes near a term that every such machine has is no discovery
+            total -= criteria.SHAPE**2 * max(total - start, 0.0) * nominal
+        if best is None or total > best[0]:
+            best = (total, candidate)
+    if best is not None and best[0] - start < seen.price:
+        best = None
+    first = best
+    functions = [timed(model, search.blocks[k]) for k in nameless if seen.gain[k] >= seen.price]
+    functions += [
+        b
+        for b in _levels(model)
+        if _still_open(b.regressor, taken, whole, more) and not orphaned(b.regressor, effects, asked_first)
+    ]
+    for block in functions:
+        candidate = free_function(search, model.chosen, _form_of_a_name(block, model.chosen))
+        total = float(search.density([*model.chosen, candidate]).sum()) - price_of_cuts(model, block.regressor)
+        total -= description(model, candidate)
+        if total - start < seen.price or not strength(search.model, candidate).enough:
+            continue
+        if model.noise.telling is not None:
+            joint = model.refitted([*model.chosen, candidate])
+            if not sound_beside(search, model.chosen, candidate.main, joint):
+                continue
+        # a name says more than a free function, and nature's form of it need not be the library's: the free
+        # function has to predict better by more than that to take its place
+        handicap = 0.0 if candidate.effect != UNKNOWN and not nominal else criteria.SHAPE**2 * (total - start)
+        handicap += seen.price if candidate.effect == UNKNOWN else 0.0
+        if best is None or total - handicap > best[0]:
+            best = (total - handicap, candidate)
+    if first is not None and best is not None and best[1].effect == UNKNOWN:
+        pair = _with_another(search, first[1])
+        if pair is not None and pair >= best[0]:
+            # a name and something that depends on another quantity say what one function without a name says
+            return first[1]
+    return None if best is None else best[1]
+
+
+def _levels(model: ChannelModel) -> list[Block]:
+    """Levels that change over the campaign, for each factor that has none yet."""
+    if overlapping(model.problem.rows.frame.take(model.problem.train)):
+        return []
+    known = {own.times for c in model.chosen if (own := levels_of(c.main.regressor)) is not None}
+    return in_levels(model, [times for times in SIGNS if times not in known])
+
+
+def _with_another(search: Search, first: Chosen) -> float | None:
+    """Log density that a name reaches with the best other effect beside it that depends on something else, a function
+    without a name at its price; None where there is none.
+    """
+    model = search.model
+    chosen = [*model.chosen, first]
+    at = replace(search, model=replace(model, chosen=chosen, fit=model.refitted(chosen)))
+    seen = at.scan(chosen, at.model.fit)
+    known = {c.effect for c in chosen}
+    tried: dict[object, float] = {}
+    for k in np.argsort(-seen.gain):
+        if not np.isfinite(seen.gain[k]) or seen.gain[k] < seen.price or len(tried) == SHORT_LIST:
+            break
+        regressor = search.blocks[k].regressor
+        key = regressor.effect if regressor.effect != UNKNOWN else regressor.variables
+        if regressor.effect in known - {UNKNOWN} or key in tried:
+            continue
+        if orphaned(regressor, known, model.problem.lacking):
+            continue
+        if set(regressor.variables) & set(first.main.regressor.variables):
+            continue
+        if isinstance(regressor, Named):
+            second = shaped(at, chosen, regressor)
+            less = 0.0 if second is None else handicap_of(at, second)
+        else:
+            second = free_function(at, chosen, search.blocks[k])
+            less = seen.price if second.effect == UNKNOWN else 0.0
+        if second is not None:
+            less += description(at.model, second) + description(model, first)
+            tried[key] = float(search.density([*chosen, second]).sum()) - less
+    return max(tried.values(), default=None)
+
+
+def hidden_pair(search: Search, seen: Scan) -> list[Chosen]:
+    """A law that the simulation lacks and what hides it: neither gains anything without the other. A pendulum's gravity
+    is against its inertia all the time. Nothing where no pair gains its price; nothing where points left out tell what
+    a number is worth, for there the motion does not repeat.
+    """
+    model = search.model
+    if model.noise.telling is None:
+        return []
+    beside = {c.effect for c in model.chosen}
+    start = float(search.density(model.chosen).sum())
+    best: tuple[float, list[Chosen]] = (start + seen.price, [])
+    for block in search.blocks:
+        if block.regressor.effect not in model.problem.lacking or block.regressor.effect in beside:
+            continue
+        first = unrefined(search.bank, block)
+        with_it = [*model.chosen, first]
+        at = replace(search, model=replace(model, chosen=with_it, fit=model.refitted(with_it)))
+        second = best_candidate(at, at.scan(with_it, at.model.fit))
+        if second is None:
+            continue
+        both = [*with_it, second]
+        fitted = model.refitted(both)
+        if all(_possible(c.main, fitted) for c in (first, second)):
+            total = float(search.density(both).sum()) - description(model, first) - description(model, second)
+            best = max(best, (total, [first, second]), key=lambda own: own[0])
+    return best[1]
+
+
+def _possible(block: Block, fitted: Fit) -> bool:
+    """Whether a block's coefficients are physically possible."""
+    return not isinstance(block.regressor, Named) or admissible(block.regressor, *fitted.of(block.place))
+
+
+def _kind(regressor: Regressor) -> tuple[str, ...]:
+    """What a regressor is of: its effect, or the quantities of a function without a name."""
+    return (regressor.effect,) if regressor.effect != UNKNOWN else regressor.variables
+
+
+def _auxiliary(regressor: Regressor) -> bool:
+    """Whether a regressor depends on a quantity that is no channel of the bench."""
+    return any(name.startswith(AUXILIARY) for name in regressor.variables)
+
+
+def _form_of_a_name(block: Block, chosen: Sequence[Chosen]) -> Block:
+    """A free function as part of a name found before, where nature's form of that may differ from the library's by just
+    such a function, or such a function follows from it: what they add up to says nothing of a second effect.
+    """
+    free = block.regressor
+    if not isinstance(free, Free) or free.mixing:
+        return block
+    own = {(name, grid.times) for grid in free.grids for name in grid.over}
+    for one in chosen:
+        term = LIBRARY.get(one.effect)
+        named = isinstance(one.main.regressor, Named)
+        if not own or not named or term is None:
+            continue
+        if own <= {*term.shape.get(free.channel, ()), *term.passing.get(free.channel, ())}:
+            return replace(block, regressor=replace(free, effect=one.effect))
+    return block
+
+
+def _still_open(regressor: Regressor, taken: set[str], whole: set[tuple[str, tuple[str, ...]]], more: bool) -> bool:
+    """Whether one more function of an effect, or (``more``) without a name, may be asked for."""
+    if regressor.effect == UNKNOWN:
+        return more
+    return regressor.effect not in taken and (regressor.effect, regressor.variables) not in whole
+
+
+def _nominal(candidate: Chosen) -> bool:
+    """Whether an effect is a term of the nominal simulation."""
+    return candidate.effect in LIBRARY and LIBRARY[candidate.effect].nominal

@@ -1,0 +1,148 @@
+"""What goes again: effects that the others have made unnecessary, that chance or the rest explains as well."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from bench.mismatch import criteria
+from bench.mismatch.regression.description import description, prior_of
+from bench.mismatch.regression.folds import weights
+from bench.mismatch.regression.heredity import without
+from bench.mismatch.regression.model import Chosen, unrefined
+from bench.mismatch.regression.refuted import not_refuted
+from bench.mismatch.regression.regressors import UNKNOWN
+from bench.mismatch.regression.scan import whole
+from bench.mismatch.regression.state import Search
+from bench.mismatch.regression.strength import Strength, strength
+from bench.simulation.frame import FloatArray
+
+FEWEST_UNITS = 10
+"""recordings whose signs, drawn at random, are alike less often than :data:`criteria.ERROR_RATE_OF_A_CHANNEL`"""
+MOST_TRIFLES = 2
+"""functions too small to be told that are set beside a model when the noise of its residual is looked at"""
+
+
+def concluded(search: Search) -> Search:
+    """The search when nothing more is found: only the effects that pay the price of the residual itself, whose noise
+    may be of another kind than the model has it, and that none of the tests of this file takes away.
+    """
+    model = search.model
+    # structure that nothing follows is alike for longer than a block: whole recordings are turned as well
+    beside = [*model.chosen, *_trifles(search)]
+    fitted = model.refitted(beside)
+    looks = [search.scan(beside, fitted, shuffled=True)]
+    recordings = whole(search.units)
+    # pieces of one recording share its zero, and the signs of a few recordings are often drawn alike
+    if not model.problem.free or (not model.problem.cut and recordings.recording.size >= FEWEST_UNITS):
+        looks.append(replace(search, units=recordings).scan(beside, fitted, shuffled=True))
+    last = max(looks, key=lambda s: s.price)
+    search.scans.append(last)
+    price = max(last.price, model.price)
+    chosen = _believed(search, pruned(search, model.chosen, price, keep=0))
+    chosen = not_refuted(model, _no_mere_form(search, _above_the_rest(search, chosen)))
+    search.model = replace(model, chosen=chosen, fit=model.refitted(chosen), price=price)
+    return search
+
+
+def pruned(search: Search, chosen: Sequence[Chosen], price: float, keep: int = 1) -> list[Chosen]:
+    """Effects without those that the others have made unnecessary; ``keep`` of them at least."""
+    current = list(chosen)
+    while len(current) > keep:
+        whole = float(search.density(current).sum())
+        left = [without(current, c, search.model.problem.lacking) for c in current]
+        losses = [whole - float(search.density(own).sum()) for own in left]
+        losses = [loss - description(search.model, c) for loss, c in zip(losses, current, strict=True)]
+        place = int(np.argmin(losses))
+        if losses[place] > price:
+            break
+        current = left[place]
+    return current
+
+
+def _trifles(search: Search) -> list[Chosen]:
+    """What gains its price beside the model and is too small to be told: a jerk at each corner of the speed must not
+    set the price of what acts elsewhere.
+    """
+    model = search.model
+    small: list[Chosen] = []
+    while len(small) < MOST_TRIFLES:
+        beside = [*model.chosen, *small]
+        seen = search.scan(beside, model.refitted(beside))
+        best = int(np.argmax(seen.gain)) if seen.gain.size else 0
+        if not seen.gain.size or not seen.gain[best] > seen.price:
+            break
+        candidate = unrefined(search.bank, search.blocks[best])
+        if strength(model, candidate).enough:
+            break
+        small.append(candidate)
+    return small
+
+
+def _believed(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
+    """Effects without those that, had other points been run, would as soon not have been found."""
+    current = list(chosen)
+    while current:
+        whole = search.density(current)
+        others = [search.density(without(current, c, search.model.problem.lacking)) for c in current]
+        costs = [np.array([description(search.model, c), 0.0]) for c in current]
+        drawn = [weights(np.array([whole, w]), search.seed, c) for w, c in zip(others, costs, strict=True)]
+        share = [_odds(own, c) for own, c in zip(drawn, current, strict=True)]
+        worst = int(np.argmin(share))
+        if share[worst] > 0.5:
+            break
+        current = without(current, current[worst], search.model.problem.lacking)
+    return current
+
+
+def _odds(share: FloatArray, chosen: Chosen) -> float:
+    """Probability of an effect against nothing; before anything is measured a free function is less likely than a
+    name.
+    """
+    prior = prior_of(chosen)
+    return float(prior * share[0] / (prior * share[0] + share[1]))
+
+
+def _above_the_rest(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
+    """Effects without the names that are no larger than a few times what is left without an explanation, where
+    something without a name is there: such a name is as likely a part of that as itself.
+    """
+    model = search.model
+    if all(c.effect != UNKNOWN for c in chosen):
+        return list(chosen)
+    fitted = model.refitted(chosen)
+    own = model.problem.rows.take(model.problem.train)
+    index = [i for b in model.blocks(chosen) for i in b.place]
+    left = model.bank.residual(index, fitted.coefficients)
+    beyond = max(float(np.mean(left**2)) - 1.0, 0.0)  # whitened: noise alone has 1
+    rest = float(np.sqrt(beyond * np.sum(model.noise.sigma**2 * own.number) / own.number.sum())) / model.floor
+    least = criteria.OVER_THE_REST * rest
+    return [c for c in chosen if c.effect == UNKNOWN or _strength_among(search, chosen, c).overall > least]
+
+
+def _no_mere_form(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
+    """Effects without the functions that may be what a name's form leaves of nature's: those without a name that depend
+    on a quantity of a name, and are smaller than its form may be off.
+    """
+    if all(c.effect != UNKNOWN for c in chosen):
+        return list(chosen)
+
+    def size(one: Chosen) -> float:
+        return _strength_among(search, chosen, one).acts
+
+    named = [(set(c.main.regressor.variables), size(c)) for c in chosen if c.effect != UNKNOWN]
+    out = []
+    for one in chosen:
+        own = set(one.main.regressor.variables)
+        largest = max((s for variables, s in named if variables & own), default=0.0)
+        if one.effect != UNKNOWN or largest == 0.0 or size(one) >= criteria.SHAPE * largest:
+            out.append(one)
+    return out
+
+
+def _strength_among(search: Search, chosen: Sequence[Chosen], one: Chosen) -> Strength:
+    """How strong one of some effects is beside the others."""
+    others = [c for c in chosen if c is not one]
+    return strength(replace(search.model, chosen=others), one)

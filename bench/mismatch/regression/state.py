@@ -1,0 +1,60 @@
+"""What a channel's search knows: its bank of candidates, and the model found so far."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from bench.mismatch.regression.bank import Bank, Fit
+from bench.mismatch.regression.folds import predictive
+from bench.mismatch.regression.model import Block, ChannelModel, Chosen, fit_blocks
+from bench.mismatch.regression.scan import LEAST_OWN, Scan, Units, scan
+from bench.simulation.frame import FloatArray
+
+
+@dataclass(slots=True)
+class Search:
+    """A channel's bank with all its candidates, and the model found so far."""
+
+    model: ChannelModel
+    blocks: list[Block]
+    """candidates"""
+    extra: FloatArray
+    """parameters of each candidate beyond its columns"""
+    units: Units
+    seed: int
+    scans: list[Scan]
+
+    @property
+    def bank(self) -> Bank:
+        """The bank."""
+        return self.model.bank
+
+    def density(self, chosen: Sequence[Chosen]) -> FloatArray:
+        """Log predictive density of each point left out, with some effects."""
+        model = self.model
+        blocks = model.blocks(chosen)
+        variance = fit_blocks(model.bank, blocks, model.variances).variance
+        return predictive(model.bank, blocks, model.folds, variance)
+
+    def scan(self, chosen: Sequence[Chosen], fitted: Fit, shuffled: bool = False, least: float = LEAST_OWN) -> Scan:
+        """Gains of all candidates beside some effects, and their price (``shuffled``: by the residual itself);
+        ``least``: see :func:`bench.mismatch.regression.scan.scan`.
+        """
+        model = self.model
+        blocks = model.blocks(chosen)
+        index = [i for b in blocks for i in b.place]
+        precision = np.concatenate([b.precision for b in blocks]) if blocks else np.zeros(0)
+        residual = model.bank.residual(index, fitted.coefficients)
+        places = [b.place for b in self.blocks]
+        extra, cut, seed = self.extra, self.units, self.seed
+        return scan(model.bank, index, precision, fitted.variance, residual, places, extra, cut, seed, shuffled, least)
+
+    def close(self) -> None:
+        """Let go of what only a search needs, when all is found: from now on effects of the model can be refitted, no
+        more.
+        """
+        self.bank.close([i for b in self.model.blocks() for i in b.place])
+        self.blocks, self.scans = [], []
