@@ -46,7 +46,7 @@ def import_(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
-    """Import MAT, HDF5, text (CSV of any separator), TDMS, Parquet or MDF files through a mapping file.
+    """Import MAT, HDF5, NumPy, text (CSV of any separator), TDMS, Parquet or MDF files through a mapping file.
 
     docs/your-data.md goes from --look to a report, docs/recordings.md has all keys of a mapping. What a missing channel
     rules out is said in one sentence, and so is what had to be done to the data. Exit code 6 when a file could not be

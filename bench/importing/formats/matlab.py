@@ -16,6 +16,12 @@ from bench.importing.formats.source import Variable, at_index, one_dimensional, 
 
 _HEADER = 20
 _LONGEST_NAME = 256
+_ARRAYS = {
+    "timetable": ", as v = NAME.Variables and t = seconds(NAME.Properties.RowTimes)",
+    "table": ", as v = NAME.Variables",
+    "timeseries": ", as v = NAME.Data and t = NAME.Time",
+}
+"""how MATLAB makes arrays of its own kinds of tables"""
 
 
 def is_version_4(head: bytes) -> bool:
@@ -47,16 +53,26 @@ class MatlabSource:
         except Exception as error:
             raise RecordingError(f"{path}: is not a readable MAT file ({error}).") from error
         self._arrays: dict[str, NDArray[Any]] = {}
+        self._objects: dict[str, str] = {}
         for name, value in contents.items():
-            if not name.startswith("__"):
+            if isinstance(value, scipy.io.matlab.MatlabOpaque):
+                own, kind = value[0]["s0"], value[0]["s2"]
+                self._objects[own.decode() or name] = kind.decode()
+            elif not name.startswith("__"):
                 self._arrays.update(_flat(name, value))
 
     def variables(self) -> list[Variable]:
         """Name the variables, and the fields of structures."""
-        return [Variable(name, array.shape, str(array.dtype)) for name, array in self._arrays.items()]
+        found = [Variable(name, array.shape, str(array.dtype)) for name, array in self._arrays.items()]
+        return found + [Variable(name, (), kind) for name, kind in self._objects.items()]
 
     def read(self, variable: str | None, column: int | None = None, row: int | None = None) -> NDArray[Any]:
         """Read a variable, or a field of a structure."""
+        if variable in self._objects:
+            raise RecordingError(
+                f"{self._path}: {variable} is a MATLAB {self._objects[variable]}, which only MATLAB reads; its numbers"
+                f" should be saved as arrays{_ARRAYS.get(self._objects[variable], '').replace('NAME', variable)}."
+            )
         if variable not in self._arrays:
             raise unknown(self._path, variable, self._arrays)
         return one_dimensional(self._arrays[variable], column, row, f"{self._path}: {variable}")

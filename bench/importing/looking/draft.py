@@ -14,7 +14,7 @@ from bench.errors import ConfigurationError
 from bench.importing.channel import LINEAR
 from bench.importing.looking.guesses import overflow, ratio_of, rises_evenly, step_of, unit_of_time
 from bench.importing.looking.inventory import Column, Inventory
-from bench.importing.looking.names import Meaning, channel_of, meaning, plain
+from bench.importing.looking.names import Meaning, busiest_axis, channel_of, meaning, plain
 from bench.importing.mapping import OPEN
 from bench.importing.units import unit_of
 from bench.signals import BY_NAME
@@ -124,7 +124,8 @@ def draft(found: Inventory, mapping: Path) -> Draft:
     out.rate = _rate(found, time, out.tables["channels.time"])
     taken: dict[str, Column] = {}
     rest: list[Column] = []
-    for column in sorted(found.columns, key=lambda own: not meanings[own.name].sure):
+    busiest = busiest_axis(found.columns, meanings)
+    for column in sorted(found.columns, key=lambda own: (not meanings[own.name].sure, own.number != busiest)):
         name = channel_of(meanings[column.name])
         if column is time or column.stamps or column.values.size != _size(found, time) or column.empty:
             continue

@@ -110,7 +110,8 @@ def take_inventory(file: str | Path, options: TextOptions | None = None) -> Inve
         except RecordingError as error:
             others.append((variable, str(error)))
     if not columns:
-        raise RecordingError(f"{path}: holds no variable with more than one number, there should be samples.")
+        why = next((told for variable, told in others if not variable.shape), None)
+        raise RecordingError(why or f"{path}: holds no variable with more than one number, there should be samples.")
     return Inventory(path, pattern, source, tuple(columns), constants, tuple(others))
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from bench.errors import ConfigurationError
@@ -91,6 +92,16 @@ def channel_of(own: Meaning) -> str | None:
         return "load_torque" if own.load and own.quantity == "torque" else "motor_torque"
     if own.quantity == "temperature":
         return "ambient_temperature" if own.ambient else "temperature"
+    return None
+
+
+def busiest_axis(columns: Sequence[Column], meanings: Mapping[str, Meaning]) -> int | None:
+    """Of matrices with a line for each axis, the axis that moves farthest; None where there are none."""
+    for quantity in ("angle", "velocity"):
+        axes = [own for own in columns if own.number is not None and meanings[own.name].quantity == quantity]
+        axes = [own for own in axes if not meanings[own.name].setpoint and not own.empty]
+        if axes:
+            return max(axes, key=lambda own: own.span[1] - own.span[0]).number
     return None
 
 

@@ -16,6 +16,7 @@ import scipy.io
 
 from bench.errors import RecordingError
 from bench.importing.formats import Source, open_source
+from bench.importing.looking import take_inventory
 
 _T = np.arange(300) / 100.0
 _Q = np.cumsum(np.sin(_T))
@@ -76,6 +77,20 @@ def _mdf(path: Path) -> dict[str, str]:
     return {"t": "0/time", "q": "q"}
 
 
+def _npz(path: Path) -> dict[str, str]:
+    with path.open("wb") as file:
+        np.savez_compressed(file, t=_T, q=np.column_stack([-_Q, _Q]), notes=np.array({"by": "x"}, dtype=object))
+    return {"t": "t", "q": "q column 2"}
+
+
+def _npy(path: Path) -> dict[str, str]:
+    table = np.zeros(300, dtype=[("t", "f8"), ("q", "f8")])
+    table["t"], table["q"] = _T, _Q
+    with path.open("wb") as file:
+        np.save(file, table)
+    return {"t": "array.t", "q": "array.q"}
+
+
 def _csv(path: Path) -> dict[str, str]:
     path.write_text("t;q\n" + "".join(f"{t!r};{q!r}\n" for t, q in zip(_T.tolist(), _Q.tolist(), strict=True)))
     return {"t": "t", "q": "q"}
@@ -95,7 +110,7 @@ def _read(source: Source, name: str) -> Any:
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::FutureWarning", "ignore::UserWarning")
-@pytest.mark.parametrize("write", [_mat4, _mat5, _mat73, _hdf5, _tdms, _parquet, _mdf, _csv, _rows])
+@pytest.mark.parametrize("write", [_mat4, _mat5, _mat73, _hdf5, _tdms, _parquet, _mdf, _npz, _npy, _csv, _rows])
 def test_the_same_numbers_from_every_kind_of_file(tmp_path: Path, write: Callable[[Path], dict[str, str]]) -> None:
     path = tmp_path / "measured"  # no suffix: what a file is, its content says
     names = write(path)
@@ -166,11 +181,12 @@ def test_what_has_to_be_installed_is_said(
     ("content", "sentence"),
     [
         (b"", "is empty, it should hold measurements"),
-        (b"\x01\x02\x00\x05" * 40, "is none of MAT, HDF5, TDMS, Parquet, MDF or text"),
+        (b"\x01\x02\x00\x05" * 40, "is none of MAT, HDF5, TDMS, Parquet, MDF, NumPy or text"),
         (b"PAR1" + bytes(50), "is not a readable Parquet file"),
         (b"MDF     4.10    " + bytes(50), "is not a readable MDF file"),
         (b"TDSm" + bytes(50), "is not a readable TDMS file"),
         (struct.pack("<5i", 0, 10, 1, 0, 2) + b"t\0" + bytes(8), "is not a readable MAT file"),
+        (b"\x93NUMPY" + bytes(50), "is not a readable NumPy file"),
         (b"hello world\nno table here\n", "holds no table of numbers"),
         (b"# only remarks\n\n", "holds no line of data"),
     ],
@@ -183,6 +199,27 @@ def test_a_file_that_is_no_use_is_one_sentence(tmp_path: Path, content: bytes, s
     assert "\n" not in str(caught.value)
     del caught
     gc.collect()  # a destructor that complains is an error here
+
+
+def test_what_is_pickled_is_never_run(tmp_path: Path) -> None:
+    _npz(tmp_path / "a.npz")
+    with pytest.raises(RecordingError, match="notes is pickled, it should be an array of numbers"):
+        open_source(tmp_path / "a.npz").read("notes")
+
+
+@pytest.mark.parametrize(("kind", "way"), [("timetable", "v = log.Variables"), ("quaternion", "saved as arrays.")])
+def test_a_matlab_object_says_how_its_numbers_are_saved(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str, way: str
+) -> None:
+    """SciPy gives such an object unread; only MATLAB can write one."""
+    fields = [(name, object) for name in ("s0", "s1", "s2", "arr")]
+    inside = np.array([(b"log", b"MCOS", kind.encode(), 0)], dtype=fields)
+    (tmp_path / "a.mat").write_bytes(b"MATLAB 5.0 MAT-file" + bytes(200))
+    monkeypatch.setattr(scipy.io, "loadmat", lambda *_, **__: {"None": scipy.io.matlab.MatlabOpaque(inside)})
+    with pytest.raises(RecordingError) as caught:
+        take_inventory(tmp_path / "a.mat")
+    assert f"log is a MATLAB {kind}, which only MATLAB reads" in str(caught.value)
+    assert way in str(caught.value)
 
 
 def test_a_matrix_needs_a_column_or_a_row(tmp_path: Path) -> None:

@@ -228,3 +228,11 @@ def test_a_file_without_names_says_what_the_analysis_needs_and_how_to_name_it(tm
     assert not _draft(_machine(tmp_path)).lacking()
     shown = CliRunner().invoke(make_app(), ["import", "--look", str(path), "--mapping", str(tmp_path / "m.toml")])
     assert "no column was taken for the motor's torque" in shown.output.replace("\n", " ")
+
+
+def test_of_an_arm_the_joint_that_moves_is_taken(tmp_path: Path) -> None:
+    q = np.column_stack([1e-3 * np.sin(_T), np.sin(_T), 0.1 * np.sin(_T)])
+    np.savez(tmp_path / "arm.npz", t=_T, q=q, tau=np.cos(q))
+    content = _content(_draft(tmp_path / "arm.npz"))
+    assert [content["channels"][name]["column"] for name in ("motor_angle", "motor_torque")] == [2, 2]
+    assert [own["column"] for own in content["aux"].values()] == [1, 3, 1, 3]
