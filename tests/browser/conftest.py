@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 import os
 import shutil
@@ -15,6 +16,8 @@ import pytest
 from selenium import webdriver
 from selenium.common.exceptions import StaleElementReferenceException, WebDriverException
 from selenium.webdriver.common.by import By
+
+from tests.bench.service.conftest import served
 
 REQUIRE = "BENCH_REQUIRE_BROWSER"
 """Environment variable: ``1`` turns a test that skips for want of a browser into a failure."""
@@ -141,3 +144,22 @@ def new_browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[
     yield new
     for driver in drivers:
         driver.quit()
+
+
+@contextlib.contextmanager
+def served_apart(folder: Path, *options: str) -> Iterator[str]:
+    """``bench serve`` on the recordings of a folder, its locks and its state beside them; gives its address."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("BENCH_RUNTIME", str(folder / "locks"))
+        patch.setenv("BENCH_STATE", str(folder / "state"))
+        with served(folder / "recordings", *options) as address:
+            yield address
+
+
+@contextlib.contextmanager
+def page_over(folder: Path, new_browser: Callable[[str], Browser]) -> Iterator[Browser]:
+    """A window on the page of a service as :func:`served_apart` starts it."""
+    with served_apart(folder) as address:
+        browser = new_browser(address)
+        browser.open()
+        yield browser

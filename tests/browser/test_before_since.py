@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.bench.recording.builders import write
-from tests.bench.service.conftest import served
-from tests.browser.conftest import Browser
+from tests.browser.conftest import Browser, page_over
 
 SINCE = "0002-x_y"
 ALARM = {
@@ -23,8 +22,8 @@ ALARM = {
 @pytest.fixture(scope="module")
 def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A campaign of two recordings, and an alarm of the twin that stands since the second."""
-    root = tmp_path_factory.mktemp("recordings")
-    (root / "again").mkdir()
+    root = tmp_path_factory.mktemp("before-since") / "recordings"
+    (root / "again").mkdir(parents=True)
     for day, name in ((1, "0001-x_y"), (2, SINCE)):
         write(root / "again" / f"{name}.h5", rows=100, started_at=datetime(2026, 3, day, 9, tzinfo=UTC))
     (root / ".service").mkdir()
@@ -33,17 +32,9 @@ def root(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def page(
-    new_browser: Callable[[str], Browser], root: Path, tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[Browser]:
-    place = tmp_path_factory.mktemp("service")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("BENCH_RUNTIME", str(place / "locks"))
-        patch.setenv("BENCH_STATE", str(place / "state"))
-        with served(root) as address:
-            browser = new_browser(address)
-            browser.open()
-            yield browser
+def page(new_browser: Callable[[str], Browser], root: Path) -> Iterator[Browser]:
+    with page_over(root.parent, new_browser) as browser:
+        yield browser
 
 
 def test_before_and_since_is_one_click_beside_the_alarm(page: Browser, root: Path) -> None:

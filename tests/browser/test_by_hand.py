@@ -8,8 +8,7 @@ from typing import Any
 import pytest
 from selenium.webdriver import ActionChains
 
-from tests.bench.service.conftest import served
-from tests.browser.conftest import Browser
+from tests.browser.conftest import Browser, served_apart
 from tests.browser.test_operator import state
 
 SPEED = "return parseFloat(document.getElementById('v-speed').innerText.replace('−', '-')) || 0"
@@ -18,11 +17,8 @@ SPEED = "return parseFloat(document.getElementById('v-speed').innerText.replace(
 @pytest.fixture(scope="module")
 def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     folder = tmp_path_factory.mktemp("by-hand")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("BENCH_RUNTIME", str(folder / "locks"))
-        patch.setenv("BENCH_STATE", str(folder / "state"))
-        with served(folder / "recordings") as url:
-            yield url
+    with served_apart(folder) as url:
+        yield url
 
 
 @pytest.fixture(scope="module")

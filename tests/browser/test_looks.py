@@ -12,9 +12,8 @@ from selenium.webdriver import Keys
 
 from bench.trend import kept
 from tests.bench.recording.builders import write
-from tests.bench.service.conftest import served
 from tests.bench.trend.conftest import identified
-from tests.browser.conftest import REQUIRE, Browser
+from tests.browser.conftest import REQUIRE, Browser, page_over
 
 AXE = Path(__file__).parent / "node_modules" / "axe-core" / "axe.min.js"
 VIEWS = ("now", "campaign", "plan", "recordings", "analysis", "trend", "place")
@@ -34,14 +33,9 @@ def campaigns(root: Path) -> None:
 def page(new_browser: Callable[[str], Browser], tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
     root = tmp_path_factory.mktemp("looks")
     campaigns(root / "recordings")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("BENCH_RUNTIME", str(root / "locks"))
-        patch.setenv("BENCH_STATE", str(root / "state"))
-        with served(root / "recordings") as address:
-            browser = new_browser(address)
-            browser.open()
-            yield browser
-            browser.driver.close()
+    with page_over(root, new_browser) as browser:
+        yield browser
+        browser.driver.close()
 
 
 CONTRAST = r"""

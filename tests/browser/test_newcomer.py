@@ -12,8 +12,7 @@ import pytest
 
 from bench.recording import Setpoint
 from tests.bench.recording.builders import write
-from tests.bench.service.conftest import served
-from tests.browser.conftest import Browser
+from tests.browser.conftest import Browser, served_apart
 from tests.browser.test_operator import TOO_WIDE, state
 
 SCREENS = {"phone": (390, 844), "desk": (1280, 800)}
@@ -39,11 +38,8 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         started_at=datetime.now(UTC) - timedelta(days=31),
         setpoint=Setpoint(load_torque=500.0, velocity=math.radians(10.0), temperature=30.0),
     )
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("BENCH_RUNTIME", str(folder / "locks"))
-        patch.setenv("BENCH_STATE", str(folder / "state"))
-        with served(folder / "recordings") as url:
-            yield url
+    with served_apart(folder) as url:
+        yield url
 
 
 @pytest.fixture(params=list(SCREENS))

@@ -14,8 +14,7 @@ from selenium.webdriver import ActionChains
 
 from bench.configuration import load_bench
 from bench.locks import service_for
-from tests.bench.service.conftest import served
-from tests.browser.conftest import Browser
+from tests.browser.conftest import Browser, served_apart
 
 LEAST_PX = 56
 SMALL_BUTTONS = """return [...document.querySelectorAll('button')]
@@ -30,11 +29,8 @@ TOO_WIDE = "return document.documentElement.scrollWidth - document.documentEleme
 @pytest.fixture(scope="module")
 def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
     folder = tmp_path_factory.mktemp("operator")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("BENCH_RUNTIME", str(folder / "locks"))
-        patch.setenv("BENCH_STATE", str(folder / "state"))
-        with served(folder / "recordings") as url:
-            yield url
+    with served_apart(folder) as url:
+        yield url
 
 
 @pytest.fixture(scope="module")

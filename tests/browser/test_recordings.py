@@ -9,8 +9,7 @@ import pytest
 from selenium.webdriver import ActionChains
 
 from tests.bench.recording.builders import write
-from tests.bench.service.conftest import served
-from tests.browser.conftest import CENTRE, Browser
+from tests.browser.conftest import CENTRE, Browser, page_over
 
 
 @pytest.fixture(scope="module")
@@ -27,13 +26,8 @@ def page(new_browser: Callable[[str], Browser], tmp_path_factory: pytest.TempPat
                 started_at=datetime(2026, month, number, 9, tzinfo=UTC),
                 campaign_id=folder,
             )
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("BENCH_RUNTIME", str(root / "locks"))
-        patch.setenv("BENCH_STATE", str(root / "state"))
-        with served(root / "recordings") as address:
-            browser = new_browser(address)
-            browser.open()
-            yield browser
+    with page_over(root, new_browser) as browser:
+        yield browser
 
 
 def zoomed_values_and_files(page: Browser) -> None:

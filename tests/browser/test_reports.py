@@ -11,8 +11,7 @@ from typing import Any
 import pytest
 
 from tests.bench.recording.builders import write
-from tests.bench.service.conftest import served
-from tests.browser.conftest import Browser
+from tests.browser.conftest import Browser, page_over
 
 REPORT = "<!doctype html><title>report</title><h1>What the simulation leaves out</h1><p>{name}</p>"
 
@@ -44,14 +43,9 @@ def page(new_browser: Callable[[str], Browser], tmp_path_factory: pytest.TempPat
     report(root, "20260301-a", "spring", "2026-03-01T09:00:00+00:00", 0.1, finding("te.drift"), finding("te.hump"))
     open_ones = (finding("friction.stribeck", "ambiguous"), finding("friction.churning", confidence=0.6))
     report(root, "20261101-b", "autumn", "2026-11-01T09:00:00+00:00", 0.2, finding("te.drift"), *open_ones)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("BENCH_RUNTIME", str(place / "locks"))
-        patch.setenv("BENCH_STATE", str(place / "state"))
-        with served(root) as address:
-            browser = new_browser(address)
-            browser.open()
-            browser.view("analysis")
-            yield browser
+    with page_over(place, new_browser) as browser:
+        browser.view("analysis")
+        yield browser
 
 
 def test_a_report_is_read_beside_the_last_one_of_the_same_gearbox(page: Browser) -> None:

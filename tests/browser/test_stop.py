@@ -11,8 +11,7 @@ import pytest
 
 from bench.configuration import load_bench
 from bench.locks import service_for
-from tests.bench.service.conftest import served
-from tests.browser.conftest import Browser
+from tests.browser.conftest import Browser, served_apart
 from tests.browser.test_operator import running, state
 
 SAID_S = 1.0
@@ -35,10 +34,8 @@ def locks(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def address(tmp_path: Path, locks: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
-    monkeypatch.setenv("BENCH_RUNTIME", str(locks))
-    monkeypatch.setenv("BENCH_STATE", str(tmp_path / "state"))
-    with served(tmp_path / "recordings") as url:
+def address(tmp_path: Path) -> Iterator[str]:
+    with served_apart(tmp_path) as url:
         yield url
 
 

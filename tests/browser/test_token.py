@@ -5,21 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-import pytest
-
-from tests.bench.service.conftest import served
-from tests.browser.conftest import Browser
+from tests.browser.conftest import Browser, served_apart
 
 
-def test_a_missing_token_is_asked_for(
-    new_browser: Callable[[str], Browser], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("BENCH_RUNTIME", str(tmp_path / "locks"))
-    monkeypatch.setenv("BENCH_STATE", str(tmp_path / "state"))
+def test_a_missing_token_is_asked_for(new_browser: Callable[[str], Browser], tmp_path: Path) -> None:
     token = "a-token-of-a-laboratory-0417-0417"
     (tmp_path / "token").write_text(token + "\n", "utf-8")
     (tmp_path / "token").chmod(0o600)
-    with served(tmp_path / "recordings", "--token-file", str(tmp_path / "token")) as address:
+    with served_apart(tmp_path, "--token-file", str(tmp_path / "token")) as address:
         page = new_browser(address)
         page.driver.get(address)
         page.until(lambda: page.text("#sheet-title") == "This page needs the token of the service")

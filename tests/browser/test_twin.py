@@ -8,8 +8,7 @@ from typing import Any
 
 import pytest
 
-from tests.bench.service.conftest import served
-from tests.browser.conftest import Browser
+from tests.browser.conftest import Browser, page_over
 
 CAUGHT = """const before = window.fetch;
 window.fetch = (to, how) => {
@@ -32,13 +31,8 @@ def page(new_browser: Callable[[str], Browser], tmp_path_factory: pytest.TempPat
         ' "state": "done"}',
         "utf-8",
     )
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("BENCH_RUNTIME", str(root / "locks"))
-        patch.setenv("BENCH_STATE", str(root / "state"))
-        with served(root / "recordings") as address:
-            browser = new_browser(address)
-            browser.open()
-            yield browser
+    with page_over(root, new_browser) as browser:
+        yield browser
 
 
 def test_a_campaign_is_started_with_the_model_that_watches_it(page: Browser) -> None:
