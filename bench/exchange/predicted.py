@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from bench.errors import ConfigurationError, RecordingError
 from bench.mismatch.prediction import Told, told_of
-from bench.mismatch.problem import CHANNELS
+from bench.mismatch.regression.problem import CHANNELS
 from bench.recording import Recording, RecordingFolder
 from bench.simulation import Simulation
 from bench.simulation.frame import FloatArray

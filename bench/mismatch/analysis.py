@@ -21,15 +21,6 @@ from bench.mismatch.orders.turns import found_in
 from bench.mismatch.power_zeros import Zeros
 from bench.mismatch.power_zeros import chosen as zeros_chosen
 from bench.mismatch.prediction import SENSOR, corrected
-from bench.mismatch.problem import (
-    CHANNELS,
-    BaseTerm,
-    ChannelProblem,
-    WanderingZero,
-    fixed_part,
-    nominal_base,
-    zero_precisions,
-)
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.output_orders import OutputSpectrum
 from bench.mismatch.recordings.rows import Rows
@@ -39,6 +30,15 @@ from bench.mismatch.regression.candidates import TURNING
 from bench.mismatch.regression.course import columns_at
 from bench.mismatch.regression.discoveries import discoveries as of_regression
 from bench.mismatch.regression.model import ChannelModel, of_start, scattered
+from bench.mismatch.regression.problem import (
+    CHANNELS,
+    BaseTerm,
+    ChannelProblem,
+    WanderingZero,
+    fixed_part,
+    nominal_base,
+    zero_precisions,
+)
 from bench.mismatch.regression.search import searched
 from bench.mismatch.regression.sensitivity import sensitivities
 from bench.mismatch.regression.slots import settle, without_empty_laws

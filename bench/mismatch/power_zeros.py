@@ -14,7 +14,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from bench.mismatch.problem import ChannelProblem
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.model import (
     ChannelModel,
@@ -26,6 +25,7 @@ from bench.mismatch.regression.model import (
     prepare_bank,
 )
 from bench.mismatch.regression.prior import settled
+from bench.mismatch.regression.problem import ChannelProblem
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.heat_rates import HEATING, LESS, LOAD_ZERO, MOTOR_ZERO
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE

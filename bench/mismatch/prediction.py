@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 from bench.foreign.opening import base_of
 from bench.mismatch.given import Given, Known
 from bench.mismatch.power_zeros import CONSTANT, EFFECT, KEY, RECORDINGS, Zeros, left_of
-from bench.mismatch.problem import CHANNELS, fixed_part, nominal_base
 from bench.mismatch.recordings.beginning import START_S, at_start, risen
 from bench.mismatch.recordings.dataset import Collected
 from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.recordings.notch import notched, ripple_orders
 from bench.mismatch.recordings.prepared import Folder, Prepared, prepare
 from bench.mismatch.recordings.rows import Rows, join
+from bench.mismatch.regression.problem import CHANNELS, fixed_part, nominal_base
 from bench.mismatch.regression.regressors import Named, remembers
 from bench.recording import Recording
 from bench.simulation import waves

@@ -17,10 +17,11 @@ from bench.mismatch.limits import limits
 from bench.mismatch.memory import give_back
 from bench.mismatch.recordings.dataset import Dataset, enough, load
 from bench.mismatch.recordings.source import Paths
+from bench.mismatch.report.content import Compared
 from bench.mismatch.report.experiment import proposed
 from bench.mismatch.report.finding import conclude
 from bench.mismatch.report.page import page
-from bench.mismatch.report.report import Compared, Report
+from bench.mismatch.report.report import Report
 from bench.mismatch.report.verdict import UNDETERMINED, judged
 from bench.mismatch.standing import MOST_ROUNDS, Standing, bent, standing_on, stood, values_of
 from bench.mismatch.unnamed.rest import unexplained

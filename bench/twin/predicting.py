@@ -12,13 +12,13 @@ from bench.errors import ConfigurationError
 from bench.foreign.opening import base_of
 from bench.mismatch.given import Given
 from bench.mismatch.prediction import Predictor
-from bench.mismatch.problem import CHANNELS
 from bench.mismatch.recordings.beginning import at_start
 from bench.mismatch.recordings.dataset import Collected
 from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.recordings.notch import ripple_orders
 from bench.mismatch.recordings.prepared import Folder, Prepared, prepare
 from bench.mismatch.recordings.rows import Rows, angle_rows, heat_rows, join, slow_rows
+from bench.mismatch.regression.problem import CHANNELS
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.model import Simulation

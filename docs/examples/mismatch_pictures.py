@@ -11,9 +11,9 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.given import Given
-from bench.mismatch.problem import ChannelProblem, fixed_part, nominal_base
 from bench.mismatch.recordings.dataset import load
 from bench.mismatch.regression import noise
+from bench.mismatch.regression.problem import ChannelProblem, fixed_part, nominal_base
 from bench.mismatch.regression.scan import tail
 from bench.mismatch.regression.search import begun
 from bench.simulation.model import Simulation

@@ -134,7 +134,7 @@ def _taking(search: Search, main: Block, others: Sequence[Chosen], fitted: Fit) 
     def course(block: Block) -> FloatArray:
         return np.asarray(block.regressor.columns(frame)[model.problem.train] @ fitted.of(block.place)[0])
 
-    def significant(block: Block, by: Fit) -> bool:
+    def needed(block: Block, by: Fit) -> bool:
         return told_from_nothing(*by.of(block.place))
 
     own = course(main)
@@ -142,7 +142,7 @@ def _taking(search: Search, main: Block, others: Sequence[Chosen], fitted: Fit) 
         effect = block.regressor.effect
         if effect not in (main.regressor.effect, *own_laws):
             continue
-        if effect in own_laws and significant(block, plain) and not significant(block, fitted):
+        if effect in own_laws and needed(block, plain) and not needed(block, fitted):
             return True
         other = course(block)
         if float(np.sum((own + other) ** 2)) < min(float(np.sum(own**2)), float(np.sum(other**2))):
@@ -152,5 +152,9 @@ def _taking(search: Search, main: Block, others: Sequence[Chosen], fitted: Fit) 
 
 def told_from_nothing(coefficients: FloatArray, covariance: FloatArray) -> bool:
     """Whether one of some fitted coefficients is more than what chance makes it."""
-    std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    return significant(coefficients, np.sqrt(np.maximum(np.diag(covariance), 0.0)))
+
+
+def significant(coefficients: FloatArray, std: FloatArray) -> bool:
+    """Whether one of some coefficients (k,) is more than its standard error ``std`` (k,) makes it by chance."""
     return bool(np.any(np.abs(coefficients) > criteria.TOLD * std))

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.mismatch.problem import ChannelProblem
+from bench.mismatch.regression.problem import ChannelProblem
 from bench.mismatch.regression.regressors import Regressor
 from bench.simulation.frame import FloatArray
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bench.mismatch.problem import ChannelProblem
+from bench.mismatch.regression.problem import ChannelProblem
 from bench.mismatch.regression.sensitivity import is_carried
 from bench.simulation.composed import parts_of
 from bench.simulation.frame import FloatArray

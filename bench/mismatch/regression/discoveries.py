@@ -13,6 +13,7 @@ from bench.mismatch.discovery import UNKNOWN as UNKNOWN_STATUS
 from bench.mismatch.regression import windows
 from bench.mismatch.regression.alone import alone
 from bench.mismatch.regression.bank import Fit
+from bench.mismatch.regression.beside import significant
 from bench.mismatch.regression.course import beyond
 from bench.mismatch.regression.excess import excess, levelled
 from bench.mismatch.regression.model import ChannelModel, Chosen, of_start
@@ -144,8 +145,8 @@ def _confidence(slot: Slot, status: str, as_good: Sequence[Contender]) -> float:
 
 def sure_of_name(status: str, at_the_end: bool, coefficients: FloatArray, std: FloatArray) -> float:
     """Share of a confidence that is left for what the recordings say of a named term's shape and coefficients (k,)."""
-    told = bool(np.any(np.abs(coefficients) > criteria.TOLD * std))
-    return criteria.EITHER if status == NAMED and (at_the_end or not told) else 1.0
+    sure = not at_the_end and significant(coefficients, std)
+    return criteria.EITHER if status == NAMED and not sure else 1.0
 
 
 def _window(own: Chosen) -> tuple[float, float] | None:

@@ -7,13 +7,13 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from bench.mismatch.problem import ChannelProblem, starts_and_folds
 from bench.mismatch.recordings.beginning import at_start, risen
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.bank import Bank, Fit, Whitening, fit
 from bench.mismatch.regression.calibration import Calibration
 from bench.mismatch.regression.course import added
 from bench.mismatch.regression.noise import Mixture, RowNoise, alike, of_free_motion, of_rows, plain_mixture
+from bench.mismatch.regression.problem import ChannelProblem, starts_and_folds
 from bench.mismatch.regression.regressors import Free, Regressor
 from bench.simulation.frame import FloatArray, Frame, IntArray, recording_starts
 

@@ -14,9 +14,9 @@ from dataclasses import replace
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.problem import ChannelProblem
 from bench.mismatch.regression.bank import Bank
 from bench.mismatch.regression.model import Block
+from bench.mismatch.regression.problem import ChannelProblem
 from bench.simulation.frame import FloatArray
 
 _MONOMIALS = 10

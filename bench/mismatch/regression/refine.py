@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from bench.mismatch.problem import ChannelProblem
 from bench.mismatch.regression.bank import RIDGE, Bank
 from bench.mismatch.regression.model import Block
+from bench.mismatch.regression.problem import ChannelProblem
 from bench.mismatch.regression.regressors import Named, Regressor
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms import Form

@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.problem import ChannelProblem
 from bench.mismatch.regression.auxiliary import auxiliary_candidates, composed_candidates
 from bench.mismatch.regression.beside import shaped
 from bench.mismatch.regression.candidates import free_candidates, named_candidates
@@ -30,6 +29,7 @@ from bench.mismatch.regression.model import (
     prepare_bank,
 )
 from bench.mismatch.regression.prior import settled
+from bench.mismatch.regression.problem import ChannelProblem
 from bench.mismatch.regression.pruning import concluded, pruned
 from bench.mismatch.regression.regressors import Free, Named, Regressor
 from bench.mismatch.regression.scan import units

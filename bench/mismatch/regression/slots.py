@@ -13,12 +13,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.problem import ChannelProblem
 from bench.mismatch.regression.beside import free_function, idle, shaped, sound_beside, told_from_nothing
 from bench.mismatch.regression.description import description, prior_of
 from bench.mismatch.regression.folds import apart, weights
 from bench.mismatch.regression.heredity import laws, orphaned, without
 from bench.mismatch.regression.model import ChannelModel, Chosen
+from bench.mismatch.regression.problem import ChannelProblem
 from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named
 from bench.mismatch.regression.scan import Scan

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.problem import ChannelProblem
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen, fit_blocks, unrefined
+from bench.mismatch.regression.problem import ChannelProblem
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE
 

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import html
 import math
-from typing import TYPE_CHECKING
 
 from bench.mismatch.discovery import AMBIGUOUS, UNKNOWN, ChannelOutcome
 from bench.mismatch.report.figures import finite
+from bench.mismatch.report.report import Report
 from bench.mismatch.report.verdict import in_words
-
-if TYPE_CHECKING:
-    from bench.mismatch.report.report import Report
 
 BEFORE, AFTER = "#e0702d", "#2f7ed8"
 _WIDTH, _ROW, _LEFT, _TOP = 720, 46, 170, 26

@@ -8,7 +8,7 @@ from __future__ import annotations
 import base64
 import html
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,13 +19,11 @@ from bench.mismatch.report.finding import Alternative, Finding, NextExperiment
 from bench.mismatch.report.left_out import said
 from bench.mismatch.report.opening import opening
 from bench.mismatch.report.plots import LINEAR_UNITS, UNITS, plot
+from bench.mismatch.report.report import Report
 from bench.mismatch.report.style import STYLE
 from bench.mismatch.report.symbols import equation, parameters
 from bench.mismatch.report.verdict import in_words
 from bench.simulation.linear import in_metres
-
-if TYPE_CHECKING:
-    from bench.mismatch.report.report import Report
 
 MOST_NAMES = 3
 STATUS = {

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.mismatch.discovery import ChannelOutcome
-from bench.mismatch.problem import nominal_base
+from bench.mismatch.regression.problem import nominal_base
 from bench.mismatch.regression.regressors import Named, Regressor
 from bench.mismatch.report.candidates import Range, candidates, frame_of
 from bench.mismatch.report.finding import Finding, name_of

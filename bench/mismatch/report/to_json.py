@@ -4,24 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from bench.mismatch.discovery import ChannelOutcome
 from bench.mismatch.report import place
+from bench.mismatch.report.content import Content
 from bench.mismatch.report.finding import Finding
 from bench.simulation.linear import all_in_metres
 from bench.simulation.terms import CHANNEL_UNITS
-
-if TYPE_CHECKING:
-    from bench.mismatch.report.report import Report
 
 FORMAT, FORMAT_VERSION = "bench-mismatch-report", "1.1"
 SCORES = ("as_given", "before", "after")
 
 
-def to_json(report: Report) -> dict[str, Any]:
+def to_json(report: Content) -> dict[str, Any]:
     """The whole report."""
     members = report.data.members
     out: dict[str, Any] = {

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import AMBIGUOUS, UNKNOWN, ChannelOutcome
 from bench.mismatch.regression.sensitivity import PARAMETER
+from bench.mismatch.report.content import Content
 from bench.mismatch.report.figures import finite, square_error
 from bench.mismatch.report.finding import Finding
 from bench.simulation.terms import CHANNEL_UNITS
-
-if TYPE_CHECKING:
-    from bench.mismatch.report.report import Report
 
 MATCH, MISMATCH, UNDETERMINED = "match", "mismatch", "undetermined"
 
@@ -62,7 +59,7 @@ def _doubt(outcome: ChannelOutcome) -> str:
     return ""
 
 
-def sentence(report: Report) -> str:
+def sentence(report: Content) -> str:
     """The verdict in one sentence."""
     if report.verdict == UNDETERMINED:
         return f"Undetermined: {report.why}."

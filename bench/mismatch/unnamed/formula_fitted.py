@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.optimize import least_squares
 
-from bench.mismatch.problem import ChannelProblem
 from bench.mismatch.regression.bank import Bank
 from bench.mismatch.regression.model import Block
+from bench.mismatch.regression.problem import ChannelProblem
 from bench.mismatch.regression.refine import projector
 from bench.mismatch.unnamed.formula_regressor import Equation
 from bench.simulation.frame import FloatArray

@@ -8,9 +8,9 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import UNKNOWN, UNNAMED, ChannelOutcome, Discovery
-from bench.mismatch.problem import CHANNELS
 from bench.mismatch.regression import windows
 from bench.mismatch.regression.candidates import PERIODIC
+from bench.mismatch.regression.problem import CHANNELS
 from bench.mismatch.report.figures import strength
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms import CHANNEL_UNITS, LIBRARY, TRANSMISSION_ERROR

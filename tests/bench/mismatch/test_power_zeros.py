@@ -8,9 +8,11 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from bench.mismatch import problem as problems
 from bench.mismatch.power_zeros import LOAD, RECORDINGS, Zeros, chosen
-from bench.mismatch.problem import (
+from bench.mismatch.recordings.rows import Rows
+from bench.mismatch.regression import problem as problems
+from bench.mismatch.regression.noise import MEMORIES_S, Mixture
+from bench.mismatch.regression.problem import (
     STRETCH_S,
     BaseTerm,
     ChannelProblem,
@@ -18,8 +20,6 @@ from bench.mismatch.problem import (
     nominal_base,
     zero_precisions,
 )
-from bench.mismatch.recordings.rows import Rows
-from bench.mismatch.regression.noise import MEMORIES_S, Mixture
 from bench.simulation.frame import ARRAYS, FloatArray, Frame, concatenate
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE
 

@@ -8,11 +8,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from bench.mismatch.problem import BaseTerm, ChannelProblem
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.bank import Bank, Whitening
 from bench.mismatch.regression.model import Block, add_base
 from bench.mismatch.regression.noise import RowNoise
+from bench.mismatch.regression.problem import BaseTerm, ChannelProblem
 from bench.mismatch.regression.regressors import Named
 from bench.simulation.frame import ARRAYS, FloatArray, Frame, concatenate, recording_starts
 from bench.simulation.terms import LIBRARY, MOTOR_TORQUE

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.mismatch.problem import BaseTerm, ChannelProblem
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.alone import alone
 from bench.mismatch.regression.beside import sound_beside
@@ -16,6 +15,7 @@ from bench.mismatch.regression.description import description
 from bench.mismatch.regression.heredity import laws, orphaned, without, without_laws
 from bench.mismatch.regression.model import Block, Chosen, add_block
 from bench.mismatch.regression.noise import alike_for, of_free_motion
+from bench.mismatch.regression.problem import BaseTerm, ChannelProblem
 from bench.mismatch.regression.regressors import Free, Named, named
 from bench.mismatch.regression.search import begun, searched
 from bench.simulation.frame import ARRAYS, FloatArray, Frame, concatenate

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from bench.mismatch import criteria
-from bench.mismatch.problem import ChannelProblem, nominal_base
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.beside import idle, shaped
 from bench.mismatch.regression.folds import weights
+from bench.mismatch.regression.problem import ChannelProblem, nominal_base
 from bench.mismatch.regression.regressors import named
 from bench.mismatch.regression.search import begun
 from bench.mismatch.regression.slots import slots

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.mismatch.problem import ChannelProblem
 from bench.mismatch.regression.folds import squares
+from bench.mismatch.regression.problem import ChannelProblem
 from bench.mismatch.regression.search import searched
 from bench.mismatch.regression.spells import levels_of, spell_of
 from bench.simulation.frame import FloatArray, Frame

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 from bench.mismatch.discovery import ChannelOutcome, Discovery, Rival
+from bench.mismatch.report.content import Compared
 from bench.mismatch.report.figures import square_error
 from bench.mismatch.report.finding import conclude
-from bench.mismatch.report.report import Compared, Report
+from bench.mismatch.report.report import Report
 from bench.mismatch.report.verdict import judged
 from tests.bench.mismatch.report import made
 

@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from bench.mismatch.discovery import Discovery
+from bench.mismatch.report.content import Compared
 from bench.mismatch.report.finding import conclude
 from bench.mismatch.report.left_out import LeftOut, table
 from bench.mismatch.report.page import page
 from bench.mismatch.report.plots import _amplitudes
-from bench.mismatch.report.report import Compared, Report
+from bench.mismatch.report.report import Report
 from tests.bench.mismatch.report import made
 
 
