@@ -17,8 +17,7 @@ from bench.errors import ConfigurationError
 from bench.exchange import formula, pieces
 from bench.exchange.formula import Written, columns_of, const, lift, make, total
 from bench.exchange.sample import INPUTS, STANDSTILL, formula_frame, loss
-from bench.mismatch.given import Given, Known
-from bench.mismatch.prediction import SENSOR
+from bench.mismatch.given import SENSOR, Given, Known
 from bench.mismatch.regression.problem import CHANNELS, nominal_base
 from bench.mismatch.regression.regressors import Free, Named
 from bench.mismatch.unnamed.formula_regressor import Equation

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch.discovery import ChannelOutcome, Discovery
-from bench.mismatch.given import Given, Known
+from bench.mismatch.given import SENSOR, Given, Known
 from bench.mismatch.memory import give_back
 from bench.mismatch.orders import model as orders
 from bench.mismatch.orders.discoveries import discoveries as of_orders
@@ -20,7 +20,7 @@ from bench.mismatch.orders.torques import torque_discoveries
 from bench.mismatch.orders.turns import found_in
 from bench.mismatch.power_zeros import Zeros
 from bench.mismatch.power_zeros import chosen as zeros_chosen
-from bench.mismatch.prediction import SENSOR, corrected
+from bench.mismatch.prediction import corrected
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.output_orders import OutputSpectrum
 from bench.mismatch.recordings.rows import Rows

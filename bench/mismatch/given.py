@@ -23,10 +23,12 @@ from bench.simulation.heat_rates import with_rates
 from bench.simulation.laws import Law
 from bench.simulation.laws import from_json as law_from_json
 from bench.simulation.model import NOMINAL_ORDERS, Simulation, Term
-from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR
+from bench.simulation.terms import LIBRARY, LOAD_TORQUE, TRANSMISSION_ERROR
 from bench.simulation.waves import Wave
 
 Row = Mapping[str, Any]
+SENSOR = "sensor.torque"
+"""begins the ids of errors of the torque sensor: what it reads beyond the torque is taken off before others use it"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +101,7 @@ class Given:
                 elif effect == "te.resonance":
                     raise ConfigurationError("the simulation's term te.resonance has neither orders nor a law")
                 elif effect in LIBRARY and not LIBRARY[effect].nominal and not row["parameters"] and "form" not in row:
-                    for channel in row.get("channels", list(LIBRARY[effect].forms)):
+                    for channel in _channels(effect, row):
                         unsettled.setdefault(channel, []).append(effect)
                 elif effect in LIBRARY and not LIBRARY[effect].nominal:
                     for channel, own in _linear(effect, row):
@@ -168,11 +170,19 @@ def _ripple(effect: str, row: Row, ratio: float) -> list[Wave]:
     return [Wave(order, "1", cosine, sine)]
 
 
+def _channels(effect: str, row: Row) -> list[str]:
+    """Channels in which a row is in force: those it names, else all of its effect, but of an error of the torque sensor
+    the sensor's own: the others are predicted from the torque less that error.
+    """
+    forms = LIBRARY[effect].forms
+    return list(row.get("channels", [LOAD_TORQUE] if effect.startswith(SENSOR) and LOAD_TORQUE in forms else forms))
+
+
 def _linear(effect: str, row: Row) -> Iterator[tuple[str, Known]]:
     """A term that is a regressor: form by name or by its parameters' symbols, in the channels named, else in all."""
     term = LIBRARY[effect]
     parameters = row["parameters"]
-    for channel in row.get("channels", list(term.forms)):
+    for channel in _channels(effect, row):
         forms = term.forms.get(channel, ())
         chosen = [f for f in forms if f.name == row["form"]] if "form" in row else list(forms)
         if not chosen:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.foreign.opening import base_of
-from bench.mismatch.given import Given, Known
+from bench.mismatch.given import SENSOR, Given, Known
 from bench.mismatch.power_zeros import CONSTANT, EFFECT, KEY, RECORDINGS, Zeros, left_of
 from bench.mismatch.recordings.beginning import START_S, at_start, risen
 from bench.mismatch.recordings.dataset import Collected
@@ -36,8 +36,6 @@ from bench.simulation.sines import summed_vectors, turned
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 from bench.simulation.waves import ROWS_AT_ONCE
 
-SENSOR = "sensor.torque"
-"""begins the ids of errors of the torque sensor: what it reads beyond the torque is taken off before others use it"""
 SLIGHT = 1e-12
 """largest column of a nominal term from which recordings depend on it"""
 

@@ -13,7 +13,7 @@ from bench.mismatch.given import Given, Known
 from bench.mismatch.prediction import corrected
 from bench.mismatch.regression.regressors import named
 from bench.simulation.model import Simulation
-from bench.simulation.terms import LOAD_TORQUE
+from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE
 from bench.simulation.terms.nominal.transmission_error import PAPER_ORDERS
 from tests.bench.simulation.terms.frames import at_loads_and_speeds
 
@@ -103,3 +103,23 @@ def test_a_torque_is_corrected_by_what_its_sensor_adds() -> None:
     assert corrected(read, [gain]).torque == pytest.approx(rows.torque)
     assert corrected(read, [gain]).torque_level == pytest.approx(rows.torque_level)
     assert corrected(read, []) is read
+
+
+def test_an_error_of_the_sensor_is_taken_off_once() -> None:
+    """The channels beyond its own are predicted from the corrected torque."""
+    gain = {"effect": "sensor.torque_gain", "parameters": {"g_s": 0.02}}
+    curved = {"effect": "sensor.torque_nonlinearity", "form": "odd_square", "parameters": {"c_1": 1.0, "c_2o": 2.0}}
+    assert list(given(gain).known) == list(given(curved).known) == [LOAD_TORQUE]
+    seen = given({**curved, "channels": [MOTOR_TORQUE]})
+    assert list(seen.known) == [MOTOR_TORQUE]
+
+
+@pytest.mark.parametrize("form", [f.name for f in LIBRARY["sensor.torque_nonlinearity"].forms[MOTOR_TORQUE]])
+def test_what_the_sensor_reads_too_much_the_motor_does_not_give(form: str) -> None:
+    rows = at_loads_and_speeds(np.linspace(0.1, 1.0, 50), (-600.0, 800.0), (0.1,))
+    rows = replace(rows, load_motor_level=rows.torque_level)
+    sensor, motor = (LIBRARY["sensor.torque_nonlinearity"].form(c, form) for c in (LOAD_TORQUE, MOTOR_TORQUE))
+    assert sensor is not None
+    assert motor is not None
+    for point in motor.grid(rows):
+        assert motor.columns(rows, point) == pytest.approx(-sensor.columns(rows, point) / rows.ratio)

@@ -1,54 +1,54 @@
-"""Curvature of the torque sensor, or saturation of the load motor."""
+"""Curvature of the torque sensor, or saturation of the load motor: in load_torque, with a trace in motor_torque."""
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.terms.base import LOAD_TORQUE, Form, Point, Symbol, Term, columns, top
+from bench.simulation.terms.base import LOAD_TORQUE, MOTOR_TORQUE, Form, Point, Symbol, Term, columns, top
 
 
-def _load(frame: Frame) -> FloatArray:
-    return frame.load_motor_level
+def _forms(
+    x: Callable[[Frame], FloatArray], largest: Callable[[Frame], float], share: Callable[[Frame], float]
+) -> tuple[Form, ...]:
+    """Curves of the load ``x`` in kN*m (n,), ``largest`` N*m, times the ``share`` of them that the channel shows."""
 
+    def _square(frame: Frame, _: Point) -> FloatArray:
+        return columns(share(frame) * x(frame) ** 2)
 
-def _square(frame: Frame, _: Point) -> FloatArray:
-    x = _load(frame) / 1000.0
-    return columns(x**2)
+    def _odd_square(frame: Frame, _: Point) -> FloatArray:
+        return columns(share(frame) * x(frame), share(frame) * x(frame) * np.abs(x(frame)))
 
+    def _cubic(frame: Frame, _: Point) -> FloatArray:
+        return columns(share(frame) * x(frame), share(frame) * x(frame) ** 3)
 
-def _odd_square(frame: Frame, _: Point) -> FloatArray:
-    x = _load(frame) / 1000.0
-    return columns(x, x * np.abs(x))
+    def _full(frame: Frame, _: Point) -> FloatArray:
+        return columns(share(frame) * x(frame), share(frame) * x(frame) ** 2, share(frame) * x(frame) ** 3)
 
+    def _odd_square_alone(frame: Frame, _: Point) -> FloatArray:
+        return columns(share(frame) * x(frame) * np.abs(x(frame)))
 
-def _cubic(frame: Frame, _: Point) -> FloatArray:
-    x = _load(frame) / 1000.0
-    return columns(x, x**3)
+    def _cubic_alone(frame: Frame, _: Point) -> FloatArray:
+        return columns(share(frame) * x(frame) ** 3)
 
+    def _knees(frame: Frame) -> tuple[Point, ...]:
+        return tuple((part * largest(frame),) for part in (0.45, 0.6, 0.75, 0.9))
 
-def _full(frame: Frame, _: Point) -> FloatArray:
-    x = _load(frame) / 1000.0
-    return columns(x, x**2, x**3)
+    def _knee(frame: Frame, point: Point) -> FloatArray:
+        beyond = np.maximum(np.abs(x(frame)) - point[0] / 1000.0, 0.0)
+        return columns(share(frame) * np.sign(x(frame)) * beyond)
 
-
-def _odd_square_alone(frame: Frame, _: Point) -> FloatArray:
-    x = _load(frame) / 1000.0
-    return columns(x * np.abs(x))
-
-
-def _cubic_alone(frame: Frame, _: Point) -> FloatArray:
-    return columns((_load(frame) / 1000.0) ** 3)
-
-
-def _knees(frame: Frame) -> tuple[Point, ...]:
-    largest = top(frame.load_motor_torque)
-    return tuple((share * largest,) for share in (0.45, 0.6, 0.75, 0.9))
-
-
-def _knee(frame: Frame, point: Point) -> FloatArray:
-    x = _load(frame)
-    return columns(np.sign(x) * np.maximum(np.abs(x) - point[0], 0.0) / 1000.0)
+    return (
+        Form("square", _square, (C_2,)),
+        Form("odd_square", _odd_square, (C_1, C_2O)),
+        Form("cubic", _cubic, (C_1, C_3)),
+        Form("odd_square_alone", _odd_square_alone, (C_2O,)),
+        Form("cubic_alone", _cubic_alone, (C_3,)),
+        Form("full", _full, (C_1, C_2, C_3)),
+        Form("knee", _knee, (SLOPE,), (KNEE,), _knees),
+    )
 
 
 C_1 = Symbol("c_1", "N*m", "proportional part at 1 kN*m")
@@ -61,19 +61,17 @@ SLOPE = Symbol("c_k", "N*m", "loss per kN*m beyond the knee")
 TERM = Term(
     effect="sensor.torque_nonlinearity",
     name="curvature of the torque sensor or saturation of the load motor",
-    equation="load_torque += c_2*x**2 + c_3*x**3, x = load_motor_torque/(1 kN*m); or a knee",
+    equation="load_torque += c_2*x**2 + c_3*x**3, x = load_motor_torque/(1 kN*m); or a knee; tau_m less that over u",
     reference="VDI/VDE 2646; data sheets' linearity deviation",
-    where="load_torque, curved in the load",
+    where="load_torque, curved in the load, with the opposite trace in motor_torque",
     forms={
-        LOAD_TORQUE: (
-            Form("square", _square, (C_2,)),
-            Form("odd_square", _odd_square, (C_1, C_2O)),
-            Form("cubic", _cubic, (C_1, C_3)),
-            Form("odd_square_alone", _odd_square_alone, (C_2O,)),
-            Form("cubic_alone", _cubic_alone, (C_3,)),
-            Form("full", _full, (C_1, C_2, C_3)),
-            Form("knee", _knee, (SLOPE,), (KNEE,), _knees),
-        )
+        LOAD_TORQUE: _forms(
+            lambda frame: frame.load_motor_level / 1000.0, lambda frame: top(frame.load_motor_torque), lambda _: 1.0
+        ),
+        # what the sensor reads too much the motor does not give: seen where nothing else says what the load is
+        MOTOR_TORQUE: _forms(
+            lambda frame: frame.torque_level / 1000.0, lambda frame: top(frame.torque), lambda frame: -1.0 / frame.ratio
+        ),
     },
     variables=("torque",),
     shape={LOAD_TORQUE: (("load_motor_torque", "1"),)},
