@@ -52,6 +52,12 @@ def pulse(angle: float, width: float, height: float, frame: Frame) -> Written:
     return lift(height * np.exp(-0.5 * (distance / width) ** 2))
 
 
+def pulse_slope(angle: float, width: float, height: float, frame: Frame) -> Written:
+    """Change of a pulse with the angle."""
+    distance = np.mod(frame.theta - angle + np.pi, 2.0 * np.pi) - np.pi
+    return lift(-distance / width**2 * (height * np.exp(-0.5 * (distance / width) ** 2)))
+
+
 def quantity(name: str, frame: Frame) -> Written:
     """A recorded quantity by its name; the rate of an auxiliary input, which no sample tells, is an input as well."""
     if name.startswith(AUXILIARY):

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch.discovery import ChannelOutcome, Discovery
-from bench.mismatch.given import SENSOR, Given, Known
+from bench.mismatch.given import ENCODER, SENSOR, Given, Known
 from bench.mismatch.memory import give_back
 from bench.mismatch.orders import model as orders
 from bench.mismatch.orders.discoveries import discoveries as of_orders
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.periodicity import Periodicity, on_rows
+from bench.mismatch.orders.reaction import Reaction, reaction_of
 from bench.mismatch.orders.torques import torque_discoveries
 from bench.mismatch.orders.turns import found_in
 from bench.mismatch.power_zeros import Zeros
@@ -67,6 +68,8 @@ class Analysis:
     outcomes: dict[str, ChannelOutcome] = field(default_factory=dict)
     zeros: Zeros = field(default_factory=Zeros)
     """zeros of the torques that are taken off the loss that heats"""
+    reaction: Reaction | None = None
+    """what the motor torque holds of the load's reaction through the transmission error"""
 
 
 def compared_channels(data: Dataset) -> tuple[list[str], list[str]]:
@@ -121,14 +124,20 @@ def analyse(
             heard = data.density.get(channel, ())
             examine(out.outcomes[channel], out.transmission.offset, heard, seed, known)
             out.transmission.offset.close()
+            out.reaction = _reaction(out, data, given, channels, seed)
         else:
             if channel == TEMPERATURE:
                 rows = _heated(out, data, given, rows, banned)
+            reaction = out.reaction if channel == MOTOR_TORQUE else None
+            if reaction is not None:
+                rows = replace(rows, y=rows.y - reaction.on_rows(rows.frame))
             problem = _problem(data, given, channel, rows, banned)
             out.searches[channel] = search = searched(problem, seed)
             out.outcomes[channel] = _of_search(search, data, formulas)
+            if reaction is not None:
+                out.outcomes[channel].notes.append(reaction.words)
             if channel in (LOAD_TORQUE, MOTOR_TORQUE) and not data.linear:
-                out.outcomes[channel].discoveries += _periodic(data, given, search, seed)
+                out.outcomes[channel].discoveries += _periodic(data, given, search, reaction, seed)
             examine(out.outcomes[channel], search, data.density.get(channel, ()), seed)
             search.close()
             if channel == LOAD_TORQUE:
@@ -137,6 +146,23 @@ def analyse(
                 banned = (*banned, *(effect for effect in LIBRARY if effect.startswith(SENSOR)))
         give_back()
     return out
+
+
+def _reaction(out: Analysis, data: Dataset, given: Given, channels: Sequence[str], seed: int) -> Reaction | None:
+    """The load's reaction through all that is periodic in the transmission error and that no encoder misreads."""
+    whole = out.transmission
+    made = {MOTOR_TORQUE, TRANSMISSION_ERROR} & data.simulated  # a simulation from elsewhere has a reaction of its own
+    off = CHANNELS[MOTOR_TORQUE].fixed in given.switched_off
+    if whole is None or whole.periodic is None or MOTOR_TORQUE not in channels or data.linear or made or off:
+        return None
+    misread = [f for d in out.outcomes[TRANSMISSION_ERROR].discoveries if d.effect == ENCODER for f in d.orders]
+    known = given.waves.get(TRANSMISSION_ERROR, ())
+    periodic = replace(
+        whole.periodic, waves=(*whole.periodic.waves, *known), pulses=(*whole.periodic.pulses, *given.pulses)
+    )
+    train = data.folds() >= 0
+    acting = periodic.less({*misread, *given.misread})
+    return reaction_of(acting, whole.rows.frame, whole.inside, train, given.reaction, seed)
 
 
 def _heated(out: Analysis, data: Dataset, given: Given, rows: Rows, banned: Sequence[str]) -> Rows:
@@ -245,14 +271,17 @@ MOST_ROWS = 4000
 """rows on which the uncertainty of a prediction is worked out"""
 
 
-def _periodic(data: Dataset, given: Given, search: Search, seed: int) -> list[Discovery]:
-    """What is periodic in a torque and too quick for its rows."""
+def _periodic(data: Dataset, given: Given, search: Search, reaction: Reaction | None, seed: int) -> list[Discovery]:
+    """What is periodic in a torque and too quick for its rows; without the ``reaction``, which it is known to hold."""
     problem = search.model.problem
     channel = problem.channel
+    output, shaft = data.output.get(channel, []), data.shaft if channel == MOTOR_TORQUE else []
+    if reaction is not None:
+        output, shaft = [reaction.less_output(s) for s in output], [reaction.less_shaft(s) for s in shaft]
     seen = Periodicity(
         channel,
-        [_less(s, given.waves.get(channel, ())) for s in data.output.get(channel, ())],
-        [_less_ripple(s, given.ripples, data.ratio) for s in data.shaft] if channel == MOTOR_TORQUE else [],
+        [_less(s, given.waves.get(channel, ())) for s in output],
+        [_less_ripple(s, given.ripples, data.ratio) for s in shaft],
         problem.rows,
         problem.folds,
         data.ratio,

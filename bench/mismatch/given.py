@@ -27,6 +27,9 @@ from bench.simulation.terms import LIBRARY, LOAD_TORQUE, TRANSMISSION_ERROR
 from bench.simulation.waves import Wave
 
 Row = Mapping[str, Any]
+REACTION = ("motor.load_reaction", "k_te")
+"""term and symbol of how much of the load's reaction through the transmission error the motor torque holds"""
+ENCODER = "sensor.motor_encoder"
 SENSOR = "sensor.torque"
 """begins the ids of errors of the torque sensor: what it reads beyond the torque is taken off before others use it"""
 
@@ -58,6 +61,10 @@ class Given:
     ripples: tuple[Wave, ...] = ()
     unsettled: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     """by channel, effects in force of which the file says no numbers: they are calibrated on the recordings"""
+    reaction: float = 0.0
+    """share of tau/u*dTE/dtheta that the motor torque holds (:mod:`bench.mismatch.orders.reaction`)"""
+    misread: tuple[float, ...] = ()
+    """orders of the transmission error that an encoder reads and the gearbox does not make"""
     base: Base | None = None
     """a simulation from elsewhere on which the terms stand; its channels are taken off when recordings are read"""
 
@@ -116,12 +123,24 @@ class Given:
             tuple(laws),
             tuple(ripples),
             {channel: tuple(own) for channel, own in unsettled.items()},
+            model.value(*REACTION) or 0.0,
+            _misread(model),
             base,
         )
 
     def nominal_coefficients(self, named: Named) -> FloatArray | None:
         """Coefficients (k,) of a nominal term as the file has them; None where it does not say them all."""
         return _coefficients(named, self.simulation.terms.get(named.effect))
+
+
+def _misread(model: Simulation) -> tuple[float, ...]:
+    """Orders of the rows of the motor encoder's error."""
+    term = model.terms.get(ENCODER)
+    if term is None or not term.enabled:
+        return ()
+    rows = list(term.rows())
+    told = [float(f) for row in rows for f in row.get("orders", ())]
+    return tuple(told + [float(wave["order"]) for row in rows for wave in row.get("waves", ())])
 
 
 def _coefficients(named: Named, term: Term | None) -> FloatArray | None:

@@ -26,15 +26,12 @@ from bench.mismatch.recordings.prepared import Folder, Prepared, prepare
 from bench.mismatch.recordings.rows import Rows, join
 from bench.mismatch.regression.problem import CHANNELS, fixed_part, nominal_base
 from bench.mismatch.regression.regressors import Named, remembers
+from bench.mismatch.series_given import periodic_part, slope
 from bench.recording import Recording
 from bench.simulation import waves
 from bench.simulation.frame import FloatArray, Frame, concatenate, recording_starts
-from bench.simulation.laws import factor
 from bench.simulation.model import Simulation
-from bench.simulation.polynomial import basis
-from bench.simulation.sines import summed_vectors, turned
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
-from bench.simulation.waves import ROWS_AT_ONCE
 
 SLIGHT = 1e-12
 """largest column of a nominal term from which recordings depend on it"""
@@ -127,34 +124,13 @@ class Predictor:
             out = out + waves.evaluate(own, angle, frame)
         if given.ripples and channel == MOTOR_TORQUE:
             out = out + waves.evaluate(given.ripples, frame.theta, frame)
+        if given.reaction and channel == MOTOR_TORQUE:
+            out = out + given.reaction * frame.torque / frame.ratio * slope(given, frame)
         if channel == TRANSMISSION_ERROR:
-            out = out + self._series(frame)
+            out = out + periodic_part(given, frame)
         if channel == TEMPERATURE:
             level = np.zeros(recording_starts(frame).size - 1) if start is None else start
             out = out + risen(frame, level - at_start(frame, out))
-        return out
-
-    def _series(self, frame: Frame) -> FloatArray:
-        """Series with its laws, offset, and pulses."""
-        out = np.zeros(frame.size)
-        model = self.given.simulation.transmission_error()
-        x = np.column_stack([frame.torque, frame.velocity, frame.temperature])
-        for sign in (1.0, -1.0):
-            own = None if model is None else model.direction(sign)
-            rows = np.flatnonzero(frame.last_direction > 0 if sign > 0 else frame.last_direction <= 0)
-            if own is None or rows.size == 0:
-                continue
-            orders = np.asarray(own.orders, dtype=np.float64)
-            for a in range(0, rows.size, ROWS_AT_ONCE):
-                part = rows[a : a + ROWS_AT_ONCE]
-                monomials = basis(*x[part].T)
-                vectors = (own.amplitude @ monomials.T) * turned(own.phase @ monomials.T)
-                for law in self.given.laws:
-                    vectors *= factor(law, x[part], frame.time[part], [float(f) for f in own.orders]).T
-                waves_of = summed_vectors(frame.theta[part], orders, vectors.real.copy(), vectors.imag.copy())
-                out[part] = monomials @ own.offset + waves_of
-        for pulse in self.given.pulses:
-            out = out + pulse.evaluate(frame.theta)
         return out
 
 

@@ -14,7 +14,9 @@ import numpy as np
 
 from bench.mismatch.analysis import Analysis
 from bench.mismatch.discovery import Discovery
+from bench.mismatch.given import REACTION
 from bench.mismatch.orders.model import TransmissionModel
+from bench.mismatch.orders.reaction import Reaction
 from bench.mismatch.orders.series import Scaling, Series
 from bench.mismatch.power_zeros import EFFECT, KEY
 from bench.mismatch.regression.bank import Fit
@@ -74,7 +76,18 @@ def _made(analysis: Analysis, found: Sequence[Discovery] | None, gearbox: object
         out = out.with_term(_term(effect, [r for r in rows if r["effect"] == effect]))
     if whole is not None:
         out = _with_series(out, whole, found is not None)
+    out = _with_reaction(out, analysis.reaction)
     return _with_zeros(out, analysis) if TEMPERATURE in models else out
+
+
+def _with_reaction(simulation: Simulation, reaction: Reaction | None) -> Simulation:
+    """The simulation with how much of the reaction through the transmission error the motor torque holds."""
+    if reaction is None or reaction.std is None:
+        return simulation
+    effect, symbol = REACTION
+    term = simulation.terms[effect]
+    own = {**term.parameters, symbol: Parameter(reaction.share, "1", reaction.std)}
+    return simulation.with_term(replace(term, parameters=own))
 
 
 def _with_zeros(simulation: Simulation, analysis: Analysis) -> Simulation:

@@ -29,6 +29,11 @@ class Wave:
     cosine_std: float | None = None
     sine_std: float | None = None
 
+    @property
+    def slope(self) -> Wave:
+        """Its change with the angle, a wave as well."""
+        return Wave(self.order, self.times, self.order * self.sine, -self.order * self.cosine)
+
     def to_json(self) -> dict[str, Any]:
         """The wave as a simulation file has it."""
         out: dict[str, Any] = {"order": self.order, "times": self.times, "c": self.cosine, "s": self.sine}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -36,6 +36,11 @@ class Pulse:
         """The pulse at angles (n,), rad."""
         distance = np.mod(theta - self.angle + np.pi, 2.0 * np.pi) - np.pi
         return np.asarray(self.height * np.exp(-0.5 * (distance / self.width) ** 2))
+
+    def slope(self, theta: FloatArray) -> FloatArray:
+        """Its change with the angle at angles (n,), rad/rad."""
+        distance = np.mod(theta - self.angle + np.pi, 2.0 * np.pi) - np.pi
+        return np.asarray(-distance / self.width**2 * self.evaluate(theta))
 
     def vectors(self, orders: FloatArray) -> Complex:
         """Vectors b + j*a of the pulse at orders (k,), the constant left out."""
@@ -86,10 +91,25 @@ class Periodic:
         if self.laws or self.pulses or self.sidebands:
             ahead, behind = (replace(frame, theta=frame.theta + step) for step in (SLOPE_STEP, -SLOPE_STEP))
             return (self.evaluate(ahead) - self.evaluate(behind)) / (2.0 * SLOPE_STEP)
-        further = [*self.waves, *(w for order in self.weak for w in order.waves())]
-        steeper = [replace(w, cosine=w.order * w.cosine, sine=w.order * w.sine) for w in further]
+        steeper = [w.slope for w in (*self.waves, *(w for order in self.weak for w in order.waves()))]
         out = self.series.slope(frame)
-        return out + waves.evaluate(steeper, frame.theta, frame, 0.5 * np.pi) if steeper else out
+        return out + waves.evaluate(steeper, frame.theta, frame) if steeper else out
+
+    def slope_of_rows(self, frame: Frame) -> FloatArray:
+        """Mean of the slope over the angle that each row of a frame turns through (n,), rad/rad."""
+        half = np.maximum(0.5 * np.abs(frame.velocity) * frame.step, SLOPE_STEP)
+        ahead, behind = (replace(frame, theta=frame.theta + own) for own in (half, -half))
+        return (self.evaluate(ahead) - self.evaluate(behind)) / (2.0 * half)
+
+    def less(self, orders: Collection[float]) -> Periodic:
+        """The same without some orders, and without what modulates them."""
+        return replace(
+            self,
+            series=self.series.less(orders),
+            weak=tuple(w for w in self.weak if w.order not in orders),
+            waves=tuple(w for w in self.waves if w.order not in orders),
+            sidebands=tuple(b for b in self.sidebands if b.carrier not in orders),
+        )
 
     def at_turns(self, turns: Sequence[Turn], orders: Sequence[float]) -> Complex:
         """Vectors b + j*a of some orders in the turns (turns, k)."""

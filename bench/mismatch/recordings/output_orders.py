@@ -86,6 +86,13 @@ def output_spectra(prepared: Prepared, channel: str) -> list[OutputSpectrum]:
     return out
 
 
+def orders_of(angle: FloatArray, values: FloatArray) -> Complex:
+    """Amplitudes (HIGHEST_OUTPUT_ORDER + 1,) of a steady segment's values (n,) over the output angle, as of
+    :class:`OutputSpectrum`.
+    """
+    return _fitted(angle, values)[0]
+
+
 def _fitted(angle: FloatArray, values: FloatArray) -> tuple[Complex, float, float]:
     """Orders beside a constant and a line, by least squares on means over small angles; their noise, a sample's
     noise.

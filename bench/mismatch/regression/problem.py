@@ -42,12 +42,12 @@ class ChannelSpec:
 
 CHANNELS: dict[str, ChannelSpec] = {
     LOAD_TORQUE: ChannelSpec(LOAD_TORQUE, *INPUTS[LOAD_TORQUE], "load.reaction"),
+    TRANSMISSION_ERROR: ChannelSpec(TRANSMISSION_ERROR, *INPUTS[TRANSMISSION_ERROR]),
     MOTOR_TORQUE: ChannelSpec(MOTOR_TORQUE, *INPUTS[MOTOR_TORQUE], "motor.load_reaction"),
     TEMPERATURE: ChannelSpec(TEMPERATURE, *INPUTS[TEMPERATURE], integral=True),
-    TRANSMISSION_ERROR: ChannelSpec(TRANSMISSION_ERROR, *INPUTS[TRANSMISSION_ERROR]),
 }
 """in the order in which they are analysed: what is found of the torque sensor changes what the others are compared
-with
+with, the load's reaction in the motor torque passes the transmission error, and the heat is the torques'
 """
 
 

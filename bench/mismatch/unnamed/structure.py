@@ -78,7 +78,7 @@ def _mean(search: Search) -> tuple[float, str, float]:
     size = strength_of(search.model, block)
     acts = max(criteria.LEAST_STRENGTH, size.trusted)
     least = max(criteria.LEAST_OVERALL / max(size.overall, 1e-300), acts / max(size.acts, 1e-300))
-    beyond = 1.0 - min(1.0, least**2)
+    beyond = 1.0 - min(1.0, least) ** 2
     gain = float(seen.gain[order]) * beyond if np.isfinite(seen.gain[order]) else 0.0
     return seen.p_value(gain), block.regressor.words, size.overall
 

@@ -75,7 +75,15 @@ MADE: dict[str, list[dict[str, Any]]] = {
         {"effect": "friction.load_dependent", "parameters": {"f_l": 0.2}},
     ],
 }  # fmt: skip
+MADE["reaction"] = [
+    *MADE["series"],
+    *MADE["pulse"],
+    {"effect": "te.harmonic", "waves": [{"order": 7.5, "times": "d*tau", "c": 2e-5, "s": 1e-5}]},
+    {"effect": "sensor.motor_encoder", "orders": [3.0]},
+    {"effect": "motor.load_reaction", "parameters": {"k_te": 0.8}},
+]
 CHANNEL = {
+    "reaction": "motor_torque",
     "table": "motor_torque",
     "formula": "motor_torque",
     "waves": "load_torque",

@@ -1,0 +1,67 @@
+"""What a simulation file's series says of the transmission error, and of its change with the angle."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from bench.mismatch.given import Given
+from bench.simulation import waves
+from bench.simulation.fourier import FourierSet
+from bench.simulation.frame import FloatArray, Frame, IntArray
+from bench.simulation.laws import Complex, factor
+from bench.simulation.polynomial import basis
+from bench.simulation.sines import summed_vectors, turned
+from bench.simulation.terms import TRANSMISSION_ERROR
+from bench.simulation.waves import ROWS_AT_ONCE
+
+
+def periodic_part(given: Given, frame: Frame) -> FloatArray:
+    """Series with its laws, offset, and pulses at the rows of a frame (n,), rad."""
+    out = np.zeros(frame.size)
+    for part, own, monomials, vectors in _vectors(given, frame):
+        orders = np.asarray(own.orders, dtype=np.float64)
+        waves_of = summed_vectors(frame.theta[part], orders, vectors.real.copy(), vectors.imag.copy())
+        out[part] = monomials @ own.offset + waves_of
+    for pulse in given.pulses:
+        out = out + pulse.evaluate(frame.theta)
+    return out
+
+
+def slope(given: Given, frame: Frame) -> FloatArray:
+    """Change of the transmission error with the angle at the rows of a frame (n,), rad/rad.
+
+    Without what the motor's encoder misreads: that moves nothing.
+    """
+    out = np.zeros(frame.size)
+    for part, own, _, vectors in _vectors(given, frame):
+        orders = np.asarray(own.orders, dtype=np.float64)
+        steeper = 1j * np.where(np.isin(orders, given.misread), 0.0, orders)[:, None] * vectors
+        out[part] = summed_vectors(frame.theta[part], orders, steeper.real.copy(), steeper.imag.copy())
+    further = [w.slope for w in given.waves.get(TRANSMISSION_ERROR, ()) if w.order not in given.misread]
+    if further:
+        out = out + waves.evaluate(further, frame.theta, frame)
+    for pulse in given.pulses:
+        out = out + pulse.slope(frame.theta)
+    return out
+
+
+def _vectors(given: Given, frame: Frame) -> Iterator[tuple[IntArray, FourierSet, FloatArray, Complex]]:
+    """Rows of a frame in parts, each with the series of its direction, the monomials there (n, 10), and the vectors of
+    the orders with their laws (k, n).
+    """
+    model = given.simulation.transmission_error()
+    x = np.column_stack([frame.torque, frame.velocity, frame.temperature])
+    for sign in (1.0, -1.0):
+        own = None if model is None else model.direction(sign)
+        rows = np.flatnonzero(frame.last_direction > 0 if sign > 0 else frame.last_direction <= 0)
+        if own is None or rows.size == 0:
+            continue
+        for a in range(0, rows.size, ROWS_AT_ONCE):
+            part = rows[a : a + ROWS_AT_ONCE]
+            monomials = basis(*x[part].T)
+            vectors = (own.amplitude @ monomials.T) * turned(own.phase @ monomials.T)
+            for law in given.laws:
+                vectors *= factor(law, x[part], frame.time[part], [float(f) for f in own.orders]).T
+            yield part, own, monomials, vectors
