@@ -17,6 +17,7 @@ from bench.cli.benchmarks.fuzz import fuzz
 from bench.cli.benchmarks.identify import identify
 from bench.cli.benchmarks.investigate import investigate
 from bench.cli.benchmarks.mismatch import mismatch
+from bench.cli.benchmarks.opening import opening
 from bench.cli.benchmarks.page import page
 from bench.cli.benchmarks.stop import stop
 from bench.cli.benchmarks.twin import twin
@@ -44,6 +45,7 @@ def register(app: typer.Typer) -> None:
     group.command(name="cycle")(cycle)
     group.command(name="archive")(archive)
     group.command(name="page")(page)
+    group.command(name="opening")(opening)
     app.add_typer(group, name="benchmark")
 
 

@@ -70,13 +70,13 @@ def main() -> None:
     job = json.loads(order.line)
     _write_to(Path(job["log"]))
     from bench.service.process.job import Job
-    from bench.service.process.main import Process
+    from bench.service.process.main import Process, leave
 
     try:
         end = Process(Job.load(Path(job["job"]))).run()
     finally:
         link.unlink(missing_ok=True)
-    sys.exit(0 if end["kind"] in ("finished", "failed_points") else 1)
+    leave(end)
 
 
 def _stand(spec: Spec, order: Order) -> None:
@@ -103,7 +103,10 @@ def _stand(spec: Spec, order: Order) -> None:
 
 
 def _watch(spec: Spec, order: Order, tell: Callable[[Message], None]) -> None:
-    """Open the bench without torque and report how it is; one that may not be read is only got ready for."""
+    """Open the bench without torque and report how it is; one that may not be read is only got ready for.
+
+    A job that has come already waits for nothing of this: it loads what it needs, and opens the bench itself.
+    """
     from bench.campaigns import load_campaign, shipped_campaigns
     from bench.configuration import load_bench, on_interface, playing
     from bench.cycle.decode import warm_up
@@ -114,12 +117,16 @@ def _watch(spec: Spec, order: Order, tell: Callable[[Message], None]) -> None:
 
     import_module("bench.service.process.main")
     for name in shipped_campaigns():
+        if order.wait(0.0):
+            return
         # with every sequence, and what draws points at random, which is the slowest to load
         load_campaign(name)
     file = load_bench(spec.bench)
     file = file if spec.interface is None else on_interface(file, spec.interface)
     file = file if spec.plant is None else playing(file, spec.plant)
     configuration = file.configuration
+    if order.wait(0.0):
+        return
     if not spec.reads:
         warm_up(
             settings(

@@ -15,6 +15,7 @@ import pytest
 from bench.configuration import load_bench
 from bench.cycle.rig import Rig
 from bench.service.process.condition import condition
+from bench.service.process.ready import Order, Spec, _watch
 from bench.service.runs.launcher import serve
 from bench.service.runs.runs import process_of
 from bench.service.runs.standing import Standing, leads_to
@@ -98,6 +99,17 @@ def test_a_job_is_started_without_a_process_that_stands_ready(tmp_path: Path) ->
     assert told[0]["job"] == str(tmp_path / "none.json")
     until(lambda: any("exited" in one for one in told))
     assert "none.json" in (tmp_path / "log.txt").read_text()
+
+
+def test_a_job_that_has_come_already_waits_for_no_bench_to_be_read(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("sys.stdin", io.StringIO('{"job": "job.json", "log": "log.txt"}\n'))
+    order = Order()
+    until(lambda: order.wait(0.0))
+    opened: list[Rig] = []
+    monkeypatch.setattr(Rig, "open", opened.append)
+    told: list[dict[str, Any]] = []
+    _watch(Spec("", "rh380n"), order, told.append)
+    assert opened == told == []
 
 
 def test_a_process_that_stood_ready_is_found_by_where_its_link_leads(tmp_path: Path) -> None:
