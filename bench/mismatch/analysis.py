@@ -30,7 +30,8 @@ from bench.mismatch.regression import noise
 from bench.mismatch.regression.candidates import TURNING
 from bench.mismatch.regression.course import columns_at
 from bench.mismatch.regression.discoveries import discoveries as of_regression
-from bench.mismatch.regression.model import ChannelModel, of_start, scattered
+from bench.mismatch.regression.model import ChannelModel, of_start
+from bench.mismatch.regression.noise_floor import scattered
 from bench.mismatch.regression.problem import (
     CHANNELS,
     BaseTerm,

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from bench.campaigns.planning.definition import Campaign
-from bench.campaigns.planning.estimate import Demand, Estimator, TemperatureUnreachable, ThermalState
+from bench.campaigns.planning.estimate import Estimator, TemperatureUnreachable, ThermalState
 from bench.campaigns.planning.facts import facts
+from bench.campaigns.planning.limit_check import check_demand, check_temperature
 from bench.campaigns.planning.registry import build_sequence
 from bench.campaigns.planning.schedule import HEATING, Task, schedule
 from bench.campaigns.planning.soundness import check_phases
@@ -135,7 +136,7 @@ def make_plan(campaign: Campaign, bench: BenchConfiguration, start_temperature: 
         count += not task.is_preparation
         before = " before" if task.is_preparation else ""
         where = f"{campaign.name},{before} point {count + task.is_preparation} ({point.label})"
-        _check_temperature(point, bench, where)
+        check_temperature(point, bench, where)
         try:
             phases = check_phases(
                 build_sequence(point.sequence, point.options).phases(point, bench_facts), bench, where
@@ -164,39 +165,3 @@ def make_plan(campaign: Campaign, bench: BenchConfiguration, start_temperature: 
         )
         state = after
     return Plan(campaign.name, bench.name, start, tuple(tasks))
-
-
-def _check_temperature(point: Point, bench: BenchConfiguration, where: str) -> None:
-    limit = bench.limits.temperature
-    if point.temperature is not None and point.temperature > limit:
-        raise LimitError(
-            f"{where} needs a lubricant temperature of {point.temperature:.4g} °C, above limits.temperature ="
-            f" {limit:.4g} °C"
-        )
-
-
-def check_demand(demand: Demand, bench: BenchConfiguration, where: str) -> None:
-    """Compare what a motion demands with the limits of the bench.
-
-    Raises
-    ------
-    LimitError
-        Naming the point, the quantity and the limit.
-    """
-    limits = bench.limits
-    table = (
-        ("motor speed", demand.motor_speed, "limits.motor_speed", limits.motor_speed, "rad/s"),
-        ("load torque", demand.load_torque, "limits.load_torque", limits.load_torque, "N·m"),
-        ("load motor torque", demand.load_motor_torque, "limits.load_motor_torque", limits.load_motor_torque, "N·m"),
-        ("motor torque", demand.motor_torque, "limits.motor_torque", limits.motor_torque, "N·m"),
-        ("lubricant temperature", demand.temperature, "limits.temperature", limits.temperature, "°C"),
-    )
-    for quantity, value, name, limit, unit in table:
-        if not value <= limit:
-            raise LimitError(f"{where} needs a {quantity} of {value:.4g} {unit}, above {name} = {limit:.4g} {unit}")
-    travel = max(demand.position_high, -demand.position_low)
-    if limits.load_position is not None and not travel <= limits.load_position:
-        raise LimitError(
-            f"{where} turns the load side by {travel:.4g} rad, above limits.load_position ="
-            f" {limits.load_position:.4g} rad"
-        )

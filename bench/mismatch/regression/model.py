@@ -13,12 +13,11 @@ from bench.mismatch.regression.bank import Bank, Fit, Whitening, fit
 from bench.mismatch.regression.calibration import Calibration
 from bench.mismatch.regression.course import added
 from bench.mismatch.regression.noise import Mixture, RowNoise, alike, of_free_motion, of_rows, plain_mixture
+from bench.mismatch.regression.noise_floor import scattered
 from bench.mismatch.regression.problem import ChannelProblem, starts_and_folds
 from bench.mismatch.regression.regressors import Free, Regressor
 from bench.simulation.frame import FloatArray, Frame, IntArray, recording_starts
 
-WINDOW = 9
-"""rows of two seconds through which a parabola is laid"""
 WEAK = 1e-6
 """relative to a column's mean energy: prior of free functions, where a design leaves a value of them undetermined"""
 
@@ -121,38 +120,6 @@ def of_start(problem: ChannelProblem, prediction: FloatArray) -> FloatArray:
         return prediction
     frame = problem.rows.frame
     return np.asarray(prediction + risen(frame, at_start(frame, problem.rows.y) - at_start(frame, prediction)))
-
-
-def scattered(problem: ChannelProblem) -> tuple[float, float | None]:
-    """Noise of a sample where the channel changes slowly, and its standard error.
-
-    Its scatter inside the rows, and that of the rows about a parabola through each few of them: no balance of heat
-    bends
-    more within a quarter of a minute. Medians over the recordings.
-    """
-    rows = problem.rows
-    own = problem.usable & (rows.number > 1.5)
-    variance = rows.within * rows.number / np.maximum(rows.number - 1.0, 0.5)
-    recordings = rows.frame.recording
-    level = []
-    for r in np.unique(recordings[own]):
-        chosen = own & (recordings == r)
-        level.append(float(np.median(variance[chosen])) + _about_parabolas(rows.y[chosen]))
-    squares = np.asarray(level)
-    spread = float(1.4826 * np.median(np.abs(squares - np.median(squares))) / np.sqrt(max(squares.size, 1)))
-    floor = float(np.sqrt(np.median(squares)))
-    return floor, (1.2533 * spread / (2.0 * floor) if floor > 0.0 and squares.size > 2 else None)
-
-
-def _about_parabolas(y: FloatArray) -> float:
-    """Variance of values (n,) about a parabola through each window of them; 0 where they are too few."""
-    if y.size < WINDOW:
-        return 0.0
-    line = np.linspace(-1.0, 1.0, WINDOW)
-    basis = np.linalg.qr(np.column_stack([np.ones(WINDOW), line, line**2]))[0]
-    parts = np.lib.stride_tricks.sliding_window_view(y, WINDOW)[:: WINDOW // 2]
-    left = parts - parts @ basis @ basis.T
-    return float(np.median(np.sum(left**2, axis=1)) / (WINDOW - 3))
 
 
 def fit_blocks(bank: Bank, blocks: Sequence[Block], variances: Sequence[float]) -> Fit:
