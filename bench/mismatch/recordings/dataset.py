@@ -137,8 +137,8 @@ class Dataset:
     @property
     def auxiliary_units(self) -> dict[str, str]:
         """Units of the quantities that are no channels of the bench, by name without ``aux/``."""
-        own = [(name, spec.unit) for m in self.members for name, spec in m.recording.specs.items()]
-        return {name.removeprefix(AUXILIARY): unit for name, unit in own if name.startswith(AUXILIARY)}
+        named = [(name, spec.unit) for m in self.members for name, spec in m.recording.specs.items()]
+        return {name.removeprefix(AUXILIARY): unit for name, unit in named if name.startswith(AUXILIARY)}
 
     @property
     def present(self) -> frozenset[str]:
@@ -229,8 +229,8 @@ def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Bas
         rows.take(read.rows)
         data.simulated = read.simulated
         for number, part in task.pieces:
-            own = called[str(recording.path)] + part.name.removeprefix(recording.recording_id)
-            data.members.append(Member(number, recording, point_of(recording), held[number], fold[number], own))
+            title = called[str(recording.path)] + part.name.removeprefix(recording.recording_id)
+            data.members.append(Member(number, recording, point_of(recording), held[number], fold[number], title))
         if read.dead:
             told = f"{recording.recording_id} holds no number in {', '.join(sorted(read.dead))}"
             notes.append(f"{told}: not compared where it is needed")
@@ -260,7 +260,7 @@ class _Task:
 def _tasks(parts: Sequence[Piece], folder: Folder, comparable: Comparable) -> list[_Task]:
     """One task a recording; the pieces of one follow each other."""
     groups = groupby(enumerate(parts), key=lambda pair: id(pair[1].recording))
-    return [_Task(tuple(own), folder, comparable) for _, own in groups]
+    return [_Task(tuple(group), folder, comparable) for _, group in groups]
 
 
 @dataclass(frozen=True, slots=True)
@@ -289,9 +289,9 @@ def _read(task: _Task) -> _Read:
     return _Read(rows, float(prepared.frame.travel[-1]), prepared.dead, "", frozenset(prepared.simulated))
 
 
-def _otherwise(recording: Recording, own: frozenset[str], others: frozenset[str]) -> str:
-    told, rest = (", ".join(sorted(names)) or "nothing" for names in (own, others))
-    return f"{recording.path.name}: the simulation predicts {told} of it, of the recordings before it {rest}"
+def _otherwise(recording: Recording, here: frozenset[str], others: frozenset[str]) -> str:
+    listed, rest = (", ".join(sorted(names)) or "nothing" for names in (here, others))
+    return f"{recording.path.name}: the simulation predicts {listed} of it, of the recordings before it {rest}"
 
 
 def _of_one_gearbox(recordings: list[Recording], rejected: list[tuple[str, str]]) -> list[Recording]:

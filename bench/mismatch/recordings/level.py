@@ -46,9 +46,9 @@ def levelled(
         rows = np.flatnonzero((label == number) & rests)
         if rows.size < 2 or not _kept(torque[rows], rate, largest):
             continue
-        own = torque[rows]
-        level[rows] = own.mean()
-        smooth[rows] = own.mean() + confirmed * (local_quadratic(own, rate, criteria.KEPT_LOAD_S)[0] - own.mean())
+        part = torque[rows]
+        level[rows] = part.mean()
+        smooth[rows] = part.mean() + confirmed * (local_quadratic(part, rate, criteria.KEPT_LOAD_S)[0] - part.mean())
     return smooth, level
 
 
@@ -59,7 +59,7 @@ def confirmed(recordings: Sequence[Recording], largest: float) -> float:
     witness or too little to tell. ``largest``: the folder's largest torque in N·m.
     """
     both = [r for r in recordings if {"load_torque", "load_motor_torque"} <= set(r.specs) and r.steady()]
-    common = own = 0.0
+    common = energy = 0.0
     number = 0
     for recording in both[:: max(1, len(both) // _LOOKED_AT)]:
         width = max(1, round(criteria.KEPT_LOAD_S * float(recording.sample_rate)))
@@ -74,11 +74,11 @@ def confirmed(recordings: Sequence[Recording], largest: float) -> float:
                 continue
             x, z = (v.reshape(-1, width).mean(axis=1) - v.mean() for v in (sensor, motor))
             common += float(x @ z)
-            own += float(x @ x)
+            energy += float(x @ x)
             number += x.size - 1
-    if number < _FEWEST_MEANS or own <= 0.0:
+    if number < _FEWEST_MEANS or energy <= 0.0:
         return 1.0
-    return float(np.clip(common / own, 0.0, 1.0))
+    return float(np.clip(common / energy, 0.0, 1.0))
 
 
 def _kept(torque: FloatArray, rate: float, largest: float) -> bool:

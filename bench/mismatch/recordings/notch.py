@@ -63,8 +63,8 @@ def ripple_orders(recordings: Sequence[Recording]) -> tuple[float, ...]:
         torque = torque - np.median(torque)
         limit = 6.0 * float(np.median(np.abs(torque))) or 1.0
         taper = np.hanning(angle.size)
-        own = np.clip(torque, -limit, limit) * taper
-        line = 2.0 * spectrum(angle, own, highest) / max(float(taper.sum()), 1.0)
+        clipped = np.clip(torque, -limit, limit) * taper
+        line = 2.0 * spectrum(angle, clipped, highest) / max(float(taper.sum()), 1.0)
         seen.append(line / max(float(np.median(np.abs(line))), 1e-300))
     if len(seen) < criteria.FEWEST_RECORDINGS:
         return ()

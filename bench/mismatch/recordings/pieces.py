@@ -51,9 +51,9 @@ class Piece:
         return replace(
             prepared,
             frame=frame,
-            measured={name: own.cut(rows, group) for name, own in prepared.measured.items()},
-            ripple={name: own[rows] for name, own in prepared.ripple.items()},
-            simulated={name: own[rows] for name, own in prepared.simulated.items()},
+            measured={name: values.cut(rows, group) for name, values in prepared.measured.items()},
+            ripple={name: values[rows] for name, values in prepared.ripple.items()},
+            simulated={name: values[rows] for name, values in prepared.simulated.items()},
             swept=prepared.swept[rows],
             leaning=prepared.leaning[rows],
             angle=prepared.angle[rows.start * group : rows.stop * group],

@@ -92,8 +92,8 @@ def _leverage(points: Sequence[_Own]) -> dict[_Own, float]:
     forward = np.array([p[2] >= 0.0 for p in points])
     out = np.zeros(len(points))
     for side in (forward, ~forward):
-        own = basis[side]
-        out[side] = np.einsum("ni,ij,nj->n", own, np.linalg.inv(own.T @ own + np.eye(own.shape[1])), own)
+        rows = basis[side]
+        out[side] = np.einsum("ni,ij,nj->n", rows, np.linalg.inv(rows.T @ rows + np.eye(rows.shape[1])), rows)
     return dict(zip(points, out.tolist(), strict=True))
 
 

@@ -114,5 +114,7 @@ class Measured:
 
     def cut(self, rows: slice, group: int) -> Measured:
         """The groups ``rows`` and their samples."""
-        own = slice(rows.start * group, rows.stop * group)
-        return Measured(self.mean[rows], self.number[rows], self.scatter[rows], self.samples[own], self.valid[own])
+        inside = slice(rows.start * group, rows.stop * group)
+        return Measured(
+            self.mean[rows], self.number[rows], self.scatter[rows], self.samples[inside], self.valid[inside]
+        )

@@ -73,7 +73,7 @@ def _hann(size: int) -> FloatArray:
 
 def density(prepared: Prepared, channel: str) -> Density | None:
     """Density of a channel's longest steady run (Welch's method, Hann window); None where that is too short."""
-    frame, own, thinning = prepared.frame, prepared.measured[channel], prepared.thinning
+    frame, measured, thinning = prepared.frame, prepared.measured[channel], prepared.thinning
     rate = prepared.sample_rate * thinning.group
     a, b = longest_run((frame.steady > 0.5) & (frame.direction != 0))
     a, b = a * thinning.group, b * thinning.group
@@ -81,8 +81,8 @@ def density(prepared: Prepared, channel: str) -> Density | None:
     if not sizes:
         return None
     size = sizes[0]
-    valid = own.valid[a:b]
-    signal = own.samples[a:b]
+    valid = measured.valid[a:b]
+    signal = measured.samples[a:b]
     signal = np.where(valid, signal, float(np.median(signal[valid])) if valid.any() else 0.0)
     number = 1 + (b - a - size) // (size // 2)
     parts = np.lib.stride_tricks.sliding_window_view(signal, size)[:: size // 2][:number]
@@ -99,15 +99,18 @@ def density(prepared: Prepared, channel: str) -> Density | None:
 
 def shaft_spectrum(prepared: Prepared) -> ShaftSpectrum | None:
     """Spectrum over the motor's angle of the steady samples of a recording's motor torque, less its slow part."""
-    frame, own, thinning = prepared.frame, prepared.measured["motor_torque"], prepared.thinning
-    groups = (frame.steady > 0.5) & (own.number > 0) & (frame.direction != 0)
-    rows = thinning.spread(groups, own.samples.size) & own.valid
+    frame, measured, thinning = prepared.frame, prepared.measured["motor_torque"], prepared.thinning
+    groups = (frame.steady > 0.5) & (measured.number > 0) & (frame.direction != 0)
+    rows = thinning.spread(groups, measured.samples.size) & measured.valid
     if rows.sum() < 500:
         return None
     angle = prepared.angle[rows] * frame.ratio
     if np.ptp(angle) < 4.0 * np.pi:
         return None
-    inner = own.samples[rows] - thinning.spread(_slow(own.mean, prepared.sample_rate), own.samples.size)[rows]
+    inner = (
+        measured.samples[rows]
+        - thinning.spread(_slow(measured.mean, prepared.sample_rate), measured.samples.size)[rows]
+    )
     amplitude = 2.0 / rows.sum() * spectrum(angle, inner, HIGHEST_SHAFT_ORDER)
     fastest = float(np.percentile(np.abs(frame.omega[groups]), 95)) * np.arange(HIGHEST_SHAFT_ORDER + 1) / (2.0 * np.pi)
     amplitude = np.where(fastest < NYQUIST_SHARE * prepared.sample_rate * thinning.group, amplitude, np.nan)

@@ -34,17 +34,17 @@ class Alone:
         return np.hypot(std, self.shift)
 
 
-def alone(model: ChannelModel, own: Chosen) -> Alone | None:
+def alone(model: ChannelModel, effect: Chosen) -> Alone | None:
     """What an effect is without the named changes of it in the model; None where there are none, or where points left
     out tell both.
     """
-    if not model.problem.free or not isinstance(own.main.regressor, Named):
+    if not model.problem.free or not isinstance(effect.main.regressor, Named):
         return None
-    left = [c for c in model.chosen if c is own or not _changes(c, own)]
+    left = [c for c in model.chosen if c is effect or not _changes(c, effect)]
     if len(left) == len(model.chosen):
         return None
-    coefficients, covariance = model.refitted(left).of(own.main.place)
-    beside, _ = model.fit.of(own.main.place)
+    coefficients, covariance = model.refitted(left).of(effect.main.place)
+    beside, _ = model.fit.of(effect.main.place)
     return Alone(coefficients, np.sqrt(np.maximum(np.diag(covariance), 0.0)), beside - coefficients)
 
 

@@ -120,11 +120,11 @@ class Bank:
         any size would take the difference. Nothing is ruled out where the means are few.
         """
         ones, _ = self.sums()
-        own = self.energy > 0.0
-        mean, y = ones[own][:, list(index)] / self.energy[own, None], self._one_y[own] / self.energy[own]
+        driven = self.energy > 0.0
+        mean, y = ones[driven][:, list(index)] / self.energy[driven, None], self._one_y[driven] / self.energy[driven]
         scale = np.maximum(np.sqrt(np.mean(mean**2, axis=0)), 1e-300)
         found, _, rank, _ = np.linalg.lstsq(mean / scale, y, rcond=RIDGE)
-        free = int(own.sum()) - int(rank)
+        free = int(driven.sum()) - int(rank)
         if free >= FEWEST_FREE:
             self.most = float(np.sum((y - mean / scale @ found) ** 2) / chi2.ppf(chance, free))
 
@@ -145,9 +145,9 @@ class Bank:
         for known in {self._cross[i].size if i in self._cross else 0 for i in index} - {self.size}:
             if known and not whole:
                 continue
-            own = [i for i in dict.fromkeys(index) if (self._cross[i].size if i in self._cross else 0) == known]
-            further = self.columns.products(self.columns.some(own), known)
-            for k, i in enumerate(own):
+            fresh = [i for i in dict.fromkeys(index) if (self._cross[i].size if i in self._cross else 0) == known]
+            further = self.columns.products(self.columns.some(fresh), known)
+            for k, i in enumerate(fresh):
                 before = [self._cross[i]] if known else []
                 self._cross[i] = np.concatenate([*before, further[:, k]])
 
@@ -186,9 +186,9 @@ class Bank:
         weight = self.shrunk(variance)
         g = ones[:, chosen]
         inner = (self.gram(chosen) if gram is None else gram) - (weight[:, None] * g).T @ g
-        own = right[chosen] - g.T @ (weight * self._one_y)
+        right_side = right[chosen] - g.T @ (weight * self._one_y)
         squares = self._squares - float(np.sum(weight * self._one_y**2))
-        return Normal(0.5 * (inner + inner.T), own, squares, self.cost(variance))
+        return Normal(0.5 * (inner + inner.T), right_side, squares, self.cost(variance))
 
     def close(self, index: Sequence[int]) -> None:
         """Let go of all columns: from now on only columns ``index`` can be fitted, by their products."""
@@ -215,8 +215,8 @@ class Fit:
 
     def of(self, place: Sequence[int]) -> tuple[FloatArray, FloatArray]:
         """Coefficients and covariance of some columns."""
-        own = [self.index.index(i) for i in place]
-        return self.coefficients[own], self.covariance[np.ix_(own, own)]
+        positions = [self.index.index(i) for i in place]
+        return self.coefficients[positions], self.covariance[np.ix_(positions, positions)]
 
 
 def solve(normal: Normal, precision: FloatArray | float = 0.0) -> tuple[FloatArray, FloatArray, float]:

@@ -54,8 +54,8 @@ def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen
         return None
     for other in others:
         # two of one kind with opposite signs are another curve in disguise
-        own = other.main.regressor
-        if isinstance(own, Named) and not admissible(own, *fitted.of(other.main.place)):
+        term = other.main.regressor
+        if isinstance(term, Named) and not admissible(term, *fitted.of(other.main.place)):
             return None
     train = problem.train
     effect = better.columns(problem.rows.frame)[train] @ fitted.of(main.place)[0]
@@ -105,10 +105,10 @@ def sound_beside(search: Search, others: Sequence[Chosen], by: Block, fitted: Fi
     model = search.model
     plain = model.refitted(others)
     for block in [*model.base, *(c.main for c in others)]:
-        own = block.regressor
-        if not isinstance(own, Named) or not admissible(own, *plain.of(block.place)):
+        term = block.regressor
+        if not isinstance(term, Named) or not admissible(term, *plain.of(block.place)):
             continue
-        if not admissible(own, *fitted.of(block.place)) and _shared(model.bank, block, by, fitted) > criteria.SHAPE**2:
+        if not admissible(term, *fitted.of(block.place)) and _shared(model.bank, block, by, fitted) > criteria.SHAPE**2:
             return False
     return True
 
@@ -137,7 +137,7 @@ def _taking(search: Search, main: Block, others: Sequence[Chosen], fitted: Fit) 
     def needed(block: Block, by: Fit) -> bool:
         return told_from_nothing(*by.of(block.place))
 
-    own = course(main)
+    effect_course = course(main)
     for block in [*model.base, *(c.main for c in others)]:
         effect = block.regressor.effect
         if effect not in (main.regressor.effect, *own_laws):
@@ -145,7 +145,7 @@ def _taking(search: Search, main: Block, others: Sequence[Chosen], fitted: Fit) 
         if effect in own_laws and needed(block, plain) and not needed(block, fitted):
             return True
         other = course(block)
-        if float(np.sum((own + other) ** 2)) < min(float(np.sum(own**2)), float(np.sum(other**2))):
+        if float(np.sum((effect_course + other) ** 2)) < min(float(np.sum(effect_course**2)), float(np.sum(other**2))):
             return True
     return False
 

@@ -34,8 +34,8 @@ def copies(problem: ChannelProblem) -> dict[str, str]:
     for name, values in frame.aux.items():
         if is_carried(name) or parts_of(name) != (name,):
             continue
-        for channel, own, most in channels:
-            if _left(values, own) < most:
+        for channel, measured, most in channels:
+            if _left(values, measured) < most:
                 out[name] = channel
                 break
     return out
@@ -43,14 +43,15 @@ def copies(problem: ChannelProblem) -> dict[str, str]:
 
 def told(found: dict[str, str]) -> list[str]:
     """A sentence for each of them."""
-    return [f"{AUXILIARY}{name} is {own} once more: nothing is said to depend on it" for name, own in found.items()]
+    said = "once more: nothing is said to depend on it"
+    return [f"{AUXILIARY}{name} is {channel} {said}" for name, channel in found.items()]
 
 
-def _left(values: FloatArray, own: FloatArray) -> float:
+def _left(values: FloatArray, measured: FloatArray) -> float:
     """Share of the variance of ``values`` (n,) that a straight line over ``own`` (n,) leaves; 1 where one of both is
     constant.
     """
-    spread = float(np.std(values)) * float(np.std(own))
+    spread = float(np.std(values)) * float(np.std(measured))
     if not np.isfinite(values).all() or spread <= 0.0:
         return 1.0
-    return 1.0 - float(np.mean((values - values.mean()) * (own - own.mean())) / spread) ** 2
+    return 1.0 - float(np.mean((values - values.mean()) * (measured - measured.mean())) / spread) ** 2

@@ -48,11 +48,11 @@ class Normal:
         assert self._sums is not None
         gram, right = self._sums
         scale = np.sqrt(np.maximum(np.diag(gram), 0.0))
-        own = np.flatnonzero(scale > 0.0)
-        unit = scale[own]
-        normal = gram[np.ix_(own, own)] / np.outer(unit, unit) + RIDGE * np.eye(own.size)
+        present = np.flatnonzero(scale > 0.0)
+        unit = scale[present]
+        normal = gram[np.ix_(present, present)] / np.outer(unit, unit) + RIDGE * np.eye(present.size)
         out = np.zeros(scale.size)
-        out[own] = np.linalg.solve(normal, right[own] / unit) / unit
+        out[present] = np.linalg.solve(normal, right[present] / unit) / unit
         return out
 
 

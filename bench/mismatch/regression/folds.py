@@ -24,11 +24,11 @@ def predictive(bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: f
 
     ``folds`` (recordings,): fold of each recording of the bank, from 0 without gaps.
     """
-    whole, own, _ = _products(bank, blocks, folds, variance)
+    whole, parts, _ = _products(bank, blocks, folds, variance)
     cost = np.zeros(bank.energy.size) if np.isinf(variance) else np.log1p(variance * bank.energy)
-    costs = np.bincount(folds, cost, len(own))
+    costs = np.bincount(folds, cost, len(parts))
     everything = _evidence(whole) - 0.5 * costs.sum()
-    without = np.array([_evidence(_without(whole, fold)) for fold in own])
+    without = np.array([_evidence(_without(whole, fold)) for fold in parts])
     return np.asarray(everything - (without - 0.5 * (costs.sum() - costs)))
 
 
@@ -37,9 +37,9 @@ def squares(bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: floa
 
     A density forgives what the model knows it does not know; squares are what a prediction costs.
     """
-    whole, own, _ = _products(bank, blocks, folds, variance)
-    out = np.empty(len(own))
-    for f, fold in enumerate(own):
+    whole, parts, _ = _products(bank, blocks, folds, variance)
+    out = np.empty(len(parts))
+    for f, fold in enumerate(parts):
         without = _without(whole, fold)
         beta = np.linalg.solve(without[:-1, :-1], without[:-1, -1])
         residual = np.append(beta, -1.0)[np.append(fold.place, whole.shape[0] - 1)]
@@ -47,14 +47,14 @@ def squares(bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: floa
     return out
 
 
-def carried(bank: Bank, blocks: Sequence[Block], own: Block, folds: IntArray, fitted: Fit) -> FloatArray:
+def carried(bank: Bank, blocks: Sequence[Block], block: Block, folds: IntArray, fitted: Fit) -> FloatArray:
     """Share of each fold (folds,) in what is known of one of some fitted blocks, all others free beside it.
 
     By how much the information on its coefficients, along these themselves, is less without the fold.
     """
     whole, each, scale = _products(bank, blocks, folds, fitted.variance)
-    mine = np.isin([i for b in blocks for i in b.place], own.place)
-    along = fitted.of(own.place)[0] * scale[mine]
+    mine = np.isin([i for b in blocks for i in b.place], block.place)
+    along = fitted.of(block.place)[0] * scale[mine]
 
     def information(products: FloatArray) -> float:
         inner, across = products[:-1, :-1], products[:-1, :-1][~mine][:, mine]
@@ -85,7 +85,7 @@ def _products(
     starts, weight = bank.whitening.starts, bank.shrunk(variance)
     filled = np.logical_or.reduceat(data[:, :k] != 0.0, starts[:-1], axis=0)
     total = np.zeros((k + 1, k + 1))
-    own = []
+    parts = []
     for f in range(int(folds.max()) + 1):
         members = np.flatnonzero(folds == f)
         place = np.flatnonzero(filled[members].any(axis=0))
@@ -97,12 +97,12 @@ def _products(
             ones = bank.one[rows] @ part
             gram += part.T @ part - weight[r] * np.outer(ones, ones)
         total[np.ix_(with_y, with_y)] += gram
-        own.append(_Fold(place, gram))
+        parts.append(_Fold(place, gram))
     precision = np.concatenate([b.precision for b in blocks]) if blocks else np.zeros(0)
     scale = np.append(np.sqrt(np.where(np.diag(total)[:k] > 1e-200, np.diag(total)[:k], 1.0)), 1.0)
     prior = np.append(precision / scale[:k] ** 2 + RIDGE, 0.0)
-    units = [np.append(scale[one.place], 1.0) for one in own]
-    scaled = [_Fold(one.place, one.gram / np.outer(unit, unit)) for one, unit in zip(own, units, strict=True)]
+    units = [np.append(scale[one.place], 1.0) for one in parts]
+    scaled = [_Fold(one.place, one.gram / np.outer(unit, unit)) for one, unit in zip(parts, units, strict=True)]
     return total / np.outer(scale, scale) + np.diag(prior), scaled, scale[:k]
 
 

@@ -71,10 +71,10 @@ def without_laws(free: Free, frame: Frame) -> Free:
     found = laws(free)
     if not found:
         return free
-    own = np.hstack([LIBRARY[law].forms[free.channel][0].columns(frame, ()) for law in found])
+    columns = np.hstack([LIBRARY[law].forms[free.channel][0].columns(frame, ()) for law in found])
     table = free.columns(frame)
     size = max(float(np.sqrt(np.sum(table**2))), 1e-300)
-    unit = own / np.maximum(np.sqrt(np.sum(own**2, axis=0)), 1e-300)
+    unit = columns / np.maximum(np.sqrt(np.sum(columns**2, axis=0)), 1e-300)
     _, sizes, directions = np.linalg.svd(unit.T @ table)
     left = directions[int(np.sum(sizes > _ALIVE * size)) :].T
     if not left.size:

@@ -60,8 +60,8 @@ class Kept:
     def products(self, values: FloatArray, first: int = 0) -> FloatArray:
         """Products of the columns from ``first`` on with values (n,) or (n, m): (p,) or (p, m)."""
         out = np.empty((self.size - first, *values.shape[1:]))
-        for own, piece in self.pieces(first):
-            out[own.start - first : own.stop - first] = piece.T @ values
+        for rows, piece in self.pieces(first):
+            out[rows.start - first : rows.stop - first] = piece.T @ values
         return out
 
     def products_by(self, values: FloatArray, starts: Sequence[int], first: int = 0) -> FloatArray:
@@ -69,8 +69,8 @@ class Kept:
         ``starts`` (parts + 1,) to the next.
         """
         out = np.empty((len(starts) - 1, self.size - first))
-        for own, piece in self.pieces(first):
-            place = slice(own.start - first, own.stop - first)
+        for rows, piece in self.pieces(first):
+            place = slice(rows.start - first, rows.stop - first)
             for part, (a, b) in enumerate(itertools.pairwise(starts)):
                 out[part, place] = values[a:b] @ piece[a:b]
         return out

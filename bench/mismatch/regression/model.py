@@ -88,10 +88,10 @@ class ChannelModel:
 
     def contribution(self, chosen: Chosen, frame: Frame, fitted: Fit | None = None) -> FloatArray:
         """What an effect adds at the rows of a frame (n,)."""
-        own = self.fit if fitted is None else fitted
+        used = self.fit if fitted is None else fitted
         out = np.zeros(frame.size)
         for block in chosen.blocks:
-            out += added(block.regressor, frame, own.of(block.place)[0])
+            out += added(block.regressor, frame, used.of(block.place)[0])
         return out
 
     def predict(self, frame: Frame, chosen: Sequence[Chosen] | None = None, fitted: Fit | None = None) -> FloatArray:
@@ -132,17 +132,17 @@ def fit_blocks(bank: Bank, blocks: Sequence[Block], variances: Sequence[float]) 
 def prepare_bank(problem: ChannelProblem, residual: FloatArray) -> tuple[Bank, Mixture, RowNoise, IntArray]:
     """Whiten a problem's training rows by the noise that a ``residual`` (training rows,) shows."""
     train = problem.train
-    own = problem.rows.take(train)
-    starts, folds = starts_and_folds(own.frame, problem.folds)
-    samples = problem.noise or plain_mixture(own, residual)
+    rows = problem.rows.take(train)
+    starts, folds = starts_and_folds(rows.frame, problem.folds)
+    samples = problem.noise or plain_mixture(rows, residual)
     doubt = None if problem.doubt is None else problem.doubt[train]
     unheard = problem.noise is None and problem.doubt is None and not problem.spec.integral
     if problem.free:
-        samples = samples.at_most(_of_a_sample(own, residual)) if unheard else samples
-        noise = of_free_motion(own, residual)
+        samples = samples.at_most(_of_a_sample(rows, residual)) if unheard else samples
+        noise = of_free_motion(rows, residual)
     else:
-        noise = alike(own, residual) if unheard else of_rows(own, samples, residual, doubt)
-    return Bank(own.y, Whitening(noise, starts), problem.spec.integral), samples, noise, folds
+        noise = alike(rows, residual) if unheard else of_rows(rows, samples, residual, doubt)
+    return Bank(rows.y, Whitening(noise, starts), problem.spec.integral), samples, noise, folds
 
 
 def _of_a_sample(rows: Rows, residual: FloatArray) -> float:
@@ -154,11 +154,11 @@ def _of_a_sample(rows: Rows, residual: FloatArray) -> float:
 def left_by(model: ChannelModel) -> FloatArray:
     """What a model leaves of the training rows (n,), less the mean of each recording."""
     problem = model.problem
-    own = problem.rows.take(problem.train)
-    left = own.y - model.predict(problem.rows.frame)[problem.train]
-    recording = own.frame.recording
-    count = np.maximum(np.bincount(recording, own.number), 1e-9)
-    return np.asarray(left - (np.bincount(recording, left * own.number) / count)[recording])
+    rows = problem.rows.take(problem.train)
+    left = rows.y - model.predict(problem.rows.frame)[problem.train]
+    recording = rows.frame.recording
+    count = np.maximum(np.bincount(recording, rows.number), 1e-9)
+    return np.asarray(left - (np.bincount(recording, left * rows.number) / count)[recording])
 
 
 def plain_residual(problem: ChannelProblem) -> FloatArray:
@@ -166,18 +166,18 @@ def plain_residual(problem: ChannelProblem) -> FloatArray:
     free.
     """
     train = problem.train
-    own = problem.rows.take(train)
+    rows = problem.rows.take(train)
     blocks = [b.regressor.columns(problem.rows.frame)[train] for b in problem.base]
-    columns = np.hstack(blocks) if blocks else np.zeros((own.size, 0))
-    starts = recording_starts(own.frame)
-    weight = np.maximum(own.number, 0.0)
+    columns = np.hstack(blocks) if blocks else np.zeros((rows.size, 0))
+    starts = recording_starts(rows.frame)
+    weight = np.maximum(rows.number, 0.0)
     count = np.maximum(np.add.reduceat(weight, starts[:-1]), 1e-9)
 
     def centred(values: FloatArray) -> FloatArray:
         mean = np.add.reduceat(values * weight[:, None], starts[:-1], axis=0) / count[:, None]
         return np.asarray(values - np.repeat(mean, np.diff(starts), axis=0))
 
-    y = centred(own.y[:, None])[:, 0]
+    y = centred(rows.y[:, None])[:, 0]
     if columns.shape[1] == 0:
         return y
     scale = np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-300)

@@ -104,13 +104,13 @@ def mixture(densities: Sequence[Density]) -> Mixture | None:
         return None
     usual = max(set(kinds_of), key=kinds_of.count)
     rate = usual[0]
-    own = [d for d in densities if (d.rate, d.power.size) == usual]
-    step = own[0].step
-    frequency = step * np.arange(own[0].power.size)
+    usual_ones = [d for d in densities if (d.rate, d.power.size) == usual]
+    step = usual_ones[0].step
+    frequency = step * np.arange(usual_ones[0].power.size)
     edges = np.geomspace(LOWEST_HZ, NYQUIST_SHARE * rate, BINS + 1)
     # a median of averaged periodograms lies below their mean by that of a chi-square variable
-    bias = np.array([chdtri(2.0 * d.averaged, 0.5) / (2.0 * d.averaged) for d in own])
-    table = np.array([d.power / b for d, b in zip(own, bias, strict=True)])
+    bias = np.array([chdtri(2.0 * d.averaged, 0.5) / (2.0 * d.averaged) for d in usual_ones])
+    table = np.array([d.power / b for d, b in zip(usual_ones, bias, strict=True)])
     at: list[float] = []
     level: list[float] = []
     for low, high in itertools.pairwise(edges):
@@ -176,8 +176,8 @@ def plain_mixture(rows: Rows, residual: FloatArray) -> Mixture:
     columns = [np.full(len(_LAGS), 1.0 / number)]
     for k in range(len(MEMORIES_S)):
         alone = Mixture(0.0, tuple(float(j == k) for j in range(len(MEMORIES_S))), rate)
-        own = alone.of_means(np.full(1, number), np.full(1, step))[0]
-        columns.append(own - alone.across(duration, duration, (np.asarray(_LAGS) - 1.0) * step))
+        variance = alone.of_means(np.full(1, number), np.full(1, step))[0]
+        columns.append(variance - alone.across(duration, duration, (np.asarray(_LAGS) - 1.0) * step))
     # the slow rest of a residual grows with the square of the lag: it is fitted beside the noise
     columns.append(np.asarray(_LAGS, dtype=np.float64) ** 2 * float(np.nanmax(measured)))
     design = np.column_stack(columns)[good] / measured[good, None]
@@ -212,11 +212,11 @@ def of_rows(rows: Rows, noise: Mixture, residual: FloatArray, doubt: FloatArray 
     scale = np.ones(frame.size)
     steps = innovations(residual, sigma, correlation, starts)
     for k in range(CLASSES):
-        own = kind == k
-        if own.sum() >= _FEWEST:
+        of_kind = kind == k
+        if of_kind.sum() >= _FEWEST:
             # differences to neighbours: a kind of motion is not noisier for the physics that shows in it
-            spread = robust_spread(steps[own] - _running(steps[own])) / np.sqrt(1.0 - 1.0 / _RUNNING)
-            scale[own] = max(spread, 0.5)
+            spread = robust_spread(steps[of_kind] - _running(steps[of_kind])) / np.sqrt(1.0 - 1.0 / _RUNNING)
+            scale[of_kind] = max(spread, 0.5)
     heavy = [m for v, m in zip(noise.parts, MEMORIES_S, strict=True) if v > 0.02 * noise.variance]
     return RowNoise(sigma * scale, correlation, max(heavy, default=MEMORIES_S[0]))
 
@@ -248,13 +248,13 @@ def alike_for(residual: FloatArray, starts: IntArray) -> float:
     Summed as far as pairs of neighbouring ones stay above 0 (Geyer, Stat. Sci. 7 (1992) 473).
     """
     parts = [residual[a:b] for a, b in itertools.pairwise(starts)]
-    square = sum(float(own @ own) for own in parts)
-    longest = max((own.size for own in parts), default=0)
+    square = sum(float(part @ part) for part in parts)
+    longest = max((part.size for part in parts), default=0)
     if square <= 0.0:
         return 1.0
     total, lag = 1.0, 1
     while lag + 1 < longest:
-        pair = sum(float(own[k:] @ own[:-k]) for k in (lag, lag + 1) for own in parts if own.size > k) / square
+        pair = sum(float(part[k:] @ part[:-k]) for k in (lag, lag + 1) for part in parts if part.size > k) / square
         if pair <= 0.0:
             break
         total += 2.0 * pair

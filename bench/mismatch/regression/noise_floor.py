@@ -18,12 +18,12 @@ def scattered(problem: ChannelProblem) -> tuple[float, float | None]:
     bends more within a quarter of a minute. Medians over the recordings.
     """
     rows = problem.rows
-    own = problem.usable & (rows.number > 1.5)
+    usable = problem.usable & (rows.number > 1.5)
     variance = rows.within * rows.number / np.maximum(rows.number - 1.0, 0.5)
     recordings = rows.frame.recording
     level = []
-    for r in np.unique(recordings[own]):
-        chosen = own & (recordings == r)
+    for r in np.unique(recordings[usable]):
+        chosen = usable & (recordings == r)
         level.append(float(np.median(variance[chosen])) + _about_parabolas(rows.y[chosen]))
     squares = np.asarray(level)
     spread = float(1.4826 * np.median(np.abs(squares - np.median(squares))) / np.sqrt(max(squares.size, 1)))

@@ -36,26 +36,26 @@ def settled(problem: ChannelProblem, bank: Bank, base: Sequence[Block]) -> list[
     if place is None:
         return list(base)
     block = base[place]
-    own = np.array([float(np.mean(bank.columns.column(i) ** 2)) for i in block.place])
-    groups = [np.array([k for k in range(len(own)) if k % _MONOMIALS in g and own[k] > 0.0]) for g in _GROUPS]
+    energy = np.array([float(np.mean(bank.columns.column(i) ** 2)) for i in block.place])
+    groups = [np.array([k for k in range(len(energy)) if k % _MONOMIALS in g and energy[k] > 0.0]) for g in _GROUPS]
     index = [i for b in base for i in b.place]
     bank.bound_offsets(index, criteria.ERROR_RATE_OF_A_CHANNEL)
     first = sum(len(b.place) for b in base[:place])
-    best, kept = -np.inf, np.zeros(len(own))
+    best, kept = -np.inf, np.zeros(len(energy))
     plain = np.concatenate([b.precision for b in base])
     coarse = bank.variances()[::3]
     for variance in coarse:
         normal = bank.normal(index, variance)
         for linear in _SPREADS:
             for second in _SPREADS:
-                tried = np.zeros(len(own))
+                tried = np.zeros(len(energy))
                 for group, spread in zip(groups, (linear, second), strict=True):
                     if group.size:
-                        tried[group] = own[group] / spread**2
+                        tried[group] = energy[group] / spread**2
                 whole = plain.copy()
-                whole[first : first + len(own)] = tried
+                whole[first : first + len(energy)] = tried
                 shrunk = np.zeros(whole.size, dtype=bool)
-                shrunk[first : first + len(own)] = tried > 0.0
+                shrunk[first : first + len(energy)] = tried > 0.0
                 found = _evidence(normal.gram, normal.right, normal.squares, whole, shrunk) - 0.5 * normal.cost
                 if found > best:
                     best, kept = found, tried

@@ -114,8 +114,8 @@ class ChannelProblem:
 def starts_and_folds(frame: Frame, folds: IntArray) -> tuple[IntArray, IntArray]:
     """First rows of the recordings in a frame (recordings + 1,), and the fold of each, numbered from 0 without gaps."""
     starts = recording_starts(frame)
-    own = folds[frame.recording[starts[:-1]]]
-    return starts, np.unique(own, return_inverse=True)[1].astype(np.int64)
+    fold = folds[frame.recording[starts[:-1]]]
+    return starts, np.unique(fold, return_inverse=True)[1].astype(np.int64)
 
 
 def nominal_base(channel: str, switched_off: Sequence[str]) -> list[BaseTerm]:
@@ -163,8 +163,8 @@ class WanderingZero:
         parts += _stretches(frame)
         omega = frame.omega
         out = np.zeros((frame.size, len(parts)), order="F")
-        for k, (rows, own) in enumerate(parts):
-            out[rows, k] = integral(np.where(own, omega[rows], 0.0), frame.take(rows))
+        for k, (rows, stretch) in enumerate(parts):
+            out[rows, k] = integral(np.where(stretch, omega[rows], 0.0), frame.take(rows))
         return out
 
     def parameters(self, coefficients: FloatArray, std: FloatArray) -> list[dict[str, object]]:
@@ -204,5 +204,5 @@ def zero_precisions(frame: Frame, torque: Mixture | None) -> tuple[float, ...]:
     squared = TORQUE_ZERO**2
     if torque is not None:
         squared = float(torque.of_means(np.array([torque.rate * STRETCH_S]), np.array([STRETCH_S]))[0])
-    own, each = (CAPACITY / TORQUE_ZERO) ** 2, CAPACITY**2 / max(squared, 1e-12)
-    return (*([own] * recordings), *([each] * stretches))
+    constant, each = (CAPACITY / TORQUE_ZERO) ** 2, CAPACITY**2 / max(squared, 1e-12)
+    return (*([constant] * recordings), *([each] * stretches))

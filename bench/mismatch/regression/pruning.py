@@ -53,7 +53,7 @@ def pruned(search: Search, chosen: Sequence[Chosen], price: float, keep: int = 1
     while len(current) > keep:
         whole = float(search.density(current).sum())
         left = [without(current, c, search.model.problem.lacking) for c in current]
-        losses = [whole - float(search.density(own).sum()) for own in left]
+        losses = [whole - float(search.density(rest).sum()) for rest in left]
         losses = [loss - description(search.model, c) for loss, c in zip(losses, current, strict=True)]
         place = int(np.argmin(losses))
         if losses[place] > price:
@@ -89,7 +89,7 @@ def _believed(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
         others = [search.density(without(current, c, search.model.problem.lacking)) for c in current]
         costs = [np.array([description(search.model, c), 0.0]) for c in current]
         drawn = [weights(np.array([whole, w]), search.seed, c) for w, c in zip(others, costs, strict=True)]
-        share = [_odds(own, c) for own, c in zip(drawn, current, strict=True)]
+        share = [_odds(weight, c) for weight, c in zip(drawn, current, strict=True)]
         worst = int(np.argmin(share))
         if share[worst] > 0.5:
             break
@@ -113,11 +113,11 @@ def _above_the_rest(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
     if all(c.effect != UNKNOWN for c in chosen):
         return list(chosen)
     fitted = model.refitted(chosen)
-    own = model.problem.rows.take(model.problem.train)
+    rows = model.problem.rows.take(model.problem.train)
     index = [i for b in model.blocks(chosen) for i in b.place]
     left = model.bank.residual(index, fitted.coefficients)
     beyond = max(float(np.mean(left**2)) - 1.0, 0.0)  # whitened: noise alone has 1
-    rest = float(np.sqrt(beyond * np.sum(model.noise.sigma**2 * own.number) / own.number.sum())) / model.floor
+    rest = float(np.sqrt(beyond * np.sum(model.noise.sigma**2 * rows.number) / rows.number.sum())) / model.floor
     least = criteria.OVER_THE_REST * rest
     return [c for c in chosen if c.effect == UNKNOWN or _strength_among(search, chosen, c).overall > least]
 
@@ -135,8 +135,8 @@ def _no_mere_form(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
     named = [(set(c.main.regressor.variables), size(c)) for c in chosen if c.effect != UNKNOWN]
     out = []
     for one in chosen:
-        own = set(one.main.regressor.variables)
-        largest = max((s for variables, s in named if variables & own), default=0.0)
+        variables_of_one = set(one.main.regressor.variables)
+        largest = max((s for variables, s in named if variables & variables_of_one), default=0.0)
         if one.effect != UNKNOWN or largest == 0.0 or size(one) >= criteria.SHAPE * largest:
             out.append(one)
     return out

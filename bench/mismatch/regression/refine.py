@@ -55,10 +55,10 @@ def projector(bank: Bank, blocks: Sequence[Block], variance: float) -> _Projecto
     index = [i for b in blocks for i in b.place]
     if not index:
         return plain
-    own = bank.columns.some(index)
-    columns = plain(own)
+    raw = bank.columns.some(index)
+    columns = plain(raw)
     # of a column that the offsets say altogether only rounding is left
-    said = np.sum(columns**2, axis=0) > RIDGE * np.sum(own**2, axis=0)
+    said = np.sum(columns**2, axis=0) > RIDGE * np.sum(raw**2, axis=0)
     columns = columns[:, said]
     precision = np.concatenate([b.precision for b in blocks])[said]
     if not said.any():

@@ -49,8 +49,8 @@ class Scan:
         """
         if not np.isfinite(self.surrogate).all():  # no candidate has anything beside the model
             return float("inf")
-        own = float(np.quantile(self.surrogate, 1.0 - criteria.ERROR_RATE_OF_A_CHANNEL))
-        return max(tail(self.surrogate, criteria.ERROR_RATE_OF_A_CHANNEL), own)
+        quantile = float(np.quantile(self.surrogate, 1.0 - criteria.ERROR_RATE_OF_A_CHANNEL))
+        return max(tail(self.surrogate, criteria.ERROR_RATE_OF_A_CHANNEL), quantile)
 
     def p_value(self, gain: float) -> float:
         """Chance that the best of the whole bank gains as much in noise."""
@@ -254,13 +254,13 @@ def _look(
     for k in np.unique(sizes):
         members = np.flatnonzero(sizes == k)
         places = np.array([candidates[int(m)] for m in members])
-        own = np.stack([bank.own(candidates[int(m)]) for m in members])
+        block_gram = np.stack([bank.own(candidates[int(m)]) for m in members])
         offsets = np.moveaxis(ones[:, places], 0, 1)
-        full = own - _transposed(offsets) @ (weight[:, None] * offsets)
+        full = block_gram - _transposed(offsets) @ (weight[:, None] * offsets)
         left = full - away[places] @ _transposed(cross[places])
         # beside offsets much larger than noise all that differs between recordings is small: it is the model that
         # may say a column, not its offsets
-        whole, beside = np.einsum("mkk->mk", own), np.einsum("mkk->mk", full)
+        whole, beside = np.einsum("mkk->mk", block_gram), np.einsum("mkk->mk", full)
         unit = np.sqrt(np.maximum(beside, np.maximum(ROUNDING * whole, 1e-300)))
         scaled = left / unit[:, :, None] / unit[:, None, :]
         alive[members] = np.einsum("mkk->mk", scaled).max(axis=1) > least

@@ -59,18 +59,18 @@ def begun(problem: ChannelProblem, seed: int = 0, left: FloatArray | None = None
     own_terms = calibration(problem, base, noise)
     model = ChannelModel(problem, bank, samples, noise, base, [], plain, variances, folds, own_terms)
     train = problem.train
-    own = problem.rows.frame.take(train)
+    frame = problem.rows.frame.take(train)
     regressors: list[Regressor] = [
         *named_candidates(problem.channel, problem.rows.frame, problem.switched_off, problem.banned, problem.free),
-        *free_candidates(problem.channel, own, problem.free),
-        *auxiliary_candidates(problem.channel, own),
-        *composed_candidates(problem.channel, own, problem.turning),
+        *free_candidates(problem.channel, frame, problem.free),
+        *auxiliary_candidates(problem.channel, frame),
+        *composed_candidates(problem.channel, frame, problem.turning),
     ]
     same = copies(problem)
     model.notes += told(same)
     regressors = [r for r in regressors if not _depends(r, same)]
     if noise.telling is not None:
-        regressors = [without_laws(r, own) if isinstance(r, Free) else r for r in regressors]
+        regressors = [without_laws(r, frame) if isinstance(r, Free) else r for r in regressors]
     blocks = []
     for regressor in regressors:
         columns = regressor.columns(problem.rows.frame)[train]
@@ -84,14 +84,14 @@ def begun(problem: ChannelProblem, seed: int = 0, left: FloatArray | None = None
         extra = np.array([description(model, Chosen(b)) for b in blocks])
     duration = max(criteria.BLOCK_S, 3.0 * noise.memory)
     if noise.telling is not None:
-        duration = criteria.BLOCK_MEMORIES * float(np.sum(own.step)) / noise.telling
-    return _settle(Search(model, blocks, extra, units(own.elapsed, bank.whitening.starts, duration), seed, []))
+        duration = criteria.BLOCK_MEMORIES * float(np.sum(frame.step)) / noise.telling
+    return _settle(Search(model, blocks, extra, units(frame.elapsed, bank.whitening.starts, duration), seed, []))
 
 
 def _depends(regressor: Regressor, names: Collection[str]) -> bool:
     """Whether a regressor depends on one of some auxiliary quantities."""
-    own = (name.removeprefix(AUXILIARY) for name in regressor.variables if name.startswith(AUXILIARY))
-    return bool(names) and any(part in names for name in own for part in parts_of(name))
+    names_of_quantities = (name.removeprefix(AUXILIARY) for name in regressor.variables if name.startswith(AUXILIARY))
+    return bool(names) and any(part in names for name in names_of_quantities for part in parts_of(name))
 
 
 def _settle(search: Search) -> Search:
@@ -99,8 +99,8 @@ def _settle(search: Search) -> Search:
     for effect in search.model.problem.unsettled:
         model = search.model
         seen = search.scan([], model.refitted([]))
-        own = [k for k, b in enumerate(search.blocks) if b.regressor.effect == effect and np.isfinite(seen.gain[k])]
-        best = max(own, key=lambda k: float(seen.gain[k]), default=None)
+        forms = [k for k, b in enumerate(search.blocks) if b.regressor.effect == effect and np.isfinite(seen.gain[k])]
+        best = max(forms, key=lambda k: float(seen.gain[k]), default=None)
         chosen = None if best is None else shaped(search, [], search.blocks[best].regressor)
         if chosen is None:
             model.notes.append(f"{effect} is in force without numbers, and nothing in these recordings calibrates it")

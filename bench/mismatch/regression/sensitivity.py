@@ -52,8 +52,8 @@ class Sensitivity:
 
     def columns(self, frame: Frame) -> FloatArray:
         """The derivative (n, 1) on the rows of a frame; 0 where nothing was simulated."""
-        own = frame.aux.get(carried(self.channel, self.parameter))
-        return (np.zeros(frame.size) if own is None else own)[:, None]
+        values = frame.aux.get(carried(self.channel, self.parameter))
+        return (np.zeros(frame.size) if values is None else values)[:, None]
 
     def parameters(self, coefficients: FloatArray, std: FloatArray) -> list[dict[str, Any]]:
         """By how much the parameter differs."""

@@ -110,8 +110,8 @@ class Levels(Grid):
 
 
 def _times(grid: Grid) -> str:
-    own = factor_in_words(grid.times)
-    return f" times {own}" if own else ""
+    words = factor_in_words(grid.times)
+    return f" times {words}" if words else ""
 
 
 def spells(channel: str, frame: Frame, times: str) -> Iterator[Free]:
@@ -141,14 +141,14 @@ def spell(channel: str, times: str, begin: float, end: float) -> Free:
 
 def spell_of(regressor: Regressor) -> Spell | None:
     """The spell that a regressor is, if it is one."""
-    own = regressor.grids[0] if isinstance(regressor, Free) else None
-    return own if isinstance(own, Spell) else None
+    grid = regressor.grids[0] if isinstance(regressor, Free) else None
+    return grid if isinstance(grid, Spell) else None
 
 
 def levels_of(regressor: Regressor) -> Levels | None:
     """The levels that a regressor is, if it is such."""
-    own = regressor.grids[0] if isinstance(regressor, Free) else None
-    return own if isinstance(own, Levels) else None
+    grid = regressor.grids[0] if isinstance(regressor, Free) else None
+    return grid if isinstance(grid, Levels) else None
 
 
 def timed(model: ChannelModel, block: Block) -> Block:
@@ -182,8 +182,8 @@ def price_of_cuts(model: ChannelModel, regressor: Regressor) -> float:
     """Log-likelihood that the cuts of levels have to gain: each may be at any block of the campaign, and brings a level
     (half a logarithm of what it is fitted to, Schwarz, Ann. Stat. 6 (1978) 461).
     """
-    own = levels_of(regressor)
-    return 0.0 if own is None else 1.5 * own.cuts * float(np.log(max(_blocks(model).size, 2)))
+    levels = levels_of(regressor)
+    return 0.0 if levels is None else 1.5 * levels.cuts * float(np.log(max(_blocks(model).size, 2)))
 
 
 def in_levels(model: ChannelModel, factors: Sequence[str]) -> list[Block]:

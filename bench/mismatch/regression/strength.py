@@ -37,8 +37,8 @@ def strength(model: ChannelModel, candidate: Chosen) -> Strength:
     problem = model.problem
     train = problem.train
     fitted = fit_blocks(model.bank, model.blocks([*model.chosen, candidate]), model.variances)
-    own = model.contribution(candidate, problem.rows.frame, fitted)[train]
-    beyond = own - model.calibration.said(own)
+    course = model.contribution(candidate, problem.rows.frame, fitted)[train]
+    beyond = course - model.calibration.said(course)
     number = problem.rows.number[train]
     floor = max(model.floor, 1e-300)
     overall = float(np.sqrt(np.sum(beyond**2 * number) / max(float(number.sum()), 1.0)))
