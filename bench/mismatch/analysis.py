@@ -127,13 +127,14 @@ def analyse(
             out.transmission.offset.close()
             out.reaction = _reaction(out, data, given, channels, seed)
         else:
-            if channel == TEMPERATURE:
-                rows = _heated(out, data, given, rows, banned)
             reaction = out.reaction if channel == MOTOR_TORQUE else None
             if reaction is not None:
                 rows = replace(rows, y=rows.y - reaction.on_rows(rows.frame))
-            problem = _problem(data, given, channel, rows, banned)
-            out.searches[channel] = search = searched(problem, seed)
+            if channel == TEMPERATURE:
+                search = _heat(out, data, given, rows, seed, banned)
+            else:
+                search = searched(_problem(data, given, channel, rows, banned), seed)
+            out.searches[channel] = search
             out.outcomes[channel] = _of_search(search, data, formulas)
             if reaction is not None:
                 out.outcomes[channel].notes.append(reaction.words)
@@ -166,11 +167,28 @@ def _reaction(out: Analysis, data: Dataset, given: Given, channels: Sequence[str
     return reaction_of(acting, whole.rows.frame, whole.inside, train, given.reaction, seed)
 
 
-def _heated(out: Analysis, data: Dataset, given: Given, rows: Rows, banned: Sequence[str]) -> Rows:
-    """The temperature's rows with the loss less the zeros of the torques that it wants taken off."""
+def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, banned: Sequence[str]) -> Search:
+    """The search of the temperature, with the loss less the zeros of the torques that it wants taken off.
+
+    They are asked for again beside what was found: surroundings that warm up drown a zero of a sensor.
+    """
     models = {c: out.searches[c].model for c in (LOAD_TORQUE, MOTOR_TORQUE) if c in out.searches}
-    out.zeros = zeros_chosen(models, rows, lambda own: _problem(data, given, TEMPERATURE, own, banned))
-    return replace(rows, frame=out.zeros.less(rows.frame))
+
+    def problem(own: Rows) -> ChannelProblem:
+        return _problem(data, given, TEMPERATURE, own, banned)
+
+    def search() -> Search:
+        return searched(problem(replace(rows, frame=out.zeros.less(rows.frame))), seed)
+
+    out.zeros = zeros_chosen(models, rows, problem)
+    first = search()
+    found = [block for own in first.model.chosen for block in own.blocks]
+    again = zeros_chosen(models, rows, problem, found) if found else out.zeros
+    if again.which == out.zeros.which:
+        return first
+    first.close()
+    out.zeros = again
+    return search()
 
 
 def _usable(channel: str, rows: Rows) -> NDArray[np.bool_]:

@@ -9,13 +9,14 @@ heat flows as if they were taken off is asked of the temperature itself.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.model import (
+    Block,
     ChannelModel,
     add_base,
     fit_blocks,
@@ -25,7 +26,7 @@ from bench.mismatch.regression.model import (
     prepare_bank,
 )
 from bench.mismatch.regression.prior import settled
-from bench.mismatch.regression.problem import ChannelProblem
+from bench.mismatch.regression.problem import BaseTerm, ChannelProblem
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.heat_rates import HEATING, LESS, LOAD_ZERO, MOTOR_ZERO
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE
@@ -63,17 +64,25 @@ class Zeros:
         return replace(frame, power=np.abs(sign * frame.power - motor * frame.omega + load * frame.velocity))
 
 
-def chosen(models: Mapping[str, ChannelModel], rows: Rows, problem: Callable[[Rows], ChannelProblem]) -> Zeros:
+def chosen(
+    models: Mapping[str, ChannelModel],
+    rows: Rows,
+    problem: Callable[[Rows], ChannelProblem],
+    found: Sequence[Block] = (),
+) -> Zeros:
     """Which zeros the temperature of the training recordings wants taken off: none where it cannot tell.
 
-    ``models`` of the torque channels that there are; ``rows`` of the temperature; ``problem`` made of such rows. The
+    ``models`` of the torque channels that there are; ``rows`` of the temperature; ``problem`` made of such rows;
+    ``found``: effects that are fitted beside the simulation, for what is left without them may drown a zero. The
     choice is paid for as one of eight, at a log-likelihood that counts a recording as one reading (BIC).
     """
     constant = {c: _constant(m, CONSTANT[c]) for c, m in models.items()}
     own = {c: left_of(m.problem.rows, m.predict(m.problem.rows.frame), m.problem.usable) for c, m in models.items()}
     sets = [s for n in range(len(WHICH) + 1) for s in itertools.combinations(WHICH, n)]
     tried = [Zeros(which, constant, own) for which in sets]
-    energy = [_energy(problem(replace(rows, frame=zeros.less(rows.frame)))) for zeros in tried]
+    beside = [BaseTerm(block.regressor, tuple(block.precision)) for block in found]
+    asked = [problem(replace(rows, frame=zeros.less(rows.frame))) for zeros in tried]
+    energy = [_energy(replace(own, base=(*own.base, *beside))) for own in asked]
     recordings = np.unique(rows.frame.recording).size
     best = int(np.argmin(energy))
     if energy[best] <= 0.0 or energy[0] <= 0.0:

@@ -11,6 +11,7 @@ import pytest
 from bench.mismatch.power_zeros import LOAD, RECORDINGS, Zeros, chosen
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression import problem as problems
+from bench.mismatch.regression.model import Block
 from bench.mismatch.regression.noise import MEMORIES_S, Mixture
 from bench.mismatch.regression.problem import (
     STRETCH_S,
@@ -20,22 +21,26 @@ from bench.mismatch.regression.problem import (
     nominal_base,
     zero_precisions,
 )
+from bench.mismatch.regression.regressors import Named
 from bench.simulation.frame import ARRAYS, FloatArray, Frame, concatenate
-from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE
+from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE
 
 RATIO, SPEED, STEP = 185.0, 0.9, 2.0
 ZERO = 4.0
 """N·m of the torque sensor"""
 CAPACITY, RESISTANCE, AMBIENT = 7000.0, 0.3, 21.0
 RECORDINGS_MADE, EACH = 24, 60
+PERIOD_H = 2.0
 
 
 LOSS = np.random.default_rng(5).uniform(60.0, 180.0, RECORDINGS_MADE)
 """W of each recording"""
 
 
-def heated(zero: float, seed: int = 0) -> Rows:
-    """Heating runs both ways whose true loss is :data:`LOSS`; the sensor reads ``zero`` N·m beside the load."""
+def heated(zero: float, seed: int = 0, swing: float = 0.0) -> Rows:
+    """Heating runs both ways whose true loss is :data:`LOSS`; the sensor reads ``zero`` N·m beside the load; the
+    surroundings go up and down by ``swing`` K every :data:`PERIOD_H`.
+    """
     rng = np.random.default_rng(seed)
     parts, y, level = [], [], 25.0
     for number in range(RECORDINGS_MADE):
@@ -47,7 +52,9 @@ def heated(zero: float, seed: int = 0) -> Rows:
         temperature = np.empty(EACH)
         for k in range(EACH):
             temperature[k] = level
-            level += STEP * (LOSS[number] - (level - AMBIENT) / RESISTANCE) / CAPACITY
+            hours = (500.0 * number + elapsed[k]) / 3600.0
+            outside = AMBIENT + swing * np.sin(2.0 * np.pi * hours / PERIOD_H)
+            level += STEP * (LOSS[number] - (level - outside) / RESISTANCE) / CAPACITY
         read = temperature + rng.normal(0.0, 0.002, EACH)
         values |= {
             "count": np.full(EACH, 100.0),
@@ -96,6 +103,19 @@ def test_the_heat_tells_whether_a_constant_is_a_zero(zero: float, taken: bool) -
     assert (LOAD in found.which) is taken
     power = found.less(rows.frame).power
     assert np.allclose(power, LOSS[rows.frame.recording])
+
+
+def test_a_zero_that_the_surroundings_drown_is_seen_beside_them() -> None:
+    rows = heated(ZERO, swing=20.0)
+    models = {
+        LOAD_TORQUE: torque_model(rows, "load.torque_offset", ZERO),
+        MOTOR_TORQUE: torque_model(rows, "motor.torque_offset", 0.0),
+    }
+    term = LIBRARY["thermal.ambient_drift"]
+    wave = Named(term, TEMPERATURE, next(f for f in term.forms[TEMPERATURE] if f.name == "wave"), (PERIOD_H,))
+    drift = Block(wave, (), np.zeros(2))
+    assert LOAD not in chosen(cast("Any", models), rows, problem).which
+    assert LOAD in chosen(cast("Any", models), rows, problem, [drift]).which
 
 
 def test_each_recording_has_its_own() -> None:
