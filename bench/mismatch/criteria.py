@@ -43,6 +43,10 @@ VERY_STRONG = 5.0
 """log density of points left out by which one name has to be better than another before only one is told: "very strong"
 evidence in the table of Kass and Raftery (J. Am. Stat. Assoc. 90 (1995) 773). Less may be the form's and not the name's
 """
+BESIDE_UNKNOWN_ERRORS = 2.0
+"""standard errors of a difference by which a name has to predict points left out better than a free function where
+something without a name stands in the channel already: one in forty by chance
+"""
 ONE_ERROR = 1.0
 """standard errors of a difference by which one of two may predict worse and still be as good: a formula than a table on
 points left out, a model with an effect than without it on recordings held out (the one-standard-error rule: Breiman,

@@ -37,6 +37,19 @@ class Grid:
         """What it does over the campaign's time, for people; empty of an ordinary table."""
         return ""
 
+    @property
+    def formula(self) -> str:
+        """Its equation without the factor; empty of a table."""
+        return ""
+
+    @property
+    def symbols(self) -> list[str]:
+        """A symbol for each coefficient."""
+        if not self.over:
+            return ["c"]
+        places = (zip(self.over, place, strict=True) for place in self.places())
+        return [f"f({', '.join(f'{name}={value:.4g}' for name, value in place)})" for place in places]
+
     def places(self) -> FloatArray:
         """Knots of all quantities together (size, quantities), as the values of the function are given."""
         if not self.over:

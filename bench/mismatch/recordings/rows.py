@@ -220,3 +220,17 @@ def block_mean(signal: FloatArray, number_of: FloatArray, edges: IntArray) -> tu
     number = np.add.reduceat(number_of, edges)
     total = np.add.reduceat(signal * number_of, edges)
     return total / np.maximum(number, 1.0), number
+
+
+def error_of_mean(values: FloatArray, recording: IntArray, number: FloatArray) -> float | None:
+    """Standard error of the mean per sample of values (n,), ``number`` samples each, recordings taken as drawn; None
+    where they are fewer than two.
+    """
+    samples = np.bincount(recording, number)
+    own = samples > 0
+    if int(own.sum()) < 2:
+        return None
+    means = np.bincount(recording, values * number)[own] / samples[own]
+    share = samples[own] / samples.sum()
+    whole = float(np.sum(share * means))
+    return float(np.sqrt(np.sum((share * (means - whole)) ** 2) * means.size / (means.size - 1)))

@@ -12,7 +12,7 @@ from itertools import combinations, product
 import numpy as np
 
 from bench.mismatch.regression.candidates import KNOTS, ends, knots_of
-from bench.mismatch.regression.regressors import Free
+from bench.mismatch.regression.regressors import Free, Regressor
 from bench.mismatch.regression.sensitivity import is_carried
 from bench.simulation.composed import OWN_ANGLE, acceleration_of, parts_of, summed
 from bench.simulation.frame import Frame
@@ -27,6 +27,11 @@ _TIMES: dict[str, tuple[str, ...]] = {
     TRANSMISSION_ERROR: ("1", "last_d", "tau"),
     TEMPERATURE: ("1",),
 }
+
+
+def of_auxiliary(regressor: Regressor) -> bool:
+    """Whether a regressor depends on a quantity that is no channel of the bench."""
+    return any(name.startswith(AUXILIARY) for name in regressor.variables)
 
 
 def auxiliary_candidates(channel: str, frame: Frame) -> Iterator[Free]:

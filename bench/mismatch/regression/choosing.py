@@ -8,9 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from bench.mismatch import criteria
+from bench.mismatch.regression.auxiliary import of_auxiliary
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.beside import admissible, free_function, handicap_of, shaped, sound_beside
 from bench.mismatch.regression.candidates import overlapping
+from bench.mismatch.regression.cycles import cycle_of, in_cycles, price_of_period
 from bench.mismatch.regression.description import description
 from bench.mismatch.regression.heredity import orphaned
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen, unrefined
@@ -19,7 +21,6 @@ from bench.mismatch.regression.scan import Scan
 from bench.mismatch.regression.spells import SIGNS, in_levels, levels_of, price_of_cuts, spell_of, timed
 from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.strength import strength
-from bench.simulation.quantities import AUXILIARY
 from bench.simulation.terms import LIBRARY
 
 MOST_UNKNOWN = 2
@@ -53,7 +54,7 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
     free_ones = [c for c in model.chosen if c.effect == UNKNOWN]
     # an effect that is any function of a quantity has one
     whole = {(c.effect, c.main.regressor.variables) for c in model.chosen if isinstance(c.main.regressor, Free)}
-    beside = sum(_auxiliary(c.main.regressor) for c in free_ones)
+    beside = sum(of_auxiliary(c.main.regressor) for c in free_ones)
     more = len(free_ones) - beside < MOST_UNKNOWN
     order = np.argsort(-seen.gain)
     named: dict[str, dict[str, int]] = {}
@@ -72,7 +73,7 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
                 # which form is best is known when each has its own parameters: a knee lies between two grid points
                 if len(forms) < MOST_FORMS:
                     forms.setdefault(regressor.form.name, int(k))
-        elif _auxiliary(regressor):
+        elif of_auxiliary(regressor):
             if beside < MOST_AUXILIARY and (len(free) + len(other) < SHORT_LIST or regressor.variables in other):
                 # whether it is drag or grows with speed is known when all else is fitted beside each
                 ways = other.setdefault(regressor.variables, {})
@@ -83,7 +84,8 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
             free.setdefault((*regressor.variables, *sudden), int(k))
     asked = [k for forms in named.values() for k in forms.values()]
     nameless = [*free.values(), *(k for ways in other.values() for k in ways.values())]
-    if max((seen.gain[k] for k in (*asked, *nameless)), default=-np.inf) < seen.price:
+    cycles = _cycles(model)
+    if not cycles and max((seen.gain[k] for k in (*asked, *nameless)), default=-np.inf) < seen.price:
         return None
     best: tuple[float, Chosen] | None = None
     nominal = any(LIBRARY[effect].nominal for effect in named)
@@ -105,12 +107,12 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
     functions = [timed(model, search.blocks[k]) for k in nameless if seen.gain[k] >= seen.price]
     functions += [
         b
-        for b in _levels(model)
+        for b in (*_levels(model), *cycles)
         if _still_open(b.regressor, taken, whole, more) and not orphaned(b.regressor, effects, asked_first)
     ]
     for block in functions:
         candidate = free_function(search, model.chosen, _form_of_a_name(block, model.chosen))
-        total = float(search.density([*model.chosen, candidate]).sum()) - price_of_cuts(model, block.regressor)
+        total = float(search.density([*model.chosen, candidate]).sum()) - price_of_course(model, block.regressor)
         total -= description(model, candidate)
         if total - start < seen.price or not strength(search.model, candidate).enough:
             continue
@@ -132,12 +134,26 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
     return None if best is None else best[1]
 
 
+def price_of_course(model: ChannelModel, regressor: Regressor) -> float:
+    """Log-likelihood that levels or a cycle have to gain for the moments or the period that were chosen."""
+    return price_of_cuts(model, regressor) + price_of_period(regressor)
+
+
 def _levels(model: ChannelModel) -> list[Block]:
     """Levels that change over the campaign, for each factor that has none yet."""
     if overlapping(model.problem.rows.frame.take(model.problem.train)):
         return []
     known = {own.times for c in model.chosen if (own := levels_of(c.main.regressor)) is not None}
     return in_levels(model, [times for times in SIGNS if times not in known])
+
+
+def _cycles(model: ChannelModel) -> list[Block]:
+    """Cycles over the campaign's time, for each factor that has none yet; a heat balance has a term of its own."""
+    problem = model.problem
+    if problem.spec.integral or problem.free or overlapping(problem.rows.frame.take(problem.train)):
+        return []
+    known = {own.times for c in model.chosen if (own := cycle_of(c.main.regressor)) is not None}
+    return list(in_cycles(model, [times for times in SIGNS if times not in known]))
 
 
 def _with_another(search: Search, first: Chosen) -> float | None:
@@ -209,11 +225,6 @@ def _possible(block: Block, fitted: Fit) -> bool:
 def _kind(regressor: Regressor) -> tuple[str, ...]:
     """What a regressor is of: its effect, or the quantities of a function without a name."""
     return (regressor.effect,) if regressor.effect != UNKNOWN else regressor.variables
-
-
-def _auxiliary(regressor: Regressor) -> bool:
-    """Whether a regressor depends on a quantity that is no channel of the bench."""
-    return any(name.startswith(AUXILIARY) for name in regressor.variables)
 
 
 def _form_of_a_name(block: Block, chosen: Sequence[Chosen]) -> Block:

@@ -23,10 +23,12 @@ from bench.mismatch.regression.slots import Contender, Slot
 from bench.mismatch.regression.spells import spell_of
 from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.quantities import QUANTITIES
+from bench.simulation.quantities import QUANTITIES, factor
 
 ANGLE = "angle"
 """name of the output angle among the quantities"""
+MODULATES = ("1", "last_d", "load_motor", "tau", "w")
+"""factors that a function of the output angle may be multiplied with"""
 WAVE = "m"
 """symbol of a term's order per output revolution"""
 
@@ -106,13 +108,14 @@ def _over_angle(
     if isinstance(regressor, Named):
         symbols = [s.symbol for s in regressor.form.nonlinear]
         return (), tuple(v for name, v in zip(symbols, regressor.point, strict=True) if name == WAVE)
-    if not isinstance(regressor, Free) or regressor.variables != (ANGLE,):
+    if regressor.variables != (ANGLE,):
         return (), ()
     angle = QUANTITIES[ANGLE].values(frame)
-    by_direction = any("d" in grid.times.split("*") for grid in regressor.grids)
-    own = course * frame.last_direction if by_direction else course
-    found = windows.acting(angle, own, number)
-    return (found, ()) if found else ((), windows.orders(angle, own, number))
+    by = [factor(times, frame) for times in MODULATES]
+    own = max(by, key=lambda values: windows.followed(angle, course, values, number))
+    course, number = np.divide(course, own, out=np.zeros(own.size), where=own != 0.0), number * own**2
+    found = windows.acting(angle, course, number)
+    return (found, ()) if found else ((), windows.orders(angle, course, number))
 
 
 def excess_of(model: ChannelModel, own: Chosen, frame: Frame, number: FloatArray) -> FloatArray:

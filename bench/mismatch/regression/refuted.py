@@ -7,9 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from bench.mismatch import criteria
+from bench.mismatch.recordings.rows import error_of_mean
+from bench.mismatch.regression.auxiliary import of_auxiliary
 from bench.mismatch.regression.folds import carried, squares
 from bench.mismatch.regression.heredity import without
-from bench.mismatch.regression.model import Block, ChannelModel, Chosen, fit_blocks
+from bench.mismatch.regression.model import Block, ChannelModel, Chosen, fit_blocks, of_start
+from bench.mismatch.regression.regressors import UNKNOWN
 from bench.simulation.frame import FloatArray
 
 
@@ -48,3 +51,37 @@ def not_refuted(model: ChannelModel, chosen: Sequence[Chosen]) -> list[Chosen]:
             f" {np.sqrt(ratios[worst]):.3g} times as badly with it: it is not reported"
         )
     return current
+
+
+def borne_out(model: ChannelModel) -> list[Chosen]:
+    """Effects of a model without the functions that have no name and with which recordings held out are predicted worse
+    than without them, by more than the standard error of that.
+
+    A function without a name claims nothing but that it predicts. Which one it is was chosen without these recordings;
+    they only decide whether it is told. Names stay: they are told with half the confidence.
+    """
+    problem = model.problem
+    held, frame = problem.held_out, problem.rows.frame
+    current = list(model.chosen)
+    for own in model.chosen:
+        if own.effect != UNKNOWN or of_auxiliary(own.main.regressor) or not held.any():
+            continue
+        others = without(current, own, problem.lacking)
+        squared = [_squared(model, chosen)[held] for chosen in (current, others)]
+        number = problem.rows.number[held]
+        worse = float(np.average(squared[0] - squared[1], weights=number))
+        error = error_of_mean(squared[0] - squared[1], frame.recording[held], number)
+        if error is not None and worse > criteria.ONE_ERROR * error:
+            current = others
+            ratio = np.sqrt(np.average(squared[0], weights=number) / np.average(squared[1], weights=number))
+            model.notes.append(
+                f"{own.main.regressor.words} gained in the fit, but recordings held out are predicted"
+                f" {ratio:.3g} times as badly with it: it is not reported"
+            )
+    return current
+
+
+def _squared(model: ChannelModel, chosen: Sequence[Chosen]) -> FloatArray:
+    """What some effects leave of each row (n,), squared."""
+    said = model.predict(model.problem.rows.frame, chosen, model.refitted(chosen))
+    return np.asarray((model.problem.rows.y - of_start(model.problem, said)) ** 2)

@@ -159,7 +159,8 @@ class Free:
             if not grid.over:
                 parts.append(f"c*{times}")
                 continue
-            parts.append(f"{times + '*' if times else ''}{name}({', '.join(grid.over)})")
+            own = grid.formula or f"{name}({', '.join(grid.over)})"
+            parts.append(f"{times + '*' if times else ''}{own}")
         left = "dT/dt" if self.channel == TEMPERATURE else self.channel
         return f"{left} += {' + '.join(parts)}" + (", f a table" if self.variables_of_tables else "")
 
@@ -173,7 +174,7 @@ class Free:
     @property
     def variables_of_tables(self) -> bool:
         """Whether some part is a table."""
-        return any(g.over for g in self.grids)
+        return any(g.over and not g.formula for g in self.grids)
 
     @property
     def numbers(self) -> int:
@@ -201,12 +202,11 @@ class Free:
         out = []
         at = 0
         for grid in self.grids:
-            for place in grid.places():
-                where = ", ".join(f"{n}={v:.4g}" for n, v in zip(grid.over, place, strict=True))
-                times = in_words(grid.times)
+            times = in_words(grid.times) if grid.over else ""
+            for symbol in grid.symbols:
                 out.append(
                     {
-                        "symbol": f"f({where})" + (f"*{times}" if times else "") if grid.over else "c",
+                        "symbol": symbol + (f"*{times}" if times else ""),
                         "value": float(coefficients[at]),
                         "unit": unit,
                         "std": float(std[at]),

@@ -13,16 +13,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bench.mismatch import criteria
+from bench.mismatch.regression.auxiliary import of_auxiliary
 from bench.mismatch.regression.beside import free_function, idle, shaped, sound_beside, told_from_nothing
+from bench.mismatch.regression.choosing import price_of_course
 from bench.mismatch.regression.description import description, prior_of
 from bench.mismatch.regression.folds import apart, weights
 from bench.mismatch.regression.heredity import laws, orphaned, without
 from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.problem import ChannelProblem
 from bench.mismatch.regression.refine import strained
+from bench.mismatch.regression.refuted import borne_out
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named
 from bench.mismatch.regression.scan import Scan
-from bench.mismatch.regression.spells import price_of_cuts
 from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.strength import active_size, trusted
 from bench.simulation.frame import FloatArray
@@ -80,7 +82,7 @@ def slots(search: Search) -> list[Slot]:
 def settle(search: Search) -> list[Slot]:
     """Let a name take the place of a free function that is less probable than it, or of what says the same with more
     numbers, a free function that of a name which it leaves next to no probability, and nothing that of one less
-    probable than nothing; the slots of the effects that are left.
+    probable than nothing; the slots of the effects that are left and that recordings held out bear out.
     """
     found = slots(search)
     for _ in range(2 * len(search.model.chosen)):
@@ -88,6 +90,11 @@ def settle(search: Search) -> list[Slot]:
         chosen = next((own for slot in found if (own := _succession(model, slot)) is not None), None)
         if chosen is None:
             break
+        search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
+        found = slots(search)
+    model = search.model
+    chosen = borne_out(model)
+    if len(chosen) < len(model.chosen):
         search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
         found = slots(search)
     return found
@@ -102,7 +109,7 @@ def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
         return [*others, slot.plainer.chosen]
     best = max((r for r in slot.rivals if r.chosen.effect != UNKNOWN), key=lambda r: r.weight, default=None)
     nameless = max((r for r in slot.rivals if r.chosen.effect == UNKNOWN), key=lambda r: r.weight, default=None)
-    if nameless is not None and _disowned(slot, nameless):
+    if nameless is not None and (_disowned(slot, nameless) or _part_of_the_unknown(model, slot, nameless)):
         return [*others, nameless.chosen]
     nothing = 1.0 - slot.weight - sum(r.weight for r in slot.rivals)
     # whichever function it is: what they say in common is that no name does
@@ -138,6 +145,17 @@ def _disowned(slot: Slot, nameless: Contender | None) -> bool:
     return named < criteria.AS_GOOD * nameless.weight
 
 
+def _part_of_the_unknown(model: ChannelModel, slot: Slot, nameless: Contender) -> bool:
+    """Whether a name beside a function without one says no more than a second such function: physics that no name has
+    is met in part by a name that comes near. It has to be better by more than the points left out scatter.
+    """
+    effect = slot.chosen.effect
+    if effect == UNKNOWN or (effect in LIBRARY and LIBRARY[effect].nominal):
+        return False
+    beside = any(c.effect == UNKNOWN and not of_auxiliary(c.main.regressor) for c in model.chosen)
+    return beside and nameless.loss < criteria.BESIDE_UNKNOWN_ERRORS * nameless.error
+
+
 def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
     model = search.model
     others = without(model.chosen, own, model.problem.lacking)
@@ -154,7 +172,8 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
     prior = np.array([_prior(model, c) for c in (own, *found)] + [1.0])
     costs = np.array([description(model, c) for c in (own, *found)] + [0.0])
     # a loop that was hardly turned is no likelier than the functions of the torque which it is like
-    prior[0] *= np.exp(-criteria.RICHER * idle(search, own))
+    unturned = idle(search, own)
+    prior[0] *= np.exp(-criteria.RICHER * unturned)
     share = prior * weights(table, search.seed + number, costs)
     share = share / share.sum()
     heirs, needless = _heirs(model, others, (own, *found))
@@ -173,6 +192,7 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
         odds = worth(share[k + 1], chosen) / max(worth(share[0], own), 1e-300)
         # what says with more numbers what the effect says is no other explanation
         near = heirs.get(k + 1) != 0 and called_as_good(own, chosen, float(odds), loss)
+        near |= unturned and _of_the_torque(chosen) and loss < gain - loss
         rivals.append(Contender(chosen, density, loss, error, float(share[k + 1]), near))
     plainer = rivals[heirs[0] - 1] if 0 in heirs else None
     rivals.sort(key=lambda r: r.loss)
@@ -238,9 +258,14 @@ def called_as_good(own: Chosen, other: Chosen, odds: float, loss: float) -> bool
     return odds > criteria.AS_GOOD or (both_named and loss < criteria.VERY_STRONG)
 
 
+def _of_the_torque(own: Chosen) -> bool:
+    """Whether a name is a function of the torque: beside it a loop that was never turned is its form, not its path."""
+    return own.effect != UNKNOWN and set(own.main.regressor.variables) <= {"torque", "load_motor_torque"}
+
+
 def _prior(model: ChannelModel, chosen: Chosen) -> float:
     """Odds before anything is measured."""
-    return prior_of(chosen) * float(np.exp(-price_of_cuts(model, chosen.main.regressor)))
+    return prior_of(chosen) * float(np.exp(-price_of_course(model, chosen.main.regressor)))
 
 
 def _rivals(search: Search, own: Chosen, others: Sequence[Chosen], seen: Scan) -> list[Chosen]:

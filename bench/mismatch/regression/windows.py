@@ -45,6 +45,16 @@ def acting(angle: FloatArray, course: FloatArray, number: FloatArray) -> tuple[t
     return tuple(out)
 
 
+def followed(angle: FloatArray, course: FloatArray, factor: FloatArray, number: FloatArray) -> float:
+    """Energy of a ``course`` (n,) that a function of the output angle, times a ``factor`` (n,), follows."""
+    weight = np.where(factor != 0.0, number * factor**2, 0.0)
+    mean = _density(angle, np.divide(course, factor, out=np.zeros(course.size), where=factor != 0.0), weight)
+    if mean is None:
+        return 0.0
+    said = mean[_bins(angle)]
+    return float(np.sum(weight * said**2))
+
+
 def orders(angle: FloatArray, course: FloatArray, number: FloatArray) -> tuple[float, ...]:
     """Whole orders of a ``course`` (n,) over the output angle that hold nine tenths of its energy, strongest first."""
     mean = _density(angle, course, number)
@@ -77,8 +87,13 @@ def _strongest(energy: FloatArray) -> IntArray:
 def _density(angle: FloatArray, values: FloatArray, number: FloatArray) -> FloatArray | None:
     """Mean of values (n,) in each part of a revolution; None where a part has no sample."""
     own = number > 0
-    place = np.floor(np.mod(angle[own], 2.0 * np.pi) / (2.0 * np.pi) * BINS).astype(np.int64) % BINS
+    place = _bins(angle[own])
     weight = np.bincount(place, number[own], BINS)
     if not np.all(weight > 0.0):
         return None
     return np.asarray(np.bincount(place, number[own] * values[own], BINS) / weight)
+
+
+def _bins(angle: FloatArray) -> IntArray:
+    """The part of a revolution that each angle (n,) lies in."""
+    return np.floor(np.mod(angle, 2.0 * np.pi) / (2.0 * np.pi) * BINS).astype(np.int64) % BINS

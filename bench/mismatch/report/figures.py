@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import ChannelOutcome, Discovery, Rival
+from bench.mismatch.recordings.rows import error_of_mean
 from bench.simulation.frame import FloatArray
 
 SMALLEST = 1e-300
@@ -107,16 +108,7 @@ def _of_recordings(values: FloatArray, outcome: ChannelOutcome, chosen: NDArray[
     they are fewer than two.
     """
     rows = chosen & (outcome.rows.number > 0)
-    recording = outcome.rows.frame.recording[rows]
-    number = outcome.rows.number[rows]
-    samples = np.bincount(recording, number)
-    own = samples > 0
-    if int(own.sum()) < 2:
-        return None
-    means = np.bincount(recording, values[rows] * number)[own] / samples[own]
-    share = samples[own] / samples.sum()
-    whole = float(np.sum(share * means))
-    return finite(float(np.sqrt(np.sum((share * (means - whole)) ** 2) * means.size / (means.size - 1))))
+    return finite(error_of_mean(values[rows], outcome.rows.frame.recording[rows], outcome.rows.number[rows]))
 
 
 def energy(discovery: Discovery, outcome: ChannelOutcome) -> FloatArray:

@@ -47,6 +47,11 @@ def test_only_a_loop_that_was_turned_weighs_what_it_predicts(turned: bool) -> No
     (slot,) = slots(search)
     names = [r for r in slot.rivals if r.chosen.effect != "unknown"]
     assert names
+    # what a loop gains that was never turned is its form's: a name that is nearer to it than nothing is as good
+    near = [r for r in names if r.loss < slot.gain - r.loss]
+    assert near
+    if not turned:
+        assert all(r.as_good for r in near)
     own, without = search.density([loop]), search.density([])
     table = np.array([own, *(r.density for r in slot.rivals), without])
     plain = weights(table, search.seed)

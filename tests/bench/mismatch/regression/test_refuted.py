@@ -5,15 +5,17 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from bench.mismatch.regression.beside import shaped
 from bench.mismatch.regression.folds import carried
-from bench.mismatch.regression.model import Chosen
-from bench.mismatch.regression.refuted import not_refuted
-from bench.mismatch.regression.regressors import named
+from bench.mismatch.regression.model import Chosen, add_block
+from bench.mismatch.regression.refuted import borne_out, not_refuted
+from bench.mismatch.regression.regressors import Free, named
 from bench.mismatch.regression.search import begun
 from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.tables import Grid
 from bench.simulation.terms import MOTOR_TORQUE
 from tests.bench.mismatch.regression.synthetic import EACH, campaign, problem
 
@@ -65,3 +67,21 @@ def test_what_the_other_points_are_predicted_worse_with_is_not_told() -> None:
     search.model.variances = (1e-12,)
     assert not_refuted(search.model, [found]) == []
     assert "not reported" in search.model.notes[-1]
+
+
+@pytest.mark.parametrize("lasts", [True, False])
+def test_a_function_without_a_name_that_recordings_held_out_do_not_bear_out_is_not_told(lasts: bool) -> None:
+    frame = campaign()
+    rng = np.random.default_rng(4)
+    bump = 0.3 * np.exp(-(((frame.temperature - 30.0) / 3.0) ** 2)) * frame.direction
+    out = frame.recording % 3 == 0
+    y = 0.5 * frame.direction + 0.006 * frame.omega + rng.normal(0.0, 0.01, frame.size)
+    y += bump if lasts else np.where(out, -bump, bump)
+    own = replace(problem(frame, y), folds=np.where(np.arange(24) % 3 == 0, -1, np.arange(24)))
+    search = begun(own)
+    model = search.model
+    free = Free(MOTOR_TORQUE, (Grid(("temperature",), "d", ((22.0, 26.0, 28.0, 30.0, 32.0, 34.0, 40.0),)),))
+    table = Chosen(add_block(own, model.bank, free, 1e-3))
+    model = replace(model, chosen=[table], fit=model.refitted([table]))
+    assert borne_out(model) == ([table] if lasts else [])
+    assert bool(model.notes) is not lasts

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -19,6 +20,7 @@ from bench.mismatch.regression.slots import (
     _disowned,
     _heirs,
     _holds,
+    _part_of_the_unknown,
     called_as_good,
     without_empty_laws,
 )
@@ -64,6 +66,27 @@ def test_who_is_disowned(effect: str, weight: float, others: tuple[Any, ...], di
     nameless = max((r for r in rivals if r.chosen.effect == "unknown"), key=lambda r: cast("float", r.weight))
     assert _disowned(slot, nameless) is disowned
     assert not _disowned(slot, None)
+
+
+@pytest.mark.parametrize(
+    ("effect", "beside", "loss", "part"),
+    [
+        # two standard errors of 10
+        ("thermal.convection_speed", "unknown", 15.0, True),
+        ("thermal.convection_speed", "unknown", 25.0, False),
+        ("thermal.convection_speed", "thermal.second_mass", 15.0, False),
+        # the simulation has it: that it is asked for is no surprise
+        ("thermal.convection", "unknown", 15.0, False),
+        ("unknown", "unknown", 15.0, False),
+    ],
+)
+def test_a_name_beside_unknown_physics_has_to_beat_a_free_function(
+    effect: str, beside: str, loss: float, part: bool
+) -> None:
+    own, other = chosen(effect), chosen(beside)
+    model = cast("Any", SimpleNamespace(chosen=[own, other] if effect != "unknown" else [own]))
+    nameless = Contender(chosen("unknown"), np.zeros(0), loss, 10.0, 0.1, False)
+    assert _part_of_the_unknown(model, Slot(own, 50.0, 0.001, 0.9, (nameless,)), nameless) is part
 
 
 @pytest.mark.parametrize(

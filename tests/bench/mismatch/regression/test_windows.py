@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bench.mismatch.regression.windows import acting, orders, orders_of_each
+from bench.mismatch.regression.windows import acting, followed, orders, orders_of_each
 
 ANGLE = np.random.default_rng(0).uniform(-20.0, 20.0, 20_000)
 ONE = np.ones(ANGLE.size)
@@ -49,3 +49,14 @@ def test_recordings_whose_waves_differ_have_an_order_still() -> None:
     assert orders_of_each(ANGLE, phase + noise, ONE, recording) == ()
     # nor is noise
     assert orders_of_each(ANGLE, noise, ONE, recording) == ()
+
+
+def test_a_wave_that_grows_with_the_load_is_followed_times_the_load() -> None:
+    rng = np.random.default_rng(3)
+    angle = rng.uniform(0.0, 2.0 * np.pi, 4000)
+    load, number = rng.choice([-1.0, -0.5, 0.5, 1.0], 4000), np.full(4000, 10.0)
+    course = load * np.cos(2.0 * angle)
+    by_load = followed(angle, course, load, number)
+    assert by_load == pytest.approx(np.sum(number * course**2), rel=0.02)
+    assert followed(angle, course, np.ones(4000), number) < 0.05 * by_load
+    assert orders(angle, course / load, number * load**2) == (2.0,)

@@ -1,0 +1,134 @@
+"""What comes and goes evenly over the campaign's time: a hall that is heated in turns, a pump, a drag that breathes.
+
+The period is looked for in what a model leaves, by a periodogram of the rows (Lomb, Astrophys. Space Sci. 39 (1976)
+447), for each factor that it may be multiplied with.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from bench.mismatch.regression.model import Block, ChannelModel, add_block, fit_blocks
+from bench.mismatch.regression.regressors import Free, Regressor
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.quantities import factor, in_words
+from bench.simulation.tables import Grid
+
+SHORTEST_S = 60.0
+"""a minute: what is quicker changes within one recording, and is a tone"""
+FEWEST_PERIODS = 2.0
+"""periods in the campaign, below which a cycle is a drift"""
+FINENESS = 3.0
+"""frequencies that are tried to each that the campaign tells apart"""
+KNOTS_A_PERIOD = 24
+"""knots of the table in a simulation file: a straight line between two of them misses the wave by under a hundredth"""
+
+
+class Cycle(Grid):
+    """A wave over time as a table: cosine and sine of one period."""
+
+    __slots__ = ()
+
+    @property
+    def size(self) -> int:
+        """Cosine and sine."""
+        return 2
+
+    @property
+    def period(self) -> float:
+        """Period, s."""
+        return KNOTS_A_PERIOD * (self.knots[0][1] - self.knots[0][0])
+
+    @property
+    def course(self) -> str:
+        """How often it comes."""
+        own = in_words(self.times)
+        return f"a cycle{f' times {own}' if own else ''} of {self.period / 60.0:.3g} min"
+
+    @property
+    def formula(self) -> str:
+        """Its equation, with the period in seconds."""
+        return f"(f_c*cos(2*pi*time/{self.period:.4g}) + f_s*sin(2*pi*time/{self.period:.4g}))"
+
+    @property
+    def symbols(self) -> list[str]:
+        """Symbols of the two amplitudes."""
+        return ["f_c", "f_s"]
+
+    def columns(self, frame: Frame) -> FloatArray:
+        """The regressors (n, 2), straight between the knots as the file has them."""
+        knots = np.asarray(self.knots[0])
+        waves = [np.interp(frame.time, knots, own) for own in self._at(knots)]
+        return np.column_stack(waves) * factor(self.times, frame)[:, None]
+
+    def to_json(self, values: FloatArray) -> dict[str, object]:
+        """As a table over time."""
+        cosine, sine = self._at(np.asarray(self.knots[0]))
+        return Grid(self.over, self.times, self.knots).to_json(values[0] * cosine + values[1] * sine)
+
+    def _at(self, time: FloatArray) -> tuple[FloatArray, FloatArray]:
+        phase = 2.0 * np.pi * time / self.period
+        return np.cos(phase), np.sin(phase)
+
+
+def cycle(channel: str, times: str, period: float, begin: float, end: float) -> Free:
+    """A wave of a ``period`` (s) over the campaign's time from ``begin`` to ``end`` (s), times a factor."""
+    step = period / KNOTS_A_PERIOD
+    knots = begin + step * np.arange(int(np.ceil((end - begin) / step)) + 1)
+    return Free(channel, (Cycle(("time",), times, (tuple(knots.tolist()),)),))
+
+
+def cycle_of(regressor: Regressor) -> Cycle | None:
+    """The cycle that a regressor is, if it is one."""
+    own = regressor.grids[0] if isinstance(regressor, Free) else None
+    return own if isinstance(own, Cycle) else None
+
+
+def price_of_period(regressor: Regressor) -> float:
+    """Log-likelihood that the best of all periods that were tried has to gain by being the best of so many."""
+    own = cycle_of(regressor)
+    return 0.0 if own is None else float(np.log(_frequencies(own.knots[0][-1] - own.knots[0][0]).size))
+
+
+def in_cycles(model: ChannelModel, factors: Sequence[str]) -> Iterator[Block]:
+    """Cycles beside a model, for each of the ``factors`` the one whose period gains most, where it gains its price."""
+    problem = model.problem
+    frame = problem.rows.frame.take(problem.train)
+    begin, end = float(frame.time.min()), float(frame.time.max())
+    frequencies = _frequencies(end - begin)
+    if frequencies.size == 0:
+        return
+    left = (problem.rows.y - model.predict(problem.rows.frame))[problem.train]
+    for times in factors:
+        by = factor(times, frame)
+        weight = problem.rows.number[problem.train] * by**2
+        value = np.divide(left, by, out=np.zeros(left.size), where=by != 0.0)
+
+        def less(frequency: float, weight: FloatArray = weight, value: FloatArray = value) -> float:
+            return -_power(frame.time - begin, value, weight, frequency)
+
+        best = min(frequencies, key=less)
+        step = float(frequencies[1] - frequencies[0])
+        fine = minimize_scalar(less, bounds=(best - step, best + step), method="bounded").x
+        one = add_block(problem, model.bank, cycle(model.channel, times, 1.0 / float(fine), begin, end))
+        fitted = fit_blocks(model.bank, [*model.blocks(), one], model.variances)
+        if fitted.likelihood - model.fit.likelihood > price_of_period(one.regressor):
+            yield one
+
+
+def _frequencies(span: float) -> FloatArray:
+    """Frequencies (Hz) of the cycles that a campaign of ``span`` seconds can show; none where it is too short."""
+    low, high = FEWEST_PERIODS / max(span, 1e-9), 1.0 / SHORTEST_S
+    if low >= high:
+        return np.zeros(0)
+    return np.arange(low, high, 1.0 / (FINENESS * span))
+
+
+def _power(time: FloatArray, value: FloatArray, weight: FloatArray, frequency: float) -> float:
+    """Weighted squares of values (n,) that a wave of a frequency takes off."""
+    wave = np.column_stack([np.cos(2.0 * np.pi * frequency * time), np.sin(2.0 * np.pi * frequency * time)])
+    right = wave.T @ (weight * value)
+    return float(right @ np.linalg.lstsq(wave.T @ (weight[:, None] * wave), right, rcond=1e-9)[0])

@@ -1,0 +1,84 @@
+"""A drag that comes and goes evenly over the campaign's time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.mismatch.regression.cycles import SHORTEST_S, _frequencies, cycle_of, in_cycles, price_of_period
+from bench.mismatch.regression.search import begun, searched
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.tables import from_json
+from tests.bench.mismatch.regression.synthetic import EACH, campaign, problem
+
+PERIOD = 437.0
+"""s, of no whole number of the recordings' spacing"""
+
+
+def often() -> Frame:
+    """Half a minute recorded of every 100 s."""
+    frame = campaign(48)
+    return replace(frame, time=frame.time - 500.0 * frame.recording)
+
+
+def measured(frame: Frame, size: float, seed: int = 0) -> FloatArray:
+    """Friction with noise, offsets of the recordings, and a part of ``size`` N·m that breathes."""
+    rng = np.random.default_rng(seed)
+    offsets = np.repeat(rng.normal(0.0, 0.005, frame.size // EACH), EACH)
+    drag = 0.5 + size * np.sin(2.0 * np.pi * frame.time / PERIOD + 0.4)
+    return np.asarray(drag * frame.direction + 0.006 * frame.omega + rng.normal(0.0, 0.01, frame.size) + offsets)
+
+
+def test_the_period_is_found() -> None:
+    frame = often()
+    (block,) = in_cycles(begun(problem(frame, measured(frame, 0.1))).model, ("d",))
+    one = cycle_of(block.regressor)
+    assert one is not None
+    # two hundredths of a period over the whole campaign
+    assert one.period == pytest.approx(PERIOD, rel=0.02 * PERIOD / float(np.ptp(frame.time)))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_noise_has_none(seed: int) -> None:
+    frame = often()
+    assert searched(problem(frame, measured(frame, 0.0, seed))).model.chosen == []
+
+
+def test_a_search_tells_it_without_a_name() -> None:
+    frame = often()
+    model = searched(problem(frame, measured(frame, 0.1))).model
+    (own,) = model.chosen
+    regressor = own.main.regressor
+    assert own.effect == "unknown"
+    assert "cycle" in regressor.words
+    coefficients, covariance = model.fit.of(own.main.place)
+    assert np.hypot(*coefficients) == pytest.approx(0.1, rel=0.1)
+    symbols = [p["symbol"] for p in regressor.parameters(coefficients, np.sqrt(np.diag(covariance)))]
+    assert symbols == ["f_c*d", "f_s*d"]
+    assert "table" not in regressor.equation
+
+
+def test_its_row_of_a_simulation_file_predicts_the_same() -> None:
+    frame = often()
+    (block,) = in_cycles(begun(problem(frame, measured(frame, 0.1))).model, ("d",))
+    one = cycle_of(block.regressor)
+    assert one is not None
+    values = np.array([0.03, -0.08])
+    grid, table = from_json(one.to_json(values), "test")
+    assert grid.columns(frame) @ table == pytest.approx(one.columns(frame) @ values, abs=1e-9)
+
+
+def test_two_periods_at_least_are_seen_of_a_cycle() -> None:
+    frame = often().take(often().time < 1.9 * SHORTEST_S)
+    assert np.unique(frame.recording).size == 2
+    assert _frequencies(float(np.ptp(frame.time))).size == 0
+
+
+def test_the_best_of_many_periods_pays_for_all_of_them() -> None:
+    frame = often()
+    (block,) = in_cycles(begun(problem(frame, measured(frame, 0.1))).model, ("d",))
+    span = float(np.ptp(frame.time))
+    assert price_of_period(block.regressor) == pytest.approx(np.log(3.0 * span / SHORTEST_S), abs=0.1)
+    assert price_of_period(begun(problem(frame, measured(frame, 0.1))).blocks[0].regressor) == 0.0
