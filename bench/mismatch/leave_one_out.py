@@ -127,15 +127,15 @@ def _row(
         rmse_found=rmse["after"],
         noise_floor=analysis.outcomes[channel].floor,
     )
-    own = next((f for f in findings if _is(f, term.effect)), None)
-    if own is not None:
-        out.outcome = AMBIGUOUS if own.status == "ambiguous" else NAMED
-        out.confidence = own.discovery.confidence
+    found = next((f for f in findings if _is(f, term.effect)), None)
+    if found is not None:
+        out.outcome = AMBIGUOUS if found.status == "ambiguous" else NAMED
+        out.confidence = found.discovery.confidence
         out.parameters = ", ".join(
             f"{p['symbol']} = {p['value']:.4g}"
             + ("" if p.get("std") is None else f" ± {p['std']:.1g}")
             + f" {in_metres(p['unit']) if linear else p['unit']}"
-            for p in (own.discovery.alone or own.discovery.parameters)[:3]
+            for p in (found.discovery.alone or found.discovery.parameters)[:3]
         )
     elif any(f.effect not in known for f in findings):
         out.outcome = OTHERWISE

@@ -21,10 +21,10 @@ def limits(outcome: ChannelOutcome, data: Dataset) -> str:
     """One sentence: below what size effects, and above what order, a channel's recordings could not have shown any."""
     unit = CHANNEL_UNITS[outcome.channel]
     acts, overall = criteria.LEAST_STRENGTH * outcome.floor, criteria.LEAST_OVERALL * outcome.floor
-    told = [f"effects below {acts:.2g} {unit} where they act or {overall:.2g} {unit} over all samples"]
+    lines = [f"effects below {acts:.2g} {unit} where they act or {overall:.2g} {unit} over all samples"]
     if not data.linear:
-        told += _orders(outcome, data)
-    return f"{outcome.channel}: these recordings could not have shown {', nor '.join(told)}"
+        lines += _orders(outcome, data)
+    return f"{outcome.channel}: these recordings could not have shown {', nor '.join(lines)}"
 
 
 def _orders(outcome: ChannelOutcome, data: Dataset) -> Sequence[str]:

@@ -132,15 +132,15 @@ def scored(
     held = [m for m in data.members if m.held_out]
     found: dict[str, dict[str, float | None]] = {channel: {} for channel in analysis.outcomes}
     for names, on in _stages(analysis, data, tuple(models), handed):
-        told = score.rmse(on, analysis, {name: models[name] for name in names}, held or data.members)
-        for channel, own in told.items():
-            found[channel] |= own
+        errors = score.rmse(on, analysis, {name: models[name] for name in names}, held or data.members)
+        for channel, scores in errors.items():
+            found[channel] |= scores
     for channel, outcome in analysis.outcomes.items():
-        own = {AS_GIVEN: None, **found[channel]}
+        scores = {AS_GIVEN: None, **found[channel]}
         if held:
-            outcome.rmse = own
+            outcome.rmse = scores
         else:
-            outcome.in_sample = own
+            outcome.in_sample = scores
 
 
 def _stages(

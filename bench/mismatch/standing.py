@@ -63,8 +63,8 @@ def standing_on(simulation: Path | None, store: Path) -> Standing:
     base = open_base(str(simulation))
     if base is not None:
         return Standing(base.simulator.kind, str(simulation), Simulation.nominal(), replace(base, store=store))
-    own = Simulation.load(simulation)
-    return Standing("model", str(simulation), own, base_of(own.extra, simulation.resolve().parent, store))
+    read = Simulation.load(simulation)
+    return Standing("model", str(simulation), read, base_of(read.extra, simulation.resolve().parent, store))
 
 
 def values_of(analysis: Analysis, base: Base, whole: bool = True) -> tuple[dict[str, float], dict[str, float]]:
@@ -77,8 +77,8 @@ def values_of(analysis: Analysis, base: Base, whole: bool = True) -> tuple[dict[
     for model in models_of(analysis):
         fit = model.fit if whole else model.refitted([])
         for block in parameters_in(model):
-            told, covariance = fit.of(block.place)
-            weights.setdefault(named(block), []).append((float(told[0]), float(covariance[0, 0])))
+            coefficients, covariance = fit.of(block.place)
+            weights.setdefault(named(block), []).append((float(coefficients[0]), float(covariance[0, 0])))
     values, std = dict(base.named), {}
     for name, told_by in weights.items():
         precision = [1.0 / max(v, 1e-300) for _, v in told_by]
@@ -98,8 +98,8 @@ def models_of(analysis: Analysis) -> list[ChannelModel]:
 def parameters_in(model: ChannelModel) -> list[Block]:
     """Blocks of a model that are sensitivities on which its training rows depend."""
     train = model.problem.train
-    own = [b for b in model.base if b.regressor.effect == PARAMETER]
-    return [b for b in own if np.any(b.regressor.columns(model.problem.rows.frame)[train])]
+    blocks = [b for b in model.base if b.regressor.effect == PARAMETER]
+    return [b for b in blocks if np.any(b.regressor.columns(model.problem.rows.frame)[train])]
 
 
 def named(block: Block) -> str:
@@ -117,10 +117,10 @@ def bent(data: Dataset, analysis: Analysis, values: Mapping[str, float]) -> bool
     at = replace(data.folder, base=base.at(values))
     for member in _some(data):
         before, after = (prepare(member, 0, folder, group=1) for folder in (data.folder, at))
-        for channel, own in before.simulated.items():
+        for channel, simulated in before.simulated.items():
             if channel not in analysis.outcomes:
                 continue
-            straight = own + sum(
+            straight = simulated + sum(
                 before.frame.aux[f"simulated/{channel}{BY}{name}"] * step for name, step in moved.items()
             )
             off = after.simulated[channel] - straight

@@ -50,7 +50,7 @@ def wrong_parameters(analysis: Analysis, given: Base, last: Base) -> list[Discov
                     "whether it was wrong is not known"
                 )
                 continue
-            p = next(own for own in given.free if own.name == name)
+            p = next(parameter for parameter in given.free if parameter.name == name)
             out.append(
                 Discovery(
                     effect=PARAMETER,

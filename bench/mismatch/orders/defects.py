@@ -67,8 +67,8 @@ class _Line:
 
     @classmethod
     def of(cls, sight: Sight, vectors: Complex) -> _Line:
-        own = np.flatnonzero(sight.free[: HIGHEST + 1])
-        orders = own.astype(np.float64)
+        places = np.flatnonzero(sight.free[: HIGHEST + 1])
+        orders = places.astype(np.float64)
         found = np.array([f for f in sight.found if 0 < f <= HIGHEST])
         size2 = np.array([np.abs(vectors[round(f)]) ** 2 / 2.0 for f in found])
         share, size = np.empty(orders.size), np.empty(orders.size)
@@ -80,7 +80,7 @@ class _Line:
             share[k] = min((near.sum() + 0.5) / (span + 1.0), 0.9)
             level = np.sqrt((size2[near].sum() + whole) / (near.sum() + 1.0))
             size[k] = level if whole else 10.0 * sight.error[round(f)]
-        return cls(orders, vectors[own], sight.error[own], share, size)
+        return cls(orders, vectors[places], sight.error[places], share, size)
 
     def density(self, centre: Complex, unlike: FloatArray) -> FloatArray:
         """Log density of each vector (k,) about a pulse's vectors ``centre`` (k,), from which nature's may be
@@ -99,8 +99,8 @@ class _Line:
         with_it = before + pulse.vectors(self.orders)
         # nature's pulse is no Gaussian: here and beside those before
         others = 0.5 * (criteria.SHAPE * np.abs(before)) ** 2
-        own = 0.5 * (criteria.SHAPE * _envelope(pulse, self.orders)) ** 2
-        return float(np.sum(self.density(with_it, others + own) - self.density(before, others)))
+        tolerance = 0.5 * (criteria.SHAPE * _envelope(pulse, self.orders)) ** 2
+        return float(np.sum(self.density(with_it, others + tolerance) - self.density(before, others)))
 
     def best(self, before: Complex, starts: int) -> tuple[float, Pulse] | None:
         """The pulse that gains most beside others: by a matched filter over the angle, then refined."""
@@ -233,8 +233,8 @@ def _pulses(x: FloatArray, covariance: FloatArray, first: Pulse) -> list[Pulse]:
     out = []
     for (height, shift, width), (sh, sa, sw) in zip(x.reshape(-1, 3), std, strict=True):
         size = float(np.exp(width))
-        told = (float(sa), float(sw * size), float(sh))
-        out.append(Pulse(float(np.mod(first.angle + shift, 2.0 * np.pi)), size, float(height), told))
+        deviations = (float(sa), float(sw * size), float(sh))
+        out.append(Pulse(float(np.mod(first.angle + shift, 2.0 * np.pi)), size, float(height), deviations))
     return out
 
 
@@ -278,8 +278,8 @@ def _least_squares(
         return np.asarray(_vectors(x, first, line.orders) - left)
 
     def misfit(x: FloatArray) -> FloatArray:
-        own = off(x) / error
-        return np.concatenate([own.real, own.imag])
+        error_of = off(x) / error
+        return np.concatenate([error_of.real, error_of.imag])
 
     inside = np.clip(begin, lower + 1e-6 * units, upper - 1e-6 * units)
     # orders that stand by themselves at the same place count by their logarithm

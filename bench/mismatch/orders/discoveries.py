@@ -135,10 +135,10 @@ def _law(model: TransmissionModel, seed: int) -> Discovery | None:
 def _sure(found: laws.FoundLaw) -> bool:
     """Whether some order's strength stands above its own uncertainty; a resonance has none of its own."""
     size = np.abs(found.law.strength)
-    told = found.strength_std > 0.0
-    if found.law.effect == RESONANCE or not told.any():
+    measured = found.strength_std > 0.0
+    if found.law.effect == RESONANCE or not measured.any():
         return True
-    return bool(np.max(size[told] / found.strength_std[told]) > criteria.SURE)
+    return bool(np.max(size[measured] / found.strength_std[measured]) > criteria.SURE)
 
 
 def _of_motor(model: TransmissionModel, sight: Sight, ratio: float) -> tuple[float, ...]:
@@ -162,8 +162,8 @@ def _share_of_mean(model: TransmissionModel, sight: Sight, order: float) -> floa
     mean = np.sum(vectors / scale) / np.sum(1.0 / scale**2)
     noise = 2.0 * sight.noise(order) ** 2
     whole = float(np.sum(np.abs(vectors) ** 2)) - noise * vectors.size
-    own = float(np.abs(mean) ** 2 * np.sum(1.0 / scale**2)) - noise
-    return own / whole if whole > 0.0 else 0.0
+    of_mean = float(np.abs(mean) ** 2 * np.sum(1.0 / scale**2)) - noise
+    return of_mean / whole if whole > 0.0 else 0.0
 
 
 def _plain(model: TransmissionModel, sight: Sight, orders: list[float], teeth: Gearbox) -> Discovery | None:

@@ -75,14 +75,14 @@ def tangent(data: Amplitudes, k: int) -> tuple[FloatArray, Complex]:
     begin = data.series.vectors(data.x, data.direction)[:, k].astype(np.complex128)
     centre = begin.copy()
     for side in data.series.amplitude:
-        own = data.direction * side > 0
-        basis = np.where(own[:, None], data.series.scaling[side].monomials(data.x), 0.0)
+        on_side = data.direction * side > 0
+        basis = np.where(on_side[:, None], data.series.scaling[side].monomials(data.x), 0.0)
         phase, amplitude = data.series.phase[side][k], data.series.amplitude[side][k]
         turn = np.exp(1j * (basis @ phase))
-        size = float(np.sqrt(np.mean(np.abs(begin[own]) ** 2))) if own.any() else 1.0
+        size = float(np.sqrt(np.mean(np.abs(begin[on_side]) ** 2))) if on_side.any() else 1.0
         spread = np.concatenate([data.series.prior[:9] * size, [10.0 * size], data.series.prior[9:], [10.0]])
         columns = np.hstack([turn[:, None] * basis, (1j * (basis @ amplitude) * turn)[:, None] * basis])
-        columns[~own] = 0.0
+        columns[~on_side] = 0.0
         centre -= columns @ np.concatenate([amplitude, phase])
         blocks.append(np.vstack([columns.real, columns.imag]) * spread)
     return np.hstack(blocks), centre
@@ -171,10 +171,10 @@ def _beyond_polynomials(law: Law, data: Amplitudes) -> float:
     g = value(law.effect, law.form, law.point, data.x, data.time, law.reference)
     left, whole = 0.0, 0.0
     for side, scaling in data.series.scaling.items():
-        own = data.direction * side > 0
-        basis = scaling.monomials(data.x[own])
-        left += float(np.sum((g[own] - basis @ np.linalg.lstsq(basis, g[own], rcond=RANK)[0]) ** 2))
-        whole += float(np.sum((g[own] - g[own].mean()) ** 2))
+        on_side = data.direction * side > 0
+        basis = scaling.monomials(data.x[on_side])
+        left += float(np.sum((g[on_side] - basis @ np.linalg.lstsq(basis, g[on_side], rcond=RANK)[0]) ** 2))
+        whole += float(np.sum((g[on_side] - g[on_side].mean()) ** 2))
     return left / whole if whole > 0.0 else 0.0
 
 
@@ -189,13 +189,13 @@ def changes_of(data: Amplitudes, white: Sequence[FloatArray], laws: Sequence[Law
     columns = np.concatenate(moved, axis=2)
     whole = np.stack([np.asarray(solve_triangular(lower, columns[:, k], lower=True)) for k, lower in enumerate(white)])
     out = []
-    for own in np.split(whole, np.cumsum([m.shape[2] for m in moved])[:-1], axis=2):
-        if own.shape[2] == 1:
-            out.append(np.ascontiguousarray(own))
+    for change in np.split(whole, np.cumsum([m.shape[2] for m in moved])[:-1], axis=2):
+        if change.shape[2] == 1:
+            out.append(np.ascontiguousarray(change))
             continue
         # with a weak prior: a law changes an amplitude by less than ten times itself
-        prior = np.broadcast_to(0.1 * np.eye(2), (len(own), 2, 2))
-        out.append(np.linalg.qr(np.concatenate([own, prior], axis=1))[0][:, :-2])
+        prior = np.broadcast_to(0.1 * np.eye(2), (len(change), 2, 2))
+        out.append(np.linalg.qr(np.concatenate([change, prior], axis=1))[0][:, :-2])
     return out
 
 
@@ -203,8 +203,8 @@ def _moved(data: Amplitudes, smooth: Complex, law: Law) -> FloatArray:
     """What a law's strength does to the vectors ``smooth`` (turns, orders), before whitening: (2*turns, orders, k)."""
     if law.effect == RESONANCE:
         return stacked(MODES[law.form](data.frequency, law.point[0], law.point[1]) * smooth)[:, :, None]
-    own = value(law.effect, law.form, law.point, data.x, data.time, law.reference)[:, None] * smooth
-    return np.stack([stacked(own), stacked(1j * own)], axis=2)
+    begin = value(law.effect, law.form, law.point, data.x, data.time, law.reference)[:, None] * smooth
+    return np.stack([stacked(begin), stacked(1j * begin)], axis=2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,8 +238,8 @@ def scores(law: Law, changes: FloatArray, flat: FloatArray) -> Scores:
         each = gained(before - 2.0 * p[:, None] * product + p[:, None] ** 2 * energy)
         # three numbers (BIC), of which the place is searched
         total = each.sum(axis=1) - 1.5 * price - unusual(law.point[1])
-        own = p > 0.0
-        return Scores(np.where(own, total, -np.inf), np.where(own[:, None], each, 0.0), np.where(own, p, 0.0))
+        held = p > 0.0
+        return Scores(np.where(held, total, -np.inf), np.where(held[:, None], each, 0.0), np.where(held, p, 0.0))
     # two numbers an order (BIC), where it takes part
     each = np.maximum(gained(before - np.sum(product**2, axis=2)) - price, 0.0)
     return Scores(each.sum(axis=1), each, np.zeros(len(flat)))

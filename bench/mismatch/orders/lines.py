@@ -68,17 +68,17 @@ class Line:
 
 def standing(turns: Turns, models: Sequence[Model], seed: int) -> list[Line]:
     """Orders of the training revolutions that stand, strongest first."""
-    own = turns.train
-    if int(own.sum()) < criteria.FEWEST_TURNS:
+    train = turns.train
+    if int(train.sum()) < criteria.FEWEST_TURNS:
         return []
-    scale = turns.sigma[own]
-    vectors = turns.vectors[own] / scale[:, None]
+    scale = turns.sigma[train]
+    vectors = turns.vectors[train] / scale[:, None]
     seen = np.isfinite(vectors)
     vectors = np.where(seen, vectors, 0.0)
     usable = seen.sum(axis=0) >= criteria.FEWEST_TURNS
     usable[0] = False
     noise = _noise(vectors, seen)
-    bases = {m: b for m in models if (b := _basis(turns, own, m)) is not None}
+    bases = {m: b for m in models if (b := _basis(turns, train, m)) is not None}
     parts = [_parts(x / scale[:, None], seen) for x in bases.values()]
     gains = _gains(vectors, seen, parts, noise)
     best = _choice(gains, [len(m) for m in bases])
@@ -88,13 +88,13 @@ def standing(turns: Turns, models: Sequence[Model], seed: int) -> list[Line]:
     names = list(bases)
     for f in np.flatnonzero(usable & (gains[best, np.arange(usable.size)] > price)):
         model = names[int(best[f])]
-        out.append(_estimated(turns, own, int(f), model, bases, noise[f], float(gains[best[f], f]), nulls, seed))
+        out.append(_estimated(turns, train, int(f), model, bases, noise[f], float(gains[best[f], f]), nulls, seed))
     return sorted(out, key=lambda line: -line.gain)
 
 
-def _basis(turns: Turns, own: NDArray[np.bool_], model: Model) -> FloatArray | None:
+def _basis(turns: Turns, train: NDArray[np.bool_], model: Model) -> FloatArray | None:
     """Columns (turns, k) of a model; None where the revolutions do not tell them apart."""
-    x = np.column_stack([turns.factors[t][own] for t in model])
+    x = np.column_stack([turns.factors[t][train] for t in model])
     unit = np.sqrt(np.sum(x**2, axis=0))
     if np.any(unit == 0.0) or len(x) < 2 * x.shape[1] + 2:
         return None
@@ -127,8 +127,8 @@ class _Part:
 
     def left_out(self, vectors: Complex) -> FloatArray:
         """Square of what each revolution differs from what all others say of it (rows, orders)."""
-        own = vectors[np.ix_(self.rows, self.orders)]
-        return np.asarray(np.abs((own - self.basis @ (self.basis.T @ own)) / self.share[:, None]) ** 2)
+        seen = vectors[np.ix_(self.rows, self.orders)]
+        return np.asarray(np.abs((seen - self.basis @ (self.basis.T @ seen)) / self.share[:, None]) ** 2)
 
 
 def _parts(x: FloatArray, seen: NDArray[np.bool_]) -> list[_Part]:
@@ -167,10 +167,10 @@ def _choice(gains: FloatArray, sizes: Sequence[int]) -> IntArray:
     best = np.zeros(gains.shape[1], dtype=np.int64)
     value = np.full(gains.shape[1], -np.inf)
     size = np.asarray(sizes)
-    for k, own in enumerate(gains):
+    for k, gain in enumerate(gains):
         margin = np.where((size[k] > size[best]) & np.isfinite(value), criteria.RICHER, 0.0)
-        better = own > value + margin
-        best, value = np.where(better, k, best), np.where(better, own, value)
+        better = gain > value + margin
+        best, value = np.where(better, k, best), np.where(better, gain, value)
     return best
 
 
@@ -192,7 +192,7 @@ def _nulls(
 
 def _estimated(
     turns: Turns,
-    own: NDArray[np.bool_],
+    train: NDArray[np.bool_],
     order: int,
     model: Model,
     bases: Mapping[Model, FloatArray],
@@ -201,9 +201,9 @@ def _estimated(
     nulls: FloatArray,
     seed: int,
 ) -> Line:
-    vectors = turns.vectors[own, order]
+    vectors = turns.vectors[train, order]
     seen = np.isfinite(vectors)
-    scale = turns.sigma[own][seen]
+    scale = turns.sigma[train][seen]
     target = vectors[seen] / scale
     x = bases[model][seen] / scale[:, None]
     inverse = np.linalg.inv(x.T @ x)
@@ -211,7 +211,7 @@ def _estimated(
     left = float(np.sum(np.abs(target - x @ amplitude) ** 2))
     freedom = max(target.size - x.shape[1], 1)
     variance = (left + 2.0 * NEIGHBOUR_REVOLUTIONS * noise**2) / (2.0 * (freedom + NEIGHBOUR_REVOLUTIONS))
-    fold = np.unique(turns.fold[own][seen], return_inverse=True)[1]
+    fold = np.unique(turns.fold[train][seen], return_inverse=True)[1]
     densities = {}
     for other, columns in bases.items():
         squares = np.zeros(target.size)

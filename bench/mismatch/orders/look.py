@@ -124,10 +124,10 @@ class Look:
         """Spectra of the weights up to twice an order, and of the weights times the line up to it."""
         known = self._weights.get(parts) if weight is self.weight else None
         if known is None or known[1].size <= highest:
-            own = self._spectrum(weight, 2 * highest, parts), self._spectrum(weight * self.line, highest, parts)
+            both = self._spectrum(weight, 2 * highest, parts), self._spectrum(weight * self.line, highest, parts)
             if weight is self.weight:
-                self._weights[parts] = own
-            return own
+                self._weights[parts] = both
+            return both
         return known
 
     def _by_fft(

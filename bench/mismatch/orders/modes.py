@@ -70,15 +70,15 @@ def begun(data: Amplitudes) -> tuple[Law, float]:
     for participation in PARTICIPATIONS:
         best: dict[str, tuple[Law, float]] = {}
         for law in resonances(data):
-            own = replace(law, point=(*law.point[:2], participation))
-            gained = gain(own.form, own.point)
-            if own.form not in best or gained > best[own.form][1]:
-                best[own.form] = own, gained
+            varied = replace(law, point=(*law.point[:2], participation))
+            gained = gain(varied.form, varied.point)
+            if varied.form not in best or gained > best[varied.form][1]:
+                best[varied.form] = varied, gained
         for form, (law, _) in best.items():
             finer = polished(law)
             if form not in out or finer[1] > out[form][1]:
                 out[form] = finer
-    return max(out.values(), key=lambda own: own[1])
+    return max(out.values(), key=lambda varied: varied[1])
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,14 +113,14 @@ def _smoothness(data: Amplitudes, answer: Complex) -> FloatArray:
     before = data.vectors / answer
     out = -2.0 * np.sum(np.log(size), axis=0)
     for side, scaling in data.series.scaling.items():
-        own = data.direction * side > 0
-        basis = scaling.monomials(data.x[own]) * spread
-        level = np.median(np.abs(before[own]), axis=0)
-        noise = (data.sigma[own] / size[own]) ** 2
+        on_side = data.direction * side > 0
+        basis = scaling.monomials(data.x[on_side]) * spread
+        level = np.median(np.abs(before[on_side]), axis=0)
+        noise = (data.sigma[on_side] / size[on_side]) ** 2
         covariance = (level**2)[:, None, None] * (basis @ basis.T)[None]
         covariance[:, np.arange(len(basis)), np.arange(len(basis))] += noise.T
         lower = np.linalg.cholesky(covariance)
-        z = np.linalg.solve(lower, before[own].T[:, :, None])[:, :, 0]
+        z = np.linalg.solve(lower, before[on_side].T[:, :, None])[:, :, 0]
         prior = 2.0 * PRIOR_TURNS
         out -= (len(basis) + PRIOR_TURNS) * np.log(np.sum(np.abs(z) ** 2, axis=1) + prior)
         out -= 2.0 * np.sum(np.log(np.diagonal(lower, axis1=1, axis2=2)), axis=1)
@@ -152,8 +152,8 @@ class _Freedom:
         return float(squares + np.sum(np.log(np.diag(lower))) + 2.0 * np.sum(np.log(np.abs(answer))))
 
 
-def _losses(data: Amplitudes, freedom: Sequence[_Freedom], form: str, own: Sequence[float]) -> FloatArray:
-    answer = resonant(form, data.frequency, tuple(own))
+def _losses(data: Amplitudes, freedom: Sequence[_Freedom], form: str, point: Sequence[float]) -> FloatArray:
+    answer = resonant(form, data.frequency, tuple(point))
     return np.array([f.loss(data.vectors[:, k], data.sigma[:, k], answer[:, k]) for k, f in enumerate(freedom)])
 
 
@@ -174,19 +174,19 @@ def refined(model: TransmissionModel, data: Amplitudes, begin: Law) -> Mode:
         freedom = _Freedom.of(now)
 
         def total(z: FloatArray, freedom: list[_Freedom] = freedom) -> float:
-            own = clipped(z)
-            gains = plain - _losses(data, freedom, begin.form, own)
-            return float(-np.sum(np.maximum(gains, criteria.SPOILED))) + unusual(own[1])
+            at = clipped(z)
+            gains = plain - _losses(data, freedom, begin.form, at)
+            return float(-np.sum(np.maximum(gains, criteria.SPOILED))) + unusual(at[1])
 
         point = lowest(total, point, STEPS, EVALUATIONS)
         each = plain - _losses(data, freedom, begin.form, clipped(point))
         touched = each > criteria.SPOILED
         now = under(point, touched)
-    own = clipped(point)
+    at = clipped(point)
     net = -total(point) - 1.5 * float(np.log(2.0 * len(data.time)))
     orders = tuple(f for f, t in zip(data.orders, touched, strict=True) if t)
-    law = replace(begin, point=own, orders=orders)
-    std = tuple(s * v for s, v in zip(_curvature(total, point), own, strict=True))
+    law = replace(begin, point=at, orders=orders)
+    std = tuple(s * v for s, v in zip(_curvature(total, point), at, strict=True))
     return Mode(law, std, now.series, net, np.maximum(each, criteria.SPOILED))
 
 

@@ -92,16 +92,16 @@ def search(model: TransmissionModel, sight: Sight, taken: Sequence[float], seed:
 
 def _found(model: TransmissionModel, sight: Sight, taken: Sequence[float]) -> _Orders:
     assert model.periodic is not None
-    own = [f for f in sight.found if f == round(f) and f not in taken]
+    candidates = [f for f in sight.found if f == round(f) and f not in taken]
     carriers = tuple(f for f in model.given.orders if f not in model.given.notch and f in model.periodic.series.orders)
     turns = model.own_turns
     # what all orders near a mode pass makes none the sideband of another: they are compared as they were before it
     modes = [law for law in model.periodic.laws if law.effect == RESONANCE]
     shown = model.periodic.at_turns(turns, carriers) / sight.stage.scale[:, None] / passed(modes, turns, carriers)
-    by = passed(modes, turns, own)
-    size, constant = np.zeros(len(own)), np.zeros(len(own))
-    following = np.full((len(own), len(carriers)), -np.inf)
-    for k, f in enumerate(own):
+    by = passed(modes, turns, candidates)
+    size, constant = np.zeros(len(candidates)), np.zeros(len(candidates))
+    following = np.full((len(candidates), len(carriers)), -np.inf)
+    for k, f in enumerate(candidates):
         vectors = sight.at(model, f) / by[:, k]
         best, _ = sight.gains(vectors, f)
         noise = sight.noise(f)
@@ -110,8 +110,8 @@ def _found(model: TransmissionModel, sight: Sight, taken: Sequence[float]) -> _O
         size[k] = 0.5 * np.log(np.mean(np.abs(vectors * sight.stage.scale) ** 2))
         for c in range(len(carriers)):
             following[k, c] = _proportional(vectors, shown[:, c], noise) - best
-    highest = int(max([*own, *carriers, 1.0]) * 1.1) + criteria.HIGHEST_MODULATION
-    place = np.array(own, dtype=np.int64)
+    highest = int(max([*candidates, *carriers, 1.0]) * 1.1) + criteria.HIGHEST_MODULATION
+    place = np.array(candidates, dtype=np.int64)
     return _Orders(place, _beyond_usual(place, size), constant, following, carriers, highest)
 
 
@@ -165,8 +165,8 @@ def _best(found: _Orders, places: IntArray) -> tuple[float, tuple[Pair, ...] | N
     scored: dict[int, dict[int, tuple[float, bool]]] = {}
     spread, mean = _scatter(found.size)
     for c, k in np.argwhere((lower >= 0) & (upper >= 0) & (centre > steps)).tolist():
-        own = _score(found, c, int(lower[c, k]), int(upper[c, k]), spread, mean)
-        scored.setdefault(c, {})[int(steps[k])] = own
+        scored_pair = _score(found, c, int(lower[c, k]), int(upper[c, k]), spread, mean)
+        scored.setdefault(c, {})[int(steps[k])] = scored_pair
     best: tuple[float, tuple[Pair, ...] | None] = (-np.inf, None)
     for c, pairs in scored.items():
         for m in pairs:

@@ -56,10 +56,10 @@ def mixture(seen: Seen, turns: Sequence[Turn], rows: Rows, inner: FloatArray, ra
     number = np.digitize(at, edges) - 1
     centre, median = [], []
     for b in range(edges.size - 1):
-        own = level[number == b]
-        if own.size >= 20:
+        levels = level[number == b]
+        if levels.size >= 20:
             centre.append(float(np.sqrt(edges[b] * edges[b + 1])))
-            median.append(float(np.median(own)) / np.log(2.0))
+            median.append(float(np.median(levels)) / np.log(2.0))
     found = fitted(np.asarray(centre), np.asarray(median), rate)
     good = rows.number > 1.5
     spread = float(np.median((inner * rows.number / np.maximum(rows.number - 1.0, 1.0))[good])) if good.any() else 0.0

@@ -48,9 +48,9 @@ def refined(
     """
     amplitude, phase, covariance = dict(series.amplitude), dict(series.phase), dict(series.covariance)
     for side in series.amplitude:
-        own = [p for p in parts if p.direction * side > 0]
-        if own:
-            read = [_read(series, rows, y, p) for p in own]
+        on_side = [p for p in parts if p.direction * side > 0]
+        if on_side:
+            read = [_read(series, rows, y, p) for p in on_side]
             amplitude[side], phase[side], covariance[side] = _refined(series, side, read, white, laws)
     return replace(series, amplitude=amplitude, phase=phase, covariance=covariance)
 
@@ -75,9 +75,9 @@ def _refined(
     orders = len(series.orders)
     before = np.concatenate([series.amplitude[side], series.phase[side]], axis=1)
     prior = np.zeros((orders * 20, orders * 20))
-    for k, own in enumerate(series.covariance[side]):
+    for k, of_order in enumerate(series.covariance[side]):
         block = slice(20 * k, 20 * k + 20)
-        prior[block, block] = _inverse(own)
+        prior[block, block] = _inverse(of_order)
     basis = [series.scaling[side].monomials(p.state[None, :])[0] for p in parts]
     answer = [_answer(series, p, laws) for p in parts]
     now = before.copy()

@@ -17,7 +17,7 @@ _ALL_STEADY = 0.99
 
 def rings_for(laws: Sequence[Law], series: Series, noise: float) -> float:
     """Seconds (0 without a resonance) in which what a mode swings by has died away to the ``noise`` of a row, rad."""
-    size = float(np.sqrt(sum(float(np.sum(own[:, -1] ** 2)) for own in series.amplitude.values())))
+    size = float(np.sqrt(sum(float(np.sum(amplitude[:, -1] ** 2)) for amplitude in series.amplitude.values())))
     out = 0.0
     for law in laws:
         if law.effect == RESONANCE:
@@ -33,6 +33,6 @@ def ringing(frame: Frame, seconds: float) -> NDArray[np.bool_]:
         return np.zeros(frame.size, dtype=bool)
     unsteady = frame.steady <= _ALL_STEADY
     last: FloatArray = np.where(unsteady, frame.elapsed, -np.inf)
-    for own in np.split(np.arange(frame.size), np.flatnonzero(np.diff(frame.recording)) + 1):
-        last[own] = np.maximum.accumulate(last[own])
+    for rows in np.split(np.arange(frame.size), np.flatnonzero(np.diff(frame.recording)) + 1):
+        last[rows] = np.maximum.accumulate(last[rows])
     return np.asarray(frame.elapsed - last < max(seconds, 1e-9))

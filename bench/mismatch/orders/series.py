@@ -130,11 +130,11 @@ class Series:
         for side in self.amplitude:
             rows = np.flatnonzero(frame.last_direction * side > 0)
             for a in range(0, rows.size, ROWS_AT_ONCE):
-                own = rows[a : a + ROWS_AT_ONCE]
-                x = np.column_stack([frame.torque[own], frame.velocity[own], frame.temperature[own]])
+                part = rows[a : a + ROWS_AT_ONCE]
+                x = np.column_stack([frame.torque[part], frame.velocity[part], frame.temperature[part]])
                 basis = self.scaling[side].monomials(x)
                 amplitude = (self.amplitude[side] * factor[:, None]) @ basis.T
-                out[own] = summed(frame.theta[own], orders, amplitude, self.phase[side] @ basis.T + ahead)
+                out[part] = summed(frame.theta[part], orders, amplitude, self.phase[side] @ basis.T + ahead)
         return out
 
 
@@ -175,8 +175,8 @@ def calibrate(
                 if (step or known is not None) and doubt[place, k] < WILD:
                     source = (amplitude, phase) if step else (known.amplitude, known.phase)  # type: ignore[union-attr]
                     begin = np.concatenate([source[0][side][k], source[1][side][k]])
-                own = noise[rows, k] * np.sqrt(doubt[place, k])
-                fit = fit_order(basis, vectors[rows, k], own, prior, begin)
+                spread = noise[rows, k] * np.sqrt(doubt[place, k])
+                fit = fit_order(basis, vectors[rows, k], spread, prior, begin)
                 loss[k] += fit.loss
                 amplitude[side][k], phase[side][k], covariance[side][k] = fit.amplitude, fit.phase, fit.covariance
                 size = mean_size(vectors[rows, k])

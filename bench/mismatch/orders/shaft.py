@@ -47,9 +47,9 @@ def over_shaft(seen: Periodicity, seed: int) -> list[Discovery]:
     ripple = [line for line in lines if line.order % PHASES == 0]
     other = [line for line in lines if line.order % PHASES != 0]
     out = []
-    for effect, own in ((RIPPLE, ripple), (UNNAMED, other)):
-        if own:
-            found = _of_shaft(seen, turns, effect, own)
+    for effect, of_effect in ((RIPPLE, ripple), (UNNAMED, other)):
+        if of_effect:
+            found = _of_shaft(seen, turns, effect, of_effect)
             if found is not None:
                 out.append(found)
     return out
@@ -69,15 +69,15 @@ def _of_shaft(seen: Periodicity, turns: Turns, effect: str, lines: Sequence[Line
         at = typical if line.model == ("motor_torque",) else 0.0
         vector, std = complex(line.amplitude[0]) * (at or 1.0), float(np.sqrt(line.variance[0])) * (at or 1.0)
         waves.append(replace(wave_of(line, 0), order=line.order * seen.ratio))
-        told = [
+        amplitudes = [
             parameter("a_rc", vector.real, "N*m", std),
             parameter("a_rs", vector.imag, "N*m", std),
             parameter("n", float(line.order), "1", None),
         ]
-        told += [parameter("tau_r", at, "N*m", None)] if at else []
+        amplitudes += [parameter("tau_r", at, "N*m", None)] if at else []
         if line is main:
-            parameters = [parameter("a_r", abs(vector), "N*m", std), *told]
-        by_symbol = {str(p["symbol"]): {"value": p["value"], "unit": p["unit"], "std": p["std"]} for p in told}
+            parameters = [parameter("a_r", abs(vector), "N*m", std), *amplitudes]
+        by_symbol = {str(p["symbol"]): {"value": p["value"], "unit": p["unit"], "std": p["std"]} for p in amplitudes}
         if effect == RIPPLE:
             rows.append({"effect": effect, "form": "ripple", "channels": [MOTOR_TORQUE], "parameters": by_symbol})
     if effect != RIPPLE:

@@ -95,9 +95,9 @@ def put_back(seen: Seen, known: Sequence[float]) -> Seen:
 def without(seen: Seen, known: Sequence[float], pulses: Sequence[Pulse]) -> Seen:
     """The revolutions less some pulses: vectors of the known orders, and everything else in the residual."""
     whole = put_back(seen, known)
-    own = [k for k, f in enumerate(seen.orders) if f in known or not _whole(f)]
-    orders = tuple(seen.orders[k] for k in own)
-    vectors, left = seen.vectors[:, own].copy(), whole.left.copy()
+    kept = [k for k, f in enumerate(seen.orders) if f in known or not _whole(f)]
+    orders = tuple(seen.orders[k] for k in kept)
+    vectors, left = seen.vectors[:, kept].copy(), whole.left.copy()
     fitted = {round(f) for f in orders if _whole(f)}
     every = np.arange(left.shape[1], dtype=np.float64)
     rest = np.array([k not in fitted for k in range(every.size)])
@@ -133,11 +133,11 @@ def rebuilt(model: TransmissionModel, pulses: Sequence[Pulse]) -> None:
             break
         found |= {w.order: w for w in fresh}
     whole = [f for f in found if f not in kept]
-    own = [round(f) for f in whole]
+    orders = [round(f) for f in whole]
     left = base.left.copy()
-    left[:, own] = 0.0
+    left[:, orders] = 0.0
     now = Seen(
-        (*base.orders, *whole), np.hstack([base.vectors, base.left[:, own]]), left, base.sigma, base.white, base.rest
+        (*base.orders, *whole), np.hstack([base.vectors, base.left[:, orders]]), left, base.sigma, base.white, base.rest
     )
     calibrated(model, now, known, found)
     assert model.periodic is not None

@@ -73,19 +73,19 @@ def of_orders(
     """
     if not orders:
         return None
-    told = sorted((_order(model, sight, f) for f in orders), key=lambda w: -w[1])
+    by_size = sorted((_order(model, sight, f) for f in orders), key=lambda w: -w[1])
     values = _evaluated(model, orders)
     if not strong(model, values):
         return None
     rows: list[Row] = []
     polynomial = [f for f in orders if model.periodic is not None and f in model.periodic.series.orders]
-    alone = [w for w, _ in told if w.order not in polynomial]
+    alone = [w for w, _ in by_size if w.order not in polynomial]
     if alone:
         told_waves = [wave.to_json() for w in alone for wave in w.waves()]
         rows.append({"effect": effect, "channels": [TRANSMISSION_ERROR], "waves": told_waves})
     if polynomial:
         rows.append({"effect": effect, "orders": sorted(polynomial)})
-    table = tuple(_table_row(model, w, size, gearbox) for w, size in told)
+    table = tuple(_table_row(model, w, size, gearbox) for w, size in by_size)
     term = LIBRARY[effect]
     out = Discovery(
         effect=effect,
@@ -95,14 +95,14 @@ def of_orders(
         words=term.name,
         equation=term.equation,
         variables=("angle",),
-        parameters=tuple(_parameters(told[0][0], told[0][1])),
+        parameters=tuple(_parameters(by_size[0][0], by_size[0][1])),
         added=values,
-        gain=float(sum(w.gain for w, _ in told)),
+        gain=float(sum(w.gain for w, _ in by_size)),
         p_value=p_value,
         simulation_rows=tuple(rows),
-        orders=tuple(w.order for w, _ in told),
+        orders=tuple(w.order for w, _ in by_size),
         table=table,
-        numbers=sum(2 * len(w.model) for w, _ in told),
+        numbers=sum(2 * len(w.model) for w, _ in by_size),
     )
     return replace(out, **extra)
 
@@ -112,11 +112,11 @@ def _order(model: TransmissionModel, sight: Sight, order: float) -> tuple[WeakOr
     assert model.periodic is not None
     vectors = sight.at(model, order)
     gain, which = sight.gains(vectors, order)
-    own = next((w for w in model.periodic.weak if w.order == order), None)
-    own = own or sight.estimated(vectors, order, which, gain)
-    own = replace(own, gain=gain)
+    estimate = next((w for w in model.periodic.weak if w.order == order), None)
+    estimate = estimate or sight.estimated(vectors, order, which, gain)
+    estimate = replace(estimate, gain=gain)
     shown = model.periodic.at_turns(model.own_turns, [order])[:, 0]
-    return own, float(np.sqrt(np.mean(np.abs(shown) ** 2)))
+    return estimate, float(np.sqrt(np.mean(np.abs(shown) ** 2)))
 
 
 def _evaluated(model: TransmissionModel, orders: Sequence[float]) -> FloatArray:
@@ -125,9 +125,9 @@ def _evaluated(model: TransmissionModel, orders: Sequence[float]) -> FloatArray:
     periodic, frame = model.periodic, model.rows.frame
     wanted = [wave for w in periodic.weak if w.order in orders for wave in w.waves()]
     out = waves.evaluate(wanted, frame.theta, frame) if wanted else np.zeros(frame.size)
-    own = [f for f in periodic.series.orders if f in orders]
-    if own:
-        part = periodic.series.less([f for f in periodic.series.orders if f not in own])
+    asked = [f for f in periodic.series.orders if f in orders]
+    if asked:
+        part = periodic.series.less([f for f in periodic.series.orders if f not in asked])
         out = out + Periodic(part, laws=periodic.laws).evaluate(frame)
     return np.asarray(out)
 
@@ -215,7 +215,7 @@ def _beyond_orders(model: TransmissionModel, pulses: Sequence[Pulse]) -> FloatAr
 
 def _pulse_row(pulse: Pulse) -> Row:
     angle, width, height = pulse.std or (None, None, None)
-    told = {
+    parameters = {
         "p": {"value": pulse.height, "unit": "rad", "std": height},
         "theta_p": {"value": pulse.angle, "unit": "rad", "std": angle},
         "w_p": {"value": pulse.width, "unit": "rad", "std": width},
@@ -224,7 +224,7 @@ def _pulse_row(pulse: Pulse) -> Row:
         "effect": "te.local_defect",
         "form": "gaussian",
         "channels": [TRANSMISSION_ERROR],
-        "parameters": told,
+        "parameters": parameters,
     }
 
 
@@ -279,7 +279,7 @@ def further(model: TransmissionModel, first: Discovery, second: Discovery) -> Di
     before, last = model.periodic.laws[-2:]
     both = replace(last, orders=tuple(dict.fromkeys((*before.orders, *last.orders))))
     number = np.where(model.inside, model.rows.number, 0.0)
-    parameters = tuple({**own, "symbol": f"{own['symbol']}_2"} for own in second.parameters)
+    parameters = tuple({**row, "symbol": f"{row['symbol']}_2"} for row in second.parameters)
     return replace(
         first,
         added=first.added + second.added,
@@ -338,8 +338,8 @@ def modulation_parameters(model: TransmissionModel, sight: Sight, found: Modulat
     pair = found.pairs[0]
     out = [parameter("f", pair.carrier, "1", None), parameter("m", pair.modulation, "1", None)]
     for name, f in zip(("lower", "upper"), pair.orders, strict=True):
-        own, size = _order(model, sight, f)
-        out.append(parameter(f"a_{name}", size, "rad", float(np.sqrt(np.mean(own.variances)))))
+        estimate, size = _order(model, sight, f)
+        out.append(parameter(f"a_{name}", size, "rad", float(np.sqrt(np.mean(estimate.variances)))))
     return tuple(out)
 
 

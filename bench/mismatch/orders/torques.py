@@ -131,8 +131,8 @@ def _discovery(
     )
 
 
-def _unnamed(line: Line, own: tuple[int, ...]) -> str:
-    grows = "in proportion to the load" if any("tau" in line.model[k] for k in own) else "with the output angle"
+def _unnamed(line: Line, terms: tuple[int, ...]) -> str:
+    grows = "in proportion to the load" if any("tau" in line.model[k] for k in terms) else "with the output angle"
     return f"order {line.order} of the output {grows}"
 
 
@@ -154,9 +154,9 @@ def _weighed(channel: str, effect: str, line: Line) -> tuple[float, tuple[Rival,
     return total, tuple(best.values())
 
 
-def _parameters(seen: Periodicity, effect: str, line: Line, own: tuple[int, ...]) -> list[Row]:
+def _parameters(seen: Periodicity, effect: str, line: Line, terms: tuple[int, ...]) -> list[Row]:
     """Parameters of the strongest order."""
-    k = own[0]
+    k = terms[0]
     vector, std = complex(line.amplitude[k]), float(np.sqrt(line.variance[k]))
     if effect == UNBALANCE:
         scale = seen.ratio if seen.channel == MOTOR_TORQUE else 1.0
@@ -208,5 +208,5 @@ def _row(
     effect: str, form: str, channel: str, values: Sequence[tuple[str, float, str]], wave: Wave, scale: float
 ) -> Row:
     std = None if wave.cosine_std is None else wave.cosine_std * scale
-    told = {s: {"value": v, "unit": u, "std": std if u != "1" else None} for s, v, u in values}
-    return {"effect": effect, "form": form, "channels": [channel], "parameters": told}
+    parameters = {s: {"value": v, "unit": u, "std": std if u != "1" else None} for s, v, u in values}
+    return {"effect": effect, "form": form, "channels": [channel], "parameters": parameters}

@@ -71,8 +71,8 @@ class Seen:
 
     def between(self) -> Complex:
         """Vectors of the residual at parts of an order (turns, HIGHEST_BETWEEN*PARTS + 1)."""
-        own = np.array([rest.between(HIGHEST_BETWEEN * PARTS) for rest in self.rest])
-        return np.asarray(own.reshape(len(self.rest), HIGHEST_BETWEEN * PARTS + 1))
+        power = np.array([rest.between(HIGHEST_BETWEEN * PARTS) for rest in self.rest])
+        return np.asarray(power.reshape(len(self.rest), HIGHEST_BETWEEN * PARTS + 1))
 
     def noise(self, orders: Sequence[float]) -> FloatArray:
         """Standard deviation of a component at some orders (turns, k)."""
@@ -146,14 +146,14 @@ def _rests(values: FloatArray, scale: float) -> bool:
 
 def seen(looks: Sequence[Look], turns: Sequence[Turn], y: FloatArray, orders: Sequence[float]) -> Seen:
     """Fit ``orders`` to ``y`` (n,) in each turn; the residual's spectrum and its noise."""
-    own = tuple(float(f) for f in orders)
-    shown = [look.fitted(y, np.asarray(own)) for look in looks]
-    vectors = np.array([one.vectors for one in shown]).reshape(len(turns), len(own))
+    asked = tuple(float(f) for f in orders)
+    shown = [look.fitted(y, np.asarray(asked)) for look in looks]
+    vectors = np.array([one.vectors for one in shown]).reshape(len(turns), len(asked))
     left = np.array([one.left for one in shown]).reshape(len(turns), HIGHEST_ORDER + 1)
     scatter = scattered(left, turns)
-    sigma = _levels(scatter, own)
-    noise = _coloured(scatter, sigma, turns, own)
-    return Seen(own, vectors, left, noise, np.array([one.white for one in shown]), tuple(one.rest for one in shown))
+    sigma = _levels(scatter, asked)
+    noise = _coloured(scatter, sigma, turns, asked)
+    return Seen(asked, vectors, left, noise, np.array([one.white for one in shown]), tuple(one.rest for one in shown))
 
 
 def scattered(left: Complex, turns: Sequence[Turn]) -> Complex:
@@ -165,10 +165,10 @@ def scattered(left: Complex, turns: Sequence[Turn]) -> Complex:
     out = left.copy()
     direction = directions(turns)
     for side in (1.0, -1.0):
-        own = direction == side
-        number = int(own.sum())
+        on_side = direction == side
+        number = int(on_side.sum())
         if number >= _FEWEST_ALIKE:
-            out[own] = (left[own] - left[own].mean(axis=0)) * np.sqrt(number / (number - 1.0))
+            out[on_side] = (left[on_side] - left[on_side].mean(axis=0)) * np.sqrt(number / (number - 1.0))
     return out
 
 
@@ -181,13 +181,13 @@ def _levels(left: Complex, orders: Sequence[float]) -> FloatArray:
     power = np.abs(left[:, free]) ** 2
     # the median of an exponential variable is ln 2 of its mean
     # row by row: of one dimension it is ten times as quick
-    level = np.array([median_filter(own, _NEIGHBOURS, mode="nearest") for own in power]).reshape(power.shape)
+    level = np.array([median_filter(line, _NEIGHBOURS, mode="nearest") for line in power]).reshape(power.shape)
     level /= np.log(2.0)
     middle = (free >= _LOW) & (free < _LOW + _MIDDLE)
     if middle.any():
         level[:, free <= _LOW] = np.median(power[:, middle], axis=1, keepdims=True) / np.log(2.0)
     every = np.arange(left.shape[1])
-    level = np.stack([np.interp(every, free, own) for own in level]) if len(level) else np.zeros(left.shape)
+    level = np.stack([np.interp(every, free, line) for line in level]) if len(level) else np.zeros(left.shape)
     return np.asarray(np.sqrt(np.maximum(level, 1e-300) / 2.0))
 
 
@@ -222,8 +222,8 @@ def _pooled(frequency: FloatArray, density: FloatArray) -> Mixture:
     """Noise whose spectrum comes nearest to the medians of ``density`` (n,) over ``frequency`` (n,) Hz."""
     edges = np.geomspace(frequency.min(), frequency.max() * 1.0001, _BINS + 1)
     number = np.digitize(frequency, edges) - 1
-    own = [(b, density[number == b]) for b in range(_BINS)]
-    kept = [(b, values) for b, values in own if values.size >= _FEWEST] or [(0, density)]
+    binned = [(b, density[number == b]) for b in range(_BINS)]
+    kept = [(b, values) for b, values in binned if values.size >= _FEWEST] or [(0, density)]
     centre = np.array([np.sqrt(edges[b] * edges[b + 1]) for b, _ in kept])
     level = np.array([np.median(values) / np.log(2.0) for _, values in kept])
     return fitted(centre, np.maximum(level, 1e-300), 1.0)

@@ -144,10 +144,10 @@ def search_between(
     # as many times more are looked at than there are whole orders
     while gain.max() > price + np.log(PARTS):
         k = int(np.argmax(gain))
-        own = stage.estimated(float(orders[k]), MODELS[which[k]], stage.vectors[:, k], float(shape[k]), float(gain[k]))
+        line = stage.estimated(float(orders[k]), MODELS[which[k]], stage.vectors[:, k], float(shape[k]), float(gain[k]))
         gain[np.abs(orders - orders[k]) < LEAK] = -np.inf
-        if stage.power(own) > criteria.LEAST_POWER * floor**2:
-            out.append(own)
+        if stage.power(line) > criteria.LEAST_POWER * floor**2:
+            out.append(line)
     return out
 
 
@@ -165,13 +165,13 @@ class Stage:
     @classmethod
     def of(cls, seen: Seen, turns: Sequence[Turn], train: NDArray[np.bool_]) -> Stage | None:
         """The training revolutions; None where they are too few."""
-        own = tuple(t for t, chosen in zip(turns, train, strict=True) if chosen)
-        if len(own) < criteria.FEWEST_TURNS:
+        trained = tuple(t for t, chosen in zip(turns, train, strict=True) if chosen)
+        if len(trained) < criteria.FEWEST_TURNS:
             return None
         sigma = seen.sigma[train]
         shape = np.median(sigma, axis=0)
         scale = np.median(sigma / shape, axis=1)
-        return cls(own, seen.left[train] / scale[:, None], scale, shape)
+        return cls(trained, seen.left[train] / scale[:, None], scale, shape)
 
     def gains(self, vectors: Complex) -> tuple[FloatArray, NDArray[np.int64]]:
         """Gain of each order's best model on revolutions left out, and which it is (orders,)."""

@@ -105,8 +105,8 @@ class Candidate:
 def stairs(covered: Range, temperature: float | None = None) -> Iterator[Candidate]:
     """A staircase of torque through both signs up to the largest; none where torques of one sign were driven only."""
     if covered.torque > 0.0 and len(covered.torque_sides) == 2:
-        told = (("steps", f"{STEPS}"), ("hold", f'"{HOLD_S:g} s"'))
-        yield Candidate("torque_ramp", covered.torque, 0.5 * covered.fastest * covered.sides[0], temperature, told)
+        options = (("steps", f"{STEPS}"), ("hold", f'"{HOLD_S:g} s"'))
+        yield Candidate("torque_ramp", covered.torque, 0.5 * covered.fastest * covered.sides[0], temperature, options)
 
 
 def reversals(
@@ -114,9 +114,9 @@ def reversals(
 ) -> Iterator[Candidate]:
     """Reversals by an ``amplitude`` (rad) under preloads; none where only one direction was driven."""
     if len(covered.sides) == 2:
-        told = (("amplitude", f'"{np.degrees(amplitude):g} deg"'), ("cycles", f"{CYCLES}"))
+        options = (("amplitude", f'"{np.degrees(amplitude):g} deg"'), ("cycles", f"{CYCLES}"))
         for torque in torques:
-            yield Candidate("reversal", torque, 0.3 * covered.fastest, temperature, told)
+            yield Candidate("reversal", torque, 0.3 * covered.fastest, temperature, options)
 
 
 def candidates(covered: Range) -> Iterator[Candidate]:

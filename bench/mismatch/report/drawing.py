@@ -84,9 +84,9 @@ def _curve(axis: Axes, pair: Pair, added: FloatArray) -> None:
     """What the finding adds: its mean over the abscissa, of each direction."""
     label = "the finding"
     for side in (1, -1):
-        own = pair.direction * side > 0
-        if own.any():
-            x, mean = _means(pair.x[own], added[own], pair.logarithmic)
+        on_side = pair.direction * side > 0
+        if on_side.any():
+            x, mean = _means(pair.x[on_side], added[on_side], pair.logarithmic)
             axis.plot(x, mean, "--", color=_INK, lw=1.2, label=label)
             label = "_nolegend_"
     axis.legend(fontsize=8.0, frameon=False, loc="best")
@@ -104,12 +104,12 @@ def _limit(axis: Axes, pair: Pair) -> None:
 def _cloud(axis: Axes, pair: Pair, values: FloatArray, shown: NDArray[np.int64]) -> None:
     """Points of both directions, with the mean over the abscissa as a line each."""
     for side, colour, name in ((1, FORWARD, "positive direction"), (-1, BACKWARD, "negative direction")):
-        own = pair.direction * side > 0
-        if not own.any():
+        on_side = pair.direction * side > 0
+        if not on_side.any():
             continue
-        chosen = shown[own[shown]]
+        chosen = shown[on_side[shown]]
         axis.plot(pair.x[chosen], values[chosen], ".", ms=2.5, color=colour, alpha=0.35, rasterized=True)
-        x, mean = _means(pair.x[own], values[own], pair.logarithmic)
+        x, mean = _means(pair.x[on_side], values[on_side], pair.logarithmic)
         axis.plot(x, mean, color=colour, lw=1.8, label=name)
     if (pair.direction > 0).any() and (pair.direction < 0).any():
         axis.legend(fontsize=8.0, frameon=False, loc="best")

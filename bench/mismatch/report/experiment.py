@@ -20,20 +20,20 @@ from bench.whole import write_whole
 def proposed(findings: Sequence[Finding], data: Dataset, out: Path) -> tuple[Finding, ...]:
     """The findings, those that are ambiguous or unknown with an experiment each; writes ``next-1.toml`` and so on."""
     covered = Range.of(data)
-    told: list[Finding] = []
+    complete: list[Finding] = []
     number = 0
     for finding in findings:
         asked = _proposal(finding, data, covered) if finding.open else None
         if asked is None:
-            told.append(finding)
+            complete.append(finding)
             continue
         number += 1
         name = f"next-{number}.toml"
         out.mkdir(parents=True, exist_ok=True)
         write_whole(out / name, campaign(finding.name, number, asked.points))
         points = tuple(p.to_json() for p in asked.points)
-        told.append(replace(finding, next_experiment=NextExperiment(asked.why, name, points)))
-    return tuple(told)
+        complete.append(replace(finding, next_experiment=NextExperiment(asked.why, name, points)))
+    return tuple(complete)
 
 
 def _proposal(finding: Finding, data: Dataset, covered: Range) -> Proposal | None:

@@ -115,9 +115,9 @@ def conclude(outcomes: Sequence[ChannelOutcome], data: Dataset) -> tuple[Finding
             if found.effect == UNNAMED:
                 key = (outcome.channel, _auxiliary(found))
             groups.setdefault(key, []).append((figures.strength(found, outcome), found, outcome))
-    told = [sorted(group, key=lambda one: -one[0]) for group in groups.values()]
-    told.sort(key=lambda group: -group[0][0])
-    return tuple(_finding([one[1] for one in group], group[0][2], data) for group in told)
+    sorted_groups = [sorted(group, key=lambda one: -one[0]) for group in groups.values()]
+    sorted_groups.sort(key=lambda group: -group[0][0])
+    return tuple(_finding([one[1] for one in group], group[0][2], data) for group in sorted_groups)
 
 
 def _symbol(found: Discovery) -> str:
@@ -135,8 +135,8 @@ def made_of(finding: Finding) -> tuple[str, ...]:
     return _auxiliaries(finding.discovery.variables)
 
 
-def _auxiliaries(own: Sequence[str]) -> tuple[str, ...]:
-    parts = [p for name in own if name.startswith(AUXILIARY) for p in parts_of(name.removeprefix(AUXILIARY))]
+def _auxiliaries(variables: Sequence[str]) -> tuple[str, ...]:
+    parts = [p for name in variables if name.startswith(AUXILIARY) for p in parts_of(name.removeprefix(AUXILIARY))]
     return tuple(dict.fromkeys(AUXILIARY + part for part in parts))
 
 
@@ -183,23 +183,23 @@ def _why_not(rival: Rival) -> str:
         return "the recordings cannot tell the two apart: nothing in them differs between these"
     error = f" ± {rival.error:.1f}" if np.isfinite(rival.error) else ""
     more = "less" if rival.loss >= 0 else "more"
-    told = f"refitted in its place it gives points left out {abs(rival.loss):.1f}{error} {more} log density"
+    text = f"refitted in its place it gives points left out {abs(rival.loss):.1f}{error} {more} log density"
     if np.isfinite(rival.weight):
         sure = f"below {LEAST_WEIGHT:g}" if rival.weight < LEAST_WEIGHT else f"{rival.weight:.2g}"
-        told += f"; probability {sure} that it predicts best"
-    return told + ("; the recordings cannot tell the two apart" if rival.as_good else "")
+        text += f"; probability {sure} that it predicts best"
+    return text + ("; the recordings cannot tell the two apart" if rival.as_good else "")
 
 
 def _together(excesses: Sequence[FloatArray | None]) -> FloatArray | None:
-    known = [own for own in excesses if own is not None]
+    known = [excess for excess in excesses if excess is not None]
     return np.asarray(np.sum(known, axis=0)) if known and len(known) == len(excesses) else None
 
 
 def _merged(discoveries: Iterable[Discovery]) -> list[Discovery]:
     """Discoveries of a channel, those of one effect as one: what they add is the sum, the strongest gives the rest."""
     groups: dict[object, list[Discovery]] = {}
-    for own in discoveries:
-        groups.setdefault((own.effect, _symbol(own), _auxiliary(own)), []).append(own)
+    for discovery in discoveries:
+        groups.setdefault((discovery.effect, _symbol(discovery), _auxiliary(discovery)), []).append(discovery)
     out = []
     for group in groups.values():
         first = max(group, key=lambda d: d.gain)

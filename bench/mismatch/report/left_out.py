@@ -41,8 +41,8 @@ def table(rows: Sequence[LeftOut]) -> str:
     for row in rows:
         sure = "" if row.confidence is None else f" ({row.confidence:.2f})"
         pair = "–" if row.rmse_without is None else f"{_number(row.rmse_without)} → {_number(row.rmse_found)}"
-        told = f"| `{row.effect}` | {row.channel} | {row.outcome}{sure} | {pair} | {_number(row.noise_floor)} |"
-        lines.append(f"{told} {said(row)} |")
+        line = f"| `{row.effect}` | {row.channel} | {row.outcome}{sure} | {pair} | {_number(row.noise_floor)} |"
+        lines.append(f"{line} {said(row)} |")
     return "\n".join(lines)
 
 

@@ -36,10 +36,10 @@ def _left(report: Report) -> str:
         before, after = _ratio(outcome, "before"), _ratio(outcome, "after")
         if after is None:
             continue
-        told = f"{after:.2f} times the noise"
+        text = f"{after:.2f} times the noise"
         if before is not None and f"{before:.2f}" != f"{after:.2f}":
-            told = f"{before:.2f} → {told}"
-        parts.append(f"{in_words(outcome.channel)} {told}")
+            text = f"{before:.2f} → {text}"
+        parts.append(f"{in_words(outcome.channel)} {text}")
     return f"Left on recordings held out: {'; '.join(parts)}." if parts else ""
 
 
@@ -51,10 +51,10 @@ def _sure(report: Report) -> str:
     unknown = sum(f.status == UNKNOWN for f in report.findings)
     named = len(report.findings) - unsure - unknown
     counts = ((named, "named"), (unsure, "ambiguous"), (unknown, "unknown"))
-    told = [f"{count} {word}" for count, word in counts if count]
+    counted = [f"{count} {word}" for count, word in counts if count]
     asked = next((f.next_experiment for f in report.findings if f.next_experiment is not None), None)
     more = "" if asked is None else f" Next: bench run {asked.file}."
-    return f"Findings: {', '.join(told)}.{more}"
+    return f"Findings: {', '.join(counted)}.{more}"
 
 
 def picture(report: Report) -> str:

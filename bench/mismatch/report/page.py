@@ -62,10 +62,10 @@ def page(report: Report) -> str:
         '<meta charset="utf-8"><meta name="viewport" content="width=device-width,initial-scale=1">'
         f"<title>{_e(verdict)}: simulation against recordings</title><style>{STYLE}</style>"
     )
-    told = "".join(body)
+    content = "".join(body)
     if report.data.linear:
-        told = in_metres(told)
-    return f'<!doctype html><html lang="en"><head>{head}</head><body>{told}</body></html>\n'
+        content = in_metres(content)
+    return f'<!doctype html><html lang="en"><head>{head}</head><body>{content}</body></html>\n'
 
 
 def _e(text: object) -> str:
@@ -85,9 +85,9 @@ def _missing(why: str) -> str:
 
 
 def _compared(report: Report) -> str:
-    own = report.simulation
-    of = f"{own.kind} simulation" + (f" of {own.file}" if own.file else "")
-    anew = ", ".join(own.recalibrated) or "nothing"
+    simulation = report.simulation
+    of = f"{simulation.kind} simulation" + (f" of {simulation.file}" if simulation.file else "")
+    anew = ", ".join(simulation.recalibrated) or "nothing"
     return f'<p class="dim">Compared: {_e(of)}. Calibrated anew on the recordings: {_e(anew)}.</p>'
 
 
@@ -103,11 +103,11 @@ def _channels(report: Report) -> str:
         if n not in names
         for o in report.outcomes
     }
-    told = "".join(f'<p class="dim">{_e(_capital(n))}: {_missing(why)}.</p>' for n, why in missing.items())
+    absent = "".join(f'<p class="dim">{_e(_capital(n))}: {_missing(why)}.</p>' for n, why in missing.items())
     return (
         '<h3>What is left on held-out recordings, root mean square per sample</h3><div class="wide"><table><tr>'
         f"<th>channel<th>noise{head}<th>unit<th>improved / noise<th>chance that noise looks so</tr>{rows}</table></div>"
-        f"{told}{_methods(report.outcomes)}"
+        f"{absent}{_methods(report.outcomes)}"
     )
 
 
@@ -143,11 +143,11 @@ def _with_std(outcome: ChannelOutcome, scale: float) -> str:
 
 
 def _methods(outcomes: Sequence[ChannelOutcome]) -> str:
-    told = []
+    methods = []
     for o in outcomes:
         tested = f"; what is left: {o.structure.method}" if o.structure is not None else ""
-        told.append(f"{_capital(in_words(o.channel))}: noise from {o.floor_method}{tested}")
-    lines = "".join(f'<p class="dim">{_e(line)}.</p>' for line in told)
+        methods.append(f"{_capital(in_words(o.channel))}: noise from {o.floor_method}{tested}")
+    lines = "".join(f'<p class="dim">{_e(line)}.</p>' for line in methods)
     return f'<details><summary class="dim">How noise and what is left were judged</summary>{lines}</details>'
 
 
@@ -195,8 +195,8 @@ def _evidence(finding: Finding, report: Report) -> str:
     of = "Held-out residual" if finding.held_out else "Residual of what was fitted (no recording could be held out)"
     sizes = []
     for value, words in ((finding.before, "without it"), (finding.after, "with it")):
-        told = _missing(reasons.of_rmse(finding)) if value is None else f"{scale * value:.4g} {_e(unit)}"
-        sizes.append(f"{told} {words}")
+        text = _missing(reasons.of_rmse(finding)) if value is None else f"{scale * value:.4g} {_e(unit)}"
+        sizes.append(f"{text} {words}")
     share = finding.share_of_excess
     part = (
         f"share of the energy above the noise {_missing(reasons.of_share(finding))}"
@@ -215,8 +215,8 @@ def _where(finding: Finding) -> str:
     if not names:
         return ""
     more = len(names) - MOST_NAMES
-    told = ", ".join(names[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
-    return f" Strongest in {_e(told)}."
+    listed = ", ".join(names[:MOST_NAMES]) + (f" and {more} more" if more > 0 else "")
+    return f" Strongest in {_e(listed)}."
 
 
 def _table(table: Sequence[Mapping[str, Any]]) -> str:
@@ -239,7 +239,7 @@ def _told(value: Any) -> str:
     if isinstance(value, list | tuple):
         return ", ".join(map(_told, value))
     if isinstance(value, Mapping):
-        return ", ".join(f"{key} {_told(own)}" for key, own in value.items())
+        return ", ".join(f"{key} {_told(entry)}" for key, entry in value.items())
     return str(value)
 
 
@@ -250,18 +250,18 @@ def _alternatives(finding: Finding, report: Report) -> str:
     return f"<h3>Why not another</h3><ul>{items}</ul>"
 
 
-def _alternative(own: Alternative, finding: Finding, report: Report) -> str:
+def _alternative(alternative: Alternative, finding: Finding, report: Report) -> str:
     unit, scale = _units(report)[finding.channel]
-    left = _missing(reasons.NO_RIVAL_ROWS) if own.rmse is None else f"{scale * own.rmse:.4g} {_e(unit)}"
+    left = _missing(reasons.NO_RIVAL_ROWS) if alternative.rmse is None else f"{scale * alternative.rmse:.4g} {_e(unit)}"
     of = "held-out residual" if finding.held_out else "residual of what was fitted"
-    return f"{_e(_capital(own.name))}: {_e(own.why_not)}; {of} {left}."
+    return f"{_e(_capital(alternative.name))}: {_e(alternative.why_not)}; {of} {left}."
 
 
 def _next(proposed: NextExperiment | None) -> str:
     if proposed is None:
         return ""
-    told = f"{_e(_capital(proposed.why))}. <code>bench run {_e(proposed.file)}</code>"
-    return f"<h3>Next experiment</h3><p>{told}</p>"
+    text = f"{_e(_capital(proposed.why))}. <code>bench run {_e(proposed.file)}</code>"
+    return f"<h3>Next experiment</h3><p>{text}</p>"
 
 
 def _left_out(report: Report) -> str:

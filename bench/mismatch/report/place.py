@@ -60,10 +60,10 @@ class Place:
 
 def place(discovery: Discovery, outcome: ChannelOutcome, data: Dataset) -> Place:
     """The place of a discovery, by the energy of what it adds on the rows that are compared."""
-    own = _energy(discovery, outcome)
-    told = [variable(name) for name in discovery.variables]
-    depends = tuple(name for name in RANGES if any(v.range == name for v in told))
-    acting = _rate(discovery, outcome) if discovery.channel == TEMPERATURE_CHANNEL and depends else own
+    energies = _energy(discovery, outcome)
+    quantities = [variable(name) for name in discovery.variables]
+    depends = tuple(name for name in RANGES if any(v.range == name for v in quantities))
+    acting = _rate(discovery, outcome) if discovery.channel == TEMPERATURE_CHANNEL and depends else energies
     frame, usable = outcome.rows.frame, outcome.usable & (outcome.rows.number > 0)
     span = {name: _span(levels(frame, name)[usable]) for name in RANGES}
     ranges = span | _ranges(discovery, outcome, acting, depends)
@@ -71,15 +71,15 @@ def place(discovery: Discovery, outcome: ChannelOutcome, data: Dataset) -> Place
     return Place(
         ranges,
         span,
-        _direction(frame, own, weight),
+        _direction(frame, energies, weight),
         depends,
         {name: _outside(levels(frame, name), weight, ranges[name]) for name in depends},
         discovery.orders,
         discovery.angle_windows,
-        _time_window(discovery, frame, own, any(v.range == TIME for v in told), data.folder.start),
-        tuple(data.name(r) for r in strongest(frame, own)),
+        _time_window(discovery, frame, energies, any(v.range == TIME for v in quantities), data.folder.start),
+        tuple(data.name(r) for r in strongest(frame, energies)),
         tuple(name for name, by in MEASURED_BY.items() if not set(by) & data.present),
-        tuple(dict.fromkeys(v.words for v in told if v.words)),
+        tuple(dict.fromkeys(v.words for v in quantities if v.words)),
     )
 
 
@@ -89,16 +89,16 @@ def _energy(discovery: Discovery, outcome: ChannelOutcome) -> FloatArray:
     An effect that acts just after a start or a reversal has its energy also at the rows that are not compared because
     the speed changes fast: as much as it adds to as many samples.
     """
-    own = energy(discovery, outcome)
+    plain_energy = energy(discovery, outcome)
     if discovery.effect == UNNAMED or tuple(discovery.variables) != JUST_AFTER:
-        return own
+        return plain_energy
     rows, frame = outcome.rows, outcome.rows.frame
     lasting = (rows.number > 0) & (frame.step > 0)
     if not lasting.any():
-        return own
+        return plain_energy
     missing = np.where(frame.direction != 0, frame.step * np.median(rows.number[lasting] / frame.step[lasting]), 0.0)
     beyond = discovery.added if discovery.excess is None else discovery.excess
-    return np.asarray(np.where(outcome.usable & (rows.number > 0), own, beyond**2 * missing))
+    return np.asarray(np.where(outcome.usable & (rows.number > 0), plain_energy, beyond**2 * missing))
 
 
 def _ranges(
@@ -119,8 +119,8 @@ def _ranges(
     out: dict[str, Range] = {}
     # each alone holds so much that all together hold nine tenths; then each is tightened inside the others
     alone = 1.0 - (1.0 - HELD) / max(len(depends), 1)
-    for name, own in values.items():
-        found = interval(own, acting, alone * total) if total > 0.0 else None
+    for name, values_of_rows in values.items():
+        found = interval(values_of_rows, acting, alone * total) if total > 0.0 else None
         if found is not None:
             out[name] = found
     for name in list(out) if len(out) > 1 else []:
@@ -147,14 +147,14 @@ def _span(values: FloatArray) -> Range:
     return (float(values.min()), float(values.max())) if values.size else (0.0, 0.0)
 
 
-def _outside(values: FloatArray, weight: FloatArray, own: Range) -> Range:
+def _outside(values: FloatArray, weight: FloatArray, inside: Range) -> Range:
     """Shares of the samples that lie below and above a range."""
     total = max(float(weight.sum()), 1e-300)
-    below, above = float(weight[values < own[0]].sum()), float(weight[values > own[1]].sum())
+    below, above = float(weight[values < inside[0]].sum()), float(weight[values > inside[1]].sum())
     return below / total, above / total
 
 
-def _direction(frame: Frame, own: FloatArray, weight: FloatArray) -> str:
+def _direction(frame: Frame, energies_of_rows: FloatArray, weight: FloatArray) -> str:
     """The direction that holds nine tenths of the energy, not only because the bench ran mostly that way, or warmed up
     at a speed of no other recording: both are asked where both directions were driven.
     """
@@ -169,7 +169,7 @@ def _direction(frame: Frame, own: FloatArray, weight: FloatArray) -> str:
     both = [alike & side for side in (forward, ~forward)]
     if not all(rows.any() for rows in both):
         both = [forward, ~forward]
-    energies = [float(own[rows].sum()) for rows in both]
+    energies = [float(energies_of_rows[rows].sum()) for rows in both]
     means = [e / max(float(weight[rows].sum()), 1e-300) for e, rows in zip(energies, both, strict=True)]
     for side, name in enumerate((POSITIVE, NEGATIVE)):
         if energies[side] >= HELD * sum(energies) > 0.0 and means[side] >= HELD * sum(means):
@@ -177,16 +177,16 @@ def _direction(frame: Frame, own: FloatArray, weight: FloatArray) -> str:
     return BOTH
 
 
-def _time_window(discovery: Discovery, frame: Frame, own: FloatArray, depends: bool, start: float) -> Range | None:
+def _time_window(discovery: Discovery, frame: Frame, energies: FloatArray, depends: bool, start: float) -> Range | None:
     window = discovery.time_window
     if window is None and depends:
-        window = interval(frame.time, own, HELD * float(own.sum()))
+        window = interval(frame.time, energies, HELD * float(energies.sum()))
     return None if window is None else (start + window[0], start + window[1])
 
 
-def strongest(frame: Frame, own: FloatArray) -> list[int]:
+def strongest(frame: Frame, energies: FloatArray) -> list[int]:
     """Recordings of the largest energy, in order: the fewest that hold ``HELD`` of it."""
-    held = np.maximum(np.bincount(frame.recording, own), 0.0)
+    held = np.maximum(np.bincount(frame.recording, energies), 0.0)
     order = np.argsort(-held, kind="stable")
     total = np.cumsum(held[order])
     if total.size == 0 or total[-1] <= 0.0:
@@ -199,7 +199,7 @@ def _iso(posix: float) -> str:
 
 
 def _told(ranges: dict[str, Range], where: Place) -> dict[str, Any]:
-    return {name: None if name in where.unmeasured else list(own) for name, own in ranges.items()}
+    return {name: None if name in where.unmeasured else list(limits) for name, limits in ranges.items()}
 
 
 MEASURED_BY = {TORQUE: ("load_torque", "load_motor_torque"), TEMPERATURE: ("temperature",)}

@@ -68,9 +68,9 @@ def _over_variable(finding: Finding, data: Dataset, unit: str, scale: float) -> 
     if finding.channel == TEMPERATURE:
         added, after = _centred(added, frame, rows), _centred(after, frame, rows)
     if name in COURSES:
-        told = strongest(frame, np.where(rows, added**2 * outcome.rows.number, 0.0))[:1]
-        rows &= np.isin(frame.recording, told)
-        label += "".join(f", recording {data.name(r)}" for r in told)
+        shown = strongest(frame, np.where(rows, added**2 * outcome.rows.number, 0.0))[:1]
+        rows &= np.isin(frame.recording, shown)
+        label += "".join(f", recording {data.name(r)}" for r in shown)
     if drawn_over.range == VELOCITY:
         near = np.abs(frame.velocity) <= BEYOND * finding.place.ranges[VELOCITY][1]
         rows = rows & near if (rows & near).any() else rows
@@ -178,13 +178,13 @@ def _shaft(finding: Finding, data: Dataset, unit: str) -> Pair | None:
     squares = np.where(held, np.abs(np.where(held, amplitude, 0.0)) ** 2, 0.0).sum(axis=0)[shown]
     before = np.sqrt(squares / held.sum(axis=0)[shown])
     ratio = data.ratio
-    own = np.isin(shown, [round(f / ratio) for f in finding.discovery.orders])
+    of_finding = np.isin(shown, [round(f / ratio) for f in finding.discovery.orders])
     titles = ("measured", "of it, the finding's orders")
     label = "order per revolution of the motor"
     return Pair(
         shown.astype(np.float64),
         before,
-        np.where(own, before, 0.0),
+        np.where(of_finding, before, 0.0),
         np.ones(shown.size),
         label,
         unit,

@@ -18,8 +18,8 @@ class Report(Content):
     @property
     def sentence(self) -> str:
         """The verdict in one sentence."""
-        told = sentence(self)
-        return in_metres(told) if self.data.linear else told
+        text = sentence(self)
+        return in_metres(text) if self.data.linear else text
 
     def to_json(self) -> dict[str, Any]:
         """The mismatch report 1.1."""

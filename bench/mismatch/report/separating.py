@@ -42,15 +42,15 @@ RIDGE = 1e-9
 
 def separating(finding: Finding, covered: Range, ratio: float) -> Proposal | None:
     """The points at which a finding and its equals differ most, each refitted; None where none tells them apart."""
-    own = truth_of(finding.discovery)
+    truth = truth_of(finding.discovery)
     rivals = [a.effect for a in finding.alternatives if a.as_good and is_regressor(a.effect, finding.channel)]
     rivals = list(dict.fromkeys(e for e in rivals if e != finding.effect))[:MOST_RIVALS]
-    if own is None or not rivals or finding.channel == TEMPERATURE:
+    if truth is None or not rivals or finding.channel == TEMPERATURE:
         return None
-    measured = Measured.of(finding, own.term.effect)
+    measured = Measured.of(finding, truth.term.effect)
     listed = list(candidates(covered))
     frames = [frame_of(c, covered, ratio) for c in listed]
-    looks = [look for effect in rivals for look in both_ways(measured, own, effect, frames)]
+    looks = [look for effect in rivals for look in both_ways(measured, truth, effect, frames)]
     if not looks:
         return None
     chosen: list[int] = []
@@ -99,8 +99,8 @@ class Measured:
 
     def design(self, frame: Frame, term: Named) -> FloatArray:
         """Columns (n, k) of the simulation and a term; finite ones."""
-        own = [r.columns(frame) for r in (*self.base, term)]
-        stacked = np.hstack(own)
+        columns = [r.columns(frame) for r in (*self.base, term)]
+        stacked = np.hstack(columns)
         return np.where(np.isfinite(stacked), stacked, 0.0)
 
 
@@ -158,17 +158,17 @@ def _at(measured: Measured, term: Named, truth: FloatArray) -> Fit | None:
 
 
 def both_ways(
-    measured: Measured, own: Truth, effect: str, frames: Sequence[Frame], most_rows: int | None = None
+    measured: Measured, truth: Truth, effect: str, frames: Sequence[Frame], most_rows: int | None = None
 ) -> list[Look]:
     """The rival where the finding is true, and the finding where the rival is true; of each frame ``most_rows`` count,
     spread evenly, all where None.
     """
-    wrong = fitted_to(measured, effect, own.on(measured.frame))
+    wrong = fitted_to(measured, effect, truth.on(measured.frame))
     if wrong is None:
         return []
     other = Truth(wrong.term, wrong.own())
-    back = fitted_to(measured, own.term.effect, other.on(measured.frame))
-    looks = [Look(measured, own, wrong, frames, most_rows)]
+    back = fitted_to(measured, truth.term.effect, other.on(measured.frame))
+    looks = [Look(measured, truth, wrong, frames, most_rows)]
     return looks if back is None else [*looks, Look(measured, other, back, frames, most_rows)]
 
 

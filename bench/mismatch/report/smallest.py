@@ -15,11 +15,11 @@ def interval(values: FloatArray, energy: FloatArray, least: float) -> tuple[floa
 
     ``values`` (n,) and ``energy`` (n,) of the rows. Its ends are values of rows.
     """
-    own = energy > 0
-    if not own.any():
+    acting = energy > 0
+    if not acting.any():
         return None
-    places, number = np.unique(values[own], return_inverse=True)
-    held = np.bincount(number, energy[own])
+    places, number = np.unique(values[acting], return_inverse=True)
+    held = np.bincount(number, energy[acting])
     total = np.concatenate(([0.0], np.cumsum(held)))
     if total[-1] < least * (1.0 - ROUNDING):
         return None
@@ -39,17 +39,17 @@ def steps(
     The mean of ``added`` in each of ``parts`` equal parts of the range of ``values``, weighted, joined by lines; the
     energy of a line is its slope, less the median slope (what a straight line can say), squared, times its length.
     """
-    own = weight > 0
-    low, high = float(values[own].min()), float(values[own].max())
+    acting = weight > 0
+    low, high = float(values[acting].min()), float(values[acting].max())
     if high <= low:
         return np.zeros(0), np.zeros(0), np.zeros(0)
-    number = np.minimum(((values[own] - low) / (high - low) * parts).astype(int), parts - 1)
-    count = np.bincount(number, weight[own], parts)
+    number = np.minimum(((values[acting] - low) / (high - low) * parts).astype(int), parts - 1)
+    count = np.bincount(number, weight[acting], parts)
     full = np.flatnonzero(count > 0)
     if full.size < 2:
         return np.zeros(0), np.zeros(0), np.zeros(0)
-    place = np.bincount(number, values[own] * weight[own], parts)[full] / count[full]
-    mean = np.bincount(number, added[own] * weight[own], parts)[full] / count[full]
+    place = np.bincount(number, values[acting] * weight[acting], parts)[full] / count[full]
+    mean = np.bincount(number, added[acting] * weight[acting], parts)[full] / count[full]
     length = np.diff(place)
     slope = np.diff(mean) / length
     order = np.argsort(slope)

@@ -39,23 +39,23 @@ def equation(finding: Finding) -> str:
     """The equation as HTML, and what its symbols are."""
     text = finding.discovery.equation
     known = QUANTITIES | meanings(finding.effect)
-    told = [(name, known[name]) for name in names_of(text) if name in known]
-    rows = "".join(f"<dt>{symbol(name)}</dt><dd>{html.escape(what)}</dd>" for name, what in told)
+    used = [(name, known[name]) for name in names_of(text) if name in known]
+    rows = "".join(f"<dt>{symbol(name)}</dt><dd>{html.escape(what)}</dd>" for name, what in used)
     legend = f"<details><summary class='dim'>What the symbols are</summary><dl>{rows}</dl></details>" if rows else ""
     return f'<p class="equation">{mathml(text)}</p>{legend}'
 
 
 def meanings(effect: str) -> dict[str, str]:
     """What each parameter of an effect of the library is, by symbol; empty where it is none of the library."""
-    return {own: meaning for own, meaning in _known(effect) if meaning}
+    return {symbol: meaning for symbol, meaning in _known(effect) if meaning}
 
 
 def _known(effect: str) -> Iterator[tuple[str, str]]:
     term = LIBRARY.get(effect)
     for forms in term.forms.values() if term is not None else ():
         for form in forms:
-            for own in (*form.linear, *form.nonlinear):
-                yield own.symbol, own.meaning
+            for parameter in (*form.linear, *form.nonlinear):
+                yield parameter.symbol, parameter.meaning
 
 
 def parameters(finding: Finding, linear: bool) -> str:
@@ -71,10 +71,10 @@ def parameters(finding: Finding, linear: bool) -> str:
         if linear and value is not None:
             size, spread, unit = figure(value), figure(std) if std is not None else "–", "" if si == "1" else plain(si)
         doubt = f" ± {spread}" if std is not None else f" (± {_missing(reasons.NO_STD)})"
-        told = _missing(reasons.NO_VALUE) if value is None else f"{size}{doubt}"
+        text = _missing(reasons.NO_VALUE) if value is None else f"{size}{doubt}"
         name = str(p["symbol"])
         what = html.escape(known.get(name, ""))
-        rows.append(f"<tr><td>{html.escape(name)}</td><td>{told}</td><td>{html.escape(unit)}</td><td>{what}</td></tr>")
+        rows.append(f"<tr><td>{html.escape(name)}</td><td>{text}</td><td>{html.escape(unit)}</td><td>{what}</td></tr>")
     hidden = len(found) - MOST_PARAMETERS
     more = f'<p class="dim">and {hidden} more in report.json</p>' if hidden > 0 else ""
     head = "<th>symbol<th>value<th>unit<th>what it is"

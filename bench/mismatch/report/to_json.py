@@ -33,7 +33,7 @@ def to_json(report: Content) -> dict[str, Any]:
             "rejected": [{"file": file, "why": why} for file, why in report.data.rejected],
         },
         "channels": [channel(outcome) for outcome in report.outcomes],
-        "findings": [finding(own) for own in report.findings],
+        "findings": [finding(one) for one in report.findings],
         "notes": [*report.data.notes, *report.skipped, *(n for o in report.outcomes for n in o.notes)],
     }
     if report.why:
@@ -48,7 +48,7 @@ def to_json(report: Content) -> dict[str, Any]:
 
 def channel(outcome: ChannelOutcome) -> dict[str, Any]:
     """A compared channel."""
-    told = outcome.structure
+    tested = outcome.structure
     out: dict[str, Any] = {
         "channel": outcome.channel,
         "unit": CHANNEL_UNITS[outcome.channel],
@@ -56,41 +56,41 @@ def channel(outcome: ChannelOutcome) -> dict[str, Any]:
         "noise_floor_std": outcome.floor_std,
         "noise_floor_method": outcome.floor_method,
         **{f"held_out_rmse_{name}": outcome.rmse.get(name) for name in SCORES},
-        "structure": None if told is None else {"p_value": told.p_value, "method": told.method},
+        "structure": None if tested is None else {"p_value": tested.p_value, "method": tested.method},
     }
     if not np.any(outcome.held_out):
         out |= {f"in_sample_rmse_{name}": outcome.in_sample.get(name) for name in SCORES}
     return out
 
 
-def finding(own: Finding) -> dict[str, Any]:
+def finding(one: Finding) -> dict[str, Any]:
     """A finding; its root mean squares bear the name of the recordings they are of."""
-    found = own.discovery
-    label = "held_out_rmse" if own.held_out else "in_sample_rmse"
+    found = one.discovery
+    label = "held_out_rmse" if one.held_out else "in_sample_rmse"
     evidence: dict[str, Any] = {"held_out_rmse_before": None, "held_out_rmse_after": None}
-    evidence |= {f"{label}_before": own.before, f"{label}_after": own.after, "p_value": found.p_value}
+    evidence |= {f"{label}_before": one.before, f"{label}_after": one.after, "p_value": found.p_value}
     out: dict[str, Any] = {
-        "effect": own.effect,
-        "name": own.name,
+        "effect": one.effect,
+        "name": one.name,
         "words": found.words,
-        "status": own.status,
+        "status": one.status,
         "confidence": found.confidence,
-        "channel": own.channel,
-        "also_in": list(own.also_in),
-        "location": place.to_json(own.place, own.text, own.share_of_excess),
+        "channel": one.channel,
+        "also_in": list(one.also_in),
+        "location": place.to_json(one.place, one.text, one.share_of_excess),
         "equation": found.equation,
         "parameters": [dict(p) for p in found.parameters],
         "evidence": evidence,
         "alternatives": [
             {"effect": a.effect, "name": a.name, "held_out_rmse": None}
             | {label: a.rmse, "as_good": a.as_good, "why_not": a.why_not}
-            for a in own.alternatives
+            for a in one.alternatives
         ],
     }
     if found.table:
         out["table"] = [dict(row) for row in found.table]
-    if own.next_experiment is not None:
-        asked = own.next_experiment
+    if one.next_experiment is not None:
+        asked = one.next_experiment
         out["next_experiment"] = {"why": asked.why, "file": asked.file, "points": [dict(p) for p in asked.points]}
     return out
 
@@ -98,11 +98,11 @@ def finding(own: Finding) -> dict[str, Any]:
 def plain(value: Any) -> Any:
     """A value as JSON holds it: lists, numbers without infinities, None."""
     if isinstance(value, Mapping):
-        return {str(key): plain(own) for key, own in value.items()}
+        return {str(key): plain(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
-        return [plain(own) for own in value]
+        return [plain(entry) for entry in value]
     if isinstance(value, np.ndarray):
-        return [plain(own) for own in value.tolist()]
+        return [plain(entry) for entry in value.tolist()]
     if isinstance(value, np.generic):
         return plain(value.item())
     if isinstance(value, float):

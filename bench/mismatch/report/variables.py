@@ -96,13 +96,13 @@ def variable(name: str, linear: bool = False) -> Variable:
 
     Raises ConfigurationError for no quantity.
     """
-    own = LINEAR.get(name) if linear else None
-    if own is None and name in VARIABLES:
-        own = VARIABLES[name]
-    if own is None:
-        told = f"{QUANTITIES[name].label} / {QUANTITIES[name].unit}" if name in QUANTITIES else name
-        own = Variable("", told, lambda f: quantity(name, f))
-    return replace(own, axis=in_metres(own.axis)) if linear else own
+    known = LINEAR.get(name) if linear else None
+    if known is None and name in VARIABLES:
+        known = VARIABLES[name]
+    if known is None:
+        label = f"{QUANTITIES[name].label} / {QUANTITIES[name].unit}" if name in QUANTITIES else name
+        known = Variable("", label, lambda f: quantity(name, f))
+    return replace(known, axis=in_metres(known.axis)) if linear else known
 
 
 def levels(frame: Frame, name: str) -> FloatArray:

@@ -73,8 +73,8 @@ def sentence(report: Content) -> str:
 
 def _match(outcomes: Sequence[ChannelOutcome]) -> str:
     channels = ", ".join(in_words(o.channel) for o in outcomes)
-    told = [p for o in outcomes if o.structure is not None and (p := finite(o.structure.p_value)) is not None]
-    chance = f" (p {min(told):.2g} at least)" if told else ""
+    values = [p for o in outcomes if o.structure is not None and (p := finite(o.structure.p_value)) is not None]
+    chance = f" (p {min(values):.2g} at least)" if values else ""
     left = f"what the calibrated simulation leaves of {channels} on recordings held out"
     return f"{left} is not distinguished from noise{chance}"
 
@@ -85,8 +85,8 @@ def _told(finding: Finding) -> str:
         return f"{finding.discovery.words} ({channel})"
     if finding.status == AMBIGUOUS:
         others = [a.name for a in finding.alternatives if a.as_good]
-        told = " or ".join(others) if others else "an alternative"
-        return f"{finding.name}, not distinguished from {told} ({channel}: {finding.text})"
+        text = " or ".join(others) if others else "an alternative"
+        return f"{finding.name}, not distinguished from {text} ({channel}: {finding.text})"
     if finding.status == UNKNOWN:
         return f"{finding.name} in {channel} ({finding.text})"
     return f"{finding.name} ({channel}: {finding.text})"

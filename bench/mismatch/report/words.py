@@ -71,8 +71,8 @@ def _orders(where: Place) -> list[str]:
         return []
     shown = ", ".join(f"{f:g}" for f in where.orders[:MOST_ORDERS])
     more = len(where.orders) - MOST_ORDERS
-    told = shown + (f" and {more} more" if more > 0 else "")
-    return [f"at order{'s' if len(where.orders) > 1 else ''} {told}"]
+    listed = shown + (f" and {more} more" if more > 0 else "")
+    return [f"at order{'s' if len(where.orders) > 1 else ''} {listed}"]
 
 
 def _windows(where: Place) -> list[str]:
