@@ -2,7 +2,7 @@
 
 The comparison is made against the simulation as it was given: a free function that was found could take a term's
 place unseen. The term is a candidate as any other of the nominal simulation is. It counts as named where a finding
-bears its id; as found under another name where something else is told in its channel. Its numbers are told as the
+bears its id; as found under another name where something else is reported in its channel. Its numbers are given as the
 simulation has it: without the changes of it that were found as well, and as uncertain as these make them.
 """
 
@@ -149,5 +149,5 @@ def _row(
 
 
 def _is(finding: Finding, effect: str) -> bool:
-    """Whether a finding is the term; orders of a series that is switched off are that series, told order by order."""
+    """Whether a finding is the term; the orders of a series that is switched off are reported one by one."""
     return finding.effect == effect or (effect == "te.fourier" and finding.effect == "te.harmonic")

@@ -64,7 +64,7 @@ def tasks_of(
 
 
 def compare(task: Task) -> Told:
-    """Compare one folder; an error of the folder is told, not raised, so that the others go on."""
+    """Compare one folder; an error of the folder is reported, not raised, so that the others go on."""
     try:
         report = run(task.recordings, task.out, task.simulation, leaving_out=task.leaving_out)
     except BenchError as error:

@@ -1,6 +1,6 @@
 """The improved simulation: calibrated terms and a row of everything that was found, as a simulation file.
 
-What stands in it is all that a prediction has (:mod:`bench.mismatch.prediction`), so a residual told "after" can be
+What stands in it is all that a prediction has (:mod:`bench.mismatch.prediction`), so a residual given as "after" can be
 made again from the file alone.
 """
 

@@ -50,9 +50,9 @@ def amplitudes(model: TransmissionModel) -> Amplitudes | None:
     series = model.periodic.series.less(model.given.notch)
     if not series.orders or len(model.own_turns) < 2 * criteria.FEWEST_TURNS:
         return None
-    place = [model.seen.orders.index(f) for f in series.orders]
+    columns = [model.seen.orders.index(f) for f in series.orders]
     turns = model.own_turns
-    vectors = model.seen.vectors[model.train][:, place]
+    vectors = model.seen.vectors[model.train][:, columns]
     sigma = model.seen.noise(series.orders)[model.train]
     sigma = np.sqrt(sigma**2 + (RELATIVE_NOISE * np.sqrt(np.mean(np.abs(vectors) ** 2, axis=0))) ** 2)
     x = states(turns)

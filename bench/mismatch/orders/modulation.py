@@ -1,9 +1,9 @@
 """Sidebands: pairs of orders about a known one that are more than two plain orders which happen to lie so.
 
-A pair is told by its sizes (both sides are alike, and of a size of their own among the orders of this gearbox) and by
-its vectors (constant, or in proportion to the carrier's as it moves with the state), each as a log-likelihood against
-two plain orders. Among many orders some pair lies about a known order by chance: the orders found are put elsewhere at
-random, where orders are as dense, and the best pair sought again, hundreds of times.
+A pair is recognised by its sizes (both sides are alike, and of a size of their own among the orders of this gearbox)
+and by its vectors (constant, or in proportion to the carrier's as it moves with the state), each as a log-likelihood
+against two plain orders. Among many orders some pair lies about a known order by chance: the orders found are put
+elsewhere at random, where orders are as dense, and the best pair sought again, hundreds of times.
 """
 
 from __future__ import annotations
@@ -115,13 +115,13 @@ def _found(model: TransmissionModel, sight: Sight, taken: Sequence[float]) -> _O
     return _Orders(place, _beyond_usual(place, size), constant, following, carriers, highest)
 
 
-def _beyond_usual(place: IntArray, size: FloatArray) -> FloatArray:
+def _beyond_usual(orders: IntArray, size: FloatArray) -> FloatArray:
     """Logarithm of the sizes (n,) less their fall with the order: a gearbox' low orders are larger, and two large ones
     about a low carrier no surprise. The fall is that of the orders found, drawn towards none where they are few.
     """
-    if place.size == 0:
+    if orders.size == 0:
         return size
-    x = np.log(place.astype(np.float64))
+    x = np.log(orders.astype(np.float64))
     x = x - x.mean()
     fall = float(x @ (size - size.mean())) / (float(x @ x) + SCATTER**2)
     return np.asarray(size - fall * x)

@@ -1,7 +1,7 @@
 """Steady parts of less than a revolution: what they say of the series that whole revolutions calibrated.
 
-A slow point may turn the output only half round. Its orders cannot be told apart there, so it has no vectors of its
-own; but the whole revolutions have told each order's polynomials with a covariance, and beside that prior the rows of
+A slow point may turn the output only half round. Its orders cannot be separated there, so it has no vectors of its
+own; but the whole revolutions give each order's polynomials with a covariance, and beside that prior the rows of
 the part are one more linear measurement of all orders together: a Gauss-Newton step of the joint posterior, repeated.
 Level and line of each part stay free.
 """
@@ -92,10 +92,10 @@ def _refined(
             right += step.T @ left / variance
         factored = cho_factor(normal)
         now = now + cho_solve(factored, right).reshape(orders, 20)
-        for place, (part, b, by) in enumerate(zip(parts, basis, answer, strict=True)):
+        for row, (part, b, by) in enumerate(zip(parts, basis, answer, strict=True)):
             vectors, _ = _linear(now, b, by)
             squares = part.squares - 2.0 * float(vectors @ part.product) + float(vectors @ part.gram @ vectors)
-            noise[place] = max(white**2, squares / part.number)
+            noise[row] = max(white**2, squares / part.number)
     assert factored is not None
     inverse = cho_solve(factored, np.eye(orders * 20))
     covariance = np.stack([inverse[20 * k : 20 * k + 20, 20 * k : 20 * k + 20] for k in range(orders)])

@@ -1,4 +1,4 @@
-"""What the training revolutions show of every whole order, whatever of it is already told as an order.
+"""What the training revolutions show of every whole order, whatever of it is already known as an order.
 
 Pulses, pairs and laws are looked for in the same vectors as plain orders, with the orders that they would draw put
 back.
@@ -73,8 +73,8 @@ class Sight:
         return self.stage.estimated(order, MODELS[which], vectors, self.noise(order), gain)
 
     def _alone(self, order: float) -> Stage:
-        place = min(round(order), self.stage.shape.size - 1)
-        return replace(self.stage, shape=self.stage.shape[place : place + 1])
+        index = min(round(order), self.stage.shape.size - 1)
+        return replace(self.stage, shape=self.stage.shape[index : index + 1])
 
 
 def known_orders(model: TransmissionModel) -> tuple[float, ...]:
@@ -122,10 +122,10 @@ def rebuilt(model: TransmissionModel, pulses: Sequence[Pulse]) -> None:
     stage = Stage.of(base, model.turns, model.train)
     assert stage is not None
     for f, k in kept.items():
-        place = min(round(f), stage.shape.size - 1)
+        index = min(round(f), stage.shape.size - 1)
         vectors = base.vectors[model.train, k] / stage.scale
-        gain, which = replace(stage, shape=stage.shape[place : place + 1]).gains(vectors[:, None])
-        found[f] = stage.estimated(f, MODELS[int(which[0])], vectors, float(stage.shape[place]), float(gain[0]))
+        gain, which = replace(stage, shape=stage.shape[index : index + 1]).gains(vectors[:, None])
+        found[f] = stage.estimated(f, MODELS[int(which[0])], vectors, float(stage.shape[index]), float(gain[0]))
     for _ in range(ROUNDS):
         fresh = search(base, model.turns, model.train, [*base.orders, *found], floor, model.price)
         fresh = [w for w in fresh if w.order not in found]

@@ -51,7 +51,7 @@ def probability(p_value: float | None) -> float | None:
 
 
 def strong(model: TransmissionModel, added: FloatArray) -> bool:
-    """Whether what a discovery adds is strong enough, where it acts, to be told."""
+    """Whether what a discovery adds is strong enough, where it acts, to be reported."""
     assert model.noise is not None
     train = model.inside & (model.folds[model.rows.frame.recording] >= 0)
     size = active_size(added[train], model.rows.number[train])
@@ -324,10 +324,10 @@ def _law_parameters(found: FoundLaw) -> list[Row]:
             for (symbol, unit), value, std in zip(names, law.point, found.std, strict=True)
         ]
     out = [parameter(f"g_{k + 1}", value, _UNITS.get(law.variables[0], "1"), None) for k, value in enumerate(law.point)]
-    place = int(np.argmax(np.abs(law.strength)))
-    std = float(found.strength_std[place])
-    out.append(parameter("f", law.series[place], "1", None))
-    return [*out, parameter("e_f", float(np.abs(law.strength[place])), "1", std)]
+    strongest = int(np.argmax(np.abs(law.strength)))
+    std = float(found.strength_std[strongest])
+    out.append(parameter("f", law.series[strongest], "1", None))
+    return [*out, parameter("e_f", float(np.abs(law.strength[strongest])), "1", std)]
 
 
 _UNITS = {"speed": "rad/s", "temperature": "degC", "torque": "N*m"}

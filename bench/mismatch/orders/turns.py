@@ -76,8 +76,8 @@ class Seen:
 
     def noise(self, orders: Sequence[float]) -> FloatArray:
         """Standard deviation of a component at some orders (turns, k)."""
-        place = [int(min(round(f), self.sigma.shape[1] - 1)) for f in orders]
-        return self.sigma[:, place]
+        columns = [int(min(round(f), self.sigma.shape[1] - 1)) for f in orders]
+        return self.sigma[:, columns]
 
 
 def looks(rows: Rows, turns: Sequence[Turn]) -> tuple[Look, ...]:

@@ -29,7 +29,7 @@ class Comparable:
 
     @classmethod
     def of(cls, recordings: Sequence[Recording], notes: list[str]) -> Comparable:
-        """Look through the recordings; what is left out is told in ``notes``."""
+        """Look through the recordings; what is left out is listed in ``notes``."""
         present = frozenset(name for r in recordings for name in r.channels)
         zeros = [r.zero_id for r in recordings]
         usual = max(dict.fromkeys(zeros), key=zeros.count)

@@ -24,7 +24,7 @@ _LOOKED_AT = 6
 _HUM, _FEWEST_PARTS = 0.1, 4
 """part of that time over which a load is averaged before it is asked whether it stays; parts of a segment at least"""
 _FEWEST_MEANS = 20
-"""means over :data:`criteria.KEPT_LOAD_S` from which a share can be told"""
+"""means over :data:`criteria.KEPT_LOAD_S` from which a share can be estimated"""
 
 
 def levelled(

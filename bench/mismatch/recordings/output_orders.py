@@ -97,12 +97,12 @@ def _fitted(angle: FloatArray, values: FloatArray) -> tuple[Complex, float, floa
     """Orders beside a constant and a line, by least squares on means over small angles; their noise, a sample's
     noise.
     """
-    place = np.floor((angle - angle.min()) / (2.0 * np.pi) * _BINS).astype(np.int64)
-    number = np.bincount(place)
+    bin_of_sample = np.floor((angle - angle.min()) / (2.0 * np.pi) * _BINS).astype(np.int64)
+    number = np.bincount(bin_of_sample)
     filled = number > 0
     count = number[filled].astype(np.float64)
-    mean = np.bincount(place, values)[filled] / count
-    centre = np.bincount(place, angle)[filled] / count
+    mean = np.bincount(bin_of_sample, values)[filled] / count
+    centre = np.bincount(bin_of_sample, angle)[filled] / count
     orders = np.arange(1, HIGHEST_OUTPUT_ORDER + 1)
     line = (centre - centre.mean()) / max(float(np.ptp(centre)), 1e-12)
     waves = turned(orders[None, :] * centre[:, None])

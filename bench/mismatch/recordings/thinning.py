@@ -4,7 +4,7 @@ Rates are smoothed over a window, and every channel is compared in block means: 
 of a hundred and twenty says, at a quarter of the work. So a recording at 2 kHz whose rates are smoothed over 60 ms is
 averaged over groups of four samples before anything is derived from it. The mean over a block of such groups is the
 mean over the block's samples, so no average changes; how the samples scatter inside the groups is kept beside them, for
-noise and residuals are told per sample at the recording's own rate. Wild samples are found before, one by one. What
+noise and residuals are given per sample at the recording's own rate. Wild samples are found before, one by one. What
 looks at single samples (the spectra of tones and of the motor's ripple) still gets them.
 """
 

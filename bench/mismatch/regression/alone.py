@@ -4,7 +4,7 @@ A change of a law is the law's neighbour: drag that bends over with speed is mos
 together each number answers for the form of the other: f_c beside churning is what a parabola leaves at standstill,
 where a machine hardly ever is. So a law's numbers are those that it has beside everything but its changes (marginality:
 Nelder, J. R. Stat. Soc. A 140 (1977) 48), and the changes shift them by something, which is no less uncertain than the
-form of a change is. Where operating points were run apart, on purpose at low speeds too, both are told together.
+form of a change is. Where operating points were run apart, on purpose at low speeds too, both are reported together.
 """
 
 from __future__ import annotations

@@ -156,11 +156,11 @@ class Bank:
         self._crossed(index, True)
         return np.column_stack([self._cross[i] for i in index]) if index else np.zeros((self.size, 0))
 
-    def own(self, place: tuple[int, ...]) -> FloatArray:
+    def own(self, columns: tuple[int, ...]) -> FloatArray:
         """Products of a few columns that were added together among themselves (k, k), without offsets."""
-        key = (place[0], place[-1])
+        key = (columns[0], columns[-1])
         if key not in self._own:
-            part = self.columns.some(place)
+            part = self.columns.some(columns)
             self._own[key] = part.T @ part
         return self._own[key]
 
@@ -213,9 +213,9 @@ class Fit:
     variance: float
     likelihood: float
 
-    def of(self, place: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+    def of(self, columns: Sequence[int]) -> tuple[FloatArray, FloatArray]:
         """Coefficients and covariance of some columns."""
-        positions = [self.index.index(i) for i in place]
+        positions = [self.index.index(i) for i in columns]
         return self.coefficients[positions], self.covariance[np.ix_(positions, positions)]
 
 

@@ -73,8 +73,8 @@ def _own_size(values: FloatArray) -> float:
 
 
 def handicap_of(search: Search, candidate: Chosen) -> float:
-    """Log density by which a term has to be better than others to be told: one at the end of its range, or a loop that
-    the recordings hardly turned, is another term in disguise.
+    """Log density by which a term has to be better than others to be reported: one at the end of its range, or a loop
+    that the recordings hardly turned, is another term in disguise.
     """
     frame = search.model.problem.rows.frame
     return criteria.RICHER * (int(strained(candidate.main.regressor, frame)) + int(idle(search, candidate)))
@@ -124,7 +124,7 @@ def _shared(bank: Bank, first: Block, second: Block, fitted: Fit) -> float:
 
 def _taking(search: Search, main: Block, others: Sequence[Chosen], fitted: Fit) -> bool:
     """Whether an effect takes the place of a law that it is a change of, or of another of its name: beside it the law
-    is told no longer, or they come to less than either, as each takes back what the other says.
+    is significant no longer, or they come to less than either, as each takes back what the other says.
     """
     model = search.model
     own_laws = laws(main.regressor)

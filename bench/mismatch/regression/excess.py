@@ -19,7 +19,7 @@ from bench.simulation.frame import FloatArray, Frame, recording_starts
 def excess(values: FloatArray, columns: Sequence[FloatArray], number: FloatArray) -> FloatArray:
     """Part of ``values`` (n,) that ``columns`` (n, k each) do not say, rows of ``number`` (n,) samples each.
 
-    Rows of no samples fit nothing; what is left there is told all the same.
+    Rows of no samples fit nothing; what is left there is given all the same.
     """
     if not columns:
         return values

@@ -1,4 +1,4 @@
-"""A change of a law is told beside the law: Stribeck friction beside Coulomb friction, churning beside viscous one.
+"""A change of a law is reported beside the law: Stribeck friction beside Coulomb friction, churning beside viscous one.
 
 A model that has a law's change and not the law itself is no simpler than one that has the law (marginality: Nelder,
 J. R. Stat. Soc. A 140 (1977) 48; heredity: Chipman, Can. J. Stat. 24 (1996) 17). A table holds laws as well: one over

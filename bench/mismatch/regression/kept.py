@@ -70,7 +70,7 @@ class Kept:
         """
         out = np.empty((len(starts) - 1, self.size - first))
         for rows, piece in self.pieces(first):
-            place = slice(rows.start - first, rows.stop - first)
+            target = slice(rows.start - first, rows.stop - first)
             for part, (a, b) in enumerate(itertools.pairwise(starts)):
-                out[part, place] = values[a:b] @ piece[a:b]
+                out[part, target] = values[a:b] @ piece[a:b]
         return out

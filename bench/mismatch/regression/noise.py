@@ -35,7 +35,7 @@ CLASSES = 3
 _FEWEST = 30
 _LAGS = (1, 2, 3, 4, 6)
 _RUNNING = 9
-"""rows of a running mean, and rows of a kind from which its scatter is told apart"""
+"""rows of a running mean, and rows of a kind from which its scatter is estimated separately"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -32,15 +32,15 @@ def settled(problem: ChannelProblem, bank: Bank, base: Sequence[Block]) -> list[
     The recordings' own offsets are bounded by what their means leave.
     """
     del problem
-    place = next((k for k, b in enumerate(base) if b.regressor.effect == "te.offset"), None)
-    if place is None:
+    offset = next((k for k, b in enumerate(base) if b.regressor.effect == "te.offset"), None)
+    if offset is None:
         return list(base)
-    block = base[place]
+    block = base[offset]
     energy = np.array([float(np.mean(bank.columns.column(i) ** 2)) for i in block.place])
     groups = [np.array([k for k in range(len(energy)) if k % _MONOMIALS in g and energy[k] > 0.0]) for g in _GROUPS]
     index = [i for b in base for i in b.place]
     bank.bound_offsets(index, criteria.ERROR_RATE_OF_A_CHANNEL)
-    first = sum(len(b.place) for b in base[:place])
+    first = sum(len(b.place) for b in base[:offset])
     best, kept = -np.inf, np.zeros(len(energy))
     plain = np.concatenate([b.precision for b in base])
     coarse = bank.variances()[::3]
@@ -60,7 +60,7 @@ def settled(problem: ChannelProblem, bank: Bank, base: Sequence[Block]) -> list[
                 if found > best:
                     best, kept = found, tried
     out = list(base)
-    out[place] = replace(block, precision=kept)
+    out[offset] = replace(block, precision=kept)
     return out
 
 

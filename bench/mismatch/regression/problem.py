@@ -144,7 +144,7 @@ class WanderingZero:
 
     One regressor for each recording, and one for each stretch of a long one. Not a finding, and not part of any
     simulation file: zeros of another day are others. None is common to all: beside heating runs at one torque it could
-    not be told from the heat capacity, and what no file holds is missing from every prediction (a constant zero is
+    not be separated from the heat capacity, and what no file holds is missing from every prediction (a constant zero is
     asked for in :mod:`bench.mismatch.power_zeros`).
     """
 

@@ -22,7 +22,7 @@ from bench.simulation.frame import FloatArray
 FEWEST_UNITS = 10
 """recordings whose signs, drawn at random, are alike less often than :data:`criteria.ERROR_RATE_OF_A_CHANNEL`"""
 MOST_TRIFLES = 2
-"""functions too small to be told that are set beside a model when the noise of its residual is looked at"""
+"""functions too small to be reported that are set beside a model when the noise of its residual is looked at"""
 
 
 def concluded(search: Search) -> Search:
@@ -55,16 +55,16 @@ def pruned(search: Search, chosen: Sequence[Chosen], price: float, keep: int = 1
         left = [without(current, c, search.model.problem.lacking) for c in current]
         losses = [whole - float(search.density(rest).sum()) for rest in left]
         losses = [loss - description(search.model, c) for loss, c in zip(losses, current, strict=True)]
-        place = int(np.argmin(losses))
-        if losses[place] > price:
+        least = int(np.argmin(losses))
+        if losses[least] > price:
             break
-        current = left[place]
+        current = left[least]
     return current
 
 
 def _trifles(search: Search) -> list[Chosen]:
-    """What gains its price beside the model and is too small to be told: a jerk at each corner of the speed must not
-    set the price of what acts elsewhere.
+    """What gains its price beside the model and is too small to be reported: a jerk at each corner of the speed must
+    not set the price of what acts elsewhere.
     """
     model = search.model
     small: list[Chosen] = []

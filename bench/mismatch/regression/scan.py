@@ -61,8 +61,8 @@ class Scan:
 
 def tail(values: FloatArray, rate: float) -> float:
     """Value exceeded at a small ``rate``, by a Gumbel law fitted to a sample of maxima."""
-    place, scale = _gumbel(values)
-    return float(place - scale * np.log(-np.log1p(-rate)))
+    mode, scale = _gumbel(values)
+    return float(mode - scale * np.log(-np.log1p(-rate)))
 
 
 def tail_probability(values: FloatArray, value: float, least: float = criteria.LEAST_P) -> float:
@@ -72,8 +72,8 @@ def tail_probability(values: FloatArray, value: float, least: float = criteria.L
     above = float(np.sum(values >= value))
     if above > 0.0:
         return (1.0 + above) / (1.0 + values.size)
-    place, scale = _gumbel(values)
-    beyond = float(-np.expm1(-np.exp(-min((value - place) / scale, 700.0))))
+    mode, scale = _gumbel(values)
+    beyond = float(-np.expm1(-np.exp(-min((value - mode) / scale, 700.0))))
     return float(np.clip(beyond, least, 1.0 / (1.0 + values.size)))
 
 
@@ -90,8 +90,8 @@ def tail_rate(values: FloatArray, reached: float) -> float:
     """Rate at which maxima exceed a value, by the same law."""
     low, high = tail(values, 0.5), tail(values, 0.01)
     scale = max((high - low) / (np.log(-np.log1p(-0.5)) - np.log(-np.log1p(-0.01))), 1e-12)
-    place = low + scale * np.log(-np.log1p(-0.5))
-    return max(float(-np.expm1(-np.exp(-(reached - place) / scale))), criteria.LEAST_P)
+    mode = low + scale * np.log(-np.log1p(-0.5))
+    return max(float(-np.expm1(-np.exp(-(reached - mode) / scale))), criteria.LEAST_P)
 
 
 @dataclass(frozen=True, slots=True)

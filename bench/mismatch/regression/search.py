@@ -75,8 +75,8 @@ def begun(problem: ChannelProblem, seed: int = 0, left: FloatArray | None = None
     for regressor in regressors:
         columns = regressor.columns(problem.rows.frame)[train]
         if np.isfinite(columns).all() and np.any(columns):
-            place = bank.add(columns)
-            blocks.append(Block(regressor, place, np.zeros(len(place))))
+            added = bank.add(columns)
+            blocks.append(Block(regressor, added, np.zeros(len(added))))
     extra = np.array(
         [len(b.regressor.point) if isinstance(b.regressor, Named) else 0 for b in blocks], dtype=np.float64
     )

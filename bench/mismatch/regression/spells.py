@@ -258,8 +258,8 @@ def _cut(value: FloatArray, weight: FloatArray) -> Iterator[tuple[int, ...]]:
         for stop in range((cuts + 1) * SHORTEST_BLOCKS, n + 1):
             starts = np.arange(cuts * SHORTEST_BLOCKS, stop - SHORTEST_BLOCKS + 1)
             every = last[starts] + cost(stop, starts)
-            place = int(np.argmin(every))
-            now[stop], where[stop] = every[place], starts[place]
+            best = int(np.argmin(every))
+            now[stop], where[stop] = every[best], starts[best]
         origin.append(where)
         last = now
         yield _back(origin, n)

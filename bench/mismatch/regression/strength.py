@@ -27,7 +27,7 @@ class Strength:
 
     @property
     def enough(self) -> bool:
-        """Whether it is told."""
+        """Whether it is strong enough to be reported."""
         least = max(criteria.LEAST_STRENGTH, self.trusted)
         return self.acts >= least and self.overall >= criteria.LEAST_OVERALL
 

@@ -1,1 +1,1 @@
-"""What an analysis found, told: findings with their place and figures, report.json, the page, the next experiment."""
+"""What an analysis found, as a report: findings with place and figures, report.json, the page, the next experiment."""

@@ -125,5 +125,5 @@ def _means(x: FloatArray, values: FloatArray, logarithmic: bool) -> tuple[FloatA
     count = np.bincount(number, minlength=_BINS)
     good = count >= 3
     mean = np.bincount(number, values, _BINS)[good] / count[good]
-    place = np.bincount(number, scaled, _BINS)[good] / count[good]
-    return (np.exp(place) if logarithmic else place), mean
+    centre = np.bincount(number, scaled, _BINS)[good] / count[good]
+    return (np.exp(centre) if logarithmic else centre), mean

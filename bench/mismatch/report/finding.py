@@ -105,8 +105,8 @@ def name_of(effect: str) -> str:
 def conclude(outcomes: Sequence[ChannelOutcome], data: Dataset) -> tuple[Finding, ...]:
     """Findings of all channels, strongest first: by the energy of what they add, over the channel's noise floor.
 
-    An effect that shows in several channels is one finding, told where it is strongest. What has no name is one finding
-    a channel: nothing says what of it belongs together. What depends on an auxiliary quantity is one by itself.
+    An effect that shows in several channels is one finding, reported where it is strongest. What has no name is one
+    finding a channel: nothing says what of it belongs together. What depends on an auxiliary quantity is one by itself.
     """
     groups: dict[object, list[tuple[float, Discovery, ChannelOutcome]]] = {}
     for outcome in outcomes:

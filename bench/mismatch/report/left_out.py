@@ -47,7 +47,7 @@ def table(rows: Sequence[LeftOut]) -> str:
 
 
 def said(row: LeftOut) -> str:
-    """What was said of a term: its values, or why not, or what else was told."""
+    """What was said of a term: its values, or why not, or what else was reported."""
     return row.parameters or row.why or ", ".join(row.said) or "–"
 
 

@@ -129,9 +129,9 @@ def _amplitudes(outcome: ChannelOutcome, values: FloatArray) -> FloatArray | Non
         rows = rows[turned <= whole]
         if whole <= 0.0 or rows.size == 0:
             continue
-        place = (np.mod(frame.theta[rows], 2.0 * np.pi) / (2.0 * np.pi) * ANGLES).astype(int) % ANGLES
-        count = np.bincount(place, minlength=ANGLES)
-        mean = np.bincount(place, values[rows], ANGLES) / np.maximum(count, 1)
+        bin_of_row = (np.mod(frame.theta[rows], 2.0 * np.pi) / (2.0 * np.pi) * ANGLES).astype(int) % ANGLES
+        count = np.bincount(bin_of_row, minlength=ANGLES)
+        mean = np.bincount(bin_of_row, values[rows], ANGLES) / np.maximum(count, 1)
         full = np.flatnonzero(count)
         course = np.interp(np.arange(ANGLES), full, mean[full], period=ANGLES)
         squares += np.abs(2.0 / ANGLES * np.fft.rfft(course)[: ANGLES // 2]) ** 2

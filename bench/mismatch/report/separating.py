@@ -57,11 +57,11 @@ def separating(finding: Finding, covered: Range, ratio: float) -> Proposal | Non
     least = 0.0
     while len(chosen) < POINTS and least < ENOUGH:
         gains = {k: min(look.gain([*chosen, k]) for look in looks) for k in range(len(listed)) if k not in chosen}
-        place = max(gains, key=lambda k: min(gains[k], 2.0 * ENOUGH) * (1.0 if listed[k].temperature is None else WARM))
-        if gains[place] <= LEAST_STEP * least:
+        best = max(gains, key=lambda k: min(gains[k], 2.0 * ENOUGH) * (1.0 if listed[k].temperature is None else WARM))
+        if gains[best] <= LEAST_STEP * least:
             break
-        least = gains[place]
-        chosen.append(place)
+        least = gains[best]
+        chosen.append(best)
     if not chosen:
         return None
     names = " and ".join(name_of(e) for e in (finding.effect, *rivals))

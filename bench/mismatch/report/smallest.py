@@ -48,13 +48,13 @@ def steps(
     full = np.flatnonzero(count > 0)
     if full.size < 2:
         return np.zeros(0), np.zeros(0), np.zeros(0)
-    place = np.bincount(number, values[acting] * weight[acting], parts)[full] / count[full]
+    centre = np.bincount(number, values[acting] * weight[acting], parts)[full] / count[full]
     mean = np.bincount(number, added[acting] * weight[acting], parts)[full] / count[full]
-    length = np.diff(place)
+    length = np.diff(centre)
     slope = np.diff(mean) / length
     order = np.argsort(slope)
     usual = slope[order[int(np.searchsorted(np.cumsum(length[order]), 0.5 * length.sum()))]]
-    return place[:-1], place[1:], np.asarray((slope - usual) ** 2 * length)
+    return centre[:-1], centre[1:], np.asarray((slope - usual) ** 2 * length)
 
 
 def pieces(begins: FloatArray, ends: FloatArray, energy: FloatArray, share: float) -> tuple[float, float] | None:

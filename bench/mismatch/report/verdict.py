@@ -20,8 +20,8 @@ MATCH, MISMATCH, UNDETERMINED = "match", "mismatch", "undetermined"
 def judged(outcomes: Sequence[ChannelOutcome], findings: Sequence[Finding]) -> tuple[str, str]:
     """The verdict, and why it is undetermined (else empty).
 
-    ``match`` only where in every channel what is left is not told from noise, and is no larger than the noise floor
-    within its uncertainty.
+    ``match`` only where in every channel what is left is not distinguished from noise, and is no larger than the noise
+    floor within its uncertainty.
     """
     if findings:
         return MISMATCH, ""
