@@ -69,8 +69,8 @@ LEAST_STRENGTH = 0.15
 long and of no use, and no calibration is that good
 """
 TRANSDUCER = 2e-4
-"""of the largest torque, below which an effect in a torque is not told: 0.02 % is the best class that torque
-transducers are sold in, so less is the sensor's own affair
+"""of the largest torque, below which an effect in a torque is not told, nor one in the temperature that so small a
+torque would heat: 0.02 % is the best class that torque transducers are sold in, so less is the sensor's own affair
 """
 LEAST_OVERALL = 0.05
 """the same over all samples: less changes what is left by an eighth of a percent, and is told to be noise"""

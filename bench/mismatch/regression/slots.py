@@ -210,7 +210,7 @@ def _heirs(model: ChannelModel, others: Sequence[Chosen], contenders: Sequence[C
     difference, it is the transducers' and disproves no name. And whether nothing in the place of the first does so.
     """
     problem = model.problem
-    least = trusted(problem)
+    least = trusted(model)
     if least <= 0.0:
         return {}, False
     frame, train = problem.rows.frame, problem.train

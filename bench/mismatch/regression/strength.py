@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen, fit_blocks, unrefined
-from bench.mismatch.regression.problem import ChannelProblem
 from bench.simulation.frame import FloatArray
-from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE
+from bench.simulation.heat_rates import HEATING
+from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE
+from bench.simulation.terms.memory import integral
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,15 +44,28 @@ def strength(model: ChannelModel, candidate: Chosen) -> Strength:
     number = problem.rows.number[train]
     floor = max(model.floor, 1e-300)
     overall = float(np.sqrt(np.sum(beyond**2 * number) / max(float(number.sum()), 1.0)))
-    return Strength(active_size(beyond, number) / floor, overall / floor, trusted(problem) / floor)
+    return Strength(active_size(beyond, number) / floor, overall / floor, trusted(model) / floor)
 
 
-def trusted(problem: ChannelProblem) -> float:
-    """What no transducer of a torque is trusted with in these recordings, N·m; 0 of a channel that is no torque."""
+def trusted(model: ChannelModel) -> float:
+    """What no transducer of a torque is trusted with in these recordings: N·m in a torque, in the temperature the K by
+    which such a torque at the output would warm the gearbox; 0 in the transmission error.
+    """
+    problem = model.problem
     frame = problem.rows.frame
+    if problem.channel == TEMPERATURE:
+        heating = next((block for block in model.base if block.regressor.effect == HEATING), None)
+        if heating is None:
+            return 0.0
+        capacity = 1.0 / max(float(model.fit.of(heating.place)[0][0]), 1e-300)
+        rate = criteria.TRANSDUCER * _largest(frame.torque, problem.usable) * np.abs(frame.velocity) / capacity
+        return active_size(integral(rate, frame)[problem.train], problem.rows.number[problem.train])
     values = {LOAD_TORQUE: frame.torque, MOTOR_TORQUE: frame.motor_torque}.get(problem.channel)
-    largest = 0.0 if values is None else float(np.max(np.abs(values[problem.usable]), initial=0.0))
-    return criteria.TRANSDUCER * largest
+    return 0.0 if values is None else criteria.TRANSDUCER * _largest(values, problem.usable)
+
+
+def _largest(values: FloatArray, usable: NDArray[np.bool_]) -> float:
+    return float(np.max(np.abs(values[usable]), initial=0.0))
 
 
 def strength_of(model: ChannelModel, block: Block) -> Strength:

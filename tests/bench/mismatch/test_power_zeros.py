@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
 import pytest
 
+from bench.mismatch import criteria
 from bench.mismatch.power_zeros import LOAD, RECORDINGS, Zeros, chosen
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression import problem as problems
@@ -22,6 +24,8 @@ from bench.mismatch.regression.problem import (
     zero_precisions,
 )
 from bench.mismatch.regression.regressors import Named
+from bench.mismatch.regression.search import begun
+from bench.mismatch.regression.strength import trusted
 from bench.simulation.frame import ARRAYS, FloatArray, Frame, concatenate
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE
 
@@ -149,3 +153,13 @@ def test_a_stretch_of_a_long_recording_wanders_as_far_as_the_torque_is_noisy() -
     # a mean of independent samples has a variance of v/n, of samples that remember m seconds of some 2*v*m/T
     assert quiet == pytest.approx((problems.CAPACITY / 0.05) ** 2 * 500.0 * STRETCH_S)
     assert slow == pytest.approx((problems.CAPACITY / 0.05) ** 2 * STRETCH_S / (2.0 * MEMORIES_S[-1]), rel=0.1)
+
+
+def test_what_the_torque_transducer_is_not_trusted_with_may_heat() -> None:
+    rows = heated(0.0)
+    loaded = replace(rows, frame=replace(rows.frame, torque=np.full(rows.size, 1000.0)))
+    model = begun(problem(loaded)).model
+    last = EACH * STEP * criteria.TRANSDUCER * 1000.0 * SPEED / CAPACITY
+    # of a heat that grows evenly 0.95 of the energy is in the last 1 - 0.05**(1/3) of each recording
+    assert trusted(model) == pytest.approx(last * np.sqrt(0.95 / 3.0 / (1.0 - 0.05 ** (1.0 / 3.0))), rel=0.05)
+    assert trusted(begun(problem(rows)).model) == 0.0
