@@ -13,8 +13,8 @@ from bench.mismatch import criteria
 from bench.mismatch.given import Given
 from bench.mismatch.recordings.dataset import load
 from bench.mismatch.regression import noise
+from bench.mismatch.regression.maxima import tail
 from bench.mismatch.regression.problem import ChannelProblem, fixed_part, nominal_base
-from bench.mismatch.regression.scan import tail
 from bench.mismatch.regression.search import begun
 from bench.simulation.model import Simulation
 

@@ -20,7 +20,7 @@ from bench.mismatch.orders.lowest import lowest
 from bench.mismatch.orders.periodic import Pulse
 from bench.mismatch.orders.sight import Sight
 from bench.mismatch.orders.turns import Complex
-from bench.mismatch.regression.scan import tail, tail_rate
+from bench.mismatch.regression.maxima import tail, tail_rate
 from bench.simulation.frame import FloatArray
 
 HIGHEST = 600

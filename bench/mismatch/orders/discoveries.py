@@ -16,16 +16,9 @@ from bench.mismatch import criteria
 from bench.mismatch.discovery import Discovery
 from bench.mismatch.orders import defects, laws, modulation
 from bench.mismatch.orders.model import TransmissionModel, with_parts
+from bench.mismatch.orders.reported import modulation_parameters, of_orders, of_pulses, order_p_value, probability
+from bench.mismatch.orders.reported_law import further, of_law
 from bench.mismatch.orders.sight import Sight, rebuilt
-from bench.mismatch.orders.told import (
-    further,
-    modulation_parameters,
-    of_law,
-    of_orders,
-    of_pulses,
-    order_p_value,
-    probability,
-)
 from bench.simulation import Gearbox
 from bench.simulation.laws import RESONANCE
 

@@ -29,7 +29,7 @@ from bench.mismatch.orders.law_scores import (
 from bench.mismatch.orders.lowest import lowest
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.series import Series, calibrate
-from bench.mismatch.regression.scan import tail, tail_rate
+from bench.mismatch.regression.maxima import tail, tail_rate
 from bench.simulation.frame import FloatArray
 from bench.simulation.laws import RESONANCE, Law, factor, value
 

@@ -16,7 +16,7 @@ from scipy.ndimage import median_filter
 
 from bench.mismatch import criteria
 from bench.mismatch.regression.folds import weights
-from bench.mismatch.regression.scan import tail, tail_rate
+from bench.mismatch.regression.maxima import tail, tail_rate
 from bench.simulation.frame import FloatArray, IntArray
 
 Complex = NDArray[np.complex128]

@@ -20,11 +20,11 @@ from bench.mismatch.orders.turns import LEAST_PART, LEAST_TURN, Seen, Turn, foun
 from bench.mismatch.orders.weak import Stage, WeakOrder, search, search_between
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.course import added
+from bench.mismatch.regression.maxima import tail
 from bench.mismatch.regression.model import add_base, fit_blocks, plain_residual, prepare_bank
 from bench.mismatch.regression.noise import Mixture
 from bench.mismatch.regression.prior import settled
 from bench.mismatch.regression.problem import BaseTerm, ChannelProblem
-from bench.mismatch.regression.scan import tail
 from bench.mismatch.regression.search import searched
 from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray, IntArray

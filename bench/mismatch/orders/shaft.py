@@ -21,7 +21,7 @@ from bench.mismatch.orders.periodicity import (
     squares_of,
     wave_of,
 )
-from bench.mismatch.orders.told import parameter, probability
+from bench.mismatch.orders.reported import parameter, probability
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms import LIBRARY, MOTOR_TORQUE
 from bench.simulation.waves import Wave

@@ -16,8 +16,8 @@ from bench.mismatch import criteria
 from bench.mismatch.discovery import AMBIGUOUS, NAMED, UNKNOWN, UNNAMED, Discovery, Rival
 from bench.mismatch.orders.lines import Line, Model, Turns, standing
 from bench.mismatch.orders.periodicity import LOW_ORDERS, Periodicity, equation, on_rows, power, squares_of, wave_of
+from bench.mismatch.orders.reported import parameter
 from bench.mismatch.orders.shaft import over_shaft
-from bench.mismatch.orders.told import parameter
 from bench.mismatch.recordings.output_orders import OutputSpectrum
 from bench.simulation.frame import IntArray
 from bench.simulation.terms import LIBRARY, MOTOR_TORQUE

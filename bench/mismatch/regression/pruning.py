@@ -14,7 +14,7 @@ from bench.mismatch.regression.heredity import without
 from bench.mismatch.regression.model import Chosen, unrefined
 from bench.mismatch.regression.refuted import not_refuted
 from bench.mismatch.regression.regressors import UNKNOWN
-from bench.mismatch.regression.scan import whole
+from bench.mismatch.regression.sign_blocks import whole
 from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.strength import Strength, strength
 from bench.simulation.frame import FloatArray

@@ -9,7 +9,6 @@ cheap.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -18,7 +17,9 @@ from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.regression.bank import RIDGE, Bank
-from bench.simulation.frame import FloatArray, IntArray
+from bench.mismatch.regression.maxima import tail, tail_probability
+from bench.mismatch.regression.sign_blocks import Units
+from bench.simulation.frame import FloatArray
 
 SURROGATES = 300
 MOST_LEVERAGE = 0.95
@@ -57,69 +58,6 @@ class Scan:
         if not np.isfinite(self.surrogate).all():
             return 1.0
         return tail_probability(self.surrogate, gain)
-
-
-def tail(values: FloatArray, rate: float) -> float:
-    """Value exceeded at a small ``rate``, by a Gumbel law fitted to a sample of maxima."""
-    mode, scale = _gumbel(values)
-    return float(mode - scale * np.log(-np.log1p(-rate)))
-
-
-def tail_probability(values: FloatArray, value: float, least: float = criteria.LEAST_P) -> float:
-    """Chance that a maximum like those sampled exceeds ``value``: their share (Davison and Hinkley 1997, eq. 4.11),
-    beyond the largest of them by a Gumbel law.
-    """
-    above = float(np.sum(values >= value))
-    if above > 0.0:
-        return (1.0 + above) / (1.0 + values.size)
-    mode, scale = _gumbel(values)
-    beyond = float(-np.expm1(-np.exp(-min((value - mode) / scale, 700.0))))
-    return float(np.clip(beyond, least, 1.0 / (1.0 + values.size)))
-
-
-def _gumbel(values: FloatArray) -> tuple[float, float]:
-    """Place and scale of a Gumbel law through a sample's L-moments (Hosking, J. R. Stat. Soc. B 52 (1990) 105)."""
-    ordered = np.sort(values)
-    n = ordered.size
-    second = float(np.sum((2.0 * np.arange(1, n + 1) - n - 1.0) * ordered) / (n * (n - 1.0)))
-    scale = max(second / np.log(2.0), 1e-12)
-    return float(ordered.mean()) - 0.5772156649 * scale, scale
-
-
-def tail_rate(values: FloatArray, reached: float) -> float:
-    """Rate at which maxima exceed a value, by the same law."""
-    low, high = tail(values, 0.5), tail(values, 0.01)
-    scale = max((high - low) / (np.log(-np.log1p(-0.5)) - np.log(-np.log1p(-0.01))), 1e-12)
-    mode = low + scale * np.log(-np.log1p(-0.5))
-    return max(float(-np.expm1(-np.exp(-(reached - mode) / scale))), criteria.LEAST_P)
-
-
-@dataclass(frozen=True, slots=True)
-class Units:
-    """Blocks of rows whose signs are drawn: first row of each (blocks + 1,), and the recording each is in."""
-
-    starts: IntArray
-    recording: IntArray
-
-
-def units(elapsed: FloatArray, starts: IntArray, duration: float) -> Units:
-    """Cut recordings (first rows ``starts``) into blocks of about ``duration`` s."""
-    first: list[int] = []
-    owner: list[int] = []
-    for r, (a, b) in enumerate(itertools.pairwise(starts)):
-        span = float(elapsed[b - 1] - elapsed[a])
-        number = max(1, round(span / duration))
-        edges = np.searchsorted(elapsed[a:b], elapsed[a] + span * np.arange(number) / number) + a
-        edges = np.unique(edges)
-        first += [int(e) for e in edges]
-        owner += [r] * edges.size
-    return Units(np.array([*first, int(starts[-1])], dtype=np.int64), np.array(owner, dtype=np.int64))
-
-
-def whole(blocks: Units) -> Units:
-    """One unit a recording."""
-    first = np.flatnonzero(np.diff(blocks.recording, prepend=-1))
-    return Units(np.append(blocks.starts[:-1][first], blocks.starts[-1]), blocks.recording[first])
 
 
 def scan(

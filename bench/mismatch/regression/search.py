@@ -32,7 +32,7 @@ from bench.mismatch.regression.prior import settled
 from bench.mismatch.regression.problem import ChannelProblem
 from bench.mismatch.regression.pruning import concluded, pruned
 from bench.mismatch.regression.regressors import Free, Named, Regressor
-from bench.mismatch.regression.scan import units
+from bench.mismatch.regression.sign_blocks import units
 from bench.mismatch.regression.state import Search
 from bench.simulation.composed import parts_of
 from bench.simulation.frame import FloatArray

@@ -10,7 +10,8 @@ import numpy as np
 from bench.mismatch.regression.bank import Bank, Fit
 from bench.mismatch.regression.folds import predictive
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen, fit_blocks
-from bench.mismatch.regression.scan import LEAST_OWN, Scan, Units, scan
+from bench.mismatch.regression.scan import LEAST_OWN, Scan, scan
+from bench.mismatch.regression.sign_blocks import Units
 from bench.simulation.frame import FloatArray
 
 

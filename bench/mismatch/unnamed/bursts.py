@@ -14,7 +14,7 @@ from scipy.special import ndtr, ndtri
 
 from bench.mismatch import criteria
 from bench.mismatch.recordings.rows import settled_rows
-from bench.mismatch.regression.scan import units
+from bench.mismatch.regression.sign_blocks import units
 from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray, Frame, IntArray
 

@@ -18,8 +18,8 @@ from scipy.ndimage import median_filter
 
 from bench.mismatch import criteria
 from bench.mismatch.recordings.vibration import NYQUIST_SHARE, Density
+from bench.mismatch.regression.maxima import tail_probability
 from bench.mismatch.regression.noise import LOWEST_HZ
-from bench.mismatch.regression.scan import tail_probability
 from bench.simulation.frame import FloatArray
 
 SPEEDS = 3

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from bench.mismatch.orders.periodic import Periodic
+from bench.mismatch.orders.reported_law import of_one_recording
 from bench.mismatch.orders.series import calibrate
-from bench.mismatch.orders.told import of_one_recording
 from bench.mismatch.orders.turns import Turn
 from bench.simulation.frame import Frame
 from bench.simulation.laws import RESONANCE, Law, factor

@@ -7,7 +7,9 @@ import pytest
 
 from bench.mismatch import criteria
 from bench.mismatch.regression.bank import Bank, fit
-from bench.mismatch.regression.scan import Scan, scan, tail, tail_probability, units
+from bench.mismatch.regression.maxima import tail, tail_probability
+from bench.mismatch.regression.scan import Scan, scan
+from bench.mismatch.regression.sign_blocks import units
 from bench.simulation.frame import FloatArray
 from tests.bench.mismatch.regression.synthetic import banked, campaign, problem
 

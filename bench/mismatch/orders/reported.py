@@ -10,19 +10,17 @@ from typing import Any
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.discovery import NAMED, UNKNOWN, Discovery, Rival
+from bench.mismatch.discovery import NAMED, Discovery
 from bench.mismatch.orders.defects import Defect
-from bench.mismatch.orders.laws import FoundLaw
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.modulation import Modulation
 from bench.mismatch.orders.periodic import Periodic, Pulse
 from bench.mismatch.orders.sight import Sight
 from bench.mismatch.orders.weak import MODELS, WeakOrder
-from bench.mismatch.regression.scan import tail_rate
+from bench.mismatch.regression.maxima import tail_rate
 from bench.mismatch.regression.strength import active_size
 from bench.simulation import Gearbox, waves
-from bench.simulation.frame import FloatArray, IntArray
-from bench.simulation.laws import RESONANCE, Law
+from bench.simulation.frame import FloatArray
 from bench.simulation.parts import part_of
 from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR
 
@@ -226,111 +224,6 @@ def _pulse_row(pulse: Pulse) -> Row:
         "channels": [TRANSMISSION_ERROR],
         "parameters": parameters,
     }
-
-
-def of_one_recording(energy: FloatArray, recording: IntArray) -> bool:
-    """Whether the ``energy`` (n,) of a law is that of one recording, which no other bears out."""
-    each = np.bincount(recording, energy)
-    return bool(each.max() > criteria.CANNOT_BE_SPARED * each.sum())
-
-
-def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Discovery | None:
-    """A law that the amplitudes follow; ``before``: what is periodic without it, calibrated."""
-    assert model.periodic is not None
-    frame, law = model.rows.frame, found.law
-    values = np.asarray(model.periodic.evaluate(frame) - before.evaluate(frame))
-    if not strong(model, values):
-        return None
-    number = np.where(model.inside, model.rows.number, 0.0)
-    excess = model.periodic.beyond_series(law, frame, number)
-    if of_one_recording(number * excess**2, frame.recording):
-        return None
-    term = LIBRARY.get(law.effect)
-    quantity = law.variables[0]
-    rivals = tuple(
-        Rival(other.effect, _law_words(other), loss, error, share, loss < error)
-        for other, loss, error, share in found.rivals
-    )
-    real = probability(found.p_value)
-    touched = _moved(model, before, law.orders)
-    return Discovery(
-        effect=law.effect,
-        status=NAMED if term is not None else UNKNOWN,
-        confidence=None if real is None else real * found.share,
-        channel=TRANSMISSION_ERROR,
-        words=_law_words(law, touched),
-        equation=RESONANT[law.form] if law.effect == RESONANCE else f"A_f -> A_f*(1 + e_f*g({quantity}))",
-        variables=(quantity,),
-        parameters=tuple(_law_parameters(found)),
-        added=values,
-        gain=law.gain,
-        p_value=found.p_value,
-        simulation_rows=({"effect": law.effect, "channels": [TRANSMISSION_ERROR], "law": law.to_json()},),
-        rivals=rivals,
-        orders=touched,
-        numbers=len(law.point) + (0 if law.effect == RESONANCE else 2 * len(law.orders)),
-        excess=excess,
-    )
-
-
-def further(model: TransmissionModel, first: Discovery, second: Discovery) -> Discovery:
-    """A law and a second one of the same effect, the model's last two, as one discovery."""
-    assert model.periodic is not None
-    before, last = model.periodic.laws[-2:]
-    both = replace(last, orders=tuple(dict.fromkeys((*before.orders, *last.orders))))
-    number = np.where(model.inside, model.rows.number, 0.0)
-    parameters = tuple({**row, "symbol": f"{row['symbol']}_2"} for row in second.parameters)
-    return replace(
-        first,
-        added=first.added + second.added,
-        excess=model.periodic.beyond_series(both, model.rows.frame, number),
-        gain=first.gain + second.gain,
-        parameters=first.parameters + parameters,
-        simulation_rows=first.simulation_rows + second.simulation_rows,
-        orders=first.orders + tuple(f for f in second.orders if f not in first.orders),
-        numbers=first.numbers + second.numbers,
-    )
-
-
-RESONANT = {
-    "second_order": "A_f -> A_f*(1 + p*(H(f*dtheta) - 1)), H(w) = 1/(1 - (w/w_0)**2 + 2j*zeta*w/w_0)",
-    "second_order_of_base": "A_f -> A_f*(1 + p*r**2*H(r)), H(r) = 1/(1 - r**2 + 2j*zeta*r), r = f*dtheta/w_0",
-}
-
-
-def _law_words(law: Law, orders: Sequence[float] = ()) -> str:
-    if law.effect in LIBRARY:
-        return LIBRARY[law.effect].name
-    return f"{law.form}: orders {', '.join(f'{f:g}' for f in (orders or law.orders)[:6])}"
-
-
-def _moved(model: TransmissionModel, before: Periodic, orders: Sequence[float]) -> tuple[float, ...]:
-    """Orders that a law changes most: those with nine tenths of the squares, the most first."""
-    assert model.periodic is not None
-    now = model.periodic.at_turns(model.own_turns, orders)
-    then = before.at_turns(model.own_turns, orders)
-    energy = np.sum(np.abs(now - then) ** 2, axis=0)
-    order = np.argsort(-energy)
-    enough = int(np.searchsorted(np.cumsum(energy[order]), 0.9 * energy.sum())) + 1
-    return tuple(float(orders[k]) for k in order[:enough])
-
-
-def _law_parameters(found: FoundLaw) -> list[Row]:
-    law = found.law
-    if law.effect == RESONANCE:
-        names = (("w_0", "rad/s"), ("zeta", "1"), ("p", "1"))
-        return [
-            parameter(symbol, value, unit, std)
-            for (symbol, unit), value, std in zip(names, law.point, found.std, strict=True)
-        ]
-    out = [parameter(f"g_{k + 1}", value, _UNITS.get(law.variables[0], "1"), None) for k, value in enumerate(law.point)]
-    strongest = int(np.argmax(np.abs(law.strength)))
-    std = float(found.strength_std[strongest])
-    out.append(parameter("f", law.series[strongest], "1", None))
-    return [*out, parameter("e_f", float(np.abs(law.strength[strongest])), "1", std)]
-
-
-_UNITS = {"speed": "rad/s", "temperature": "degC", "torque": "N*m"}
 
 
 def modulation_parameters(model: TransmissionModel, sight: Sight, found: Modulation) -> tuple[Row, ...]:
