@@ -103,7 +103,7 @@ def settle(search: Search) -> list[Slot]:
 def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
     """Effects with what takes a slot's place, or with nothing there; None where the slot's effect stays."""
     others = without(model.chosen, slot.chosen, model.problem.lacking)
-    if slot.needless:
+    if slot.needless or _drawn_by_the_unknown(model, slot.chosen):
         return others
     if slot.plainer is not None:
         return [*others, slot.plainer.chosen]
@@ -143,6 +143,19 @@ def _disowned(slot: Slot, nameless: Contender | None) -> bool:
         return False
     named = slot.weight + sum(r.weight for r in slot.rivals if r.chosen.effect != UNKNOWN)
     return named < criteria.AS_GOOD * nameless.weight
+
+
+def _drawn_by_the_unknown(model: ChannelModel, own: Chosen) -> bool:
+    """Whether a name stands beside a function without one that draws whatever form it may have: the two are one
+    function, which no name says.
+    """
+    regressor = own.main.regressor
+    if not isinstance(regressor, Named) or regressor.term.nominal:
+        return False
+    forms = set(regressor.term.shape.get(model.channel, ()))
+    free = (c.main.regressor for c in model.chosen if c.effect == UNKNOWN)
+    drawn = [{(name, grid.times) for grid in f.grids for name in grid.over} for f in free if isinstance(f, Free)]
+    return bool(forms) and any(forms <= functions for functions in drawn)
 
 
 def _part_of_the_unknown(model: ChannelModel, slot: Slot, nameless: Contender) -> bool:

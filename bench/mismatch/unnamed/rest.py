@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import compress
 
 import numpy as np
@@ -29,11 +30,13 @@ def unexplained(outcome: ChannelOutcome) -> None:
     among them, and more than the floor within its uncertainty is enough (not of an integral). Beside a finding they are
     what its form leaves of nature's.
     """
+    p = None if outcome.structure is None else outcome.structure.p_value
+    if p is not None and p < criteria.ERROR_RATE_OF_A_CHANNEL:
+        outcome.discoveries = [_whole(d, outcome) for d in outcome.discoveries]
     after = outcome.settled
     if after is None or outcome.floor_std is None or any(d.effect == UNNAMED for d in outcome.discoveries):
         return
     every = outcome.rmse.get("after")
-    p = None if outcome.structure is None else outcome.structure.p_value
     usual = criteria.MORE_THAN_NOISE
     if not outcome.discoveries and p is not None and p < criteria.ERROR_RATE_OF_A_CHANNEL and every is not None:
         after = max(after, every)
@@ -73,6 +76,21 @@ def unexplained(outcome: ChannelOutcome) -> None:
             orders=_orders(outcome, left),
         )
     )
+
+
+def _whole(discovery: Discovery, outcome: ChannelOutcome) -> Discovery:
+    """A function without a name with what is left beside it, which is no noise: it follows a part of something that
+    lies where both do.
+    """
+    if discovery.effect != UNNAMED or not np.any(discovery.added):
+        return discovery
+    own = discovery.added if discovery.excess is None else discovery.excess
+    left = averaged(
+        np.where(outcome.usable, outcome.left, 0.0),
+        outcome.rows.frame,
+        np.where(outcome.usable, outcome.rows.number, 0.0),
+    )
+    return replace(discovery, excess=np.hypot(own, left))
 
 
 def _orders(outcome: ChannelOutcome, left: FloatArray) -> tuple[float, ...]:

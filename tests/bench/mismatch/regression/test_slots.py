@@ -18,12 +18,14 @@ from bench.mismatch.regression.slots import (
     Contender,
     Slot,
     _disowned,
+    _drawn_by_the_unknown,
     _heirs,
     _holds,
     _part_of_the_unknown,
     called_as_good,
     without_empty_laws,
 )
+from bench.simulation.tables import Grid
 from bench.simulation.terms import LIBRARY, MOTOR_TORQUE, TEMPERATURE
 from tests.bench.mismatch.regression.synthetic import campaign, problem
 from tests.bench.mismatch.regression.test_free_motion import COULOMB, INERTIA, VISCOUS, asked, free, noise, swinging
@@ -87,6 +89,19 @@ def test_a_name_beside_unknown_physics_has_to_beat_a_free_function(
     model = cast("Any", SimpleNamespace(chosen=[own, other] if effect != "unknown" else [own]))
     nameless = Contender(chosen("unknown"), np.zeros(0), loss, 10.0, 0.1, False)
     assert _part_of_the_unknown(model, Slot(own, 50.0, 0.001, 0.9, (nameless,)), nameless) is part
+
+
+@pytest.mark.parametrize(
+    ("over", "times", "drawn"),
+    [(("speed",), "d", True), (("speed",), "1", False), (("temperature",), "d", False)],
+)
+def test_a_function_of_the_speed_draws_any_stribeck_curve(over: tuple[str, ...], times: str, drawn: bool) -> None:
+    curve = Chosen(Block(named("friction.stribeck", MOTOR_TORQUE, "gaussian", (5.0,)), (), np.zeros(0)))
+    table = Chosen(Block(Free(MOTOR_TORQUE, (Grid(over, times, ((0.0, 1.0),)),)), (), np.zeros(0)))
+    model = cast("Any", SimpleNamespace(chosen=[curve, table], channel=MOTOR_TORQUE))
+    assert _drawn_by_the_unknown(model, curve) is drawn
+    assert not _drawn_by_the_unknown(model, table)
+    assert not _drawn_by_the_unknown(cast("Any", SimpleNamespace(chosen=[curve], channel=MOTOR_TORQUE)), curve)
 
 
 @pytest.mark.parametrize(

@@ -89,3 +89,18 @@ def test_orders_are_told_beside_whatever_is_left() -> None:
     own.rmse |= {"after": 3.0 * own.floor, "after_steady": 3.0 * own.floor}
     unexplained(own)
     assert [d.effect for d in own.discoveries] == ["te.harmonic", "unknown"]
+
+
+@pytest.mark.parametrize("p_value", [1e-4, 1.0])
+def test_a_function_without_a_name_lies_where_what_it_leaves_lies(p_value: float) -> None:
+    frame = made.campaign()
+    added = np.full(frame.size, 0.1)
+    own = made.outcome(frame, "motor_torque", [made.discovery("motor_torque", "unknown", added, ("time",))], SIGMA)
+    own.structure = Structure(p_value, "test")
+    own.whole[frame.recording == 1] -= 0.4
+    unexplained(own)
+    (found,) = own.discoveries
+    beyond = found.added if found.excess is None else found.excess
+    elsewhere = np.median(np.abs(beyond[frame.recording == 0]))
+    more = np.median(np.abs(beyond[frame.recording == 1])) / elsewhere
+    assert more == pytest.approx(4.0 if p_value < 0.01 else 1.0, rel=0.1)
