@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bench.mismatch import criteria
 from bench.mismatch.recordings.level import confirmed
 from bench.mismatch.recordings.smoothing import WINDOWS_S, local_quadratic, repaired, span_for, window
-from bench.mismatch.recordings.window import telling_span
+from bench.mismatch.recordings.window import ANGLE, Rates, telling_rates
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray
 
@@ -24,7 +24,8 @@ class Manner:
     rates in s; ``torque``: largest load torque of the folder, N·m, to which "hardly moves" is referred; ``confirmed``:
     share of what the torque sensor reads about a level that the load motor confirms
     (:func:`bench.mismatch.recordings.level.confirmed`); ``speed``: largest speed of the output, rad/s, by whose parts
-    rows end; ``free``: no recording says what speed it was set to.
+    rows end; ``free``: no recording says what speed it was set to; ``source``: of the rates
+    (:mod:`bench.mismatch.recordings.window`).
     """
 
     standstill: float
@@ -33,6 +34,7 @@ class Manner:
     confirmed: float = 1.0
     speed: float = 1.0
     free: bool = False
+    source: str = ANGLE
 
     @classmethod
     def of(cls, recordings: Sequence[Recording]) -> Manner:
@@ -42,22 +44,23 @@ class Manner:
         as fast: then below a fiftieth of the fastest speed.
         """
         standstill = standstill_speed(recordings)
-        smoothing = WINDOWS_S[-1]
+        rates = Rates(WINDOWS_S[-1])
         for recording in recordings:
             if "motor_angle" in recording.specs:
-                smoothing = span_for(_angle(recording), float(recording.sample_rate), standstill)
+                rates = Rates(span_for(_angle(recording), float(recording.sample_rate), standstill))
                 break
         free = not any(np.isfinite(r.setpoint.velocity) for r in recordings)
         if free:
             # noise of the speed says what window steady motion wants; a motion of its own kind wants its own
-            smoothing = telling_span(recordings, standstill) or smoothing
+            rates = telling_rates(recordings, standstill) or rates
         loads = [abs(r.setpoint.load_torque) for r in recordings if np.isfinite(r.setpoint.load_torque)]
         largest = max(loads, default=0.0)
         asked = max((abs(r.setpoint.velocity) for r in recordings if np.isfinite(r.setpoint.velocity)), default=0.0)
         if free:
             largest = largest or max((_usual_load(r) for r in recordings), default=0.0)
             asked = max((_fastest(r) / float(r.gearbox.ratio or 1.0) for r in recordings), default=0.0)
-        return cls(standstill, smoothing, largest, confirmed(recordings, largest), asked or 1.0, free)
+        level = confirmed(recordings, largest)
+        return cls(standstill, rates.span, largest, level, asked or 1.0, free, rates.source)
 
 
 def _fastest(recording: Recording) -> float:

@@ -21,8 +21,9 @@ from bench.mismatch import criteria
 from bench.mismatch.recordings.level import levelled
 from bench.mismatch.recordings.motion import Manner, corners, directions, since_change
 from bench.mismatch.recordings.notch import notched
-from bench.mismatch.recordings.smoothing import local_quadratic, repaired, window
+from bench.mismatch.recordings.smoothing import local_quadratic, repaired, smoothed
 from bench.mismatch.recordings.thinning import Measured, Thinning, group_of
+from bench.mismatch.recordings.window import ANGLE, VELOCITY, Rates, motion
 from bench.recording import SIMULATED, Recording
 from bench.simulation.composed import acceleration_of, rate_of
 from bench.simulation.frame import FloatArray, Frame, IntArray
@@ -133,14 +134,15 @@ def prepare(
     motor, load = signals.mean("motor_angle"), signals.mean("load_angle")
     label, steady = _segments(recording, thinning)
     whole = _pieces(time, rate, np.where(steady > 0.5, label, -1))
-    if "motor_angle" in signals:
-        omega, acceleration = _smoothed(motor, rate, span, whole)[1:]
-    else:
-        omega, acceleration, _ = _smoothed(signals.mean("motor_velocity"), rate, span, whole)
+    how = Rates(span, manner.source if "motor_velocity" in signals else ANGLE)
+    if "motor_angle" not in signals:
+        how = Rates(span, VELOCITY)
+    omega, acceleration = motion(motor, signals.mean("motor_velocity"), rate, how, whole)
+    if "motor_angle" not in signals:
         motor = np.cumsum(omega) / rate
     theta = motor / ratio
     q = load if "load_angle" in signals else theta
-    _, q_rate, q_acceleration = _smoothed(q, rate, span, whole)
+    _, q_rate, q_acceleration = smoothed(q, rate, span, whole)
     direction, last = directions(omega, manner.standstill)
     reversal_travel, reversal_time, reversed_before = since_change(theta, time, direction, last)
 
@@ -218,7 +220,7 @@ def _auxiliary(signals: _Signals, rate: float, span: float, whole: Sequence[slic
         if name.startswith(AUXILIARY):
             own = name.removeprefix(AUXILIARY)
             out[own] = signals.mean(name)
-            _, out[rate_of(own)], out[acceleration_of(own)] = _smoothed(out[own], rate, span, whole)
+            _, out[rate_of(own)], out[acceleration_of(own)] = smoothed(out[own], rate, span, whole)
     return out
 
 
@@ -269,17 +271,6 @@ def _pieces(time: FloatArray, rate: float, label: IntArray) -> list[slice]:
     broken = np.flatnonzero((np.diff(label) != 0) | (np.diff(time) > 1.5 / rate)) + 1
     edges = [0, *broken.tolist(), time.size]
     return [slice(a, b) for a, b in itertools.pairwise(edges)] if len(edges) > 2 else []
-
-
-def _smoothed(
-    signal: FloatArray, rate: float, span: float, pieces: Sequence[slice]
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """:func:`local_quadratic`, with ``pieces`` no shorter than a window smoothed by their own samples alone."""
-    value, slope, curve = local_quadratic(signal, rate, span)
-    for own in pieces:
-        if own.stop - own.start >= window(rate, span):
-            value[own], slope[own], curve[own] = local_quadratic(signal[own], rate, span)
-    return value, slope, curve
 
 
 def _segments(recording: Recording, thinning: Thinning) -> tuple[IntArray, FloatArray]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numba
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +51,17 @@ def local_quadratic(signal: FloatArray, rate: float, span: float) -> tuple[Float
         return signal.astype(np.float64), slope, np.zeros(n)
     value, slope, curve = _quadratic(np.ascontiguousarray(signal, dtype=np.float64), width // 2)
     return value, slope * rate, curve * rate**2
+
+
+def smoothed(
+    signal: FloatArray, rate: float, span: float, pieces: Sequence[slice]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """:func:`local_quadratic`, with ``pieces`` no shorter than a window smoothed by their own samples alone."""
+    value, slope, curve = local_quadratic(signal, rate, span)
+    for own in pieces:
+        if own.stop - own.start >= window(rate, span):
+            value[own], slope[own], curve[own] = local_quadratic(signal[own], rate, span)
+    return value, slope, curve
 
 
 @numba.njit(cache=True)

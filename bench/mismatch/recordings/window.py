@@ -1,30 +1,61 @@
-"""Over how long rates are smoothed, where a motion is nobody's set speed: as the torque asks for.
+"""From what rates are taken and over how long they are smoothed, where a motion is nobody's set speed: as the torque
+asks for.
 
 A long window takes the noise of an acceleration and the acceleration: a rotor that is shaken by its cogging sixty times
 a second has none left over 60 ms. A short one leaves noise in it, and a regression takes that for motion. Either way
 the torque is followed worse. So the window is the one with which inertia and plain friction leave least of the torque.
+A drive that records its speed may know it better than the differences of a coarse angle do, or later; the same is asked
+of it, smoothed and as it is.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from bench.mismatch.recordings.smoothing import WINDOWS_S, local_quadratic, repaired
+from bench.mismatch.recordings.smoothing import WINDOWS_S, repaired, smoothed
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray
 
 SHORT_S = (0.004, 0.008, *WINDOWS_S)
 """lengths of the window that are asked, the shortest first"""
+SAMPLES_AS_RECORDED = 2.0
+"""samples over which a speed that is not smoothed says an acceleration"""
 MOST_RECORDINGS = 6
 """recordings that are asked, spread over the folder"""
 AS_GOOD = 1.02
-"""what a longer window may leave, over the least: the noise in a rate falls with the power 2.5 of its window"""
+"""what a longer window may leave, over the least: the noise in a rate falls with the power 2.5 of its window; and what
+the angle may leave, over the recorded speed
+"""
+ANGLE, VELOCITY, RECORDED = "angle", "velocity", "velocity as recorded"
+"""what rates are taken from"""
 
 
-def telling_span(recordings: Sequence[Recording], standstill: float) -> float | None:
-    """Window in s with which inertia and friction leave least of the motor torque; None where that cannot be told.
+@dataclass(frozen=True, slots=True)
+class Rates:
+    """How rates are taken: window in s, and from what."""
+
+    span: float
+    source: str = ANGLE
+
+
+def motion(
+    angle: FloatArray, velocity: FloatArray, rate: float, how: Rates, pieces: Sequence[slice] = ()
+) -> tuple[FloatArray, FloatArray]:
+    """Speed and acceleration (n,) of a motor, of which ``how`` says which signal is read; ``pieces`` are smoothed by
+    themselves.
+    """
+    if how.source == RECORDED:
+        return velocity, np.gradient(velocity) * rate
+    if how.source == VELOCITY:
+        return smoothed(velocity, rate, how.span, pieces)[:2]
+    return smoothed(angle, rate, how.span, pieces)[1:]
+
+
+def telling_rates(recordings: Sequence[Recording], standstill: float) -> Rates | None:
+    """How rates are taken so that inertia and friction leave least of the motor torque; None where that cannot be told.
 
     ``standstill``: speed in rad/s (a linear axis: m/s) below which the direction of motion is not told.
     """
@@ -32,20 +63,33 @@ def telling_span(recordings: Sequence[Recording], standstill: float) -> float | 
     chosen = asked[:: max(1, -(-len(asked) // MOST_RECORDINGS))]
     if not chosen:
         return None
-    left = {span: _left([_columns(r, span, standstill) for r in chosen]) for span in SHORT_S}
-    least = min(left.values())
+    found = _best([Rates(span) for span in SHORT_S], chosen, standstill)
+    if found is None or any("motor_velocity" not in r.specs for r in recordings):
+        return None if found is None else found[0]
+    fastest = max(float(r.sample_rate) for r in recordings)
+    as_recorded = Rates(max(SHORT_S[0], SAMPLES_AS_RECORDED / fastest), RECORDED)
+    other = _best([as_recorded, *(Rates(span, VELOCITY) for span in SHORT_S)], chosen, standstill)
+    return other[0] if other is not None and AS_GOOD * other[1] < found[1] else found[0]
+
+
+def _best(hows: Sequence[Rates], recordings: Sequence[Recording], standstill: float) -> tuple[Rates, float] | None:
+    """Of ways to take rates, in the order of their windows, the last that is as good as any; and what it leaves."""
+    left = [_left([_columns(r, how, standstill) for r in recordings]) for how in hows]
+    least = min(left)
     if not np.isfinite(least) or least <= 0.0:
         return None
-    return max(span for span, own in left.items() if own <= AS_GOOD * least)
+    return next((how, own) for how, own in zip(reversed(hows), reversed(left), strict=True) if own <= AS_GOOD * least)
 
 
-def _columns(recording: Recording, span: float, standstill: float) -> FloatArray:
+def _columns(recording: Recording, how: Rates, standstill: float) -> FloatArray:
     """Samples of a recording (n, k): direction, speed, acceleration, one, load where there is one; last the torque."""
-    names = [n for n in ("motor_angle", "motor_torque", "load_torque") if n in recording.specs]
+    names = [n for n in ("motor_angle", "motor_velocity", "motor_torque", "load_torque") if n in recording.specs]
     signals = {n: repaired(own, ~np.isfinite(own)) for n, own in recording.read_si(names).items()}
-    _, speed, acceleration = local_quadratic(signals["motor_angle"], float(recording.sample_rate), span)
+    none = np.zeros(recording.size)
+    angle, velocity = signals["motor_angle"], signals.get("motor_velocity", none)
+    speed, acceleration = motion(angle, velocity, float(recording.sample_rate), how)
     direction = np.where(np.abs(speed) > standstill, np.sign(speed), 0.0)
-    load = signals.get("load_torque", np.zeros(speed.size))
+    load = signals.get("load_torque", none)
     return np.column_stack([direction, speed, acceleration, np.ones(speed.size), load, signals["motor_torque"]])
 
 

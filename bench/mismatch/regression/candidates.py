@@ -307,7 +307,18 @@ def knots_of(values: FloatArray, number: int) -> tuple[float, ...] | None:
     for knot in np.unique(0.5 * sample + 0.5 * even):
         if not kept or knot - kept[-1] >= apart:
             kept.append(float(knot))
+    kept = _among_rows(kept, levels)
     return tuple(kept) if len(kept) >= 3 else None
+
+
+def _among_rows(knots: Sequence[float], values: FloatArray) -> list[float]:
+    """Knots (increasing) with sorted ``values`` nearer to them than to the next ones, and both ends.
+
+    In a gap a table's value stands on rows far away, and what it says there is made many times as large.
+    """
+    middles = 0.5 * (np.array(knots[1:]) + np.array(knots[:-1]))
+    here = np.diff(np.searchsorted(values, middles))
+    return [*knots[:1], *(k for k, n in zip(knots[1:-1], here, strict=True) if n), *knots[1:][-1:]]
 
 
 def close_knots(speed: FloatArray) -> tuple[float, ...] | None:
@@ -320,8 +331,6 @@ def close_knots(speed: FloatArray) -> tuple[float, ...] | None:
     if driven.size < CLOSE_KNOTS:
         return None
     low, high = np.quantile(driven, [0.02, 1.0])
-    edges = np.geomspace(low, high, CLOSE_KNOTS)
-    # a knot stands where rows are on both sides: nothing is known of a speed that was never driven
-    near = np.searchsorted(np.sort(driven), np.sqrt(edges[1:] * edges[:-1]))
-    kept = [float(edges[0]), *(float(e) for e, n in zip(edges[1:-1], np.diff(near), strict=True) if n), float(high)]
-    return tuple(kept) if len(kept) > KNOTS[1] else None
+    # nothing is known of a speed that was never driven
+    edges = _among_rows([float(own) for own in np.log(np.geomspace(low, high, CLOSE_KNOTS))], np.sort(np.log(driven)))
+    return tuple(float(own) for own in np.exp(edges)) if len(edges) > KNOTS[1] else None

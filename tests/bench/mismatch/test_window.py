@@ -9,8 +9,9 @@ import pytest
 
 from bench.mismatch.recordings.dataset import load
 from bench.mismatch.recordings.motion import Manner
+from bench.mismatch.recordings.prepared import Folder, prepare
 from bench.mismatch.recordings.rows import LIVELY_S
-from bench.mismatch.recordings.window import telling_span
+from bench.mismatch.recordings.window import ANGLE, RECORDED, VELOCITY, Rates, telling_rates
 from bench.recording import Recording
 from tests.bench.importing import builders
 
@@ -38,7 +39,7 @@ def test_what_shakes_fast_wants_a_short_window_and_a_coarse_encoder_a_long_one(
     tmp_path: Path, hertz: float, noise: float, span: float
 ) -> None:
     recordings = shaken(tmp_path, hertz, noise)
-    assert telling_span(recordings, 0.05) == span
+    assert telling_rates(recordings, 0.05) == Rates(span)
     manner = Manner.of(recordings)
     assert manner.free
     assert manner.smoothing == span
@@ -52,4 +53,30 @@ def test_what_the_window_lets_pass_may_have_a_row_of_its_own(tmp_path: Path) -> 
 
 
 def test_without_a_torque_nothing_is_asked(tmp_path: Path) -> None:
-    assert telling_span([], 0.05) is None
+    assert telling_rates([], 0.05) is None
+
+
+def driven(folder: Path, step: float, late_s: float) -> list[Recording]:
+    """A motor to and fro, its angle in steps of ``step`` rad, its drive's speed ``late_s`` late; rates of 100 Hz."""
+    time = np.arange(4000) / 100.0
+    angle, speed = 5.0 * np.sin(1.7 * time), 8.5 * np.cos(1.7 * time)
+    torque = 0.02 * np.sign(speed) - INERTIA * 8.5 * 1.7 * np.sin(1.7 * time) + 0.004 * speed
+    torque = torque + np.random.default_rng(5).normal(0.0, 1e-3, time.size)
+    said = 8.5 * np.cos(1.7 * (time - late_s))
+    builders.csv(folder / "a.csv", t=time, q=step * np.round(angle / step), v=said, M=torque)
+    return [builders.one(folder, CHANNELS + 'motor_velocity = {variable = "v", unit = "rad/s"}').recording]
+
+
+@pytest.mark.parametrize(
+    ("step", "late_s", "sources"), [(0.2, 0.0, {VELOCITY, RECORDED}), (1e-4, 0.0, {ANGLE}), (1e-4, 0.1, {ANGLE})]
+)
+def test_the_recorded_speed_is_taken_where_it_says_more_than_the_angle(
+    tmp_path: Path, step: float, late_s: float, sources: set[str]
+) -> None:
+    recordings = driven(tmp_path, step, late_s)
+    manner = Manner.of(recordings)
+    assert manner.source in sources
+    folder = Folder(recordings[0].started_at.timestamp(), manner, ())
+    frame = prepare(recordings[0], 0, folder).frame
+    true = 8.5 * np.cos(1.7 * frame.elapsed)
+    assert np.std(frame.velocity - true) < 0.05 * np.std(true)

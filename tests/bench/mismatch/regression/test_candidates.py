@@ -44,3 +44,14 @@ def test_bending_of_the_torque_sensor_can_be_drawn_and_a_gain_of_the_motor_torqu
     }
     assert (("angle",), "load_motor") in own[LOAD_TORQUE]
     assert not {(("angle",), "tau"), (("angle",), "d*abs_tau")} & own[MOTOR_TORQUE]
+
+
+def test_no_knot_stands_where_no_row_is() -> None:
+    """After a reversal rows of 20 ms begin at a tenth of a radian and go on at two thirds."""
+    rng = np.random.default_rng(1)
+    values = np.concatenate([rng.normal(-1.0, 0.02, 80), rng.uniform(-0.15, 1.4, 900)])
+    knots = knots_of(values, 12)
+    assert knots is not None
+    assert not any(-0.9 < knot < -0.25 for knot in knots)
+    assert knots[0] < -0.9
+    assert len(knots) > 8
