@@ -12,6 +12,7 @@ import numpy as np
 
 from bench.errors import BenchError
 from bench.importing import import_recordings
+from bench.mismatch import criteria
 from bench.mismatch.prediction import compared
 from bench.mismatch.recordings.dataset import Dataset, Member
 from bench.mismatch.report.finding import Finding, made_of
@@ -19,7 +20,7 @@ from bench.mismatch.report.left_out import NAMED, LeftOut
 from bench.mismatch.run import run
 from bench.mismatch.score import prepared_members
 from bench.proof.real.expert import Regression, Stretch, regress
-from bench.proof.real.sets import AUXILIARY, RealSet
+from bench.proof.real.sets import AUXILIARY, Expert, RealSet
 from bench.recording.folder import Rejected
 from bench.simulation.linear import in_metres
 from bench.simulation.terms import LIBRARY
@@ -92,7 +93,6 @@ def _compare(row: Examined, folder: Path, place: Path, leaving_out: bool, tell: 
         row.failed = f"the analyser does not compare {channel}: {report.why or '; '.join(report.skipped)}"
         return
     row.rmse, row.before, row.floor = outcome.rmse.get("after"), outcome.rmse.get("before"), outcome.floor
-    row.named = {effect: _is_named(effect, report.findings, report.left_out) for effect in real.expert.effects}
     right = {*(own for effect in real.expert.effects for own in effect.split("|")), *real.expert.also}
     row.false_names = [
         f.effect
@@ -104,6 +104,14 @@ def _compare(row: Examined, folder: Path, place: Path, leaving_out: bool, tell: 
         _stretches(report.data, channel, [m for m in report.data.members if not m.held_out]),
         _stretches(report.data, channel, [m for m in report.data.members if m.held_out]),
     )
+    asked = asked_of(real.expert, row.regression)
+    row.named = {effect: _is_named(effect, report.findings, report.left_out) for effect in asked}
+
+
+def asked_of(expert: Expert, found: Regression) -> list[str]:
+    """Effects that the analyser should name, each once: where the expert's regression tells a term from zero."""
+    told = np.abs(found.values) > criteria.TOLD * found.std
+    return list(dict.fromkeys(t.effect for t, sure in zip(expert.terms, told, strict=True) if sure and t.effect))
 
 
 def _told(finding: Finding) -> str:

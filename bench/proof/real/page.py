@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from bench.mismatch import criteria
 from bench.mismatch.report.left_out import NOT_ASKED
 from bench.mismatch.report.left_out import table as left_out_table
 from bench.proof.real.examine import SURE, Examined
@@ -17,7 +18,8 @@ The **analyser** is `bench mismatch`, given nothing but the mapping of the impor
 same samples of the same recordings for both; these fitted nothing.
 
 - *named*: terms of the expert that the analyser names. A term that the plain simulation has already (inertia,
-  Coulomb and viscous friction) counts where leaving it out would have been found (leave-one-out).
+  Coulomb and viscous friction) counts where leaving it out would have been found (leave-one-out). A term whose value
+  the expert's regression does not tell from zero is not asked for: less than {criteria.TOLD:g} standard deviations.
 - *false names*: findings with a name, confidence above {SURE:g}, that are not among the expert's terms.
 - Sets *apart* were first analysed after the method stood, and nothing was changed in the analyser for them. They are
   analysed again whenever this page is made, and these results are known: for a further change of the method they are

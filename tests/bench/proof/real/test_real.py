@@ -10,22 +10,24 @@ import pytest
 
 from bench.errors import ConfigurationError
 from bench.importing.mapping import load_mapping
-from bench.proof.real.examine import Examined, examine
+from bench.proof.real.examine import Examined, asked_of, examine
+from bench.proof.real.expert import Regression
 from bench.proof.real.formula import evaluate
 from bench.proof.real.page import page
-from bench.proof.real.sets import all_sets, load_set
+from bench.proof.real.sets import Expert, ExpertTerm, RealSet, all_sets, load_set
 
 
 def test_every_set_has_a_mapping_that_can_be_read_and_an_expert_that_can_be_asked(tmp_path: Path) -> None:
     sets = all_sets()
-    assert len(sets) >= 17
-    assert {own.name for own in sets if own.apart} == {"kinova", "schunk", "ur3"}
+    assert len(sets) >= 21
+    assert {own.name for own in sets if own.apart} == {"kinova", "loader", "openarm", "schunk", "ur3"}
     for own in sets:
         file = tmp_path / f"{own.name}.toml"
         file.write_text(own.mapping, encoding="utf-8")
         mapping, _ = load_mapping(file)
         patterns = {entry.file for entry in mapping.recordings}
-        patterns |= {own_file for channel in mapping.channels.values() if (own_file := channel.file) is not None}
+        columns = [*mapping.channels.values(), *mapping.aux.values()]
+        patterns |= {own_file for channel in columns if (own_file := channel.file) is not None}
         names = [f.name for f in own.files]
         assert all(any(fnmatch(name, pattern) for name in names) for pattern in patterns)
         assert all(any(fnmatch(name, pattern) for pattern in patterns) for name in names)
@@ -66,10 +68,22 @@ def test_a_table_with_an_unknown_key_is_refused() -> None:
         load_set("nmae = 'x'", "x.toml")
 
 
+def _first_seen_before() -> RealSet:
+    """A set of whose first sight nothing was written down."""
+    return next(own for own in all_sets() if own.first is None)
+
+
 def test_a_set_that_failed_is_a_row_with_the_reason() -> None:
-    text = page([Examined(all_sets()[0], failed="it has no torque")], "Made at noon.")
+    text = page([Examined(_first_seen_before(), failed="it has no torque")], "Made at noon.")
     assert "false names 0.\n\nMade at noon." in text or "No set was examined.\n\nMade at noon." in text
     assert "Failed: it has no torque" in text
+
+
+def test_what_the_expert_does_not_tell_from_zero_is_not_asked_for() -> None:
+    effects = ("friction.coulomb", "friction.viscous", "aux/p", "aux/p", "")
+    terms = tuple(ExpertTerm(symbol="x", column="1", unit="1", effect=effect) for effect in effects)
+    found = Regression(np.array([5.0, -3.0, 0.1, 4.0, 9.0]), np.ones(5) * [1.0, 10.0, 1.0, 1.0, 1.0], 0.0, 0.0)
+    assert asked_of(Expert(derivative_hz=1.0, how="x", terms=terms), found) == ["friction.coulomb", "aux/p"]
 
 
 def test_what_came_out_at_first_sight_stands_in_a_table_of_its_own() -> None:
@@ -79,4 +93,4 @@ def test_what_came_out_at_first_sight_stands_in_a_table_of_its_own() -> None:
     table = text[text.index("First sight, before anything was changed:") :]
     assert own.first.said in table
     assert f"| {own.first.ratio:.2f} |" in table
-    assert "First sight, before" not in page([Examined(all_sets()[0], failed="it has no torque")])
+    assert "First sight, before" not in page([Examined(_first_seen_before(), failed="it has no torque")])
