@@ -158,15 +158,21 @@ _PRODUCTS: dict[str, tuple[str, ...]] = {
 
 
 def named_candidates(
-    channel: str, frame: Frame, switched_off: Sequence[str], banned: Sequence[str] = (), free: bool = False
+    channel: str,
+    frame: Frame,
+    switched_off: Sequence[str],
+    banned: Sequence[str] = (),
+    free: bool = False,
+    cut: bool = False,
 ) -> Iterator[Named]:
     """Terms beyond the nominal simulation, and nominal ones that the given simulation lacks, at their grid points.
 
-    ``free``: in a motion that follows no set speeds nothing depends on what is constant.
+    ``free``: in a motion that follows no set speeds nothing depends on what is constant; ``cut``: in pieces of a few
+    recordings of it time is the order in which things were done, as in a sweep, and gives no effect its name.
     """
     effects = [t for t in for_channel(channel) if t.effect not in PERIODIC]
     effects += [LIBRARY[e] for e in switched_off if channel in LIBRARY[e].forms and e not in PERIODIC]
-    timeless = overlapping(frame)
+    timeless = overlapping(frame) or (cut and channel != TEMPERATURE)
     for term in effects:
         if term.effect in banned or term.effect in BY_GEOMETRY or (timeless and "time" in term.variables):
             continue

@@ -61,7 +61,9 @@ def begun(problem: ChannelProblem, seed: int = 0, left: FloatArray | None = None
     train = problem.train
     frame = problem.rows.frame.take(train)
     regressors: list[Regressor] = [
-        *named_candidates(problem.channel, problem.rows.frame, problem.switched_off, problem.banned, problem.free),
+        *named_candidates(
+            problem.channel, problem.rows.frame, problem.switched_off, problem.banned, problem.free, problem.cut
+        ),
         *free_candidates(problem.channel, frame, problem.free),
         *auxiliary_candidates(problem.channel, frame),
         *composed_candidates(problem.channel, frame, problem.turning),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bench.mismatch.regression.candidates import _of_product, free_candidates, knots_of
+from bench.mismatch.regression.candidates import _of_product, free_candidates, knots_of, named_candidates
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 from tests.bench.mismatch.regression.synthetic import campaign
 
@@ -55,3 +55,13 @@ def test_no_knot_stands_where_no_row_is() -> None:
     assert not any(-0.9 < knot < -0.25 for knot in knots)
     assert knots[0] < -0.9
     assert len(knots) > 8
+
+
+def test_in_pieces_of_a_free_motion_time_gives_no_torque_its_effect() -> None:
+    """In a sweep the motion itself changes as time goes on, and friction that changes with it is no running-in."""
+
+    def effects(channel: str, cut: bool) -> set[str]:
+        return {own.effect for own in named_candidates(channel, campaign(), (), cut=cut)}
+
+    assert effects(MOTOR_TORQUE, False) - effects(MOTOR_TORQUE, True) == {"friction.run_in"}
+    assert effects(TEMPERATURE, True) == effects(TEMPERATURE, False)
