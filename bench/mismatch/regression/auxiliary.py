@@ -11,7 +11,7 @@ from itertools import combinations, product
 
 import numpy as np
 
-from bench.mismatch.regression.candidates import KNOTS, ends, knots_of
+from bench.mismatch.regression.knots import KNOTS, ends, knots_of
 from bench.mismatch.regression.regressors import Free, Regressor
 from bench.mismatch.regression.sensitivity import is_carried
 from bench.simulation.composed import OWN_ANGLE, acceleration_of, parts_of, summed

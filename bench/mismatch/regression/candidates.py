@@ -12,6 +12,7 @@ from itertools import combinations_with_replacement
 import numpy as np
 
 from bench.mismatch import criteria
+from bench.mismatch.regression.knots import KNOTS, close_knots, ends, is_constant, knots_of
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor, by_definition
 from bench.mismatch.regression.spells import SPELLS, spells
 from bench.simulation.frame import FloatArray, Frame
@@ -42,18 +43,12 @@ PATH = "torque_path"
 """variable of terms that depend on whether the torque rises or falls"""
 BY_GEOMETRY = ("motor.load_reaction", "load.reaction")
 """terms without a free parameter: they are taken off the measured channel"""
-KNOTS = (6, 12)
-"""knots of free functions of one quantity: coarse and fine"""
-CLOSE_KNOTS = 28
-"""knots of a function of the speed in even ratios: from 0.01 to 1 rad/s one a fifth further than the last"""
 KNOTS_OF_SEVERAL = {2: 5, 3: 4}
 """knots of each quantity in functions of two, and of three"""
 EACH_KNOT = 3
 """recordings to each knot of a function of time, at least: a drift goes through several"""
 _STRAIGHT = ("angle", "time", "elapsed", "load", "torque", "temperature")
 """quantities of which a straight line is tried as well: fewer numbers than a table"""
-LEAST_VARIATION = 1e-9
-"""relative spread of a quantity below which it is constant"""
 
 # functions of one quantity: (quantity, factors of the tables that stand together)
 _ONE: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
@@ -176,16 +171,11 @@ def named_candidates(
     for term in effects:
         if term.effect in banned or term.effect in BY_GEOMETRY or (timeless and "time" in term.variables):
             continue
-        if free and any(name in QUANTITIES and _constant(quantity(name, frame)) for name in term.variables):
+        if free and any(name in QUANTITIES and is_constant(quantity(name, frame)) for name in term.variables):
             continue
         for form in term.forms[channel]:
             for point in form.grid(frame):
                 yield Named(term, channel, form, point)
-
-
-def _constant(values: FloatArray) -> bool:
-    """Whether a quantity does not vary: nothing can be said to depend on it."""
-    return values.size == 0 or float(np.ptp(values)) <= LEAST_VARIATION * (1.0 + float(np.abs(values).max()))
 
 
 def free_candidates(channel: str, frame: Frame, straight: bool = False) -> Iterator[Free]:
@@ -284,59 +274,3 @@ def shape_of(channel: str, effect: str, frame: Frame, number: int = KNOTS[-1]) -
         if knots is not None:
             grids.append(Grid((name,), times, (knots,)))
     return Free(channel, tuple(grids), effect) if grids else None
-
-
-def ends(values: FloatArray) -> tuple[float, float] | None:
-    """The least and the largest value: a table of two knots is a straight line. None for a constant."""
-    if values.size == 0 or not np.isfinite(values).all():
-        return None
-    low, high = float(values.min()), float(values.max())
-    return (low, high) if high - low > 1e-9 * (abs(low) + abs(high)) else None
-
-
-def knots_of(values: FloatArray, number: int) -> tuple[float, ...] | None:
-    """Knots half by the quantiles of the values and half evenly, apart by a part of the range; None if constant."""
-    if _constant(values):
-        return None
-    spread = float(np.ptp(values))
-    levels = np.unique(np.round(values / spread, 4)) * spread
-    if levels.size < 3:
-        return None
-    apart = spread / (3.0 * number)
-    alike = np.split(levels, np.flatnonzero(np.diff(levels) > apart) + 1)
-    if len(alike) <= number and all(np.ptp(own) < apart for own in alike):
-        # a few levels, each with what a controller leaves: a knot each
-        return tuple(float(own.mean()) for own in alike) if len(alike) >= 3 else None
-    sample = np.quantile(values, np.linspace(0.005, 0.995, number))
-    even = np.linspace(sample[0], sample[-1], number)
-    kept: list[float] = []
-    for knot in np.unique(0.5 * sample + 0.5 * even):
-        if not kept or knot - kept[-1] >= apart:
-            kept.append(float(knot))
-    kept = _among_rows(kept, levels)
-    return tuple(kept) if len(kept) >= 3 else None
-
-
-def _among_rows(knots: Sequence[float], values: FloatArray) -> list[float]:
-    """Knots (increasing) with sorted ``values`` nearer to them than to the next ones, and both ends.
-
-    In a gap a table's value stands on rows far away, and what it says there is made many times as large.
-    """
-    middles = 0.5 * (np.array(knots[1:]) + np.array(knots[:-1]))
-    here = np.diff(np.searchsorted(values, middles))
-    return [*knots[:1], *(k for k, n in zip(knots[1:-1], here, strict=True) if n), *knots[1:][-1:]]
-
-
-def close_knots(speed: FloatArray) -> tuple[float, ...] | None:
-    """Knots of a function of the speed in even ratios, for what happens about one speed; None where too few speeds were
-    driven.
-
-    A warm-up runs five times as fast as any point: knots at even distances leave no more than three to all the others.
-    """
-    driven = speed[speed > 0.0]
-    if driven.size < CLOSE_KNOTS:
-        return None
-    low, high = np.quantile(driven, [0.02, 1.0])
-    # nothing is known of a speed that was never driven
-    edges = _among_rows([float(own) for own in np.log(np.geomspace(low, high, CLOSE_KNOTS))], np.sort(np.log(driven)))
-    return tuple(float(own) for own in np.exp(edges)) if len(edges) > KNOTS[1] else None

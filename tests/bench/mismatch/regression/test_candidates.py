@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bench.mismatch.regression.candidates import _of_product, free_candidates, knots_of, named_candidates
+from bench.mismatch.regression.candidates import _of_product, free_candidates, named_candidates
+from bench.mismatch.regression.knots import knots_of
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 from tests.bench.mismatch.regression.synthetic import campaign
 
