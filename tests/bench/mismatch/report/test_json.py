@@ -178,7 +178,7 @@ def test_several_of_one_effect_in_a_channel_are_one() -> None:
         ({}, "match", ""),
         ({"rmse": {"after": 0.031}}, "undetermined", "more than the noise"),
         ({"rmse": {}}, "undetermined", "could be held out"),
-        ({"floor_std": None}, "undetermined", "how well the noise"),
+        ({"floor_std": None}, "undetermined", "how well that noise is known could not be computed"),
         ({"structure": None}, "undetermined", "could not be tested"),
     ],
 )
