@@ -10,9 +10,9 @@ from bench.mismatch.given import Given
 from bench.simulation import waves
 from bench.simulation.fourier import FourierSet
 from bench.simulation.frame import FloatArray, Frame, IntArray
-from bench.simulation.laws import Complex, factor
+from bench.simulation.laws import factor
 from bench.simulation.polynomial import basis
-from bench.simulation.sines import summed_vectors, turned
+from bench.simulation.sines import summed
 from bench.simulation.terms import TRANSMISSION_ERROR
 from bench.simulation.waves import ROWS_AT_ONCE
 
@@ -20,10 +20,8 @@ from bench.simulation.waves import ROWS_AT_ONCE
 def periodic_part(given: Given, frame: Frame) -> FloatArray:
     """Series with its laws, offset, and pulses at the rows of a frame (n,), rad."""
     out = np.zeros(frame.size)
-    for part, own, monomials, vectors in _vectors(given, frame):
-        orders = np.asarray(own.orders, dtype=np.float64)
-        waves_of = summed_vectors(frame.theta[part], orders, vectors.real.copy(), vectors.imag.copy())
-        out[part] = monomials @ own.offset + waves_of
+    for part, own, monomials, amplitude, phase in _waves(given, frame):
+        out[part] = monomials @ own.offset + summed(frame.theta[part], _orders(own), amplitude, phase)
     for pulse in given.pulses:
         out = out + pulse.evaluate(frame.theta)
     return out
@@ -35,10 +33,10 @@ def slope(given: Given, frame: Frame) -> FloatArray:
     Without what the motor's encoder misreads: that moves nothing.
     """
     out = np.zeros(frame.size)
-    for part, own, _, vectors in _vectors(given, frame):
-        orders = np.asarray(own.orders, dtype=np.float64)
-        steeper = 1j * np.where(np.isin(orders, given.misread), 0.0, orders)[:, None] * vectors
-        out[part] = summed_vectors(frame.theta[part], orders, steeper.real.copy(), steeper.imag.copy())
+    for part, own, _, amplitude, phase in _waves(given, frame):
+        orders = _orders(own)
+        steeper = amplitude * np.where(np.isin(orders, given.misread), 0.0, orders)[:, None]
+        out[part] = summed(frame.theta[part], orders, steeper, phase + 0.5 * np.pi)
     further = [w.slope for w in given.waves.get(TRANSMISSION_ERROR, ()) if w.order not in given.misread]
     if further:
         out = out + waves.evaluate(further, frame.theta, frame)
@@ -47,9 +45,13 @@ def slope(given: Given, frame: Frame) -> FloatArray:
     return out
 
 
-def _vectors(given: Given, frame: Frame) -> Iterator[tuple[IntArray, FourierSet, FloatArray, Complex]]:
-    """Rows of a frame in parts, each with the series of its direction, the monomials there (n, 10), and the vectors of
-    the orders with their laws (k, n).
+def _orders(own: FourierSet) -> FloatArray:
+    return np.asarray(own.orders, dtype=np.float64)
+
+
+def _waves(given: Given, frame: Frame) -> Iterator[tuple[IntArray, FourierSet, FloatArray, FloatArray, FloatArray]]:
+    """Rows of a frame in parts, each with the series of its direction, the monomials there (n, 10), amplitude and phase
+    of the orders with their laws (k, n).
     """
     model = given.simulation.transmission_error()
     x = np.column_stack([frame.torque, frame.velocity, frame.temperature])
@@ -61,7 +63,8 @@ def _vectors(given: Given, frame: Frame) -> Iterator[tuple[IntArray, FourierSet,
         for a in range(0, rows.size, ROWS_AT_ONCE):
             part = rows[a : a + ROWS_AT_ONCE]
             monomials = basis(*x[part].T)
-            vectors = (own.amplitude @ monomials.T) * turned(own.phase @ monomials.T)
+            amplitude, phase = own.amplitude @ monomials.T, own.phase @ monomials.T
             for law in given.laws:
-                vectors *= factor(law, x[part], frame.time[part], [float(f) for f in own.orders]).T
-            yield part, own, monomials, vectors
+                by = factor(law, x[part], frame.time[part], [float(f) for f in own.orders]).T
+                amplitude, phase = amplitude * np.abs(by), phase + np.angle(by)
+            yield part, own, monomials, amplitude, phase
