@@ -106,6 +106,18 @@ def test_an_angle_in_degrees_taken_for_radians_turns_too_fast(tmp_path: Path) ->
     assert any("faster than motors do" in sentence for sentence in told)
 
 
+@pytest.mark.parametrize(("factor", "told"), [(1.0, ""), (1.3, "channels.motor_velocity is 1.3")])
+def test_a_shaking_motion_is_no_wrong_scale(tmp_path: Path, factor: float, told: str) -> None:
+    """To and fro eight times a second: differences of the angle over a twenty-fifth of one are a sixth too small."""
+    time = np.arange(3000) / 100.0
+    speed = 4.0 * np.cos(2 * np.pi * 8.0 * time)
+    angle = np.sin(2 * np.pi * 8.0 * time) / (4 * np.pi)
+    builders.csv(tmp_path / "a.csv", t=time, q=angle, w=factor * speed)
+    both = 'motor_angle = {variable = "q", unit = "rad"}\nmotor_velocity = {variable = "w", unit = "rad/s"}'
+    warnings = builders.one(tmp_path, both).warnings
+    assert any(told in own for own in warnings) if told else warnings == ()
+
+
 def test_factors_have_names() -> None:
     assert reason(-1.0) == "likely a wrong sign; scale times -1 would be right"
     assert "other side of the gearbox" in reason(1 / 185.0, 185.0)
