@@ -200,11 +200,11 @@ def prepare(
         aux=_auxiliary(signals, rate, span, whole),
     )
     corner = corners(acceleration, rate, span)
-    told = _told(recording, folder)
-    by = {SIMULATED + name: thinning.mean(own) for name, own in told.items() if BY in name}
+    given = _told(recording, folder)
+    by = {SIMULATED + name: thinning.mean(values) for name, values in given.items() if BY in name}
     frame = replace(frame, aux={**frame.aux, **by})
-    measured, swept, leaning = _measured(signals, thinning, ratio, taken, corner, told)
-    simulated = {name: thinning.mean(own) for name, own in told.items() if name in measured}
+    measured, swept, leaning = _measured(signals, thinning, ratio, taken, corner, given)
+    simulated = {name: thinning.mean(values) for name, values in given.items() if name in measured}
     dead = frozenset(name for name, marked in signals.bad.items() if marked.all())
     angle = (
         signals.samples["motor_angle"] / ratio if "motor_angle" in signals else thinning.spread(theta, recording.size)
@@ -218,9 +218,9 @@ def _auxiliary(signals: _Signals, rate: float, span: float, whole: Sequence[slic
     out: dict[str, FloatArray] = {}
     for name in signals.samples:
         if name.startswith(AUXILIARY):
-            own = name.removeprefix(AUXILIARY)
-            out[own] = signals.mean(name)
-            _, out[rate_of(own)], out[acceleration_of(own)] = smoothed(out[own], rate, span, whole)
+            quantity = name.removeprefix(AUXILIARY)
+            out[quantity] = signals.mean(name)
+            _, out[rate_of(quantity)], out[acceleration_of(quantity)] = smoothed(out[quantity], rate, span, whole)
     return out
 
 
@@ -230,23 +230,23 @@ def _measured(
     ratio: float,
     taken: dict[str, FloatArray],
     corner: NDArray[np.bool_],
-    told: dict[str, FloatArray],
+    given: dict[str, FloatArray],
 ) -> tuple[dict[str, Measured], FloatArray, FloatArray]:
-    """The compared channels, less what is ``told`` of them sample by sample; and how input angle and transmission
+    """The compared channels, less what is ``given`` of them sample by sample; and how input angle and transmission
     error scatter together inside the groups.
     """
     out: dict[str, Measured] = {}
     swept = leaning = np.zeros(corner.size)
     if "motor_angle" in signals and "load_angle" in signals:
         angle = signals.samples["motor_angle"] / ratio
-        error = signals.samples["load_angle"] - angle - told.get("transmission_error", 0.0)
+        error = signals.samples["load_angle"] - angle - given.get("transmission_error", 0.0)
         good = ~(signals.bad["motor_angle"] | signals.bad["load_angle"] | spikes(error))
         out["transmission_error"] = thinning.measured(error, good)
         swept, leaning = thinning.inner(angle, angle, good), thinning.inner(angle, error, good)
     for name in ("motor_torque", "temperature", "load_torque"):
         if name in signals:
-            own = thinning.measured(signals.samples[name] - told.get(name, 0.0), ~signals.bad[name])
-            out[name] = own.less(taken.get(name), thinning).without(corner if name != "temperature" else None)
+            means = thinning.measured(signals.samples[name] - given.get(name, 0.0), ~signals.bad[name])
+            out[name] = means.less(taken.get(name), thinning).without(corner if name != "temperature" else None)
     return out, swept, leaning
 
 

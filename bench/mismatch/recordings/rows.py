@@ -103,24 +103,24 @@ def slow_rows(prepared: Prepared, channel: str, manner: Manner) -> Rows:
         limits = np.maximum(limits, _in_a_moment(frame, max(1, round(shortest))))
     most = np.full(frame.size, 1.0 / shortest)
     edges = blocks(1.0 / width, most, parting, frame.velocity, frame.torque_level, limits)
-    own = prepared.measured[channel]
-    mean, number = block_mean(own.mean, own.number, edges)
-    return Rows(reduced(frame, edges), mean, number, _within(own, mean, edges, number))
+    measured = prepared.measured[channel]
+    mean, number = block_mean(measured.mean, measured.number, edges)
+    return Rows(reduced(frame, edges), mean, number, _within(measured, mean, edges, number))
 
 
 def heat_rows(prepared: Prepared) -> Rows:
     """Rows of the temperature."""
     edges = np.arange(0, prepared.frame.size, max(1, round(HEAT_S * prepared.sample_rate)))
-    own = prepared.measured["temperature"]
-    mean, number = block_mean(own.mean, own.number, edges)
-    return Rows(reduced(prepared.frame, edges), mean, number, _within(own, mean, edges, number))
+    measured = prepared.measured["temperature"]
+    mean, number = block_mean(measured.mean, measured.number, edges)
+    return Rows(reduced(prepared.frame, edges), mean, number, _within(measured, mean, edges, number))
 
 
-def _within(own: Measured, mean: FloatArray, edges: IntArray, number: FloatArray) -> FloatArray:
+def _within(measured: Measured, mean: FloatArray, edges: IntArray, number: FloatArray) -> FloatArray:
     """Variance of the valid samples inside each block."""
-    width = np.diff(np.append(edges, own.number.size))
-    inner = np.where(own.number > 0, own.mean - np.repeat(mean, width), 0.0)
-    return np.asarray(np.add.reduceat(inner**2 * own.number + own.scatter, edges) / np.maximum(number, 1.0))
+    width = np.diff(np.append(edges, measured.number.size))
+    inner = np.where(measured.number > 0, measured.mean - np.repeat(mean, width), 0.0)
+    return np.asarray(np.add.reduceat(inner**2 * measured.number + measured.scatter, edges) / np.maximum(number, 1.0))
 
 
 def angle_rows(prepared: Prepared) -> Rows:
@@ -129,16 +129,16 @@ def angle_rows(prepared: Prepared) -> Rows:
     step = np.abs(frame.velocity) / prepared.sample_rate / ANGLE_STEP
     slowest = 1.0 / (ANGLE_STEP_S * prepared.sample_rate)
     edges = _edges(np.cumsum(np.maximum(step, slowest)), frame.direction, prepared.label)
-    own = prepared.measured["transmission_error"]
-    mean, number = block_mean(own.mean, own.number, edges)
-    width = np.diff(np.append(edges, own.number.size))
-    inner = np.where(own.number > 0, own.mean - np.repeat(mean, width), 0.0)
-    angle, _ = block_mean(frame.theta, own.number, edges)
-    turned = np.where(own.number > 0, frame.theta - np.repeat(angle, width), 0.0)
+    measured = prepared.measured["transmission_error"]
+    mean, number = block_mean(measured.mean, measured.number, edges)
+    width = np.diff(np.append(edges, measured.number.size))
+    inner = np.where(measured.number > 0, measured.mean - np.repeat(mean, width), 0.0)
+    angle, _ = block_mean(frame.theta, measured.number, edges)
+    turned = np.where(measured.number > 0, frame.theta - np.repeat(angle, width), 0.0)
     at_least = np.maximum(number, 1.0)
-    within = np.add.reduceat(inner**2 * own.number + own.scatter, edges) / at_least
-    lean = np.add.reduceat(inner * turned * own.number + prepared.leaning, edges) / at_least
-    sweep = np.add.reduceat(turned**2 * own.number + prepared.swept, edges) / at_least
+    within = np.add.reduceat(inner**2 * measured.number + measured.scatter, edges) / at_least
+    lean = np.add.reduceat(inner * turned * measured.number + prepared.leaning, edges) / at_least
+    sweep = np.add.reduceat(turned**2 * measured.number + prepared.swept, edges) / at_least
     return Rows(reduced(frame, edges), mean, number, within, lean, sweep)
 
 
@@ -155,15 +155,15 @@ def _in_a_moment(frame: Frame, step: int) -> FloatArray:
     """
     if frame.size <= step:
         return np.zeros(2)
-    moved = [np.abs(own[step:] - own[:-step]) for own in (frame.velocity, frame.torque_level)]
-    return np.array([float(np.percentile(own, _MOSTLY)) for own in moved])
+    moved = [np.abs(values[step:] - values[:-step]) for values in (frame.velocity, frame.torque_level)]
+    return np.array([float(np.percentile(values, _MOSTLY)) for values in moved])
 
 
 def _changes(*values: NDArray[Any]) -> NDArray[np.bool_]:
     """Where any of the values differs from the one before (n,)."""
     out = np.zeros(values[0].size, dtype=bool)
-    for own in values:
-        out[1:] |= own[1:] != own[:-1]
+    for column in values:
+        out[1:] |= column[1:] != column[:-1]
     return out
 
 

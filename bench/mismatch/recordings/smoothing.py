@@ -58,9 +58,9 @@ def smoothed(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """:func:`local_quadratic`, with ``pieces`` no shorter than a window smoothed by their own samples alone."""
     value, slope, curve = local_quadratic(signal, rate, span)
-    for own in pieces:
-        if own.stop - own.start >= window(rate, span):
-            value[own], slope[own], curve[own] = local_quadratic(signal[own], rate, span)
+    for piece in pieces:
+        if piece.stop - piece.start >= window(rate, span):
+            value[piece], slope[piece], curve[piece] = local_quadratic(signal[piece], rate, span)
     return value, slope, curve
 
 
@@ -81,10 +81,10 @@ def _quadratic(y: FloatArray, m: int) -> tuple[FloatArray, FloatArray, FloatArra
             zero = y[c]
             a = b = d = 0.0
             for i in range(-m, m + 1):
-                own = y[c + i] - zero
-                a += own
-                b += i * own
-                d += i * i * own
+                above = y[c + i] - zero
+                a += above
+                b += i * above
+                d += i * i * above
         else:  # the window moves on by one sample
             gone, come = y[c - m - 1] - zero, y[c + m] - zero
             d += (m + 1) * (m + 1) * come - m * m * gone
@@ -99,11 +99,11 @@ def _quadratic(y: FloatArray, m: int) -> tuple[FloatArray, FloatArray, FloatArra
     for end in range(2):
         c = m if end == 0 else n - 1 - m
         for i in range(1, m + 1):
-            place = c - i if end == 0 else c + i
-            x = float(place - c)
-            value[place] = value[c] + slope[c] * x + 0.5 * curve[c] * x * x
-            slope[place] = slope[c] + curve[c] * x
-            curve[place] = curve[c]
+            index = c - i if end == 0 else c + i
+            x = float(index - c)
+            value[index] = value[c] + slope[c] * x + 0.5 * curve[c] * x * x
+            slope[index] = slope[c] + curve[c] * x
+            curve[index] = curve[c]
     return value, slope, curve
 
 

@@ -84,7 +84,7 @@ def _best(hows: Sequence[Rates], recordings: Sequence[Recording], standstill: fl
 def _columns(recording: Recording, how: Rates, standstill: float) -> FloatArray:
     """Samples of a recording (n, k): direction, speed, acceleration, one, load where there is one; last the torque."""
     names = [n for n in ("motor_angle", "motor_velocity", "motor_torque", "load_torque") if n in recording.specs]
-    signals = {n: repaired(own, ~np.isfinite(own)) for n, own in recording.read_si(names).items()}
+    signals = {n: repaired(values, ~np.isfinite(values)) for n, values in recording.read_si(names).items()}
     none = np.zeros(recording.size)
     angle, velocity = signals["motor_angle"], signals.get("motor_velocity", none)
     speed, acceleration = motion(angle, velocity, float(recording.sample_rate), how)

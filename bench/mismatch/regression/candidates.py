@@ -234,8 +234,8 @@ def exercised(regressor: Regressor, columns: FloatArray, frame: Frame) -> bool:
     """
     if PATH not in regressor.variables:
         return True
-    own = "load_motor_torque" if regressor_channel(regressor) == LOAD_TORQUE else "torque"
-    values = quantity(own, frame)
+    driving = "load_motor_torque" if regressor_channel(regressor) == LOAD_TORQUE else "torque"
+    values = quantity(driving, frame)
     knots = knots_of(values, KNOTS[1])
     if knots is None:
         return False

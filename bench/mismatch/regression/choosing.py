@@ -143,7 +143,7 @@ def _levels(model: ChannelModel) -> list[Block]:
     """Levels that change over the campaign, for each factor that has none yet."""
     if overlapping(model.problem.rows.frame.take(model.problem.train)):
         return []
-    known = {own.times for c in model.chosen if (own := levels_of(c.main.regressor)) is not None}
+    known = {levels.times for c in model.chosen if (levels := levels_of(c.main.regressor)) is not None}
     return in_levels(model, [times for times in SIGNS if times not in known])
 
 
@@ -213,7 +213,7 @@ def hidden_pair(search: Search, seen: Scan) -> list[Chosen]:
         fitted = model.refitted(both)
         if all(_possible(c.main, fitted) for c in (first, second)):
             total = float(search.density(both).sum()) - description(model, first) - description(model, second)
-            best = max(best, (total, [first, second]), key=lambda own: own[0])
+            best = max(best, (total, [first, second]), key=lambda entry: entry[0])
     return best[1]
 
 
@@ -234,13 +234,13 @@ def _form_of_a_name(block: Block, chosen: Sequence[Chosen]) -> Block:
     free = block.regressor
     if not isinstance(free, Free) or free.mixing:
         return block
-    own = {(name, grid.times) for grid in free.grids for name in grid.over}
+    factors = {(name, grid.times) for grid in free.grids for name in grid.over}
     for one in chosen:
         term = LIBRARY.get(one.effect)
         named = isinstance(one.main.regressor, Named)
-        if not own or not named or term is None:
+        if not factors or not named or term is None:
             continue
-        if own <= {*term.shape.get(free.channel, ()), *term.passing.get(free.channel, ())}:
+        if factors <= {*term.shape.get(free.channel, ()), *term.passing.get(free.channel, ())}:
             return replace(block, regressor=replace(free, effect=one.effect))
     return block
 

@@ -39,9 +39,9 @@ def knots_of(values: FloatArray, number: int) -> tuple[float, ...] | None:
         return None
     apart = spread / (3.0 * number)
     alike = np.split(levels, np.flatnonzero(np.diff(levels) > apart) + 1)
-    if len(alike) <= number and all(np.ptp(own) < apart for own in alike):
+    if len(alike) <= number and all(np.ptp(group) < apart for group in alike):
         # a few levels, each with what a controller leaves: a knot each
-        return tuple(float(own.mean()) for own in alike) if len(alike) >= 3 else None
+        return tuple(float(group.mean()) for group in alike) if len(alike) >= 3 else None
     sample = np.quantile(values, np.linspace(0.005, 0.995, number))
     even = np.linspace(sample[0], sample[-1], number)
     kept: list[float] = []

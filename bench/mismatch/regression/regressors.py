@@ -249,8 +249,8 @@ def unit_of(name: str) -> str:
 
 def by_definition(channel: str, name: str, factors: tuple[str, ...]) -> str:
     """The effect that any function of a quantity ``name``, times these factors, is, where one is defined so."""
-    own = {(name, times) for times in factors}
+    asked = {(name, times) for times in factors}
     for term in LIBRARY.values():
-        if term.any_function and own <= set(term.shape.get(channel, ())):
+        if term.any_function and asked <= set(term.shape.get(channel, ())):
             return term.effect
     return UNKNOWN

@@ -29,11 +29,11 @@ def acting(angle: FloatArray, course: FloatArray, number: FloatArray) -> tuple[t
         return ()
     # a calibration takes the mean off: what stands at the usual level does not act
     density = (mean - np.median(mean)) ** 2
-    own = _strongest(density)
-    if not 0 < own.size <= WIDEST * BINS:
+    strongest = _strongest(density)
+    if not 0 < strongest.size <= WIDEST * BINS:
         return ()
     inside = np.zeros(BINS, dtype=bool)
-    inside[own] = True
+    inside[strongest] = True
     # a passage through zero is no end of a window
     inside |= np.roll(inside, 1) & np.roll(inside, -1)
     step = 2.0 * np.pi / BINS
@@ -86,12 +86,12 @@ def _strongest(energy: FloatArray) -> IntArray:
 
 def _density(angle: FloatArray, values: FloatArray, number: FloatArray) -> FloatArray | None:
     """Mean of values (n,) in each part of a revolution; None where a part has no sample."""
-    own = number > 0
-    place = _bins(angle[own])
-    weight = np.bincount(place, number[own], BINS)
+    counted = number > 0
+    bin_of_row = _bins(angle[counted])
+    weight = np.bincount(bin_of_row, number[counted], BINS)
     if not np.all(weight > 0.0):
         return None
-    return np.asarray(np.bincount(place, number[own] * values[own], BINS) / weight)
+    return np.asarray(np.bincount(bin_of_row, number[counted] * values[counted], BINS) / weight)
 
 
 def _bins(angle: FloatArray) -> IntArray:
