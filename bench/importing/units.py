@@ -51,8 +51,17 @@ _AS_ANGULAR = {"1/s", "Hz"}
 _BRACKETS = re.compile(
     r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*)\)|\s/\s*(?P<c>\S+)|\s+in\s+(?P<d>\S+))\s*$"
 )
-_SUFFIX = re.compile(r"^(?P<name>.+?)_(?P<unit>deg|rad|rpm|Nm|N|A|V|s|ms|us|mm|m|degC|C|rad_s|deg_s|rads|counts)$")
-_SUFFIXES = {"rad_s": "rad/s", "rads": "rad/s", "deg_s": "deg/s", "C": "degC"}
+_SUFFIXES = {
+    **dict.fromkeys(("rad_s", "rads", "rad_per_s", "rad_per_sec"), "rad/s"),
+    **dict.fromkeys(("deg_s", "deg_per_s", "deg_per_sec"), "deg/s"),
+    **dict.fromkeys(("m_s", "m_per_s"), "m/s"),
+    **dict.fromkeys(("mm_s", "mm_per_s"), "mm/s"),
+    "rps": "rev/s",
+    "C": "degC",
+}
+"""units at the end of a name, as they are written there"""
+_PLAIN = ("deg", "rad", "rpm", "Nm", "N", "kN", "MN", "A", "mA", "V", "s", "ms", "us", "mm", "m", "degC", "counts")
+_SUFFIX = re.compile(rf"^(?P<name>.+?)_(?P<unit>{'|'.join((*_SUFFIXES, *_PLAIN))})$")
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ import numpy as np
 from bench.errors import ConfigurationError
 from bench.importing.channel import LINEAR
 from bench.importing.looking.guesses import overflow, ratio_of, rises_evenly, step_of, unit_of_time
-from bench.importing.looking.inventory import Column, Inventory
+from bench.importing.looking.inventory import NAMELESS, Column, Inventory
 from bench.importing.looking.names import Meaning, busiest_axis, channel_of, meaning, plain
 from bench.importing.mapping import OPEN
 from bench.importing.units import unit_of
@@ -200,7 +200,9 @@ def _rate(found: Inventory, time: Column | None, entries: dict[str, Entry]) -> f
 def _place(column: Column) -> dict[str, Entry]:
     """Where a column stands, as a mapping says it."""
     entries: dict[str, Entry] = {}
-    headed = not column.variable.name.startswith(("column ", "row "))
+    if column.file:
+        return {"file": Entry(column.file), "column": Entry(1)}
+    headed = not column.variable.name.startswith((NAMELESS, "row "))
     if headed:
         entries["variable"] = Entry(column.variable.name)
     else:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import glob
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,19 +19,23 @@ from bench.importing.formats.text_layout import TextOptions
 _MOST_COLUMNS = 40
 _BLOCKS = "▁▂▃▄▅▆▇█"
 PICTURE_WIDTH = 24
+NAMELESS = "column "
+"""begins the name of a column of a text file that has none"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Column:
     """One line of numbers or of time stamps (N,) in a file, and how a mapping names it.
 
-    ``number`` counts columns or rows (``along`` says which) of a matrix from 1; ``numeric`` is False for stamps.
+    ``number`` counts columns or rows (``along`` says which) of a matrix from 1; ``numeric`` is False for stamps;
+    ``file``: its name, where a file holds this line alone.
     """
 
     variable: Variable
     values: NDArray[Any]
     number: int | None = None
     along: str = "column"
+    file: str = ""
 
     @property
     def name(self) -> str:
@@ -95,6 +100,9 @@ def take_inventory(file: str | Path, options: TextOptions | None = None) -> Inve
         if not fitting:
             raise RecordingError(f"{pattern}: no file fits this pattern, it should name at least one.")
         path = Path(fitting[0])
+        alone = _a_file_each([Path(own) for own in fitting], options)
+        if alone:
+            return Inventory(path, str(path), open_source(path, options), alone, {}, ())
     source = open_source(path, options)
     columns: list[Column] = []
     constants: dict[str, float] = {}
@@ -113,6 +121,21 @@ def take_inventory(file: str | Path, options: TextOptions | None = None) -> Inve
         why = next((told for variable, told in others if not variable.shape), None)
         raise RecordingError(why or f"{path}: holds no variable with more than one number, there should be samples.")
     return Inventory(path, pattern, source, tuple(columns), constants, tuple(others))
+
+
+def _a_file_each(files: Sequence[Path], options: TextOptions | None) -> tuple[Column, ...]:
+    """A column for each of several files that hold one without a name, all as long; none where they are other files.
+
+    The name of the file is the name of what stands in it.
+    """
+    columns: list[Column] = []
+    for path in files if len(files) > 1 else ():
+        source = open_source(path, options)
+        held = source.variables()
+        if len(held) != 1 or not held[0].name.startswith(NAMELESS):
+            return ()
+        columns.append(Column(replace(held[0], name=path.stem), source.read(held[0].name), file=path.name))
+    return tuple(columns) if len({own.values.size for own in columns}) == 1 else ()
 
 
 def _lines(variable: Variable) -> int | None:

@@ -236,3 +236,17 @@ def test_of_an_arm_the_joint_that_moves_is_taken(tmp_path: Path) -> None:
     content = _content(_draft(tmp_path / "arm.npz"))
     assert [content["channels"][name]["column"] for name in ("motor_angle", "motor_torque")] == [2, 2]
     assert [own["column"] for own in content["aux"].values()] == [1, 3, 1, 3]
+
+
+def test_a_file_for_each_channel_has_its_name(tmp_path: Path) -> None:
+    for name, values in (("boom_angle_deg", _Q), ("boom_speed_deg_per_sec", _T), ("force_kN", _Q), ("joystick", _T)):
+        np.savetxt(tmp_path / f"{name}.txt", values)
+    made = draft(take_inventory(tmp_path / "*.txt"), tmp_path / "rig.toml")
+    content = _content(made)
+    assert content["channels"]["motor_angle"] == {"file": "boom_angle_deg.txt", "column": 1, "unit": "deg"}
+    assert content["channels"]["motor_velocity"]["unit"] == "deg/s"
+    assert content["channels"]["motor_torque"] == {"file": "force_kN.txt", "column": 1, "unit": "kN"}
+    assert content["aux"]["joystick"] == {"file": "joystick.txt", "column": 1}
+    assert content["recordings"] == [{"file": "boom_angle_deg.txt"}]
+    np.savetxt(tmp_path / "longer.txt", np.arange(5000.0))
+    assert len(take_inventory(tmp_path / "*.txt").columns) == 1
