@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from bench.errors import BenchError, ConfigurationError
-from bench.importing.looking.draft import Draft
+from bench.importing.looking.entries import Draft
 from bench.importing.mapping import OPEN
 from bench.importing.units import quantity, unit_of
 from bench.signals import BY_NAME

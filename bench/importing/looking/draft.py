@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import os
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -12,106 +10,16 @@ import numpy as np
 
 from bench.errors import ConfigurationError
 from bench.importing.channel import LINEAR
-from bench.importing.looking.guesses import overflow, ratio_of, rises_evenly, step_of, unit_of_time
+from bench.importing.looking.entries import Draft, Entry
+from bench.importing.looking.guesses import overflow, rate_of, ratio_of, rises_evenly, step_of, unit_of_time
 from bench.importing.looking.inventory import NAMELESS, Column, Inventory
 from bench.importing.looking.names import Meaning, busiest_axis, channel_of, meaning, plain
 from bench.importing.mapping import OPEN
 from bench.importing.units import unit_of
 from bench.signals import BY_NAME
 
-NEEDED = {
-    "the motor's angle or speed": ("motor_angle", "motor_velocity"),
-    "the motor's torque, force or current": ("motor_torque",),
-}
-"""what the analysis needs at least, and the channels of which one says it"""
 _GUESS = "a guess"
 _TOLD = "the file says so"
-
-
-@dataclass(slots=True)
-class Entry:
-    """A value of a mapping, with ``why`` it is that, and whether it is ``sure``."""
-
-    value: Any
-    why: str = ""
-    sure: bool = True
-
-
-@dataclass(slots=True)
-class Draft:
-    """Tables of a mapping by name, and which column each channel was guessed to be."""
-
-    tables: dict[str, dict[str, Entry]]
-    channel_by_column: dict[str, str] = field(default_factory=dict)
-    time: Column | None = None
-    rate: float | None = None
-
-    def open(self) -> list[str]:
-        """Keys that are still open."""
-        return [key for key, entry in self.entries().items() if entry.value == OPEN]
-
-    def lacking(self) -> list[str]:
-        """Sentences of what the analysis needs and no column was taken for."""
-        spare = next((table for table in self.tables if table.startswith("aux.")), "aux.NAME")
-        return [
-            f"no column was taken for {what}, which the analysis needs: the table of the right one should be renamed,"
-            f" as [{spare}] to [channels.{names[0]}], and its unit given"
-            for what, names in NEEDED.items()
-            if not any(f"channels.{name}" in self.tables for name in names)
-        ]
-
-    def entries(self) -> dict[str, Entry]:
-        """All values by key."""
-        return {
-            f"{table}.{key}".removeprefix("."): entry
-            for table, own in self.tables.items()
-            for key, entry in own.items()
-        }
-
-    def write(self, path: Path) -> None:
-        """Write the mapping; one that is there already is kept.
-
-        Raises
-        ------
-        ConfigurationError
-            There is a file of that name, or it cannot be written.
-        """
-        try:
-            with path.open("x", encoding="utf-8") as file:
-                file.write(self.text())
-        except FileExistsError:
-            raise ConfigurationError(
-                f"{path}: is there already and was not overwritten; --mapping should name another file."
-            ) from None
-        except OSError as error:
-            raise ConfigurationError(f"{path}: cannot be written ({error.strerror}).") from error
-
-    def set(self, key: str, value: Any, why: str) -> None:
-        """Put in a value that somebody gave."""
-        table, _, name = key.rpartition(".")
-        self.tables.setdefault(table, {})[name] = Entry(value, why)
-
-    def text(self) -> str:
-        """The mapping as TOML, each guess with a remark."""
-        lines = [f"# {why}" for why in self.lacking()]
-        for table, own in self.tables.items():
-            if table:
-                lines += ["", f"[[{table}]]" if table == "recordings" else f"[{table}]"]
-            for key, entry in own.items():
-                told = f"  # {entry.why}" if entry.why else ""
-                lines.append(f"{key} = {toml(entry.value)}{told}")
-        return "\n".join(lines) + "\n"
-
-
-def toml(value: Any) -> str:
-    """A value as TOML writes it."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{key} = {toml(own)}" for key, own in value.items()) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(map(toml, value)) + "]"
-    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
 
 
 def draft(found: Inventory, mapping: Path) -> Draft:
@@ -139,6 +47,7 @@ def draft(found: Inventory, mapping: Path) -> Draft:
             out.tables[f"channels.{name}"] = _channel_entries(taken[name], own)
             out.channel_by_column[taken[name].name] = name
     _gearbox(out, taken, meanings)
+    _rate_of_motion(out, taken)
     for column in sorted(rest, key=lambda own: found.columns.index(own)):
         _further(out, column, meanings[column.name])
     _own_clocks(out, found, time, meanings)
@@ -240,9 +149,14 @@ def _channel_entries(column: Column, own: Meaning) -> dict[str, Entry]:
 def _gearbox(out: Draft, taken: dict[str, Column], meanings: dict[str, Meaning]) -> None:
     """Ratio and kind of axis: from both angles where they are there, 1 where something is in metres."""
     units = {name: _si(meanings[column.name].unit) for name, column in taken.items()}
-    if any(units[name] in LINEAR.values() for name in units):
+    # the angle says what kind of axis it is: a cylinder's force acts on a joint by a lever
+    turning = any(units.get(name) == "rad" for name in ("motor_angle", "load_angle"))
+    if not turning and any(units[name] in LINEAR.values() for name in units):
         out.tables["gearbox"] = {"ratio": Entry(1.0, "a linear axis"), "axis": Entry("linear", "from the units")}
         return
+    if turning and units.get("motor_torque") == "N":
+        lever = Entry(OPEN, "lever of the force about the axis, such as '0.3 m'", sure=False)
+        out.tables["channels.motor_torque"]["factor"] = lever
     ratio = None
     pairs = [("motor_angle", "load_angle"), ("motor_velocity", "load_velocity")]
     for motor, load in pairs:
@@ -256,6 +170,19 @@ def _gearbox(out: Draft, taken: dict[str, Column], meanings: dict[str, Meaning])
         }
     else:
         out.tables["gearbox"] = {"ratio": Entry(OPEN, why, sure=False)}
+
+
+def _rate_of_motion(out: Draft, taken: dict[str, Column]) -> None:
+    """A rate that no column says, from an angle and its speed."""
+    entries = out.tables["channels.time"]
+    pair = [name for name in ("motor_angle", "motor_velocity") if name in taken]
+    units = [str(out.tables[f"channels.{name}"]["unit"].value) for name in pair]
+    if "rate" not in entries or entries["rate"].value != OPEN or len(pair) < 2 or not all(map(_si, units)):
+        return
+    angle, velocity = (_values(taken[name], out.tables[f"channels.{name}"]) for name in pair)
+    out.rate = rate_of(angle, velocity)
+    if out.rate is not None:
+        entries["rate"] = Entry(out.rate, f"Hz, {_GUESS}: the speed is the rate of the angle then", sure=False)
 
 
 def _si(unit: str) -> str:

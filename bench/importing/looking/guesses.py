@@ -18,6 +18,8 @@ _JUMP = 0.5
 _LEAST_JUMPS = 1
 _SLOW_STEP = 1.0
 _CLOSE = 0.02
+_STRETCH, _TOGETHER = 20, 0.99
+"""samples over which an angle and the integral of a speed are compared, and how well they have to go together"""
 _EVEN, _MOSTLY = 0.25, 0.9
 """how far a clock's step may be from its usual one, and how many of its steps are no farther"""
 
@@ -64,6 +66,17 @@ def overflow(column: Column, unit: str, counted: bool) -> float | None:
         return float(2 ** math.ceil(math.log2(span + 1)))
     turn = _TURNS.get(unit)
     return turn if turn is not None and _FULL * turn < span <= 1.001 * turn else None
+
+
+def rate_of(angle: FloatArray, velocity: FloatArray) -> float | None:
+    """Samples per second at which a speed in rad/s (m/s) is the rate of an angle in rad (m); None where it is none."""
+    if angle.size <= _STRETCH or not (np.isfinite(angle).all() and np.isfinite(velocity).all()):
+        return None
+    run = np.concatenate(([0.0], np.cumsum(0.5 * (velocity[1:] + velocity[:-1]))))
+    turned, said = (own[_STRETCH:] - own[:-_STRETCH] for own in (angle, run))
+    if np.std(turned) == 0.0 or np.std(said) == 0.0 or np.corrcoef(turned, said)[0, 1] < _TOGETHER:
+        return None
+    return float(f"{np.std(said) / np.std(turned):.3g}")
 
 
 def ratio_of(motor: FloatArray, load: FloatArray) -> float | None:

@@ -239,14 +239,22 @@ def test_of_an_arm_the_joint_that_moves_is_taken(tmp_path: Path) -> None:
 
 
 def test_a_file_for_each_channel_has_its_name(tmp_path: Path) -> None:
-    for name, values in (("boom_angle_deg", _Q), ("boom_speed_deg_per_sec", _T), ("force_kN", _Q), ("joystick", _T)):
+    files = ("boom_angle_deg", _Q), ("boom_speed_deg_per_sec", np.gradient(_Q, _T)), ("force_kN", _Q), ("joystick", _T)
+    for name, values in files:
         np.savetxt(tmp_path / f"{name}.txt", values)
     made = draft(take_inventory(tmp_path / "*.txt"), tmp_path / "rig.toml")
     content = _content(made)
     assert content["channels"]["motor_angle"] == {"file": "boom_angle_deg.txt", "column": 1, "unit": "deg"}
     assert content["channels"]["motor_velocity"]["unit"] == "deg/s"
-    assert content["channels"]["motor_torque"] == {"file": "force_kN.txt", "column": 1, "unit": "kN"}
+    assert content["channels"]["motor_torque"] == {"file": "force_kN.txt", "column": 1, "unit": "kN", "factor": "?"}
+    assert content["channels"]["time"] == {"rate": 200.0}
+    assert content["gearbox"] == {"ratio": "?"}
     assert content["aux"]["joystick"] == {"file": "joystick.txt", "column": 1}
     assert content["recordings"] == [{"file": "boom_angle_deg.txt"}]
     np.savetxt(tmp_path / "longer.txt", np.arange(5000.0))
     assert len(take_inventory(tmp_path / "*.txt").columns) == 1
+
+
+def test_no_rate_is_guessed_of_a_speed_that_is_not_the_angles(tmp_path: Path) -> None:
+    builders.csv(tmp_path / "a.csv", **{"angle [rad]": _Q, "speed [rad/s]": np.sin(3.0 * _T), "torque [N*m]": _T})
+    assert _content(_draft(tmp_path / "a.csv"))["channels"]["time"] == {"rate": "?"}

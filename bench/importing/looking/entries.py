@@ -1,0 +1,104 @@
+"""The tables of a mapping while it is drafted: values, why they are those, what is open, and how it is written."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from bench.errors import ConfigurationError
+from bench.importing.looking.inventory import Column
+from bench.importing.mapping import OPEN
+
+NEEDED = {
+    "the motor's angle or speed": ("motor_angle", "motor_velocity"),
+    "the motor's torque, force or current": ("motor_torque",),
+}
+"""what the analysis needs at least, and the channels of which one says it"""
+
+
+@dataclass(slots=True)
+class Entry:
+    """A value of a mapping, with ``why`` it is that, and whether it is ``sure``."""
+
+    value: Any
+    why: str = ""
+    sure: bool = True
+
+
+@dataclass(slots=True)
+class Draft:
+    """Tables of a mapping by name, and which column each channel was guessed to be."""
+
+    tables: dict[str, dict[str, Entry]]
+    channel_by_column: dict[str, str] = field(default_factory=dict)
+    time: Column | None = None
+    rate: float | None = None
+
+    def open(self) -> list[str]:
+        """Keys that are still open."""
+        return [key for key, entry in self.entries().items() if entry.value == OPEN]
+
+    def lacking(self) -> list[str]:
+        """Sentences of what the analysis needs and no column was taken for."""
+        spare = next((table for table in self.tables if table.startswith("aux.")), "aux.NAME")
+        return [
+            f"no column was taken for {what}, which the analysis needs: the table of the right one should be renamed,"
+            f" as [{spare}] to [channels.{names[0]}], and its unit given"
+            for what, names in NEEDED.items()
+            if not any(f"channels.{name}" in self.tables for name in names)
+        ]
+
+    def entries(self) -> dict[str, Entry]:
+        """All values by key."""
+        return {
+            f"{table}.{key}".removeprefix("."): entry
+            for table, own in self.tables.items()
+            for key, entry in own.items()
+        }
+
+    def write(self, path: Path) -> None:
+        """Write the mapping; one that is there already is kept.
+
+        Raises
+        ------
+        ConfigurationError
+            There is a file of that name, or it cannot be written.
+        """
+        try:
+            with path.open("x", encoding="utf-8") as file:
+                file.write(self.text())
+        except FileExistsError:
+            raise ConfigurationError(
+                f"{path}: is there already and was not overwritten; --mapping should name another file."
+            ) from None
+        except OSError as error:
+            raise ConfigurationError(f"{path}: cannot be written ({error.strerror}).") from error
+
+    def set(self, key: str, value: Any, why: str) -> None:
+        """Put in a value that somebody gave."""
+        table, _, name = key.rpartition(".")
+        self.tables.setdefault(table, {})[name] = Entry(value, why)
+
+    def text(self) -> str:
+        """The mapping as TOML, each guess with a remark."""
+        lines = [f"# {why}" for why in self.lacking()]
+        for table, own in self.tables.items():
+            if table:
+                lines += ["", f"[[{table}]]" if table == "recordings" else f"[{table}]"]
+            for key, entry in own.items():
+                told = f"  # {entry.why}" if entry.why else ""
+                lines.append(f"{key} = {toml(entry.value)}{told}")
+        return "\n".join(lines) + "\n"
+
+
+def toml(value: Any) -> str:
+    """A value as TOML writes it."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, dict):
+        return "{" + ", ".join(f"{key} = {toml(own)}" for key, own in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(toml, value)) + "]"
+    return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)
