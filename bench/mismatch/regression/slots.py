@@ -81,8 +81,9 @@ def slots(search: Search) -> list[Slot]:
 
 def settle(search: Search) -> list[Slot]:
     """Let a name take the place of a free function that is less probable than it, or of what says the same with more
-    numbers, a free function that of a name which it leaves next to no probability, and nothing that of one less
-    probable than nothing; the slots of the effects that are left and that recordings held out bear out.
+    numbers, a free function that of a name or of another function which it leaves next to no probability, and nothing
+    that of one less probable than nothing; the slots of the effects that are left and that recordings held out bear
+    out.
     """
     found = slots(search)
     for _ in range(2 * len(search.model.chosen)):
@@ -111,6 +112,8 @@ def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
     nameless = max((r for r in slot.rivals if r.chosen.effect == UNKNOWN), key=lambda r: r.weight, default=None)
     if nameless is not None and (_disowned(slot, nameless) or _part_of_the_unknown(model, slot, nameless)):
         return [*others, nameless.chosen]
+    if nameless is not None and slot.chosen.effect == UNKNOWN and slot.weight < criteria.AS_GOOD * nameless.weight:
+        return [*others, nameless.chosen]  # of two functions without a name the one that predicts better
     nothing = 1.0 - slot.weight - sum(r.weight for r in slot.rivals)
     # whichever function it is: what they say in common is that no name does
     unnamed = slot.weight + (0.0 if nameless is None else nameless.weight)

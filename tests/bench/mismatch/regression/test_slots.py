@@ -22,6 +22,7 @@ from bench.mismatch.regression.slots import (
     _heirs,
     _holds,
     _part_of_the_unknown,
+    _succession,
     called_as_good,
     without_empty_laws,
 )
@@ -68,6 +69,14 @@ def test_who_is_disowned(effect: str, weight: float, others: tuple[Any, ...], di
     nameless = max((r for r in rivals if r.chosen.effect == "unknown"), key=lambda r: cast("float", r.weight))
     assert _disowned(slot, nameless) is disowned
     assert not _disowned(slot, None)
+
+
+@pytest.mark.parametrize(("weight", "gone"), [(0.02, True), (0.4, False)])
+def test_of_two_functions_without_a_name_the_likelier_stays(weight: float, gone: bool) -> None:
+    slot = Slot(chosen("unknown"), 10.0, 0.001, weight, (contender("unknown", 0.95 - weight),))
+    own = cast("Any", SimpleNamespace(chosen=[slot.chosen], problem=SimpleNamespace(lacking=())))
+    expected = [slot.rivals[0].chosen] if gone else None
+    assert _succession(own, slot) == expected
 
 
 @pytest.mark.parametrize(
