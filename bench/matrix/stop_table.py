@@ -79,7 +79,7 @@ def _summary(rows: Sequence[Row]) -> str:
     right = sum(reason(row) is None for row in rows)
     offs = [row.torque_off_s for row in rows if row.torque_off_s is not None]
     longest = f"; the longest time from press to torque off is {max(offs):.2f} s" if offs else ""
-    return f"{right} of {len(rows)} rows are as they should be{longest}."
+    return f"{right} of {len(rows)} rows are as expected{longest}."
 
 
 def _s(value: float | None) -> str:

@@ -13,11 +13,11 @@ _RAMP = "controlled ramp"
 def share(outcomes: Sequence[Outcome]) -> str:
     """How many rows are right."""
     right = sum(outcome.passed for outcome in outcomes)
-    return f"{right} of {len(outcomes)} rows are as they should be."
+    return f"{right} of {len(outcomes)} rows are as expected."
 
 
 def summary(outcomes: Sequence[Outcome]) -> str:
-    """Rows right, struck under load, judged, and the longest times to rest."""
+    """Rows right, injected under load, judged, and the longest times to rest."""
     loaded = sum(outcome.under_load is True for outcome in outcomes)
     unseen = sum(outcome.under_load is None for outcome in outcomes)
     judged = [outcome.sampled_s for outcome in outcomes if outcome.sampled_s is not None and outcome.peaks is not None]
@@ -27,10 +27,10 @@ def summary(outcomes: Sequence[Outcome]) -> str:
     apart = f"in {coarse} of them on samples up to {widest_ms:.3g} ms apart, else {finest_ms:.3g} ms"
     fineness = f" ({apart})" if coarse else ""
     sentences = [
-        f"{len(outcomes)} of {len(ROWS)} faults have been struck with this version of the matrix.",
+        f"{len(outcomes)} of {len(ROWS)} faults were injected with this version of the matrix.",
         share(outcomes),
-        f"{loaded} were struck in motion and under load, {len(outcomes) - loaded - unseen} otherwise, "
-        f"of {unseen} it was not seen.",
+        f"At the injection the bench moved under load in {loaded}, not so in {len(outcomes) - loaded - unseen}; "
+        f"not seen in {unseen}.",
         f"The true shafts were judged against their envelope in {len(judged)} rows{fineness}, "
         f"not judged in {len(outcomes) - len(judged)}.",
         *_longest(outcomes, ramp=False),
@@ -61,4 +61,6 @@ def _longest(outcomes: Sequence[Outcome], ramp: bool) -> list[str]:
         return []
     slowest = max(rows, key=lambda outcome: outcome.stopped_s or 0.0)
     how = "after a controlled ramp" if ramp else "without a ramp"
-    return [f"Longest from the strike to rest without torque {how}: {slowest.stopped_s:.2f} s (`{slowest.name}`)."]
+    return [
+        f"Longest time from the injection to rest without torque {how}: {slowest.stopped_s:.2f} s (`{slowest.name}`)."
+    ]

@@ -146,11 +146,11 @@ def test_the_summary_says_what_the_rows_hold() -> None:
     resting = Outcome("b", "b", SETUP, rungs=("controlled ramp",), rest_s=3.0, off_s=3.1, struck=(0.0, 0.0))
     nobody = Outcome("c", "c", WIRE, problems=["it went on"])
     assert summary([loaded, resting, nobody]) == (
-        f"3 of {len(ROWS)} faults have been struck with this version of the matrix. "
-        "2 of 3 rows are as they should be. 1 were struck in motion and under load, 1 otherwise, of 1 it was not seen. "
+        f"3 of {len(ROWS)} faults were injected with this version of the matrix. "
+        "2 of 3 rows are as expected. At the injection the bench moved under load in 1, not so in 1; not seen in 1. "
         "The true shafts were judged against their envelope in 1 rows, not judged in 2. "
-        "Longest from the strike to rest without torque without a ramp: 0.64 s (`a`). "
-        "Longest from the strike to rest without torque after a controlled ramp: 3.10 s (`b`)."
+        "Longest time from the injection to rest without torque without a ramp: 0.64 s (`a`). "
+        "Longest time from the injection to rest without torque after a controlled ramp: 3.10 s (`b`)."
     )
 
 

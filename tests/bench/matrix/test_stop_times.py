@@ -40,7 +40,7 @@ def test_the_table_has_no_figure_for_what_was_not_seen() -> None:
     assert "| all is well | page | 0.61 | 0.55 | disable voltage | 0.01 | 0.01 | service after 0.01 s |" in text
     assert "| run hung | shell | – | – | – | – | – | the run hangs / and more |" in text
     assert "within 25 s" in text
-    assert "1 of 2 rows are as they should be; the longest time from press to torque off is 0.61 s." in text
+    assert "1 of 2 rows are as expected; the longest time from press to torque off is 0.61 s." in text
     assert "- run hung, shell: the drives were not seen without torque" in text
     assert "not as they should be\n" not in page([seen], 25.0)
 
