@@ -47,6 +47,10 @@ BESIDE_UNKNOWN_ERRORS = 2.0
 """standard errors of a difference by which a name has to predict points left out better than a free function where
 something without a name stands in the channel already: one in forty by chance
 """
+ALIKE = 0.01
+"""what two names predict apart, over the size of the effect, below which twice as strong evidence is asked for before
+only one of them is told: a twentieth of :data:`SHAPE`, so that nature's form may differ from either by far more
+"""
 ONE_ERROR = 1.0
 """standard errors of a difference by which one of two may predict worse and still be as good: a formula than a table on
 points left out, a model with an effect than without it on recordings held out (the one-standard-error rule: Breiman,

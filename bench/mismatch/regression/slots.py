@@ -209,6 +209,8 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
         # what says with more numbers what the effect says is no other explanation
         near = heirs.get(k + 1) != 0 and called_as_good(own, chosen, float(odds), loss)
         near |= unturned and _of_the_torque(chosen) and loss < gain - loss
+        if not near and criteria.VERY_STRONG <= loss < 2.0 * criteria.VERY_STRONG and chosen.effect != UNKNOWN:
+            near = heirs.get(k + 1) != 0 and _alike(model, others, own, chosen)
         rivals.append(Contender(chosen, density, loss, error, float(share[k + 1]), near))
     plainer = rivals[heirs[0] - 1] if 0 in heirs else None
     rivals.sort(key=lambda r: r.loss)
@@ -262,6 +264,19 @@ def _holds(problem: ChannelProblem, richer: Chosen, plain: Chosen) -> bool:
         return False
     left = own - more @ np.linalg.lstsq(more, own, rcond=None)[0]
     return bool(np.sum(left**2) <= EXACT * np.sum(own**2))
+
+
+def _alike(model: ChannelModel, others: Sequence[Chosen], own: Chosen, other: Chosen) -> bool:
+    """Whether two explanations predict what differs by next to nothing of what the first adds: evidence between them is
+    that of their forms' corrections.
+    """
+    frame, train = model.problem.rows.frame, model.problem.train
+    number = model.problem.rows.number[train]
+    plain, one, two = (
+        model.predict(frame, chosen, model.refitted(chosen))[train]
+        for chosen in (others, [*others, own], [*others, other])
+    )
+    return bool(np.sum(number * (one - two) ** 2) < criteria.ALIKE**2 * np.sum(number * (one - plain) ** 2))
 
 
 def called_as_good(own: Chosen, other: Chosen, odds: float, loss: float) -> bool:

@@ -17,6 +17,7 @@ from bench.mismatch.regression.search import begun
 from bench.mismatch.regression.slots import (
     Contender,
     Slot,
+    _alike,
     _disowned,
     _drawn_by_the_unknown,
     _heirs,
@@ -192,3 +193,16 @@ def test_a_law_of_no_size_is_not_reported_for_the_sake_of_its_change(viscous: fl
 )
 def test_who_is_as_good(other: str, odds: float, loss: float, as_good: bool) -> None:
     assert called_as_good(chosen("thermal.convection_speed"), chosen(other), odds, loss) is as_good
+
+
+@pytest.mark.parametrize(("apart", "alike"), [(0.005, True), (0.02, False)])
+def test_names_that_predict_alike_need_more_evidence(apart: float, alike: bool) -> None:
+    rows = np.random.default_rng(2).normal(size=400)
+    said = {"nothing": 0.0 * rows, "one": rows, "two": rows + apart * np.roll(rows, 1)}
+    weighed = SimpleNamespace(rows=SimpleNamespace(frame=None, number=np.ones(400)), train=np.ones(400, dtype=bool))
+    model = SimpleNamespace(
+        problem=weighed,
+        refitted=lambda own: None,
+        predict=lambda _frame, own, _fit: said[own[-1] if own else "nothing"],
+    )
+    assert _alike(cast("Any", model), [], cast("Any", "one"), cast("Any", "two")) is alike
