@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -144,8 +144,7 @@ def analyse(
             search.close()
             if channel == LOAD_TORQUE:
                 sensor = (*sensor, *_sensor_errors(search))
-                # what the sensor reads wrongly shows here first: what goes with the torque elsewhere is something else
-                banned = (*banned, *(effect for effect in LIBRARY if effect.startswith(SENSOR)))
+                banned = (*banned, *_shown_here_first([chosen.effect for chosen in search.model.chosen]))
         give_back()
     return out
 
@@ -238,6 +237,16 @@ def _sensor_errors(search: Search) -> list[Known]:
         if chosen.effect.startswith(SENSOR):
             out += [Known(block.regressor, model.fit.of(block.place)[0]) for block in chosen.blocks]
     return out
+
+
+def _shown_here_first(found: Collection[str]) -> list[str]:
+    """Effects that are not looked for elsewhere once the load torque is compared, where some were ``found``.
+
+    What the sensor reads wrongly shows there first: what goes with the torque elsewhere is something else. A delay of
+    its channel that does not show there is none: what goes with the torque's rate elsewhere is a loop's form.
+    """
+    errors = [effect for effect in LIBRARY if effect.startswith(SENSOR)]
+    return errors if DELAY in found else [*errors, DELAY]
 
 
 def _of_search(search: Search, data: Dataset, formulas: bool) -> ChannelOutcome:
@@ -335,6 +344,7 @@ def _less_ripple(seen: ShaftSpectrum, known: Sequence[Wave], ratio: float) -> Sh
     return replace(seen, amplitude=amplitude)
 
 
+DELAY = "sensor.timing_skew"
 GROUPS = 5
 """groups of recordings whose noise is told apart to see how sure the noise is"""
 

@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 
 from bench.cli.app import make_app
 from bench.errors import RecordingError
-from bench.mismatch.analysis import compared_channels
+from bench.mismatch.analysis import _shown_here_first, compared_channels
 from bench.mismatch.recordings import dataset
 from bench.mismatch.recordings.dataset import load
 from bench.mismatch.recordings.motion import Manner
@@ -224,3 +224,13 @@ def test_other_processes_read_the_same(tmp_path: Path, monkeypatch: pytest.Monke
     # the distance run goes on from recording to recording
     assert np.all(np.diff(here.rows["motor_torque"].frame.travel) >= 0.0)
     assert here.rows["motor_torque"].frame.travel[-1] > 5.0
+
+
+@pytest.mark.parametrize(("found", "asked"), [((), False), (("sensor.timing_skew",), True)])
+def test_a_delay_that_the_load_torque_does_not_show_is_not_looked_for_elsewhere(
+    found: tuple[str, ...], asked: bool
+) -> None:
+    banned = _shown_here_first(found)
+    assert {"sensor.torque_gain", "sensor.torque_hysteresis"} <= set(banned)
+    assert ("sensor.timing_skew" not in banned) is asked
+    assert not any(effect.startswith(("te.", "friction.")) for effect in banned)
