@@ -63,6 +63,7 @@ def summarise(group: str, scores: Sequence[CaseScore]) -> GroupSummary:
     effects = [e for s in scores for e in s.counted]
     findings = [c for s in scores for c in s.confidences]
     extras = sum(len(s.false_companions) for s in scores)
+    answers = sum(e.found for e in effects)
     residuals = np.array([s.residual for s in scores if math.isfinite(s.residual)])
     errors = [x for e in effects for x in e.parameter_errors]
     covered = [x for e in effects for x in e.covered]
@@ -73,7 +74,7 @@ def summarise(group: str, scores: Sequence[CaseScore]) -> GroupSummary:
         verdict=(sum(s.verdict_right for s in scores), len(scores)),
         status=(sum(e.status_right for e in effects), len(effects)),
         located=(sum(e.located_right for e in effects if e.status_right), sum(e.status_right for e in effects)),
-        precision=(len(findings) - extras, len(findings)),
+        precision=(answers, answers + extras),
         alarms=(sum(bool(s.false_companions) for s in scores), len(scores)),
         residual=float(np.median(residuals)) if residuals.size else math.nan,
         residual_right=(int(np.sum(residuals <= 1.03)), int(residuals.size)),

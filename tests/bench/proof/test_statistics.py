@@ -35,9 +35,15 @@ def test_summary_counts() -> None:
     assert row.every_point == (1, 3)
     assert row.status == (2, 3)
     assert row.located == (2, 2)
-    assert row.precision == (3, 4)
+    # of the findings one answers nothing; in "b" none answers the effect
+    assert row.precision == (2, 3)
     assert row.alarms == (1, 3)
     assert row.residual_right == (3, 3)
+
+
+def test_a_false_finding_counts_that_tells_no_confidence() -> None:
+    nothing = CaseScore("null", "null", False, (), ("unknown",), 1.01, (), 2.0)
+    assert summarise("null", [nothing]).precision == (0, 1)
 
 
 def test_reliability_bins_hold_every_finding() -> None:
