@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from bench.errors import BenchError
 from bench.matrix.processes import own_places, post, running_service, state, until
 
 WAITS_S = 180.0
@@ -55,24 +56,29 @@ class OpeningTimes:
         return asdict(self)
 
 
-def measure_opening(rounds: int, folder: Path, told: Callable[[str], None] = lambda _: None) -> OpeningTimes:
-    """Serve an emulated bench ``rounds`` times; in each begin two runs at the clock's pace, end each, reset after each.
+def measure_opening(
+    rounds: int, folder: Path, told: Callable[[str], None] = lambda _: None, real_time: bool = True
+) -> OpeningTimes:
+    """Serve an emulated bench ``rounds`` times; in each begin two runs, end each, reset after each. The bench keeps the
+    clock's pace (``real_time``) or goes as fast as the computer does.
 
     Raises
     ------
     TimeoutError
         If something does not happen within :data:`WAITS_S`.
+    BenchError
+        If a run ends before it is seen to begin: a computer too busy for the bus cycle, say.
     """
     waits = {name: Wait(name) for name in WAITED_FOR}
     for number in range(rounds):
         told(f"round {number + 1} of {rounds}")
         place = folder / str(number)
         with own_places(place), running_service(place / "recordings") as (process, address):
-            _round(address, process.pid, waits)
+            _round(address, process.pid, waits, real_time)
     return OpeningTimes(tuple(waits.values()), os.getloadavg()[0], os.cpu_count() or 1)
 
 
-def _round(address: str, service: int, waits: dict[str, Wait]) -> None:
+def _round(address: str, service: int, waits: dict[str, Wait], real_time: bool) -> None:
     """Two runs, each ended and reset: the first of each cold, the second with a process that stands ready."""
     who = {"secret": post(address, "controls/take", name="benchmark")["secret"]}
 
@@ -85,11 +91,14 @@ def _round(address: str, service: int, waits: dict[str, Wait]) -> None:
         return answer
 
     def start() -> str:
-        body = {**who, "name": "benchmark", "campaign": "quick", "real_time": True}
+        body = {**who, "name": "benchmark", "campaign": "quick", "real_time": real_time}
         return str(post(address, "runs", **body)["id"])
 
     for run_wait, reset_wait in ((FIRST, RESET_AT_ONCE), (RUN, RESET)):
-        run = timed(waits[run_wait], start, lambda: _phase(address) not in ("free", "opening"))
+        run = timed(waits[run_wait], start, lambda: _phase(address) not in ("free", "opening") or _free(address))
+        if _free(address):
+            ends = [own.get("end") for own in state(address, "runs")["runs"] if own["id"] == run]
+            raise BenchError(f"the run ended before it was seen to begin: {ends}")
         post(address, "run/abort", **who, run=run)
         until(lambda: _free(address), WAITS_S, "the run does not end")
         if reset_wait == RESET:

@@ -14,7 +14,7 @@ WORKS = "sum(i * i for i in range(2_000_000))"
 
 def test_every_wait_is_measured_once_a_round(tmp_path: Path) -> None:
     heard: list[str] = []
-    found = measure_opening(1, tmp_path, heard.append)
+    found = measure_opening(1, tmp_path, heard.append, real_time=False)
     assert [wait.name for wait in found.waits] == list(WAITED_FOR)
     for wait in found.waits:
         assert len(wait.wall_s) == len(wait.cpu_s) == 1
