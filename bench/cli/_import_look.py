@@ -49,21 +49,13 @@ def _look_at_fmu(file: Path, mapping: Path | None, changes: dict[str, Any], *, a
     """Show what an FMU says of itself, and write the mapping that ``bench mismatch --simulation`` takes."""
     from bench.errors import ConfigurationError
     from bench.foreign.looking import draft, take_inventory
+    from bench.importing.looking import write_new
 
     if asking:
         raise ConfigurationError(f"{file}: --ask is for files of measurements; --look writes the mapping of an FMU.")
     found = take_inventory(file)
     target = mapping or Path(f"{file.stem}.toml")
-    text = draft(found, target, changes)
-    try:
-        with target.open("x", encoding="utf-8") as out:
-            out.write(text)
-    except FileExistsError:
-        raise ConfigurationError(
-            f"{target}: is there already and was not overwritten; --mapping should name another file."
-        ) from None
-    except OSError as error:
-        raise ConfigurationError(f"{target}: cannot be written ({error.strerror}).") from error
+    write_new(target, draft(found, target, changes))
     if as_json:
         say(json.dumps({"file": str(file), "mapping": str(target), "variables": [asdict(v) for v in found.variables]}))
         return target

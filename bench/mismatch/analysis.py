@@ -345,6 +345,7 @@ def _less_ripple(seen: ShaftSpectrum, known: Sequence[Wave], ratio: float) -> Sh
 
 
 DELAY = "sensor.timing_skew"
+"""id of the delay of the torque channel"""
 GROUPS = 5
 """groups of recordings whose noise is told apart to see how sure the noise is"""
 

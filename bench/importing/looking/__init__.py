@@ -2,7 +2,7 @@
 
 from bench.importing.looking.ask import ask
 from bench.importing.looking.draft import draft
-from bench.importing.looking.entries import Draft
+from bench.importing.looking.entries import Draft, write_new
 from bench.importing.looking.inventory import Column, Inventory, take_inventory
 
-__all__ = ["Column", "Draft", "Inventory", "ask", "draft", "take_inventory"]
+__all__ = ["Column", "Draft", "Inventory", "ask", "draft", "take_inventory", "write_new"]

@@ -66,15 +66,7 @@ class Draft:
         ConfigurationError
             There is a file of that name, or it cannot be written.
         """
-        try:
-            with path.open("x", encoding="utf-8") as file:
-                file.write(self.text())
-        except FileExistsError:
-            raise ConfigurationError(
-                f"{path}: is there already and was not overwritten; --mapping should name another file."
-            ) from None
-        except OSError as error:
-            raise ConfigurationError(f"{path}: cannot be written ({error.strerror}).") from error
+        write_new(path, self.text())
 
     def set(self, key: str, value: Any, why: str) -> None:
         """Put in a value that somebody gave."""
@@ -91,6 +83,25 @@ class Draft:
                 told = f"  # {entry.why}" if entry.why else ""
                 lines.append(f"{key} = {toml(entry.value)}{told}")
         return "\n".join(lines) + "\n"
+
+
+def write_new(path: Path, text: str) -> None:
+    """Write a mapping; a file that is there already is kept.
+
+    Raises
+    ------
+    ConfigurationError
+        There is a file of that name, or it cannot be written.
+    """
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise ConfigurationError(
+            f"{path}: is there already and was not overwritten; --mapping should name another file."
+        ) from None
+    except OSError as error:
+        raise ConfigurationError(f"{path}: cannot be written ({error.strerror}).") from error
 
 
 def toml(value: Any) -> str:

@@ -23,6 +23,8 @@ FEWEST_PERIODS = 2.0
 """periods in the campaign, below which a cycle is a drift"""
 FINENESS = 3.0
 """frequencies that are tried to each that the campaign tells apart"""
+ALIKE = 1e-9
+"""share of the squares below which cosine and sine are one at the rows there are, to rounding"""
 KNOTS_A_PERIOD = 24
 """knots of the table in a simulation file: a straight line between two of them misses the wave by under a hundredth"""
 
@@ -102,16 +104,17 @@ def in_cycles(model: ChannelModel, factors: Sequence[str]) -> Iterator[Block]:
     if frequencies.size == 0:
         return
     left = (problem.rows.y - model.predict(problem.rows.frame))[problem.train]
-    for times in factors:
-        by = factor(times, frame)
-        weight = problem.rows.number[problem.train] * by**2
-        value = np.divide(left, by, out=np.zeros(left.size), where=by != 0.0)
+    by = np.array([factor(times, frame) for times in factors]).reshape(len(factors), frame.size)
+    weight = problem.rows.number[problem.train] * by**2
+    value = np.divide(left, by, out=np.zeros(by.shape), where=by != 0.0)
+    coarse = _powers(frame.time - begin, value, weight, frequencies)
+    step = float(frequencies[1] - frequencies[0])
+    for k, times in enumerate(factors):
 
-        def less(frequency: float, weight: FloatArray = weight, value: FloatArray = value) -> float:
-            return -_power(frame.time - begin, value, weight, frequency)
+        def less(frequency: float, k: int = k) -> float:
+            return -float(_powers(frame.time - begin, value[[k]], weight[[k]], np.array([frequency]))[0, 0])
 
-        best = min(frequencies, key=less)
-        step = float(frequencies[1] - frequencies[0])
+        best = float(frequencies[int(np.argmax(coarse[k]))])
         fine = minimize_scalar(less, bounds=(best - step, best + step), method="bounded").x
         one = add_block(problem, model.bank, cycle(model.channel, times, 1.0 / float(fine), begin, end))
         fitted = fit_blocks(model.bank, [*model.blocks(), one], model.variances)
@@ -127,8 +130,21 @@ def _frequencies(span: float) -> FloatArray:
     return np.arange(low, high, 1.0 / (FINENESS * span))
 
 
-def _power(time: FloatArray, value: FloatArray, weight: FloatArray, frequency: float) -> float:
-    """Weighted squares of values (n,) that a wave of a frequency takes off."""
-    wave = np.column_stack([np.cos(2.0 * np.pi * frequency * time), np.sin(2.0 * np.pi * frequency * time)])
-    right = wave.T @ (weight * value)
-    return float(right @ np.linalg.lstsq(wave.T @ (weight[:, None] * wave), right, rcond=1e-9)[0])
+def _powers(time: FloatArray, values: FloatArray, weights: FloatArray, frequencies: FloatArray) -> FloatArray:
+    """Weighted squares of each of some values (k, n) that a wave of each of some frequencies (f,) takes off: (k, f).
+
+    The frequencies are evenly apart: each wave is the one before, turned on. With S the sum of weights w, q that of
+    w*v*exp(i*phi) and z that of w*exp(2i*phi), the normal equations of cosine and sine give
+    2*(S*abs(q)**2 - Re(conj(z)*q**2))/(S**2 - abs(z)**2).
+    """
+    out = np.empty((len(values), frequencies.size))
+    wave = np.exp(2j * np.pi * frequencies[0] * time)
+    turn = np.exp(2j * np.pi * (frequencies[1] - frequencies[0] if frequencies.size > 1 else 0.0) * time)
+    weighted, total = weights * values, weights.sum(axis=1)
+    for k in range(frequencies.size):
+        q, z = weighted @ wave, weights @ wave**2
+        apart = np.maximum(total**2 - np.abs(z) ** 2, ALIKE * total**2)
+        above = total * np.abs(q) ** 2 - np.real(np.conj(z) * q**2)
+        out[:, k] = np.divide(2.0 * above, apart, out=np.zeros(len(values)), where=apart > 0.0)
+        wave = wave * turn
+    return out

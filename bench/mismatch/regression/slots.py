@@ -206,11 +206,12 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
     for k, (chosen, density) in enumerate(zip(found, densities, strict=True)):
         loss, error = apart(whole, density)
         odds = worth(share[k + 1], chosen) / max(worth(share[0], own), 1e-300)
+        near = unturned and _of_the_torque(chosen) and loss < gain - loss
         # what says with more numbers what the effect says is no other explanation
-        near = heirs.get(k + 1) != 0 and called_as_good(own, chosen, float(odds), loss)
-        near |= unturned and _of_the_torque(chosen) and loss < gain - loss
-        if not near and criteria.VERY_STRONG <= loss < 2.0 * criteria.VERY_STRONG and chosen.effect != UNKNOWN:
-            near = heirs.get(k + 1) != 0 and _alike(model, others, own, chosen)
+        if not near and heirs.get(k + 1) != 0:
+            near = called_as_good(own, chosen, float(odds), loss)
+            doubtful = chosen.effect != UNKNOWN and criteria.VERY_STRONG <= loss < 2.0 * criteria.VERY_STRONG
+            near = near or (doubtful and _alike(model, others, own, chosen))
         rivals.append(Contender(chosen, density, loss, error, float(share[k + 1]), near))
     plainer = rivals[heirs[0] - 1] if 0 in heirs else None
     rivals.sort(key=lambda r: r.loss)

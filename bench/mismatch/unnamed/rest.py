@@ -13,7 +13,7 @@ from bench.mismatch.regression import windows
 from bench.mismatch.regression.candidates import PERIODIC
 from bench.mismatch.regression.problem import CHANNELS
 from bench.mismatch.report.figures import strength
-from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.frame import FloatArray
 from bench.simulation.terms import CHANNEL_UNITS, LIBRARY, TRANSMISSION_ERROR
 
 LINES = frozenset(PERIODIC) - {"te.resonance"}
@@ -71,7 +71,7 @@ def unexplained(outcome: ChannelOutcome) -> None:
             0.0,
             None,
             tuple(row for d in part for row in d.simulation_rows),
-            excess=averaged(left, outcome.rows.frame, np.where(outcome.usable, outcome.rows.number, 0.0)),
+            excess=averaged(left, outcome),
             squares=(after**2, after**2),
             orders=_orders(outcome, left),
         )
@@ -85,12 +85,7 @@ def _whole(discovery: Discovery, outcome: ChannelOutcome) -> Discovery:
     if discovery.effect != UNNAMED or not np.any(discovery.added):
         return discovery
     own = discovery.added if discovery.excess is None else discovery.excess
-    left = averaged(
-        np.where(outcome.usable, outcome.left, 0.0),
-        outcome.rows.frame,
-        np.where(outcome.usable, outcome.rows.number, 0.0),
-    )
-    return replace(discovery, excess=np.hypot(own, left))
+    return replace(discovery, excess=np.hypot(own, averaged(np.where(outcome.usable, outcome.left, 0.0), outcome)))
 
 
 def _orders(outcome: ChannelOutcome, left: FloatArray) -> tuple[float, ...]:
@@ -113,10 +108,11 @@ def _dwarfed(discovery: Discovery, outcome: ChannelOutcome, left: float) -> bool
     return bool(np.sqrt(strength(discovery, outcome)) * outcome.floor < left)
 
 
-def averaged(left: FloatArray, frame: Frame, number: FloatArray) -> FloatArray:
+def averaged(left: FloatArray, outcome: ChannelOutcome) -> FloatArray:
     """What is left (n,) as means over :data:`LOOKED_AT_S` of each recording: its place is where they are large, and the
     noise of single rows, of which a long recording has most, says nothing of a place.
     """
+    frame, number = outcome.rows.frame, np.where(outcome.usable, outcome.rows.number, 0.0)
     block = np.floor(frame.elapsed / LOOKED_AT_S).astype(np.int64)
     first = np.append(True, (np.diff(block) != 0) | (np.diff(frame.recording) != 0))
     which = np.cumsum(first) - 1
