@@ -1,0 +1,138 @@
+"""From a search to what it says of its channel: prediction, noise floor, discoveries, how sure they are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.mismatch.discovery import ChannelOutcome
+from bench.mismatch.orders import model as orders
+from bench.mismatch.orders.discoveries import discoveries as of_orders
+from bench.mismatch.orders.model import TransmissionModel
+from bench.mismatch.orders.periodic import Periodic
+from bench.mismatch.recordings.dataset import Dataset
+from bench.mismatch.recordings.vibration import Density
+from bench.mismatch.regression import noise
+from bench.mismatch.regression.course import columns_at
+from bench.mismatch.regression.discoveries import discoveries as of_regression
+from bench.mismatch.regression.model import ChannelModel, of_start
+from bench.mismatch.regression.noise_floor import scattered
+from bench.mismatch.regression.slots import settle, without_empty_laws
+from bench.mismatch.regression.state import Search
+from bench.mismatch.unnamed.formula import in_formulas
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.terms import TRANSMISSION_ERROR
+
+SPECTRA = "spectra of the steady parts, medians over recordings and frequencies"
+DIFFERENCES = "differences of neighbouring rows"
+SCATTER = "scatter inside blocks of two seconds and of these about parabolas over nine of them, medians over recordings"
+TURNS = "revolutions against each other, medians over orders and frequencies"
+MOST_ROWS = 4000
+"""rows on which the uncertainty of a prediction is worked out"""
+GROUPS = 5
+"""groups of recordings whose noise is told apart to see how sure the noise is"""
+
+
+def of_search(search: Search, data: Dataset, formulas: bool) -> ChannelOutcome:
+    """Return what the search of a channel says; ``formulas`` whether one is looked for where an effect has no name."""
+    slots = settle(search)
+    if formulas:
+        slots = in_formulas(search, slots, data.auxiliary_units)
+    slots = without_empty_laws(search, slots)
+    model = search.model
+    problem = model.problem
+    frame = problem.rows.frame
+    whole = of_start(problem, model.predict(frame))
+    before = of_start(problem, model.predict(frame, [], model.refitted([])))
+    densities = data.density.get(problem.channel, [])
+    error, method = floor_error(densities), DIFFERENCES if problem.noise is None else SPECTRA
+    if problem.spec.integral:
+        error, method = scattered(problem)[1], SCATTER
+    outcome = ChannelOutcome(
+        problem.channel,
+        problem.rows,
+        problem.usable,
+        problem.held_out,
+        whole,
+        before,
+        model.floor,
+        error,
+        method,
+    )
+    number = np.where(problem.usable, problem.rows.number, 0.0)
+    outcome.discoveries += of_regression(search, slots, whole, number)
+    outcome.doubt = uncertainty(model, frame, problem.held_out, problem.rows.number)
+    outcome.notes += model.notes
+    return outcome
+
+
+def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas: bool) -> ChannelOutcome:
+    """Return what the transmission error's model says: its orders, its pulses, the terms of its offset."""
+    plain = model.periodic
+    found = of_orders(model, data.gearbox, seed)
+    if model.periodic is not plain:
+        # a pulse or a law says what orders had said badly: the offset is what they leave now
+        orders.offset_anew(model, seed)
+    offset = model.offset
+    assert offset is not None
+    slots = settle(offset)
+    if formulas:
+        slots = in_formulas(offset, slots, data.auxiliary_units)
+    frame = model.rows.frame
+    own = offset.model
+    periodic = model.periodic.evaluate(frame) if model.periodic is not None else np.zeros(frame.size)
+    given = np.zeros(frame.size)
+    if model.plain is not None:
+        given = Periodic(model.plain, laws=model.given.laws).evaluate(frame)
+    level = own.predict(frame)
+    before = given + own.predict(frame, [], own.refitted([]))
+    held = np.isin(frame.recording, list(data.held_out()))
+    floor = own.floor
+    spread = model.seen.white if model.seen is not None else np.zeros(0)
+    error = float(floor * np.std(spread) / spread.mean() / np.sqrt(spread.size)) if spread.size > GROUPS else None
+    outcome = ChannelOutcome(
+        TRANSMISSION_ERROR,
+        model.rows,
+        model.inside,
+        model.inside & held,
+        periodic + level,
+        before,
+        floor,
+        error,
+        TURNS if model.noise is not None else DIFFERENCES,
+    )
+    if model.periodic is not None and outcome.held_out.any():
+        chosen = np.flatnonzero(outcome.held_out)[:: max(1, int(outcome.held_out.sum()) // MOST_ROWS)]
+        part = frame.take(chosen)
+        x = np.column_stack([part.torque, part.velocity, part.temperature])
+        outcome.doubt = float(np.mean(model.periodic.series.variance(x, part.last_direction)))
+        outcome.doubt += uncertainty(own, frame, outcome.held_out, model.rows.number)
+    outcome.discoveries += found
+    number = np.where(model.inside, model.rows.number, 0.0)
+    outcome.discoveries += of_regression(offset, slots, level, number, frame, model.rows.y - periodic)
+    outcome.notes += [*model.notes, *own.notes]
+    return outcome
+
+
+def uncertainty(model: ChannelModel, frame: Frame, rows: NDArray[np.bool_], number: FloatArray) -> float:
+    """Mean variance of a model's prediction over the samples of some rows, by the covariance of its coefficients."""
+    chosen = np.flatnonzero(rows)[:: max(1, int(rows.sum()) // MOST_ROWS)]
+    if chosen.size == 0:
+        return 0.0
+    blocks = [b for b in model.blocks() if b.regressor.effect != "nuisance"]
+    columns = np.hstack([np.zeros((chosen.size, 0)), *(columns_at(b.regressor, frame, chosen) for b in blocks)])
+    covariance = model.fit.of([i for b in blocks for i in b.place])[1]
+    variance = np.sum(columns @ covariance * columns, axis=1)
+    return float(np.average(np.maximum(variance, 0.0), weights=np.maximum(number[chosen], 1e-9)))
+
+
+def floor_error(densities: Sequence[Density]) -> float | None:
+    """Standard error of the noise of a sample: groups of recordings against each other; None where they are too few."""
+    own = []
+    for k in range(GROUPS):
+        found = noise.mixture(densities[k::GROUPS])
+        if found is not None:
+            own.append(float(np.sqrt(found.variance)))
+    return float(np.std(own, ddof=1) / np.sqrt(len(own))) if len(own) == GROUPS else None

@@ -1,0 +1,122 @@
+"""What is to be explained in each channel: its rows less what the simulation has of them, beside its nominal terms."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.mismatch.given import Given
+from bench.mismatch.orders.periodicity import Periodicity, on_rows
+from bench.mismatch.orders.reaction import Reaction
+from bench.mismatch.recordings.dataset import Dataset
+from bench.mismatch.recordings.output_orders import OutputSpectrum
+from bench.mismatch.recordings.rows import Rows
+from bench.mismatch.recordings.vibration import ShaftSpectrum
+from bench.mismatch.regression import noise
+from bench.mismatch.regression.problem import (
+    BaseTerm,
+    ChannelProblem,
+    WanderingZero,
+    fixed_part,
+    nominal_base,
+    zero_precisions,
+)
+from bench.mismatch.regression.sensitivity import sensitivities
+from bench.mismatch.regression.state import Search
+from bench.simulation.terms import MOTOR_TORQUE, TEMPERATURE
+from bench.simulation.waves import Wave
+
+ANGLES = ("rad", "")
+"""units of auxiliary quantities that may be angles: radians, into which angles are imported, and no unit at all"""
+
+
+def usable(channel: str, rows: Rows) -> NDArray[np.bool_]:
+    """Rows that can be compared: those with samples, in motion where friction is in the channel."""
+    moving = np.ones(rows.size, dtype=bool) if channel == TEMPERATURE else rows.frame.direction != 0
+    return np.asarray(moving & (rows.number > 0))
+
+
+def base_of(given: Given, channel: str, rows: Rows) -> list[BaseTerm]:
+    """Terms that are fitted in every model of a channel: nominal ones, free parameters, effects that are known."""
+    base = nominal_base(channel, given.switched_off)
+    base += [BaseTerm(own) for own in sensitivities(given.base, channel, tuple(rows.frame.aux))]
+    return base + [BaseTerm(known.regressor) for known in given.known.get(channel, ())]
+
+
+def problem_of(data: Dataset, given: Given, channel: str, rows: Rows, banned: Sequence[str]) -> ChannelProblem:
+    """Return what the regression of a channel is given; effects that are ``banned`` are no candidates."""
+    base = base_of(given, channel, rows)
+    if channel == TEMPERATURE:
+        torque = noise.mixture(data.density.get(MOTOR_TORQUE, []))
+        base.append(BaseTerm(WanderingZero(), zero_precisions(rows.frame, torque)))
+    taken = fixed_part(channel, rows.frame, given.switched_off)
+    own = given.waves.get(channel, ())
+    if own:
+        taken = taken + on_rows(own, rows)
+    rows = replace(rows, y=rows.y - taken)
+    heard = noise.mixture(data.density.get(channel, []))
+    return ChannelProblem(
+        channel,
+        rows,
+        usable(channel, rows),
+        data.folds(),
+        tuple(base),
+        heard,
+        None,
+        given.switched_off,
+        tuple(banned),
+        given.unsettled.get(channel, ()),
+        given.switched_off if data.folder.manner.free and channel not in data.simulated else (),
+        tuple(name for name, unit in data.auxiliary_units.items() if unit in ANGLES),
+        data.folder.manner.free,
+        data.folder.manner.free and data.cut,
+    )
+
+
+def periodicity_of(data: Dataset, given: Given, search: Search, reaction: Reaction | None) -> Periodicity:
+    """Spectra and rows of a torque, for what is periodic in it and too quick for its rows: less the waves that the
+    simulation has and the ``reaction``, which it is known to hold.
+    """
+    problem = search.model.problem
+    channel = problem.channel
+    output, shaft = data.output.get(channel, []), data.shaft if channel == MOTOR_TORQUE else []
+    if reaction is not None:
+        output, shaft = [reaction.less_output(s) for s in output], [reaction.less_shaft(s) for s in shaft]
+    return Periodicity(
+        channel,
+        [_less(s, given.waves.get(channel, ())) for s in output],
+        [_less_ripple(s, given.ripples, data.ratio) for s in shaft],
+        problem.rows,
+        problem.folds,
+        data.ratio,
+        search.model.floor,
+    )
+
+
+def _less(seen: OutputSpectrum, known: Sequence[Wave]) -> OutputSpectrum:
+    """A spectrum over the output angle less waves that the simulation has."""
+    if not known:
+        return seen
+    amplitude = seen.amplitude.copy()
+    load = seen.torque / 1000.0
+    size = {"1": 1.0, "d": seen.direction, "tau": load, "d*abs_tau": seen.direction * abs(load)}
+    for wave in known:
+        order = round(wave.order)
+        if order < amplitude.size and wave.times in size:
+            amplitude[order] -= complex(wave.cosine, wave.sine) * size[wave.times]
+    return replace(seen, amplitude=amplitude)
+
+
+def _less_ripple(seen: ShaftSpectrum, known: Sequence[Wave], ratio: float) -> ShaftSpectrum:
+    """A spectrum over the motor's angle less ripple that the simulation has."""
+    if not known:
+        return seen
+    amplitude = seen.amplitude.copy()
+    for wave in known:
+        order = round(wave.order / ratio)
+        if order < amplitude.size:
+            amplitude[order] -= complex(wave.cosine, wave.sine) * (seen.torque if wave.times == "motor_torque" else 1.0)
+    return replace(seen, amplitude=amplitude)
