@@ -17,7 +17,8 @@ import numpy as np
 from bench.mismatch import score, simulation_file
 from bench.mismatch.analysis import Analysis, analyse
 from bench.mismatch.given import Given
-from bench.mismatch.recordings.dataset import Dataset, load
+from bench.mismatch.recordings.dataset import Dataset
+from bench.mismatch.recordings.loading import load
 from bench.mismatch.recordings.source import Paths
 from bench.mismatch.report.finding import Finding, conclude
 from bench.mismatch.report.left_out import AMBIGUOUS, NAMED, NOT_ASKED, NOT_FOUND, OTHERWISE, LeftOut

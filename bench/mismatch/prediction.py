@@ -19,7 +19,7 @@ from bench.foreign.opening import base_of
 from bench.mismatch.given import SENSOR, Given, Known
 from bench.mismatch.power_zeros import CONSTANT, EFFECT, KEY, RECORDINGS, Zeros, left_of
 from bench.mismatch.recordings.beginning import START_S, at_start, risen
-from bench.mismatch.recordings.dataset import Collected
+from bench.mismatch.recordings.collected import Collected
 from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.recordings.notch import notched, ripple_orders
 from bench.mismatch.recordings.prepared import Folder, Prepared, prepare

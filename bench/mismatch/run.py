@@ -15,7 +15,8 @@ from bench.mismatch.given import Given
 from bench.mismatch.leave_one_out import Map, leave_one_out
 from bench.mismatch.limits import limits
 from bench.mismatch.memory import give_back
-from bench.mismatch.recordings.dataset import Dataset, enough, load
+from bench.mismatch.recordings.dataset import Dataset, enough
+from bench.mismatch.recordings.loading import load
 from bench.mismatch.recordings.source import Paths
 from bench.mismatch.report.content import Compared
 from bench.mismatch.report.experiment import proposed

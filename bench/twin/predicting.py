@@ -13,7 +13,7 @@ from bench.foreign.opening import base_of
 from bench.mismatch.given import Given
 from bench.mismatch.prediction import Predictor
 from bench.mismatch.recordings.beginning import at_start
-from bench.mismatch.recordings.dataset import Collected
+from bench.mismatch.recordings.collected import Collected
 from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.recordings.notch import ripple_orders
 from bench.mismatch.recordings.prepared import Folder, Prepared, prepare

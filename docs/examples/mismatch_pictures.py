@@ -11,7 +11,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.given import Given
-from bench.mismatch.recordings.dataset import load
+from bench.mismatch.recordings.loading import load
 from bench.mismatch.regression import noise
 from bench.mismatch.regression.maxima import tail
 from bench.mismatch.regression.problem import ChannelProblem, fixed_part, nominal_base

@@ -14,7 +14,8 @@ import fakes.concealed
 from bench.mismatch.given import Given
 from bench.mismatch.prediction import Predictor, predict_all
 from bench.mismatch.prediction import compared as sample_by_sample
-from bench.mismatch.recordings.dataset import Dataset, load
+from bench.mismatch.recordings.dataset import Dataset
+from bench.mismatch.recordings.loading import load
 from bench.mismatch.recordings.prepared import prepare
 from bench.mismatch.regression.problem import CHANNELS, fixed_part, nominal_base
 from bench.mismatch.report.report import Report

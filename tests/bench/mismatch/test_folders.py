@@ -17,8 +17,8 @@ from typer.testing import CliRunner
 from bench.cli.app import make_app
 from bench.errors import RecordingError
 from bench.mismatch.analysis import _shown_here_first, compared_channels
-from bench.mismatch.recordings import dataset
-from bench.mismatch.recordings.dataset import load
+from bench.mismatch.recordings import loading
+from bench.mismatch.recordings.loading import load
 from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.run import run
 from bench.recording import Recording, write_recording
@@ -213,8 +213,8 @@ def test_other_processes_read_the_same(tmp_path: Path, monkeypatch: pytest.Monke
         asked.append(jobs)
         return (pickle.loads(pickle.dumps(function(pickle.loads(pickle.dumps(item))))) for item in items)
 
-    monkeypatch.setattr(dataset, "over", elsewhere)
-    monkeypatch.setattr(dataset, "SAMPLES_A_PROCESS", 3000)
+    monkeypatch.setattr(loading, "over", elsewhere)
+    monkeypatch.setattr(loading, "SAMPLES_A_PROCESS", 3000)
     there = load(tmp_path, jobs=3)
     assert asked == [3]
     assert [m.name for m in there.members] == [m.name for m in here.members]

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.mismatch.recordings import thinning as module
-from bench.mismatch.recordings.dataset import load
+from bench.mismatch.recordings.loading import load
 from bench.mismatch.recordings.thinning import Thinning, group_of
 from bench.recording import write_recording
 from bench.recording.header import ChannelSpec, Gearbox, RecordingHeader, Segment, Setpoint

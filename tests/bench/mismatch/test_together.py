@@ -10,7 +10,7 @@ import pytest
 
 from bench.errors import ConfigurationError
 from bench.mismatch.many import tasks_of
-from bench.mismatch.recordings.dataset import load
+from bench.mismatch.recordings.loading import load
 from bench.mismatch.recordings.source import gathered
 from bench.recording import write_recording
 from bench.recording.header import ChannelSpec, Gearbox, RecordingHeader, Segment, Setpoint

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bench.mismatch.recordings.dataset import load
+from bench.mismatch.recordings.loading import load
 from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.recordings.prepared import Folder, prepare
 from bench.mismatch.recordings.rows import LIVELY_S

@@ -1,0 +1,166 @@
+"""A folder of recordings, or several as one, read into a data set: each recording once, on several processes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+
+from bench.errors import RecordingError
+from bench.foreign.base import Base
+from bench.mismatch.mapping import over
+from bench.mismatch.memory import give_back
+from bench.mismatch.recordings.collected import Collected
+from bench.mismatch.recordings.comparable import Comparable
+from bench.mismatch.recordings.dataset import Dataset, Member, is_linear
+from bench.mismatch.recordings.motion import Manner
+from bench.mismatch.recordings.notch import ripple_orders
+from bench.mismatch.recordings.pieces import Piece, pieces
+from bench.mismatch.recordings.prepared import Folder, prepare
+from bench.mismatch.recordings.rows import join
+from bench.mismatch.recordings.source import Paths, folders_of, gathered, names_of
+from bench.mismatch.recordings.split import point_of, split, split_blocks
+from bench.recording import Recording
+
+Progress = Callable[[str, float], None]
+SAMPLES_A_PROCESS = 8_000_000
+"""a process takes seconds to start: it is worth that for some million samples only"""
+LEAST_SAMPLES = 50
+
+
+def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Base | None = None) -> Dataset:
+    """Read a folder of recordings, or several as one, and reduce it, on ``jobs`` processes; ``base``: a simulation from
+    elsewhere.
+
+    Raises RecordingError where no recording can be used, ConfigurationError where folders are no one data set.
+    """
+    found, rejected = gathered(path)
+    usable: list[Recording] = []
+    for recording in found:
+        why = _usable(recording)
+        if why is None:
+            usable.append(recording)
+        else:
+            rejected.append((recording.path.name, why))
+    if not usable:
+        first = f": {rejected[0][1]}" if rejected else ""
+        raise RecordingError(f"{_named(path)} holds no recording that can be compared{first}")
+    usable.sort(key=lambda r: r.started_at)
+    usable = _of_one_gearbox(usable, rejected)
+    parts, note = pieces(usable)
+    called = {str(r.path): name for r, name in zip(usable, names_of(usable), strict=True)}
+    held, fold = split_blocks(parts) if note else split(usable)
+    notes = [note] if note else []
+    comparable = Comparable.of(usable, notes)
+    if all(is_linear(r) for r in usable):
+        notes.append("a linear axis: metres and newtons")
+    folder = Folder(usable[0].started_at.timestamp(), Manner.of(usable), ripple_orders(usable), base)
+    data = Dataset([], rejected, folder, notes=notes, parts=parts)
+    rows = Collected()
+    travelled = 0.0
+    tasks = _tasks(parts, folder, comparable)
+    workers = min(jobs, 1 + sum(r.size for r in usable) // SAMPLES_A_PROCESS)
+    for task, read in zip(tasks, over(_read, tasks, workers), strict=True):
+        if progress is not None:
+            progress("reading", task.pieces[0][0] / len(parts))
+        recording = task.pieces[0][1].recording
+        if not read.why and data.members and read.simulated != data.simulated:
+            read = replace(read, why=_otherwise(recording, read.simulated, data.simulated))
+        if read.why:
+            rejected += [(recording.path.name, read.why)] * len(task.pieces)
+            continue
+        read.rows.travelled_before(travelled)
+        data.travelled[str(recording.path)] = travelled
+        travelled += read.travel
+        rows.take(read.rows)
+        data.simulated = read.simulated
+        for number, part in task.pieces:
+            title = called[str(recording.path)] + part.name.removeprefix(recording.recording_id)
+            data.members.append(Member(number, recording, point_of(recording), held[number], fold[number], title))
+        if read.dead:
+            told = f"{recording.recording_id} holds no number in {', '.join(sorted(read.dead))}"
+            notes.append(f"{told}: not compared where it is needed")
+    if not data.members:
+        if base is not None and rejected:
+            raise RecordingError(rejected[0][1])
+        raise RecordingError(f"{_named(path)} holds no recording that can be read; see `bench validate` for each file")
+    data.rows = {channel: join(rows.rows.pop(channel)) for channel in list(rows.rows)}
+    give_back()
+    data.density, data.shaft, data.output = rows.density, rows.shaft, rows.output
+    return data
+
+
+def _usable(recording: Recording) -> str | None:
+    if recording.size < LEAST_SAMPLES:
+        return (
+            f"{recording.path.name} has {recording.size} samples; at least {LEAST_SAMPLES} are needed to say anything"
+        )
+    if recording.gearbox.ratio is None:
+        return f"{recording.path.name} names no gear ratio (gearbox/ratio); without it no angle can be compared"
+    if not any(name in recording.specs for name in ("load_angle", "motor_torque", "load_torque", "temperature")):
+        return (
+            f"{recording.path.name} has none of the channels that are compared (motor_torque, load_torque, load_angle,"
+            " temperature); the mapping of the import should name one"
+        )
+    return None
+
+
+def _named(path: Paths) -> str:
+    return ", ".join(str(folder) for folder in folders_of(path))
+
+
+@dataclass(frozen=True, slots=True)
+class _Task:
+    """A recording to read: its pieces with their numbers, and what all recordings share."""
+
+    pieces: tuple[tuple[int, Piece], ...]
+    folder: Folder
+    comparable: Comparable
+
+
+def _tasks(parts: Sequence[Piece], folder: Folder, comparable: Comparable) -> list[_Task]:
+    """One task a recording; the pieces of one follow each other."""
+    groups = groupby(enumerate(parts), key=lambda pair: id(pair[1].recording))
+    return [_Task(tuple(group), folder, comparable) for _, group in groups]
+
+
+@dataclass(frozen=True, slots=True)
+class _Read:
+    """What a recording came to: rows, the distance run in it (rad at the output), channels without a number; or why it
+    cannot be read.
+    """
+
+    rows: Collected
+    travel: float = 0.0
+    dead: frozenset[str] = frozenset()
+    why: str = ""
+    simulated: frozenset[str] = frozenset()
+
+
+def _read(task: _Task) -> _Read:
+    recording = task.pieces[0][1].recording
+    rows = Collected()
+    try:
+        prepared = prepare(recording, task.pieces[0][0], task.folder)
+    except (RecordingError, OSError, ValueError) as error:
+        return _Read(rows, why=f"{recording.path.name} cannot be read: {error}")
+    channels = task.comparable.channels(recording, prepared.dead)
+    for number, part in task.pieces:
+        rows.add(part.cut(prepared, number), channels, task.folder.manner)
+    return _Read(rows, float(prepared.frame.travel[-1]), prepared.dead, "", frozenset(prepared.simulated))
+
+
+def _otherwise(recording: Recording, here: frozenset[str], others: frozenset[str]) -> str:
+    listed, rest = (", ".join(sorted(names)) or "nothing" for names in (here, others))
+    return f"{recording.path.name}: the simulation predicts {listed} of it, of the recordings before it {rest}"
+
+
+def _of_one_gearbox(recordings: list[Recording], rejected: list[tuple[str, str]]) -> list[Recording]:
+    """The recordings of the ratio that most have; the others are rejected."""
+    ratios = [float(r.gearbox.ratio or 1.0) for r in recordings]
+    usual = max(set(ratios), key=ratios.count)
+    for recording, ratio in zip(recordings, ratios, strict=True):
+        if ratio != usual:
+            why = f"is of a gearbox of ratio {ratio:g}, most of the folder of {usual:g}: not one bench"
+            rejected.append((recording.path.name, f"{recording.path.name} {why}"))
+    return [r for r, ratio in zip(recordings, ratios, strict=True) if ratio == usual]
