@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from bench.identification.samples.fractions import is_whole
 from bench.identification.samples.reduction import Reduction
 from bench.identification.samples.steady import SteadySums
-from bench.identification.series.refined import single_recording
+from bench.identification.series.harmonics import single_recording
 from bench.simulation import FourierSet, TransmissionErrorModel, basis
 
 FloatArray = NDArray[np.float64]

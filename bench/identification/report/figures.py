@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from bench.identification.identify import Identification
 from bench.identification.samples.reduction import Reduction
 from bench.identification.samples.steady import ANGLE_STEPS, SteadySums
-from bench.identification.series.refined import single_recording
+from bench.identification.series.harmonics import single_recording
 from bench.identification.validation import mean_inputs, model_harmonics, revolution
 from bench.simulation.parts import part_of
 

@@ -8,36 +8,30 @@ effects of the model, as the effect itself was, and predicts the points left out
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.regression.auxiliary import of_auxiliary
-from bench.mismatch.regression.beside import free_function, idle, shaped, sound_beside, told_from_nothing
+from bench.mismatch.regression.beside import free_function, idle, shaped, sound_beside
 from bench.mismatch.regression.choosing import price_of_course
 from bench.mismatch.regression.description import description, prior_of
+from bench.mismatch.regression.equivalent import heirs_of, numbers_of, predict_alike
 from bench.mismatch.regression.folds import apart, weights
-from bench.mismatch.regression.heredity import laws, orphaned, without
+from bench.mismatch.regression.heredity import orphaned, without
 from bench.mismatch.regression.model import ChannelModel, Chosen
-from bench.mismatch.regression.problem import ChannelProblem
 from bench.mismatch.regression.refine import strained
-from bench.mismatch.regression.refuted import borne_out
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named
 from bench.mismatch.regression.scan import Scan
 from bench.mismatch.regression.state import Search
-from bench.mismatch.regression.strength import active_size, trusted
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms import LIBRARY
 
 MOST_RIVALS = 5
 """names, and as many free functions, that are refitted in an effect's place"""
 RIVAL_OWN = 1e-6
-"""share of a rival's energy beside the other effects from which it is looked at: less than of an effect that is told,
-for a
-design that hardly shows a rival is the very one that cannot exclude it"""
-EXACT = 1e-12
-"""share of its energy that is left of a column drawn exactly by others: rounding"""
+"""share of a rival's energy beside the other effects from which it is looked at: less than of an effect that is named,
+for a design that hardly shows a rival is the very one that cannot exclude it"""
 WORTH_A_LOOK = 0.2
 """of the best gain beside the other effects, that a rival's has to be before it is refined"""
 
@@ -79,99 +73,6 @@ def slots(search: Search) -> list[Slot]:
     return [_slot(search, chosen, whole, number) for number, chosen in enumerate(model.chosen)]
 
 
-def settle(search: Search) -> list[Slot]:
-    """Let a name take the place of a free function that is less probable than it, or of what says the same with more
-    numbers, a free function that of a name or of another function which it leaves next to no probability, and nothing
-    that of one less probable than nothing; the slots of the effects that are left and that recordings held out bear
-    out.
-    """
-    found = slots(search)
-    for _ in range(2 * len(search.model.chosen)):
-        model = search.model
-        chosen = next((own for slot in found if (own := _succession(model, slot)) is not None), None)
-        if chosen is None:
-            break
-        search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
-        found = slots(search)
-    model = search.model
-    chosen = borne_out(model)
-    if len(chosen) < len(model.chosen):
-        search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
-        found = slots(search)
-    return found
-
-
-def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
-    """Effects with what takes a slot's place, or with nothing there; None where the slot's effect stays."""
-    others = without(model.chosen, slot.chosen, model.problem.lacking)
-    if slot.needless or _drawn_by_the_unknown(model, slot.chosen):
-        return others
-    if slot.plainer is not None:
-        return [*others, slot.plainer.chosen]
-    best = max((r for r in slot.rivals if r.chosen.effect != UNKNOWN), key=lambda r: r.weight, default=None)
-    nameless = max((r for r in slot.rivals if r.chosen.effect == UNKNOWN), key=lambda r: r.weight, default=None)
-    if nameless is not None and (_disowned(slot, nameless) or _part_of_the_unknown(model, slot, nameless)):
-        return [*others, nameless.chosen]
-    if nameless is not None and slot.chosen.effect == UNKNOWN and slot.weight < criteria.AS_GOOD * nameless.weight:
-        return [*others, nameless.chosen]  # of two functions without a name the one that predicts better
-    nothing = 1.0 - slot.weight - sum(r.weight for r in slot.rivals)
-    # whichever function it is: what they say in common is that no name does
-    unnamed = slot.weight + (0.0 if nameless is None else nameless.weight)
-    if slot.chosen.effect != UNKNOWN or unnamed >= max(nothing, 0.0 if best is None else best.weight):
-        return None
-    others = [c for c in model.chosen if c is not slot.chosen]
-    return [*others, best.chosen] if best is not None and best.weight > nothing else others
-
-
-def without_empty_laws(search: Search, found: Sequence[Slot]) -> list[Slot]:
-    """Slots without those of laws that may as well be nothing and that only their changes ask for: beside a change,
-    which stays, points left out are predicted as well without them.
-    """
-    for slot in found:
-        model, own = search.model, slot.chosen
-        changed = any(own.effect in laws(c.main.regressor) for c in model.chosen if c is not own)
-        if not isinstance(own.main.regressor, Named) or not changed or told_from_nothing(*model.fit.of(own.main.place)):
-            continue
-        others = [c for c in model.chosen if c is not own]
-        loss = float((search.density(model.chosen) - search.density(others)).sum())
-        if loss <= description(model, own) + model.price:
-            search.model = replace(model, chosen=others, fit=model.refitted(others))
-    return [slot for slot in found if slot.chosen in search.model.chosen]
-
-
-def _disowned(slot: Slot, nameless: Contender | None) -> bool:
-    """Whether a free function leaves a name too little probability to be told."""
-    effect = slot.chosen.effect
-    if nameless is None or effect == UNKNOWN or (effect in LIBRARY and LIBRARY[effect].nominal):
-        return False
-    named = slot.weight + sum(r.weight for r in slot.rivals if r.chosen.effect != UNKNOWN)
-    return named < criteria.AS_GOOD * nameless.weight
-
-
-def _drawn_by_the_unknown(model: ChannelModel, own: Chosen) -> bool:
-    """Whether a name stands beside a function without one that draws whatever form it may have: the two are one
-    function, which no name says.
-    """
-    regressor = own.main.regressor
-    if not isinstance(regressor, Named) or regressor.term.nominal:
-        return False
-    forms = set(regressor.term.shape.get(model.channel, ()))
-    free = (c.main.regressor for c in model.chosen if c.effect == UNKNOWN)
-    drawn = [{(name, grid.times) for grid in f.grids for name in grid.over} for f in free if isinstance(f, Free)]
-    return bool(forms) and any(forms <= functions for functions in drawn)
-
-
-def _part_of_the_unknown(model: ChannelModel, slot: Slot, nameless: Contender) -> bool:
-    """Whether a name beside a function without one says no more than a second such function: physics that no name has
-    is met in part by a name that comes near. It has to be better by more than the points left out scatter.
-    """
-    effect = slot.chosen.effect
-    if effect == UNKNOWN or (effect in LIBRARY and LIBRARY[effect].nominal):
-        return False
-    beside = any(c.effect == UNKNOWN and not of_auxiliary(c.main.regressor) for c in model.chosen)
-    return beside and nameless.loss < criteria.BESIDE_UNKNOWN_ERRORS * nameless.error
-
-
 def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
     model = search.model
     others = without(model.chosen, own, model.problem.lacking)
@@ -192,8 +93,8 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
     prior[0] *= np.exp(-criteria.RICHER * unturned)
     share = prior * weights(table, search.seed + number, costs)
     share = share / share.sum()
-    heirs, needless = _heirs(model, others, (own, *found))
-    for k in sorted(heirs, key=lambda k: -_numbers((own, *found)[k])):
+    heirs, needless = heirs_of(model, others, (own, *found))
+    for k in sorted(heirs, key=lambda k: -numbers_of((own, *found)[k])):
         share[heirs[k]] += share[k]
         share[k] = 0.0
 
@@ -211,73 +112,12 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
         if not near and heirs.get(k + 1) != 0:
             near = called_as_good(own, chosen, float(odds), loss)
             doubtful = chosen.effect != UNKNOWN and criteria.VERY_STRONG <= loss < 2.0 * criteria.VERY_STRONG
-            near = near or (doubtful and _alike(model, others, own, chosen))
+            near = near or (doubtful and predict_alike(model, others, own, chosen))
         rivals.append(Contender(chosen, density, loss, error, float(share[k + 1]), near))
     plainer = rivals[heirs[0] - 1] if 0 in heirs else None
     rivals.sort(key=lambda r: r.loss)
     last = search.scans[-1] if search.scans else seen
     return Slot(own, gain, last.p_value(gain), float(share[0]), tuple(rivals), plainer, needless)
-
-
-def _numbers(chosen: Chosen) -> int:
-    return sum(block.regressor.numbers for block in chosen.blocks)
-
-
-def _heirs(model: ChannelModel, others: Sequence[Chosen], contenders: Sequence[Chosen]) -> tuple[dict[int, int], bool]:
-    """Of contenders for a place, for which of them which name says the same with fewer numbers: their predictions
-    differ by less than any transducer of the channel is trusted with. However sure the recordings are of so small a
-    difference, it is the transducers' and disproves no name. And whether nothing in the place of the first does so.
-    """
-    problem = model.problem
-    least = trusted(model)
-    if least <= 0.0:
-        return {}, False
-    frame, train = problem.rows.frame, problem.train
-
-    def predicted(own: Sequence[Chosen]) -> FloatArray:
-        return np.asarray(model.predict(frame, own, model.refitted(own))[train])
-
-    def same(one: FloatArray, other: FloatArray) -> bool:
-        return active_size(one - other, problem.rows.number[train]) < least
-
-    said = [predicted([*others, one]) for one in contenders]
-    numbers = [_numbers(c) for c in contenders]
-    names = sorted((k for k, c in enumerate(contenders) if c.effect != UNKNOWN), key=lambda k: numbers[k])
-    out: dict[int, int] = {}
-    for k, own in enumerate(said):
-        plainer = (i for i in names if numbers[i] < numbers[k] and _holds(problem, contenders[k], contenders[i]))
-        heir = next((i for i in plainer if same(own, said[i])), None)
-        if heir is not None:
-            out[k] = heir
-    return out, same(said[0], predicted(others))
-
-
-def _holds(problem: ChannelProblem, richer: Chosen, plain: Chosen) -> bool:
-    """Whether a name is a case of another explanation: of a function without a name, of another form of the effect, of
-    an effect whose columns draw its own exactly and more.
-
-    Two effects that these recordings do not tell apart are no such case, however alike: they are ambiguous.
-    """
-    if richer.effect in (UNKNOWN, plain.effect):
-        return True
-    own, more = (c.main.regressor.columns(problem.rows.frame)[problem.train] for c in (plain, richer))
-    if more.shape[1] <= own.shape[1]:
-        return False
-    left = own - more @ np.linalg.lstsq(more, own, rcond=None)[0]
-    return bool(np.sum(left**2) <= EXACT * np.sum(own**2))
-
-
-def _alike(model: ChannelModel, others: Sequence[Chosen], own: Chosen, other: Chosen) -> bool:
-    """Whether two explanations predict what differs by next to nothing of what the first adds: evidence between them is
-    that of their forms' corrections.
-    """
-    frame, train = model.problem.rows.frame, model.problem.train
-    number = model.problem.rows.number[train]
-    plain, one, two = (
-        model.predict(frame, chosen, model.refitted(chosen))[train]
-        for chosen in (others, [*others, own], [*others, other])
-    )
-    return bool(np.sum(number * (one - two) ** 2) < criteria.ALIKE**2 * np.sum(number * (one - plain) ** 2))
 
 
 def called_as_good(own: Chosen, other: Chosen, odds: float, loss: float) -> bool:

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from bench.identification import Identification
+from bench.identification.series.harmonics import single_recording
 from bench.identification.series.inputs import make_design
 from bench.identification.series.polish import estimate_spread, fit_linear, fit_polar
-from bench.identification.series.refined import identify_direction, single_recording
+from bench.identification.series.refined import identify_direction
 from bench.simulation import basis
 from bench.simulation.model import NOMINAL_ORDERS
 from tests.bench.identification.synthetic import true_model

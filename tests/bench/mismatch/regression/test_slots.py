@@ -10,21 +10,17 @@ import numpy as np
 import pytest
 
 from bench.mismatch.regression.beside import shaped
+from bench.mismatch.regression.equivalent import _holds, heirs_of, predict_alike
 from bench.mismatch.regression.heredity import without_laws
 from bench.mismatch.regression.model import Block, Chosen, add_block
 from bench.mismatch.regression.regressors import Free, Named, Regressor, named
 from bench.mismatch.regression.search import begun
-from bench.mismatch.regression.slots import (
-    Contender,
-    Slot,
-    _alike,
+from bench.mismatch.regression.slots import Contender, Slot, called_as_good
+from bench.mismatch.regression.succession import (
     _disowned,
     _drawn_by_the_unknown,
-    _heirs,
-    _holds,
     _part_of_the_unknown,
     _succession,
-    called_as_good,
     without_empty_laws,
 )
 from bench.simulation.tables import Grid
@@ -135,7 +131,7 @@ def test_the_plainer_name_stands_where_no_transducer_tells_the_two_apart(
     assert power is not None
     square, power = replace(square, shape=None), replace(power, shape=None)
     assert float((search.density([power]) - search.density([square])).sum()) > 10.0
-    assert _heirs(search.model, [], (square, power)) == (heirs, needless)
+    assert heirs_of(search.model, [], (square, power)) == (heirs, needless)
 
 
 @pytest.mark.parametrize(
@@ -205,4 +201,4 @@ def test_names_that_predict_alike_need_more_evidence(apart: float, alike: bool) 
         refitted=lambda own: None,
         predict=lambda _frame, own, _fit: said[own[-1] if own else "nothing"],
     )
-    assert _alike(cast("Any", model), [], cast("Any", "one"), cast("Any", "two")) is alike
+    assert predict_alike(cast("Any", model), [], cast("Any", "one"), cast("Any", "two")) is alike

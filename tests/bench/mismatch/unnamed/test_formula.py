@@ -14,8 +14,9 @@ from bench.mismatch.prediction import evaluated
 from bench.mismatch.regression.discoveries import discoveries, rows_of
 from bench.mismatch.regression.regressors import Free
 from bench.mismatch.regression.search import searched
-from bench.mismatch.regression.slots import Slot, settle
+from bench.mismatch.regression.slots import Slot
 from bench.mismatch.regression.state import Search
+from bench.mismatch.regression.succession import settle
 from bench.mismatch.unnamed import formula, formula_proposed
 from bench.mismatch.unnamed.formula_regressor import Equation
 from bench.simulation.frame import FloatArray, Frame

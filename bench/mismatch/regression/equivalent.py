@@ -1,0 +1,81 @@
+"""Whether two explanations of an effect say the same: with fewer numbers, as a case of the other, or but for a form."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bench.mismatch import criteria
+from bench.mismatch.regression.model import ChannelModel, Chosen
+from bench.mismatch.regression.problem import ChannelProblem
+from bench.mismatch.regression.regressors import UNKNOWN
+from bench.mismatch.regression.strength import active_size, trusted
+from bench.simulation.frame import FloatArray
+
+EXACT = 1e-12
+"""share of its energy that is left of a column drawn exactly by others: rounding"""
+
+
+def heirs_of(
+    model: ChannelModel, others: Sequence[Chosen], contenders: Sequence[Chosen]
+) -> tuple[dict[int, int], bool]:
+    """Of contenders for a place, for which of them which name says the same with fewer numbers: their predictions
+    differ by less than any transducer of the channel is trusted with. However sure the recordings are of so small a
+    difference, it is the transducers' and disproves no name. And whether nothing in the place of the first does so.
+    """
+    problem = model.problem
+    least = trusted(model)
+    if least <= 0.0:
+        return {}, False
+    frame, train = problem.rows.frame, problem.train
+
+    def predicted(own: Sequence[Chosen]) -> FloatArray:
+        return np.asarray(model.predict(frame, own, model.refitted(own))[train])
+
+    def same(one: FloatArray, other: FloatArray) -> bool:
+        return active_size(one - other, problem.rows.number[train]) < least
+
+    said = [predicted([*others, one]) for one in contenders]
+    numbers = [numbers_of(c) for c in contenders]
+    names = sorted((k for k, c in enumerate(contenders) if c.effect != UNKNOWN), key=lambda k: numbers[k])
+    out: dict[int, int] = {}
+    for k, own in enumerate(said):
+        plainer = (i for i in names if numbers[i] < numbers[k] and _holds(problem, contenders[k], contenders[i]))
+        heir = next((i for i in plainer if same(own, said[i])), None)
+        if heir is not None:
+            out[k] = heir
+    return out, same(said[0], predicted(others))
+
+
+def _holds(problem: ChannelProblem, richer: Chosen, plain: Chosen) -> bool:
+    """Whether a name is a case of another explanation: of a function without a name, of another form of the effect, of
+    an effect whose columns draw its own exactly and more.
+
+    Two effects that these recordings do not tell apart are no such case, however alike: they are ambiguous.
+    """
+    if richer.effect in (UNKNOWN, plain.effect):
+        return True
+    own, more = (c.main.regressor.columns(problem.rows.frame)[problem.train] for c in (plain, richer))
+    if more.shape[1] <= own.shape[1]:
+        return False
+    left = own - more @ np.linalg.lstsq(more, own, rcond=None)[0]
+    return bool(np.sum(left**2) <= EXACT * np.sum(own**2))
+
+
+def predict_alike(model: ChannelModel, others: Sequence[Chosen], own: Chosen, other: Chosen) -> bool:
+    """Whether two explanations predict what differs by next to nothing of what the first adds: evidence between them is
+    that of their forms' corrections.
+    """
+    frame, train = model.problem.rows.frame, model.problem.train
+    number = model.problem.rows.number[train]
+    plain, one, two = (
+        model.predict(frame, chosen, model.refitted(chosen))[train]
+        for chosen in (others, [*others, own], [*others, other])
+    )
+    return bool(np.sum(number * (one - two) ** 2) < criteria.ALIKE**2 * np.sum(number * (one - plain) ** 2))
+
+
+def numbers_of(chosen: Chosen) -> int:
+    """How many fitted numbers an explanation has."""
+    return sum(block.regressor.numbers for block in chosen.blocks)

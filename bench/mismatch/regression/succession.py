@@ -1,0 +1,111 @@
+"""What takes an effect's place: a name that of a free function, a free function that of a name, or nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from bench.mismatch import criteria
+from bench.mismatch.regression.auxiliary import of_auxiliary
+from bench.mismatch.regression.beside import told_from_nothing
+from bench.mismatch.regression.description import description
+from bench.mismatch.regression.heredity import laws, without
+from bench.mismatch.regression.model import ChannelModel, Chosen
+from bench.mismatch.regression.refuted import borne_out
+from bench.mismatch.regression.regressors import UNKNOWN, Free, Named
+from bench.mismatch.regression.slots import Contender, Slot, slots
+from bench.mismatch.regression.state import Search
+from bench.simulation.terms import LIBRARY
+
+
+def settle(search: Search) -> list[Slot]:
+    """Let a name take the place of a free function that is less probable than it, or of what says the same with more
+    numbers, a free function that of a name or of another function which it leaves next to no probability, and nothing
+    that of one less probable than nothing; the slots of the effects that are left and that recordings held out bear
+    out.
+    """
+    found = slots(search)
+    for _ in range(2 * len(search.model.chosen)):
+        model = search.model
+        chosen = next((own for slot in found if (own := _succession(model, slot)) is not None), None)
+        if chosen is None:
+            break
+        search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
+        found = slots(search)
+    model = search.model
+    chosen = borne_out(model)
+    if len(chosen) < len(model.chosen):
+        search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
+        found = slots(search)
+    return found
+
+
+def without_empty_laws(search: Search, found: Sequence[Slot]) -> list[Slot]:
+    """Slots without those of laws that may as well be nothing and that only their changes ask for: beside a change,
+    which stays, points left out are predicted as well without them.
+    """
+    for slot in found:
+        model, own = search.model, slot.chosen
+        changed = any(own.effect in laws(c.main.regressor) for c in model.chosen if c is not own)
+        if not isinstance(own.main.regressor, Named) or not changed or told_from_nothing(*model.fit.of(own.main.place)):
+            continue
+        others = [c for c in model.chosen if c is not own]
+        loss = float((search.density(model.chosen) - search.density(others)).sum())
+        if loss <= description(model, own) + model.price:
+            search.model = replace(model, chosen=others, fit=model.refitted(others))
+    return [slot for slot in found if slot.chosen in search.model.chosen]
+
+
+def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
+    """Effects with what takes a slot's place, or with nothing there; None where the slot's effect stays."""
+    others = without(model.chosen, slot.chosen, model.problem.lacking)
+    if slot.needless or _drawn_by_the_unknown(model, slot.chosen):
+        return others
+    if slot.plainer is not None:
+        return [*others, slot.plainer.chosen]
+    best = max((r for r in slot.rivals if r.chosen.effect != UNKNOWN), key=lambda r: r.weight, default=None)
+    nameless = max((r for r in slot.rivals if r.chosen.effect == UNKNOWN), key=lambda r: r.weight, default=None)
+    if nameless is not None and (_disowned(slot, nameless) or _part_of_the_unknown(model, slot, nameless)):
+        return [*others, nameless.chosen]
+    if nameless is not None and slot.chosen.effect == UNKNOWN and slot.weight < criteria.AS_GOOD * nameless.weight:
+        return [*others, nameless.chosen]  # of two functions without a name the one that predicts better
+    nothing = 1.0 - slot.weight - sum(r.weight for r in slot.rivals)
+    # whichever function it is: what they say in common is that no name does
+    unnamed = slot.weight + (0.0 if nameless is None else nameless.weight)
+    if slot.chosen.effect != UNKNOWN or unnamed >= max(nothing, 0.0 if best is None else best.weight):
+        return None
+    others = [c for c in model.chosen if c is not slot.chosen]
+    return [*others, best.chosen] if best is not None and best.weight > nothing else others
+
+
+def _disowned(slot: Slot, nameless: Contender | None) -> bool:
+    """Whether a free function leaves a name too little probability to be told."""
+    effect = slot.chosen.effect
+    if nameless is None or effect == UNKNOWN or (effect in LIBRARY and LIBRARY[effect].nominal):
+        return False
+    named = slot.weight + sum(r.weight for r in slot.rivals if r.chosen.effect != UNKNOWN)
+    return named < criteria.AS_GOOD * nameless.weight
+
+
+def _drawn_by_the_unknown(model: ChannelModel, own: Chosen) -> bool:
+    """Whether a name stands beside a function without one that draws whatever form it may have: the two are one
+    function, which no name says.
+    """
+    regressor = own.main.regressor
+    if not isinstance(regressor, Named) or regressor.term.nominal:
+        return False
+    forms = set(regressor.term.shape.get(model.channel, ()))
+    free = (c.main.regressor for c in model.chosen if c.effect == UNKNOWN)
+    drawn = [{(name, grid.times) for grid in f.grids for name in grid.over} for f in free if isinstance(f, Free)]
+    return bool(forms) and any(forms <= functions for functions in drawn)
+
+
+def _part_of_the_unknown(model: ChannelModel, slot: Slot, nameless: Contender) -> bool:
+    """Whether a name beside a function without one says no more than a second such function: physics that no name has
+    is met in part by a name that comes near. It has to be better by more than the points left out scatter.
+    """
+    effect = slot.chosen.effect
+    if effect == UNKNOWN or (effect in LIBRARY and LIBRARY[effect].nominal):
+        return False
+    beside = any(c.effect == UNKNOWN and not of_auxiliary(c.main.regressor) for c in model.chosen)
+    return beside and nameless.loss < criteria.BESIDE_UNKNOWN_ERRORS * nameless.error
