@@ -14,14 +14,15 @@ import numpy as np
 from bench.configuration import BenchFile
 from bench.cycle.ahead import make_link
 from bench.cycle.assembly import Assembly, assemble, device_errors
-from bench.cycle.decode import Decoded, warm_up
+from bench.cycle.decode import warm_up
 from bench.cycle.end import End, EndKind
-from bench.cycle.feed import emit, guarded, hand_on, make_feed
+from bench.cycle.feed import emit, guarded, make_feed
 from bench.cycle.link import BusLostError
 from bench.cycle.sink import NoSink, SafeSink, Sink
+from bench.cycle.stoppable import Stoppable
 from bench.cycle.stopping import Stop
 from bench.cycle.trajectory import Trajectory
-from bench.cycle.view import FoundZero, View
+from bench.cycle.view import FoundZero
 from bench.errors import one_sentence
 from bench.protocols import Phase
 from bench.safety import Cause, Inputs, LatchFile, SafetyState, Verdict, settings, step
@@ -31,7 +32,7 @@ _LOOK_S = 0.2
 _NEXT_ACTS = "Next: acknowledge, reset, go on."
 
 
-class Rig(View):
+class Rig(Stoppable):
     """A bench in operation.
 
     Parameters
@@ -228,39 +229,6 @@ class Rig(View):
                 self.shutdown()
         finally:
             self.close()
-
-    # -- for the stop ladder -------------------------------------------------------------------------------------------
-
-    def clock(self) -> float:
-        """Time by which the deadlines of a stop are kept: the clock's, in fast emulation the bench's, s."""
-        return self._link.clock()
-
-    def missing_ahead(self, n: int) -> int:
-        """Return how many cycles are to be handed over: ``n``, or what is missing ahead of a bus of its own."""
-        return self._link.missing_ahead(n)
-
-    def drop_ahead(self) -> None:
-        """Take back what was handed over and not sent."""
-        self._link.drop_ahead()
-
-    def go_silent(self) -> None:
-        """Send no process data from now on; the bench has to be opened anew after that."""
-        self._link.go_silent()
-
-    def stop_cycles(self, n: int, least: int, velocity: float, torque: float, goal: str | None, sink: Sink) -> Decoded:
-        """Hand over ``n`` cycles of a stop, with set values at their end, and a goal for both drives if it changes.
-
-        Returns what came meanwhile, ``least`` cycles or more.
-        """
-        if goal is not None:
-            self._link.drives.request(goal)
-        share = np.arange(1, n + 1) / max(n, 1)
-        start_velocity, start_torque = self.set_values
-        decoded = self._link.descend(
-            start_velocity + share * (velocity - start_velocity), start_torque + share * (torque - start_torque), least
-        )
-        hand_on(decoded, 0, decoded.size, sink)
-        return decoded
 
     # -- private -------------------------------------------------------------------------------------------------------
 

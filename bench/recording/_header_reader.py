@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.errors import RecordingError
 from bench.recording.file import attributes
@@ -16,9 +15,8 @@ from bench.recording.file.attributes import AttributeMissing, AttributeProblem
 from bench.recording.file.channel_names import channel_names
 from bench.recording.file.claims import check_around, check_channel, check_members
 from bench.recording.file.samples import Places, look_up
+from bench.recording.file.tolerant import columns_of, group_of, optional
 from bench.recording.header import FORMAT, ChannelSpec, Event, Gearbox, Segment, Setpoint
-
-_T = TypeVar("_T")
 
 _REQUIRED: tuple[tuple[str, Callable[[Any], Any]], ...] = (
     ("recording_id", attributes.text),
@@ -68,10 +66,10 @@ def read_header(file: h5py.File, path: Path, *, prefix: bool = False) -> dict[st
             f"{path}: root attribute 'sample_rate' is {result['sample_rate']}, it should be above 0 Hz."
         )
     for name, kind in _BENCH:
-        result[name] = _optional(file.attrs, name, kind, None, f"{path}: root", problems)
+        result[name] = optional(file.attrs, name, kind, None, f"{path}: root", problems)
     result["quality"] = result["quality"] or {}
     # A file without `complete`, or with it false, was cut short: that is the format, not a problem.
-    result["complete"] = _optional(file.attrs, "complete", attributes.boolean, False, f"{path}: root", problems)
+    result["complete"] = optional(file.attrs, "complete", attributes.boolean, False, f"{path}: root", problems)
     result["setpoint"] = _setpoint(file, path, problems)
     result["gearbox"] = _gearbox(file, path, problems)
     specs, sizes, result["places"] = _channels(file, path, problems)
@@ -98,53 +96,29 @@ def _check_format(file: h5py.File, path: Path) -> None:
         raise RecordingError(f"{path}: root attribute 'format_version' is '{version}', this reader knows 1.x.")
 
 
-def _optional(
-    attrs: Any, name: str, kind: Callable[[Any], _T], default: _T | None, where: str, problems: list[str]
-) -> _T | None:
-    try:
-        return attributes.read(attrs, name, kind)
-    except AttributeMissing:
-        return default
-    except AttributeProblem as problem:
-        problems.append(f"{where} {problem}.")
-        return default
-
-
-def _group(file: h5py.File, name: str, path: Path, problems: list[str]) -> h5py.Group | None:
-    try:
-        group = file.get(name)
-    except (OSError, KeyError, RuntimeError) as error:
-        problems.append(f"{path}: group /{name} cannot be read ({error}).")
-        return None
-    if not isinstance(group, h5py.Group):
-        problems.append(f"{path}: there is no group /{name}.")
-        return None
-    return group
-
-
 def _setpoint(file: h5py.File, path: Path, problems: list[str]) -> Setpoint:
-    group = _group(file, "setpoint", path, problems)
+    group = group_of(file, "setpoint", path, problems)
     if group is None:
         return Setpoint()
     where = f"{path}: /setpoint"
     values = {
-        name: _optional(group.attrs, name, attributes.number, float("nan"), where, problems)
+        name: optional(group.attrs, name, attributes.number, float("nan"), where, problems)
         for name in ("load_torque", "velocity", "temperature")
     }
     return Setpoint(**values)  # type: ignore[arg-type]  # the default is a float, never None
 
 
 def _gearbox(file: h5py.File, path: Path, problems: list[str]) -> Gearbox:
-    group = _group(file, "gearbox", path, problems)
+    group = group_of(file, "gearbox", path, problems)
     if group is None:
         return Gearbox()
     where = f"{path}: /gearbox"
-    ratio = _optional(group.attrs, "ratio", attributes.number, None, where, problems)
+    ratio = optional(group.attrs, "ratio", attributes.number, None, where, problems)
     if ratio is not None and not (np.isfinite(ratio) and ratio != 0):
         problems.append(f"{where} attribute 'ratio' is {ratio}, it should be a finite number other than 0.")
         ratio = None
     teeth = {
-        name: _optional(group.attrs, name, attributes.integer, None, where, problems)
+        name: optional(group.attrs, name, attributes.integer, None, where, problems)
         for name in ("z1", "z2", "z3", "z4")
     }
     return Gearbox(ratio, **teeth)
@@ -154,7 +128,7 @@ def _channels(
     file: h5py.File, path: Path, problems: list[str]
 ) -> tuple[dict[str, ChannelSpec], dict[str, tuple[int, int]], dict[str, Places | None]]:
     """Give specification, rows claimed and stored, and places of each channel."""
-    group = _group(file, "channels", path, problems)
+    group = group_of(file, "channels", path, problems)
     if group is None:
         raise RecordingError(f"{path}: there is no group /channels, so there are no samples.")
     specs: dict[str, ChannelSpec] = {}
@@ -228,7 +202,7 @@ def _spec(name: str, dataset: h5py.Dataset, where: str, problems: list[str]) -> 
             problems.append(f"{where} {problem}; the channel is left out.")
             return None
     texts = {
-        key: _optional(attrs, key, attributes.text, "", where, problems) or ""
+        key: optional(attrs, key, attributes.text, "", where, problems) or ""
         for key in ("unit", "description", "origin")
     }
     return ChannelSpec(
@@ -242,27 +216,8 @@ def _spec(name: str, dataset: h5py.Dataset, where: str, problems: list[str]) -> 
     )
 
 
-def _columns(
-    file: h5py.File, group_name: str, names: tuple[str, ...], path: Path, problems: list[str]
-) -> list[NDArray[Any]] | None:
-    """Read the datasets of a small table; None, and a problem, where they are not a table."""
-    group = _group(file, group_name, path, problems)
-    if group is None:
-        return None
-    columns: list[NDArray[Any]] = []
-    for name in names:
-        try:
-            columns.append(np.atleast_1d(group[name][()]))
-        except (OSError, KeyError, RuntimeError, TypeError, AttributeError) as error:
-            problems.append(f"{path}: /{group_name}/{name} cannot be read ({error}); the group is left out.")
-            return None
-    # A table that was being extended when the writer was killed is as long as its shortest column.
-    length = min(column.size for column in columns)
-    return [column[:length] for column in columns]
-
-
 def _segments(file: h5py.File, path: Path, size: int, complete: bool, problems: list[str]) -> tuple[Segment, ...]:
-    columns = _columns(file, "segments", ("name", "start", "stop"), path, problems)
+    columns = columns_of(file, "segments", ("name", "start", "stop"), path, problems)
     if columns is None:
         return ()
     segments: list[Segment] = []
@@ -286,7 +241,7 @@ def _segments(file: h5py.File, path: Path, size: int, complete: bool, problems: 
 
 
 def _events(file: h5py.File, path: Path, problems: list[str]) -> tuple[Event, ...]:
-    columns = _columns(file, "events", ("time", "level", "text"), path, problems)
+    columns = columns_of(file, "events", ("time", "level", "text"), path, problems)
     if columns is None:
         return ()
     events: list[Event] = []
