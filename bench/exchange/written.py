@@ -7,21 +7,18 @@ function is a number.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from bench.errors import ConfigurationError
-from bench.exchange import formula, pieces
-from bench.exchange.formula import Written, columns_of, const, lift, make, total
+from bench.exchange import formula, fourier, pieces
+from bench.exchange.formula import Written, columns_of, lift, make, total
 from bench.exchange.sample import INPUTS, STANDSTILL, formula_frame, loss
 from bench.mismatch.given import REACTION, SENSOR, Given, Known
 from bench.mismatch.regression.problem import CHANNELS, nominal_base
 from bench.mismatch.regression.regressors import Free, Named
 from bench.mismatch.unnamed.formula_regressor import Equation
-from bench.simulation.fourier import FourierSet
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.linear import in_metres, is_of_linear_axis
 from bench.simulation.model import Simulation
@@ -180,7 +177,7 @@ class _Writer:
             parts += [pieces.wave(wave, frame.theta, frame) for wave in given.ripples]
             parts += self._reaction(frame)
         if channel == TRANSMISSION_ERROR:
-            parts += self._series(frame)
+            parts += fourier.series(given, frame)
             parts += [pieces.pulse(p.angle, p.width, p.height, frame) for p in given.pulses]
         if channel == TEMPERATURE:
             parts.append(self._parameter(START, 25.0, "degC", "temperature at the beginning"))
@@ -246,12 +243,10 @@ class _Writer:
         given = self.given
         if not given.reaction:
             return []
-        series = given.simulation.transmission_error()
-        sides = [] if series is None else [self._steeper(series.direction(sign), frame) for sign in (1.0, -1.0)]
         known = [w for w in given.waves.get(TRANSMISSION_ERROR, ()) if w.order not in given.misread]
         slope = total(
             [
-                *([formula.where(frame.last_direction > 0, *sides)] if sides else []),
+                *fourier.slope(given, frame),
                 *(pieces.wave(wave.slope, frame.theta, frame) for wave in known),
                 *(pieces.pulse_slope(p.angle, p.width, p.height, frame) for p in given.pulses),
             ]
@@ -259,51 +254,6 @@ class _Writer:
         name = "share of tau/u*dTE/dtheta in the motor torque"
         share = self._parameter(".".join(REACTION), given.reaction, "1", name)
         return [make("mul", make("mul", share, lift(frame.torque / frame.ratio)), slope)]
-
-    def _series(self, frame: Frame) -> list[Written]:
-        model = self.given.simulation.transmission_error()
-        if model is None:
-            return []
-        sides = [self._side(model.direction(sign), frame) for sign in (1.0, -1.0)]
-        return [formula.where(frame.last_direction > 0, *sides)]
-
-    def _side(self, own: FourierSet | None, frame: Frame) -> Written:
-        if own is None:
-            return const(0.0)
-        parts = [_polynomial(own.offset, frame)]
-        for _, sine, cosine, angle in self._orders(own, frame):
-            parts += [make("mul", sine, np.sin(angle)), make("mul", cosine, np.cos(angle))]
-        return total(parts)
-
-    def _steeper(self, own: FourierSet | None, frame: Frame) -> Written:
-        """The change of a side with the angle."""
-        if own is None:
-            return const(0.0)
-        parts = []
-        for order, sine, cosine, angle in self._orders(own, frame):
-            if order not in self.given.misread:
-                wave = make("sub", make("mul", sine, np.cos(angle)), make("mul", cosine, np.sin(angle)))
-                parts.append(make("mul", const(order), wave))
-        return total(parts)
-
-    def _orders(self, own: FourierSet, frame: Frame) -> Iterator[tuple[float, Written, Written, Written]]:
-        """Each order of a side, its sine's and cosine's coefficient with the laws, and its angle."""
-        for k, order in enumerate(own.orders):
-            size, phase = _polynomial(own.amplitude[k], frame), _polynomial(own.phase[k], frame)
-            real, imag = make("mul", size, np.cos(phase)), make("mul", size, np.sin(phase))
-            for law in self.given.laws:
-                a, b = pieces.law(law, float(order), frame)
-                real, imag = (
-                    make("sub", make("mul", real, a), make("mul", imag, b)),
-                    make("add", make("mul", real, b), make("mul", imag, a)),
-                )
-            yield float(order), real, imag, make("mul", const(float(order)), frame.theta)
-
-
-def _polynomial(coefficients: Any, frame: Frame) -> Written:
-    t, v, c = frame.torque, frame.velocity, frame.temperature
-    monomials = [t * t, v * v, c * c, t, v, c, t * v, t * c, v * c, const(1.0)]
-    return total([make("mul", const(float(p)), m) for p, m in zip(coefficients, monomials, strict=True)])
 
 
 __all__: Sequence[str] = ["Formulas", "Parameter", "identifier", "written"]
