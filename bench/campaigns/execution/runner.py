@@ -5,42 +5,37 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TypeVar
 
-from bench.campaigns.execution.asked import Stopped, asked
-from bench.campaigns.execution.outcome import end_of, judged
+from bench.campaigns.execution.asked import Stopped
+from bench.campaigns.execution.outcome import end_of
+from bench.campaigns.execution.points import Points
 from bench.campaigns.execution.room import NoRoom, NotWritten, shortage
+from bench.campaigns.execution.shared import Shared
+from bench.campaigns.execution.take import Takes
 from bench.campaigns.execution.waits import Waits
-from bench.campaigns.listener import Expected, Listener, Tap, Tapped
+from bench.campaigns.listener import Listener, Tap
 from bench.campaigns.operator.directions import Directions
 from bench.campaigns.planning.definition import Campaign
 from bench.campaigns.planning.facts import facts
 from bench.campaigns.planning.plan import Plan
 from bench.campaigns.planning.registry import build_sequence
 from bench.campaigns.planning.schedule import Task, schedule
-from bench.campaigns.planning.soundness import check_phases
 from bench.campaigns.records.closer import Closer
 from bench.campaigns.records.journal import Journal, campaign_digest
 from bench.campaigns.records.manifest import end_and_zero, recordings
-from bench.campaigns.records.provenance import recording_header
 from bench.campaigns.records.rebuilt import CAMPAIGN_DIGEST, START_TEMPERATURE
-from bench.campaigns.records.recorder import Recorder
 from bench.campaigns.records.stop_log import StopLog
-from bench.campaigns.taken import Status, Summary, Taken, commanded_velocity, point_id, setpoint_dict
+from bench.campaigns.taken import Status, Summary
 from bench.campaigns.tare import TARE, TareSink
 from bench.configuration import BenchFile
 from bench.cycle.end import End, EndKind
 from bench.cycle.rig import Rig
-from bench.cycle.sink import Sink
-from bench.errors import BenchError, DeviceError, RecordingError, one_sentence
-from bench.names import require_name
+from bench.errors import BenchError, DeviceError, one_sentence
 from bench.protocols import Point
 from bench.recording.manifest import write_manifest
 
-T = TypeVar("T")
 MOST_TAKES = 3
 """A poor recording is repeated until there are this many takes in one run; all are kept."""
 
@@ -73,11 +68,13 @@ class Runner:
     ) -> None:
         self._rig, self._file, self._campaign, self._plan = rig, file, campaign, plan
         self._folder, self._listener = folder, listener
-        self._directions, self._tap = directions or Directions(), tap
-        self._interrupted = stop_requested
+        self._shared = Shared(rig, file, folder, listener, directions or Directions(), tap, stop_requested)
+        self._directions = self._shared.directions
         self._summary = Summary()
         self._torque = False
-        self._waits = Waits(rig, self._directions, listener, self._stop_requested, answered=directions is not None)
+        self._waits = Waits(
+            rig, self._directions, listener, self._shared.stop_requested, answered=directions is not None
+        )
         self._stops = StopLog(folder)
 
     def run(self) -> Summary:
@@ -105,12 +102,12 @@ class Runner:
             done = self._prepare()
             error: Exception | None = None
             try:
-                if summary.earlier < len(self._points):
+                if summary.earlier < len(self._points.expected):
                     self._measure(done)
             except Exception as failed:  # noqa: BLE001 - with torque it goes down the ladder, without it is raised again
                 error = failed if not self._torque or isinstance(failed, NoRoom) else None
                 # without torque there is nothing to bring to rest, and nothing to latch
-                summary.end = self._failed(failed) if self._torque else end_of(failed)
+                summary.end = self._shared.failed(failed) if self._torque else end_of(failed)
             finally:
                 summary.bench_time_s = rig.elapsed_s - start
                 summary.cycles = round(summary.bench_time_s / self._file.configuration.bus.cycle_time)
@@ -129,19 +126,21 @@ class Runner:
         # points drawn between the start and the highest temperature must stay the same when a run goes on
         start_temperature = float(self._journal.remember("start_temperature", repr(rig.temperature)))
         # a journal that is lost is made anew of what stands in the recordings
-        self._whose = {CAMPAIGN_DIGEST: campaign_digest(self._campaign), START_TEMPERATURE: start_temperature}
-        self._stages = self._asked(
+        whose = {CAMPAIGN_DIGEST: campaign_digest(self._campaign), START_TEMPERATURE: start_temperature}
+        self._stages = self._shared.asked(
             f"the points of campaign {self._campaign.name}", lambda: self._campaign.points(start_temperature)
         )
         done = self._journal.done()
-        every = enumerate((point for points in self._stages for point in points), 1)
-        self._points = [Expected(number, id_ := self._identity(p), p, id_ in done) for number, p in every]
-        summary.earlier = sum(expected.done for expected in self._points)
+        self._points = Points.numbered(self._stages, self._file.digest, done)
+        self._takes = Takes(
+            self._shared, self._journal, self._closer, self._stops, self._points, self._campaign_id, whose
+        )
+        summary.earlier = sum(expected.done for expected in self._points.expected)
         zero = rig.zero_id or "unnamed"
         first = self._journal.remember("zero", zero)
         if first != zero:
             self._listener.noticed(f"encoder zero {zero}, begun with zero {first}: analyses keep recordings apart")
-        self._listener.planned(self._campaign_id, self._plan, self._points)
+        self._listener.planned(self._campaign_id, self._plan, self._points.expected)
         return done
 
     def _conclude(self, error: Exception | None) -> None:
@@ -177,7 +176,7 @@ class Runner:
             return
         rig.tare(zero)
         for stage, points in zip(self._campaign.stages, self._stages, strict=True):
-            missing = [point for point in points if self._identity(point) not in done]
+            missing = [point for point in points if self._points.identity(point) not in done]
             band = self._file.configuration.heating.band
             for task in schedule(missing, stage.order, band, lambda: rig.temperature, self._left_out):
                 summary.end = self._task(task)
@@ -186,20 +185,10 @@ class Runner:
                     return
         summary.tare_drift = self._measure_zero()
 
-    def _failed(self, error: Exception, sink: Sink | None = None) -> End:
-        """Bring the bench to rest after a failure of the run itself; return the end it makes of the run."""
-        return self._rig.trip(end_of(error), sink)
-
-    def _asked(self, what: str, answer: Callable[[], T]) -> T:
-        return asked(what, answer, self._rig, self._stop_requested)
-
-    def _stop_requested(self) -> bool:
-        return self._interrupted() or self._directions.stop_requested
-
     def _left_out(self, point: Point) -> bool:
         """Wait while the operator pauses; then whether this point is to be skipped."""
         self._waits.while_paused()
-        return self._directions.is_skipped(self._identity(point))
+        return self._directions.is_skipped(self._points.identity(point))
 
     def _shortage(self) -> str | None:
         """Return why no further point can be recorded at the moment, None if one can."""
@@ -211,41 +200,35 @@ class Runner:
 
     def _so_far(self) -> str:
         measured = sum(taken.status is Status.DONE for taken in self._summary.taken) + self._summary.earlier
-        return f"{measured} of {len(self._points)} points are measured"
+        return f"{measured} of {len(self._points.expected)} points are measured"
 
     def _repeat(self) -> None:
         """Measure once more what the operator asked for."""
-        points = {expected.identity: expected.point for expected in self._points}
+        points = {expected.identity: expected.point for expected in self._points.expected}
         while (identity := self._directions.take_repeat()) is not None:
             if self._summary.end.kind in (EndKind.TRIPPED, EndKind.INTERRUPTED):
                 return
             if identity in points and not self._left_out(points[identity]):
                 self._summary.end = self._task(Task(points[identity]))
 
-    def _watched(self, sink: Sink, what: str) -> Sink:
-        if self._tap is None:
-            return sink
-        self._tap.begin(self._rig.scaling, self._rig.now, what)
-        return Tapped(sink, self._tap, self._listener.noticed)
-
     def _measure_zero(self) -> float:
         sink = TareSink(self._rig.scaling)
         phases = build_sequence(TARE.sequence).phases(TARE, facts(self._file.configuration))
-        end = self._rig.run(phases, self._watched(sink, TARE.sequence), self._stop_requested)
+        end = self._rig.run(phases, self._shared.watched(sink, TARE.sequence), self._shared.stop_requested)
         self._summary.end = end
         return sink.zero if end.kind is EndKind.FINISHED else math.nan
 
     def _task(self, task: Task) -> End:
         end, takes = End(EndKind.FINISHED), 0
         while takes < MOST_TAKES:
-            if self._stop_requested():
-                return self._failed(Stopped("stopped on the operator's request"))
+            if self._shared.stop_requested():
+                return self._shared.failed(Stopped("stopped on the operator's request"))
             why = self._shortage()
             if why is not None:
                 self._waits.for_room(why, self._so_far())
                 continue
             try:
-                end, passed = self._record(task)
+                end, passed = self._takes.record(task)
             except NotWritten as error:
                 self._waits.for_room(str(error), self._so_far())
                 continue
@@ -253,98 +236,6 @@ class Runner:
             if passed or end.kind in (EndKind.TRIPPED, EndKind.INTERRUPTED) or task.is_preparation:
                 break
         return end
-
-    def _record(self, task: Task) -> tuple[End, bool]:
-        point, rig, config = task.point, self._rig, self._file.configuration
-        sequence = build_sequence(point.sequence, point.options)
-        what = f'sequence "{point.sequence}" for {point.label}'
-        # looked at again: it need not say the same as when it was planned
-        phases = self._asked(what, lambda: check_phases(sequence.phases(point, facts(config)), config, what))
-        identity = self._identity(point)
-        take = self._journal.next_take(identity)
-        name = self._name(task, identity, sequence.kind, take)
-        setpoint = {**setpoint_dict(point), "velocity": commanded_velocity(point, phases)}
-        begun = Taken(name, f"{name}.h5", sequence.kind, point.label, setpoint, identity, take, Status.PENDING)
-        header = recording_header(begun, self._campaign_id, self._file, rig, self._whose)
-        try:
-            self._journal.begin(begun)
-            recorder = Recorder(
-                self._folder / begun.file, header, rig.scaling, fast=not rig.is_real_time, ratio=config.gearbox.ratio
-            )
-        except (DeviceError, RecordingError) as error:
-            raise NotWritten(str(error)) from error
-        start, complete = rig.elapsed_s, False
-        taken = replace(begun, status=Status.FAILED)
-        try:
-            self._listener.started(task, name)
-            end = rig.run(
-                phases, self._watched(recorder, sequence.kind), self._stop_for(task, recorder), self._where(task)
-            )
-            skipped = end.kind is EndKind.INTERRUPTED and not self._stop_requested()
-            taken, complete = judged(begun, point, recorder, end, skipped, config)
-            if recorder.ended is not None:
-                self._listener.noticed(recorder.ended)
-        except Exception as error:  # noqa: BLE001 - whatever it was: the bench comes to rest, the file is finished
-            end = self._failed(error, recorder)
-            taken = replace(taken, note=end.text)
-        taken = replace(taken, duration_s=rig.elapsed_s - start, samples=recorder.rows_taken)
-        if not self._close(recorder, taken, complete):
-            end = self._failed(Stopped("stopped on the operator's request"))
-        self._stops.write(rig.stops, name)
-        if taken.status is Status.SKIPPED:
-            # the operator's act took the voltage off, and wants the next point
-            rig.enable()
-            return End(EndKind.FINISHED), True
-        return end, taken.status is Status.DONE
-
-    def _stop_for(self, task: Task, recorder: Recorder) -> Callable[[], bool]:
-        """Return what is asked between blocks of a recording: whether it is to end."""
-        skippable = self._identity(task.prepares or task.point)
-
-        def stop() -> bool:
-            self._listener.advanced(self._rig.elapsed_s, self._rig.temperature)
-            for note in self._directions.take_notes():
-                why = recorder.remark(note)
-                if why is not None:
-                    self._listener.noticed(f'the remark "{note}" could not be written: {why}')
-            return self._stop_requested() or self._directions.is_skipped(skippable)
-
-        return stop
-
-    def _close(self, recorder: Recorder, taken: Taken, complete: bool) -> bool:
-        """Finish the file while the bus goes on; False if the operator wants the bench at rest meanwhile."""
-        self._closer.close(recorder, taken, complete)
-        while self._rig.is_real_time and self._closer.is_busy:
-            # the bus must not fall silent while a file is finished, or the drives' watchdogs act
-            self._rig.idle()
-            if self._rig.has_torque and self._stop_requested():
-                # a frozen disk may take for ever; the file is still finished before the run ends
-                return False
-        try:
-            # at most one file may be on its way to the disk while the next is being made
-            self._closer.collect(wait=self._closer.waiting > 1)
-        except DeviceError as error:
-            # kept, and tried again before the next point, which waits for it
-            self._listener.noticed(str(error))
-        return True
-
-    def _identity(self, point: Point) -> str:
-        return point_id(point, self._file.digest)
-
-    def _where(self, task: Task) -> str:
-        """Return a task as an alarm names it: the point's number, speed and load."""
-        point = task.prepares or task.point
-        number = next((expected.number for expected in self._points if expected.point == point), None)
-        place = "a point of its own" if number is None else f"point {number}"
-        heating = "the heating for " if task.is_preparation else ""
-        return f"{heating}{place} ({math.degrees(point.velocity):.3g} °/s, {point.load_torque:.4g} N·m)"
-
-    def _name(self, task: Task, identity: str, kind: str, take: int) -> str:
-        if task.is_preparation:
-            return f"heating-{identity[:6]}-{take:02d}"
-        number = next(expected.number for expected in self._points if expected.identity == identity)
-        again = f"-take{take}" if take > 1 else ""
-        return require_name(f"{number:04d}-{kind}{again}", "the recording id")
 
     def _write_manifest(self) -> None:
         content = {
@@ -354,7 +245,7 @@ class Runner:
             "plan": self._plan.as_dict(),
             "campaign_text": self._campaign.text,
             **end_and_zero(self._summary, self._rig.zeros.load_torque),
-            "recordings": recordings(self._journal.takes(), self._points, self._journal.done()),
+            "recordings": recordings(self._journal.takes(), self._points.expected, self._journal.done()),
         }
         try:
             write_manifest(self._folder, content)
