@@ -18,7 +18,7 @@ from bench.mismatch.regression import noise
 from bench.mismatch.regression.course import columns_at
 from bench.mismatch.regression.discoveries import discoveries as of_regression
 from bench.mismatch.regression.model import ChannelModel, of_start
-from bench.mismatch.regression.noise_floor import scattered
+from bench.mismatch.regression.slow_noise import scattered
 from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.succession import settle, without_empty_laws
 from bench.mismatch.unnamed.formula import in_formulas

@@ -11,9 +11,9 @@ from tempfile import TemporaryDirectory
 from bench.foreign.base import Base
 from bench.mismatch import score, simulation_file
 from bench.mismatch.analysis import Analysis, Progress, analyse, compared_channels
+from bench.mismatch.detection_limits import limits
 from bench.mismatch.given import Given
 from bench.mismatch.leave_one_out import Map, leave_one_out
-from bench.mismatch.limits import limits
 from bench.mismatch.memory import give_back
 from bench.mismatch.recordings.dataset import Dataset, enough
 from bench.mismatch.recordings.loading import load

@@ -12,7 +12,7 @@ START_S = 15.0
 """first seconds of a recording that tell the temperature it begins with, s. Noise of a thermometer is correlated over
 about a second: the mean of six seconds is wrong by 0.4 standard deviations, and the whole recording with it; that of a
 quarter of a minute by 0.2. No balance of heat bends within that time
-(:func:`bench.mismatch.regression.noise_floor.scattered`)
+(:func:`bench.mismatch.regression.slow_noise.scattered`)
 """
 
 

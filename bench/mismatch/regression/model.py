@@ -13,9 +13,9 @@ from bench.mismatch.regression.bank import Bank, Fit, Whitening, fit
 from bench.mismatch.regression.calibration import Calibration
 from bench.mismatch.regression.course import added
 from bench.mismatch.regression.noise import Mixture, RowNoise, alike, of_free_motion, of_rows, plain_mixture
-from bench.mismatch.regression.noise_floor import scattered
 from bench.mismatch.regression.problem import ChannelProblem, starts_and_folds
 from bench.mismatch.regression.regressors import Free, Regressor
+from bench.mismatch.regression.slow_noise import scattered
 from bench.simulation.frame import FloatArray, Frame, IntArray, recording_starts
 
 WEAK = 1e-6

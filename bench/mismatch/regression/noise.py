@@ -1,5 +1,4 @@
-"""Noise of a channel: a mixture of parts that remember themselves for different times, read from the recordings'
-spectra.
+"""The noise floor of a channel: a mixture of parts with different correlation times, read from the recordings' spectra.
 
 The power spectral densities of all steady parts are laid over each other in hertz. A wave of the gearbox stands in a
 few bins and moves with the speed; noise is in every bin of every recording. So the median over recordings and

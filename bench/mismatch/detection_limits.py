@@ -1,4 +1,4 @@
-"""What the recordings could not have shown, channel by channel.
+"""Detection limits: which effects the recordings could not have shown, channel by channel.
 
 A report that finds nothing says how small and how quick that nothing may be.
 """
