@@ -32,6 +32,10 @@ class DeviceError(BenchError):
     """A device that is missing, of the wrong identity, faulty or silent."""
 
 
+class ProofError(BenchError):
+    """An examination without its examiner, or a folder of it that is not what it should be."""
+
+
 def one_sentence(error: BaseException) -> str:
     """Return what went wrong as one line: an error for users as it stands, any other with its kind and its place."""
     if isinstance(error, BenchError):

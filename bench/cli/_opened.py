@@ -10,8 +10,8 @@ import typer
 
 from bench.cli._plain import say
 from bench.configuration import load_bench
-from bench.proof.make import ProofError
-from bench.proof.sealed import opened, unbroken
+from bench.errors import ProofError
+from bench.proof.seal import opened, unbroken
 
 
 def tell(bench: str, seed: int, folder: Path | None, as_json: bool) -> None:

@@ -111,9 +111,10 @@ def prove(
     Nothing is proved twice: a case whose seal and analyser are unchanged is taken from the folder. The same command
     goes on where it was stopped. With ``--real`` the recordings are those of others (docs/real.md).
     """
-    from bench.proof.make import RECORDINGS, TRUTHS, read_truth
+    from bench.proof.make import RECORDINGS
     from bench.proof.run import Plan, jobs_of, sweep_jobs
     from bench.proof.run import make_only as make_folders
+    from bench.proof.seal import TRUTHS, read_truth
 
     if figures:
         from bench.proof.figures import write
@@ -217,9 +218,9 @@ def _done(listed: list[Job]) -> list[CaseScore]:
 
 
 def _report(scores: list[CaseScore], shown: _Shown, options: _Options, listed: list[Job]) -> None:
-    from bench.proof.make import seal_of_seals
     from bench.proof.results import as_json, provenance
     from bench.proof.results import store as write
+    from bench.proof.seal import seal_of_seals
     from bench.proof.table import markdown
 
     how = provenance(sys.argv[1:], listed, seal_of_seals(options.out))

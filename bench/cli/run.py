@@ -121,7 +121,7 @@ def run(
 
 def _seal(file: BenchFile, seed: int, folder: Path) -> None:
     """Write the hash of what is concealed beside the recordings, before anything is run."""
-    from bench.proof.sealed import opened, seal
+    from bench.proof.seal import opened, seal
 
     seal(folder, opened(file, seed)[1])
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from bench.proof import make
+from bench.proof import make, seal
 from bench.proof.recompute import recompute
 from bench.proof.through import case as through
 from bench.version import PACKAGE
@@ -84,11 +84,11 @@ def prove_case(job: Job) -> Outcome:
         return _through(job)
     examiner = make.load_examiner()
     case = draw_case(examiner, job)
-    truth_path = job.out / make.TRUTHS / f"{name}.json"
+    truth_path = job.out / seal.TRUTHS / f"{name}.json"
     recordings = job.out / make.RECORDINGS / case.alias
     if not recordings.is_dir():
         truth_path.unlink(missing_ok=True)
-    truth = make.read_truth(make.make_case(examiner, case, job.out))
+    truth = seal.read_truth(make.make_case(examiner, case, job.out))
     target = job.out / REPORTS / case.alias
     shutil.rmtree(target, ignore_errors=True)
     begin = time.perf_counter()
@@ -105,7 +105,7 @@ def _through(job: Job) -> Outcome:
     target = job.out / REPORTS / truth["folder"]
     failed, seconds = through.timed(recordings, target)
     again = through.again(recorded, target / "model.json", job.out) if job.again and not failed else None
-    truth_path = job.out / make.TRUTHS / f"{job.name}.json"
+    truth_path = job.out / seal.TRUTHS / f"{job.name}.json"
     truth_path.write_bytes(recorded.content)
     return _told(job, truth, truth_path, Outcome(truth, None, seconds, failed), again)
 
@@ -124,7 +124,7 @@ def _told(
     if own is not None and again is not None:
         own["again"] = again
     note = {
-        "seal": make.seal_of(truth_path),
+        "seal": seal.seal_of(truth_path),
         "analyser": analyser_digest(),
         "seconds": ran.seconds,
         "failed": ran.failed,
@@ -150,15 +150,15 @@ def analyser_digest() -> str:
 def done_before(job: Job) -> Outcome | None:
     """What came of a job the last time, None where it was not done by this analyser on this truth."""
     name = job.label or job.name
-    truth_path = job.out / make.TRUTHS / f"{name}.json"
+    truth_path = job.out / seal.TRUTHS / f"{name}.json"
     if not truth_path.exists():
         return None
-    truth = make.read_truth(truth_path)
+    truth = seal.read_truth(truth_path)
     note_path = job.out / REPORTS / truth.get("folder", name) / "proof.json"
     if not note_path.exists():
         return None
     note = json.loads(note_path.read_text())
-    if note["analyser"] != analyser_digest() or note["seal"] != make.seal_of(truth_path):
+    if note["analyser"] != analyser_digest() or note["seal"] != seal.seal_of(truth_path):
         return None
     if job.again and not note["failed"] and "again" not in note["own"]:
         return None

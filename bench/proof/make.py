@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import shutil
-from collections.abc import Iterator
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
@@ -13,16 +11,13 @@ from typing import Any
 import h5py
 import numpy as np
 
-from bench.errors import BenchError
+from bench.errors import ProofError
+from bench.proof.seal import TRUTHS, seal_of, write_truth
 from bench.recording import write_recording
 from bench.recording.header import ChannelSpec, Event, Gearbox, RecordingHeader, Segment, Setpoint
 
 ENTRY_POINT_GROUP = "bench.concealed"
-RECORDINGS, TRUTHS, SIMULATIONS = "recordings", "truth", "simulation"
-
-
-class ProofError(BenchError):
-    """The examiner is missing or an exam folder is not what it should be."""
+RECORDINGS, SIMULATIONS = "recordings", "simulation"
 
 
 def load_examiner() -> Any:
@@ -69,7 +64,7 @@ def make_case(examiner: Any, case: Any, out: Path) -> Path:
     truth = made.truth().to_dict()
     if truth["switched_off"]:
         _write_simulation(out / SIMULATIONS / f"{case.alias}.json", truth["switched_off"])
-    _seal(truth_path, truth)
+    write_truth(truth_path, truth)
     return truth_path
 
 
@@ -77,49 +72,6 @@ def simulation_for(out: Path, folder: str) -> Path | None:
     """The simulation file that a folder of recordings comes with, if any."""
     path = out / SIMULATIONS / f"{folder}.json"
     return path if path.exists() else None
-
-
-def read_truth(path: Path) -> dict[str, Any]:
-    """Read a truth and check its seal.
-
-    Raises
-    ------
-    ProofError
-        The seal is missing or broken.
-    """
-    sealed = seal_of(path)
-    content = path.read_bytes()
-    if sealed is None or hashlib.sha256(content).hexdigest() != sealed:
-        raise ProofError(f"{path}: the seal is missing or broken, the case should be made anew.")
-    truth: dict[str, Any] = json.loads(content)
-    return truth
-
-
-def seal_of(path: Path) -> str | None:
-    """The SHA-256 written beside a truth, or None."""
-    beside = path.with_suffix(".sha256")
-    return beside.read_text().split()[0] if beside.exists() else None
-
-
-def seal_of_seals(out: Path) -> str:
-    """SHA-256 over the seals of every truth under ``out``, in the cases' order: one line to publish beforehand."""
-    digest = hashlib.sha256()
-    for _name, path in iter_truths(out):
-        digest.update((seal_of(path) or "").encode())
-    return digest.hexdigest()
-
-
-def iter_truths(out: Path) -> Iterator[tuple[str, Path]]:
-    """(case name, truth path) of every sealed case under ``out``."""
-    for path in sorted((out / TRUTHS).glob("*.json")):
-        yield path.stem, path
-
-
-def _seal(path: Path, truth: dict[str, Any]) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    content = json.dumps(truth, indent=1, allow_nan=False, default=float).encode()
-    path.write_bytes(content)
-    path.with_suffix(".sha256").write_text(f"{hashlib.sha256(content).hexdigest()}  {path.name}\n")
 
 
 def _write_simulation(path: Path, switched_off: list[str]) -> None:

@@ -9,6 +9,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+from bench.errors import ProofError
 from bench.processes import over
 from bench.proof import make
 from bench.proof.analyse import Job, Outcome, done_before, draw_case, prove_case
@@ -110,9 +111,7 @@ def _on_dask(jobs: Sequence[Job], address: str) -> Iterator[tuple[int, Outcome]]
     try:
         import distributed
     except ImportError as error:
-        raise make.ProofError(
-            "--dask needs the package distributed: install the optional dependencies 'dask'."
-        ) from error
+        raise ProofError("--dask needs the package distributed: install the optional dependencies 'dask'.") from error
     client: Any
     with distributed.Client(address) as client:
         waiting = {client.submit(prove_case, job, pure=False): index for index, job in enumerate(jobs)}

@@ -100,7 +100,7 @@ def _measured(folder: Path, seed: int, work: Path, bench: BenchFile, made_by: st
     """Identify one campaign; its deviations from the truth as they are stored."""
     from bench.identification import Options, identify_folder, to_simulation
     from bench.identification.comparison.coverage import deviates
-    from bench.proof.sealed import load_sealed
+    from bench.proof.seal import load_sealed
     from bench.recording import RecordingFolder
 
     found = to_simulation(identify_folder(folder, Options()))

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from bench.proof import make
+from bench.errors import ProofError
+from bench.proof import make, seal
 from bench.proof.analyse import Job
 from bench.proof.peers.candidates import Problem, problems
 from bench.proof.peers.methods import METHODS, Method, held_out, pick
@@ -53,13 +54,13 @@ def compare_peers(jobs: Sequence[Job], methods: dict[str, Method] | None = None)
     """
     missing = [name for name in _NEEDED if find_spec(name) is None]
     if missing and methods is None:
-        raise make.ProofError(f"--peers needs {', '.join(missing)}: install the optional dependencies 'peers'.")
+        raise ProofError(f"--peers needs {', '.join(missing)}: install the optional dependencies 'peers'.")
     chosen = methods or METHODS
     scores: dict[str, list[CaseScore]] = {name: [] for name in chosen}
     for job in jobs:
-        truth_path = job.out / make.TRUTHS / f"{job.label or job.name}.json"
-        truth = make.read_truth(truth_path)
-        for name, (report, seconds) in _reports(job, truth["folder"], chosen, make.seal_of(truth_path)).items():
+        truth_path = job.out / seal.TRUTHS / f"{job.label or job.name}.json"
+        truth = seal.read_truth(truth_path)
+        for name, (report, seconds) in _reports(job, truth["folder"], chosen, seal.seal_of(truth_path)).items():
             scores[name].append(score(truth, report, seconds))
     return Compared(scores)
 

@@ -22,9 +22,9 @@ from typing import Any
 
 import numpy as np
 
-from bench.proof import make
-from bench.proof.make import ProofError
-from bench.proof.sealed import load_sealed
+from bench.errors import ProofError
+from bench.proof import make, seal
+from bench.proof.seal import load_sealed
 from bench.proof.through.loop import closed
 from bench.proof.through.run import AGAIN, CAMPAIGN, plant_named, run_on
 from bench.proof.through.samples import samples_of
@@ -103,7 +103,7 @@ def record(out: Path, name: str, seed: int) -> Recorded:
         samples = samples_of(folder, examiner.EVERY)
         truth = examiner.truth_of(plant, str(ledger), samples, _of(samples, floor), name, seed, alias)
     content = json.dumps(truth, indent=1, allow_nan=False, default=float).encode()
-    path = out / make.TRUTHS / f"{name}.json"
+    path = out / seal.TRUTHS / f"{name}.json"
     path.parent.mkdir(parents=True, exist_ok=True)
     path.unlink(missing_ok=True)
     path.with_suffix(".sha256").write_text(f"{hashlib.sha256(content).hexdigest()}  {path.name}\n")

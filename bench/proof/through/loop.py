@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.proof.make import ProofError
+from bench.errors import ProofError
 from bench.proof.recompute import measured_channel, predictor, ratio, squares, steady
 from bench.proof.through.run import AGAIN, BENCH, run_on
 from bench.recording import Recording, RecordingFolder

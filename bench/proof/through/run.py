@@ -10,7 +10,7 @@ import tempfile
 from pathlib import Path
 
 from bench.configuration import load_bench
-from bench.proof.make import ProofError
+from bench.errors import ProofError
 
 CAMPAIGN = Path(__file__).with_name("campaign.toml")
 AGAIN = Path(__file__).with_name("again.toml")

@@ -11,9 +11,8 @@ from typer.testing import CliRunner
 
 from bench.cli.app import make_app
 from bench.configuration import concealing, load_bench
-from bench.errors import ConfigurationError
-from bench.proof.make import ProofError
-from bench.proof.sealed import SEAL
+from bench.errors import ConfigurationError, ProofError
+from bench.proof.seal import SEAL
 from bench.recording import RecordingFolder
 from bench.service.process.job import Job
 from bench.service.process.main import Process

@@ -20,7 +20,8 @@ from bench.mismatch.recordings.prepared import prepare
 from bench.mismatch.regression.problem import CHANNELS, fixed_part, nominal_base
 from bench.mismatch.report.report import Report
 from bench.mismatch.run import run
-from bench.proof.make import make_case, read_truth
+from bench.proof.make import make_case
+from bench.proof.seal import read_truth
 from bench.recording import RecordingFolder
 from bench.simulation.frame import FloatArray
 from bench.simulation.model import Simulation

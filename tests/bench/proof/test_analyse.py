@@ -7,7 +7,8 @@ from typing import ClassVar
 
 import pytest
 
-from bench.proof import analyse, make, recompute
+from bench.errors import ProofError
+from bench.proof import analyse, make, recompute, seal
 from bench.proof.analyse import Job, prove_case
 from bench.proof.run import prove
 from tests.bench.proof.conftest import each, smoothed
@@ -28,7 +29,7 @@ def test_prove_resumes_and_throws_recordings_away(examiner, blind, tmp_path) -> 
 def test_another_analyser_is_asked_anew(examiner, blind, tmp_path, monkeypatch) -> None:
     job = Job("null", "null-000", 5, False, tmp_path, keep=True)
     prove_case(job)
-    first = make.read_truth(tmp_path / make.TRUTHS / "null-000.json")
+    first = seal.read_truth(tmp_path / seal.TRUTHS / "null-000.json")
     monkeypatch.setattr(analyse, "analyser_digest", lambda: "another")
     outcome = prove_case(job)
     assert blind.folders == [first["folder"]] * 2
@@ -107,5 +108,5 @@ def test_a_dask_cluster_gives_the_same_scores(examiner, blind, tmp_path, monkeyp
 
 def test_without_dask_the_way_out_is_said(examiner, tmp_path, monkeypatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
-    with pytest.raises(make.ProofError, match="optional dependencies 'dask'"):
+    with pytest.raises(ProofError, match="optional dependencies 'dask'"):
         prove([Job("null", "null-000", 5, False, tmp_path)], dask="tcp://scheduler:8786")

@@ -5,7 +5,8 @@ import re
 
 import pytest
 
-from bench.proof import make
+from bench.errors import ProofError
+from bench.proof import make, seal
 from bench.proof.analyse import draw_case
 from bench.proof.run import Plan, jobs_of, sweep_jobs
 from bench.recording import RecordingFolder
@@ -43,15 +44,15 @@ def test_a_truncated_recording_is_open(made) -> None:
 
 
 def test_truth_is_sealed_and_tampering_is_noticed(made, tmp_path) -> None:
-    truth = make.read_truth(made.truths["clear"])
+    truth = seal.read_truth(made.truths["clear"])
     assert truth["effects"][0]["effect"] == "friction.stribeck"
     copy = tmp_path / "truth.json"
     copy.write_bytes(made.truths["clear"].read_bytes())
     copy.with_suffix(".sha256").write_bytes(made.truths["clear"].with_suffix(".sha256").read_bytes())
-    make.read_truth(copy)
+    seal.read_truth(copy)
     copy.write_text(copy.read_text().replace("friction.stribeck", "friction.run_in"))
-    with pytest.raises(make.ProofError, match="seal"):
-        make.read_truth(copy)
+    with pytest.raises(ProofError, match="seal"):
+        seal.read_truth(copy)
 
 
 def test_a_case_is_made_once(made, examiner) -> None:
@@ -61,11 +62,11 @@ def test_a_case_is_made_once(made, examiner) -> None:
 
 
 def test_seal_of_seals_changes_with_any_truth(made) -> None:
-    whole = make.seal_of_seals(made.out)
+    whole = seal.seal_of_seals(made.out)
     beside = made.truths["null"].with_suffix(".sha256")
     text = beside.read_text()
     beside.write_text("0" * 64)
-    assert make.seal_of_seals(made.out) != whole
+    assert seal.seal_of_seals(made.out) != whole
     beside.write_text(text)
 
 
@@ -74,7 +75,7 @@ def test_a_switched_off_term_comes_as_a_simulation(made) -> None:
     assert path is not None
     (term,) = json.loads(path.read_text())["terms"]
     assert term == {"effect": made.off.switched_off[0], "enabled": False}
-    truth = make.read_truth(made.truths["switched_off"])
+    truth = seal.read_truth(made.truths["switched_off"])
     assert [e["effect"] for e in truth["effects"]] == list(made.off.switched_off)
     assert make.simulation_for(made.out, made.clear.alias) is None
 
@@ -84,7 +85,7 @@ def test_jobs_of_a_plan(examiner, tmp_path) -> None:
     assert [job.group for job in jobs] == ["clear"] * 3 + ["null"] * 5
     swept = sweep_jobs(jobs[:2], [0.1, 0.4])
     assert len({job.label for job in swept}) == 4
-    with pytest.raises(make.ProofError, match="no set"):
+    with pytest.raises(ProofError, match="no set"):
         jobs_of(Plan(("nonsense",)), tmp_path, keep=False)
 
 

@@ -5,6 +5,7 @@ from importlib.util import find_spec
 import numpy as np
 import pytest
 
+from bench.errors import ProofError
 from bench.proof import make
 from bench.proof.analyse import Job
 from bench.proof.peers import compare_peers
@@ -82,7 +83,7 @@ def test_a_folder_is_not_done_twice(made) -> None:
 
 @pytest.mark.skipif(find_spec("pysindy") is not None, reason="the peers are installed")
 def test_missing_peers_are_named(made) -> None:
-    with pytest.raises(make.ProofError, match="pysindy"):
+    with pytest.raises(ProofError, match="pysindy"):
         compare_peers([])
 
 

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bench.proof import make, recompute
+from bench.errors import ProofError
+from bench.proof import make, recompute, seal
 from bench.recording import Recording
 from tests.bench.proof.conftest import SmallExaminer, each
 
@@ -21,7 +22,7 @@ CHANNELS = {"transmission_error", "motor_torque", "temperature", "load_torque"}
 @pytest.fixture(scope="module")
 def nature(made: SimpleNamespace) -> SimpleNamespace:
     """Ideal signals of the clear folder by recording, its truth and its recordings."""
-    truth = make.read_truth(made.truths["clear"])
+    truth = seal.read_truth(made.truths["clear"])
     folder = made.out / make.RECORDINGS / truth["folder"]
     campaign = SmallExaminer.open_folder(made.clear).campaign
     ids = list(truth["noise_by_recording"])  # in running order
@@ -87,7 +88,7 @@ def test_a_model_that_cannot_be_predicted_says_why(
     nature: SimpleNamespace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def refuse(model: Mapping[str, Any], recording: Recording) -> dict[str, np.ndarray]:
-        raise make.ProofError("no such form")
+        raise ProofError("no such form")
 
     monkeypatch.setattr(recompute, "predictor", lambda: refuse)
     told = own(nature, tmp_path, 1.0)

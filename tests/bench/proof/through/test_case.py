@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bench.proof import analyse, make
+from bench.errors import ProofError
+from bench.proof import analyse, make, seal
 from bench.proof.analyse import Job, done_before, prove_case
 from bench.proof.through import case, loop
 from bench.proof.through.run import CAMPAIGN, plant_named
@@ -83,13 +84,13 @@ def test_the_analyser_can_read_the_truth_nowhere(seen: dict[str, Any], tmp_path:
 def test_what_was_sealed_before_is_what_is_told_afterwards(seen: dict[str, Any], tmp_path: Path) -> None:
     job = Job("through", "through-001", 7, False, tmp_path)
     prove_case(job)
-    sealed = tmp_path / make.TRUTHS / "through-001.json"
-    assert make.read_truth(sealed)["effects"][0]["form"] == SECRET
+    sealed = tmp_path / seal.TRUTHS / "through-001.json"
+    assert seal.read_truth(sealed)["effects"][0]["form"] == SECRET
     again = done_before(job)
     assert again is not None
     assert again.seconds == 1.5
     sealed.write_text(sealed.read_text().replace("unknown", "friction.stribeck"))
-    with pytest.raises(make.ProofError, match="seal"):
+    with pytest.raises(ProofError, match="seal"):
         done_before(job)
 
 

@@ -1,20 +1,68 @@
-"""Seals of plants with concealed physics: the hash that is shown beforehand, and the breaking of the seal."""
+"""The seals of an examination: of the truth of a generated folder, and of a plant with concealed physics.
+
+Beside a truth, or beside recordings, stands the SHA-256 of what is concealed; it is shown before anybody analyses.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Iterator
 from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any
 
 from bench.configuration import BenchFile, concealing
-from bench.errors import ConfigurationError
-from bench.proof.make import ProofError
+from bench.errors import ConfigurationError, ProofError
 
+TRUTHS = "truth"
 ENTRY_POINT_GROUP = "bench.sealed"
 SEAL = "concealed.sha256"
 """file beside the recordings with the hash of what is concealed, and nothing else of it"""
+
+
+def write_truth(path: Path, truth: dict[str, Any]) -> None:
+    """Write a truth, and its SHA-256 beside it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    content = json.dumps(truth, indent=1, allow_nan=False, default=float).encode()
+    path.write_bytes(content)
+    path.with_suffix(".sha256").write_text(f"{hashlib.sha256(content).hexdigest()}  {path.name}\n")
+
+
+def read_truth(path: Path) -> dict[str, Any]:
+    """Read a truth and check its seal.
+
+    Raises
+    ------
+    ProofError
+        The seal is missing or broken.
+    """
+    sealed = seal_of(path)
+    content = path.read_bytes()
+    if sealed is None or hashlib.sha256(content).hexdigest() != sealed:
+        raise ProofError(f"{path}: the seal is missing or broken, the case should be made anew.")
+    truth: dict[str, Any] = json.loads(content)
+    return truth
+
+
+def seal_of(path: Path) -> str | None:
+    """The SHA-256 written beside a truth, or None."""
+    beside = path.with_suffix(".sha256")
+    return beside.read_text().split()[0] if beside.exists() else None
+
+
+def seal_of_seals(out: Path) -> str:
+    """SHA-256 over the seals of every truth under ``out``, in the cases' order: one line to publish beforehand."""
+    digest = hashlib.sha256()
+    for _name, path in iter_truths(out):
+        digest.update((seal_of(path) or "").encode())
+    return digest.hexdigest()
+
+
+def iter_truths(out: Path) -> Iterator[tuple[str, Path]]:
+    """(case name, truth path) of every sealed case under ``out``."""
+    for path in sorted((out / TRUTHS).glob("*.json")):
+        yield path.stem, path
 
 
 def load_sealed() -> Any:
