@@ -27,7 +27,7 @@ REFERENCE: dict[str, tuple[str, tuple[str, ...]]] = {
             "bench.recording.folder",
             "bench.recording.header",
             "bench.recording.one_shot",
-            "bench.recording.writer",
+            "bench.recording.writing.writer",
         ),
     ),
     "identification": ("Identification", ("bench.identification.identify", "bench.identification.summary")),

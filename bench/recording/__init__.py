@@ -5,7 +5,7 @@ from bench.recording.folder import RecordingFolder, Rejected
 from bench.recording.header import ChannelSpec, Event, Gearbox, RecordingHeader, Segment, Setpoint
 from bench.recording.one_shot import write_recording
 from bench.recording.reader import Recording
-from bench.recording.writer import FAST_CHUNK_ROWS, RecordingWriter
+from bench.recording.writing.writer import FAST_CHUNK_ROWS, RecordingWriter
 
 __all__ = [
     "AUXILIARY",

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from bench.errors import RecordingError
 from bench.recording.header import ChannelSpec, Event, RecordingHeader, Segment
-from bench.recording.writer import FAST_CHUNK_ROWS, RecordingWriter
+from bench.recording.writing.writer import FAST_CHUNK_ROWS, RecordingWriter
 
 
 def write_recording(

@@ -16,7 +16,7 @@ from bench.recording.file.storage import completed, first_missing_row
 from bench.recording.header import PART_SUFFIX, RecordingHeader, Segment
 from bench.recording.reader import HDF5_ERRORS, Recording, hdf5_reason, opened
 from bench.recording.validation import validate
-from bench.recording.writer import FAST_CHUNK_ROWS, RecordingWriter
+from bench.recording.writing.writer import FAST_CHUNK_ROWS, RecordingWriter
 
 _BLOCK_ROWS = 16 * FAST_CHUNK_ROWS
 _REPAIR_SUFFIX = ".repair" + PART_SUFFIX

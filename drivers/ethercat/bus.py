@@ -14,6 +14,7 @@ from drivers.errors import BusError, DriverError
 from drivers.ethercat import nonblocking
 from drivers.ethercat.assignment import assign_pdos
 from drivers.ethercat.claim import Claim
+from drivers.ethercat.distributed_clocks import set_up_clocks, start_sync0
 from drivers.ethercat.emergency import EmergencyLog, EmergencyMessage
 from drivers.ethercat.exchange import CycleExchanger, Exchange, Exchanger, make_exchanger
 from drivers.ethercat.identity import check_specs
@@ -136,8 +137,7 @@ class EtherCatBus:
             slave.config_func = self._callback(spec) if spec.coe else None
         map_process_data(self._master)
         check_sizes(self.specs, found, self._out, self._in)
-        if any(spec.sync0_shift_ns is not None for spec in self.specs):
-            self._master.config_dc()
+        set_up_clocks(self._master, self.specs)
         self._exchanger = make_exchanger(
             self._master,
             found,
@@ -163,10 +163,7 @@ class EtherCatBus:
         if isinstance(self._exchanger, CycleExchanger) and len(self._sockets) == 1:
             wait = nonblocking.FrameWait(next(iter(self._sockets)), self._timeout_us)
             self._exchanger.wait, self._exchanger.drain = wait, wait.drain
-        for spec, slave in zip(self.specs, self._slaves(), strict=True):
-            if spec.sync0_shift_ns is not None:
-                self.exchange(1)  # cycle data before SYNC0, or the slave's clock control sees a jump
-                slave.dc_sync(True, round(self.cycle_time_s * 1e9), spec.sync0_shift_ns)
+        start_sync0(self.specs, self._slaves(), self.cycle_time_s, lambda: self.exchange(1))
         attempts = math.ceil(_OP_TIMEOUT_S / self.cycle_time_s)
         reach_op(self._master, self.specs, lambda: int(self.exchange(1).wkc[-1]), attempts)
 
