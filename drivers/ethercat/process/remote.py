@@ -263,10 +263,7 @@ class RemoteBus(Services):
         reason = Reason(words[at.STOP_REASON])
         if reason is Reason.NONE:
             return None
-        if reason is Reason.LIMIT:
-            watch = self._protection.watches[words[at.DETAIL]]
-            return f"{watch.slave} {watch.entry} left {watch.low} … {watch.high} for {watch.patience} cycles in a row"
-        return reason.text
+        return self._protection.watches[words[at.DETAIL]].broken if reason is Reason.LIMIT else reason.text
 
     @property
     def tap(self) -> tuple[str, Layout]:

@@ -37,6 +37,11 @@ class Watch:
     high: int
     patience: int
 
+    @property
+    def broken(self) -> str:
+        """What is said once it has stopped the drives."""
+        return f"{self.slave} {self.entry} left {self.low} … {self.high} for {self.patience} cycles in a row"
+
 
 @dataclass(frozen=True, slots=True)
 class Condition:
