@@ -29,8 +29,8 @@ def summary(outcomes: Sequence[Outcome]) -> str:
     sentences = [
         f"{len(outcomes)} of {len(ROWS)} faults were injected with this version of the matrix.",
         share(outcomes),
-        f"At the injection the bench moved under load in {loaded}, not so in {len(outcomes) - loaded - unseen}; "
-        f"not seen in {unseen}.",
+        f"At the injection the bench moved under load in {loaded} rows "
+        f"and did not in {len(outcomes) - loaded - unseen}; in {unseen} this was not observed.",
         f"The true shafts were judged against their envelope in {len(judged)} rows{fineness}, "
         f"not judged in {len(outcomes) - len(judged)}.",
         *_longest(outcomes, ramp=False),

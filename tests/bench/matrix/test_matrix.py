@@ -147,7 +147,8 @@ def test_the_summary_says_what_the_rows_hold() -> None:
     nobody = Outcome("c", "c", WIRE, problems=["it went on"])
     assert summary([loaded, resting, nobody]) == (
         f"3 of {len(ROWS)} faults were injected with this version of the matrix. "
-        "2 of 3 rows are as expected. At the injection the bench moved under load in 1, not so in 1; not seen in 1. "
+        "2 of 3 rows are as expected. "
+        "At the injection the bench moved under load in 1 rows and did not in 1; in 1 this was not observed. "
         "The true shafts were judged against their envelope in 1 rows, not judged in 2. "
         "Longest time from the injection to rest without torque without a ramp: 0.64 s (`a`). "
         "Longest time from the injection to rest without torque after a controlled ramp: 3.10 s (`b`)."
