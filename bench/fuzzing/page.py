@@ -7,22 +7,23 @@ from collections.abc import Sequence
 from bench.fuzzing.readers import CAUGHT, READ, REFUSED, TOLD
 from bench.fuzzing.run import WRONG, Tally
 
-_HEAD = """# What becomes of spoiled files
+_HEAD = """# What happens with damaged files
 
-Valid files, each spoiled at random in one way at up to eight places (bits flipped, bytes zeroed, cut, inserted; half of
-the places in the first 8 KiB), and read by what reads them in use: recordings are opened, read to the last sample,
-and validated; an unfinished one is repaired as well; models, benches, campaigns and mappings are loaded; a
-journal is opened as the next run would. Samples are compared in SI with those that were written.
+Valid files are damaged at random, each in one way and at up to eight places (bits flipped; bytes zeroed, removed or
+inserted; half of the places in the first 8 KiB). Then they are read as in normal use. Recordings are opened, read to
+the last sample and validated, and unfinished recordings are repaired as well. Models, bench files, campaigns and
+mappings are loaded. A journal is opened as by the next run. The samples are compared, in SI units, with those that
+were written.
 
 | column | what it counts |
 | --- | --- |
-| refused | one sentence that names the file |
-| as written | read, and every sample is right (what was spoiled means nothing, or is text that may be so) |
-| reported | not as it was written, and said so: cut short, a problem, not valid |
-| caught | the HDF5 library crashed in a child process; one sentence, the program went on |
+| refused | refused with one sentence that names the file |
+| as written | read, and every sample is right (the damaged bytes had no meaning, or were free text) |
+| reported | different from what was written, and reported as such: cut short, a problem, not valid |
+| caught | the HDF5 library crashed in a child process; the program printed one sentence and went on |
 | crash, hang, traceback | of the program itself |
-| silent | wrong samples and no word, or takes forgotten without one |
-| lost | the spoiled file, or one beside it, gone or changed |
+| silent | wrong samples, or forgotten recordings of a journal, without any message |
+| lost | the damaged file, or a file beside it, was removed or changed |
 
 """
 _NAMES = {
@@ -49,6 +50,6 @@ def page(tallies: Sequence[Tally], command: str, seed: int, revision: str) -> st
         for tally in tallies
         for number, outcome, text in tally.wrong[:20]
     ]
-    listed = "\n## What may not be\n\n" + "\n".join(wrong) + "\n" if wrong else ""
+    listed = "\n## Cases that must not happen\n\n" + "\n".join(wrong) + "\n" if wrong else ""
     made = f"Made by `{command}` with seed {seed} at revision {revision or 'unknown'}.\n\n"
     return _HEAD + made + "\n".join(rows) + "\n" + listed

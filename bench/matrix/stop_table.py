@@ -11,20 +11,22 @@ OFF_AFTER_RUNG_S = 0.2
 
 _HEAD = """# How long STOP takes
 
-Made by `bench benchmark stop --table docs/stop-times.md --store docs/stop-times.json` on an emulated bench at the far
-end of a veth pair (needs root rights); it waits for no processor where it may (SCHED_FIFO), as slaves do not. The bench
-turns at 10 °/s under 350 N·m; then something is broken, and half a second later STOP is pressed. Times count from the
-press and were seen at the far end: when the last drive lost its torque, when both shafts stood still. *Page* and
-*second browser* press as a page does, the service and the run's own listener at once; *shell* is `bench stop`, whose
-start counts. A time that is not there was not seen within {watched:.0f} s. Nothing here was repeated until it looked
-better: each row is one press, and one that was measured is struck again only after what it showed was mended. A bench
-that did not come to turn under load is started again, three times at most; nothing was pressed then.
+Made by `bench benchmark stop --table docs/stop-times.md --store docs/stop-times.json` (needs root rights). The
+emulated bench is at the other end of a veth pair and has real-time scheduling if the system allows it (SCHED_FIFO).
+It rotates at 10 °/s under 350 N·m. Then something is broken, and half a second later STOP is pressed. All times begin
+with the press and are observed at the emulated bench: when the last drive lost its torque, and when both shafts stood
+still. *Page* and *second browser* press STOP as the page does: they send it to the service and to the stop listener
+of the run at the same time. *Shell* is `bench stop`; its time includes the start of the command. A missing time was
+not observed within {watched:.0f} s. Each row is one press. No press was repeated to get a better time; a row is
+measured again only after the error it showed was corrected. A bench that did not begin to rotate under load is
+started again, three times at most, before STOP is pressed.
 
-The *rung* is the one that takes the torque away, as the run's listener or the record of the stop says it; *later* is
-how much later the drives had none (at most {off:g} s are right), *seen to* the longest time between two looks at the
-far end, which no other time can be known better than. A run that hangs sends no rung: its bus process finds no new set
-values, stops the drives by itself and needs no press; the time is then that of what was left of it, and may be none.
-Where the disk is full or read-only the recording may fail first: the press then finds a stop under way.
+*Rung* is the step of the stop ladder that takes the torque away, as reported by the listener of the run or by the
+record of the stop. *Later* is the time from this report to drives without torque (at most {off:g} s is right). *Seen
+to* is the longest time between two observations of the emulated bench; no other time is known more exactly. A run
+that hangs reports no rung: its bus process gets no new set values and stops the drives by itself, without a press.
+Its time then says only how much of this stop was left, and can be zero. If the disk is full or read-only, the
+recording may fail before the press, and the press comes during a stop.
 
 {made}
 

@@ -16,15 +16,15 @@ _HEAD = """# What happens when something breaks
 
 {summary}
 
-"Struck at" is the true speed of the load side and the true torque at the sensor when the fault struck, as amounts;
-from {speed:.0f} °/s and {load:.0f} N·m on a row counts as struck in motion and under load. "Peaks" are the largest
-true motor speed, load speed and torque, with the distance of the samples; where they were looked at they were judged
-against the envelope ({envelope}), whatever the sensors said. Times count from the strike and
-are those of the slowest try. "Not seen" means that nobody looked; "–" that there was nothing to see. A row with several
-tries is right only if every one is; one in real time of which a try was not right is struck {rate} times in all, so
-that what is shown is a rate. A bench on real frames that does not come to move is started again, three times at most,
-before it is struck. For rows that stop the bench it is also checked that torque does not come back by
-itself, and for all that record, that what was recorded reads back. What limits and rungs mean: [safety](safety.md).
+*Struck at* is the true speed of the load side and the true torque at the sensor at the moment of the injection,
+without sign. From {speed:.0f} °/s and {load:.0f} N·m on, a row counts as injected in motion and under load. *Peaks*
+are the largest true motor speed, load speed and torque, with the time between two samples. They are judged against
+the envelope ({envelope}), whatever the sensors show. Times begin with the injection and are those of the slowest try.
+*Not seen* means that nobody observed it; "–" means that there was nothing to observe. A row with several tries is
+right only if every try is right. If a try in real time is not right, the row is tried {rate} times, so that the table
+shows a rate. A bench on real frames that does not begin to move is started again before the injection, three times at
+most. For rows that stop the bench, the program also checks that torque does not come back by itself; for all rows
+that record, that the recordings can be read. [Safety](safety.md) explains limits and rungs.
 
 Made by `bench benchmark faults --table docs/faults.md --store docs/faults.json`. {sources}
 
@@ -35,13 +35,13 @@ _COLUMNS = (
 )
 _RULE = "| --- " * 10 + "|"
 _NOTES = {
-    PLANT: "In process and in bench time; the shafts are looked at in every bus cycle.",
-    SETUP: "Met before anything moves, but for `default_settings`.",
-    SLOW: "In process and in real time, with an age limit of 1 s for the reading and the frozen reading not judged.",
-    HOST: "In process and in bench time; the shafts are looked at in every bus cycle where a bench runs.",
-    SERVICE: "Processes of their own with an emulated bench inside; nobody looks at their shafts.",
-    WIRE: "Real frames between processes, real time, shafts looked at by order to the emulator, which waits for no"
-    f" processor where it may (SCHED_FIFO), as slaves do not. Loosened: {LOOSENED}.",
+    PLANT: "Inside the program and in bench time; the shafts are observed in every bus cycle.",
+    SETUP: "Injected before anything moves, except `default_settings`.",
+    SLOW: "Inside the program and in real time. The age limit of a reading is 1 s, and a frozen reading is not judged.",
+    HOST: "Inside the program and in bench time; if a bench runs, its shafts are observed in every bus cycle.",
+    SERVICE: "Separate processes with an emulated bench inside; their shafts are not observed.",
+    WIRE: "Real frames between processes, in real time. The emulator has real-time scheduling if the system allows it"
+    f" (SCHED_FIFO), and reports the shafts on request. Limits that are relaxed: {LOOSENED}.",
 }
 NOT_SEEN = "not seen"
 

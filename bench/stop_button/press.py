@@ -43,7 +43,7 @@ def stop(found: Found, by: str, patience_s: float, say: Callable[[str], None] = 
         if state is None and is_alive(found.pid):
             return _without_the_run(found, what, pressed, say)
     else:
-        say(f"{what} ({state.get('run')}) has heard it")
+        say(f"{what} ({state.get('run')}) has received STOP")
     return _watched(found, what, pressed, patience_s, state)
 
 

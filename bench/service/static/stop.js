@@ -99,7 +99,7 @@ export function show() {
   if (late) {
     place.hidden = false;
     place.replaceChildren(make("b", {}, "STOP not confirmed — use the emergency stop"),
-      make("p", {}, press.sent ? "The service has sent it, but the run has not said that it heard it. It is tried again." : "Neither the service nor the run has answered. It is tried again."));
+      make("p", {}, press.sent ? "The service has sent it, but the run has not confirmed it. It is sent again." : "Neither the service nor the run has answered. It is sent again."));
     return;
   }
   // as long as the service knows nothing of it, what the run's own listener said
