@@ -114,6 +114,8 @@ class ChannelOutcome:
     """mean variance of the prediction of a held-out sample by what the calibration leaves uncertain, in squares of
     the unit
     """
+    levels: float = 0.0
+    """variance of the recordings' levels that the fit gives their offsets, in squares of the unit"""
 
     @property
     def settled(self) -> float | None:
@@ -122,6 +124,14 @@ class ChannelOutcome:
         """
         steady = self.rmse.get("after_steady")
         return self.rmse.get("after") if steady is None else steady
+
+    def of_levels(self, most: float) -> float:
+        """How much of the mean square of held-out samples is the recordings' levels, which nothing recorded predicts:
+        the variance that the fitted recordings' levels have. 0 where held-out recordings leave more than ``most``
+        (rms) about their own means as well: that is no matter of levels.
+        """
+        inside = self.rmse.get("after_inside")
+        return self.levels if inside is not None and inside <= most else 0.0
 
     @property
     def left(self) -> FloatArray:

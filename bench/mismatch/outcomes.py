@@ -64,6 +64,7 @@ def of_search(search: Search, data: Dataset, formulas: bool) -> ChannelOutcome:
     number = np.where(problem.usable, problem.rows.number, 0.0)
     outcome.discoveries += of_regression(search, slots, whole, number)
     outcome.doubt = uncertainty(model, frame, problem.held_out, problem.rows.number)
+    outcome.levels = 0.0 if problem.spec.integral else model.fit.variance
     outcome.notes += model.notes
     return outcome
 
@@ -109,6 +110,7 @@ def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas
         x = np.column_stack([part.torque, part.velocity, part.temperature])
         outcome.doubt = float(np.mean(model.periodic.series.variance(x, part.last_direction)))
         outcome.doubt += uncertainty(own, frame, outcome.held_out, model.rows.number)
+    outcome.levels = own.fit.variance
     outcome.discoveries += found
     number = np.where(model.inside, model.rows.number, 0.0)
     outcome.discoveries += of_regression(offset, slots, level, number, frame, model.rows.y - periodic)

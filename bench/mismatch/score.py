@@ -20,6 +20,8 @@ from bench.simulation.terms import TEMPERATURE, TRANSMISSION_ERROR
 
 STEADY = "_steady"
 """ends the name of what is scored in steady motion alone"""
+INSIDE = "_inside"
+"""ends the name of what is scored in steady motion alone, about the mean of each recording"""
 
 
 @dataclass(slots=True)
@@ -29,6 +31,8 @@ class _Sum:
 
     each: list[float] = field(default_factory=list)
     """mean square of each recording"""
+    inside: list[float] = field(default_factory=list)
+    """mean square of each recording about its own mean"""
 
     def add(self, left: FloatArray) -> None:
         if left.size:
@@ -36,12 +40,16 @@ class _Sum:
             self.squares += squares
             self.samples += float(left.size)
             self.each.append(squares / left.size)
+            self.inside.append(float(np.var(left)))
 
     def rmse(self) -> float | None:
         return float(np.sqrt(self.squares / self.samples)) if self.samples > 0 else None
 
     def usual(self) -> float | None:
         return float(np.sqrt(np.median(self.each))) if self.each else None
+
+    def usual_inside(self) -> float | None:
+        return float(np.sqrt(np.median(self.inside))) if self.inside else None
 
 
 def rmse(
@@ -50,7 +58,8 @@ def rmse(
     """Root mean square per sample that each of ``models`` leaves of some recordings, by channel and model's name.
 
     None where a model does not say a term that matters, or where no sample can be compared. ``NAME + STEADY`` is of the
-    samples in steady motion alone, the median over the recordings, as the noise floor is.
+    samples in steady motion alone, the median over the recordings, as the noise floor is; ``NAME + INSIDE`` the same
+    about the mean of each recording.
     """
     predictors = {name: Predictor(Given.of(model)) for name, model in models.items()}
     names = [*models, *(name + STEADY for name in models)]
@@ -88,15 +97,18 @@ def rmse(
                 left = side.measured - values
                 own[name].add(left[counts])
                 own[name + STEADY].add(left[settled])
-    return {
-        channel: {
-            name: None
-            if (channel, name.removesuffix(STEADY)) in unknown
-            else (total.usual() if name.endswith(STEADY) else total.rmse())
-            for name, total in own.items()
-        }
-        for channel, own in sums.items()
-    }
+    out: dict[str, dict[str, float | None]] = {}
+    for channel, own in sums.items():
+        out[channel] = {}
+        for name in models:
+            steady = own[name + STEADY]
+            scores = {
+                name: own[name].rmse(),
+                name + STEADY: steady.usual(),
+                name + INSIDE: steady.usual_inside(),
+            }
+            out[channel] |= dict.fromkeys(scores) if (channel, name) in unknown else scores
+    return out
 
 
 def _may(channel: str, part: Prepared, data: Dataset) -> bool:

@@ -28,7 +28,8 @@ def unexplained(outcome: ChannelOutcome) -> None:
     That is asked of the median recording. Where nothing was found and the test for structure says that what is left of
     the fitted recordings is no noise, recordings held out are a second witness: all are asked together, a few far off
     among them, and more than the floor within its uncertainty is enough (not of an integral). Beside a finding they are
-    what its form leaves of nature's.
+    what its form leaves of nature's. Levels of held-out recordings that differ no more than those of the fitted ones
+    are offsets between recordings.
     """
     p = None if outcome.structure is None else outcome.structure.p_value
     if p is not None and p < criteria.ERROR_RATE_OF_A_CHANNEL:
@@ -38,13 +39,15 @@ def unexplained(outcome: ChannelOutcome) -> None:
         return
     every = outcome.rmse.get("after")
     usual = criteria.MORE_THAN_NOISE
+    most = usual * outcome.floor + criteria.FLOOR_ERRORS * outcome.floor_std
+    levels = outcome.of_levels(most)
     if not outcome.discoveries and p is not None and p < criteria.ERROR_RATE_OF_A_CHANNEL and every is not None:
         after = max(after, every)
         # an integral's floor knows nothing of slow noise that adds up in what is integrated
-        usual = usual if CHANNELS[outcome.channel].integral else 1.0
-    most = usual * outcome.floor + criteria.FLOOR_ERRORS * outcome.floor_std
+        usual, levels = usual if CHANNELS[outcome.channel].integral else 1.0, 0.0
+        most = usual * outcome.floor + criteria.FLOOR_ERRORS * outcome.floor_std
     # at states that the calibration hardly knows, it may be off by what it says itself
-    if after**2 < most**2 + criteria.FLOOR_ERRORS**2 * outcome.doubt:
+    if after**2 < most**2 + levels + criteria.FLOOR_ERRORS**2 * outcome.doubt:
         return
     left = np.where(outcome.usable, outcome.left, 0.0)
     size = float(np.sqrt(after**2 - outcome.floor**2))

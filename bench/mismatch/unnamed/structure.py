@@ -84,14 +84,17 @@ def _mean(search: Search) -> tuple[float, str, float]:
 
 
 def _counts(loud: Bursts, outcome: ChannelOutcome, search: Search) -> bool:
-    """Whether loud blocks hold more than the least that is told of anything."""
+    """Whether loud blocks hold more than the least that is told of anything: the least strength in the least share of
+    samples that counts as where an effect acts. They are seen one by one, so the mean over all samples is no measure.
+    """
     if not loud.rows.size:
         return False
     rows = search.model.problem.rows
     left = rows.y - search.model.predict(rows.frame)
     number = rows.number[loud.rows]
     total = float(rows.number[search.model.problem.train].sum())
-    return bool(np.sum(left[loud.rows] ** 2 * number) / total > (criteria.LEAST_OVERALL * outcome.floor) ** 2)
+    least = criteria.LEAST_STRENGTH**2 * criteria.LEAST_ACTIVE
+    return bool(np.sum(left[loud.rows] ** 2 * number) / total > least * outcome.floor**2)
 
 
 def _matters(heard: Tone, outcome: ChannelOutcome) -> bool:
