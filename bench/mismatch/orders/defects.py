@@ -10,7 +10,7 @@ on the same spectrum with the phase of each order drawn at random.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -29,6 +29,8 @@ WIDTHS = np.geomspace(0.005, 0.16, 8)
 """rad, standard deviations that are tried before they are refined"""
 SURROGATES = 24
 STARTS = 4
+BEGINS = (1.0, 0.5, 0.25)
+"""of the matched filter's height, from which a pulse is refined"""
 MOST_PLACES = 6
 MOST_GAUSSIANS = 4
 """that describe the form of one place: triangles, half sines, doublets"""
@@ -109,7 +111,7 @@ class _Line:
         # of one that stands by itself no more is known than its phase
         variance = self.error**2 + np.where(standing, 0.5 * np.abs(left) ** 2, 0.0)
         places = self.orders.astype(np.int64)
-        begins: list[tuple[float, Pulse]] = []
+        begins: list[Pulse] = []
         for width in WIDTHS:
             shape = width * np.sqrt(2.0 / np.pi) * np.exp(-0.5 * (self.orders * width) ** 2)
             table = np.zeros(_GRID // 2 + 1, dtype=np.complex128)
@@ -119,12 +121,19 @@ class _Line:
             for _ in range(2):
                 at = int(np.argmax(np.abs(matched)))
                 height = float(matched[at] / energy)
-                begins.append((0.5 * height**2 * energy, Pulse(2.0 * np.pi * at / _GRID, float(width), height)))
+                begins.append(Pulse(2.0 * np.pi * at / _GRID, float(width), height))
                 reach = max(1, int(2.0 * width / (2.0 * np.pi) * _GRID))
                 matched[np.arange(at - reach, at + reach + 1) % _GRID] = 0.0
-        tried = sorted(((self.gain(p, before), p) for _, p in begins), key=lambda g: -g[0])[:starts]
+        tried = sorted((self._begun(p, before) for p in begins), key=lambda g: -g[0])[:starts]
         out = [self._refined(p, before) for _, p in tried]
         return max(out, key=lambda g: g[0]) if out else None
+
+    def _begun(self, begin: Pulse, before: Complex) -> tuple[float, Pulse]:
+        """A begin of the matched filter with the height that gains most: weak orders that happen to be in phase with it
+        make it too high.
+        """
+        lower = [replace(begin, height=share * begin.height) for share in BEGINS]
+        return max(((self.gain(p, before), p) for p in lower), key=lambda g: g[0])
 
     def _refined(self, begin: Pulse, before: Complex) -> tuple[float, Pulse]:
         def pulse(x: FloatArray) -> Pulse:

@@ -55,30 +55,38 @@ def not_refuted(model: ChannelModel, chosen: Sequence[Chosen]) -> list[Chosen]:
 
 def borne_out(model: ChannelModel) -> list[Chosen]:
     """Effects of a model without the functions that have no name and with which recordings held out are predicted worse
-    than without them, by more than the standard error of that.
+    than without them: by more than the standard error of that, or by so much that it would be structure by itself. The
+    standard error says nothing where a single recording is far off.
 
     A function without a name claims nothing but that it predicts. Which one it is was chosen without these recordings;
     they only decide whether it is told. Names stay: they are told with half the confidence.
     """
+    current = list(model.chosen)
+    while (refuted := next((c for c in current if _refuted(model, current, c)), None)) is not None:
+        # what stood beside it may have made up for it: it is asked again
+        current = without(current, refuted, model.problem.lacking)
+    return current
+
+
+def _refuted(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> bool:
+    """Whether recordings held out are against a function without a name beside the others of some effects."""
     problem = model.problem
     held, frame = problem.held_out, problem.rows.frame
-    current = list(model.chosen)
-    for own in model.chosen:
-        if own.effect != UNKNOWN or of_auxiliary(own.main.regressor) or not held.any():
-            continue
-        others = without(current, own, problem.lacking)
-        squared = [_squared(model, chosen)[held] for chosen in (current, others)]
-        number = problem.rows.number[held]
-        worse = float(np.average(squared[0] - squared[1], weights=number))
-        error = error_of_mean(squared[0] - squared[1], frame.recording[held], number)
-        if error is not None and worse > criteria.ONE_ERROR * error:
-            current = others
-            ratio = np.sqrt(np.average(squared[0], weights=number) / np.average(squared[1], weights=number))
-            model.notes.append(
-                f"{own.main.regressor.words} gained in the fit, but recordings held out are predicted"
-                f" {ratio:.3g} times as badly with it: it is not reported"
-            )
-    return current
+    if own.effect != UNKNOWN or of_auxiliary(own.main.regressor) or not held.any():
+        return False
+    others = without(current, own, problem.lacking)
+    squared = [_squared(model, chosen)[held] for chosen in (current, others)]
+    number = problem.rows.number[held]
+    worse = float(np.average(squared[0] - squared[1], weights=number))
+    error = error_of_mean(squared[0] - squared[1], frame.recording[held], number)
+    ratio = np.sqrt(np.average(squared[0], weights=number) / max(np.average(squared[1], weights=number), 1e-300))
+    if not ((error is not None and worse > criteria.ONE_ERROR * error) or ratio > criteria.MORE_THAN_NOISE):
+        return False
+    model.notes.append(
+        f"{own.main.regressor.words} gained in the fit, but recordings held out are predicted"
+        f" {ratio:.3g} times as badly with it: it is not reported"
+    )
+    return True
 
 
 def _squared(model: ChannelModel, chosen: Sequence[Chosen]) -> FloatArray:

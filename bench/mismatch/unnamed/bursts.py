@@ -1,8 +1,8 @@
 """Bursts: blocks of the campaign in which what is left scatters far more than elsewhere.
 
 The logarithm of a block's mean square has a spread of its own, by the noise and by the speed; it is taken from the
-blocks themselves (median absolute deviation), about the median of the blocks of a like speed; without its loudest row
-a block has to be loud as well. Blocks are of steady
+blocks themselves (median absolute deviation), about the median of the blocks of a like speed; with its loudest row
+no louder than the next a block has to be loud as well. Blocks are of steady
 motion: starts, reversals and ramps have dynamics that no simulation of the slow physics claims.
 """
 
@@ -77,9 +77,11 @@ def _loud(edges: IntArray, left: FloatArray, settled: FloatArray, frame: Frame, 
     total = np.add.reduceat(squares, edges[:-1])
     speed = np.add.reduceat(np.abs(frame.velocity), edges[:-1]) / np.diff(edges)
     loud, usual, z = _louder(total, number, speed, enough)
-    # noise with heavy tails makes a block loud by one row; what knocks or sticks lasts longer
-    others = total - np.maximum.reduceat(squares, edges[:-1])
-    lasting = np.minimum(z, _louder(others, number - 1.0, speed, enough)[2])
+    # noise with heavy tails makes a block loud by one row, what knocks or sticks lasts longer: with its loudest row no
+    # louder than the next a block has to be loud as well
+    loudest = np.maximum.reduceat(squares, edges[:-1])
+    next_loudest = np.maximum.reduceat(np.where(squares < np.repeat(loudest, np.diff(edges)), squares, 0.0), edges[:-1])
+    lasting = np.minimum(z, _louder(total - loudest + next_loudest, number, speed, enough)[2])
     worst = int(np.argmax(lasting))
     p = float(-np.expm1(looks * enough.sum() * np.log1p(-ndtr(-lasting[worst]))))
     marked = z > -ndtri(criteria.ERROR_RATE_OF_A_CHANNEL / (looks * enough.sum()))

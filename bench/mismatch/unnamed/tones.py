@@ -8,19 +8,19 @@ drawn from the law of averaged periodograms.
 from __future__ import annotations
 
 import itertools
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from bench.mismatch import criteria
 from bench.mismatch.recordings.vibration import NYQUIST_SHARE, Density
 from bench.mismatch.regression.maxima import tail_probability
 from bench.mismatch.regression.noise import LOWEST_HZ
-from bench.simulation.frame import FloatArray
+from bench.simulation.frame import FloatArray, IntArray
 
 SPEEDS = 3
 """different speeds that must have been driven for a tone to be told from an order"""
@@ -79,7 +79,12 @@ def tone(densities: Sequence[Density], seed: int, orders: Sequence[float] = ()) 
     freedom = np.array([2.0 * d.averaged for d in own])
     statistic = _by_speed(ratio, groups)
     frequencies = min(ratio.shape[1], MOST_FREQUENCIES)
-    largest = _largest(tuple(freedom.tolist()), tuple(groups.tolist()), frequencies, seed)
+    looked = np.isfinite(ratio)
+    if looked.all():
+        largest = _largest(tuple(freedom.tolist()), tuple(groups.tolist()), frequencies, seed)
+    else:
+        # where orders cover most speeds, the few that are left scatter more
+        largest = _drawn(freedom, groups, frequencies, seed, looked)
     if not np.isfinite(statistic).any():
         return None
     place = int(np.nanargmax(statistic))
@@ -108,16 +113,25 @@ def _largest(freedom: tuple[float, ...], groups: tuple[int, ...], frequencies: i
     """The clearest tone in surrogates of noise (SURROGATES,), whose spectra have degrees of ``freedom`` and are of the
     speeds ``groups``. The channels of a folder mostly have both in common.
     """
+    return _drawn(np.asarray(freedom), np.asarray(groups), frequencies, seed, None)
+
+
+def _drawn(
+    freedom: FloatArray, groups: IntArray, frequencies: int, seed: int, looked: NDArray[np.bool_] | None
+) -> FloatArray:
+    """The same where the spectra were ``looked`` at (recordings, all frequencies) in part (None: everywhere)."""
     rng = np.random.default_rng([seed, 7])
     out = np.empty(SURROGATES)
     for k in range(SURROGATES):
-        drawn = rng.chisquare(np.asarray(freedom)[:, None], size=(len(freedom), frequencies))
+        drawn = rng.chisquare(freedom[:, None], size=(freedom.size, frequencies))
         drawn /= np.median(drawn, axis=1, keepdims=True)
-        out[k] = _by_speed(drawn, np.asarray(groups)).max()
+        if looked is not None:
+            drawn[~looked[:, rng.integers(looked.shape[1], size=frequencies)]] = np.nan
+        out[k] = np.nanmax(_by_speed(drawn, groups), initial=0.0)
     return out
 
 
-def _speeds(turning: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+def _speeds(turning: FloatArray) -> IntArray:
     """Number of the speed that each recording was driven at."""
     order = np.argsort(turning)
     out = np.zeros(turning.size, dtype=np.int64)
@@ -128,13 +142,15 @@ def _speeds(turning: FloatArray) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
     return out
 
 
-def _by_speed(ratio: FloatArray, groups: np.ndarray[tuple[int], np.dtype[np.int64]]) -> FloatArray:
-    """Median over the speeds of the mean over the recordings of each speed."""
-    if np.isfinite(ratio).all():
-        own = groups == np.arange(int(groups.max()) + 1)[:, None]
-        return np.asarray(np.median(own @ ratio / own.sum(axis=1)[:, None], axis=0))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # a frequency that orders cover at some speed has no mean there
-        means = np.array([np.nanmean(ratio[groups == g], axis=0) for g in range(int(groups.max()) + 1)])
-        middle = np.nanmedian(means, axis=0)
-    return np.where(np.isfinite(means).sum(axis=0) >= SPEEDS, middle, np.nan)
+def _by_speed(ratio: FloatArray, groups: IntArray) -> FloatArray:
+    """Median over the speeds of the mean over the recordings of each speed; NaN where fewer than :data:`SPEEDS` have
+    one: orders cover a frequency at some speeds.
+    """
+    own = (groups == np.arange(int(groups.max()) + 1)[:, None]).astype(np.float64)
+    finite = np.isfinite(ratio)
+    number = own @ finite
+    means = np.where(number > 0, own @ np.where(finite, ratio, 0.0) / np.maximum(number, 1.0), np.nan)
+    enough = (number > 0).sum(axis=0) >= SPEEDS
+    out = np.full(ratio.shape[1], np.nan)
+    out[enough] = np.nanmedian(means[:, enough], axis=0) if enough.any() else np.nan
+    return out
