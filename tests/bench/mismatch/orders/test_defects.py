@@ -63,6 +63,31 @@ def test_a_weak_pulse_is_found_among_strong_orders() -> None:
     assert found[0].first.height == pytest.approx(pulse.height, rel=0.1)
 
 
+def test_a_pulse_is_found_where_low_orders_stand_against_it() -> None:
+    """Stronger ones than what the pulse draws, each with a phase of its own."""
+    pulse = Pulse(5.73, 0.042, 1.2e-5)
+    orders = np.arange(ORDERS, dtype=np.float64)
+    rng = np.random.default_rng(8)
+    mean = pulse.vectors(orders)
+    strong = (2, 5, 7, 8, 10, 11, 15, 16, 20, 22, 28, 36, 41, 45, 48, 60, 72, 96)
+    mean[list(strong)] += 6e-6 * np.exp(2j * np.pi * rng.random(len(strong)))
+    drawn = tuple(float(f) for f in range(1, 40) if f not in (3, 46))
+    found = defects.search(sight(mean, tuple(sorted({*drawn, *map(float, strong)})), 1e-7), 0)
+    assert [f.first.angle for f in found] == [pytest.approx(pulse.angle, abs=0.02)]
+    assert found[0].first.width == pytest.approx(pulse.width, rel=0.25)
+
+
+def test_a_pulse_is_begun_lower_where_orders_make_its_matched_filter_too_high() -> None:
+    pulse = Pulse(2.1, 0.03, 2e-5)
+    seen = sight(pulse.vectors(np.arange(ORDERS, dtype=np.float64)), (), 1e-7)
+    line = defects._Line.of(seen, seen.mean)
+    before = np.zeros(line.orders.size, dtype=np.complex128)
+    for much in (1.0, 2.0, 4.0):
+        gain, begun = line._begun(Pulse(2.1, 0.03, much * 2e-5), before)
+        assert begun.height == pytest.approx(2e-5)
+        assert gain == pytest.approx(line.gain(pulse, before))
+
+
 def test_weak_orders_of_pulse_like_sizes_with_phases_of_their_own_are_no_pulse() -> None:
     rng = np.random.default_rng(6)
     mean, strong = strong_orders(5)

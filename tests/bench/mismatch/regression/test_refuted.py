@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bench.mismatch.regression import refuted
 from bench.mismatch.regression.beside import shaped
 from bench.mismatch.regression.folds import carried
 from bench.mismatch.regression.model import Chosen, add_block
@@ -85,3 +86,23 @@ def test_a_function_without_a_name_that_recordings_held_out_do_not_bear_out_is_n
     model = replace(model, chosen=[table], fit=model.refitted([table]))
     assert borne_out(model) == ([table] if lasts else [])
     assert bool(model.notes) is not lasts
+
+
+def test_a_function_is_asked_again_without_the_one_that_made_up_for_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside the second the first does no harm; without it, it does."""
+    frame = campaign()
+    y = 0.5 * frame.direction + np.random.default_rng(5).normal(0.0, 0.01, frame.size)
+    own = replace(problem(frame, y), folds=np.where(np.arange(24) % 3 == 0, -1, np.arange(24)))
+    model = begun(own).model
+    knots = (22.0, 26.0, 30.0, 34.0, 40.0)
+    tables = [Free(MOTOR_TORQUE, (Grid(("temperature",), times, (knots,)),)) for times in ("1", "d")]
+    first, second = (Chosen(add_block(own, model.bank, table, 1e-3)) for table in tables)
+    model = replace(model, chosen=[first, second], fit=model.refitted([first, second]))
+    left = {2: 1.0, 1: 0.5, 0: 0.1}
+
+    def squared(_model: object, chosen: list[Chosen]) -> FloatArray:
+        return np.full(frame.size, 1.1 if chosen == [second] else left[len(chosen)])
+
+    monkeypatch.setattr(refuted, "_squared", squared)
+    assert borne_out(model) == []
+    assert len(model.notes) == 2

@@ -65,3 +65,18 @@ def test_a_knock_of_a_second_is_found_as_that() -> None:
 @pytest.mark.parametrize("seed", range(6))
 def test_noise_has_no_knock(seed: int) -> None:
     assert looked(seed, 1.0, LOUD, QUICK, 0.1).p_value > criteria.ERROR_RATE_OF_A_CHANNEL
+
+
+def test_one_row_far_off_is_no_burst() -> None:
+    """Noise with heavy tails has such rows."""
+    found = looked(1, 40.0, slice(312, 313))
+    assert found.p_value > criteria.ERROR_RATE_OF_A_CHANNEL
+
+
+def test_what_comes_just_before_a_reversal_is_no_burst() -> None:
+    """The same loud rows, in steady motion or each beside a row that is not."""
+    loud = np.arange(KNOCK.start, KNOCK.stop)
+    steady = QUICK.steady.copy()
+    steady[loud[::2]] = 0.0
+    assert looked(1, 6.0, KNOCK, QUICK, 0.1).rows.size >= 5
+    assert looked(1, 6.0, KNOCK, replace(QUICK, steady=steady), 0.1).rows.size == 0

@@ -104,3 +104,24 @@ def test_a_function_without_a_name_lies_where_what_it_leaves_lies(p_value: float
     elsewhere = np.median(np.abs(beyond[frame.recording == 0]))
     more = np.median(np.abs(beyond[frame.recording == 1])) / elsewhere
     assert more == pytest.approx(4.0 if p_value < 0.01 else 1.0, rel=0.1)
+
+
+@pytest.mark.parametrize(("levels", "inside", "told"), [(0.0, 1.0, 1), (2.0, 1.0, 0), (2.0, 1.6, 1)])
+def test_levels_that_differ_as_those_of_the_fitted_recordings_are_offsets(
+    levels: float, inside: float, told: int
+) -> None:
+    """Unless what is left inside the recordings is more than noise as well."""
+    own = made.outcome(made.campaign(), "motor_torque", [], SIGMA)
+    own.levels = levels * own.floor**2
+    own.rmse |= {"after": 1.6 * own.floor, "after_steady": 1.6 * own.floor, "after_inside": inside * own.floor}
+    unexplained(own)
+    assert len(own.discoveries) == told
+
+
+def test_a_recording_is_scored_about_its_own_mean_as_well() -> None:
+    total = _Sum()
+    for level in (-3.0, 1.0, 3.0):
+        total.add(level + np.array([-1.0, 1.0]))
+    assert total.usual_inside() == pytest.approx(1.0)
+    assert total.usual() == pytest.approx(np.sqrt(10.0))
+    assert _Sum().usual_inside() is None

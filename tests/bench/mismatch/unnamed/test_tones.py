@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from bench.mismatch import criteria
-from bench.mismatch.unnamed.tones import Tone, tone
+from bench.mismatch.unnamed.tones import Tone, _drawn, tone
 from tests.bench.mismatch.spectra import densities
 
 SEEDS = range(6)
@@ -35,3 +36,14 @@ def test_an_order_moves_with_the_speed_and_is_no_tone() -> None:
 
 def test_one_speed_cannot_tell_tones_from_orders() -> None:
     assert tone([d for d in densities(1) if d.turning == 0.005], 1) is None
+
+
+def test_where_orders_cover_most_speeds_noise_looks_more_like_a_tone() -> None:
+    """The median of three speeds scatters more than that of nine."""
+    groups = np.repeat(np.arange(9), 2)
+    freedom = np.full(18, 12.0)
+    few = np.zeros((18, 50), dtype=bool)
+    few[:6] = True
+    all_speeds, three = (_drawn(freedom, groups, 200, 1, looked) for looked in (None, few))
+    assert np.median(three) > 1.1 * np.median(all_speeds)
+    assert np.isfinite(three).all()
