@@ -8,6 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import typer
 
 from bench.cli._plain import line, plain, say
@@ -65,6 +66,13 @@ def _look_at_fmu(file: Path, mapping: Path | None, changes: dict[str, Any], *, a
         start = "" if own.start is None else f"{own.start:g}"
         say(f"{line(own.name):<{width}} {own.causality:<9} {own.unit:<12} {start:>12}  {own.channel}".rstrip())
     say(f"mapping: {target}; bench mismatch RECORDINGS --simulation {target} --out REPORT takes it")
+    for own in found.of("input"):
+        if not own.channel and f"inputs.{own.name}" not in changes:
+            kept = "its start value" if own.start is None else f"{own.start:g} {own.unit}".rstrip()
+            say(
+                f"  inputs.{own.name} has no channel and stays at {kept}, for its name and unit suggest none; "
+                f"--set inputs.{own.name}=CHANNEL gives it one"
+            )
     return target
 
 
@@ -75,7 +83,8 @@ def _show(found: Inventory, made: Draft) -> None:
     rate = "rate not known" if made.rate is None else f"{made.rate:.6g} Hz"
     say(f"{found.file}: {len(found.columns)} columns of {', '.join(map(str, lengths[:4]))} samples, {rate}")
     if made.time is not None and made.time.stamps:
-        say(f"time stamps from {made.time.values[0]} to {made.time.values[-1]}")
+        first, last = (str(np.datetime_as_string(own, unit="ms")) for own in made.time.values[[0, -1]])
+        say(f"time stamps from {first} to {last}{' UTC' if made.time.variable.zoned else ', which say no zone'}")
     width = min(_WIDEST_NAME, max(len(column.name) for column in found.columns))
     for column in found.columns:
         low, high = column.span

@@ -23,6 +23,7 @@ from bench.importing.mapping import (
     as_utc,
     load_mapping,
 )
+from bench.importing.motor_angle import FROM_OUTPUT
 from bench.importing.plausible import implausible
 from bench.importing.steady import steady_stretches
 from bench.importing.table import ChannelTable, read_table
@@ -158,7 +159,7 @@ def _write(
         if own.start < rows.stop and own.stop > rows.start
     ]
     events = [
-        Event(0.0, "info" if note.startswith((_OF_FILE, _FOUND_STEADY)) else "warning", note)
+        Event(0.0, "info" if note.startswith((_OF_FILE, _FOUND_STEADY, FROM_OUTPUT)) else "warning", note)
         for note in (*table.notes, *warnings)
     ]
     write_recording(target, header, channels, inside, events)

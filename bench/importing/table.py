@@ -18,6 +18,7 @@ from bench.importing.channel_mapping import ChannelMapping
 from bench.importing.clock import read_clock
 from bench.importing.files import Files
 from bench.importing.mapping import Mapping
+from bench.importing.motor_angle import add_motor_angle
 from bench.importing.stamps import (
     even_clock,
     evenness,
@@ -26,7 +27,6 @@ from bench.importing.stamps import (
     refuse_uneven,
     why_not_in_order,
 )
-from bench.recording.header import ChannelSpec
 from bench.signals import BY_NAME
 
 _WORDS = ("word", "count")
@@ -90,7 +90,7 @@ def read_table(mapping: Mapping, wanted: Table[str, ChannelMapping], files: File
     for name, own in own_clocks.items():
         _join(table, name, read[name], own, wanted["time"], files)
     _from_zero(table)
-    _integrated(table)
+    add_motor_angle(table.channels, table.notes, ratio=mapping.gearbox.ratio, linear=table.linear)
     return table
 
 
@@ -271,21 +271,3 @@ def _from_zero(table: ChannelTable) -> None:
     channel = table.channels["time"]
     raw: NDArray[Any] = channel.raw - channel.raw[0]
     table.channels["time"] = replace(channel, raw=raw, spec=replace(channel.spec, offset=0.0))
-
-
-def _integrated(table: ChannelTable) -> None:
-    """Where speed was measured and no angle, the angle run through: what comes once a revolution needs it."""
-    if "motor_velocity" not in table.channels or {"motor_angle", "load_angle"} & table.channels.keys():
-        return
-    speed, time = table.channels["motor_velocity"], table.time
-    values = speed.si
-    angle = np.concatenate(([0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time))))
-    signal = BY_NAME["motor_angle"]
-    unit = LINEAR[signal.unit] if table.linear else signal.unit
-    spec = ChannelSpec(
-        "motor_angle", unit, description=signal.description, origin=f"integral of {speed.spec.origin}, from 0"
-    )
-    table.channels["motor_angle"] = Channel(angle, spec, speed.source)
-    table.notes.append(
-        "motor_angle is the integral of motor_velocity: it has no zero of its own and drifts with that of the velocity"
-    )

@@ -87,19 +87,31 @@ def _spelled(name: str) -> str:
     """A spelling pint reads: products with a mark between, powers and signs of degrees as it knows them."""
     text = _NAMES.get(name.strip(), name.strip())
     text = text.replace("·", "*").replace("⋅", "*").replace("•", "*").replace("μ", "µ").replace("^", "**")
-    text = re.sub(r"(?<![A-Za-zµ°])([mkMGµu]?)N[ -]?m(?![A-Za-z])", r"\1N*m", text)
+    text = re.sub(r"(?<![A-Za-zµ°])(da|[mkMGµucd]?)N[ -]?([cm]?)m(?=s?(?![A-Za-z]))", r"\1N*\2m", text)
+    text = re.sub(r"(?<=N\*m)s(?![A-Za-z])", "*s", text)
     text = re.sub(r"°(?![CFK])", "degree", text)
     text = text.replace("°C", "degC").replace("°F", "degF").replace("°K", "K")
     return re.sub(r"\bU(?=/)", "revolution", text)
 
 
+def _modelica(name: str) -> str:
+    """A unit as Modelica and FMI write it, with dots for products and bare digits for powers: ``kg.m2``, ``rad/s2``."""
+    return re.sub(r"(?<=[A-Za-z])(-?\d)", r"**\1", re.sub(r"(?<=[A-Za-z0-9])\.(?=[A-Za-z])", "*", name))
+
+
 @cache
 def _parsed(name: str) -> Any:
     """The unit pint makes of a name, or None."""
+    plain, modelica = _spelled(name), _spelled(_modelica(name))
+    unit = _of_pint(plain)
+    return _of_pint(modelica) if unit is None and modelica != plain else unit
+
+
+def _of_pint(text: str) -> Any:
     import pint
 
     try:
-        return _registry().Unit(_spelled(name))
+        return _registry().Unit(text)
     except (pint.errors.PintError, ValueError, TypeError, AttributeError, KeyError, SyntaxError, AssertionError):
         return None
     except Exception as error:

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from bench.errors import ConfigurationError
 from bench.importing.channel import LINEAR
 from bench.importing.looking.entries import Draft, Entry
-from bench.importing.looking.guesses import overflow, rate_of, ratio_of, rises_evenly, step_of, unit_of_time
+from bench.importing.looking.guesses import (
+    overflow,
+    rate_of,
+    rises_evenly,
+    step_of,
+    unit_of_time,
+)
 from bench.importing.looking.inventory import NAMELESS, Column, Inventory
+from bench.importing.looking.motion import Motion, si_of, values_of
 from bench.importing.looking.names import Meaning, busiest_axis, channel_of, meaning, plain
 from bench.importing.mapping import OPEN
 from bench.importing.units import unit_of
@@ -20,6 +26,13 @@ from bench.signals import BY_NAME
 
 _GUESS = "a guess"
 _TOLD = "the file says so"
+_PAIRS = (
+    ("motor_angle", "load_angle"),
+    ("motor_velocity", "load_velocity"),
+    ("motor_velocity", "load_angle"),
+    ("motor_angle", "load_velocity"),
+)
+"""channels of both sides whose ratio is that of the gearbox, the surer first"""
 
 
 def draft(found: Inventory, mapping: Path) -> Draft:
@@ -33,21 +46,29 @@ def draft(found: Inventory, mapping: Path) -> Draft:
     taken: dict[str, Column] = {}
     rest: list[Column] = []
     busiest = busiest_axis(found.columns, meanings)
+    motion = Motion(meanings, _seconds(out))
+    strangers = motion.strangers(found.columns)
     for column in sorted(found.columns, key=lambda own: (not meanings[own.name].sure, own.number != busiest)):
         name = channel_of(meanings[column.name])
         if column is time or column.stamps or column.values.size != _size(found, time) or column.empty:
             continue
-        if name is None or name in taken or meanings[column.name].setpoint or column.constant:
+        own = meanings[column.name]
+        if name is None or name in taken or own.setpoint or column.constant or column.name in strangers:
             rest.append(column)
         else:
             taken[name] = column
+    if {"motor_angle", "motor_velocity"} <= taken.keys():
+        slower = motion.of_output(taken["motor_angle"], taken["motor_velocity"])
+        name = "motor_angle" if slower is taken["motor_angle"] else "motor_velocity"
+        if slower is not None and name.replace("motor", "load") not in taken:
+            taken[name.replace("motor", "load")] = taken.pop(name)
     for name in BY_NAME:
         if name in taken:
             own = meanings[taken[name].name]
             out.tables[f"channels.{name}"] = _channel_entries(taken[name], own)
             out.channel_by_column[taken[name].name] = name
-    _gearbox(out, taken, meanings)
-    _rate_of_motion(out, taken)
+    _gearbox(out, taken, motion)
+    _rate_of_motion(out, taken, meanings)
     for column in sorted(rest, key=lambda own: found.columns.index(own)):
         _further(out, column, meanings[column.name])
     _own_clocks(out, found, time, meanings)
@@ -123,7 +144,9 @@ def _place(column: Column) -> dict[str, Entry]:
 
 def _channel_entries(column: Column, own: Meaning) -> dict[str, Entry]:
     entries = _place(column)
-    next(iter(entries.values())).why = "" if own.sure else f"{_GUESS}, from its name" if own.quantity else _GUESS
+    sideless = own.quantity in ("angle", "velocity") and not own.sided
+    named = f"{_GUESS}, its name says no side of the gearbox" if sideless else ""
+    next(iter(entries.values())).why = named if own.sure else f"{_GUESS}, from its name" if own.quantity else _GUESS
     wraps = overflow(column, own.unit, own.counted) if own.quantity == "angle" else None
     if own.counted:
         entries["unit"] = Entry("counts")
@@ -146,9 +169,9 @@ def _channel_entries(column: Column, own: Meaning) -> dict[str, Entry]:
     return entries
 
 
-def _gearbox(out: Draft, taken: dict[str, Column], meanings: dict[str, Meaning]) -> None:
+def _gearbox(out: Draft, taken: dict[str, Column], motion: Motion) -> None:
     """Ratio and kind of axis: from both angles where they are there, 1 where something is in metres."""
-    units = {name: _si(meanings[column.name].unit) for name, column in taken.items()}
+    units = {name: si_of(motion.meanings[column.name].unit) for name, column in taken.items()}
     # the angle says what kind of axis it is: a cylinder's force acts on a joint by a lever
     turning = any(units.get(name) == "rad" for name in ("motor_angle", "load_angle"))
     if not turning and any(units[name] in LINEAR.values() for name in units):
@@ -158,11 +181,9 @@ def _gearbox(out: Draft, taken: dict[str, Column], meanings: dict[str, Meaning])
         lever = Entry(OPEN, "lever of the force about the axis, such as '0.3 m'", sure=False)
         out.tables["channels.motor_torque"]["factor"] = lever
     ratio = None
-    pairs = [("motor_angle", "load_angle"), ("motor_velocity", "load_velocity")]
-    for motor, load in pairs:
+    for motor, load in _PAIRS:
         if ratio is None and {motor, load} <= taken.keys() and units[motor] and units[load]:
-            values = [_values(taken[name], out.tables[f"channels.{name}"]) for name in (motor, load)]
-            ratio = ratio_of(values[0], values[1])
+            ratio = motion.ratio(taken[motor], taken[load])
     why = "motor revolutions per revolution of the output; 1 for a direct drive"
     if ratio is not None:
         out.tables["gearbox"] = {
@@ -172,32 +193,25 @@ def _gearbox(out: Draft, taken: dict[str, Column], meanings: dict[str, Meaning])
         out.tables["gearbox"] = {"ratio": Entry(OPEN, why, sure=False)}
 
 
-def _rate_of_motion(out: Draft, taken: dict[str, Column]) -> None:
+def _rate_of_motion(out: Draft, taken: dict[str, Column], meanings: dict[str, Meaning]) -> None:
     """A rate that no column says, from an angle and its speed."""
     entries = out.tables["channels.time"]
     pair = [name for name in ("motor_angle", "motor_velocity") if name in taken]
     units = [str(out.tables[f"channels.{name}"]["unit"].value) for name in pair]
-    if "rate" not in entries or entries["rate"].value != OPEN or len(pair) < 2 or not all(map(_si, units)):
+    if "rate" not in entries or entries["rate"].value != OPEN or len(pair) < 2 or not all(map(si_of, units)):
         return
-    angle, velocity = (_values(taken[name], out.tables[f"channels.{name}"]) for name in pair)
+    angle, velocity = (values_of(taken[name], meanings[taken[name].name]) for name in pair)
     out.rate = rate_of(angle, velocity)
     if out.rate is not None:
         entries["rate"] = Entry(out.rate, f"Hz, {_GUESS}: the speed is the rate of the angle then", sure=False)
 
 
-def _si(unit: str) -> str:
-    try:
-        return unit_of(unit, "").si if unit else ""
-    except ConfigurationError:
-        return ""
-
-
-def _values(column: Column, entries: dict[str, Entry]) -> Any:
-    """Values in SI units, unwrapped, as far as the entries say it."""
-    values = column.seconds
-    if "wraps_at" in entries:
-        values = np.unwrap(values, period=float(entries["wraps_at"].value))
-    return values * unit_of(str(entries["unit"].value), "").factor
+def _seconds(out: Draft) -> NDArray[np.float64] | None:
+    """The clock of a draft in seconds; None where there is none or its unit is open."""
+    if out.time is None or out.time.stamps:
+        return None if out.time is None else out.time.seconds
+    unit = str(out.tables["channels.time"]["unit"].value)
+    return None if unit == OPEN else out.time.seconds * unit_of(unit, "", "s").factor
 
 
 def _further(out: Draft, column: Column, own: Meaning) -> None:
@@ -210,7 +224,7 @@ def _further(out: Draft, column: Column, own: Meaning) -> None:
     entries = _place(column)
     why = "a set value: kept, not analysed" if own.setpoint else "no channel of the bench: kept, and may be depended on"
     next(iter(entries.values())).why = why
-    if own.unit and _si(own.unit):
+    if own.unit and si_of(own.unit):
         entries["unit"] = Entry(own.unit, _TOLD)
     out.tables[table] = entries
     out.channel_by_column[column.name] = table.replace("aux.", "aux/").removeprefix("channels.")

@@ -18,7 +18,7 @@ _JUMP = 0.5
 _LEAST_JUMPS = 1
 _SLOW_STEP = 1.0
 _CLOSE = 0.02
-_STRETCH, _TOGETHER = 20, 0.99
+STRETCH, _TOGETHER = 20, 0.99
 """samples over which an angle and the integral of a speed are compared, and how well they have to go together"""
 _EVEN, _MOSTLY = 0.25, 0.9
 """how far a clock's step may be from its usual one, and how many of its steps are no farther"""
@@ -70,13 +70,24 @@ def overflow(column: Column, unit: str, counted: bool) -> float | None:
 
 def rate_of(angle: FloatArray, velocity: FloatArray) -> float | None:
     """Samples per second at which a speed in rad/s (m/s) is the rate of an angle in rad (m); None where it is none."""
-    if angle.size <= _STRETCH or not (np.isfinite(angle).all() and np.isfinite(velocity).all()):
+    if angle.size <= STRETCH or not (np.isfinite(angle).all() and np.isfinite(velocity).all()):
         return None
-    run = np.concatenate(([0.0], np.cumsum(0.5 * (velocity[1:] + velocity[:-1]))))
-    turned, said = (own[_STRETCH:] - own[:-_STRETCH] for own in (angle, run))
+    run = integral(np.arange(velocity.size, dtype=np.float64), velocity)
+    turned, said = (own[STRETCH:] - own[:-STRETCH] for own in (angle, run))
     if np.std(turned) == 0.0 or np.std(said) == 0.0 or np.corrcoef(turned, said)[0, 1] < _TOGETHER:
         return None
     return float(f"{np.std(said) / np.std(turned):.3g}")
+
+
+def integral(time: FloatArray, velocity: FloatArray) -> FloatArray:
+    """Angle run through at a velocity, from 0 (trapezoids); samples that are no number count as the one before."""
+    good = np.isfinite(time) & np.isfinite(velocity)
+    run = np.zeros(time.size)
+    if np.sum(good) > 1:
+        t, v = time[good], velocity[good]
+        sums = np.concatenate(([0.0], np.cumsum(0.5 * (v[1:] + v[:-1]) * np.diff(t))))
+        run = sums[np.clip(np.cumsum(good) - 1, 0, None)]
+    return run
 
 
 def ratio_of(motor: FloatArray, load: FloatArray) -> float | None:

@@ -25,7 +25,10 @@ _BY_UNIT = {
 }  # fmt: skip
 _COUNTED = re.compile(r"count|inc|tick|cts|cnt")
 _SETPOINT = re.compile(r"set|ref(?!er)|cmd|command|soll|desired|_des$|target|^qg$|demand")
-_LOAD = re.compile(r"load|last|abtrieb|output|_out|^out|link|joint|arm_|secondary|sensor|messwelle|flange|brake|bremse")
+_LOAD = re.compile(
+    r"load|last|abtrieb|_ab$|output|_out|^out|link|joint|arm_|secondary|sensor|messwelle|flange|brake|bremse"
+)
+_MOTOR = re.compile(r"mot|antrieb|_an$|input|drive|primary|shaft_1")
 _AMBIENT = re.compile(r"amb|room|umgeb|air|luft|raum")
 _UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ß": "ss"})
 _BRAKE = re.compile(r"brake|bremse|load_?mot|last_?mot")
@@ -33,7 +36,9 @@ _BRAKE = re.compile(r"brake|bremse|load_?mot|last_?mot")
 
 @dataclass(frozen=True, slots=True)
 class Meaning:
-    """What a column may be: ``quantity`` ("" unknown), on the ``load`` side, ``setpoint``, of the ``ambient`` air."""
+    """What a column may be: ``quantity`` ("" unknown), on the ``load`` side, ``setpoint``, of the ``ambient`` air;
+    ``sided``: its name says on which side.
+    """
 
     quantity: str
     unit: str
@@ -43,6 +48,7 @@ class Meaning:
     brake: bool
     counted: bool
     sure: bool
+    sided: bool
 
 
 def meaning(column: Column) -> Meaning:
@@ -69,6 +75,7 @@ def meaning(column: Column) -> Meaning:
         bool(_BRAKE.search(name)),
         counted,
         bool(by_unit) and by_unit == by_name,
+        bool(_LOAD.search(name) or _MOTOR.search(name)),
     )
 
 

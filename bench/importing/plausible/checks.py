@@ -7,7 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.importing.plausible.factors import reason
+from bench.importing.motor_angle import INTEGRAL
+from bench.importing.plausible.factors import CLOSE, reason
 from bench.importing.plausible.motion import Blocks, Law, blocks, law
 from bench.importing.table import ChannelTable
 
@@ -25,7 +26,7 @@ def implausible(table: ChannelTable, ratio: float, where: str) -> list[str]:
     """Say what cannot be, one sentence each; ``where`` is the mapping file."""
     found: list[str] = []
     values = {name: channel.si for name, channel in table.channels.items()}
-    measured = {n for n, c in table.channels.items() if not c.spec.origin.startswith("integral of")}
+    measured = {n for n, c in table.channels.items() if not c.spec.origin.startswith(INTEGRAL)}
     for side in ("motor", "load"):
         if {f"{side}_angle", f"{side}_velocity"} <= measured:
             found += _speeds(values, side, ratio, where)
@@ -59,9 +60,19 @@ def _speeds(values: dict[str, FloatArray], side: str, ratio: float, where: str) 
     steady = abs(float(np.mean(x))) > 3 * float(np.std(x))
     factor, together = (float(np.mean(y) / np.mean(x)), 1.0) if steady else _slope(x, y)
     if abs(together) > _TOGETHER and factor != 0.0 and abs(factor - 1.0) > _SPEEDS:
+        said_of_both = f"{where}: channels.{velocity} is {factor:.4g} times the rate of {side}_angle, it should be 1: "
+        other = "load" if side == "motor" else "motor"
+        if ratio != 1.0 and abs(factor / ratio - 1.0) < CLOSE:
+            wrong = f"{side}_angle" if side == "motor" else velocity
+        elif ratio != 1.0 and abs(factor * ratio - 1.0) < CLOSE:
+            wrong = velocity if side == "motor" else f"{side}_angle"
+        else:
+            yield f"{said_of_both}{reason(factor, ratio)} (of it, or the inverse of {side}_angle)."
+            return
+        right = wrong.replace(side, other)
         yield (
-            f"{where}: channels.{velocity} is {factor:.4g} times the rate of {side}_angle, it should be 1: "
-            f"{reason(factor, ratio)} (of it, or the inverse of {side}_angle)."
+            f"{said_of_both}likely {wrong} is of the other side of the gearbox; [channels.{right}] instead of "
+            f"[channels.{wrong}] would be right."
         )
 
 

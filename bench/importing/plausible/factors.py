@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-_CLOSE = 0.04
+CLOSE = 0.04
+"""how near a factor is to a known one that is taken for it (relative)"""
 _FACTORS: tuple[tuple[float, str], ...] = (
     (math.degrees(1.0), "degrees taken for radians, or the other way round"),
     (30 / math.pi, "rpm taken for rad/s, or the other way round"),
@@ -20,9 +21,9 @@ _FACTORS: tuple[tuple[float, str], ...] = (
 def reason(found: float, ratio: float = 1.0) -> str:
     """Say why a factor that should be 1 may be ``found``, and which scale would be right (half a sentence)."""
     size, words, right = abs(found), [], 1.0 / found
-    if abs(size - 1.0) > _CLOSE:
+    if abs(size - 1.0) > CLOSE:
         named = [*_FACTORS, (abs(ratio), "the other side of the gearbox")] if abs(ratio) > 1.1 else list(_FACTORS)
-        fits = [(f, text) for own, text in named for f in (own, 1.0 / own) if abs(size / f - 1.0) < _CLOSE]
+        fits = [(f, text) for own, text in named for f in (own, 1.0 / own) if abs(size / f - 1.0) < CLOSE]
         words += [text for _, text in fits[:1]]
         right = math.copysign(1.0 / fits[0][0], found) if fits else right
     else:

@@ -77,6 +77,20 @@ def test_the_mapping_is_taken_by_the_comparison(joint: Path) -> None:
     np.testing.assert_allclose(base.simulator.run(given, {})["motor_torque"], 0.28 + 0.025)
 
 
+def test_an_input_that_nothing_was_guessed_for_is_said(joint: Path, tmp_path: Path) -> None:
+    theirs = tmp_path / "theirs.fmu"
+    with zipfile.ZipFile(joint) as source, zipfile.ZipFile(theirs, "w") as out:
+        for item in source.namelist():
+            content = source.read(item)
+            out.writestr(item, content.replace(b'name="a_rel"', b'name="u2"').replace(b'unit="rad/s^2"', b""))
+    arguments = ["import", "--look", str(theirs), "--mapping", str(tmp_path / "a.toml")]
+    said = "inputs.u2 has no channel and stays at 0"
+    assert said in CliRunner().invoke(make_app(), arguments).output.replace("\n", " ")
+    arguments[-1:] = [str(tmp_path / "b.toml"), "--set", "inputs.u2=motor_acceleration"]
+    told = CliRunner().invoke(make_app(), arguments)
+    assert (told.exit_code, said in told.output) == (0, False)
+
+
 def test_what_cannot_be_is_one_sentence(joint: Path, tmp_path: Path) -> None:
     found = take_inventory(joint)
     with pytest.raises(ConfigurationError, match=r"--set parameters\.nix: the FMU has no such variable.*d_dry"):

@@ -62,6 +62,21 @@ def test_an_angle_that_was_not_measured_is_the_integral_of_the_speed_and_says_so
     assert "motor_angle" not in builders.one(folder, channels, ratio="50.0").recording.channels
 
 
+def test_where_a_motors_torque_is_there_and_no_angle_of_it_the_outputs_angle_serves(folder: Path) -> None:
+    channels = """
+motor_velocity = {variable = "v", unit = "rpm"}
+motor_torque = {variable = "i", unit = "Ncm"}
+load_angle = {variable = "p", unit = "deg"}
+"""
+    done = builders.one(folder, channels, ratio="50.0")
+    np.testing.assert_allclose(done.recording.si("motor_angle"), np.radians(50.0 * (3.0 + _T)), rtol=1e-12)
+    np.testing.assert_allclose(done.recording.si("motor_torque"), 0.01 * _I, rtol=1e-12)
+    assert "load_angle" not in done.recording.channels
+    assert any("motor_angle is load_angle times gearbox.ratio 50" in note for note in done.notes)
+    assert "times gearbox.ratio 50" in done.recording.specs["motor_angle"].origin
+    assert validate(done.recording.path).violations == ()
+
+
 def test_what_is_no_channel_is_kept_as_aux_with_its_unit(folder: Path) -> None:
     done = builders.one(
         folder, 'motor_torque = {variable = "i", unit = "N*m"}', aux='oil_pressure = {variable = "p", unit = "bar"}'

@@ -258,3 +258,52 @@ def test_a_file_for_each_channel_has_its_name(tmp_path: Path) -> None:
 def test_no_rate_is_guessed_of_a_speed_that_is_not_the_angles(tmp_path: Path) -> None:
     builders.csv(tmp_path / "a.csv", **{"angle [rad]": _Q, "speed [rad/s]": np.sin(3.0 * _T), "torque [N*m]": _T})
     assert _content(_draft(tmp_path / "a.csv"))["channels"]["time"] == {"rate": "?"}
+
+
+def _wrist(folder: Path, **columns: Any) -> dict[str, Any]:
+    """The mapping that begins with a motor's speed, an output 81 times slower, and another joint."""
+    builders.csv(
+        folder / "a.csv",
+        **{"t [s]": _T, "n_mot [1/min]": np.gradient(_Q, _T) * 30 / np.pi, "M [Ncm]": np.cos(_T), **columns},
+    )
+    return _content(_draft(folder / "a.csv"))
+
+
+def test_an_angle_that_turns_slower_than_the_motor_is_the_outputs_and_gives_the_ratio(tmp_path: Path) -> None:
+    content = _wrist(tmp_path, **{"position [deg]": np.degrees(_Q) / 81})
+    assert content["channels"]["load_angle"]["variable"] == "position [deg]"
+    assert "motor_angle" not in content["channels"]
+    assert content["gearbox"] == {"ratio": 81.0}
+    assert content["channels"]["motor_torque"]["unit"] == "Ncm"
+    # what the name says comes before what the numbers say
+    content = _wrist(tmp_path, **{"motor position [deg]": np.degrees(_Q) / 81})
+    assert content["channels"]["motor_angle"]["variable"] == "motor position [deg]"
+
+
+def test_a_speed_that_is_slower_than_the_angle_is_the_outputs(tmp_path: Path) -> None:
+    speed = np.gradient(_Q, _T) / 7
+    builders.csv(tmp_path / "a.csv", **{"t [s]": _T, "angle motor [rad]": _Q, "speed [rad/s]": speed})
+    content = _content(_draft(tmp_path / "a.csv"))
+    assert content["channels"]["load_velocity"]["variable"] == "speed [rad/s]"
+    assert content["gearbox"] == {"ratio": 7.0}
+
+
+def test_an_angle_that_turns_by_itself_is_another_joints_if_one_turns_with_the_speed(tmp_path: Path) -> None:
+    elbow = 30 * np.sin(3.7 * _T)
+    content = _wrist(tmp_path, **{"elbow_angle [deg]": elbow, "position [deg]": np.degrees(_Q)})
+    assert content["channels"]["motor_angle"]["variable"] == "position [deg]"
+    assert content["aux"]["elbow_angle"]["variable"] == "elbow_angle [deg]"
+    # alone it may be the machine's: only another angle that goes with the speed says otherwise
+    alone = _wrist(tmp_path, **{"elbow_angle [deg]": elbow})
+    assert alone["channels"]["motor_angle"]["variable"] == "elbow_angle [deg]"
+
+
+def test_stamps_are_shown_with_their_zone_or_that_they_say_none(tmp_path: Path) -> None:
+    for zone, said in (("+01:00", "from 2026-03-02T07:15:00.000 to 2026-03-02T07:15:01.900 UTC"), ("", "say no zone")):
+        stamps = [f"2026-03-02T08:15:{k / 10:06.3f}{zone}" for k in range(20)]
+        builders.csv(tmp_path / f"a{len(zone)}.csv", **{"when": np.asarray(stamps), "torque [Nm]": _T[:20]})
+        target = tmp_path / f"m{len(zone)}.toml"
+        shown = CliRunner().invoke(
+            make_app(), ["import", "--look", str(tmp_path / f"a{len(zone)}.csv"), "--mapping", str(target)]
+        )
+        assert said in shown.output.replace("\n", " ")

@@ -80,7 +80,10 @@ def test_nor_where_a_channel_is_missing(tmp_path: Path, without: str) -> None:
             ["channels.motor_velocity is -1 times the rate of motor_angle", "likely a wrong sign; scale times -1"],
         ),
         ({"w": 9.5493}, ["rpm taken for rad/s", "scale times 0.1047 would be right"]),
-        ({"w": 0.02}, ["the other side of the gearbox", "scale times 50 would be right"]),
+        (
+            {"w": 0.02},
+            ["motor_velocity is of the other side", "[channels.load_velocity] instead of"],
+        ),
         ({"p": 57.29578}, ["load_angle turns 57.3 times as far", "degrees taken for radians"]),
         ({"p": 50.0 / 47.0}, ["gearbox.ratio = 47"]),
         ({"T": 10.0}, ["channels.temperature is 315 °C, which no lubricant is; unit = 'K' would be right"]),

@@ -1,0 +1,48 @@
+"""The motor's angle where none was measured: everything that is compared over an angle or a speed needs it."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.importing.channel import LINEAR, Channel
+from bench.recording.header import ChannelSpec
+from bench.signals import BY_NAME
+
+INTEGRAL = "integral of "
+"""begins the origin of an angle that is the integral of a speed"""
+FROM_OUTPUT = "the motor's angle was not measured"
+"""begins the note of an angle that is the output's, times the ratio"""
+
+
+def add_motor_angle(channels: dict[str, Channel], notes: list[str], *, ratio: float, linear: bool) -> None:
+    """Make ``motor_angle`` of what was measured, and note it: of the output's angle if the motor's torque is there,
+    else of the motor's speed.
+    """
+    if "motor_angle" in channels:
+        return
+    if {"load_angle", "motor_torque"} <= channels.keys():
+        # it takes the output's place: the difference of both would be zero, which nobody measured
+        output = channels.pop("load_angle")
+        origin = f"{output.spec.origin}, the angle of the output, times gearbox.ratio {ratio:g}"
+        channels["motor_angle"] = _channel(ratio * output.si, origin, output, linear=linear)
+        notes.append(
+            f"{FROM_OUTPUT}: motor_angle is load_angle times gearbox.ratio {ratio:g}, so there is "
+            "no load_angle beside it"
+        )
+    elif "motor_velocity" in channels and "load_angle" not in channels:
+        speed = channels["motor_velocity"]
+        step = np.diff(channels["time"].si)
+        angle = np.concatenate(([0.0], np.cumsum(0.5 * (speed.si[1:] + speed.si[:-1]) * step)))
+        channels["motor_angle"] = _channel(angle, f"{INTEGRAL}{speed.spec.origin}, from 0", speed, linear=linear)
+        notes.append(
+            "motor_angle is the integral of motor_velocity: it has no zero of its own and drifts with that of the "
+            "velocity"
+        )
+
+
+def _channel(values: NDArray[np.float64], origin: str, measured: Channel, *, linear: bool) -> Channel:
+    signal = BY_NAME["motor_angle"]
+    unit = LINEAR[signal.unit] if linear else signal.unit
+    spec = ChannelSpec("motor_angle", unit, description=signal.description, origin=origin)
+    return Channel(values, spec, measured.source)

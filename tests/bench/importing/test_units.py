@@ -1,0 +1,39 @@
+"""Units as laboratories and simulation tools write them."""
+
+from __future__ import annotations
+
+import pytest
+
+from bench.errors import ConfigurationError
+from bench.importing.units import is_unit, unit_of
+
+
+@pytest.mark.parametrize(
+    ("written", "si", "factor"),
+    [
+        ("Nm", "N·m", 1.0),
+        ("Ncm", "N·m", 0.01),
+        ("mNm", "N·m", 1e-3),
+        ("Nmm", "N·m", 1e-3),
+        ("daNm", "N·m", 10.0),
+        ("N.m", "N·m", 1.0),
+        ("rad/s2", "rad/s²", 1.0),
+        ("rad.s-1", "rad/s", 1.0),
+        ("kg.m2", "kg·m²", 1.0),
+        ("m3/s", "m³/s", 1.0),
+        ("N.m.s/rad", "N·m·s/rad", 1.0),
+        ("Nms/rad", "N·m·s/rad", 1.0),
+        ("min-1", "rad/s", 0.10471975511965977),
+    ],
+)
+def test_spellings_of_loggers_modelica_and_fmi(written: str, si: str, factor: float) -> None:
+    unit = unit_of(written, "a.csv")
+    assert (unit.si, unit.offset) == (si, 0.0)
+    assert unit.factor == pytest.approx(factor)
+
+
+@pytest.mark.parametrize("written", ["foo", "x2", "run.3", "Achse3"])
+def test_names_are_no_units(written: str) -> None:
+    assert not is_unit(written)
+    with pytest.raises(ConfigurationError, match=f"a.csv: unit '{written}' is not known"):
+        unit_of(written, "a.csv")
