@@ -64,7 +64,9 @@ def _look_at_fmu(file: Path, mapping: Path | None, changes: dict[str, Any], *, a
     width = max((len(own.name) for own in found.variables), default=0)
     for own in found.variables:
         start = "" if own.start is None else f"{own.start:g}"
-        say(f"{line(own.name):<{width}} {own.causality:<9} {own.unit:<12} {start:>12}  {own.channel}".rstrip())
+        given = changes.get(f"{own.causality}s.{own.name}")
+        channel = given if isinstance(given, str) else own.channel
+        say(f"{line(own.name):<{width}} {own.causality:<9} {own.unit:<12} {start:>12}  {channel}".rstrip())
     say(f"mapping: {target}; bench mismatch RECORDINGS --simulation {target} --out REPORT takes it")
     for own in found.of("input"):
         if not own.channel and f"inputs.{own.name}" not in changes:

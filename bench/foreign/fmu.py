@@ -11,6 +11,7 @@ import re
 import shutil
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -59,9 +60,10 @@ class Fmu:
         table["time"] = at
         for name, own in self.mapping.inputs.items():
             if own.channel not in inputs:
+                near = get_close_matches(own.channel, inputs, n=1)
+                meant = f"; did you mean '{near[0]}'?" if near else f"; it has {', '.join(sorted(inputs))}."
                 raise ConfigurationError(
-                    f"{self.source}: inputs.{name}: the recording has no channel '{own.channel}'; "
-                    f"it has {', '.join(sorted(inputs))}."
+                    f"{self.source}: inputs.{name}: the recording has no channel '{own.channel}'{meant}"
                 )
             unit = _unit(own, variables[name], f"{self.source}: inputs.{name}")
             table[name] = ((inputs[own.channel] / own.scale - unit.offset) / unit.factor)[rows]
@@ -114,6 +116,11 @@ def open_fmu(path: Path, values: Values | None = None) -> Base:
         own = path if path.suffix.lower() == ".toml" else beside
         mapping = load_mapping(own)
         file = own.parent / mapping.fmu
+        if not file.is_file():
+            raise ConfigurationError(
+                f"{own}: fmu: there is no file '{mapping.fmu}' in the folder of this mapping; the FMU's name, or its "
+                "path from there, would be right."
+            )
         _, description, _ = unpacked(str(file.resolve()))
         _check(own, mapping, description)
     else:

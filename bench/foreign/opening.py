@@ -13,6 +13,10 @@ from bench.foreign.columns import WORD, Columns
 from bench.foreign.python import Function, free_of
 
 FMU_SUFFIXES = (".fmu", ".toml")
+_BEGIN = 64
+"""bytes in which a JSON object begins"""
+_BLANKS = b"\xef\xbb\xbf \t\r\n"
+"""what may stand before it: a byte order mark, spaces and ends of lines"""
 
 
 def open_base(source: str, values: Values | None = None) -> Base | None:
@@ -31,7 +35,22 @@ def open_base(source: str, values: Values | None = None) -> Base | None:
         return open_fmu(Path(source), values)
     if ":" in source and not Path(source).exists():
         return Base.of(Function(source), free_of(source), values)
+    if _is_no_json(Path(source)):
+        raise ConfigurationError(
+            f"{source}: is no simulation; it should be a model.json, an FMU (.fmu) or the mapping of one (.toml), "
+            f"a Python function module:name, or {WORD}."
+        )
     return None
+
+
+def _is_no_json(path: Path) -> bool:
+    """Whether a file is there and does not begin as a JSON object does."""
+    try:
+        with path.open("rb") as file:
+            return not file.read(_BEGIN).lstrip(_BLANKS).startswith(b"{")
+    except OSError:
+        # what is not there, or not to be read, is said where it is opened
+        return False
 
 
 def base_of(content: Mapping[str, Any], beside: Path, store: Path | None = None) -> Base | None:

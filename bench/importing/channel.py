@@ -74,9 +74,23 @@ def read_channel(name: str, wanted: ChannelMapping, files: Files, where: str, li
     return replace(first, spec=replace(first.spec, description=description, origin=origin))
 
 
+def read_values(source: Source, part: PartMapping, where: str) -> NDArray[Any]:
+    """Read what stands at the place of a column; ``where`` is the mapping file and key.
+
+    Raises
+    ------
+    RecordingError
+        There is no such column, or it holds neither numbers nor stamps.
+    """
+    try:
+        return source.read(part.variable, part.column, part.row)
+    except RecordingError as error:
+        raise RecordingError(f"{where}: {error}") from error
+
+
 def _part(name: str, part: PartMapping, files: Files, where: str, linear: bool | None) -> Channel:
     source = files.source(part.file)
-    raw = source.read(part.variable, part.column, part.row)
+    raw = read_values(source, part, where)
     if raw.dtype.kind == "M":
         raise ConfigurationError(f"{where}: '{part.variable}' holds dates, only 'time' should.")
     if raw.dtype.kind == "f":

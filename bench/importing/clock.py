@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import ConfigurationError, RecordingError
-from bench.importing.channel import Channel, read_channel
+from bench.importing.channel import Channel, read_channel, read_values
 from bench.importing.channel_mapping import ChannelMapping
 from bench.importing.files import Files
 from bench.recording.header import ChannelSpec
@@ -44,7 +44,7 @@ def read_clock(wanted: ChannelMapping, files: Files, where: str, size: int) -> C
         spec = ChannelSpec.of("time", dtype="int64", scale=1 / wanted.rate, origin=origin)
         return Clock(Channel(np.arange(size, dtype=np.int64), spec, source), source.started_at)
     if not wanted.sum:
-        stamps = source.read(wanted.variable, wanted.column, wanted.row)
+        stamps = read_values(source, wanted, where)
         if stamps.dtype.kind == "M":
             return _dated(stamps, wanted, files, where)
     if wanted.timezone is not None:

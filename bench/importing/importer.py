@@ -24,7 +24,7 @@ from bench.importing.mapping import (
     load_mapping,
 )
 from bench.importing.motor_angle import FROM_OUTPUT
-from bench.importing.plausible import implausible
+from bench.importing.plausible import implausible, misspelt
 from bench.importing.steady import steady_stretches
 from bench.importing.table import ChannelTable, read_table
 from bench.recording.folder import Rejected
@@ -115,7 +115,7 @@ def _import_one(
                 f"{target}: is there already, an import does not overwrite recordings; "
                 "--out should name another folder."
             )
-    warnings = tuple(implausible(table, mapping.gearbox.ratio, f"{mapping_path}"))
+    warnings = (*misspelt(table, f"{mapping_path}"), *implausible(table, mapping.gearbox.ratio, f"{mapping_path}"))
     rate = mapping.sample_rate or 1 / float(np.median(np.diff(table.time)))
     started = entry.started_at or mapping.started_at or table.started_at
     if started is None:

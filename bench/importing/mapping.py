@@ -209,7 +209,9 @@ def load_mapping(path: Path, changes: dict[str, Any] | None = None) -> tuple[Map
     except FileNotFoundError:
         raise ConfigurationError(f"{path}: there is no such mapping file.") from None
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise ConfigurationError(f"{path}: is not a readable TOML file ({error}).") from error
+        other = path.suffix.lower() != ".toml"
+        right = f"; 'bench import --look {path.name}' writes a mapping of a file of measurements" if other else ""
+        raise ConfigurationError(f"{path}: is not a readable TOML file ({error}){right}.") from error
     for key, value in (changes or {}).items():
         put(content, key, value, f"{path}")
     refuse_open(content, path)
@@ -219,10 +221,20 @@ def load_mapping(path: Path, changes: dict[str, Any] | None = None) -> tuple[Map
         first = error.errors()[0]
         key = ".".join(str(part) for part in first["loc"]) or "the file"
         given = f" (given: {first['input']!r})" if not isinstance(first["input"], dict | BaseModel) else ""
-        told = f"is no key there; {_keys(key)}" if first["type"] == "extra_forbidden" else f"{first['msg']}{given}."
+        said = first["msg"].removeprefix("Value error, ")
+        told = f"is no key there; {_keys(key)}" if first["type"] == "extra_forbidden" else f"{said}{given}."
+        told += _meant(key, content) if first["type"] == "value_error" else ""
         raise ConfigurationError(f"{path}: {key}{' ' if told.startswith('is') else ': '}{told}") from error
     changed = "".join(f"# changed on the command line: {key} = {value!r}\n" for key, value in (changes or {}).items())
     return mapping, changed + text
+
+
+def _meant(key: str, content: dict[str, Any]) -> str:
+    """A table of almost the same name, where one of channels cannot be used as it stands."""
+    table, _, name = key.partition(".")
+    others = [own for own in content.get(table, ()) if own != name] if table in ("channels", "aux") else []
+    near = get_close_matches(name, others, n=1)
+    return f" Did you mean '{table}.{near[0]}'?" if near else ""
 
 
 def _keys(key: str) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from difflib import get_close_matches
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +12,12 @@ from bench.importing.motor_angle import INTEGRAL
 from bench.importing.plausible.factors import CLOSE, reason
 from bench.importing.plausible.motion import Blocks, Law, blocks, law
 from bench.importing.table import ChannelTable
+from bench.signals import BY_NAME
 
 FloatArray = NDArray[np.float64]
 _SURE = 5.0
+_ALIKE = 0.85
+"""how much of two names is alike (:mod:`difflib`) where one is taken for a misspelling of the other"""
 _EXPLAINED = 0.2
 _TOGETHER = 0.9
 _SPEEDS = 0.05
@@ -37,6 +41,21 @@ def implausible(table: ChannelTable, ratio: float, where: str) -> list[str]:
         found += _too_fast(values, where)
     found += _torques(values, ratio, where, linear=table.linear)
     return found
+
+
+def misspelt(table: ChannelTable, where: str) -> list[str]:
+    """Say which channels have almost the name of one of the bench's that is not there, one sentence each."""
+    near = {
+        name: get_close_matches(name, BY_NAME, n=1, cutoff=_ALIKE)
+        for name in table.channels
+        if name not in BY_NAME and not name.startswith("aux/") and "setpoint" not in name
+    }
+    return [
+        f"{where}: channels.{name} is no channel of the bench, so it is kept and not analysed; did you mean "
+        f"[channels.{meant[0]}]?"
+        for name, meant in near.items()
+        if meant and meant[0] not in table.channels
+    ]
 
 
 def _slope(x: FloatArray, y: FloatArray) -> tuple[float, float]:

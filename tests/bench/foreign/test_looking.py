@@ -77,6 +77,16 @@ def test_the_mapping_is_taken_by_the_comparison(joint: Path) -> None:
     np.testing.assert_allclose(base.simulator.run(given, {})["motor_torque"], 0.28 + 0.025)
 
 
+def test_a_misspelt_channel_of_an_input_is_said_with_the_likely_one(joint: Path) -> None:
+    mapping = joint.with_name("mapping.toml")
+    mapping.write_text(
+        'fmu = "joint.fmu"\n[inputs]\nw_rel = "motor_velocty"\n[outputs]\ntau_drive = "motor_torque"\n', "utf-8"
+    )
+    given = {"time": np.arange(50) / 50.0, "motor_velocity": np.full(50, 10.0)}
+    with pytest.raises(ConfigurationError, match=r"no channel 'motor_velocty'; did you mean 'motor_velocity'\?$"):
+        open_fmu(mapping).simulator.run(given, {})
+
+
 def test_an_input_that_nothing_was_guessed_for_is_said(joint: Path, tmp_path: Path) -> None:
     theirs = tmp_path / "theirs.fmu"
     with zipfile.ZipFile(joint) as source, zipfile.ZipFile(theirs, "w") as out:
@@ -102,7 +112,7 @@ def test_what_cannot_be_is_one_sentence(joint: Path, tmp_path: Path) -> None:
         'fmu = "joint.fmu"\n[outputs.tau_drive]\nchannel = "motor_torque"\nunits = "N*m"': r"units is no key",
         'fmu = "joint.fmu"\n[outputs]\ntau = "motor_torque"': r"outputs\.tau: the FMU has no such variable",
         'fmu = "joint.fmu"\n[outputs]\ntau_drive = "torque"': r"outputs\.tau_drive: 'torque' is not compared",
-        'fmu = "no.fmu"\n[outputs]\ntau_drive = "motor_torque"': r"no\.fmu: there is no such file",
+        'fmu = "no.fmu"\n[outputs]\ntau_drive = "motor_torque"': r"wrong\.toml: fmu: there is no file 'no\.fmu' in",
     }.items():
         wrong = tmp_path / "wrong.toml"
         wrong.write_text(text, encoding="utf-8")

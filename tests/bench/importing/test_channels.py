@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bench.errors import ConfigurationError
-from bench.importing import Imported
+from bench.importing import Imported, import_recordings
 from bench.recording import Rejected
 from bench.recording.validation import validate
 from tests.bench.importing import builders
@@ -199,3 +199,32 @@ def test_scripts_see_a_linear_axis_in_metres(folder: Path) -> None:
     assert data.attrs["axis"] == "linear"
     assert data["transmission_error"].attrs["units"] == data["motor_angle"].attrs["units"] == "m"
     assert data["aux/oil"].attrs["units"] == "Pa"
+
+
+def test_a_misspelt_channel_is_kept_and_said(folder: Path) -> None:
+    channels = 'motor_velocity = {variable = "v", unit = "rpm"}\nmotor_troque = {variable = "i", unit = "N*m"}'
+    done = builders.one(folder, channels)
+    assert "motor_troque" in done.recording.channels
+    (told,) = done.warnings
+    assert "channels.motor_troque is no channel of the bench" in told
+    assert "did you mean [channels.motor_torque]?" in told
+    (folder / "out/a.h5").unlink()
+    # beside the right one it is another quantity of that name
+    both = channels + '\nmotor_torque = {variable = "i", unit = "N*m"}'
+    assert builders.one(folder, both).warnings == ()
+
+
+def test_a_column_that_is_not_there_is_said_with_its_key(folder: Path) -> None:
+    told = builders.why(folder, 'motor_torque = {variable = "I", unit = "N*m"}')
+    assert f"{folder / 'map.toml'}: channels.motor_torque: {folder / 'a.csv'}: there is no variable 'I'" in told
+
+
+def test_a_key_of_a_table_that_is_not_there_names_the_one_that_is_meant(folder: Path) -> None:
+    channels = 'motor_torque = {variable = "i", unit = "N*m"}'
+    with pytest.raises(ConfigurationError, match=r"motor_torqe: needs .*Did you mean 'channels\.motor_torque'"):
+        builders.one(folder, channels, changes={"channels.motor_torqe.unit": "mNm"})
+
+
+def test_a_file_of_measurements_is_no_mapping_and_the_way_to_one_is_said(folder: Path) -> None:
+    with pytest.raises(ConfigurationError, match=r"a\.csv: is not a readable TOML file .*bench import --look a\.csv"):
+        list(import_recordings(folder / "a.csv", folder / "out"))

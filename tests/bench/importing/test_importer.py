@@ -218,7 +218,7 @@ def test_bad_rows_can_be_dropped_and_the_recording_says_so(tmp_path: Path) -> No
         (('kind = "free"', 'kind = "slow"'), "kind 'slow' should be one of"),
         (('unit = "deg"', 'unit = "furlong"'), "channels.load_angle: unit 'furlong' should be one that becomes 'rad'"),
         (('unit = "deg"', 'unit = "K"'), "channels.load_angle: unit 'K' should be one that becomes 'rad'"),
-        (("ratio = 50.0", "ratio = 0"), "gearbox: Value error, ratio should not be 0"),
+        (("ratio = 50.0", "ratio = 0"), "gearbox: ratio should not be 0"),
         (
             ('unit = "deg"', 'unti = "deg"'),
             "channels.load_angle.unti is no key there; keys are variable, column, row, file",
@@ -232,7 +232,7 @@ def test_bad_rows_can_be_dropped_and_the_recording_says_so(tmp_path: Path) -> No
             ("ratio = 50.0", "ratio = 50.0\nteeth = 3"),
             "gearbox.teeth is no key there; keys are ratio, axis, z1, z2, z3, z4.",
         ),
-        (('name = "steady"', 'name = "all"'), "segments.0.name: Value error, should be one of ramp_up"),
+        (('name = "steady"', 'name = "all"'), "segments.0.name: should be one of ramp_up"),
         (("start_s = 0.5", "start_s = 7.5"), "segment 'steady' would run from row 200 to 150"),
         (('variable = "q"', ""), "needs 'variable' or 'column'"),
         (("0.000244140625", '"M"'), "channels.motor_angle.scale: variable 'M' holds 200 values"),
