@@ -29,9 +29,9 @@ def register(app: typer.Typer) -> None:
 
 
 def acknowledge(folder: _FOLDER = None, bench: _BENCH = "rh380n", bus: _BUS = None, as_json: _JSON = False) -> None:
-    """Say that you have read why the bench stopped.
+    """Confirm that you have read why the bench stopped.
 
-    The first of three acts after a stop: acknowledge, reset, bench run --resume. Torque comes back with the last only.
+    The first of three acts after a stop: acknowledge, reset, bench run --resume. Only the last one gives torque again.
     """
     from bench.cli._operator import somebody
     from bench.safety import acts
@@ -43,9 +43,9 @@ def acknowledge(folder: _FOLDER = None, bench: _BENCH = "rh380n", bus: _BUS = No
 
 
 def reset(folder: _FOLDER = None, bench: _BENCH = "rh380n", bus: _BUS = None, as_json: _JSON = False) -> None:
-    """Take the drives' faults away and look whether what stopped the bench is gone; no torque is given.
+    """Reset the drives' faults and check whether the cause of the stop is gone; no torque is given.
 
-    The second of three acts after a stop. Without a stop it takes away faults that the drives show from before.
+    The second of three acts after a stop. Without a stop it resets faults that the drives show already.
     """
     from bench.campaigns.operator.reset import reset as reset_bench
     from bench.cli._operator import somebody

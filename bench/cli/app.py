@@ -53,7 +53,7 @@ def make_app() -> typer.Typer:
     """Return the application with every command registered."""
     app = typer.Typer(
         name="bench",
-        help="A gearbox test bench: run campaigns, look at recordings, identify, find missing physics.\n\n"
+        help="A gearbox test bench: run campaigns, inspect recordings, identify the gearbox, find missing physics.\n\n"
         + exit_code_help(),
         no_args_is_help=True,
         add_completion=False,
@@ -77,7 +77,7 @@ def _say_version(wanted: bool) -> None:
 
 def _begin(
     version: Annotated[
-        bool, typer.Option("--version", help="Say the version and end.", is_eager=True, callback=_say_version)
+        bool, typer.Option("--version", help="Print the version and end.", is_eager=True, callback=_say_version)
     ] = False,
 ) -> None:
     """Take the options that stand before any command."""

@@ -13,13 +13,14 @@ import typer
 from bench.cli._plain import say
 from bench.errors import LimitError
 
-_HELP = """Try a bench out: slaves, limits in the drives, safety circuits, tare, brakes, signs, the encoders' zero.
+_HELP = """Commission a bench: slaves, limits in the drives, safety circuits, tare, brakes, signs, the encoders' zero.
 
-Every step says what it will do; nothing moves before you said that everybody is clear, and then slowly, with a share of
-the torque. A bench behind a network interface does not run before it has passed, and not after a change of its parts,
-bus or limits before it has passed again. After every power cut [bold]--zero[/] finds the encoders' zero again.
+Every step first prints what it will do. Nothing moves before you have confirmed that everybody is clear; motion is
+slow, with a fraction of the torque. A bench behind a network interface does not run before it has passed, and after a
+change of its parts, bus or limits not before it has passed again. After every power cut [bold]--zero[/] finds the
+encoders' zero again.
 
-On a bench emulated in this process it is a rehearsal: such a bench is new every time and needs no record.
+On a bench emulated in this process it is a rehearsal: such a bench is new each time and needs no record.
 
 Example: [bold]bench commission --bench lab.toml --bus eth1[/]
 """
@@ -67,7 +68,7 @@ def commission(
     ] = False,
     yes: Annotated[
         bool,
-        typer.Option("--yes", help="Ask nobody; only where the bench file names an emulated plant."),
+        typer.Option("--yes", help="Answer every question with yes; only if the bench file names an emulated plant."),
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the record as JSON.")] = False,
 ) -> None:

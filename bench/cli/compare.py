@@ -24,7 +24,7 @@ def compare(
     before: Annotated[Path, typer.Argument(help="A simulation file (model.json) or a folder of recordings.")],
     after: Annotated[
         Path | None,
-        typer.Argument(help="Another one. None: a watched folder, before the change its twin saw and since."),
+        typer.Argument(help="Another one. None: compare a folder before and since the change that its twin reported."),
     ] = None,
     since: Annotated[
         str, typer.Option("--since", help="With one folder: id of the first recording after the change.")
@@ -34,7 +34,7 @@ def compare(
 ) -> None:
     """Compare orders, compliance, friction, heat and load side; only changes beyond their uncertainty count.
 
-    Over all quantities together at most one comparison in twenty calls anything changed where nothing is.
+    If nothing has changed, at most one comparison in twenty reports a change, over all quantities together.
     """
     from rich.table import Table
 

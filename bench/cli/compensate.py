@@ -39,7 +39,7 @@ def compensate(
         bool, typer.Option("--added", help="Also run with the error added, as the paper's figure has it.")
     ] = False,
     c_code: Annotated[
-        Path | None, typer.Option("--c", help="Write the model as C source with its own test into this folder.")
+        Path | None, typer.Option("--c", help="Write the model as C source, with a test, into this folder.")
     ] = None,
     run: Annotated[bool, typer.Option("--run/--no-run", help="Try the feedforward on the emulated bench.")] = True,
     seed: Annotated[int, typer.Option(help="Seed of the emulated plant's noise.")] = 0,
@@ -52,16 +52,18 @@ def compensate(
     ] = None,
     notch: Annotated[
         str,
-        typer.Option("--notch", help="Orders of the load motor's ripple: none of the gearbox's, they are taken off."),
+        typer.Option(
+            "--notch",
+            help="Orders of the load motor's ripple, which are subtracted because they are not the gearbox's.",
+        ),
     ] = "150,300",
     table: Annotated[Path | None, typer.Option("--table", help="Write the table as Markdown.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
 ) -> None:
-    """Send the motor to q_d − TE instead of q_d and compare the error of the load side with and without.
+    """Command the motor angle q_d − TE instead of q_d, and compare the error of the load side with and without.
 
-    The error is q − q_d over one revolution; its mean, its trend and the load motor's ripple are taken off. The speed
-    ripple is the rate of the same. "With / counting" is against what reading whole counts of the motor's encoder
-    leaves.
+    The error is q − q_d over one revolution, without its mean, its trend and the load motor's ripple. The speed
+    ripple is its rate. "With / counting" is relative to the error that the whole counts of the motor encoder cause.
     """
     from rich.table import Table
 

@@ -21,7 +21,7 @@ def config(
     as_toml: Annotated[bool, typer.Option("--toml", help="Print the file itself, to start one of your own.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print all values in SI units as JSON.")] = False,
 ) -> None:
-    """Check a bench file and show what it says.
+    """Check a bench file and show its values.
 
     A wrong file is refused with the key, its value, the reason and what would be right. Start your own bench with
     [bold]bench config rh380n --toml > mine.toml[/] and check it with [bold]bench config mine.toml[/].

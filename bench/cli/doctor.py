@@ -29,8 +29,8 @@ def doctor(
 ) -> None:
     """Check interface, rights, scheduling, processors, clock, disk and packages, and say what to change.
 
-    Nothing is changed; half a second of wake-ups and 32 MB on the disk are tried. Exit code 6 where a bench on hardware
-    would not run, or not punctually; what is only advice does not count.
+    Nothing is changed; it measures half a second of wake-ups and writes 32 MB to the disk. Exit code 6 if a bench on
+    hardware would not run, or not punctually; advice alone does not count.
     """
     from rich.table import Table
     from rich.text import Text

@@ -16,11 +16,11 @@ from bench.errors import ConfigurationError, DeviceError
 _HELP = """Put the emulated bench on a network interface as EtherCAT slaves, in real time, until Ctrl-C.
 
 Any EtherCAT master at the other end of the cable (or of a veth pair) finds two servo drives, an analogue and a PT100
-terminal. The PT100 can stand on Modbus RTU, Modbus TCP and a serial line as well. Needs CAP_NET_RAW.
+terminal. The PT100 can be on Modbus RTU, Modbus TCP and a serial line as well. Needs CAP_NET_RAW.
 
-Faults strike at once or @ so many seconds after the start:
+Faults begin at once, or @ so many seconds after the start:
 [bold]name\\[:slave]\\[=value]\\[@seconds][/], such as drive_fault:input_drive=0x2310@5,
-cable_pulled:load_drive, pt100_open, modbus_crc. With --control they come on order, too: lines [bold]fault …[/],
+cable_pulled:load_drive, pt100_open, modbus_crc. With --control they can be given at any time: lines [bold]fault …[/],
 [bold]clear …[/], [bold]status[/], [bold]stop[/] into a Unix socket, one line of JSON back for each.
 
 Example: [bold]bench emulate --interface eth1 --modbus-rtu pty --fault pt100_open@30[/]
@@ -54,7 +54,7 @@ def emulate(
         str | None, typer.Option(help="PT100 on a serial line: 'pty', or a path that becomes a link.")
     ] = None,
     fault: Annotated[list[str] | None, typer.Option("--fault", help="A fault; may be given again.")] = None,
-    control: Annotated[Path | None, typer.Option(help="Unix socket that takes orders while the emulator runs.")] = None,
+    control: Annotated[Path | None, typer.Option(help="Unix socket for commands while the emulator runs.")] = None,
     cpu: Annotated[int | None, typer.Option(help="Processor the frame loop is pinned to.")] = None,
     priority: Annotated[
         int | None, typer.Option(help="SCHED_FIFO priority of the frame loop, 1-99.", min=1, max=99)

@@ -30,7 +30,7 @@ def export(
     out: Annotated[Path, typer.Option("--out", help="Folder the files go to; it is made if need be.")] = Path("."),
     as_json: Annotated[bool, typer.Option("--json", help="Print the files written as JSON.")] = False,
 ) -> None:
-    """Write recordings for colleagues' tools, every channel as double in SI units (temperatures in °C).
+    """Write recordings for other tools, every channel as double in SI units (temperatures in °C).
 
     MAT: one variable a channel, with units, segments, events and header as structures. CSV: commented header lines,
     names with units, one line a sample. Every other tool can open the recordings themselves: they are HDF5.

@@ -48,7 +48,7 @@ def export_model(
     """Write a simulation with everything that was found in it: source in Python, C or Modelica, or an FMU.
 
     Outputs are called simulated_NAME after the channels, inputs as the channels are; coefficients are parameters.
-    An FMU holds C that is compiled here: where there is no compiler that is said, and --to c serves.
+    An FMU contains C that is compiled on this computer; without a compiler, use --to c.
     """
     from bench.exchange.export import WRITERS
     from bench.exchange.written import written

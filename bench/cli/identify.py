@@ -67,7 +67,8 @@ def identify(
 ) -> None:
     """Identify transmission error, friction, heat balance and load side, by the paper's method and a refined one.
 
-    Recordings of kind validation are kept from every fit and scored. What recordings do not determine is named.
+    Recordings of kind validation are scored and not used in any fit. Parameters that the recordings do not determine
+    are listed without a value.
     """
 
     from bench.identification import Options, identify_folder, to_json, to_simulation, with_proposed_orders

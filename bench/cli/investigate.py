@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
     from bench.configuration import BenchConfiguration, BenchFile
 
-_HELP = f"""Look at recordings, run the experiment that best separates the explanations left, look again.
+_HELP = f"""Analyse recordings, run the experiment that best separates the remaining explanations, analyse again.
 
-It goes on until all is named, nothing more can be gained, or the budget of bench time is spent.
+It continues until everything is named, nothing more can be gained, or the budget of bench time is used up.
 
-Each experiment is the one with the largest expected information an hour of bench time, among all points the bench can
-do within its limits: as found, after a warm-up, after a cooling. On hardware each waits for a yes at the terminal
-(unless unattended.may of the bench file names experiment). Everything stands in investigation.json and
-investigation.md. The same command goes on where it was stopped.
+Each experiment is the one with the largest expected information per hour of bench time, among all points the bench
+can do within its limits: as found, after a warm-up, after a cooling. On hardware each waits for a confirmation at the
+terminal (unless unattended.may of the bench file names experiment). The results are in investigation.json and
+investigation.md. The same command continues where it was stopped.
 
 Examples: [bold]bench investigate mine --out asked[/], [bold]bench investigate mine --out asked --plan-only[/]
 
@@ -40,7 +40,7 @@ def register(app: typer.Typer) -> None:
 
 def investigate(
     folder: Annotated[Path, typer.Argument(help="Folder of recordings.")],
-    out: Annotated[Path, typer.Option("--out", help="For the experiments, their recordings, the looks and the log.")],
+    out: Annotated[Path, typer.Option("--out", help="For the experiments, their recordings, the reports and the log.")],
     bench: Annotated[str, typer.Option("--bench", help="Bench they are of: shipped name, or file.")] = "rh380n",
     hours: Annotated[float, typer.Option("--hours", min=0.0, help="Budget of bench time.")] = 8.0,
     experiments: Annotated[int, typer.Option("--experiments", min=0, help="At most so many.")] = 5,
@@ -48,7 +48,8 @@ def investigate(
         float, typer.Option("--confidence", min=0.0, max=0.9, help="Confidence that each finding needs.")
     ] = 0.7,
     plan_only: Annotated[
-        bool, typer.Option("--plan-only", help="Design the next experiment and say what it should decide; run nothing.")
+        bool,
+        typer.Option("--plan-only", help="Design the next experiment and print what it should decide; run nothing."),
     ] = False,
     seed: Annotated[int, typer.Option(help="Seed of the emulated plant's noise.")] = 0,
     conceal: Annotated[

@@ -45,7 +45,7 @@ def mismatch(
     together: Annotated[
         bool,
         typer.Option(
-            "--together", help="Several folders are one data set: campaigns on one gearbox between two referencings."
+            "--together", help="Several folders are one data set: campaigns on one gearbox with the same encoder zero."
         ),
     ] = False,
     leave_one_out: Annotated[
@@ -65,9 +65,9 @@ def mismatch(
 ) -> None:
     """Compare the simulation with recordings: locate the mismatch, name the physics left out, model it, score it.
 
-    The simulation is calibrated on a part of the recordings; whole operating points, the validation points always among
-    them, are held out and only scored. What the recordings cannot distinguish is called ambiguous, what no term
-    explains unknown. Fewer than six recordings are cut into blocks, and the report says so.
+    The simulation is calibrated on a part of the recordings; whole operating points, the validation points always
+    among them, are held out and only scored. Explanations that the recordings cannot distinguish are ambiguous; an
+    effect that no term explains is unknown. Fewer than six recordings are cut into blocks, and the report says so.
     """
     one_thread()
     from bench.mismatch.many import compare_all, tasks_of

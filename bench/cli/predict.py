@@ -33,10 +33,10 @@ def predict(
     plot: Annotated[bool, typer.Option("--plot/--no-plot", help="Draw each recording as well.")] = True,
     as_json: Annotated[bool, typer.Option("--json", help="Print files and root mean squares as JSON.")] = False,
 ) -> None:
-    """Write predicted channels and residuals beside the measured ones, into a copy: a recording is never touched.
+    """Write predicted channels and residuals beside the measured ones, into a copy: a recording is never changed.
 
     HDF5: the recording with simulated/NAME and residual/NAME in it, which every command reads. CSV: time, and each
-    channel as measured, as simulated, and the residual. What cannot be predicted is said, and why.
+    channel as measured, as simulated, and the residual. The command prints what cannot be predicted, and why.
     """
     one_thread()
     from bench.exchange.beside import WRITERS, draw

@@ -55,14 +55,16 @@ def prove(
     seed: Annotated[int, typer.Option(help="Seed of the whole exam.")] = 1,
     count: Annotated[int | None, typer.Option(help="At most so many cases of each set.")] = None,
     nulls: Annotated[int | None, typer.Option(help="Number of folders without effect.")] = None,
-    held_back: Annotated[bool, typer.Option("--held-back", help="Draw from the forms nobody tunes on.")] = False,
+    held_back: Annotated[
+        bool, typer.Option("--held-back", help="Use forms and benches that were not used for tuning.")
+    ] = False,
     clutter: Annotated[
         bool, typer.Option("--clutter", help="Give every gearbox 60 to 100 weak orders beside the nominal ones.")
     ] = False,
     through: Annotated[
         bool,
         typer.Option(
-            "--through-the-bench", help="Conceal in the plant itself; campaigns by the service's own run process."
+            "--through-the-bench", help="Conceal in the plant itself; campaigns are run by the service's run process."
         ),
     ] = False,
     again: Annotated[
@@ -77,7 +79,10 @@ def prove(
     repeats: Annotated[int, typer.Option(help="Benches of the sweep: seeds from --seed on.")] = 1,
     effects: Annotated[str, typer.Option(help="Effects of the sweep, comma-separated; all where empty.")] = "",
     peers: Annotated[
-        bool, typer.Option("--peers", help="Let pysindy, SysIdentPy, gplearn and lassos sit the exam too.")
+        bool,
+        typer.Option(
+            "--peers", help="Analyse the same recordings with pysindy, SysIdentPy, gplearn and lasso as well."
+        ),
     ] = False,
     jobs: Annotated[int, typer.Option("--jobs", help="Cases at once on this machine.")] = 1,
     dask: Annotated[str | None, typer.Option(help="Address of a Dask scheduler to use instead.")] = None,
@@ -108,8 +113,8 @@ def prove(
 ) -> None:
     """Conceal effects in generated campaigns, seal the truth, run `bench mismatch`, score what it says.
 
-    Nothing is proved twice: a case whose seal and analyser are unchanged is taken from the folder. The same command
-    goes on where it was stopped. With ``--real`` the recordings are those of others (docs/real.md).
+    A case whose seal and analyser are unchanged is not analysed again. The same command continues where it was
+    stopped. With ``--real`` the recordings are those of others (docs/real.md).
     """
     from bench.proof.make import RECORDINGS
     from bench.proof.run import Plan, jobs_of, sweep_jobs

@@ -25,12 +25,12 @@ def repair(
     keep: Annotated[bool, typer.Option("--keep", help="Leave the unfinished file its name.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
-    """Turn unfinished files into valid recordings that were cut short; in a folder, rebuild campaign.json as well.
+    """Make valid recordings, marked as cut short, of unfinished files; in a folder, rebuild campaign.json as well.
 
     No unfinished file is deleted: it is called NAME.part.repaired afterwards, or keeps its name where the result is
     not valid.
 
-    The plan and the points still to do are kept where the old campaign.json can be read; they stand in no recording.
+    The plan and the points still to do are kept if the old campaign.json can be read; recordings do not contain them.
     Exit code 6 when a file is beyond repair or the recording made of it is not valid.
     """
     from bench.errors import RecordingError

@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from bench.campaigns.taken import Summary
     from bench.configuration import BenchFile
 
-_HELP = f"""Run a campaign on a bench and write one HDF5 recording a point.
+_HELP = f"""Run a campaign on a bench and write one HDF5 recording per point.
 
-On an emulated bench time runs as fast as the machine allows (--real-time for the clock's pace). First what will be done
-and how long it takes; at the end a summary and a picture of the transmission error and its spectrum (picture.png beside
-the recordings). Ctrl-C brings the bench to rest and finishes the recording.
+On an emulated bench time runs as fast as the machine allows (--real-time for the clock's pace). It first prints what
+will be done and how long it takes. At the end it prints a summary and draws the transmission error with its spectrum
+(picture.png beside the recordings). Ctrl-C brings the bench to rest and finishes the recording.
 
 Examples: [bold]bench run quick[/], [bold]bench run paper --out mine[/], [bold]bench run mine.toml --bench rv80n[/]
 
@@ -60,7 +60,10 @@ def run(
         Path | None, typer.Option("--twin", help="Model (model.json) that watches each finished recording.")
     ] = None,
     twin_pause: Annotated[
-        bool, typer.Option("--twin-pause", help="Come to rest when it no longer holds; the same command goes on.")
+        bool,
+        typer.Option(
+            "--twin-pause", help="Bring the bench to rest when the model no longer holds; the same command continues."
+        ),
     ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the summary as JSON, nothing else.")] = False,
 ) -> None:

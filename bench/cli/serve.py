@@ -9,10 +9,11 @@ import typer
 
 from bench.cli._plain import say
 
-_HELP = """Start the service and the operator's page; a run goes on when the page closes.
+_HELP = """Start the service and the operator's page; a run continues when the page is closed.
 
-The page is at the address printed. Runs go into folders below --folder, one at a time, each in a process of its own.
-Another address than 127.0.0.1 needs TLS and a token. [bold]bench run[/] joins the queue of a service for the same bus.
+The page is at the address printed. Runs go into folders below --folder, one at a time, each in a separate process.
+Any address other than 127.0.0.1 needs TLS and a token. [bold]bench run[/] joins the queue of a service for the same
+bus.
 
 Examples: [bold]bench serve[/], [bold]bench serve --bench lab.toml --bus eth1[/],
 [bold]bench serve --host 0.0.0.0 --name bench.lab --tls-certificate c.pem --tls-key k.pem --token-file token[/]
@@ -54,7 +55,7 @@ def serve(
     ] = None,
     stop_port: Annotated[
         int,
-        typer.Option("--stop-port", min=0, max=65535, help="Port of the runs' own stop listener; 0 for a free one."),
+        typer.Option("--stop-port", min=0, max=65535, help="Port of the stop listener of the runs; 0 for a free one."),
     ] = 0,
     conceal: Annotated[
         int | None,

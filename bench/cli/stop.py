@@ -24,9 +24,9 @@ def stop(
 ) -> None:
     """Stop everything that runs on this computer.
 
-    Asks the run itself first, past the service; a run that does not answer within a second gets a signal, and one
-    that hangs is left aside: its bus process stops the drives. Says whether both shafts were seen at rest. It is no
-    emergency stop.
+    STOP is sent directly to the run, not through the service. A run that does not answer within a second gets a
+    signal; if it hangs, its bus process stops the drives. The command prints whether both shafts were observed at
+    rest. It is not an emergency stop.
     """
     import getpass
     from threading import Thread

@@ -33,12 +33,15 @@ def trend(
         str | None, typer.Option("--since", help="Leave out what was before this date, as after a repair: 2026-05-01.")
     ] = None,
     identify: Annotated[
-        bool, typer.Option("--identify/--no-identify", help="Identify campaigns that are not yet; takes its time.")
+        bool,
+        typer.Option(
+            "--identify/--no-identify", help="Identify campaigns that are not identified yet, which takes some time."
+        ),
     ] = True,
     jobs: Annotated[int, typer.Option("--jobs", min=1, help="Processes that read recordings.")] = 2,
     as_json: Annotated[bool, typer.Option("--json", help="Print everything as JSON.")] = False,
 ) -> None:
-    """Say what changed since a gearbox's last campaign, and follow it over all of them, with limits of control.
+    """Report what changed since a gearbox's last campaign, and its trend over all campaigns, with control limits.
 
     Orders, hysteresis, stiffness, friction, heat resistance and noise are those of each campaign's identification,
     which is kept beside the folders. Limits take its uncertainty into account and rest on three earlier campaigns at

@@ -22,7 +22,7 @@ def validate(
     notes: Annotated[bool, typer.Option("--notes", help="Print what is allowed but worth knowing, too.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
-    """Check every rule of the recording format; one sentence for each departure: file, dataset, index, what is right.
+    """Check every rule of the recording format; one sentence for each violation (file, dataset, index, reason).
 
     Exit code 6 when a file is not valid.
     """

@@ -37,9 +37,9 @@ def coverage(
 ) -> None:
     """Run short campaigns of one plant, identify each, and count how often 95 % intervals hold the truth.
 
-    Also compares campaigns in forty pairs: nothing differs, so whatever is called changed is wrong; and counts how
-    often changes put in are found. It can be stopped at any time, what there is stands in the table; run again, without
-    --again, it goes on.
+    Also compares campaigns in forty pairs: nothing differs, so every reported change is wrong; and counts how often
+    artificial changes are found. It can be stopped at any time; the table has what is done. Run again without
+    --again, it continues.
     """
     from bench.cli.benchmarks.coverage_runs import recordings
     from bench.configuration import load_bench

@@ -50,8 +50,8 @@ def cycle(
 ) -> None:
     """Measure how punctual cycles are over the wire-level emulator: wake-up, round trip, whole cycle.
 
-    The bus process (with the rig behind it) and a minimal C loop on the same SOEM take turns at each rate; what the
-    host of a virtual machine took away meanwhile stands beside. Needs CAP_NET_RAW, to make a veth pair root rights.
+    The bus process (with the rig behind it) and a minimal C loop on the same SOEM take turns at each rate; the time
+    that the host of a virtual machine took away is shown as well. Needs CAP_NET_RAW, to make a veth pair root rights.
     """
 
     from bench.cycle.jitter.compare import Conditions, compare, default_processors

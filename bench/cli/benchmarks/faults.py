@@ -31,7 +31,7 @@ def faults(
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print what became of every row as JSON.")] = False,
 ) -> None:
-    """Strike the emulated bench with every fault there is and check what follows; exit code 6 if a row is not right.
+    """Inject every fault into the emulated bench and check what follows; exit code 6 if a row is not right.
 
     For each: cause found, time to rest, state of the drives, true shafts within their envelope, what the operator
     reads, no torque by itself afterwards, everything recorded before reads back.

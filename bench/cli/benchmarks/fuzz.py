@@ -20,7 +20,7 @@ def fuzz(
         typer.Option("--only", help="h5, part, model, bench, campaign, mapping or journal; may be given again."),
     ] = None,
     count: Annotated[int, typer.Option("--count", min=1, help="Files of each kind.")] = 2000,
-    seed: Annotated[int, typer.Option("--seed", help="Seed of what is spoiled.")] = 0,
+    seed: Annotated[int, typer.Option("--seed", help="Seed of the damage.")] = 0,
     first: Annotated[int, typer.Option("--first", min=0, help="Number of the first file: repeats a single case.")] = 0,
     minutes: Annotated[
         float | None,
@@ -30,9 +30,9 @@ def fuzz(
     table: Annotated[Path | None, typer.Option("--table", help="Write the table as a page of Markdown.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print what became of every kind as JSON.")] = False,
 ) -> None:
-    """Spoil valid files at random and read them: recordings, unfinished ones, models, TOML files, journals.
+    """Damage valid files at random and read them: recordings, unfinished ones, models, TOML files, journals.
 
-    Counts refusals, crashes, hangs, tracebacks, wrong samples that are believed, and files that are lost; exit code 6
+    Counts refusals, crashes, hangs, tracebacks, wrong samples without a message, and files that are lost; exit code 6
     if there is one of the latter five.
     """
     from bench.fuzzing import KINDS

@@ -19,7 +19,7 @@ def identify(
     jobs: Annotated[int, typer.Option("--jobs", min=1, help="Processes that read recordings.")] = 2,
     as_json: Annotated[bool, typer.Option("--json", help="Print the figures as JSON.")] = False,
 ) -> None:
-    """Identify a folder and print time, memory, the ratio to merely reading its files, and what compression costs."""
+    """Identify a folder and print time, memory, the ratio to only reading its files, and what compression costs."""
     from bench.identification.benchmark import measure_identify
 
     figures = measure_identify(folder, jobs)

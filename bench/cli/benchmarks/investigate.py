@@ -26,10 +26,10 @@ def investigate(
     picture: Annotated[Path | None, typer.Option("--picture", help="PNG: hours to a right name, way by way.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
-    """Conceal physics that the first campaign leaves open, and let the bench ask: designed experiments, as many points
-    at random, as many of the grid again.
+    """Conceal physics that the first campaign leaves open, and investigate it in three ways: with designed experiments,
+    as many random points, as many points of the first grid.
 
-    It can be stopped and run again at any time; a plant counts when all three ways are through.
+    It can be stopped and run again at any time; a plant counts when all three are done.
     """
     from bench.investigate.proof.page import into, tables
     from bench.investigate.proof.plants import cases

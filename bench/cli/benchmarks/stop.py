@@ -22,11 +22,13 @@ def stop(
     table: Annotated[Path | None, typer.Option("--table", help="Write the table as a page of Markdown.")] = None,
     store: Annotated[
         Path | None,
-        typer.Option("--store", help="Keep rows in this file; those measured before are shown, and not struck again."),
+        typer.Option(
+            "--store", help="Keep rows in this file; those measured before are shown, and not measured again."
+        ),
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print every row as JSON.")] = False,
 ) -> None:
-    """Press STOP on a bench that turns under load: on the page, in a second browser, in a shell; with service, run or
+    """Press STOP on a bench that rotates under load: on the page, in a second browser, in a shell; with service, run or
     disk broken. Exit code 6 if a press did not take the torque away within 0.2 s of the rung that says so.
 
     Needs root rights: it makes a veth pair, and disks that it fills, freezes and makes read-only.

@@ -31,9 +31,9 @@ def twin(
     model: Annotated[Path | None, typer.Option("--model", help="With --cost: the model that watches them.")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
-    """Run generated campaigns past the twin: some in which physics begins in the middle, some in which nothing does.
+    """Watch generated campaigns with the twin: in some a change begins in the middle, in the others nothing changes.
 
-    Each recording is written to a file and looked at as in a running campaign; no bus is in between. It can be stopped
+    Each recording is written to a file and compared as in a running campaign; no bus is involved. It can be stopped
     and run again at any time.
     """
     from bench.proof.results import commit
