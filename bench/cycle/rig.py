@@ -19,8 +19,8 @@ from bench.cycle.end import End, EndKind
 from bench.cycle.feed import emit, guarded, make_feed
 from bench.cycle.link import BusLostError
 from bench.cycle.sink import NoSink, SafeSink, Sink
+from bench.cycle.stop.climb import Stop
 from bench.cycle.stoppable import Stoppable
-from bench.cycle.stopping import Stop
 from bench.cycle.trajectory import Trajectory
 from bench.cycle.view import FoundZero
 from bench.errors import one_sentence

@@ -11,7 +11,7 @@ from bench.cycle.view import View
 
 
 class Stoppable(View):
-    """The side of a rig that the stop ladder (:class:`bench.cycle.stopping.Stop`) sees."""
+    """The side of a rig that the stop ladder (:class:`bench.cycle.stop.climb.Stop`) sees."""
 
     def clock(self) -> float:
         """Time by which the deadlines of a stop are kept: the clock's, in fast emulation the bench's, s."""

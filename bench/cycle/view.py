@@ -9,7 +9,7 @@ from typing import Protocol
 from bench.configuration import BenchConfiguration
 from bench.cycle.channels import Scaling, Zeros
 from bench.cycle.link import Link
-from bench.cycle.stops import Stops
+from bench.cycle.stop.stops import Stops
 from bench.errors import DeviceError
 from bench.safety import LatchFile, StopRecord
 

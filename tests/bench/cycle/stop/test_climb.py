@@ -11,7 +11,7 @@ import pytest
 from bench.configuration import load_bench
 from bench.cycle.decode import Decoded
 from bench.cycle.sink import NoSink
-from bench.cycle.stopping import Stop
+from bench.cycle.stop.climb import Stop
 from bench.protocols import Segment
 from bench.safety import Cause, Inputs, StopRecord
 

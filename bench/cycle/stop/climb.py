@@ -9,9 +9,9 @@ from datetime import datetime
 from typing import Protocol
 
 from bench.configuration import BenchConfiguration
-from bench.cycle.coast_down import CoastDown
 from bench.cycle.decode import Decoded
 from bench.cycle.sink import Sink
+from bench.cycle.stop.coast_down import CoastDown
 from bench.protocols import Segment
 from bench.safety import Cause, Deadlines, LadderState, Observation, Rung, StopRecord, climb, first_rung
 from bench.safety.stop_record import RungRecord, rung_name

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from datetime import datetime
 from typing import Protocol
 
-from bench.cycle.coast_down import SHAFTS
 from bench.cycle.end import End
 from bench.cycle.sink import NoSink, Sink
-from bench.cycle.stopping import Stop
+from bench.cycle.stop.climb import Stop
+from bench.cycle.stop.coast_down import SHAFTS
 from bench.safety import Cause, LatchFile, StopRecord
 
 
