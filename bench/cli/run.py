@@ -207,18 +207,18 @@ def _say_what_next(summary: Summary, folder: Path, console: Console) -> None:
     match summary.end.kind.name:
         case "TRIPPED":
             console.print(
-                f"No torque before three acts: bench acknowledge {folder}, bench reset {folder}, bench run … --resume"
-                " (with the same --bench and --bus). What happened: stop-*.json.",
+                f"There is no torque before these three steps: bench acknowledge {folder}, bench reset {folder},"
+                " bench run … --resume (with the same --bench and --bus). The record of the stop: stop-*.json.",
                 soft_wrap=True,
                 markup=False,
             )
         case "INTERRUPTED":
-            console.print(f"The same command with [bold]--out {marked(folder)}[/] goes on from here.", soft_wrap=True)
+            console.print(f"The same command with [bold]--out {marked(folder)}[/] continues from here.", soft_wrap=True)
         case _:
             if summary.taken:
                 recording = folder / summary.taken[0].file
-                console.print(f"Look closer: [bold]bench inspect {marked(recording)}[/]", soft_wrap=True)
+                console.print(f"Inspect a recording: [bold]bench inspect {marked(recording)}[/]", soft_wrap=True)
             console.print(
-                f"What it says: [bold]bench identify {marked(folder)} --out model.json --report report[/]",
+                f"Identify the gearbox: [bold]bench identify {marked(folder)} --out model.json --report report[/]",
                 soft_wrap=True,
             )
