@@ -12,23 +12,25 @@ from bench.proof.real.sets import RealSet
 
 _ABOUT = f"""# Recordings of others
 
-Public recordings of machines that are not ours, each examined in two ways on the same samples. An **expert's**
-regression was written by hand: its terms, chosen on the recordings that may be fitted, stand below with their values.
-The **analyser** is `bench mismatch`, given nothing but the mapping of the import. Held-out RMSE is per sample, over the
-same samples of the same recordings for both; these fitted nothing.
+This page shows public recordings of other people's machines. Each set is analysed in two ways on the same
+samples. The **expert's** regression was written by hand: its terms were chosen with the recordings that may be
+fitted, and are listed below with their values. The **analyser** is `bench mismatch`, which gets nothing but the
+mapping of the import. The held-out RMSE is per sample, for both over the same samples of the same recordings,
+which were not used in any fit.
 
-- *named*: terms of the expert that the analyser names. A term that the plain simulation has already (inertia,
-  Coulomb and viscous friction) counts where leaving it out would have been found (leave-one-out). A term whose value
-  the expert's regression does not tell from zero is not asked for: less than {criteria.TOLD:g} standard deviations.
-- *false names*: findings with a name, confidence above {SURE:g}, that are not among the expert's terms.
-- Sets *apart* were first analysed after the method stood, and nothing was changed in the analyser for them. They are
-  analysed again whenever this page is made, and these results are known: for a further change of the method they are
-  apart no longer.
-- *First sight* is what came out when a set was imported and analysed for the first time, before anything was changed.
-  All sets that are neither apart nor in that table were in view while the method was made.
+- *named*: terms of the expert that the analyser names. A term that the nominal simulation contains (inertia,
+  Coulomb and viscous friction) counts if the analyser would have found it without the simulation having it
+  (leave-one-out). A term is not counted if the expert's regression does not distinguish its value from zero:
+  less than {criteria.TOLD:g} standard deviations.
+- *false names*: findings with a name and a confidence above {SURE:g} that are not among the expert's terms.
+- Sets marked *apart* were first analysed when the method was finished, and nothing in the analyser was changed
+  for them. They are analysed again whenever this page is made. As their results are known now, they are not
+  apart for later changes.
+- *First sight* is the result when a set was imported and analysed for the first time, before anything was
+  changed. All sets that are neither apart nor in that table were known while the method was developed.
 
-The recordings are not part of this project. Fetch the files below into a folder of the set's name each, and make this
-page with
+The recordings are not part of this project. Download the files listed below, for each set into a folder of its
+name, and make this page with
 
 ```sh
 bench prove --real FOLDER --table docs/real.md
