@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.discovery import Discovery
+from bench.mismatch.discovery import UNNAMED, Discovery
 from bench.mismatch.orders import defects, laws, modulation
 from bench.mismatch.orders.model import TransmissionModel, with_parts
 from bench.mismatch.orders.reported import modulation_parameters, of_orders, of_pulses, order_p_value, probability
@@ -78,7 +78,7 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
         out.append(told)
         sight = Sight.of(model)
         assert sight is not None
-    out.append(_law(model, seed))
+    law = _law(model, seed)
     shaft = _of_motor(model, sight, teeth.ratio)
     rest = [f for f in sight.found if f not in shaft]
     if shaft:
@@ -100,8 +100,14 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
         out.append(told)
         if told is not None:
             rest = [f for f in rest if f not in pair.orders]
-    out.append(_plain(model, sight, rest, teeth))
-    return [d for d in out if d is not None]
+    plain = _plain(model, sight, rest, teeth)
+    if law is not None and plain is not None and law.effect == UNNAMED and set(law.orders) <= set(plain.orders):
+        # how an order that the simulation has not changes with the state is a property of that order
+        plain = replace(
+            plain, simulation_rows=plain.simulation_rows + law.simulation_rows, numbers=plain.numbers + law.numbers
+        )
+        law = None
+    return [d for d in (law, *out, plain) if d is not None]
 
 
 def _law(model: TransmissionModel, seed: int) -> Discovery | None:

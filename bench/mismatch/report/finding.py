@@ -13,12 +13,13 @@ from bench.mismatch.discovery import AMBIGUOUS, UNKNOWN, UNNAMED, ChannelOutcome
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.regression.sensitivity import PARAMETER
 from bench.mismatch.report import figures
+from bench.mismatch.report.mirrored import mirrored
 from bench.mismatch.report.place import Place, place
 from bench.mismatch.report.words import text
 from bench.simulation.composed import parts_of
 from bench.simulation.frame import FloatArray
 from bench.simulation.quantities import AUXILIARY
-from bench.simulation.terms import LIBRARY
+from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE
 
 LEAST_WEIGHT = 0.001
 """smallest probability that two thousand draws of the points left out can tell"""
@@ -106,14 +107,19 @@ def conclude(outcomes: Sequence[ChannelOutcome], data: Dataset) -> tuple[Finding
     """Findings of all channels, strongest first: by the energy of what they add, over the channel's noise floor.
 
     An effect that shows in several channels is one finding, reported where it is strongest. What has no name is one
-    finding a channel: nothing says what of it belongs together. What depends on an auxiliary quantity is one by itself.
+    finding a channel: nothing says what of it belongs together, but for a load misread, which comes back in the motor
+    torque. What depends on an auxiliary quantity is one by itself.
     """
+    misread = mirrored(outcomes, data.ratio)
     groups: dict[object, list[tuple[float, Discovery, ChannelOutcome]]] = {}
     for outcome in outcomes:
         for found in _merged(outcome.discoveries):
             key: object = (found.effect, _symbol(found))
             if found.effect == UNNAMED:
-                key = (outcome.channel, _auxiliary(found))
+                key = (
+                    LOAD_TORQUE if misread and outcome.channel == MOTOR_TORQUE else outcome.channel,
+                    _auxiliary(found),
+                )
             groups.setdefault(key, []).append((figures.strength(found, outcome), found, outcome))
     sorted_groups = [sorted(group, key=lambda one: -one[0]) for group in groups.values()]
     sorted_groups.sort(key=lambda group: -group[0][0])

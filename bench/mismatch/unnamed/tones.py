@@ -31,8 +31,12 @@ MOST_FREQUENCIES = 400
 """that a surrogate has"""
 _LEAK = 2
 """bins to either side of an order that its line reaches in a Hann window"""
+_FURTHEST = 12
+"""bins to either side at which a line of a million times the noise has fallen to it"""
 _ABOUT = 41
 """frequencies whose median tells the noise at one"""
+_FEWEST_ABOUT = 10
+"""of them that no order covers: their median is known to a sixth"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,15 +71,13 @@ def tone(densities: Sequence[Density], seed: int, orders: Sequence[float] = ()) 
     step = own[0].step
     first, last = int(np.ceil(LOWEST_HZ / step)), int(NYQUIST_SHARE * rate / step)
     power = np.array([d.power[first:last] for d in own], dtype=np.float64)
-    # the median of an exponential variable is ln 2 of its mean; of averaged ones it comes nearer to the mean
-    # row by row: of one dimension the filter is ten times as quick
-    level = np.array([median_filter(row, _ABOUT, mode="nearest") for row in power])
-    ratio = power / np.maximum(level, 1e-300)
+    covered, leaked = np.zeros(power.shape, dtype=bool), np.zeros(power.shape)
     for k, density in enumerate(own):
         bins = np.round(np.asarray(orders, dtype=np.float64) * density.turning / step).astype(int) - first
-        for off in range(-_LEAK, _LEAK + 1):
-            near = bins + off
-            ratio[k, near[(near >= 0) & (near < ratio.shape[1])]] = np.nan
+        covered[k], leaked[k] = _lines(power[k], bins[(bins >= 0) & (bins < power.shape[1])], first)
+    # the median of an exponential variable is ln 2 of its mean; of averaged ones it comes nearer to the mean
+    level = leaked + np.array([_level(row, lines) for row, lines in zip(power, covered, strict=True)])
+    ratio = np.where(covered, np.nan, power / np.maximum(level, 1e-300))
     freedom = np.array([2.0 * d.averaged for d in own])
     statistic = _by_speed(ratio, groups)
     frequencies = min(ratio.shape[1], MOST_FREQUENCIES)
@@ -91,7 +93,10 @@ def tone(densities: Sequence[Density], seed: int, orders: Sequence[float] = ()) 
     # surrogates of some frequencies stand for all: the maximum of m blocks
     blocks = max(ratio.shape[1] / MOST_FREQUENCIES, 1.0)
     p = float(np.clip(blocks * tail_probability(largest, float(statistic[place]), 0.0), criteria.LEAST_P, 1.0))
+    seen = np.isfinite(ratio[:, place])
     excess = np.maximum(power[:, place] - level[:, place], 0.0)
+    # a recording in which an order covers the tone has it as the others have
+    excess = np.where(seen, excess, np.median(excess[seen]))
     # power density of a tone in a Hann window: a²/2 over 1.5 bins
     squares = 2.0 * excess * 1.5 * step
     amplitude = float(np.sqrt(np.median(squares)))
@@ -106,6 +111,37 @@ def tone(densities: Sequence[Density], seed: int, orders: Sequence[float] = ()) 
         tuple(own[k].recording for k in strongest),
         tuple(float(0.5 * squares[k]) for k in strongest),
     )
+
+
+def _lines(power: FloatArray, bins: IntArray, first: int) -> tuple[NDArray[np.bool_], FloatArray]:
+    """Frequencies (f,) of a spectrum that orders at some ``bins`` cover, and the power (f,) that their lines and the
+    images of these at negative frequencies leak further off at most: the side lobes of a Hann window (Harris, Proc.
+    IEEE 66 (1978) 51). ``first``: frequency of the first bin, in bins.
+    """
+    covered, amplitude = np.zeros(power.size, dtype=bool), np.zeros(power.size)
+    further = np.arange(_LEAK + 1, _FURTHEST + 1)
+    lobes = 1.0 / (further * (further**2 - 1.0))
+    for k in bins:
+        size = float(np.sqrt(power[max(k - _LEAK, 0) : k + _LEAK + 1].max()))
+        covered[max(k - _LEAK, 0) : k + _LEAK + 1] = True
+        for at in (k - further, k + further, further - k - 2 * first):
+            inside = (at >= 0) & (at < power.size)
+            amplitude[at[inside]] += size * lobes[inside]
+    return covered, amplitude**2
+
+
+def _level(power: FloatArray, covered: NDArray[np.bool_]) -> FloatArray:
+    """Median power (f,) about each frequency, of those that no order ``covered``: a gearbox's orders stand so close at
+    low frequencies that the median of all would be theirs. NaN where fewer than :data:`_FEWEST_ABOUT` are left.
+    """
+    out = np.asarray(median_filter(power, _ABOUT, mode="nearest"))
+    last = int(np.max(np.flatnonzero(covered), initial=-1)) + _ABOUT // 2 + 1
+    alone = np.where(covered, np.nan, power)
+    for k in range(min(last, power.size)):
+        about = alone[max(k - _ABOUT // 2, 0) : k + _ABOUT // 2 + 1]
+        about = about[np.isfinite(about)]
+        out[k] = np.median(about) if about.size >= _FEWEST_ABOUT else np.nan
+    return out
 
 
 @lru_cache(maxsize=4)

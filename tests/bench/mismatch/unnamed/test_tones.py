@@ -47,3 +47,12 @@ def test_where_orders_cover_most_speeds_noise_looks_more_like_a_tone() -> None:
     all_speeds, three = (_drawn(freedom, groups, 200, 1, looked) for looked in (None, few))
     assert np.median(three) > 1.1 * np.median(all_speeds)
     assert np.isfinite(three).all()
+
+
+@pytest.mark.parametrize(("amplitude", "there"), [(0.0, False), (0.05, True)])
+def test_a_tone_stands_out_of_what_a_strong_order_leaks(amplitude: float, there: bool) -> None:
+    """The order's line is far above the noise at every speed, and so are its side lobes."""
+    found = heard(2, orders=(100.0,), white=1e-3, order=(100.0, 0.3), tone=(1.6, amplitude))  # type: ignore[arg-type]
+    assert (found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL) is there
+    if there:
+        assert abs(found.frequency - 1.6) <= 2.0 * found.half_bin
