@@ -34,7 +34,7 @@ class Points:
         """Return a task as an alarm names it: the point's number, speed and load."""
         point = task.prepares or task.point
         number = next((expected.number for expected in self.expected if expected.point == point), None)
-        place = "a point of its own" if number is None else f"point {number}"
+        place = "a further point" if number is None else f"point {number}"
         heating = "the heating for " if task.is_preparation else ""
         return f"{heating}{place} ({math.degrees(point.velocity):.3g} °/s, {point.load_torque:.4g} N·m)"
 

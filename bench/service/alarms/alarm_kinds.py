@@ -49,7 +49,9 @@ KINDS: dict[str, Kind] = {
     "MOTOR_ACCELERATION": Kind(
         f"The input motor was thrown: look for play, a shaft that slipped, and the drive's tuning. {_THEN}"
     ),
-    "LOAD_TORQUE_RATE": Kind(f"The load torque jumped: look at the coupling and for something that struck. {_THEN}"),
+    "LOAD_TORQUE_RATE": Kind(
+        f"The load torque jumped: check the coupling, and whether something hit the load. {_THEN}"
+    ),
     "FOLLOWING_ERROR": Kind(f"The load side does not follow the motor: look at couplings and gearbox. {_THEN}"),
     "TORQUE_ERROR": Kind(f"The load drive does not give its torque: look at the drive and the coupling. {_THEN}"),
     "TORQUE_DRIFT": Kind(f"The torque sensor drifts: look at its cable and mounting, let it warm up. {_THEN}"),

@@ -70,7 +70,7 @@ def allowed(now: Situation) -> frozenset[str]:
 def why_not(act: str, now: Situation) -> str:
     """Return the sentence for an act that is not possible now."""
     if now.alarms and act in BEGINS:
-        return f"{act.replace('_', ' ')} is not possible now: an alarm stands, next is to acknowledge it"
+        return f"{act.replace('_', ' ')} is not possible now: there is an alarm, next is to acknowledge it"
     if now.phase == "free" and now.due and now.due != act:
         return f"{act.replace('_', ' ')} is not possible now: the bench was stopped, next is to {now.due}"
     phase = {"free": "nothing runs", "opening": "the bench is being opened", "ended": "the run has ended"}.get(

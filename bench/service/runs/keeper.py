@@ -114,7 +114,7 @@ class Keeper:
         limit = _SILENT_S.get(self.shown.status["phase"], _SILENT_ELSE_S)
         if run is None or time.monotonic() - self.heard < limit:
             return None
-        return f"the run {run.title} has not been heard of for {limit:.0f} s"
+        return f"the run {run.title} has sent nothing for {limit:.0f} s"
 
     @property
     def is_busy(self) -> bool:

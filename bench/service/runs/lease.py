@@ -50,7 +50,7 @@ class Lease:
         """Who holds the controls, None if nobody does."""
         holder = self._holder
         if holder is not None and now - holder.heard > LOST_S:
-            self._book.write("controls", holder.name, f"{holder.name} was not heard of for {LOST_S / 60:.0f} min")
+            self._book.write("controls", holder.name, f"no message from {holder.name} for {LOST_S / 60:.0f} min")
             self._holder = None
         return self._holder
 

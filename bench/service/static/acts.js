@@ -61,7 +61,7 @@ export function controls(then = null) {
   if (me.holds) {
     const to = make("input", { type: "text", maxlength: 40 });
     return sheet("You hold the controls", [
-      make("p", {}, "What you start goes on if you let go of them. Everybody can press STOP."),
+      make("p", {}, "What you start continues if you release them. Everybody can press STOP."),
       make("label", { class: "field" }, "Hand over to (name)", to),
     ], [
       ["Hand over", () => post("controls/offer", { secret: me.secret, to: to.value.trim() })],

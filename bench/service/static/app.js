@@ -96,7 +96,7 @@ function gone(since) {
 function askToken() {
   if ($("sheet").open) return;
   const token = make("input", { type: "password", id: "token", autocomplete: "current-password", maxlength: 200 });
-  acts.sheet("This page needs the token of the service", [make("p", {}, "It stands in the file given with --token-file, and in the address the service printed."), make("label", { class: "field" }, "Token", token)],
+  acts.sheet("This page needs the token of the service", [make("p", {}, "It is in the file given with --token-file, and in the address that the service printed."), make("label", { class: "field" }, "Token", token)],
     [["Go on", async () => { await post("session", { token: token.value.trim() }, { id: false }); location.reload(); }]]);
 }
 

@@ -19,7 +19,7 @@ export function changes(first, second) {
     make("p", {}, `Transmission error ${number(a.rms * MICRO, 1)} → ${number(b.rms * MICRO, 1)} µrad RMS${percent(a.rms, b.rms)}.`),
     make("p", {}, `Orders that changed most: ${orders.map(([order, x, y]) => `${order}: ${number(x, 2)} → ${number(y, 2)} µrad`).join("; ")}.`),
     means.length ? make("p", {}, `Means: ${means.join("; ")}.`) : null,
-    make("p", { class: "quiet" }, "Numbers of two single recordings. Whether they are more than scatter, the page Trends says."));
+    make("p", { class: "quiet" }, "These are numbers of two single recordings. The page Trends shows whether a difference is more than scatter."));
 }
 
 // The search, narrowed down to what can be compared with a recording: its gearbox, at its set point.

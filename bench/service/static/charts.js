@@ -208,5 +208,5 @@ export function modelText(message) {
   if (!message.model) return message.model_why ? `The model is not drawn: ${message.model_why}.` : "No model is drawn: choose one under Analysis, “Draw over the spectrum”, or let one watch the campaign.";
   const drawn = "Circles and dashes: the model at the same load, speed, temperature, direction and time.";
   if (!message.model_band) return `${drawn} No band: ${message.model_why}.`;
-  return `${drawn} Band: where ${number(100 * message.model_band_share, 0)} % should lie by its standard deviations and by what it left of its own recordings (${number(message.model_left * 1e6, 1)} µrad RMS); ${number(100 * message.model_inside, 0)} % of this revolution do.`;
+  return `${drawn} Band: where ${number(100 * message.model_band_share, 0)} % should lie from its standard deviations and its residual on the recordings it was fitted to (${number(message.model_left * 1e6, 1)} µrad RMS); ${number(100 * message.model_inside, 0)} % of this revolution do.`;
 }

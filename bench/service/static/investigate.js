@@ -14,7 +14,7 @@ export function ask(one) {
   const who = make("input", { type: "text", maxlength: 40, value: me.name });
   const alone = make("input", { type: "checkbox" }), pace = make("input", { type: "checkbox" });
   sheet(`Investigate ${one.folder}`, [
-    make("p", {}, "The recordings are looked at again, then an experiment is designed that tells apart what is open. Its points, its time and what is expected of it are shown; nothing moves until whoever holds the controls lets it begin."),
+    make("p", {}, "The recordings are analysed again. Then an experiment is designed that distinguishes the open explanations. Its points, its time and the expected result are shown. Nothing moves until the person who holds the controls lets it begin."),
     hours, count, sure,
     state.about.may_go_alone ? make("label", { class: "option" }, alone, make("span", {}, "Experiments after the first begin by themselves")) : make("p", { class: "quiet" }, "On this bench every experiment waits for that yes."),
     state.about.emulated ? make("label", { class: "option" }, pace, make("span", {}, "At the clock's pace", make("small", {}, "as on a real bench"))) : null,

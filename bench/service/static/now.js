@@ -89,7 +89,7 @@ function stale() {
   if (!old) return;
   for (const id of ["speed", "torque", "temperature", "angle", "motor"]) { $(`v-${id}`).textContent = "–"; $(`s-${id}`).textContent = ""; }
   for (const id of ["speed", "torque", "temperature"]) $(`l-${id}`).replaceChildren();
-  $("s-speed").textContent = state.gone ? "not known" : running() ? "no value comes" : "nobody reads the bench";
+  $("s-speed").textContent = state.gone ? "not known" : running() ? "no value comes" : "the bench is not read";
   showCondition();
 }
 

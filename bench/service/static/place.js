@@ -43,7 +43,7 @@ async function book() {
   const mine = ++asked, found = await doIt(() => get(`book?${query(200)}`), "");
   if (!found || mine !== asked) return;
   $("book").replaceChildren(found.length ? make("table", {}, make("tbody", {}, ...found.map(entry => make("tr", {},
-    make("td", {}, moment(entry.at)), make("td", {}, pill(entry.act === "alarm" || entry.act === "stop" ? "failed" : "", entry.act.replaceAll("_", " "))), make("td", {}, entry.by), make("td", {}, entry.text))))) : make("p", { class: "quiet" }, "Nothing of that stands in the book."));
+    make("td", {}, moment(entry.at)), make("td", {}, pill(entry.act === "alarm" || entry.act === "stop" ? "failed" : "", entry.act.replaceAll("_", " "))), make("td", {}, entry.by), make("td", {}, entry.text))))) : make("p", { class: "quiet" }, "There is no such entry in the book."));
   $("toast").hidden = true;
 }
 

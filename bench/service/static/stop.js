@@ -90,7 +90,7 @@ export function heard() {
 }
 
 const rest = stopped => stopped.at_rest_after_s !== null ? `At rest after ${stopped.at_rest_after_s.toFixed(2)} s, seen on both shafts.`
-  : stopped.over ? "Nobody saw whether the shafts are at rest: look at the bench." : "It has not been seen at rest yet.";
+  : stopped.over ? "It was not observed whether the shafts are at rest: look at the bench." : "It has not been observed at rest yet.";
 
 // One line below the header, on every page: who pressed, when, and what was seen since.
 export function show() {

@@ -188,7 +188,7 @@ def test_a_run_is_silent_after_what_its_phase_may_take_and_no_longer_than_it_is(
     silent: Any = Keeper.silent
     assert silent.fget(told) is None
     told.heard = time.monotonic() - 1.1 * patience_s
-    assert silent.fget(told) == f"the run Reset has not been heard of for {patience_s:.0f} s"
+    assert silent.fget(told) == f"the run Reset has sent nothing for {patience_s:.0f} s"
     told.heard = time.monotonic()
     assert silent.fget(told) is None
 
