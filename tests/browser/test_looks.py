@@ -209,7 +209,7 @@ def test_the_book_is_searched_and_remarked_upon(page: Browser) -> None:
     page.until(lambda: len(page.all("#book tbody tr")) == 1)
     page.find("#book-words").clear()
     page.find("#book-words").send_keys("unobtainium")
-    page.until(lambda: "Nothing of that" in page.text("#book"))
+    page.until(lambda: "no such entry" in page.text("#book"))
     page.find("#book-words").clear()
 
 
