@@ -160,7 +160,7 @@ def test_the_told_share_is_compared_with_the_recomputed_one() -> None:
 
 
 def test_a_residual_below_the_noise_is_not_believed() -> None:
-    assert not score(truth(concealed()), report(finding(), after=0.03), 1.0).every_point_right
+    assert not score(truth(concealed()), report(finding(), after=0.025), 1.0).every_point_right
 
 
 def test_unknown_called_by_a_name_is_wrong() -> None:
