@@ -75,7 +75,7 @@ class Index:
             known = {row[0]: row[1:] for row in database.execute("SELECT name, changed, notes FROM folders")}
         read = 0
         for gone in known.keys() - folders.keys():
-            with self._open() as database:
+            with self._open(writing=True) as database:
                 _forget(database, gone)
         for name, stamps in folders.items():
             if stamps[0] == _LOOK_AGAIN or known.get(name) != stamps:
@@ -139,7 +139,7 @@ class Index:
         new = sorted(file for file, stamp in here.items() if known.get(file) != stamp)
         facts = facts_of(folder, new)
         notes = read_notes(folder)
-        with self._open() as database:
+        with self._open(writing=True) as database:
             for gone in known.keys() - here.keys():
                 database.execute("DELETE FROM recordings WHERE folder = ? AND file = ?", [name, gone])
                 database.execute("DELETE FROM files WHERE folder = ? AND file = ?", [name, gone])
@@ -156,8 +156,11 @@ class Index:
         return len(new)
 
     @contextmanager
-    def _open(self) -> Iterator[sqlite3.Connection]:
-        """Open the file for one transaction."""
+    def _open(self, *, writing: bool = False) -> Iterator[sqlite3.Connection]:
+        """Open the file for one transaction; one that is ``writing`` takes its turn at the beginning.
+
+        Who has read in a transaction and then writes is refused at once if another process wrote in between.
+        """
         self._path.parent.mkdir(parents=True, exist_ok=True)
         with closing(sqlite3.connect(self._path, timeout=_BUSY_S)) as database:
             (version,) = database.execute("PRAGMA user_version").fetchone()
@@ -167,6 +170,8 @@ class Index:
                 database.execute("PRAGMA journal_mode = WAL")
                 database.executescript(_SCHEMA)
             with database:
+                if writing:
+                    database.execute("BEGIN IMMEDIATE")
                 yield database
 
     def _mended(self, work: Callable[[], T]) -> T:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sqlite3
+from contextlib import closing
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -15,6 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bench.archive import Index, Note, Query, add_note, read_notes
+from bench.archive import index as index_module
 from bench.archive.benchmark import measure_archive
 from bench.archive.notes import FILE
 from bench.errors import ConfigurationError
@@ -183,3 +185,27 @@ def test_the_benchmark_finds_what_it_made(tmp_path: Path) -> None:
     assert figures.found["result"] == 2
     assert figures.found["person and tag"] == 30
     assert set(figures.median_s) == set(figures.found)
+
+
+def test_who_writes_the_index_takes_its_turn_before_reading(
+    index: Index, root: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A write between another's reading and writing would be refused at once, however long that one may wait."""
+    annotate = index_module._annotate
+    refused: list[str] = []
+
+    def meanwhile(database: sqlite3.Connection, folder: str, notes: list[Note]) -> None:
+        with closing(sqlite3.connect(root / ".service" / "archive.sqlite", timeout=0.0)) as other:
+            try:
+                other.execute("UPDATE folders SET notes = notes")
+                other.commit()
+            except sqlite3.OperationalError as error:
+                refused.append(str(error))
+        annotate(database, folder, notes)
+
+    monkeypatch.setattr(index_module, "_annotate", meanwhile)
+    add_note(root / "spring", Note(AT, "Ann", "comment", text="louder"))
+    index.refresh()
+    assert refused
+    assert set(refused) == {"database is locked"}
+    assert index.search(Query(words="louder")).total == 2
