@@ -16,6 +16,8 @@ from bench.errors import DeviceError
 RUNTIME = "BENCH_RUNTIME"
 """Environment variable: the folder; default a folder of this user's below the temporary one."""
 _OTHERS = 0o077
+SOCKET_BYTES = 107
+"""How long the path of a Unix socket may be on Linux (``sun_path`` without the zero at its end, unix(7))."""
 
 
 def runtime_folder() -> Path:
@@ -46,6 +48,24 @@ def runtime_folder() -> Path:
     finally:
         os.close(descriptor)
     return folder
+
+
+def socket_path(name: str) -> Path:
+    """Return the path of a Unix socket of this name in the runtime folder.
+
+    Raises
+    ------
+    DeviceError
+        As :func:`runtime_folder`, or if the path would be longer than a socket's may be.
+    """
+    folder = runtime_folder()
+    size, most = len(os.fsencode(folder)), SOCKET_BYTES - len(os.sep) - len(os.fsencode(name))
+    if size > most:
+        raise DeviceError(
+            f"the path of the runtime folder {folder} has {size} bytes, for sockets of runs in it at most {most} would "
+            f"be right; name a folder with a shorter path with {RUNTIME}"
+        )
+    return folder / name
 
 
 def _opened(folder: Path) -> int:

@@ -10,8 +10,11 @@ from types import FrameType
 from bench.configuration import load_bench, on_interface
 from bench.errors import ConfigurationError
 from bench.locks import folder_in_use, serving
+from bench.safety.runtime import socket_path
 from bench.service.privileges import drop
 from bench.service.runs.launcher import Launcher
+from bench.service.runs.run_process import SOCKET
+from bench.service.runs.runs import new_id
 from bench.service.settings import Settings
 
 
@@ -21,11 +24,13 @@ def run(settings: Settings) -> None:
     Raises
     ------
     DeviceError
-        If another service has this bus or this folder.
+        If another service has this bus or this folder, or the runtime folder is of no use.
     ConfigurationError
         If the bench file or the address is wrong, or the port in use.
     """
     _look(settings)
+    # a run could not listen to anybody where the path of its socket is too long
+    socket_path(f"{new_id()}{SOCKET}")
     file = load_bench(settings.bench)
     if settings.interface is not None:
         file = on_interface(file, settings.interface)

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.configuration import BenchFile
-from bench.safety.runtime import runtime_folder
+from bench.safety.runtime import socket_path
 from bench.service.process.ready import Spec
 from bench.service.runs.launcher import Launcher
 from bench.service.runs.process_link import ProcessLink
@@ -62,7 +62,7 @@ class Idle:
         while True:
             # one that stands ready already, because the run that was to begin did not, is followed further
             if not self._busy() and not await self._follow(0.0):
-                self._socket = runtime_folder() / f"idle-{secrets.token_hex(8)}.sock"
+                self._socket = socket_path(f"idle-{secrets.token_hex(8)}.sock")
                 self._launcher.stand_ready(replace(self._spec, socket=str(self._socket)))
                 await self._follow(_BEGIN_S)
             await asyncio.sleep(_LOOK_S)

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bench.safety.runtime import runtime_folder
+from bench.safety.runtime import socket_path
 from bench.service.runs.launcher import Launcher
 from bench.service.runs.runs import Run, process_of
+
+SOCKET = ".sock"
+"""Ends the name of the socket of a run, which begins with the run's id."""
 
 
 class RunProcesses:
@@ -42,6 +45,6 @@ class RunProcesses:
     def socket(self, run: Run) -> Path:
         """Return the socket of a run; its folder is looked at once, for STOP must not wait for a disk."""
         if run.id not in self._sockets:
-            # Unix socket paths hold 107 bytes, and folders of recordings may have long names
-            self._sockets = {run.id: runtime_folder() / f"{run.id}.sock"}
+            # not beside the recordings: their folders may have long names, and paths of sockets may not
+            self._sockets = {run.id: socket_path(f"{run.id}{SOCKET}")}
         return self._sockets[run.id]

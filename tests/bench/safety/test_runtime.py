@@ -1,13 +1,14 @@
 """The runtime folder: the user's own, closed to others, never reached through a link."""
 
 import os
+import socket
 import tempfile
 from pathlib import Path
 
 import pytest
 
 from bench.errors import DeviceError
-from bench.safety.runtime import RUNTIME, open_here, runtime_folder
+from bench.safety.runtime import RUNTIME, SOCKET_BYTES, open_here, runtime_folder, socket_path
 
 
 def test_it_is_made_for_its_owner_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -69,3 +70,16 @@ def test_a_link_among_its_files_is_not_followed(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="symbolic links"):
         open_here(tmp_path / "bus-eth0")
     assert (tmp_path / "victim").read_text() == "precious"
+
+
+def test_a_path_too_long_for_a_socket_is_refused_and_the_longest_one_is_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    name = "20261123T230448-0a1b2c.sock"
+    # pytest's own folders have long paths
+    with tempfile.TemporaryDirectory(prefix="b") as short:
+        most = SOCKET_BYTES - 1 - len(name) - len(short) - 1
+        monkeypatch.setenv(RUNTIME, f"{short}/{'a' * most}")
+        with socket.socket(socket.AF_UNIX) as longest:
+            longest.bind(str(socket_path(name)))
+        monkeypatch.setenv(RUNTIME, f"{short}/{'a' * (most + 1)}")
+        with pytest.raises(DeviceError, match=rf"has 80 bytes, .* at most 79 would be right; .* with {RUNTIME}"):
+            socket_path(name)

@@ -16,6 +16,7 @@ from bench.errors import DeviceError
 from bench.service.files.disk import Disk
 from bench.service.runs.keeper import Keeper
 from bench.service.runs.runs import Run
+from bench.service.server import run
 from bench.service.service import Service
 from bench.service.settings import Settings
 from tests.bench.service.conftest import BASE, Client, NoLauncher, made_app
@@ -80,10 +81,10 @@ def test_stop_does_not_wait_for_a_frozen_disk(client: Client, monkeypatch: pytes
 def test_stop_does_not_look_at_the_folder_of_locks(client: Client, monkeypatch: pytest.MonkeyPatch) -> None:
     running(client)
 
-    def refuse() -> Path:
+    def refuse(name: str) -> Path:
         raise DeviceError("the runtime folder is gone")
 
-    monkeypatch.setattr("bench.service.runs.run_process.runtime_folder", refuse)
+    monkeypatch.setattr("bench.service.runs.run_process.socket_path", refuse)
     assert pressed(client) < STOPPED_S
     client.until(lambda: client.state("runs")["runs"][0]["state"] == "ended")
 
@@ -200,3 +201,12 @@ def test_a_line_that_was_cut_off_is_written_again_on_a_line_of_its_own(
     disk.append(tmp_path / "lines", "whole line")
     assert disk.close(5.0)
     assert (tmp_path / "lines").read_text() == "whol\nwhole line\n"
+
+
+def test_a_runtime_folder_whose_path_is_too_long_is_said_before_anything_begins(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("BENCH_RUNTIME", str(tmp_path / ("long" * 20)))
+    with pytest.raises(DeviceError, match=r"the path of the runtime folder .* has \d+ bytes, .* with BENCH_RUNTIME"):
+        run(Settings(folder=tmp_path / "recordings"))
+    assert not (tmp_path / "recordings").exists()
