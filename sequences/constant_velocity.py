@@ -15,7 +15,7 @@ _MARGIN = 0.01
 
 @dataclass(frozen=True, slots=True)
 class ConstantVelocity:
-    """Ramps, then ``revolutions`` full load-side revolutions of steady motion, then ramps back to rest."""
+    """Ramps up, holds the speed for full load-side ``revolutions``, then ramps back to rest."""
 
     revolutions: float = 1.0
     kind: str = "constant_velocity"

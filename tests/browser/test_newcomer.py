@@ -16,10 +16,16 @@ from tests.browser.conftest import Browser, served_apart
 from tests.browser.test_operator import TOO_WIDE, state
 
 SCREENS = {"phone": (390, 844), "desk": (1280, 800)}
+PHONE = 600
 STOP = "const box = document.getElementById('stop').getBoundingClientRect(); return [box.top, box.bottom, box.right]"
 SHEET_IN_SIGHT = """const box = document.getElementById('sheet').getBoundingClientRect();
-return box.top > document.querySelector('header').getBoundingClientRect().bottom && box.bottom <= innerHeight
+const nav = document.querySelector('nav'), fixed = getComputedStyle(nav).position === 'fixed';
+return box.top > document.querySelector('header').getBoundingClientRect().bottom
+  && box.bottom <= (fixed ? nav.getBoundingClientRect().top : innerHeight)
   && box.left >= 0 && box.right <= innerWidth"""
+CUT_OFF = "const box = document.getElementById(arguments[0]); return box.scrollWidth - box.clientWidth"
+KEYS_CUT_OFF = """return [...document.querySelectorAll('#now .key')].filter(one => one.offsetParent)
+  .map(one => one.scrollWidth - one.clientWidth).filter(more => more > 0)"""
 PICTURE = """const done = arguments[0];
 URL.createObjectURL = blob => { createImageBitmap(blob).then(image => done([image.width, image.height])); return '#'; };
 [...document.querySelectorAll('#recording-acts button')].find(one => one.innerText === 'Picture').click();"""
@@ -76,11 +82,18 @@ def plan_and_run(page: Browser, address: str) -> None:
     page.find("#plan-name").send_keys("my-sweep")
     page.until(lambda: page.find("#plan-save").is_enabled() and "2 points" in page.text("#plan-sum"))
     in_sight(page)
+    if page.driver.execute_script("return innerWidth") > PHONE:
+        assert page.driver.execute_script(CUT_OFF, "plan-points") <= 0
+    # why it cannot be started yet is written there
+    assert page.text("#plan-hint") == "It can be started as soon as it is saved."
+    assert not page.find("#plan-start").is_enabled()
+    energy = page.text("#plan-sum").split(" · ")[2]
     page.click("button", "Save")
     page.find("#sheet-body input").send_keys("Eve")
     in_sight(page)
     page.click("#sheet-acts button", "Save")
     page.until(lambda: page.find("#plan-start").is_enabled())
+    assert not page.find("#plan-hint").is_displayed()
     page.click("button", "Start it")
     page.find("#name").clear()
     page.find("#name").send_keys("Eve")
@@ -89,8 +102,12 @@ def plan_and_run(page: Browser, address: str) -> None:
     page.click("#sheet .option", "As fast as the computer can")
     # the campaign that was planned is the one that is chosen
     page.until(lambda: "2 points" in page.text("#sheet-body"))
+    assert energy.endswith("kWh")
+    assert energy in page.text("#sheet-body")
     in_sight(page)
     page.click("#sheet-acts button", "Start")
+    # what was started is seen
+    page.until(lambda: page.find("#tabs [data-view=now]").get_attribute("aria-selected") == "true")
     page.until(lambda: state(address, "runs")["runs"])
     page.until(lambda: state(address, "runs")["runs"][-1]["state"] == "ended")
     assert state(address, "runs")["runs"][-1]["end"]["kind"] == "finished"
@@ -100,6 +117,7 @@ def test_plan_run_find_overlay_read_and_export(newcomer: Browser, address: str, 
     page = newcomer
     name = request.node.callspec.params["newcomer"]
     plan_and_run(page, address)
+    assert page.driver.execute_script(KEYS_CUT_OFF) == []
     page.click("#tabs button", "Recordings")
     page.click("#folders tr[data-open]", "my-sweep")
     page.click("#folder-list tr[data-open]", "10.0 °/s")
@@ -109,6 +127,11 @@ def test_plan_run_find_overlay_read_and_export(newcomer: Browser, address: str, 
     page.until(lambda: "Choose the one to lay over" in page.text("#found-text"))
     page.until(lambda: page.text("#found-text").startswith("2 recordings in 2 campaigns"))
     in_sight(page)
+    marked = [row.text for row in page.all("#found tr[data-open]") if "this is the one that is open" in row.text]
+    assert len(marked) == 1
+    assert "my-sweep" in marked[0]
+    # the page scrolls to what was found: a click while it moves goes elsewhere
+    page.still(page.find("#found"))
     page.click("#found tr[data-open]", "last-month")
     page.until(lambda: page.text("#changes h2").startswith("What changed: last-month"))
     page.driver.execute_script(

@@ -93,6 +93,8 @@ def test_a_recording_is_found_again_noted_and_another_laid_over_it(page: Browser
     assert "→ autumn, 2026-09-01" in page.text("#changes h2")
     assert "µrad RMS" in page.text("#changes p")
     assert "lubricant" in page.text("#changes")
+    # the same numbers were written into both
+    assert "(less than 0.1 % apart)" in page.text("#changes")
     page.until(lambda: len(page.all("[data-channel=load_torque] .u-legend .u-series")) == 5)
     page.until(lambda: "below it" in page.text("#recording-plots .revolution > h2"))
     page.size(1280, 1500)

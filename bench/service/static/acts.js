@@ -108,12 +108,15 @@ export async function start(first = null) {
     plan.textContent = "…";
     try {
       const p = await get(`campaigns/${encodeURIComponent(chosen("campaign"))}/plan`);
-      plan.textContent = `${p.points} points, ${duration(p.duration_s)} of bench time, of it ${duration(p.heating_s)} warming; ${number(p.energy_j / 3.6e6, 1)} kWh.`;
+      plan.textContent = `${p.points} points, ${duration(p.duration_s)} of bench time, of it ${duration(p.heating_s)} warming; ${number(p.energy_j / 3.6e6, 2)} kWh.`;
     } catch (error) { plan.textContent = sentence(error); }
   };
   sheet("Start a campaign", body, [[state.runs.some(r => r.state === "running") ? "Put it into the queue" : "Start", async () => {
+    const busy = Boolean(running()); // the answer may come after the run's begin
     const answer = await post("runs", held({ name: me.name, campaign: chosen("campaign"), real_time: chosen("pace") === "clock", ...(chosen("twin") ? { twin: chosen("twin"), twin_pause: pauses.checked } : {}) }));
     toast(answer.state === "queued" ? "It begins as soon as the bench is free" : "It waits for whoever holds the controls");
+    // whoever started it wants to see it
+    if (answer.state === "queued" && !busy) document.dispatchEvent(new CustomEvent("view", { detail: "now" }));
   }]]);
   for (const input of document.querySelectorAll("#sheet-body input[name=campaign]")) input.addEventListener("change", look);
   look();

@@ -103,6 +103,8 @@ function askToken() {
 async function main() {
   place.theme();
   // sheets and what is scrolled to begin below the header, however high it is on this screen
+  // on a phone they end above the pages at the lower edge
+  new ResizeObserver(() => document.documentElement.style.setProperty("--nav", `${document.querySelector("nav").offsetHeight}px`)).observe(document.querySelector("nav"));
   new ResizeObserver(() => document.documentElement.style.setProperty("--header", `${document.querySelector("header").offsetHeight}px`)).observe(document.querySelector("header"));
   for (const part of [now, campaign, plan, recordings, analysis, trend, place]) part.open();
   for (const tab of $("tabs").children) {
@@ -117,6 +119,7 @@ async function main() {
   $("stop").addEventListener("keydown", event => { if (event.key === "Enter" || event.key === " ") stop.stop(); });
   $("holder").addEventListener("click", () => acts.controls());
   document.addEventListener("controls", header);
+  document.addEventListener("view", event => view(event.detail));
   document.addEventListener("token", askToken);
   keys.open(stop.stop);
   setInterval(() => { $("clock").textContent = new Date().toLocaleTimeString([], { hour12: false }); }, 500);

@@ -5,7 +5,12 @@ import { $, DEGREES, make, moment, number } from "./text.js";
 const MICRO = 1e6, MOST_ORDERS = 3;
 const MEANS = [["motor torque", "motor_torque", 1, 2, "N·m"], ["load torque", "torque", 1, 1, "N·m"], ["speed", "velocity", DEGREES, 2, "°/s"], ["lubricant", "temperature", 1, 1, "°C"]];
 
-const percent = (before, after) => before > 0 && after < 2 * before ? ` (${after >= before ? "+" : "−"}${number(Math.abs(after / before - 1) * 100, 1)} %)` : "";
+const LEAST_PERCENT = 0.05; // what is less is written as 0.0
+const percent = (before, after) => {
+  if (!(before > 0 && after < 2 * before)) return "";
+  const change = (after / before - 1) * 100;
+  return Math.abs(change) < LEAST_PERCENT ? " (less than 0.1 % apart)" : ` (${change > 0 ? "+" : "−"}${number(Math.abs(change), 1)} %)`;
+};
 const known = value => value !== null && value !== undefined;
 
 // Each is { one, folder, data, turn }: the recording, its plots, and its revolution as the service gives it.

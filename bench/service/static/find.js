@@ -7,7 +7,7 @@ import { $, bytes, DEGREES, duration, make, moment, pill, setpoint } from "./tex
 const AFTER_MS = 300;
 const TEXTS = ["words", "since", "until", "gearbox", "person", "bench", "tag", "kind", "result"];
 const NUMBERS = { load_torque: 1, velocity: 1 / DEGREES, temperature: 1 };
-let timer, asked = 0, openFolder, openRecording;
+let timer, asked = 0, openFolder, openRecording, isOpen;
 
 export const head = (...names) => make("thead", {}, make("tr", {}, ...names.map(name => make(name ? "th" : "td", {}, name))));
 export const opened = (element, act) => {
@@ -19,7 +19,9 @@ export const opened = (element, act) => {
 };
 export const RESULT = { passed: "done", "not passed": "failed", "cut short": "skipped", "not judged": "", "no use": "failed" };
 
-export function open(folder, recording) {
+// `shown` says of a folder and a file whether that recording waits for another one to lie over it.
+export function open(folder, recording, shown) {
+  isOpen = shown;
   openFolder = folder;
   openRecording = recording;
   for (const input of document.querySelectorAll("#search input, #search select")) input.addEventListener("input", () => { clearTimeout(timer); timer = setTimeout(find, AFTER_MS); });
@@ -71,7 +73,7 @@ function found(answer) {
     opened(make("tr", {}, make("td", {}, make("b", {}, one.name)), make("td", { "data-unit": "found" }, String(one.recordings)), make("td", {}, one.gearbox || "–"), make("td", {}, one.person || "–"),
       make("td", {}, one.first_s ? moment(one.first_s * 1000) : "–")), () => openFolder(one.name)))))] : []));
   $("found").replaceChildren(...(list.length ? [make("h2", {}, "Recordings"), make("table", {}, head("Recording", "Set point", "Kept", "Length", "Gearbox", "Begun", "Tags"), make("tbody", {}, ...list.map(one =>
-    opened(make("tr", {}, make("td", {}, make("b", {}, one.recording_id), make("small", { class: "quiet" }, ` ${one.folder}`)), make("td", {}, setpoint(one)), make("td", {}, pill(RESULT[one.result], one.result)),
+    opened(make("tr", {}, make("td", {}, make("b", {}, one.recording_id), make("small", { class: "quiet" }, ` ${one.folder}`), isOpen(one.folder, one.file) ? make("small", { class: "this-one" }, " this is the one that is open") : null), make("td", {}, setpoint(one)), make("td", {}, pill(RESULT[one.result], one.result)),
       make("td", {}, duration(one.duration_s)), make("td", {}, one.gearbox || "–"), make("td", {}, one.started_s ? moment(one.started_s * 1000) : "–"), make("td", {}, one.tags.join(", "))),
     () => (one.result === "no use" ? openFolder(one.folder) : openRecording(one.folder, { ...one, id: one.recording_id }))))))] : []));
 }

@@ -113,7 +113,7 @@ function tiles(values) {
   const angle = values.load_angle?.[3];
   // rounded first: 359.97° is 0.0, not 360.0
   set("v-angle", angle === undefined ? undefined : (Math.round(angle * DEGREES * 10) % 3600 + 3600) % 3600 / 10, 1, "°");
-  $("s-angle").textContent = values.motor_angle ? `motor ${number(values.motor_angle[3] * DEGREES / 360, 1)} revolutions` : "";
+  $("s-angle").textContent = values.motor_angle ? `motor ${number(values.motor_angle[3] * DEGREES / 360, 1)} rev` : "";
   set("v-motor", mean("motor_torque"), 2, "N·m");
   const [low, high] = values.motor_torque ?? [];
   $("s-motor").textContent = low === undefined || low === high ? "" : `${number(low, 2)} … ${number(high, 2)}`;

@@ -143,7 +143,7 @@ async function plan() {
     $("plan-sum").textContent = "";
     $("plan-points").replaceChildren();
   }
-  if (mine === asked) { $("plan-save").disabled = Boolean($("plan-problem").textContent); $("plan-start").disabled = !origin || $("plan-save").disabled; }
+  if (mine === asked) { $("plan-save").disabled = Boolean($("plan-problem").textContent); $("plan-start").disabled = !origin || $("plan-save").disabled; $("plan-hint").hidden = Boolean(origin); }
 }
 
 function planned(found) {
@@ -171,6 +171,7 @@ function save() {
     const answer = await post("campaigns", { name: me.name, campaign: wanted(), table, replaces });
     origin = answer.campaign;
     $("plan-start").disabled = false;
+    $("plan-hint").hidden = true;
     show();
     return answer;
   };

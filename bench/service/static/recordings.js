@@ -16,7 +16,7 @@ const MOST_MARKS = 40;
 let main = null, under = null, plots = {}, turned = [], asked = 0;
 const hidden = new Set();
 
-export function open() { find.open(folder, recording); }
+export function open() { find.open(folder, recording, (place, file) => under === main && under?.folder === place && under?.one.file === file); }
 export const folders = find.find;
 const pathOf = (name, file) => `folders/${encodeURIComponent(name)}/${encodeURIComponent(file)}`;
 
