@@ -114,7 +114,7 @@ def test_what_is_open_is_asked_of_the_bench(page: Browser) -> None:
     assert "Investigate" not in page.text("[data-analysis='20260301-a']")
     page.click("[data-analysis='20261101-b'] button", "Investigate what is open")
     page.until(lambda: page.text("#sheet-title") == "Investigate autumn")
-    assert "nothing moves until" in page.text("#sheet-body")
+    assert "Nothing moves until" in page.text("#sheet-body")
     hours = page.find("#ask-hours")
     hours.clear()
     hours.send_keys("1.5")
