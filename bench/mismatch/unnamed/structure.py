@@ -84,17 +84,20 @@ def _mean(search: Search) -> tuple[float, str, float]:
 
 
 def _counts(loud: Bursts, outcome: ChannelOutcome, search: Search) -> bool:
-    """Whether loud blocks hold more than the least that is told of anything: the least strength in the least share of
-    samples that counts as where an effect acts. They are seen one by one, so the mean over all samples is no measure.
+    """Whether loud blocks hold more than the least that is told of anything.
+
+    What is above the noise of a sample is seen one by one, so that the mean over all samples is no measure: the least
+    strength in the least share of samples that counts as where an effect acts is enough.
     """
     if not loud.rows.size:
         return False
     rows = search.model.problem.rows
     left = rows.y - search.model.predict(rows.frame)
     number = rows.number[loud.rows]
-    total = float(rows.number[search.model.problem.train].sum())
-    least = criteria.LEAST_STRENGTH**2 * criteria.LEAST_ACTIVE
-    return bool(np.sum(left[loud.rows] ** 2 * number) / total > least * outcome.floor**2)
+    overall = float(np.sqrt(np.sum(left[loud.rows] ** 2 * number) / rows.number[search.model.problem.train].sum()))
+    alone = float(np.sqrt(np.mean(left[loud.rows] ** 2))) > outcome.floor
+    least = criteria.LEAST_STRENGTH * np.sqrt(criteria.LEAST_ACTIVE) if alone else criteria.LEAST_OVERALL
+    return bool(overall > least * outcome.floor)
 
 
 def _matters(heard: Tone, outcome: ChannelOutcome) -> bool:

@@ -12,6 +12,7 @@ import pytest
 from bench.mismatch import criteria
 from bench.mismatch.regression.bank import fit
 from bench.mismatch.unnamed.bursts import Bursts, bursts
+from bench.mismatch.unnamed.structure import _counts
 from bench.simulation.frame import Frame
 from tests.bench.mismatch.regression.synthetic import banked, campaign, problem
 
@@ -80,3 +81,18 @@ def test_what_comes_just_before_a_reversal_is_no_burst() -> None:
     steady[loud[::2]] = 0.0
     assert looked(1, 6.0, KNOCK, QUICK, 0.1).rows.size >= 5
     assert looked(1, 6.0, KNOCK, replace(QUICK, steady=steady), 0.1).rows.size == 0
+
+
+@pytest.mark.parametrize(
+    ("size", "rows", "told"), [(2.3, 20, True), (0.45, 20, False), (0.45, 600, True), (2.3, 2, False)]
+)
+def test_few_loud_rows_are_told_where_they_are_above_the_noise(size: float, rows: int, told: bool) -> None:
+    """Of 40 000 rows; what is below the noise of a sample has to be something over all of them."""
+    frame = SimpleNamespace()
+    y = np.zeros(40_000)
+    y[:rows] = size * SIGMA
+    problem_of = SimpleNamespace(rows=SimpleNamespace(y=y, frame=frame, number=np.ones(y.size)), train=y >= 0.0)
+    model = SimpleNamespace(problem=problem_of, predict=lambda _: np.zeros(y.size))
+    search: Any = SimpleNamespace(model=model)
+    outcome: Any = SimpleNamespace(floor=SIGMA)
+    assert _counts(Bursts(np.arange(rows), 1e-4, 3.0), outcome, search) is told
