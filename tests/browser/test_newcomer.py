@@ -26,8 +26,15 @@ return box.top > document.querySelector('header').getBoundingClientRect().bottom
 CUT_OFF = "const box = document.getElementById(arguments[0]); return box.scrollWidth - box.clientWidth"
 KEYS_CUT_OFF = """return [...document.querySelectorAll('#now .key')].filter(one => one.offsetParent)
   .map(one => one.scrollWidth - one.clientWidth).filter(more => more > 0)"""
-PICTURE = """const done = arguments[0];
-URL.createObjectURL = blob => { createImageBitmap(blob).then(image => done([image.width, image.height])); return '#'; };
+PICTURE = """const done = arguments[0], texts = [], write = CanvasRenderingContext2D.prototype.fillText;
+CanvasRenderingContext2D.prototype.fillText = function (text, ...at) {
+  texts.push(text);
+  write.call(this, text, ...at);
+};
+URL.createObjectURL = blob => {
+  createImageBitmap(blob).then(image => done([image.width, image.height, texts.join(' ')]));
+  return '#';
+};
 [...document.querySelectorAll('#recording-acts button')].find(one => one.innerText === 'Picture').click();"""
 
 
@@ -140,7 +147,13 @@ def test_plan_run_find_overlay_read_and_export(newcomer: Browser, address: str, 
     assert "µrad RMS" in page.text("#changes")
     in_sight(page)
     page.shot(f"operator-changes-{name}")
-    width, height = page.driver.execute_async_script(PICTURE)
+    width, height, texts = page.driver.execute_async_script(PICTURE)
     assert width > 300
     assert height > 600
+    # the picture says of what it is, and which curve is whose
+    assert "0001-constant_velocity: 500 N·m, 10.0 °/s" in texts
+    assert "over 0001-constant_velocity of my-sweep-" in texts
+    assert "last-month" in texts
+    assert "mean of 0001-constant_velocity" in texts
+    assert "the other" in texts
     assert [line for line in page.problems() if "/api/plan" not in line] == []

@@ -19,6 +19,8 @@ const VIEWS = { now: now.spectrum, campaign: () => { campaign.queue(); campaign.
 function view(name) {
   for (const tab of $("tabs").children) tab.setAttribute("aria-selected", tab.dataset.view === name);
   for (const id of Object.keys(VIEWS)) $(id).hidden = id !== name;
+  // each page begins at its own top
+  if (sessionStorage.getItem("view") !== name) scrollTo({ top: 0, behavior: "instant" });
   sessionStorage.setItem("view", name);
   VIEWS[name]();
 }

@@ -100,7 +100,7 @@ const padded = least => (self, low, high) => {
 
 // Columns: time, set or expected, low, high, mean; with `other`, the mean of a second recording last.
 export function bandPlot(place, { title, set = "set", actual = "mean", least = 0.1, height = 170, clockTime = true, other = null, sync = null }) {
-  key(place, title, [["actual", actual, "stroke"], ...(set ? [["set", set, "dash"]] : []), ...(other ? [["model", other, "stroke"]] : []), ["band", "min … max", "area"]]);
+  const entries = key(place, title, [["actual", actual, "stroke"], ...(set ? [["set", set, "dash"]] : []), ...(other ? [["model", other, "stroke"]] : []), ["band", "min … max", "area"]]);
   const hidden = { points: { show: false }, value: (u, v) => short(v) };
   const plot = new Plot(place, height, self => ({
     scales: {
@@ -116,7 +116,7 @@ export function bandPlot(place, { title, set = "set", actual = "mean", least = 0
     bands: [{ series: [2, 1], fill: colour("band") }],
     hooks: self.hooks({ draw: [u => limitLines(u, self.limits, colour), u => markLines(u, self.marks, colour)] }),
   }), sync);
-  plot.title = title;
+  titled(title, entries, plot);
   const show = plot.show.bind(plot);
   // drawn last, the set value stays in sight over what follows it well
   plot.show = ([time, wanted, low, high, mean, second], range) => show([time, low, high, mean, ...(set ? [wanted] : []), ...(other ? [second] : [])], range);
@@ -135,11 +135,12 @@ function key(place, title, entries) {
     return item;
   }));
   place.before(line);
+  return entries;
 }
 
 // Columns: order, measured amplitude, model amplitude (may be all null); µrad.
 export function spectrumPlot(place, height = 330, second = "model") {
-  key(place, "Order spectrum", [["actual", "measured", "area"], ["model", second, "ring"]]);
+  const entries = key(place, "Order spectrum", [["actual", "measured", "area"], ["model", second, "ring"]]);
   const label = u => {
     const [orders, measured] = u.data, { ctx } = u;
     const [from, to] = [u.scales.x.min, u.scales.x.max];
@@ -158,7 +159,7 @@ export function spectrumPlot(place, height = 330, second = "model") {
     }
     ctx.restore();
   };
-  return titled("Order spectrum", new Plot(place, height, self => ({
+  return titled("Order spectrum", entries, new Plot(place, height, self => ({
     scales: { x: { time: false, range: () => self.zoom ?? self.range ?? [0, 320] }, y: { range: (u, low, high) => [0, (high || 1) * 1.2] } },
     axes: [axis({ label: "order (times a load-side revolution)", labelSize: 22 }), axis({ label: "amplitude in µrad", size: 60, labelSize: 22 })],
     series: [
@@ -170,13 +171,14 @@ export function spectrumPlot(place, height = 330, second = "model") {
   })));
 }
 
-const titled = (title, plot) => Object.assign(plot, { title });
+// What a picture of the plot says beside it.
+const titled = (title, entries, plot) => Object.assign(plot, { title, entries });
 
 // Columns: input angle in degrees, measured, model, lower and upper end of its band; µrad, as the spectrum.
 export function curvePlot(place, height = 210, second = "model", band = false) {
-  key(place, "Over the revolution", [["actual", "measured", "stroke"], ["model", second, "dash"], ...(band ? [["model-band", "its band", "area"]] : [])]);
+  const entries = key(place, "Over the revolution", [["actual", "measured", "stroke"], ["model", second, "dash"], ...(band ? [["model-band", "its band", "area"]] : [])]);
   const end = name => ({ label: `${second} ${name} µrad`, stroke: colour("model-band"), width: 1, points: { show: false }, value: (u, v) => short(v) });
-  const plot = titled("Transmission error over the revolution", new Plot(place, height, self => ({
+  const plot = titled("Transmission error over the revolution", entries, new Plot(place, height, self => ({
     scales: { x: { time: false, range: () => self.zoom ?? [0, 360] }, y: { range: padded(10) } },
     axes: [axis({ label: "input angle θ in degrees", labelSize: 22, incrs: [15, 30, 45, 60, 90] }), axis({ label: "error in µrad", size: 60, labelSize: 22 })],
     series: [

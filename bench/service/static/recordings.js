@@ -63,7 +63,7 @@ function tools() {
   $("recording-acts").replaceChildren(
     under ? button("Take the other away", () => { under = null; recording(place, one); })
       : button("Lay another over it", another),
-    button("Picture", () => savePicture(all(), one.id)), button("Values", () => saveValues(all(), one.id)),
+    button("Picture", () => savePicture(all(), one.id, `${$("recording-title").textContent} · ${$("recording-text").textContent}`)), button("Values", () => saveValues(all(), one.id)),
     link("hdf5", "HDF5"), link("csv", "CSV"), link("mat", "MAT"), ...noteButtons(place, one.file, notes));
 }
 
