@@ -44,9 +44,11 @@ def predict(
 
     told = []
     out.mkdir(parents=True, exist_ok=True)
-    refused: dict[str, None] = {}
+    refused: dict[str, list[str]] = {}
     for one in predict_recordings(model, recordings):
-        refused |= dict.fromkeys(one.refused)
+        for sentence in one.refused:
+            # recordings of a folder mostly lack the same channels
+            refused.setdefault(sentence.replace(one.recording.recording_id, "", 1), []).append(sentence)
         if not one.channels:
             continue
         files = [WRITERS[form.value](one, out)]
@@ -61,7 +63,8 @@ def predict(
             ]
             say(f"{files[0]}: residual (rms) {', '.join(parts)}")
     if as_json:
-        say(json.dumps({"recordings": told, "refused": list(refused)}, ensure_ascii=False))
+        sentences = list(dict.fromkeys(own for alike in refused.values() for own in alike))
+        say(json.dumps({"recordings": told, "refused": sentences}, ensure_ascii=False))
         return
-    for sentence in refused:
-        say(f"note: {sentence}")
+    for first, *others in refused.values():
+        say(f"note: {first}{f' (the same in {len(others)} other recordings)' if others else ''}")

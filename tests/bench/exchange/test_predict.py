@@ -85,3 +85,17 @@ def test_the_recording_itself_is_never_written(recording: Path, tmp_path: Path) 
     (told,) = predict_recordings(model(tmp_path), recording)
     with pytest.raises(RecordingError, match="is the recording itself"):
         write_copy(told, recording.parent)
+
+
+def test_what_recordings_of_a_folder_lack_alike_is_said_once(tmp_path: Path) -> None:
+    folder = tmp_path / "lean"
+    folder.mkdir()
+    for number in (1, 2, 3):
+        write(folder, number, seconds=3.0, without=("load_angle",))
+    arguments = ["predict", str(model(tmp_path)), str(folder), "--out", str(tmp_path / "out"), "--no-plot"]
+    told = CliRunner().invoke(make_app(), arguments)
+    assert told.exit_code == 0, told.output
+    lines = [line for line in told.output.splitlines() if "transmission_error is not predicted" in line]
+    assert lines == [
+        "note: transmission_error is not predicted: r001 has no load_angle (the same in 2 other recordings)"
+    ]
