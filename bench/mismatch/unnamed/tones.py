@@ -35,8 +35,8 @@ _FURTHEST = 12
 """bins to either side at which a line of a million times the noise has fallen to it"""
 _ABOUT = 41
 """frequencies whose median tells the noise at one"""
-_FEWEST_ABOUT = 10
-"""of them that no order covers: their median is known to a sixth"""
+_FEWEST_ABOUT = 7
+"""of them that no order covers: their median is known to a fifth"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,10 +135,14 @@ def _level(power: FloatArray, covered: NDArray[np.bool_]) -> FloatArray:
     low frequencies that the median of all would be theirs. NaN where fewer than :data:`_FEWEST_ABOUT` are left.
     """
     out = np.asarray(median_filter(power, _ABOUT, mode="nearest"))
-    last = int(np.max(np.flatnonzero(covered), initial=-1)) + _ABOUT // 2 + 1
+    if not covered.any():
+        return out
+    last = int(np.flatnonzero(covered)[-1]) + _ABOUT // 2 + 1
     alone = np.where(covered, np.nan, power)
     for k in range(min(last, power.size)):
-        about = alone[max(k - _ABOUT // 2, 0) : k + _ABOUT // 2 + 1]
+        # as far to either side: noise falls with the frequency, and what lies to one side alone is no measure
+        half = min(_ABOUT // 2, k, power.size - 1 - k)
+        about = alone[k - half : k + half + 1]
         about = about[np.isfinite(about)]
         out[k] = np.median(about) if about.size >= _FEWEST_ABOUT else np.nan
     return out

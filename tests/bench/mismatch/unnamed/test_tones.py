@@ -56,3 +56,8 @@ def test_a_tone_stands_out_of_what_a_strong_order_leaks(amplitude: float, there:
     assert (found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL) is there
     if there:
         assert abs(found.frequency - 1.6) <= 2.0 * found.half_bin
+
+
+@pytest.mark.parametrize("orders", [(), (100.0, 300.0)])
+def test_noise_that_rises_towards_low_frequencies_is_no_tone(orders: tuple[float, ...]) -> None:
+    assert heard(3, orders=orders, white=0.2, slow=1.0, memory=0.8).p_value > criteria.ERROR_RATE_OF_A_CHANNEL  # type: ignore[arg-type]
