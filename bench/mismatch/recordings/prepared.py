@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.errors import ConfigurationError, RecordingError
+from bench.errors import RecordingError
 from bench.foreign.base import BY, Base
 from bench.foreign.inputs import inputs_of
 from bench.identification.samples.spikes import spikes
@@ -120,7 +120,8 @@ def prepare(
 
     ``index``: its number in the folder; ``travelled``: distance run before it in this campaign, rad at the output;
     ``group``: samples averaged into one, chosen by the smoothing window where it is not given.
-    Raises RecordingError where the file cannot be read or names no gear ratio.
+    Raises RecordingError where the file cannot be read or names no gear ratio, ConfigurationError where a simulation
+    from elsewhere is mapped wrongly.
     """
     if recording.gearbox.ratio is None:
         raise RecordingError(f"{recording.path}: gearbox.ratio is missing; a linear axis has ratio 1")
@@ -255,10 +256,7 @@ def _told(recording: Recording, folder: Folder) -> dict[str, FloatArray]:
     if folder.base is None:
         return {}
     plain = replace(folder, base=None)
-    try:
-        return folder.base.told(recording, lambda: inputs_of(recording, prepare(recording, 0, plain, group=1).frame))
-    except ConfigurationError as error:
-        raise RecordingError(str(error)) from error
+    return folder.base.told(recording, lambda: inputs_of(recording, prepare(recording, 0, plain, group=1).frame))
 
 
 def _pieces(time: FloatArray, rate: float, label: IntArray) -> list[slice]:

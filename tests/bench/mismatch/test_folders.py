@@ -15,7 +15,7 @@ import pytest
 from typer.testing import CliRunner
 
 from bench.cli.app import make_app
-from bench.errors import RecordingError
+from bench.errors import ConfigurationError, RecordingError
 from bench.mismatch.analysis import _shown_here_first, compared_channels
 from bench.mismatch.recordings import loading
 from bench.mismatch.recordings.loading import load
@@ -113,6 +113,21 @@ def test_truncated_and_odd_files_are_rejected_with_their_reason(tmp_path: Path) 
     assert "at least 50 are needed" in told
     assert "ratio 81, most of the folder of 185" in told
     assert "names no gear ratio" in told
+
+
+def test_a_wrong_simulation_is_not_put_on_the_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "r"
+    folder.mkdir()
+    for number in range(8):
+        write(folder, number)
+    wrong = "model.toml: inputs.n_in: the recording has no channel 'motor_speed'."
+
+    def prepared(*_: object) -> None:
+        raise ConfigurationError(wrong)
+
+    monkeypatch.setattr(loading, "prepare", prepared)
+    with pytest.raises(ConfigurationError, match=r"^model.toml: inputs.n_in"):
+        load(folder)
 
 
 def test_recordings_that_name_no_setpoint_are_points_of_their_own(tmp_path: Path) -> None:
