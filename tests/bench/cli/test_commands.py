@@ -124,7 +124,10 @@ def test_repair_names_what_is_not_there(app: typer.Typer, tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("end", "said"),
     [
-        (End(EndKind.INTERRUPTED, "stopped on the operator's request"), "The same command with --out first goes on"),
+        (
+            End(EndKind.INTERRUPTED, "stopped on the operator's request"),
+            "with --out first continues from here",
+        ),
         (End(EndKind.TRIPPED, "too fast"), "bench acknowledge first, bench reset first"),
         (End(EndKind.FINISHED), "bench identify first --out model.json"),
     ],

@@ -8,7 +8,7 @@ import typer
 from typer.testing import CliRunner
 
 from bench.cli import prove as command
-from bench.proof import analyse, make, recompute
+from bench.proof import analyse, make, recompute, seal
 from tests.bench.proof.conftest import BlindAnalyser, SmallExaminer, each, smoothed
 
 
@@ -29,7 +29,7 @@ def test_make_only_seals_and_analyses_nothing(app: typer.Typer, tmp_path: Path) 
     folder, told = result.output.splitlines()
     assert list(Path(folder).glob("*.h5"))
     truths = Path(told.removeprefix("what is in each: "))
-    (truth,) = (make.read_truth(path) for path in truths.glob("*.json"))
+    (truth,) = (seal.read_truth(path) for path in truths.glob("*.json"))
     assert truth["verdict"] == "match"
     assert truth["folder"] == Path(folder).name
     assert not list(tmp_path.rglob("report.json"))

@@ -25,9 +25,9 @@ def emulator(veth, tmp_path_factory):
 @pytest.fixture(params=["tcp", "rtu"])
 def client(request, emulator):
     if request.param == "tcp":
-        made = ModbusTcpClient("127.0.0.1", port=emulator.places["modbus_tcp"], timeout=0.2, retries=0)
+        made = ModbusTcpClient("127.0.0.1", port=emulator.places["modbus_tcp"], timeout=1.5, retries=0)
     else:
-        made = ModbusSerialClient(emulator.places["modbus_rtu"], baudrate=19200, timeout=0.2, retries=0)
+        made = ModbusSerialClient(emulator.places["modbus_rtu"], baudrate=19200, timeout=1.5, retries=0)
     assert made.connect()
     yield made
     made.close()
