@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -16,19 +16,22 @@ from bench.simulation.frame import Frame
 
 def series(given: Given, frame: Frame) -> list[Written]:
     """The series of a simulation, by the direction of motion; empty where it has none."""
-    model = given.simulation.transmission_error()
-    if model is None:
-        return []
-    sides = [_side(given, model.direction(sign), frame) for sign in (1.0, -1.0)]
-    return [formula.where(frame.last_direction > 0, *sides)]
+    return _by_direction(given, frame, _side)
 
 
 def slope(given: Given, frame: Frame) -> list[Written]:
     """The change of the series with the angle, without orders that an encoder misreads; empty where it has none."""
+    return _by_direction(given, frame, _steeper)
+
+
+def _by_direction(
+    given: Given, frame: Frame, side: Callable[[Given, FourierSet | None, Frame], Written]
+) -> list[Written]:
+    """What ``side`` says of each direction's series, by the direction of motion; empty where there is no series."""
     model = given.simulation.transmission_error()
     if model is None:
         return []
-    sides = [_steeper(given, model.direction(sign), frame) for sign in (1.0, -1.0)]
+    sides = [side(given, model.direction(sign), frame) for sign in (1.0, -1.0)]
     return [formula.where(frame.last_direction > 0, *sides)]
 
 

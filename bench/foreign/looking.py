@@ -25,6 +25,7 @@ from bench.importing.formats.source import Variable
 from bench.importing.looking.entries import toml
 from bench.importing.looking.inventory import Column
 from bench.importing.looking.names import channel_of, meaning
+from bench.importing.units import si_of
 from bench.importing.units import unit_of as read_unit
 from bench.signals import BY_NAME
 
@@ -98,16 +99,9 @@ def _channel(variable: Any, given: bool) -> tuple[str, bool]:
     unit = declared_unit(variable)
     own = meaning(Column(Variable(str(variable.name), (2,), "float64", unit), np.zeros(2)))
     name = channel_of(own) or ""
-    if given and (_base(unit) == "rad/s²" or (not unit and _ACCELERATION.search(plain))):
+    if given and (si_of(unit) == "rad/s²" or (not unit and _ACCELERATION.search(plain))):
         name = f"{'load' if own.load else 'motor'}_acceleration"
     return (name, False) if name in allowed and _fits(unit, name) else ("", False)
-
-
-def _base(unit: str) -> str:
-    try:
-        return read_unit(unit, "").si if unit else ""
-    except ConfigurationError:
-        return ""
 
 
 def _fits(unit: str, channel: str) -> bool:

@@ -168,6 +168,14 @@ def unit_of(name: str, where: str, like: str | None = None) -> Unit:
     return Unit(_SHOWN.get(target, target).replace("**2", "²").replace("**3", "³").replace("*", "·"), one - zero, zero)
 
 
+def si_of(name: str) -> str:
+    """SI unit that a unit becomes; "" where it is none."""
+    try:
+        return unit_of(name, "").si if name else ""
+    except ConfigurationError:
+        return ""
+
+
 def _target(name: str, unit: Any, like: str | None) -> str | None:
     """The SI unit, as pint spells it, that a unit becomes; None where it is not of the quantity ``like``."""
     registry = _registry()

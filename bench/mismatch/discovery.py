@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.mismatch import criteria
 from bench.mismatch.recordings.rows import Rows
 from bench.simulation.frame import FloatArray
 
@@ -125,13 +126,17 @@ class ChannelOutcome:
         steady = self.rmse.get("after_steady")
         return self.rmse.get("after") if steady is None else steady
 
-    def of_levels(self, most: float) -> float:
+    @property
+    def of_levels(self) -> float:
         """How much of the mean square of held-out samples is the recordings' levels, which nothing recorded predicts:
-        the variance that the fitted recordings' levels have. 0 where held-out recordings leave more than ``most``
-        (rms) about their own means as well: that is no matter of levels.
+        the variance that the fitted recordings' levels have. 0 where held-out recordings leave more than noise about
+        their own means as well: that is no matter of levels.
         """
         inside = self.rmse.get("after_inside")
-        return self.levels if inside is not None and inside <= most else 0.0
+        if inside is None or self.floor_std is None:
+            return 0.0
+        most = criteria.MORE_THAN_NOISE * self.floor + criteria.FLOOR_ERRORS * self.floor_std
+        return self.levels if inside <= most else 0.0
 
     @property
     def left(self) -> FloatArray:

@@ -18,10 +18,10 @@ from bench.importing.looking.guesses import (
     unit_of_time,
 )
 from bench.importing.looking.inventory import NAMELESS, Column, Inventory
-from bench.importing.looking.motion import Motion, si_of, values_of
+from bench.importing.looking.motion import Motion, values_of
 from bench.importing.looking.names import Meaning, busiest_axis, channel_of, meaning, plain
 from bench.importing.mapping import OPEN
-from bench.importing.units import unit_of
+from bench.importing.units import si_of, unit_of
 from bench.signals import BY_NAME
 
 _GUESS = "a guess"

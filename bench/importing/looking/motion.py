@@ -7,24 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.errors import ConfigurationError
 from bench.importing.looking.guesses import STRETCH, FloatArray, integral, overflow, ratio_of
 from bench.importing.looking.inventory import Column
 from bench.importing.looking.names import Meaning
-from bench.importing.units import unit_of
+from bench.importing.units import si_of, unit_of
 
 _SAME_SIDE = 1.1
 """how much faster a speed may be than the rate of an angle for both to be of one shaft"""
 _TOGETHER, _APART = 0.95, 0.5
 """correlations of what two angles move in a stretch: above the first they turn together, below the second not"""
-
-
-def si_of(unit: str) -> str:
-    """SI unit that a unit becomes; "" where it is none."""
-    try:
-        return unit_of(unit, "").si if unit else ""
-    except ConfigurationError:
-        return ""
 
 
 def values_of(column: Column, own: Meaning) -> FloatArray:

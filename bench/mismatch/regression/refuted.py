@@ -62,31 +62,36 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
     they only decide whether it is told. Names stay: they are told with half the confidence.
     """
     current = list(model.chosen)
-    while (refuted := next((c for c in current if _refuted(model, current, c)), None)) is not None:
+    while True:
+        asked = ((c, _worse_with(model, current, c)) for c in current)
+        refuted = next(((c, ratio) for c, ratio in asked if ratio is not None), None)
+        if refuted is None:
+            return current
+        own, ratio = refuted
+        model.notes.append(
+            f"{own.main.regressor.words} gained in the fit, but recordings held out are predicted"
+            f" {ratio:.3g} times as badly with it: it is not reported"
+        )
         # what stood beside it may have made up for it: it is asked again
-        current = without(current, refuted, model.problem.lacking)
-    return current
+        current = without(current, own, model.problem.lacking)
 
 
-def _refuted(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> bool:
-    """Whether recordings held out are against a function without a name beside the others of some effects."""
+def _worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> float | None:
+    """How many times as badly recordings held out are predicted with a function without a name beside the others of
+    some effects; None where they are not against it.
+    """
     problem = model.problem
     held, frame = problem.held_out, problem.rows.frame
     if own.effect != UNKNOWN or of_auxiliary(own.main.regressor) or not held.any():
-        return False
+        return None
     others = without(current, own, problem.lacking)
     squared = [_squared(model, chosen)[held] for chosen in (current, others)]
     number = problem.rows.number[held]
     worse = float(np.average(squared[0] - squared[1], weights=number))
     error = error_of_mean(squared[0] - squared[1], frame.recording[held], number)
     ratio = np.sqrt(np.average(squared[0], weights=number) / max(np.average(squared[1], weights=number), 1e-300))
-    if not ((error is not None and worse > criteria.ONE_ERROR * error) or ratio > criteria.MORE_THAN_NOISE):
-        return False
-    model.notes.append(
-        f"{own.main.regressor.words} gained in the fit, but recordings held out are predicted"
-        f" {ratio:.3g} times as badly with it: it is not reported"
-    )
-    return True
+    against = (error is not None and worse > criteria.ONE_ERROR * error) or ratio > criteria.MORE_THAN_NOISE
+    return float(ratio) if against else None
 
 
 def _squared(model: ChannelModel, chosen: Sequence[Chosen]) -> FloatArray:

@@ -49,9 +49,9 @@ def _doubt(outcome: ChannelOutcome) -> str:
     # how well a floor is known, how well a few recordings tell what is left, and what the calibration leaves open
     drawn = square_error(outcome) or 0.0
     error = float(np.hypot(2.0 * outcome.floor * std, drawn))
-    noise_alone = criteria.MORE_THAN_NOISE * outcome.floor
-    most = noise_alone**2 + criteria.FLOOR_ERRORS**2 * outcome.doubt
-    most += outcome.of_levels(noise_alone + criteria.FLOOR_ERRORS * std)
+    most = (
+        (criteria.MORE_THAN_NOISE * outcome.floor) ** 2 + criteria.FLOOR_ERRORS**2 * outcome.doubt + outcome.of_levels
+    )
     if after**2 > most + criteria.FLOOR_ERRORS * error:
         noise = f"{outcome.floor:.3g} ± {std:.2g} {unit}"
         return f"what is left of the {name}, {after:.3g} {unit}, is more than the noise, {noise}"

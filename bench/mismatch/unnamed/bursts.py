@@ -1,9 +1,9 @@
 """Bursts: blocks of the campaign in which what is left scatters far more than elsewhere.
 
 The logarithm of a block's mean square has a spread of its own, by the noise and by the speed; it is taken from the
-blocks themselves (median absolute deviation), about the median of the blocks of a like speed; with its loudest row
-no louder than the next a block has to be loud as well. Blocks are of steady
-motion: starts, reversals and ramps have dynamics that no simulation of the slow physics claims.
+blocks themselves (median absolute deviation), about the median of the blocks of a like speed. With its loudest row no
+louder than the next a block has to be loud as well. Blocks are of steady motion: starts, reversals and ramps have
+dynamics that no simulation of the slow physics claims.
 """
 
 from __future__ import annotations

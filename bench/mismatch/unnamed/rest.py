@@ -38,14 +38,12 @@ def unexplained(outcome: ChannelOutcome) -> None:
     if after is None or outcome.floor_std is None or any(d.effect == UNNAMED for d in outcome.discoveries):
         return
     every = outcome.rmse.get("after")
-    usual = criteria.MORE_THAN_NOISE
-    most = usual * outcome.floor + criteria.FLOOR_ERRORS * outcome.floor_std
-    levels = outcome.of_levels(most)
+    usual, levels = criteria.MORE_THAN_NOISE, outcome.of_levels
     if not outcome.discoveries and p is not None and p < criteria.ERROR_RATE_OF_A_CHANNEL and every is not None:
         after = max(after, every)
         # an integral's floor knows nothing of slow noise that adds up in what is integrated
         usual, levels = usual if CHANNELS[outcome.channel].integral else 1.0, 0.0
-        most = usual * outcome.floor + criteria.FLOOR_ERRORS * outcome.floor_std
+    most = usual * outcome.floor + criteria.FLOOR_ERRORS * outcome.floor_std
     # at states that the calibration hardly knows, it may be off by what it says itself
     if after**2 < most**2 + levels + criteria.FLOOR_ERRORS**2 * outcome.doubt:
         return

@@ -38,7 +38,8 @@ def examine(
     loud = bursts(search)
     if heard is not None and heard.p_value < criteria.ERROR_RATE_OF_A_CHANNEL and _matters(heard, outcome):
         outcome.discoveries.append(_of_tone(heard, outcome))
-    if loud is not None and loud.p_value < criteria.ERROR_RATE_OF_A_CHANNEL and _counts(loud, outcome, search):
+    counts = loud is not None and _counts(loud, outcome, search)
+    if loud is not None and counts and loud.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
         found = _of_bursts(loud, outcome, search)
         if found is not None:
             outcome.discoveries.append(found)
@@ -54,7 +55,7 @@ def examine(
         f"{len(search.blocks)} functions of everything recorded ({what}, {size:.2f} of the noise)"
     )
     if loud is not None:
-        looks.append(loud.p_value if _counts(loud, outcome, search) else 1.0)
+        looks.append(loud.p_value if counts else 1.0)
         words += f"; loudest of the blocks in time (p {loud.p_value:.2g})"
     if louder is not None:
         looks.append(louder.p_value)
