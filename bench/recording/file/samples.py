@@ -18,6 +18,8 @@ from numpy.typing import NDArray
 
 _SHUFFLE, _DEFLATE = h5py.h5z.FILTER_SHUFFLE, h5py.h5z.FILTER_DEFLATE
 _PIPELINES = ((), (_SHUFFLE,), (_DEFLATE,), (_SHUFFLE, _DEFLATE))
+_LAST_BYTE = np.iinfo(np.int64).max
+"""No file has bytes beyond this address: offsets of files are signed (``off_t``)."""
 
 
 class Unreadable(OSError):
@@ -106,7 +108,7 @@ def look_up(dataset: h5py.Dataset) -> tuple[int, Places | None]:
 
 def _contiguous(dataset: h5py.Dataset) -> Places | None:
     offset = dataset.id.get_offset()
-    if offset is None or not _as_numpy_has_it(dataset):  # in the object header, or nowhere yet
+    if offset is None or offset > _LAST_BYTE or not _as_numpy_has_it(dataset):  # in the object header, or nowhere
         return None
     one = np.array([offset], np.int64)
     rows, size = max(dataset.size, 1), np.array([dataset.nbytes])
@@ -134,8 +136,8 @@ def _chunks(dataset: h5py.Dataset) -> tuple[NDArray[np.int64], NDArray[np.int64]
     infos = []
     for number in range(-(-dataset.shape[0] // rows)):
         info = found.get(number)
-        if info is None or info.byte_offset is None:
-            break
+        if info is None or info.byte_offset is None or info.byte_offset + info.size > _LAST_BYTE:
+            break  # never stored, or damaged to an address that no file has
         infos.append(info)
     return (
         np.array([info.byte_offset for info in infos], np.int64),

@@ -208,6 +208,16 @@ def test_damaged_bytes_never_raise_anything_but_one_sentence(
     assert len(folder.recordings) + len(folder.rejected) == 1
 
 
+def test_an_address_that_no_file_has_is_a_chunk_that_was_never_stored(tmp_path: Path) -> None:
+    path = builders.write(tmp_path / "a.h5")
+    with h5py.File(path) as file:
+        stored = file["channels/motor_angle"].id.get_chunk_info(0).byte_offset
+    beyond = (1 << 64) - 256  # all ones would be HDF5's own mark of a chunk that is nowhere
+    path.write_bytes(path.read_bytes().replace(stored.to_bytes(8, "little"), beyond.to_bytes(8, "little")))
+    with pytest.raises(RecordingError, match="/motor_angle claims 3000 rows, those from index 0 on were never"):
+        Recording.open(path)
+
+
 def test_rows_out_of_range_are_refused(tmp_path: Path) -> None:
     recording = Recording.open(builders.write(tmp_path / "a.h5"))
     with pytest.raises(RecordingError, match="the recording has rows 0 to 3000"):
