@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import gc
 import os
+import shutil
 import signal
 import sys
+import tempfile
 from collections.abc import Generator, Iterator
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
 
+from tests import units
 from tests.veth import VethPair, veth_pair
 
 REQUIRE_WIRE = "BENCH_REQUIRE_WIRE"
@@ -33,6 +38,7 @@ SLOW = (
     "tests/docs/test_notebook.py",
     "tests/docs/test_your_data.py",
     # a whole analysis
+    "tests/bench/identification/test_coverage.py",
     "tests/bench/identification/test_orders.py",
     "tests/bench/identification/test_outlook.py",
     "tests/bench/investigate/",
@@ -47,6 +53,9 @@ SLOW = (
     "tests/bench/proof/test_peers.py",
     "tests/bench/proof/through/",
     "tests/bench/trend/test_trend.py",
+    "tests/bench/twin/test_comparison.py",
+    "tests/bench/twin/test_cost.py",
+    "tests/bench/twin/test_watch.py",
     # every kind of hidden physics
     "tests/fakes/concealed/test_clutter.py",
     "tests/fakes/plant/test_hidden.py",
@@ -67,6 +76,15 @@ os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 for _threads in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(_threads, "1")
 
+RAM = Path("/dev/shm")
+ROOM_BYTES = 4 << 30
+# Nothing that a test writes has to outlive the computer: where there is room in its memory, no test waits for a disk.
+if "TMPDIR" not in os.environ and os.access(RAM, os.W_OK) and shutil.disk_usage(RAM).free >= ROOM_BYTES:
+    os.environ["TMPDIR"] = tempfile.tempdir = str(RAM)
+
+# Until all tests are collected nothing becomes garbage, and looking for it takes an eighth of the time.
+gc.disable()
+
 # The first example of a test may compile a numeric loop; how long that takes says nothing about the code.
 settings.register_profile("bench", deadline=None)
 settings.load_profile("bench")
@@ -77,11 +95,25 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--fmus", help="folder of the Reference FMUs, for their compatibility test")
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the tests of :data:`SLOW`, so that ``-m "not slow"`` leaves them out."""
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Mark the tests of :data:`SLOW`, so that ``-m "not slow"`` leaves them out; sort them for several processes."""
     for item in items:
         if item.nodeid.startswith(SLOW):
             item.add_marker(pytest.mark.slow)
+    if hasattr(config, "workerinput"):
+        units.first_things_first(items)
+
+
+def pytest_collection_finish() -> None:
+    """Look for garbage from here on, and not among what was imported and collected, which stays."""
+    gc.freeze()
+    gc.enable()
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
+    """Hand out the tests as :mod:`tests.units` says, unless ``--dist`` asks for something else."""
+    return units.scheduler(config, log) if config.getoption("dist") == "load" else None
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests import units
 from tests.conftest import REQUIRE_WIRE, SLOW
 
 ROOT = Path(__file__).parents[1]
@@ -39,6 +40,31 @@ def test_slow_tests_are_left_out_on_request(pytester: pytest.Pytester) -> None:
     marked = ("-p", "no:cacheprovider", "-o", "markers=slow")
     pytester.runpytest_inprocess(*marked, "-m", "not slow").assert_outcomes(passed=1, deselected=1)
     pytester.runpytest_inprocess(*marked).assert_outcomes(passed=2)
+
+
+def test_places_of_tests_that_begin_first_exist() -> None:
+    for beginning in units.FIRST:
+        assert (ROOT / beginning.partition("::")[0]).exists(), f"tests/units.py names {beginning}, which is not there"
+
+
+def test_what_shares_a_fixture_or_needs_an_earlier_command_is_one_unit() -> None:
+    commands = "tests/docs/test_commands.py::test_short_commands_run["
+    assert units.unit("tests/bench/twin/test_watch.py::test_a") == units.unit("tests/bench/twin/test_page.py::test_b")
+    assert units.unit(f"{commands}README.md: bench plan quick]") == units.unit(f"{commands}README.md: bench run: a]")
+    assert units.unit(f"{commands}README.md: bench plan quick]") != units.unit(f"{commands}docs/twin.md: bench plan]")
+    assert units.unit("tests/bench/test_api.py::test_a[b::c]") == "tests/bench/test_api.py"
+    row = "tests/bench/matrix/test_matrix.py::test_row"
+    assert units.unit(f"{row}[a]") != units.unit(f"{row}[b]")
+
+
+def test_long_units_begin_before_short_ones() -> None:
+    order = [
+        "tests/browser/test_operator.py::test_a",
+        "tests/system/test_rig.py::test_b",
+        "tests/bench/test_api.py::test_c",
+    ]
+    assert [units.rank(test) for test in order] == sorted({units.rank(test) for test in order})
+    assert units.rank(order[-1]) == len(units.FIRST)
 
 
 def test_every_dependency_is_pinned() -> None:

@@ -29,13 +29,19 @@ look();"""
 
 
 @pytest.fixture
-def locks(tmp_path: Path) -> Path:
-    return tmp_path / "locks"
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a short path: that of a socket in it may have 107 bytes."""
+    return tmp_path_factory.mktemp("stop")
 
 
 @pytest.fixture
-def address(tmp_path: Path) -> Iterator[str]:
-    with served_apart(tmp_path) as url:
+def locks(folder: Path) -> Path:
+    return folder / "locks"
+
+
+@pytest.fixture
+def address(folder: Path) -> Iterator[str]:
+    with served_apart(folder) as url:
         yield url
 
 

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
+
+import pytest
 
 from tests.browser.conftest import Browser, served_apart
 
 
-def test_a_missing_token_is_asked_for(new_browser: Callable[[str], Browser], tmp_path: Path) -> None:
+def test_a_missing_token_is_asked_for(
+    new_browser: Callable[[str], Browser], tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    folder = tmp_path_factory.mktemp("token")
     token = "a-token-of-a-laboratory-0417-0417"
-    (tmp_path / "token").write_text(token + "\n", "utf-8")
-    (tmp_path / "token").chmod(0o600)
-    with served_apart(tmp_path, "--token-file", str(tmp_path / "token")) as address:
+    (folder / "token").write_text(token + "\n", "utf-8")
+    (folder / "token").chmod(0o600)
+    with served_apart(folder, "--token-file", str(folder / "token")) as address:
         page = new_browser(address)
         page.driver.get(address)
         page.until(lambda: page.text("#sheet-title") == "This page needs the token of the service")

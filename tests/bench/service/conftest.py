@@ -110,8 +110,9 @@ class Client:
 
 
 @pytest.fixture(autouse=True)
-def own_locks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("BENCH_RUNTIME", str(tmp_path / "locks"))
+def own_locks(tmp_path: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> None:
+    # not below tmp_path, which has the name of the test: the path of a socket may have 107 bytes
+    monkeypatch.setenv("BENCH_RUNTIME", str(tmp_path_factory.mktemp("locks")))
     monkeypatch.setenv("BENCH_STATE", str(tmp_path / "state"))
     monkeypatch.setenv("BENCH_MACHINE", str(tmp_path / "machine"))
 

@@ -41,9 +41,9 @@ with listening(button) as there:
 
 
 @pytest.fixture(autouse=True)
-def runtime(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    folder = tmp_path / "runtime"
-    folder.mkdir(mode=0o700)
+def runtime(tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
+    # not below tmp_path, which has the name of the test: the path of a socket may have 107 bytes
+    folder = tmp_path_factory.mktemp("runtime")
     monkeypatch.setenv("BENCH_RUNTIME", str(folder))
     return folder
 
