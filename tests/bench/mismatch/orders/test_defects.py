@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bench.mismatch.orders import defects
+from bench.mismatch.orders import defects, pulse_mean
 from bench.mismatch.orders.periodic import Pulse
 from bench.mismatch.orders.sight import Sight
 from bench.mismatch.orders.turns import Complex, Turn
@@ -80,7 +80,7 @@ def test_a_pulse_is_found_where_low_orders_stand_against_it() -> None:
 def test_a_pulse_is_begun_lower_where_orders_make_its_matched_filter_too_high() -> None:
     pulse = Pulse(2.1, 0.03, 2e-5)
     seen = sight(pulse.vectors(np.arange(ORDERS, dtype=np.float64)), (), 1e-7)
-    line = defects._Line.of(seen, seen.mean)
+    line = pulse_mean.Mean.of(seen, seen.mean)
     before = np.zeros(line.orders.size, dtype=np.complex128)
     for much in (1.0, 2.0, 4.0):
         gain, begun = line._begun(Pulse(2.1, 0.03, much * 2e-5), before)

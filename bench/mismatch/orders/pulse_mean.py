@@ -1,0 +1,123 @@
+"""The mean spectrum of the revolutions, in which pulses are looked for: what may stand there, what a pulse gains."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from bench.mismatch import criteria
+from bench.mismatch.orders.lowest import lowest
+from bench.mismatch.orders.periodic import Pulse
+from bench.mismatch.orders.sight import Sight
+from bench.mismatch.orders.turns import Complex
+from bench.simulation.frame import FloatArray
+
+HIGHEST = 600
+"""order up to which pulses are looked for: one of 2.5 mrad has half its height there"""
+WIDTHS = np.geomspace(0.005, 0.16, 8)
+"""rad, standard deviations that are tried before they are refined"""
+BEGINS = (1.0, 0.5, 0.25)
+"""of the matched filter's height, from which a pulse is refined"""
+GRID = 4096
+"""angles of a revolution at which the matched filter is evaluated"""
+_SIZES = np.linspace(1.0, 0.125, 8)[:, None]
+"""logarithms of an order's size, over that of the usual one, both against the error: evenly spread"""
+
+
+@dataclass(frozen=True, slots=True)
+class Mean:
+    """The mean spectrum (k,) at free orders: vectors, standard deviation of a component, what else may stand there."""
+
+    orders: FloatArray
+    vectors: Complex
+    error: FloatArray
+    share: FloatArray
+    """of the orders there that stand by themselves (k,)"""
+    size: FloatArray
+    """standard deviation of a component of those (k,)"""
+
+    @classmethod
+    def of(cls, sight: Sight, vectors: Complex) -> Mean:
+        """Of the vectors (orders,) at whole orders, where the sight says they are free."""
+        places = np.flatnonzero(sight.free[: HIGHEST + 1])
+        orders = places.astype(np.float64)
+        found = np.array([f for f in sight.found if 0 < f <= HIGHEST])
+        size2 = np.array([np.abs(vectors[round(f)]) ** 2 / 2.0 for f in found])
+        share, size = np.empty(orders.size), np.empty(orders.size)
+        whole = float(size2.mean()) if found.size else 0.0
+        for k, f in enumerate(orders):
+            # orders of the same octave tell how many stand, and how large; half an order and a mean one where none is
+            near = np.abs(np.log2(np.maximum(found, 1.0) / f)) < 0.5 if found.size else np.zeros(0, dtype=bool)
+            span = max(f * (np.sqrt(2.0) - 1.0 / np.sqrt(2.0)), 1.0)
+            share[k] = min((near.sum() + 0.5) / (span + 1.0), 0.9)
+            level = np.sqrt((size2[near].sum() + whole) / (near.sum() + 1.0))
+            size[k] = level if whole else 10.0 * sight.error[round(f)]
+        return cls(orders, vectors[places], sight.error[places], share, size)
+
+    def density(self, centre: Complex, unlike: FloatArray) -> FloatArray:
+        """Log density of each vector (k,) about a pulse's vectors ``centre`` (k,), from which nature's may be
+        ``unlike`` (k,): a variance.
+        """
+        off = 0.5 * np.abs(self.vectors - centre) ** 2
+        plain = self.error**2 + unlike
+        alone = np.log1p(-self.share) - np.log(plain) - off / plain
+        # a gearbox has a few strong orders and many weak ones: of any size between the error and the usual one
+        more = plain + np.maximum(self.size, self.error) ** (2.0 * _SIZES) * self.error ** (2.0 * (1.0 - _SIZES))
+        beside = np.log(self.share / _SIZES.size) - np.log(more) - off / more
+        return np.asarray(np.logaddexp.reduce(np.vstack([alone, beside]), axis=0))
+
+    def gain(self, pulse: Pulse, before: Complex) -> float:
+        """Gain of log-likelihood of a pulse beside others that give ``before`` (k,)."""
+        with_it = before + pulse.vectors(self.orders)
+        # nature's pulse is no Gaussian: here and beside those before
+        others = 0.5 * (criteria.SHAPE * np.abs(before)) ** 2
+        tolerance = 0.5 * (criteria.SHAPE * envelope(pulse, self.orders)) ** 2
+        return float(np.sum(self.density(with_it, others + tolerance) - self.density(before, others)))
+
+    def best(self, before: Complex, starts: int) -> tuple[float, Pulse] | None:
+        """The pulse that gains most beside others: by a matched filter over the angle, then refined."""
+        left = self.vectors - before
+        standing = np.abs(left) ** 2 > 2.0 * np.log(1.0 + 1.0 / self.share) * self.error**2 * 4.0
+        # of one that stands by itself no more is known than its phase
+        variance = self.error**2 + np.where(standing, 0.5 * np.abs(left) ** 2, 0.0)
+        places = self.orders.astype(np.int64)
+        begins: list[Pulse] = []
+        for width in WIDTHS:
+            shape = width * np.sqrt(2.0 / np.pi) * np.exp(-0.5 * (self.orders * width) ** 2)
+            table = np.zeros(GRID // 2 + 1, dtype=np.complex128)
+            table[places] = shape / variance * (left.imag - 1j * left.real)
+            matched = np.fft.irfft(table, GRID) * (GRID / 2.0)
+            energy = max(float(np.sum(shape**2 / variance)), 1e-300)
+            for _ in range(2):
+                at = int(np.argmax(np.abs(matched)))
+                height = float(matched[at] / energy)
+                begins.append(Pulse(2.0 * np.pi * at / GRID, float(width), height))
+                reach = max(1, int(2.0 * width / (2.0 * np.pi) * GRID))
+                matched[np.arange(at - reach, at + reach + 1) % GRID] = 0.0
+        tried = sorted((self._begun(p, before) for p in begins), key=lambda g: -g[0])[:starts]
+        out = [self._refined(p, before) for _, p in tried]
+        return max(out, key=lambda g: g[0]) if out else None
+
+    def _begun(self, begin: Pulse, before: Complex) -> tuple[float, Pulse]:
+        """A begin of the matched filter with the height that gains most: weak orders that happen to be in phase with it
+        make it too high.
+        """
+        lower = [replace(begin, height=share * begin.height) for share in BEGINS]
+        return max(((self.gain(p, before), p) for p in lower), key=lambda g: g[0])
+
+    def _refined(self, begin: Pulse, before: Complex) -> tuple[float, Pulse]:
+        def pulse(x: FloatArray) -> Pulse:
+            width = float(np.clip(begin.width * np.exp(x[1]), 0.5 * WIDTHS[0], 2.0 * WIDTHS[-1]))
+            return Pulse(float(begin.angle + begin.width * x[0]), width, float(begin.height * (1.0 + x[2])))
+
+        found = lowest(lambda x: -self.gain(pulse(x), before), np.zeros(3), np.array([0.3, 0.25, 0.25]), 90)
+        best = pulse(found)
+        return self.gain(best, before), Pulse(float(np.mod(best.angle, 2.0 * np.pi)), best.width, best.height)
+
+
+def envelope(pulse: Pulse, orders: FloatArray) -> FloatArray:
+    """Size (k,) at each order of a pulse with corners, as high and as wide as a Gaussian: an edge's spectrum falls with
+    the square of the order, however smooth the Gaussian that it is most like (Bracewell, The Fourier Transform, ch. 8).
+    """
+    return np.asarray(np.abs(pulse.height) * pulse.width * np.sqrt(2.0 / np.pi) / (1.0 + (orders * pulse.width) ** 2))
