@@ -8,6 +8,11 @@ from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms.base import TEMPERATURE, Form, Point, Symbol, Term, columns
 from bench.simulation.terms.memory import integral
 
+CYCLES = (0.5, 0.83, 1.25, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 5.5, 6.0)
+"""periods of the surroundings in a campaign that are tried, half a cycle apart: from half a day to an air conditioning
+that comes six times
+"""
+
 
 def _hours(frame: Frame) -> FloatArray:
     return frame.time / 3600.0
@@ -24,7 +29,7 @@ def _quadratic(frame: Frame, _: Point) -> FloatArray:
 
 def _periods(frame: Frame) -> tuple[Point, ...]:
     span = float(_hours(frame).max()) or 1.0
-    return tuple((span * share,) for share in (0.5, 0.8, 1.2, 2.0))
+    return tuple((span / cycles,) for cycles in CYCLES)
 
 
 def _wave(frame: Frame, point: Point) -> FloatArray:
