@@ -19,6 +19,7 @@ from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.strength import strength_of
 from bench.mismatch.unnamed.bursts import Bursts, bursts
 from bench.mismatch.unnamed.scatter import UNITS, Scatter, scatter
+from bench.mismatch.unnamed.telegraph import Telegraph, telegraph
 from bench.mismatch.unnamed.tones import Tone, tone
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms import CHANNEL_UNITS
@@ -47,6 +48,10 @@ def examine(
     bursting = any(d.words == COMES_AND_GOES for d in outcome.discoveries)
     if louder is not None and not bursting and louder.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
         outcome.discoveries.append(_of_scatter(louder, outcome))
+    jumps = None if bursting else telegraph(search)
+    jumping = jumps is not None and _size(jumps) > criteria.LEAST_STRENGTH * outcome.floor
+    if jumps is not None and jumping and jumps.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
+        outcome.discoveries.append(_of_telegraph(jumps, outcome))
     best, what, size = _mean(search)
     looks = [best]
     words = (
@@ -63,6 +68,9 @@ def examine(
     if heard is not None:
         looks.append(heard.p_value if _matters(heard, outcome) else 1.0)
         words += f"; clearest tone (p {heard.p_value:.2g})"
+    if jumps is not None:
+        looks.append(jumps.p_value if jumping else 1.0)
+        words += f"; two levels with jumps between them (p {jumps.p_value:.2g})"
     outcome.structure = Structure(min(1.0, len(looks) * min(looks)), words + "; corrected for the number of looks")
 
 
@@ -125,6 +133,39 @@ def _of_tone(heard: Tone, outcome: ChannelOutcome) -> Discovery:
         heard.p_value,
         (),
         excess=_of_recordings(heard, outcome),
+        squares=_unchanged(outcome),
+    )
+
+
+def _size(jumps: Telegraph) -> float:
+    """Root mean square of a telegraph about its mean, where it was seen."""
+    seen = jumps.course[jumps.course != 0.0]
+    return float(np.sqrt(np.mean(seen**2))) if seen.size else 0.0
+
+
+def _of_telegraph(jumps: Telegraph, outcome: ChannelOutcome) -> Discovery:
+    """Jumps between two levels as a finding without a name: nothing recorded predicts when."""
+    unit = CHANNEL_UNITS[outcome.channel]
+    by = "" if jumps.times == "1" else f"*{jumps.times}"
+    stays = zip(("T_0", "T_1"), jumps.stays, jumps.stays_std, strict=True)
+    fits = jumps.course.size == outcome.rows.size
+    return Discovery(
+        UNNAMED,
+        UNKNOWN,
+        1.0 - jumps.p_value,
+        outcome.channel,
+        "jumps between two levels at random",
+        f"{outcome.channel} += h*s(t){by}, s = 0 for T_0 and 1 for T_1 in the mean",
+        ("time",),
+        (
+            {"symbol": "h", "value": jumps.height, "unit": unit, "std": jumps.height_std},
+            *({"symbol": name, "value": value, "unit": "s", "std": std} for name, value, std in stays),
+        ),
+        np.zeros(outcome.rows.size),
+        0.0,
+        jumps.p_value,
+        (),
+        excess=np.abs(jumps.course) if fits else None,
         squares=_unchanged(outcome),
     )
 

@@ -1,0 +1,69 @@
+"""Telegraphs: jumps between two levels are told from Gaussian noise of the same spectrum, and from spikes."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bench.mismatch import criteria
+from bench.mismatch.unnamed.telegraph import Telegraph, telegraph
+from bench.simulation.frame import FloatArray
+from tests.bench.mismatch.regression.synthetic import EACH, campaign, problem
+
+SIGMA = 0.05
+HEIGHT = 0.2
+STAY_S = 12.0
+FRAME = campaign(24)
+
+
+def looked(left: FloatArray) -> Telegraph | None:
+    model: Any = SimpleNamespace(problem=problem(FRAME, left), predict=lambda frame: np.zeros(frame.size))
+    search: Any = SimpleNamespace(model=model)
+    return telegraph(search)
+
+
+def white(seed: int) -> FloatArray:
+    offsets = np.random.default_rng([seed, 1]).normal(scale=HEIGHT, size=FRAME.size // EACH)
+    return np.random.default_rng(seed).normal(scale=SIGMA, size=FRAME.size) + np.repeat(offsets, EACH)
+
+
+def jumps(seed: int) -> FloatArray:
+    changes = np.random.default_rng([seed, 2]).random(FRAME.size) < 1.0 - np.exp(-1.0 / STAY_S)
+    return (np.cumsum(changes) % 2).astype(np.float64)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_jumps_of_a_friction_are_found_with_their_height_and_their_stays(seed: int) -> None:
+    own = jumps(seed)
+    found = looked(HEIGHT * own * FRAME.direction + white(seed))
+    assert found is not None
+    assert found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL
+    assert found.height == pytest.approx(HEIGHT, abs=5.0 * found.height_std)
+    for stay, std in zip(found.stays, found.stays_std, strict=True):
+        assert stay == pytest.approx(STAY_S, abs=4.0 * std)
+    true = HEIGHT * own * FRAME.direction
+    true = true - np.repeat(true.reshape(-1, EACH).mean(axis=1), EACH)
+    assert np.corrcoef(found.course, true)[0, 1] > 0.9
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_gaussian_noise_of_the_same_spectrum_is_no_telegraph(seed: int) -> None:
+    rng = np.random.default_rng([seed, 3])
+    # a telegraph's covariance is exponential with half of its mean stay
+    kept = np.exp(-2.0 / STAY_S)
+    course = np.zeros(FRAME.size)
+    for k, step in enumerate(rng.normal(scale=0.5 * HEIGHT, size=FRAME.size)):
+        course[k] = kept * course[k - 1] * (k % EACH > 0) + np.sqrt(1.0 - kept**2 * (k % EACH > 0)) * step
+    found = looked(course + white(seed))
+    assert found is None or found.p_value > criteria.ERROR_RATE_OF_A_CHANNEL
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_spikes_and_heavy_tails_are_no_telegraph(seed: int) -> None:
+    rng = np.random.default_rng([seed, 4])
+    spikes = np.where(rng.random(FRAME.size) < 0.03, 6.0 * SIGMA, 0.0)
+    found = looked(SIGMA * rng.standard_t(4.0, size=FRAME.size) + spikes)
+    assert found is None or found.p_value > criteria.ERROR_RATE_OF_A_CHANNEL
