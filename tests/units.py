@@ -32,7 +32,7 @@ FIRST = (
     "tests/bench/twin/",
     "tests/browser/test_page_speed.py",
     "tests/docs/test_commands.py::test_short_commands_run[README.md",
-    "tests/bench/matrix/test_matrix.py::test_rows_of_a_thermometer_beside_the_bus",
+    "tests/bench/matrix/test_matrix.py::test_rows_of_a_thermometer_beside_the_bus[modbus]",
     "tests/bench/proof/",
     "tests/browser/test_stop.py",
     "tests/bench/identification/",

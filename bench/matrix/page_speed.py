@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -77,8 +77,15 @@ class PageSpeed:
         return asdict(self)
 
 
-def measure_page(seconds: float, folder: Path, told: Callable[[str], None] = lambda _: None) -> PageSpeed:
+def measure_page(
+    seconds: float,
+    folder: Path,
+    told: Callable[[str], None] = lambda _: None,
+    phases: Collection[str] = ("measuring",),
+) -> PageSpeed:
     """Serve an emulated bench, run its shipped campaign ``quick`` in real time, and watch it in four browsers.
+
+    They are opened as soon as the run is in one of ``phases``.
 
     Raises
     ------
@@ -89,7 +96,7 @@ def measure_page(seconds: float, folder: Path, told: Callable[[str], None] = lam
         secret = post(address, "controls/take", name="benchmark")["secret"]
         run = post(address, "runs", secret=secret, name="benchmark", campaign="quick", real_time=True)["id"]
         told("the run begins")
-        until(lambda: _phase(address) == "measuring", _BEGINS_S, "the run does not begin to measure")
+        until(lambda: _phase(address) in phases, _BEGINS_S, "the run does not begin to measure")
         with _browsers(address, told) as pages:
             for page in pages:
                 page.execute_script(_WATCH)

@@ -91,10 +91,10 @@ def _model(offsets: np.ndarray, covariance: np.ndarray, freedom: float | None) -
 
 
 def test_changes_that_are_put_in_are_found_when_large_enough() -> None:
-    sharp = _model(np.zeros(300), np.full(300, 1e-20), 20.0)
+    sharp = _model(np.zeros(60), np.full(60, 1e-20), 20.0)
     found = power(sharp, sharp)
     assert found["order 46"] == [True, True, True]
-    blunt = _model(np.zeros(300), np.full(300, 1e-12), 20.0)
+    blunt = _model(np.zeros(60), np.full(60, 1e-12), 20.0)
     assert power(blunt, blunt)["order 46"] == [False, False, False]
     assert power(sharp, sharp)["Coulomb friction"] is None
     friction = Term("friction.coulomb", parameters={"f_c": Parameter(0.5, "N*m", 0.003)})
