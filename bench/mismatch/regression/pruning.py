@@ -16,7 +16,7 @@ from bench.mismatch.regression.refuted import not_refuted
 from bench.mismatch.regression.regressors import UNKNOWN
 from bench.mismatch.regression.sign_blocks import whole
 from bench.mismatch.regression.state import Search
-from bench.mismatch.regression.strength import Strength, strength
+from bench.mismatch.regression.strength import Strength, added, strength
 from bench.simulation.frame import FloatArray
 
 FEWEST_UNITS = 10
@@ -42,7 +42,7 @@ def concluded(search: Search) -> Search:
     search.scans.append(last)
     price = max(last.price, model.price)
     chosen = _believed(search, pruned(search, model.chosen, price, keep=0))
-    chosen = not_refuted(model, _no_mere_form(search, _above_the_rest(search, chosen)))
+    chosen = not_refuted(model, _that_add(search, _no_mere_form(search, _above_the_rest(search, chosen))))
     search.model = replace(model, chosen=chosen, fit=model.refitted(chosen), price=price)
     return search
 
@@ -107,17 +107,17 @@ def _odds(share: FloatArray, chosen: Chosen) -> float:
 
 def _above_the_rest(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
     """Effects without the names that are no larger than a few times what is left without an explanation, where
-    something without a name is there: such a name is as likely a part of that as itself.
+    something without a name is there, or more is left than noise: such a name is as likely a part of that as itself.
     """
     model = search.model
-    if all(c.effect != UNKNOWN for c in chosen):
-        return list(chosen)
     fitted = model.refitted(chosen)
     rows = model.problem.rows.take(model.problem.train)
     index = [i for b in model.blocks(chosen) for i in b.place]
     left = model.bank.residual(index, fitted.coefficients)
     beyond = max(float(np.mean(left**2)) - 1.0, 0.0)  # whitened: noise alone has 1
     rest = float(np.sqrt(beyond * np.sum(model.noise.sigma**2 * rows.number) / rows.number.sum())) / model.floor
+    if rest < 1.0 and all(c.effect != UNKNOWN for c in chosen):
+        return list(chosen)
     least = criteria.OVER_THE_REST * rest
     return [c for c in chosen if c.effect == UNKNOWN or _strength_among(search, chosen, c).overall > least]
 
@@ -140,6 +140,23 @@ def _no_mere_form(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
         if one.effect != UNKNOWN or largest == 0.0 or size(one) >= criteria.SHAPE * largest:
             out.append(one)
     return out
+
+
+def _that_add(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
+    """Effects without the functions without a name that change nothing: without them the others, fitted again, say the
+    same. A function of the load beside an error of the load may be its opposite.
+    """
+    current = list(chosen)
+    while True:
+        sizes = {
+            k: added(replace(search.model, chosen=without(current, c, search.model.problem.lacking)), c).overall
+            for k, c in enumerate(current)
+            if c.effect == UNKNOWN
+        }
+        smallest = min(sizes, key=lambda k: sizes[k], default=None)
+        if smallest is None or sizes[smallest] >= criteria.LEAST_OVERALL:
+            return current
+        current = without(current, current[smallest], search.model.problem.lacking)
 
 
 def _strength_among(search: Search, chosen: Sequence[Chosen], one: Chosen) -> Strength:

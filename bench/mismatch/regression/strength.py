@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch import criteria
-from bench.mismatch.regression.model import Block, ChannelModel, Chosen, fit_blocks, unrefined
+from bench.mismatch.regression.model import ChannelModel, Chosen, fit_blocks
 from bench.simulation.frame import FloatArray
 from bench.simulation.heat_rates import HEATING
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE
@@ -40,8 +40,24 @@ def strength(model: ChannelModel, candidate: Chosen) -> Strength:
     train = problem.train
     fitted = fit_blocks(model.bank, model.blocks([*model.chosen, candidate]), model.variances)
     course = model.contribution(candidate, problem.rows.frame, fitted)[train]
-    beyond = course - model.calibration.said(course)
-    number = problem.rows.number[train]
+    return _of(model, course - model.calibration.said(course))
+
+
+def added(model: ChannelModel, candidate: Chosen) -> Strength:
+    """How much what the model says changes by an effect, the others fitted again: nothing where one of them says the
+    same already.
+    """
+    both = [*model.chosen, candidate]
+    frame, train = model.problem.rows.frame, model.problem.train
+    change = model.predict(frame, both, model.refitted(both)) - model.predict(
+        frame, model.chosen, model.refitted(model.chosen)
+    )
+    return _of(model, np.asarray(change[train]))
+
+
+def _of(model: ChannelModel, beyond: FloatArray) -> Strength:
+    """Strength of what an effect adds to the rows of the fit (n,)."""
+    number = model.problem.rows.number[model.problem.train]
     floor = max(model.floor, 1e-300)
     overall = float(np.sqrt(np.sum(beyond**2 * number) / max(float(number.sum()), 1.0)))
     return Strength(active_size(beyond, number) / floor, overall / floor, trusted(model) / floor)
@@ -66,11 +82,6 @@ def trusted(model: ChannelModel) -> float:
 
 def _largest(values: FloatArray, usable: NDArray[np.bool_]) -> float:
     return float(np.max(np.abs(values[usable]), initial=0.0))
-
-
-def strength_of(model: ChannelModel, block: Block) -> Strength:
-    """The same of a candidate that is not refined, alone beside the model."""
-    return strength(model, unrefined(model.bank, block))
 
 
 def active_size(values: FloatArray, number: FloatArray) -> float:

@@ -15,8 +15,9 @@ from bench.mismatch import criteria
 from bench.mismatch.discovery import UNKNOWN, UNNAMED, ChannelOutcome, Discovery, Structure
 from bench.mismatch.recordings.rows import settled_rows
 from bench.mismatch.recordings.vibration import Density
+from bench.mismatch.regression.model import unrefined
 from bench.mismatch.regression.state import Search
-from bench.mismatch.regression.strength import strength_of
+from bench.mismatch.regression.strength import added
 from bench.mismatch.unnamed.bursts import Bursts, bursts
 from bench.mismatch.unnamed.scatter import UNITS, Scatter, scatter
 from bench.mismatch.unnamed.telegraph import Telegraph, telegraph
@@ -84,7 +85,7 @@ def _mean(search: Search) -> tuple[float, str, float]:
     seen = search.scan(model.chosen, model.fit, shuffled=True)
     order = int(np.argmax(seen.gain))
     block = search.blocks[order]
-    size = strength_of(search.model, block)
+    size = added(search.model, unrefined(search.bank, block))
     acts = max(criteria.LEAST_STRENGTH, size.trusted)
     least = max(criteria.LEAST_OVERALL / max(size.overall, 1e-300), acts / max(size.acts, 1e-300))
     beyond = 1.0 - min(1.0, least) ** 2

@@ -9,7 +9,8 @@ from bench.simulation.terms.base import MOTOR_TORQUE, Form, Point, Symbol, Term,
 
 
 def _gain(frame: Frame, _: Point) -> FloatArray:
-    return columns(frame.torque_level / frame.ratio)
+    # the same course as that of a gain error of the torque sensor: where only the motor's torque tells, both are one
+    return columns(frame.torque / frame.ratio)
 
 
 def _drags(frame: Frame) -> tuple[Point, ...]:

@@ -100,9 +100,29 @@ def test_a_function_is_asked_again_without_the_one_that_made_up_for_it(monkeypat
     model = replace(model, chosen=[first, second], fit=model.refitted([first, second]))
     left = {2: 1.0, 1: 0.5, 0: 0.1}
 
-    def squared(_model: object, chosen: list[Chosen]) -> FloatArray:
-        return np.full(frame.size, 1.1 if chosen == [second] else left[len(chosen)])
+    def remaining(_model: object, chosen: list[Chosen]) -> FloatArray:
+        return np.full(frame.size, np.sqrt(1.1 if chosen == [second] else left[len(chosen)]))
 
-    monkeypatch.setattr(refuted, "_squared", squared)
+    monkeypatch.setattr(refuted, "_left", remaining)
     assert borne_out(model) == []
     assert len(model.notes) == 2
+
+
+def test_a_function_that_predicts_no_better_is_not_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where a true one would be seen to predict better: as good as without it is not enough."""
+    frame = campaign()
+    y = 0.5 * frame.direction + np.random.default_rng(5).normal(0.0, 0.01, frame.size)
+    own = replace(problem(frame, y), folds=np.where(np.arange(24) % 3 == 0, -1, np.arange(24)))
+    model = begun(own).model
+    table = Free(MOTOR_TORQUE, (Grid(("temperature",), "1", ((22.0, 26.0, 30.0, 34.0, 40.0),)),))
+    one = Chosen(add_block(own, model.bank, table, 1e-3))
+    model = replace(model, chosen=[one], fit=model.refitted([one]))
+    sign = np.resize([1.0, -1.0], frame.size)
+
+    def remaining(better: float) -> object:
+        return lambda _model, chosen: 1.0 + (0.1 * sign - better if chosen else np.zeros(frame.size))
+
+    monkeypatch.setattr(refuted, "_left", remaining(0.0))
+    assert borne_out(model) == []
+    monkeypatch.setattr(refuted, "_left", remaining(0.02))
+    assert borne_out(model) == [one]
