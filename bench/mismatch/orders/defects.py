@@ -16,7 +16,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.orders.periodic import Pulse
-from bench.mismatch.orders.pulse_forms import REACH, Form, apart, apex, fewest, form_of
+from bench.mismatch.orders.pulse_forms import REACH, Form, apart, apex, extent, fewest, form_of
 from bench.mismatch.orders.pulse_mean import Mean
 from bench.mismatch.orders.sight import Sight
 from bench.mismatch.orders.turns import Complex
@@ -38,6 +38,11 @@ class Defect:
     form: tuple[Pulse, ...]
     gain: float
     p_value: float
+
+    @property
+    def window(self) -> tuple[float, float]:
+        """Output angles (rad) between which it acts."""
+        return extent(self.form)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,8 +99,12 @@ def _places(found: Sequence[_Found]) -> list[list[_Found]]:
 
 
 def _beside(one: _Found, other: _Found) -> bool:
-    a, b = one.form.first, other.form.first
-    return apart(a.angle, b.angle) < REACH * max(a.width, b.width)
+    firsts = (one.form.first, other.form.first)
+    if apart(firsts[0].angle, firsts[1].angle) < REACH * max(p.width for p in firsts):
+        return True
+    # of a pull beside a push each takes a part of the other
+    (a, b), (c, d) = extent(one.form.pulses), extent(other.form.pulses)
+    return apart(0.5 * (a + b), 0.5 * (c + d)) < 0.5 * (b - a + d - c)
 
 
 def _drawn(line: Mean, pulses: Sequence[Pulse]) -> Complex:

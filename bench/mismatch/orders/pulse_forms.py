@@ -18,6 +18,8 @@ MOST_GAUSSIANS = 4
 """that describe the form of one place: triangles, half sines, doublets"""
 REACH = 5.0
 """widths within which two pulses are one place"""
+ENDS = 2.5
+"""widths from its middle to which a Gaussian acts: all but a two-thousandth of its energy"""
 _FAR = 9.0
 """squares over the noise's from which an order counts by their logarithm: it may be one of its own"""
 
@@ -91,6 +93,19 @@ def apex(form: Sequence[Pulse]) -> Pulse:
     last = angle[top + after[0]] if after.size else angle[-1]
     width = float(last - first) / (2.0 * np.sqrt(2.0 * np.log(2.0)))
     return Pulse(float(np.mod(angle[top], 2.0 * np.pi)), width, float(values[top]))
+
+
+def extent(pulses: Sequence[Pulse]) -> tuple[float, float]:
+    """Angles (rad) between which several Gaussians together are above the part of their height that one Gaussian has
+    :data:`ENDS` widths from its middle.
+    """
+    middle = max(pulses, key=_size).angle
+    begins = [_between(p.angle, middle) - 2.0 * ENDS * p.width for p in pulses]
+    ends = [_between(p.angle, middle) + 2.0 * ENDS * p.width for p in pulses]
+    angle = middle + np.linspace(min(begins), max(ends), 2 * GRID + 1)
+    values = np.abs(np.asarray(sum(p.evaluate(angle) for p in pulses)))
+    above = np.flatnonzero(values >= np.exp(-0.5 * ENDS**2) * values.max())
+    return float(angle[above[0]]), float(angle[above[-1]])
 
 
 def _price(line: Mean, number: int) -> float:

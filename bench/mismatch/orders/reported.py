@@ -26,8 +26,6 @@ from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR
 
 Row = dict[str, Any]
 _DEPENDS = {"p": "direction", "tau": "load", "v": "speed", "T": "temperature"}
-ANGLE_REACH = 2.5
-"""widths to either side that hold a pulse's window"""
 
 
 def parameter(symbol: str, value: float, unit: str, std: float | None) -> Row:
@@ -188,9 +186,7 @@ def of_pulses(model: TransmissionModel, defects: Sequence[Defect]) -> Discovery 
         gain=float(sum(d.gain for d in defects)),
         p_value=p_value,
         simulation_rows=tuple(_pulse_row(p) for p in pulses),
-        angle_windows=tuple(
-            (d.first.angle - ANGLE_REACH * d.first.width, d.first.angle + ANGLE_REACH * d.first.width) for d in defects
-        ),
+        angle_windows=tuple(d.window for d in defects),
         numbers=3 * len(pulses),
     )
 

@@ -7,6 +7,7 @@ import pytest
 
 from bench.mismatch.orders import defects, pulse_mean
 from bench.mismatch.orders.periodic import Pulse
+from bench.mismatch.orders.pulse_forms import extent
 from bench.mismatch.orders.sight import Sight
 from bench.mismatch.orders.turns import Complex, Turn
 from bench.mismatch.orders.weak import Stage
@@ -121,3 +122,22 @@ def test_a_pulse_with_corners_far_above_the_noise_is_one_place() -> None:
     assert 0.004 < found[0].first.width < 0.06
     drawn = sum(p.evaluate(angle) for p in found[0].form)
     assert np.std(values - drawn) < 0.25 * np.std(values)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_pull_beside_a_push_is_one_place_that_leaves_nothing(seed: int) -> None:
+    """A pin that passes: a doublet between two smaller lobes, on a spectrum of which each order up to sixty stands."""
+    angle = float(np.random.default_rng(seed).uniform(0.5, 5.5))
+    pulses = [Pulse(angle - 0.045, 0.0287, -4e-5), Pulse(angle + 0.045, 0.0287, 4e-5)]
+    pulses += [Pulse(angle - 0.094, 0.01, 9e-6), Pulse(angle + 0.094, 0.0105, -9e-6)]
+    orders = np.arange(ORDERS, dtype=np.float64)
+    mean = np.asarray(sum(p.vectors(orders) for p in pulses))
+    drawn = tuple(float(f) for f in range(1, 60) if f not in (3, 46))
+    found = defects.search(sight(mean, drawn, 2.5e-8), 0)
+    assert len(found) == 1
+    left = mean - np.asarray(sum(p.vectors(orders) for p in found[0].form))
+    assert np.max(np.abs(left[1:])) < 2e-7
+    # as the same pulses themselves
+    begin, end = extent(pulses)
+    assert found[0].window[0] == pytest.approx(begin, abs=0.01)
+    assert found[0].window[1] == pytest.approx(end, abs=0.01)
