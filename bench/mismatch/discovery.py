@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import fdtri
 
 from bench.mismatch import criteria
 from bench.mismatch.recordings.rows import Rows
@@ -128,15 +129,20 @@ class ChannelOutcome:
 
     @property
     def of_levels(self) -> float:
-        """How much of the mean square of held-out samples is the recordings' levels, which nothing recorded predicts:
-        the variance that the fitted recordings' levels have. 0 where held-out recordings leave more than noise about
-        their own means as well: that is no matter of levels.
+        """How much of the mean square of held-out samples the recordings' levels may be, which nothing recorded
+        predicts: by the variance that the fitted recordings' levels have, and how well so few tell that of others
+        (F distribution). 0 where held-out recordings leave more than noise about their own means as well: that is no
+        matter of levels.
         """
         inside = self.rmse.get("after_inside")
         if inside is None or self.floor_std is None:
             return 0.0
         most = criteria.MORE_THAN_NOISE * self.floor + criteria.FLOOR_ERRORS * self.floor_std
-        return self.levels if inside <= most else 0.0
+        held = np.unique(self.rows.frame.recording[self.held_out]).size
+        fitted = np.unique(self.rows.frame.recording[self.usable & ~self.held_out]).size
+        if inside > most or not held or fitted < 2:
+            return 0.0
+        return self.levels * float(fdtri(held, fitted - 1, 1.0 - criteria.ERROR_RATE_OF_A_CHANNEL))
 
     @property
     def left(self) -> FloatArray:
