@@ -41,10 +41,24 @@ def concluded(search: Search) -> Search:
     last = max(looks, key=lambda s: s.price)
     search.scans.append(last)
     price = max(last.price, model.price)
-    chosen = _believed(search, pruned(search, model.chosen, price, keep=0))
-    chosen = not_refuted(model, _that_add(search, _no_mere_form(search, _above_the_rest(search, chosen))))
+    chosen = _kept(search, list(model.chosen), price)
     search.model = replace(model, chosen=chosen, fit=model.refitted(chosen), price=price)
     return search
+
+
+def _kept(search: Search, chosen: list[Chosen], price: float) -> list[Chosen]:
+    """Effects that none of the tests takes away. A name that went because of a function without a name is asked again
+    where that function goes itself.
+    """
+    while True:
+        believed = _believed(search, pruned(search, chosen, price, keep=0))
+        tested = _that_add(search, _no_mere_form(search, _above_the_rest(search, believed)))
+        kept = not_refuted(search.model, tested)
+        gone = [c for c in believed if not any(c is k for k in kept)]
+        functions = [c for c in gone if c.effect == UNKNOWN]
+        if len(functions) in (0, len(gone)):
+            return kept
+        chosen = [c for c in believed if not any(c is f for f in functions)]
 
 
 def pruned(search: Search, chosen: Sequence[Chosen], price: float, keep: int = 1) -> list[Chosen]:
@@ -116,7 +130,9 @@ def _above_the_rest(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
     left = model.bank.residual(index, fitted.coefficients)
     beyond = max(float(np.mean(left**2)) - 1.0, 0.0)  # whitened: noise alone has 1
     rest = float(np.sqrt(beyond * np.sum(model.noise.sigma**2 * rows.number) / rows.number.sum())) / model.floor
-    if rest < 1.0 and all(c.effect != UNKNOWN for c in chosen):
+    # in an integral slow noise adds up to more than the noise of a sample
+    little = rest < 1.0 or model.problem.spec.integral
+    if little and all(c.effect != UNKNOWN for c in chosen):
         return list(chosen)
     least = criteria.OVER_THE_REST * rest
     return [c for c in chosen if c.effect == UNKNOWN or _strength_among(search, chosen, c).overall > least]

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.mismatch.regression import refuted
+from bench.mismatch.regression import pruning, refuted
 from bench.mismatch.regression.beside import shaped
 from bench.mismatch.regression.folds import carried
 from bench.mismatch.regression.model import Chosen, add_block
@@ -126,3 +126,21 @@ def test_a_function_that_predicts_no_better_is_not_told(monkeypatch: pytest.Monk
     assert borne_out(model) == []
     monkeypatch.setattr(refuted, "_left", remaining(0.02))
     assert borne_out(model) == [one]
+
+
+def test_a_name_is_asked_again_without_the_function_that_took_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A name goes beside a function without a name; when points left out refute the function, the name stands."""
+    frame = campaign()
+    own = problem(frame, 0.5 * frame.direction + np.random.default_rng(5).normal(0.0, 0.01, frame.size))
+    search = begun(own)
+    table = Free(MOTOR_TORQUE, (Grid(("temperature",), "1", ((22.0, 26.0, 30.0, 34.0, 40.0),)),))
+    function = Chosen(add_block(own, search.model.bank, table, 1e-3))
+    other = Free(MOTOR_TORQUE, (Grid(("speed",), "1", ((0.0, 0.05, 0.1, 0.2),)),), effect="friction.stribeck")
+    name = Chosen(add_block(own, search.model.bank, other, 1e-3))
+    for step in ("pruned", "_believed", "_no_mere_form", "_that_add"):
+        monkeypatch.setattr(pruning, step, lambda _search, chosen, *_price, **_keep: list(chosen))
+    alone = lambda _search, chosen: [c for c in chosen if c is function] or list(chosen)  # noqa: E731
+    monkeypatch.setattr(pruning, "_above_the_rest", alone)
+    monkeypatch.setattr(pruning, "not_refuted", lambda _model, chosen: [c for c in chosen if c is not function])
+    assert pruning._kept(search, [name, function], 5.0) == [name]
+    assert pruning._kept(search, [function], 5.0) == []
