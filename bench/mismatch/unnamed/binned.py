@@ -1,0 +1,90 @@
+"""A residual in means over a second, by pieces of recordings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+
+from bench.simulation.frame import FloatArray, Frame, IntArray
+
+BIN_S = 1.0
+"""means of the residual over this long; stays that are shorter are noise here"""
+LONGEST = 120
+"""bins of a piece; longer recordings are cut"""
+FEWEST_BINS = 8
+FEWEST_PIECES = 12
+OUTLIER = 4.0
+"""standard deviations from the neighbours beyond which one bin is left out"""
+NEIGHBOURS = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Pieces:
+    """Means of a residual (pieces, bins), the samples of each relative to the usual bin (0: none), the recording of
+    each piece; of each row used its piece and bin.
+    """
+
+    values: FloatArray
+    weight: FloatArray
+    recording: IntArray
+    rows: IntArray
+    piece: IntArray
+    bin: IntArray
+
+    def some(self, chosen: NDArray[np.bool_]) -> Pieces:
+        """Of some pieces, without their rows."""
+        none = np.zeros(0, dtype=np.int64)
+        return Pieces(self.values[chosen], self.weight[chosen], self.recording[chosen], none, none, none)
+
+
+def binned(frame: Frame, left: FloatArray, number: FloatArray) -> Pieces | None:
+    """Bins of the rows of a frame, by recording; None where too few are long enough."""
+    bins = np.floor(frame.elapsed / BIN_S).astype(np.int64)
+    keys = frame.recording.astype(np.int64) * (1 << 32) + bins // LONGEST
+    values: list[FloatArray] = []
+    weights: list[FloatArray] = []
+    recordings: list[int] = []
+    used, piece, place = [], [], []
+    for key in np.unique(keys):
+        own = np.flatnonzero(keys == key)
+        at = bins[own] - bins[own].min()
+        if at.max() + 1 < FEWEST_BINS:
+            continue
+        samples = np.asarray(np.bincount(at, number[own], LONGEST), dtype=np.float64)
+        sums = np.asarray(np.bincount(at, number[own] * left[own], LONGEST), dtype=np.float64)
+        used.append(own)
+        piece.append(np.full(own.size, len(values)))
+        place.append(at)
+        values.append(np.divide(sums, samples, out=np.zeros(LONGEST), where=samples > 0.0))
+        weights.append(samples)
+        recordings.append(int(key >> 32))
+    if len(values) < FEWEST_PIECES:
+        return None
+    table: FloatArray = np.array(values)
+    weight: FloatArray = np.array(weights)
+    weight = weight / np.median(weight[weight > 0.0])
+    weight[weight < 0.5] = 0.0  # begins and ends
+    return Pieces(
+        table,
+        _without_outliers(table, weight),
+        np.array(recordings),
+        np.concatenate(used),
+        np.concatenate(piece),
+        np.concatenate(place),
+    )
+
+
+def _without_outliers(values: FloatArray, weight: FloatArray) -> FloatArray:
+    """Weights (pieces, bins) without single bins far from their neighbours: spikes are no level."""
+    off = values - median_filter(values, (1, NEIGHBOURS), mode="nearest")
+    seen = weight > 0.0
+    spread = 1.4826 * float(np.median(np.abs(off[seen]))) or float(np.std(off[seen])) or 1.0
+    return np.where(np.abs(off) > OUTLIER * spread, 0.0, weight)
+
+
+def means(values: FloatArray, weight: FloatArray) -> FloatArray:
+    """Weighted means (pieces,) of values (pieces, bins)."""
+    return np.asarray((values * weight).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-12))
