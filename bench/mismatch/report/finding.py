@@ -15,6 +15,7 @@ from bench.mismatch.regression.sensitivity import PARAMETER
 from bench.mismatch.report import figures
 from bench.mismatch.report.mirrored import mirrored
 from bench.mismatch.report.place import Place, place
+from bench.mismatch.report.shared_tone import shared_tones
 from bench.mismatch.report.words import text
 from bench.simulation.composed import parts_of
 from bench.simulation.frame import FloatArray
@@ -108,18 +109,17 @@ def conclude(outcomes: Sequence[ChannelOutcome], data: Dataset) -> tuple[Finding
 
     An effect that shows in several channels is one finding, reported where it is strongest. What has no name is one
     finding a channel: nothing says what of it belongs together, but for a load misread, which comes back in the motor
-    torque. What depends on an auxiliary quantity is one by itself.
+    torque, and a tone that several channels have. What depends on an auxiliary quantity is one by itself.
     """
     misread = mirrored(outcomes, data.ratio)
+    tones = shared_tones(outcomes)
     groups: dict[object, list[tuple[float, Discovery, ChannelOutcome]]] = {}
     for outcome in outcomes:
         for found in _merged(outcome.discoveries):
             key: object = (found.effect, _symbol(found))
             if found.effect == UNNAMED:
-                key = (
-                    LOAD_TORQUE if misread and outcome.channel == MOTOR_TORQUE else outcome.channel,
-                    _auxiliary(found),
-                )
+                channel = LOAD_TORQUE if misread and outcome.channel == MOTOR_TORQUE else outcome.channel
+                key = (tones.get(channel, channel), _auxiliary(found))
             groups.setdefault(key, []).append((figures.strength(found, outcome), found, outcome))
     sorted_groups = [sorted(group, key=lambda one: -one[0]) for group in groups.values()]
     sorted_groups.sort(key=lambda group: -group[0][0])

@@ -1,0 +1,38 @@
+"""One tone in several channels is one thing: a fan, a pump or a machine next door shakes the whole bench."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bench.mismatch.discovery import UNNAMED, ChannelOutcome, Discovery
+
+FREQUENCY, HERTZ = "f", "Hz"
+"""symbol and unit of a tone's frequency"""
+
+
+def shared_tones(outcomes: Sequence[ChannelOutcome]) -> dict[str, str]:
+    """Channel (the first of those alike) with which each channel shares a tone that has no name, by channel.
+
+    Two tones are one where their frequencies agree within what both are known to: half a line of the spectrum each.
+    """
+    heard = {o.channel: tones for o in outcomes if (tones := [_frequency(d) for d in o.discoveries if _is_tone(d)])}
+    shared: dict[str, str] = {}
+    for channel, tones in heard.items():
+        others = [c for c in shared if any(_alike(a, b) for a in tones for b in heard[c])]
+        shared[channel] = shared[others[0]] if others else channel
+    return shared
+
+
+def _is_tone(found: Discovery) -> bool:
+    return found.effect == UNNAMED and any(p["symbol"] == FREQUENCY and p["unit"] == HERTZ for p in found.parameters)
+
+
+def _frequency(found: Discovery) -> tuple[float, float]:
+    """Frequency and half a line of the spectrum, Hz."""
+    own = next(p for p in found.parameters if p["symbol"] == FREQUENCY)
+    # evenly spread over a line of the spectrum: its half is that many standard deviations
+    return float(own["value"]), float(own["std"]) * 3.0**0.5
+
+
+def _alike(one: tuple[float, float], other: tuple[float, float]) -> bool:
+    return abs(one[0] - other[0]) <= one[1] + other[1]
