@@ -20,6 +20,7 @@ PAGES = (Path("README.md"), Path("docs/proof.md"))
 COMMANDS = {
     "development": "bench prove --set clear,faint,compound,unknown,ambiguous,null,switched_off --seed 5",
     "blind": "bench prove --held-back --set clear,compound,unknown,ambiguous,null --seed NEW",
+    "faint": "bench prove --held-back --set faint --count 8 --seed NEW",
     "clutter": "bench prove --clutter --set clear,compound,unknown,null --seed NEW",
     "through": "bench prove --through-the-bench --count 20 --seed NEW",
     "null": "bench prove --set null --nulls 300 --seed 7",

@@ -63,8 +63,9 @@ def binned(frame: Frame, left: FloatArray, number: FloatArray) -> Pieces | None:
         recordings.append(int(key >> 32))
     if len(values) < FEWEST_PIECES:
         return None
-    table: FloatArray = np.array(values)
-    weight: FloatArray = np.array(weights)
+    used_bins = 1 + max(int(at.max()) for at in place)
+    table: FloatArray = np.array(values)[:, :used_bins]
+    weight: FloatArray = np.array(weights)[:, :used_bins]
     weight = weight / np.median(weight[weight > 0.0])
     weight[weight < 0.5] = 0.0  # begins and ends
     return Pieces(

@@ -60,7 +60,7 @@ def telegraph(search: Search) -> Telegraph | None:
         pieces = binned(frame, left * factor(times, frame), number)
         if pieces is None:
             return None
-        found = _look(pieces)
+        found = _look(pieces, criteria.LEAST_STRENGTH * search.model.floor)
         if found is not None:
             course = np.zeros(problem.rows.size)
             own = added(pieces, found[0])[pieces.piece, pieces.bin]
@@ -69,13 +69,15 @@ def telegraph(search: Search) -> Telegraph | None:
     return min(looks, key=lambda t: t.p_value, default=None)
 
 
-def _look(pieces: Pieces) -> tuple[Chain, float] | None:
-    """The chain of all pieces and its p-value; None where there is none that lasts, or Gaussian noise says as much."""
+def _look(pieces: Pieces, least: float) -> tuple[Chain, float] | None:
+    """The chain of all pieces and its p-value; None where there is none that lasts and is of the ``least`` size that is
+    reported of anything, or Gaussian noise says as much.
+    """
     halves = [np.unique(pieces.recording, return_inverse=True)[1] % 2 == k for k in (0, 1)]
     ratios = []
     for fitted, asked in (halves, halves[::-1]):
         chain = fitted_chain(pieces.some(fitted))
-        if chain is None or not chain.lasting:
+        if chain is None or not chain.lasting or chain.size < least:
             return None
         ratios.append(_ratio(pieces.some(asked), chain))
         if ratios[-1] is None:

@@ -13,7 +13,9 @@ from bench.simulation.frame import FloatArray, IntArray
 SHORTEST_STAY = 3.0
 """bins: a level that is left sooner is an outlier"""
 STEPS = 60
-"""of expectation maximisation"""
+"""of expectation maximisation at most"""
+CONVERGED = 0.01
+"""nats that a step has to gain, for another one to be made: a decision needs hundreds of times as much"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +30,11 @@ class Chain:
     def upper(self) -> float:
         """Share of the time in the upper level."""
         return self.leave[0] / (self.leave[0] + self.leave[1])
+
+    @property
+    def size(self) -> float:
+        """Root mean square about the mean."""
+        return self.height * float(np.sqrt(self.upper * (1.0 - self.upper)))
 
     @property
     def lasting(self) -> bool:
@@ -46,9 +53,12 @@ def fitted_chain(pieces: Pieces) -> Chain | None:
     for share in (0.3, 0.7):
         chain = Chain(2.0 * spread, (0.1 * share / 0.5, 0.1 * (1.0 - share) / 0.5), 0.3 * spread**2)
         offset = means(pieces.values, pieces.weight) - chain.height * chain.upper
-        total = -np.inf
+        total, before = -np.inf, -np.inf
         for _ in range(STEPS):
             up, moves, total = _smoothed(pieces, chain, offset)
+            if total - before < CONVERGED:
+                break
+            before = total
             weight = pieces.weight
             offset = means(pieces.values - chain.height * up, weight)
             rest = pieces.values - offset[:, None]

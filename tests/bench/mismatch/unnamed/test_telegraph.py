@@ -20,7 +20,7 @@ FRAME = campaign(24)
 
 
 def looked(left: FloatArray) -> Telegraph | None:
-    model: Any = SimpleNamespace(problem=problem(FRAME, left), predict=lambda frame: np.zeros(frame.size))
+    model: Any = SimpleNamespace(problem=problem(FRAME, left), predict=lambda frame: np.zeros(frame.size), floor=SIGMA)
     search: Any = SimpleNamespace(model=model)
     return telegraph(search)
 
@@ -59,6 +59,10 @@ def test_gaussian_noise_of_the_same_spectrum_is_no_telegraph(seed: int) -> None:
         course[k] = kept * course[k - 1] * (k % EACH > 0) + np.sqrt(1.0 - kept**2 * (k % EACH > 0)) * step
     found = looked(course + white(seed))
     assert found is None or found.p_value > criteria.ERROR_RATE_OF_A_CHANNEL
+
+
+def test_jumps_below_what_is_reported_of_anything_are_not_looked_at() -> None:
+    assert looked(0.2 * SIGMA * jumps(0) + white(0)) is None
 
 
 @pytest.mark.parametrize("seed", range(4))
