@@ -13,7 +13,7 @@ from bench.simulation.composed import composed
 from bench.simulation.frame import Frame
 from bench.simulation.laws import FUNCTIONS, RESONANCE, Law
 from bench.simulation.quantities import AUXILIARY, FACTORS, QUANTITIES
-from bench.simulation.waves import Wave
+from bench.simulation.waves import Wave, angle_from
 
 
 def law(of: Law, order: float, frame: Frame) -> tuple[Any, Any]:
@@ -48,13 +48,13 @@ def wave(own: Wave, angle: Any, frame: Frame) -> Written:
 
 def pulse(angle: float, width: float, height: float, frame: Frame) -> Written:
     """A Gaussian pulse once a revolution: angle and width in rad at the output, height in the unit of the channel."""
-    distance = np.mod(frame.theta - angle + np.pi, 2.0 * np.pi) - np.pi
+    distance = angle_from(frame.theta, angle)
     return lift(height * np.exp(-0.5 * (distance / width) ** 2))
 
 
 def pulse_slope(angle: float, width: float, height: float, frame: Frame) -> Written:
     """Change of a pulse with the angle."""
-    distance = np.mod(frame.theta - angle + np.pi, 2.0 * np.pi) - np.pi
+    distance = angle_from(frame.theta, angle)
     return lift(-distance / width**2 * (height * np.exp(-0.5 * (distance / width) ** 2)))
 
 

@@ -138,8 +138,8 @@ that are predicted better without it do not bear it out
 TOLD = 1.96
 """standard deviations from nothing of at least one coefficient of a term whose size is told"""
 OVER_THE_REST = 2.0
-"""size of a name over that of what is left without an explanation beside something without a name, from which it is
-told: a form that leaves more than half of itself is no form of it
+"""size of a name over that of what is left without an explanation, from which it is told where something without a name
+stands beside it, or where more is left than noise: a form that leaves more than half of itself is no form of it
 """
 CANNOT_BE_SPARED = 0.5
 """share of one operating point in what is known of an effect, above which the others cannot predict it there; and of

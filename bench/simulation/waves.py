@@ -76,6 +76,12 @@ def evaluate(waves: Sequence[Wave], angle: FloatArray, frame: Frame, ahead: floa
     return out
 
 
+def angle_from(angle: FloatArray | float, other: FloatArray | float) -> FloatArray:
+    """Angles (n,) less another one, the short way round: -pi to pi."""
+    out: FloatArray = np.mod(angle - other + np.pi, 2.0 * np.pi) - np.pi
+    return out
+
+
 def of_orders(angle: FloatArray, orders: FloatArray, cosine: FloatArray, sine: FloatArray) -> FloatArray:
     """Sum of cosine*cos(f*angle) + sine*sin(f*angle) over ``orders`` f (k,), each with its own coefficients (k,), at
     angles (n,).

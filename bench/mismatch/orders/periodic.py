@@ -34,12 +34,12 @@ class Pulse:
 
     def evaluate(self, theta: FloatArray) -> FloatArray:
         """The pulse at angles (n,), rad."""
-        distance = np.mod(theta - self.angle + np.pi, 2.0 * np.pi) - np.pi
+        distance = waves.angle_from(theta, self.angle)
         return np.asarray(self.height * np.exp(-0.5 * (distance / self.width) ** 2))
 
     def slope(self, theta: FloatArray) -> FloatArray:
         """Its change with the angle at angles (n,), rad/rad."""
-        distance = np.mod(theta - self.angle + np.pi, 2.0 * np.pi) - np.pi
+        distance = waves.angle_from(theta, self.angle)
         return np.asarray(-distance / self.width**2 * self.evaluate(theta))
 
     def vectors(self, orders: FloatArray) -> Complex:

@@ -13,6 +13,7 @@ from bench.mismatch.orders.periodic import Pulse
 from bench.mismatch.orders.pulse_mean import GRID, Mean, envelope
 from bench.mismatch.orders.turns import Complex
 from bench.simulation.frame import FloatArray
+from bench.simulation.waves import angle_from
 
 MOST_GAUSSIANS = 4
 """that describe the form of one place: triangles, half sines, doublets"""
@@ -68,7 +69,7 @@ def fewest(line: Mean, before: Complex, pulses: Sequence[Pulse]) -> Form:
     best: Form | None = None
     while pulses:
         first = replace(max(pulses, key=_size), width=max(p.width for p in pulses))
-        begin = np.concatenate([[p.height, _between(p.angle, first.angle), np.log(p.width)] for p in pulses])
+        begin = np.concatenate([[p.height, angle_from(p.angle, first.angle), np.log(p.width)] for p in pulses])
         begin, cost, covariance = _least_squares(line, left, first, begin, criteria.SHAPE / 2.0 ** (len(pulses) - 1))
         total = cost + _price(line, len(pulses))
         if best is not None and total >= best.words:
@@ -100,8 +101,8 @@ def extent(pulses: Sequence[Pulse]) -> tuple[float, float]:
     :data:`ENDS` widths from its middle.
     """
     middle = max(pulses, key=_size).angle
-    begins = [_between(p.angle, middle) - 2.0 * ENDS * p.width for p in pulses]
-    ends = [_between(p.angle, middle) + 2.0 * ENDS * p.width for p in pulses]
+    begins = [angle_from(p.angle, middle) - 2.0 * ENDS * p.width for p in pulses]
+    ends = [angle_from(p.angle, middle) + 2.0 * ENDS * p.width for p in pulses]
     angle = middle + np.linspace(min(begins), max(ends), 2 * GRID + 1)
     values = np.abs(np.asarray(sum(p.evaluate(angle) for p in pulses)))
     above = np.flatnonzero(values >= np.exp(-0.5 * ENDS**2) * values.max())
@@ -119,12 +120,7 @@ def _size(pulse: Pulse) -> float:
 
 def apart(one: float, other: float) -> float:
     """Distance of two angles, 0 to pi."""
-    return abs(_between(one, other))
-
-
-def _between(one: float, other: float) -> float:
-    """Angle from the other to the one, -pi to pi."""
-    return float(np.mod(one - other + np.pi, 2.0 * np.pi) - np.pi)
+    return abs(float(angle_from(one, other)))
 
 
 def _pulses(x: FloatArray, covariance: FloatArray, first: Pulse) -> tuple[Pulse, ...]:

@@ -54,9 +54,10 @@ def not_refuted(model: ChannelModel, chosen: Sequence[Chosen]) -> list[Chosen]:
 
 
 def borne_out(model: ChannelModel) -> list[Chosen]:
-    """Effects of a model without the functions that have no name and with which recordings held out are predicted worse
-    than without them: by more than the standard error of that, or by so much that it would be structure by itself. The
-    standard error says nothing where a single recording is far off.
+    """Effects of a model without the functions that have no name and with which recordings held out are predicted no
+    better than without them, where a true one would be seen in them; or else worse by more than the standard error of
+    that, or by so much that it would be structure by itself. The standard error says nothing where a single recording
+    is far off.
 
     A function without a name claims nothing but that it predicts. Which one it is was chosen without these recordings;
     they only decide whether it is told. Names stay: they are told with half the confidence.

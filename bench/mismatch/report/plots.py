@@ -16,6 +16,7 @@ from bench.mismatch.report.variables import VARIABLES, VELOCITY, variable
 from bench.simulation.frame import FloatArray, Frame, recording_starts
 from bench.simulation.quantities import AUXILIARY
 from bench.simulation.terms import MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
+from bench.simulation.waves import angle_from
 
 UNITS: dict[str, tuple[str, float]] = {
     "transmission_error": ("µrad", 1e6),
@@ -151,7 +152,7 @@ def _over_angle(finding: Finding, unit: str, scale: float) -> Pair:
     for begin, end in found.angle_windows:
         width = (end - begin) % (2.0 * np.pi)
         middle = begin + 0.5 * width
-        distance = np.mod(angle - middle + np.pi, 2.0 * np.pi) - np.pi
+        distance = angle_from(angle, middle)
         near = np.abs(distance) <= min((PULSE_WIDTHS + 0.5) * width, np.pi)
         if not near.any() or width <= 0.0:
             continue

@@ -11,8 +11,8 @@ from scipy.optimize import minimize
 from bench.mismatch.unnamed.binned import LONGEST, Pieces, means
 from bench.simulation.frame import FloatArray, IntArray
 
-MEMORIES_S = (2.0, 8.0, 30.0, 100.0)
-"""time constants with which the fit begins"""
+MEMORIES = (2.0, 8.0, 30.0, 100.0)
+"""bins, time constants with which the fit begins"""
 
 
 def best_likelihood(pieces: Pieces, enough: float) -> float:
@@ -25,7 +25,7 @@ def best_likelihood(pieces: Pieces, enough: float) -> float:
     variance = total / float((pieces.weight > 0.0).sum())
     begins = [
         np.log([variance * (1.0 - share), variance * share, memory, 0.1 * variance * share, 4.0 * memory])
-        for memory in MEMORIES_S
+        for memory in MEMORIES
         for share in (0.3, 0.7)
     ]
     costs = [_cost(x, data) for x in begins]

@@ -1,8 +1,9 @@
-"""Is what is left noise? Looks at its mean, its variance over time and over the states, its spectrum.
+"""Is what is left noise? Looks at its mean, its variance over time and over the states, its spectrum, its levels.
 
 The mean is asked of everything recorded at once: every term and every free function of one and two quantities is tried
 on the final model's residual, and the best gain compared with the best that noise gives the same bank (signs of blocks
-drawn at random). The variance is asked for loud blocks, for states that scatter more than others, and for tones.
+drawn at random). The variance is asked for loud blocks, for states that scatter more than others, and for tones; what
+is left may jump between two levels.
 """
 
 from __future__ import annotations

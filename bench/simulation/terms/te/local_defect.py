@@ -6,6 +6,7 @@ import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms.base import TRANSMISSION_ERROR, Form, Point, Symbol, Term, columns
+from bench.simulation.waves import angle_from
 
 
 def _places(_: Frame) -> tuple[Point, ...]:
@@ -16,17 +17,12 @@ def _places(_: Frame) -> tuple[Point, ...]:
     )
 
 
-def _distance(frame: Frame, angle: float) -> FloatArray:
-    distance: FloatArray = np.mod(frame.theta - angle + np.pi, 2.0 * np.pi) - np.pi
-    return distance
-
-
 def _gaussian(frame: Frame, point: Point) -> FloatArray:
-    return columns(np.exp(-0.5 * (_distance(frame, point[0]) / point[1]) ** 2))
+    return columns(np.exp(-0.5 * (angle_from(frame.theta, point[0]) / point[1]) ** 2))
 
 
 def _raised_cosine(frame: Frame, point: Point) -> FloatArray:
-    x = np.clip(_distance(frame, point[0]) / (2.5 * point[1]), -1.0, 1.0)
+    x = np.clip(angle_from(frame.theta, point[0]) / (2.5 * point[1]), -1.0, 1.0)
     return columns(0.5 * (1.0 + np.cos(np.pi * x)))
 
 
