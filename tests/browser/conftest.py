@@ -56,6 +56,11 @@ class Browser:
     def text(self, selector: str) -> str:
         return str(self.driver.execute_script("return document.querySelector(arguments[0])?.innerText ?? ''", selector))
 
+    def attribute(self, selector: str, name: str) -> str:
+        """In one script, for what is found may be drawn anew before it is asked."""
+        script = "return document.querySelector(arguments[0])?.getAttribute(arguments[1]) ?? ''"
+        return str(self.driver.execute_script(script, selector, name))
+
     def click(self, selector: str, containing: str = "") -> None:
         """Click the first that is there, in sight and enabled."""
 

@@ -186,7 +186,7 @@ def test_a_gearbox_is_followed_over_its_campaigns(page: Browser) -> None:
     page.until(lambda: "Since month-7: 2 of" in page.text("#trend-lines"))
     assert page.text("#trend-charts figure b") == "friction at 5 °/s, 30 °C"
     assert len(page.all("#trend-charts figure.outside")) == 2
-    label = page.find("[data-key='friction.5'] svg").get_attribute("aria-label")
+    label = page.attribute("[data-key='friction.5'] svg", "aria-label")
     assert label.startswith("friction at 5 °/s, 30 °C: last 660 ± 1.0 mN·m, 5 campaigns, limits 59")
     assert label.endswith("OUTSIDE")
     assert len(page.all("#trend-campaigns tbody tr")) == 5

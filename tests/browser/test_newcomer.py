@@ -114,7 +114,7 @@ def plan_and_run(page: Browser, address: str) -> None:
     in_sight(page)
     page.click("#sheet-acts button", "Start")
     # what was started is seen
-    page.until(lambda: page.find("#tabs [data-view=now]").get_attribute("aria-selected") == "true")
+    page.until(lambda: page.attribute("#tabs [data-view=now]", "aria-selected") == "true")
     page.until(lambda: state(address, "runs")["runs"])
     page.until(lambda: state(address, "runs")["runs"][-1]["state"] == "ended")
     assert state(address, "runs")["runs"][-1]["end"]["kind"] == "finished"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,12 +23,13 @@ NEIGHBOURS = 5
 
 @dataclass(frozen=True, slots=True)
 class Pieces:
-    """Means of a residual (pieces, bins), the samples of each relative to the usual bin (0: none), the recording of
-    each piece; of each row used its piece and bin.
+    """Means of a residual (pieces, bins), the samples of each relative to the usual bin (0: none, or an outlier), the
+    same with the outliers, the recording of each piece; of each row used its piece and bin.
     """
 
     values: FloatArray
     weight: FloatArray
+    with_outliers: FloatArray
     recording: IntArray
     rows: IntArray
     piece: IntArray
@@ -37,7 +38,12 @@ class Pieces:
     def some(self, chosen: NDArray[np.bool_]) -> Pieces:
         """Of some pieces, without their rows."""
         none = np.zeros(0, dtype=np.int64)
-        return Pieces(self.values[chosen], self.weight[chosen], self.recording[chosen], none, none, none)
+        weights = self.weight[chosen], self.with_outliers[chosen]
+        return Pieces(self.values[chosen], *weights, self.recording[chosen], none, none, none)
+
+    def every_bin(self) -> Pieces:
+        """The same with the outliers: short stays are among them."""
+        return replace(self, weight=self.with_outliers)
 
 
 def binned(frame: Frame, left: FloatArray, number: FloatArray) -> Pieces | None:
@@ -71,6 +77,7 @@ def binned(frame: Frame, left: FloatArray, number: FloatArray) -> Pieces | None:
     return Pieces(
         table,
         _without_outliers(table, weight),
+        weight,
         np.array(recordings),
         np.concatenate(used),
         np.concatenate(piece),

@@ -149,7 +149,6 @@ def _of_telegraph(jumps: Telegraph, outcome: ChannelOutcome) -> Discovery:
     """Jumps between two levels as a finding without a name: nothing recorded predicts when."""
     unit = CHANNEL_UNITS[outcome.channel]
     by = "" if jumps.times == "1" else f"*{jumps.times}"
-    stays = zip(("T_0", "T_1"), jumps.stays, jumps.stays_std, strict=True)
     fits = jumps.course.size == outcome.rows.size
     return Discovery(
         UNNAMED,
@@ -160,8 +159,11 @@ def _of_telegraph(jumps: Telegraph, outcome: ChannelOutcome) -> Discovery:
         f"{outcome.channel} += h*s(t){by}, s = 0 for T_0 and 1 for T_1 in the mean",
         ("time",),
         (
-            {"symbol": "h", "value": jumps.height, "unit": unit, "std": jumps.height_std},
-            *({"symbol": name, "value": value, "unit": "s", "std": std} for name, value, std in stays),
+            {"symbol": "h", "value": jumps.height, "unit": unit, "std": None},
+            *(
+                {"symbol": n, "value": v, "unit": "s", "std": None}
+                for n, v in zip(("T_0", "T_1"), jumps.stays, strict=True)
+            ),
         ),
         np.zeros(outcome.rows.size),
         0.0,

@@ -32,16 +32,15 @@ FEWEST_JUMPS = 10.0
 
 @dataclass(frozen=True, slots=True)
 class Telegraph:
-    """Two levels: what they are multiplied with, their distance with its standard deviation, mean stays (s) in the
-    lower and the upper one with theirs, p-value; ``course`` (n,): what it adds to each row of the channel, about the
-    mean of its piece.
+    """Two levels: what they are multiplied with, their distance, mean stays (s) in the lower and the upper one, and the
+    p-value; ``course`` (n,): what it adds to each row of the channel, about the mean of its piece.
+
+    How uncertain distance and stays are is not known: the noise of the chain is white, that of a channel is not.
     """
 
     times: str
     height: float
-    height_std: float
     stays: tuple[float, float]
-    stays_std: tuple[float, float]
     p_value: float
     course: FloatArray
 
@@ -65,7 +64,12 @@ def telegraph(search: Search) -> Telegraph | None:
             course = np.zeros(problem.rows.size)
             own = added(pieces, found[0])[pieces.piece, pieces.bin]
             course[rows[pieces.rows]] = own * factor(times, frame)[pieces.rows]
-            looks.append(_described(pieces, found[0], times, min(1.0, len(FACTORS) * found[1]), course))
+            chain, chance = found
+            # single bins that stand out are no evidence of jumps; where there are jumps they are short stays
+            chain = fitted_chain(pieces.every_bin()) or chain
+            stays = (BIN_S / chain.leave[0], BIN_S / chain.leave[1])
+            p = max(min(1.0, len(FACTORS) * chance), criteria.LEAST_P)
+            looks.append(Telegraph(times, chain.height, stays, p, course))
     return min(looks, key=lambda t: t.p_value, default=None)
 
 
@@ -94,20 +98,3 @@ def _ratio(pieces: Pieces, chain: Chain) -> float | None:
     of_chain = log_likelihood(pieces, chain)
     ratio = of_chain - best_likelihood(pieces, of_chain)
     return ratio if ratio > 0.0 else None
-
-
-def _described(pieces: Pieces, chain: Chain, times: str, p_value: float, course: FloatArray) -> Telegraph:
-    """A chain with what its bins say of its numbers: a mean of as many, a rate of as many moves."""
-    seen = float(np.sum(pieces.weight > 0.0))
-    share = (1.0 - chain.upper, chain.upper)
-    jumps = jumps_up(pieces, chain)
-    stays = (BIN_S / chain.leave[0], BIN_S / chain.leave[1])
-    return Telegraph(
-        times,
-        chain.height,
-        float(np.sqrt(chain.variance * sum(1.0 / max(seen * s, 1.0) for s in share))),
-        stays,
-        (stays[0] / float(np.sqrt(jumps)), stays[1] / float(np.sqrt(jumps))),
-        max(p_value, criteria.LEAST_P),
-        course,
-    )

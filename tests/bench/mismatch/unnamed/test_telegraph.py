@@ -41,9 +41,10 @@ def test_jumps_of_a_friction_are_found_with_their_height_and_their_stays(seed: i
     found = looked(HEIGHT * own * FRAME.direction + white(seed))
     assert found is not None
     assert found.p_value < criteria.ERROR_RATE_OF_A_CHANNEL
-    assert found.height == pytest.approx(HEIGHT, abs=5.0 * found.height_std)
-    for stay, std in zip(found.stays, found.stays_std, strict=True):
-        assert stay == pytest.approx(STAY_S, abs=4.0 * std)
+    # half of the bins in each level; a rate is known to one over the root of its jumps
+    assert found.height == pytest.approx(HEIGHT, abs=5.0 * SIGMA * np.sqrt(4.0 / FRAME.size))
+    for stay in found.stays:
+        assert stay == pytest.approx(STAY_S, abs=4.0 * STAY_S / np.sqrt(0.5 * FRAME.size / STAY_S))
     true = HEIGHT * own * FRAME.direction
     true = true - np.repeat(true.reshape(-1, EACH).mean(axis=1), EACH)
     assert np.corrcoef(found.course, true)[0, 1] > 0.9
