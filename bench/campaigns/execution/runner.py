@@ -200,7 +200,8 @@ class Runner:
 
     def _so_far(self) -> str:
         measured = sum(taken.status is Status.DONE for taken in self._summary.taken) + self._summary.earlier
-        return f"{measured} of {len(self._points.expected)} points are measured"
+        text = f"{measured} of {len(self._points.expected)} points are measured"
+        return f"{text}, {self._closer.waiting} being closed" if self._closer.waiting else text
 
     def _repeat(self) -> None:
         """Measure once more what the operator asked for."""
