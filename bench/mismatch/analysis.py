@@ -97,7 +97,8 @@ def analyse(
             periodic = out.transmission.periodic
             known = () if periodic is None else (*periodic.series.orders, *(w.order for w in periodic.weak))
             heard = data.density.get(channel, ())
-            examine(out.outcomes[channel], out.transmission.offset, heard, seed, known)
+            moving = data.unsteady.get(channel, ())
+            examine(out.outcomes[channel], out.transmission.offset, heard, seed, known, moving)
             out.transmission.offset.close()
             out.reaction = _reaction(out, data, given, channels, seed)
         else:
@@ -116,7 +117,8 @@ def analyse(
                 out.outcomes[channel].discoveries += torque_discoveries(
                     periodicity_of(data, given, search, reaction), seed
                 )
-            examine(out.outcomes[channel], search, data.density.get(channel, ()), seed)
+            heard, moving = data.density.get(channel, ()), data.unsteady.get(channel, ())
+            examine(out.outcomes[channel], search, heard, seed, unsteady=moving)
             search.close()
             if channel == LOAD_TORQUE:
                 sensor = (*sensor, *_sensor_errors(search))

@@ -52,7 +52,8 @@ class Discovery:
     ``simulation_rows``: rows of a simulation file, each with its ``effect``; ``table``: a row an order, where it has
     many; ``alone``: the parameters of a law without the changes of it that were found as well, empty where there are
     none; ``excess`` (n,): what of it no calibration of the simulation can say, each sample counted alike, where that
-    was worked out: its place is where this lies.
+    was worked out: its place is where this lies; ``everywhere`` (n,): the same with the samples that are not compared
+    (at rest, at the slowest speeds), where the channel has a value there.
     """
 
     effect: str
@@ -75,6 +76,7 @@ class Discovery:
     also_in: tuple[str, ...] = ()
     numbers: int = 1
     excess: FloatArray | None = field(default=None, repr=False)
+    everywhere: FloatArray | None = field(default=None, repr=False)
     alone: tuple[Mapping[str, Any], ...] = ()
     squares: tuple[float, float] | None = None
     """mean square per held-out sample without and with it, where rows are too coarse to show it"""

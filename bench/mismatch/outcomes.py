@@ -113,7 +113,8 @@ def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas
     outcome.levels = own.fit.variance
     outcome.discoveries += found
     number = np.where(model.inside, model.rows.number, 0.0)
-    outcome.discoveries += of_regression(offset, slots, level, number, frame, model.rows.y - periodic)
+    left = model.rows.y - periodic
+    outcome.discoveries += of_regression(offset, slots, level, number, frame, left, model.recorded)
     outcome.notes += [*model.notes, *own.notes]
     return outcome
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,7 +11,8 @@ from bench.mismatch.given import Given
 from bench.simulation import waves
 from bench.simulation.fourier import FourierSet
 from bench.simulation.frame import FloatArray, Frame, IntArray
-from bench.simulation.laws import factor
+from bench.simulation.free_oscillation import Complex, free_oscillation
+from bench.simulation.laws import RESONANCE, factor
 from bench.simulation.polynomial import basis
 from bench.simulation.sines import summed
 from bench.simulation.terms import TRANSMISSION_ERROR
@@ -22,8 +24,27 @@ def periodic_part(given: Given, frame: Frame) -> FloatArray:
     out = np.zeros(frame.size)
     for part, own, monomials, amplitude, phase in _waves(given, frame):
         out[part] = monomials @ own.offset + summed(frame.theta[part], _orders(own), amplitude, phase)
+    for law in given.laws:
+        if law.effect == RESONANCE:
+            out = out + free_oscillation(law, frame, _all_orders(given), lambda part: _driving(given, part))
     for pulse in given.pulses:
         out = out + pulse.evaluate(frame.theta)
+    return out
+
+
+def _all_orders(given: Given) -> FloatArray:
+    model = given.simulation.transmission_error()
+    sets = [] if model is None else [own for own in (model.direction(1.0), model.direction(-1.0)) if own is not None]
+    return np.unique([float(f) for own in sets for f in own.orders])
+
+
+def _driving(given: Given, frame: Frame) -> Complex:
+    """Vectors b + j·a (n, k) of all orders at the rows of a frame, with every law but resonances."""
+    orders = _all_orders(given)
+    out = np.zeros((frame.size, orders.size), dtype=np.complex128)
+    less = replace(given, laws=tuple(law for law in given.laws if law.effect != RESONANCE))
+    for part, own, _, amplitude, phase in _waves(less, frame):
+        out[np.ix_(part, np.searchsorted(orders, _orders(own)))] = (amplitude * np.exp(1j * phase)).T
     return out
 
 

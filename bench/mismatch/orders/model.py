@@ -82,6 +82,15 @@ class TransmissionModel:
         """Turns that may be fitted."""
         return [t for t, chosen in zip(self.turns, self.train, strict=True) if chosen]
 
+    @property
+    def recorded(self) -> FloatArray:
+        """Samples of each row (n,), those that are not compared with them: at rest the shafts have a transmission error
+        as well. None of a recording in which nothing is compared, such as one that never turns.
+        """
+        number, recording = self.rows.number, self.rows.frame.recording
+        compared = np.bincount(recording, np.where(self.inside, number, 0.0)) > 0.0
+        return np.where(compared[recording], number, 0.0)
+
 
 def begun(
     rows: Rows,

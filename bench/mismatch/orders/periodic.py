@@ -13,7 +13,8 @@ from bench.mismatch.orders.weak import WeakOrder, design
 from bench.mismatch.regression.bank import RIDGE
 from bench.simulation import waves
 from bench.simulation.frame import FloatArray, Frame, IntArray
-from bench.simulation.laws import Law, factor
+from bench.simulation.free_oscillation import free_oscillation
+from bench.simulation.laws import RESONANCE, Law, factor
 from bench.simulation.sines import summed_vectors
 from bench.simulation.waves import ROWS_AT_ONCE, Wave
 
@@ -77,7 +78,11 @@ class Periodic:
     laws: tuple[Law, ...] = field(default=())
 
     def evaluate(self, frame: Frame) -> FloatArray:
-        """Sum of everything periodic at the rows of a frame (n,), rad."""
+        """Sum of everything periodic at the rows of a frame (n,), rad; of modes also what they swing by freely."""
+        out = self._steady(frame)
+        return out + self.swinging(frame) if any(law.effect == RESONANCE for law in self.laws) else out
+
+    def _steady(self, frame: Frame) -> FloatArray:
         out = self.series.evaluate(frame) if not self.laws else self._by_vectors(frame)
         if self.sidebands:
             out = out + self._modulated(frame)
@@ -90,7 +95,7 @@ class Periodic:
         """Change of everything periodic with the angle at the rows of a frame (n,), rad/rad."""
         if self.laws or self.pulses or self.sidebands:
             ahead, behind = (replace(frame, theta=frame.theta + step) for step in (SLOPE_STEP, -SLOPE_STEP))
-            return (self.evaluate(ahead) - self.evaluate(behind)) / (2.0 * SLOPE_STEP)
+            return (self._steady(ahead) - self._steady(behind)) / (2.0 * SLOPE_STEP)
         steeper = [w.slope for w in (*self.waves, *(w for order in self.weak for w in order.waves()))]
         out = self.series.slope(frame)
         return out + waves.evaluate(steeper, frame.theta, frame) if steeper else out
@@ -99,7 +104,7 @@ class Periodic:
         """Mean of the slope over the angle that each row of a frame turns through (n,), rad/rad."""
         half = np.maximum(0.5 * np.abs(frame.velocity) * frame.step, SLOPE_STEP)
         ahead, behind = (replace(frame, theta=frame.theta + own) for own in (half, -half))
-        return (self.evaluate(ahead) - self.evaluate(behind)) / (2.0 * half)
+        return (self._steady(ahead) - self._steady(behind)) / (2.0 * half)
 
     def less(self, orders: Collection[float]) -> Periodic:
         """The same without some orders, and without what modulates them."""
@@ -174,6 +179,17 @@ class Periodic:
             real, imag = np.ascontiguousarray(vectors.real.T), np.ascontiguousarray(vectors.imag.T)
             out[own] = summed_vectors(frame.theta[own], np.asarray(self.series.orders), real, imag)
         return out
+
+    def swinging(self, frame: Frame) -> FloatArray:
+        """What the modes of resonances swing by freely after changes of speed, at the rows of a frame (n,), rad."""
+        out = np.zeros(frame.size)
+        for law in self.laws:
+            if law.effect == RESONANCE:
+                out += free_oscillation(law, frame, np.asarray(self.series.orders), self._not_resonant)
+        return out
+
+    def _not_resonant(self, frame: Frame) -> Complex:
+        return replace(self, laws=tuple(law for law in self.laws if law.effect != RESONANCE))._vectors(frame)
 
     def _vectors(self, frame: Frame) -> Complex:
         x = np.column_stack([frame.torque, frame.velocity, frame.temperature])

@@ -66,6 +66,7 @@ def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Disco
         orders=touched,
         numbers=len(law.point) + (0 if law.effect == RESONANCE else 2 * len(law.orders)),
         excess=excess,
+        everywhere=model.periodic.beyond_series(law, frame, model.recorded),
     )
 
 
@@ -80,6 +81,7 @@ def further(model: TransmissionModel, first: Discovery, second: Discovery) -> Di
         first,
         added=first.added + second.added,
         excess=model.periodic.beyond_series(both, model.rows.frame, number),
+        everywhere=model.periodic.beyond_series(both, model.rows.frame, model.recorded),
         gain=first.gain + second.gain,
         parameters=first.parameters + parameters,
         simulation_rows=first.simulation_rows + second.simulation_rows,

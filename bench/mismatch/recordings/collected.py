@@ -8,6 +8,7 @@ from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.recordings.output_orders import OutputSpectrum, output_spectra
 from bench.mismatch.recordings.prepared import Prepared
 from bench.mismatch.recordings.rows import Rows, angle_rows, heat_rows, slow_rows
+from bench.mismatch.recordings.swing import swing
 from bench.mismatch.recordings.vibration import Density, ShaftSpectrum, density, shaft_spectrum
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 
@@ -18,8 +19,12 @@ class Collected:
 
     rows: dict[str, list[Rows]] = field(default_factory=dict)
     density: dict[str, list[Density]] = field(default_factory=dict)
+    unsteady: dict[str, list[Density]] = field(default_factory=dict)
+    """of recordings without a steady part, such as heating runs: their longest run in motion"""
     shaft: list[ShaftSpectrum] = field(default_factory=list)
     output: dict[str, list[OutputSpectrum]] = field(default_factory=dict)
+    swing: dict[int, float] = field(default_factory=dict)
+    """mean square of the load torque's rate in each recording, (N·m/s)²"""
 
     def add(self, prepared: Prepared, channels: frozenset[str], manner: Manner) -> None:
         """Reduce a recording in the channels in which it can be compared."""
@@ -35,9 +40,13 @@ class Collected:
             heard = density(prepared, channel)
             if heard is not None:
                 self.density.setdefault(channel, []).append(heard)
+            elif (moving := density(prepared, channel, steady=False)) is not None:
+                self.unsteady.setdefault(channel, []).append(moving)
             self.output.setdefault(channel, []).extend(
                 output_spectra(prepared, channel) if channel in (MOTOR_TORQUE, LOAD_TORQUE) else ()
             )
+            if channel == LOAD_TORQUE:
+                self.swing[int(prepared.frame.recording[0])] = swing(prepared)
             if channel == MOTOR_TORQUE:
                 shaft = shaft_spectrum(prepared)
                 if shaft is not None:
@@ -54,6 +63,9 @@ class Collected:
             self.rows.setdefault(channel, []).extend(rows)
         for channel, heard in other.density.items():
             self.density.setdefault(channel, []).extend(heard)
+        for channel, moving in other.unsteady.items():
+            self.unsteady.setdefault(channel, []).extend(moving)
         for channel, turns in other.output.items():
             self.output.setdefault(channel, []).extend(turns)
         self.shaft += other.shaft
+        self.swing |= other.swing

@@ -41,8 +41,12 @@ class Dataset:
     folder: Folder
     rows: dict[str, Rows] = field(default_factory=dict)
     density: dict[str, list[Density]] = field(default_factory=dict)
+    unsteady: dict[str, list[Density]] = field(default_factory=dict)
+    """of recordings without a steady part: their longest run in motion"""
     shaft: list[ShaftSpectrum] = field(default_factory=list)
     output: dict[str, list[OutputSpectrum]] = field(default_factory=dict)
+    swing: dict[int, float] = field(default_factory=dict)
+    """mean square of the load torque's rate in a recording, (N·m/s)², by its index"""
     notes: list[str] = field(default_factory=list)
     parts: list[Piece] = field(default_factory=list)
     travelled: dict[str, float] = field(default_factory=dict)

@@ -86,7 +86,8 @@ def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Bas
         raise RecordingError(f"{_named(path)} holds no recording that can be read; see `bench validate` for each file")
     data.rows = {channel: join(rows.rows.pop(channel)) for channel in list(rows.rows)}
     give_back()
-    data.density, data.shaft, data.output = rows.density, rows.shaft, rows.output
+    data.density, data.unsteady = rows.density, rows.unsteady
+    data.shaft, data.output, data.swing = rows.shaft, rows.output, rows.swing
     return data
 
 

@@ -71,11 +71,13 @@ def _hann(size: int) -> FloatArray:
     return np.hanning(size)
 
 
-def density(prepared: Prepared, channel: str) -> Density | None:
-    """Density of a channel's longest steady run (Welch's method, Hann window); None where that is too short."""
+def density(prepared: Prepared, channel: str, steady: bool = True) -> Density | None:
+    """Density of a channel's longest ``steady`` run, or of its longest in motion (Welch's method, Hann window); None
+    where that is too short.
+    """
     frame, measured, thinning = prepared.frame, prepared.measured[channel], prepared.thinning
     rate = prepared.sample_rate * thinning.group
-    a, b = longest_run((frame.steady > 0.5) & (frame.direction != 0))
+    a, b = longest_run((frame.direction != 0) & ((frame.steady > 0.5) | (not steady)))
     a, b = a * thinning.group, b * thinning.group
     sizes = [round(length * rate) for length in SEGMENTS_S if b - a >= round(length * rate)]
     if not sizes:

@@ -220,6 +220,7 @@ def _merged(discoveries: Iterable[Discovery]) -> list[Discovery]:
                 parameters=tuple(p for d in group for p in d.parameters),
                 added=np.sum([d.added for d in group], axis=0),
                 excess=_together([d.excess for d in group]),
+                everywhere=_together([d.everywhere for d in group]),
                 simulation_rows=tuple(r for d in group for r in d.simulation_rows),
                 orders=tuple(dict.fromkeys(f for d in group for f in d.orders)),
                 angle_windows=tuple(w for d in group for w in d.angle_windows),

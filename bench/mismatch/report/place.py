@@ -16,6 +16,7 @@ from bench.mismatch.report.smallest import interval, pieces, steps
 from bench.mismatch.report.truth import truth_of
 from bench.mismatch.report.variables import RANGES, TEMPERATURE, TIME, TORQUE, VELOCITY, levels, variable
 from bench.simulation.frame import FloatArray, Frame, recording_starts
+from bench.simulation.terms import MOTOR_TORQUE
 from bench.simulation.terms import TEMPERATURE as TEMPERATURE_CHANNEL
 
 HELD = 0.9
@@ -26,6 +27,8 @@ PARTS = 60
 """of the range over which a step is looked for"""
 JUST_AFTER = ("since_reversal",)
 """variables of effects that act just after a start or a reversal"""
+DELAY = "sensor.timing_skew"
+"""effect that goes with the rate of the load torque"""
 BOTH, POSITIVE, NEGATIVE = "both", "positive", "negative"
 
 Range = tuple[float, float]
@@ -77,7 +80,7 @@ def place(discovery: Discovery, outcome: ChannelOutcome, data: Dataset) -> Place
         discovery.orders,
         discovery.angle_windows,
         _time_window(discovery, frame, energies, any(v.range == TIME for v in quantities), data.folder.start),
-        tuple(data.name(r) for r in strongest(frame, energies)),
+        tuple(data.name(r) for r in strongest(of_recordings(discovery, outcome, energies, data))),
         tuple(name for name, by in MEASURED_BY.items() if not set(by) & data.present),
         tuple(dict.fromkeys(v.words for v in quantities if v.words)),
     )
@@ -184,9 +187,32 @@ def _time_window(discovery: Discovery, frame: Frame, energies: FloatArray, depen
     return None if window is None else (start + window[0], start + window[1])
 
 
-def strongest(frame: Frame, energies: FloatArray) -> list[int]:
-    """Recordings of the largest energy, in order: the fewest that hold ``HELD`` of it."""
-    held = np.maximum(np.bincount(frame.recording, energies), 0.0)
+def of_recordings(discovery: Discovery, outcome: ChannelOutcome, energies: FloatArray, data: Dataset) -> FloatArray:
+    """Energy of a discovery in each recording (recordings,); ``energies`` (n,) of the rows that are compared."""
+    rows = outcome.rows
+    recording, compared = rows.frame.recording, outcome.usable & (rows.number > 0)
+    if discovery.everywhere is not None:
+        own = np.bincount(recording, compared) > 0.0
+        energies = np.where(own[recording], discovery.everywhere**2 * rows.number, 0.0)
+    out = by_recording(rows.frame, energies)
+    if discovery.effect == DELAY:
+        # what swings faster than a row lasts is late as well
+        size = float(discovery.parameters[0]["value"]) / (rows.frame.ratio if outcome.channel == MOTOR_TORQUE else 1.0)
+        number = np.where(compared, rows.number, 0.0)
+        samples, slow = (by_recording(rows.frame, x) for x in (number, number * rows.frame.torque_rate**2))
+        whole = np.array([data.swing.get(r, 0.0) for r in range(out.size)])
+        out = out + size**2 * np.maximum(samples * whole - slow, 0.0)
+    return out
+
+
+def by_recording(frame: Frame, values: FloatArray) -> FloatArray:
+    """Sum of ``values`` (n,) over the rows of each recording (recordings,)."""
+    return np.asarray(np.bincount(frame.recording, values), dtype=np.float64)
+
+
+def strongest(energies: FloatArray) -> list[int]:
+    """Recordings of the largest of ``energies`` (recordings,), in order: the fewest that hold ``HELD`` of it."""
+    held = np.maximum(energies, 0.0)
     order = np.argsort(-held, kind="stable")
     total = np.cumsum(held[order])
     if total.size == 0 or total[-1] <= 0.0:
@@ -220,4 +246,4 @@ def to_json(where: Place, words: str, share: float | None) -> dict[str, Any]:
     }
 
 
-__all__ = ["HELD", "VELOCITY", "Place", "place", "strongest", "to_json"]
+__all__ = ["HELD", "VELOCITY", "Place", "by_recording", "place", "strongest", "to_json"]

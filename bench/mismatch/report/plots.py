@@ -11,7 +11,7 @@ from bench.mismatch.discovery import ChannelOutcome
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.report.drawing import Pair, drawn
 from bench.mismatch.report.finding import Finding
-from bench.mismatch.report.place import strongest
+from bench.mismatch.report.place import by_recording, strongest
 from bench.mismatch.report.variables import VARIABLES, VELOCITY, variable
 from bench.simulation.frame import FloatArray, Frame, recording_starts
 from bench.simulation.quantities import AUXILIARY
@@ -69,7 +69,7 @@ def _over_variable(finding: Finding, data: Dataset, unit: str, scale: float) -> 
     if finding.channel == TEMPERATURE:
         added, after = _centred(added, frame, rows), _centred(after, frame, rows)
     if name in COURSES:
-        shown = strongest(frame, np.where(rows, added**2 * outcome.rows.number, 0.0))[:1]
+        shown = strongest(by_recording(frame, np.where(rows, added**2 * outcome.rows.number, 0.0)))[:1]
         rows &= np.isin(frame.recording, shown)
         label += "".join(f", recording {data.name(r)}" for r in shown)
     if drawn_over.range == VELOCITY:

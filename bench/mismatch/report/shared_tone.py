@@ -9,6 +9,9 @@ from bench.mismatch.discovery import UNNAMED, ChannelOutcome, Discovery
 FREQUENCY, HERTZ = "f", "Hz"
 """symbol and unit of a tone's frequency"""
 
+ROUNDING = 1e-6
+"""relative, of sums and products of frequencies"""
+
 
 def shared_tones(outcomes: Sequence[ChannelOutcome]) -> dict[str, str]:
     """Channel (the first of those alike) with which each channel shares a tone that has no name, by channel.
@@ -35,4 +38,5 @@ def _frequency(found: Discovery) -> tuple[float, float]:
 
 
 def _alike(one: tuple[float, float], other: tuple[float, float]) -> bool:
-    return abs(one[0] - other[0]) <= one[1] + other[1]
+    # lines of a spectrum are whole numbers of its step: those next to each other agree, rounding or not
+    return abs(one[0] - other[0]) <= (one[1] + other[1]) * (1.0 + ROUNDING)

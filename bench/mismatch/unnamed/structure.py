@@ -35,9 +35,12 @@ def examine(
     densities: Sequence[Density],
     seed: int = 0,
     orders: Sequence[float] = (),
+    unsteady: Sequence[Density] = (),
 ) -> None:
-    """Test what an outcome leaves, and add what the tests find to it; ``orders`` that it has are no tones."""
-    heard = tone(densities, seed, orders)
+    """Test what an outcome leaves, and add what the tests find to it; ``orders`` that it has are no tones, and
+    recordings that are ``unsteady`` have a tone as well.
+    """
+    heard = tone(densities, seed, orders, unsteady)
     loud = bursts(search)
     if heard is not None and heard.p_value < criteria.ERROR_RATE_OF_A_CHANNEL and _matters(heard, outcome):
         outcome.discoveries.append(_of_tone(heard, outcome))

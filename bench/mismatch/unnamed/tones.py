@@ -54,10 +54,13 @@ class Tone:
     squares: tuple[float, ...] = ()
 
 
-def tone(densities: Sequence[Density], seed: int, orders: Sequence[float] = ()) -> Tone | None:
+def tone(
+    densities: Sequence[Density], seed: int, orders: Sequence[float] = (), unsteady: Sequence[Density] = ()
+) -> Tone | None:
     """The clearest tone of a channel; None where the spectra cannot tell one from orders.
 
-    Frequencies of ``orders`` known to be there are left out of each recording.
+    Frequencies of ``orders`` known to be there are left out of each recording. ``unsteady`` are asked for the size of
+    the tone, not whether there is one.
     """
     kinds = [(d.rate, d.power.size) for d in densities]
     if not kinds:
@@ -101,16 +104,22 @@ def tone(densities: Sequence[Density], seed: int, orders: Sequence[float] = ()) 
     squares = 2.0 * excess * 1.5 * step
     amplitude = float(np.sqrt(np.median(squares)))
     spread = float(np.std(np.sqrt(squares)) / np.sqrt(max(squares.size, 1)))
-    strongest = np.argsort(-excess)
+    frequency = float((first + place) * step)
+    held = {d.recording: 0.5 * float(square) for d, square in zip(own, squares, strict=True)}
+    held |= {d.recording: _mean_square(d, frequency) for d in unsteady if d.recording not in held}
+    strongest = sorted(held, key=lambda recording: -held[recording])
     return Tone(
-        float((first + place) * step),
-        0.5 * step,
-        amplitude,
-        spread,
-        p,
-        tuple(own[k].recording for k in strongest),
-        tuple(float(0.5 * squares[k]) for k in strongest),
+        frequency, 0.5 * step, amplitude, spread, p, tuple(strongest), tuple(held[recording] for recording in strongest)
     )
+
+
+def _mean_square(one: Density, frequency: float) -> float:
+    """Mean square of a line at a ``frequency`` beyond the noise about it."""
+    at = round(frequency / one.step)
+    near = one.power[max(at - _ABOUT // 2, 1) : at + _ABOUT // 2 + 1]
+    if not 0 < at < one.power.size:
+        return 0.0
+    return float(max(float(one.power[at]) - float(np.median(near)), 0.0) * 1.5 * one.step)
 
 
 def _lines(power: FloatArray, bins: IntArray, first: int) -> tuple[NDArray[np.bool_], FloatArray]:

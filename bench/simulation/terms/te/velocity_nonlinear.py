@@ -7,6 +7,9 @@ import numpy as np
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms.base import TRANSMISSION_ERROR, Form, Point, Symbol, Term, columns, logarithmic, top
 
+THICKNESS = 0.68
+"""power of the speed with which a film between loaded curved surfaces grows (Hamrock and Dowson, 1977)"""
+
 
 def _scales(frame: Frame) -> tuple[Point, ...]:
     fastest = top(frame.velocity)
@@ -20,6 +23,11 @@ def _exponential(frame: Frame, point: Point) -> FloatArray:
 
 def _rational(frame: Frame, point: Point) -> FloatArray:
     film = 1.0 / (1.0 + np.abs(frame.velocity) / point[0])
+    return columns(film, frame.last_direction * film)
+
+
+def _elastohydrodynamic(frame: Frame, point: Point) -> FloatArray:
+    film = 1.0 / (1.0 + (np.abs(frame.velocity) / point[0]) ** THICKNESS)
     return columns(film, frame.last_direction * film)
 
 
@@ -42,6 +50,7 @@ TERM = Term(
         TRANSMISSION_ERROR: (
             Form("exponential", _exponential, (V_E, V_O), (V_S,), _scales),
             Form("rational", _rational, (V_E, V_O), (V_S,), _scales),
+            Form("elastohydrodynamic", _elastohydrodynamic, (V_E, V_O), (V_S,), _scales),
             Form("gaussian", _saturating, (V_E, V_O), (V_S,), _scales),
         )
     },

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from bench.mismatch.discovery import ChannelOutcome, Discovery
-from bench.mismatch.report.place import HELD, Place, place, to_json
+from bench.mismatch.report.place import HELD, Place, by_recording, of_recordings, place, strongest, to_json
 from bench.mismatch.report.smallest import interval
 from bench.mismatch.report.words import text
-from bench.simulation.frame import Frame
+from bench.simulation.frame import FloatArray, Frame
 from tests.bench.mismatch.report import made
 
 
@@ -205,3 +205,35 @@ def test_what_acts_just_after_a_start_acts_where_no_row_is_compared() -> None:
     assert set(place(found, left_out, data).recordings) == first
     otherwise = replace(found, variables=("time",))
     assert not first & set(place(otherwise, left_out, data).recordings)
+
+
+def _energies(found: Discovery, frame: Frame, swing: dict[int, float]) -> tuple[FloatArray, FloatArray, ChannelOutcome]:
+    own = made.outcome(frame, found.channel, [found])
+    data = replace(made.dataset(frame, found.channel, own.rows), swing=swing)
+    plain = by_recording(frame, np.where(own.usable, found.added**2 * own.rows.number, 0.0))
+    energies = np.where(own.usable, found.added**2 * own.rows.number, 0.0)
+    return plain, of_recordings(found, own, energies, data), own
+
+
+def test_a_delay_is_strongest_where_the_torque_swings_faster_than_rows_last() -> None:
+    frame = made.campaign()
+    delay = 0.0015
+    found = made.discovery("load_torque", "sensor.timing_skew", -delay * frame.torque_rate, ("torque_rate",))
+    found = replace(found, parameters=({"symbol": "delta", "value": delay, "unit": "s", "std": 1e-5},))
+    plain, energies, own = _energies(found, frame, {3: 1200.0**2})
+    samples = by_recording(frame, np.where(own.usable, own.rows.number, 0.0))
+    slow = by_recording(frame, np.where(own.usable, frame.torque_rate**2 * own.rows.number, 0.0))
+    expected = plain.copy()
+    expected[3] += delay**2 * (samples[3] * 1200.0**2 - slow[3])
+    assert energies == pytest.approx(expected)
+    assert strongest(energies)[0] == 3
+
+
+def test_what_acts_at_rest_counts_where_something_is_compared() -> None:
+    frame = made.campaign()
+    found = made.discovery("transmission_error", "te.velocity_nonlinear", np.full(frame.size, 1e-6), ("speed",))
+    everywhere = np.where(frame.recording == 5, 3e-6, 1e-6)
+    found = replace(found, everywhere=everywhere)
+    _, energies, own = _energies(found, frame, {})
+    assert energies == pytest.approx(by_recording(frame, everywhere**2 * own.rows.number))
+    assert strongest(energies)[0] == 5

@@ -22,7 +22,7 @@ def outcome(channel: str, frequency: float, floor: float) -> ChannelOutcome:
     return made.outcome(FRAME, channel, [replace(found, parameters=(tone, size))], floor)
 
 
-@pytest.mark.parametrize(("other", "findings"), [(17.3, 1), (17.35, 1), (17.5, 2)])
+@pytest.mark.parametrize(("other", "findings"), [(17.3, 1), (17.35, 1), (17.4, 1), (17.5, 2)])
 def test_a_tone_in_two_channels_is_one_finding(other: float, findings: int) -> None:
     both = [outcome("transmission_error", 17.3, 1e-6), outcome("motor_torque", other, 0.02)]
     concluded = conclude(both, made.dataset(FRAME, "motor_torque", both[1].rows))

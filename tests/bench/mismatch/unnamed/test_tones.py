@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -32,6 +34,21 @@ def test_noise_has_no_tone(seed: int) -> None:
 
 def test_an_order_moves_with_the_speed_and_is_no_tone() -> None:
     assert heard(1, order=(1000.0, 3.0)).p_value > criteria.ERROR_RATE_OF_A_CHANNEL
+
+
+def test_recordings_that_are_not_steady_tell_how_large_it_is_there() -> None:
+    own = densities(1, tone=(17.3, 0.4))
+    loud = replace(densities(2, tone=(17.3, 1.2))[0], recording=100)
+    still = replace(densities(3)[0], recording=101)
+    found = tone(own, 1, (), [loud, still])
+    assert found is not None
+    plain = tone(own, 1)
+    assert plain is not None
+    assert (found.frequency, found.amplitude, found.p_value) == (plain.frequency, plain.amplitude, plain.p_value)
+    held = dict(zip(found.recordings, found.squares, strict=True))
+    assert found.recordings[0] == 100
+    assert held[100] == pytest.approx(0.5 * 1.2**2, rel=0.1)
+    assert held[101] < 0.1 * 0.5 * 0.4**2
 
 
 def test_one_speed_cannot_tell_tones_from_orders() -> None:

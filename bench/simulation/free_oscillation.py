@@ -1,0 +1,76 @@
+"""What a mode swings by of its own after the speed has changed, beside its steady response to the orders.
+
+A resonance multiplies the orders' amplitudes by its response at their frequency: that is the steady state. When the
+speed changes, deflection and rate of the mode go on continuously, so that the difference between the steady states
+before and after swings freely and decays (Thomson and Dahleh, Theory of Vibration with Applications, 1998, ch. 4).
+Speed and amplitudes are taken as constant within a row, and what swings freely is carried from row to row exactly.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.simulation.frame import FloatArray, Frame, recording_starts
+from bench.simulation.laws import MODES, Law
+
+Complex = NDArray[np.complex128]
+_LATE = 1.5
+"""of what a row lasts, from which the time to the next is a gap: after it nothing is known of the mode"""
+
+
+def free_oscillation(law: Law, frame: Frame, orders: FloatArray, vectors: Callable[[Frame], Complex]) -> FloatArray:
+    """Mean of the free oscillation of a resonance's mode over each row of a frame (n,), rad.
+
+    ``vectors`` (n, k): b + j·a of the ``orders`` (k,) that the mode answers, a·cos(f·θ) + b·sin(f·θ), at the rows of a
+    frame, without the law. A recording begins in the steady state of its first row.
+    """
+    natural, damping, *share = law.point
+    pole = natural * complex(-damping, np.sqrt(max(1.0 - damping**2, 1e-9)))
+    touched = np.flatnonzero(np.isin(orders, np.asarray(law.orders)))
+    out = np.zeros(frame.size)
+    for a, b in itertools.pairwise(recording_starts(frame)):
+        part = frame.take(slice(int(a), int(b)))
+        if part.size < 2 or not touched.size:
+            continue
+        jumps = _jumps(part, orders[touched], vectors(part)[:, touched], law, pole)
+        out[a:b] = _carried(jumps, part.step, pole)
+    return (share[0] if share else 1.0) * out
+
+
+def _jumps(frame: Frame, orders: FloatArray, vectors: Complex, law: Law, pole: complex) -> Complex:
+    """Complex deflection (n,) by which the free oscillation changes at the begin of each row."""
+    form, natural, damping = law.form, law.point[0], law.point[1]
+    speed, step = frame.velocity, frame.step
+    # force or base: what moves goes on with its place and its rate
+    steady = vectors * (1.0 + MODES[form](speed[:, None] * orders[None, :], natural, damping))
+    rate = steady * (1j * speed[:, None] * orders[None, :])
+    both = np.maximum(step[:-1] + step[1:], 1e-300)
+    angle = frame.theta[:-1] + np.diff(frame.theta) * step[:-1] / both
+    wave = np.exp(1j * angle[:, None] * orders[None, :])
+    deflection = np.sum(-np.diff(steady, axis=0) * wave, axis=1).imag
+    velocity = np.sum(-np.diff(rate, axis=0) * wave, axis=1).imag
+    out = np.zeros(frame.size, dtype=np.complex128)
+    out[1:] = deflection - 1j * (velocity - pole.real * deflection) / pole.imag
+    late = np.diff(frame.elapsed) > _LATE * 0.5 * both
+    out[1:][late] = np.nan
+    return out
+
+
+@numba.njit(cache=True)
+def _carried(jumps: Complex, step: FloatArray, pole: complex) -> FloatArray:
+    """Mean over each row (n,) of what swings freely; a jump that is not a number ends it."""
+    out = np.zeros(step.size)
+    now = 0.0 + 0.0j
+    for i in range(step.size):
+        if i > 0:
+            now = now * np.exp(pole * step[i - 1]) + jumps[i]
+        if np.isnan(now.real):
+            now = 0.0 + 0.0j
+        x = pole * step[i]
+        out[i] = (now * (np.exp(x) - 1.0) / x).real if abs(x) > 1e-9 else now.real
+    return out
