@@ -20,6 +20,7 @@ from bench.mismatch.regression.problem import CHANNELS, nominal_base
 from bench.mismatch.regression.regressors import Free, Named
 from bench.mismatch.unnamed.formula_regressor import Equation
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.laws import RESONANCE
 from bench.simulation.linear import in_metres, is_of_linear_axis
 from bench.simulation.model import Simulation
 from bench.simulation.quantities import FACTORS
@@ -98,6 +99,11 @@ def written(simulation: Simulation, standstill: float = 1e-3) -> Formulas:
                 f"{'it' if len(missing) == 1 else 'them'}, and the simulation has no numbers for "
                 f"{'it' if len(missing) == 1 else 'them'}"
             )
+    if any(law.effect == RESONANCE for law in own.given.laws) and OUTPUT + TRANSMISSION_ERROR in outputs:
+        notes.append(
+            f"{TRANSMISSION_ERROR} has a resonance as its steady response: what the mode swings by freely after a "
+            "change of speed is not written"
+        )
     if not outputs:
         raise ConfigurationError(f"nothing can be exported: {'; '.join(refused)}.")
     steps = formula.ordered(list(outputs.values()))

@@ -24,11 +24,18 @@ def periodic_part(given: Given, frame: Frame) -> FloatArray:
     out = np.zeros(frame.size)
     for part, own, monomials, amplitude, phase in _waves(given, frame):
         out[part] = monomials @ own.offset + summed(frame.theta[part], _orders(own), amplitude, phase)
-    for law in given.laws:
-        if law.effect == RESONANCE:
-            out = out + free_oscillation(law, frame, _all_orders(given), lambda part: _driving(given, part))
+    out = out + swinging(given, frame)
     for pulse in given.pulses:
         out = out + pulse.evaluate(frame.theta)
+    return out
+
+
+def swinging(given: Given, frame: Frame) -> FloatArray:
+    """What the modes of resonances swing by freely after changes of speed, at the rows of a frame (n,), rad."""
+    out = np.zeros(frame.size)
+    for law in given.laws:
+        if law.effect == RESONANCE:
+            out += free_oscillation(law, frame, _all_orders(given), lambda part: _driving(given, part))
     return out
 
 

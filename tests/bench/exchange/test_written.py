@@ -11,6 +11,8 @@ from bench.errors import ConfigurationError
 from bench.exchange.sample import frame_of
 from bench.exchange.to_python import to_python
 from bench.exchange.written import written
+from bench.mismatch.given import Given
+from bench.mismatch.series_given import swinging
 from bench.simulation.model import Simulation
 from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR
 from tests.bench.exchange.samples import RATIO, STANDSTILL, inputs, name_of, ours, row_of, with_rows
@@ -102,7 +104,8 @@ def run(simulation: Simulation, name: str) -> np.ndarray[Any, Any]:
 
 
 def same(simulation: Simulation, channel: str) -> None:
-    own = ours(simulation, channel, 25.0)
+    # of a resonance only the steady response is written, and a note says so
+    own = ours(simulation, channel, 25.0) - swinging(Given.of(simulation), FRAME) * (channel == TRANSMISSION_ERROR)
     assert np.abs(own).max() > 0
     np.testing.assert_allclose(run(simulation, name_of(channel)), own, rtol=1e-9, atol=1e-11 * np.abs(own).max())
 
@@ -134,6 +137,14 @@ def test_what_is_no_term_of_the_bank_is_written_too(what: str) -> None:
 )
 def test_laws_that_orders_follow_are_written(law: dict[str, Any]) -> None:
     same(with_rows(*MADE["series"], law), TRANSMISSION_ERROR)
+
+
+def test_a_resonance_is_written_as_its_steady_response_and_says_so() -> None:
+    law = {"effect": "te.resonance", "law": {"form": "second_order", "point": [0.2, 0.1, 0.7], "orders": [3.0]}}
+    simulation = with_rows(*MADE["series"], law)
+    assert np.abs(swinging(Given.of(simulation), FRAME)).max() > 0.0
+    assert any("swings by freely" in note for note in written(simulation).notes)
+    assert not any("swings" in note for note in written(with_rows(*MADE["series"])).notes)
 
 
 def test_what_cannot_go_out_is_said() -> None:
