@@ -19,6 +19,7 @@ from bench.mismatch.orders.model import TransmissionModel, with_parts
 from bench.mismatch.orders.reported import modulation_parameters, of_orders, of_pulses, order_p_value, probability
 from bench.mismatch.orders.reported_law import further, of_law
 from bench.mismatch.orders.sight import Sight, rebuilt
+from bench.mismatch.orders.under_mode import passes, strong, under
 from bench.simulation import Gearbox
 from bench.simulation.laws import RESONANCE
 
@@ -69,7 +70,12 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
         return []
     teeth = Gearbox(float(gearbox.ratio or 1.0), gearbox.z1, gearbox.z2, gearbox.z3, gearbox.z4)
     out: list[Discovery | None] = []
-    places = defects.search(sight, seed)
+    law = _mode(model, seed)
+    if law is not None:
+        sight = Sight.of(model)
+        assert sight is not None
+    # what a strong mode leaves of the orders is no pulse
+    places = [] if model.laws else defects.search(sight, seed)
     if places:
         rebuilt(model, defects.all_pulses(places))
         told = of_pulses(model, places)
@@ -78,7 +84,7 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
         out.append(told)
         sight = Sight.of(model)
         assert sight is not None
-    law = _law(model, seed)
+    law = _law(model, seed, law)
     shaft = _of_motor(model, sight, teeth.ratio)
     rest = [f for f in sight.found if f not in shaft]
     if shaft:
@@ -110,12 +116,26 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
     return [d for d in (law, *out, plain) if d is not None]
 
 
-def _law(model: TransmissionModel, seed: int) -> Discovery | None:
+def _mode(model: TransmissionModel, seed: int) -> Discovery | None:
+    """A mode so strong that the orders are looked for under it, before anything else is; the model then holds both."""
+    found = laws.search(model, seed)
+    if found is None or found.law.effect != RESONANCE or not strong(model, found):
+        return None
+    before = model.periodic
+    assert before is not None
+    joined = laws.joined(before.series, found.series)
+    plain = with_parts(model, replace(before, series=joined, laws=(*before.laws, found.law)))
+    again = under(model, found, plain)
+    return None if again is None else of_law(model, *again)
+
+
+def _law(model: TransmissionModel, seed: int, first: Discovery | None) -> Discovery | None:
     """A law that the amplitudes follow, the series calibrated under it; and a second of the same effect, where what is
-    left follows one: a frame has more than one mode, and no function of speed need be one of the library.
+    left follows one: a frame has more than one mode, and no function of speed need be one of the library. ``first``:
+    a mode that the model has already.
     """
-    out: Discovery | None = None
-    for number in range(MOST_LAWS):
+    out = first
+    for number in range(0 if first is None else 1, MOST_LAWS):
         found = laws.search(model, seed + number)
         if found is None or not _sure(found) or (out is not None and found.law.effect != out.effect):
             break
@@ -145,6 +165,8 @@ def _of_motor(model: TransmissionModel, sight: Sight, ratio: float) -> tuple[flo
     temperature; and, where there is such an order, further multiples that are nearly so: a disc has several.
     """
     multiples = [f for f in sight.found if ratio > 1.0 and _multiple(f / ratio)]
+    if model.laws:
+        multiples = [f for f in multiples if not passes(model, sight.stage, f)]
     constant = [f for f in multiples if sight.gains(sight.at(model, f), f)[1] == 0]
     if not constant:
         return ()

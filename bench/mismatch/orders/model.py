@@ -76,6 +76,8 @@ class TransmissionModel:
     parts: tuple[Turn, ...] = ()
     """steady parts of less than a revolution that may be fitted"""
     notes: list[str] = field(default_factory=list)
+    laws: tuple[Law, ...] = ()
+    """found strong, so that everything else is calibrated under them"""
 
     @property
     def own_turns(self) -> list[Turn]:
@@ -121,7 +123,7 @@ def analyse(model: TransmissionModel, seed: int) -> TransmissionModel:
         _orders(model, quiet, seed)
         assert model.periodic is not None
         periodic_free = model.periodic.evaluate(model.rows.frame)
-        level = _offset_alone(model, model.rows.y - periodic_free)
+        level = offset_alone(model, model.rows.y - periodic_free)
         model.quiet = model.rows.y - level
         _orders(model, model.quiet, seed)
     offset_anew(model, seed)
@@ -162,11 +164,16 @@ def _orders(model: TransmissionModel, y: FloatArray, seed: int) -> None:
         found |= {w.order: w for w in fresh}
         now = seen(shown, model.turns, y, [*known, *sorted(found)])
     calibrated(model, now, known, found)
+    with_noise(model, now)
+
+
+def with_noise(model: TransmissionModel, now: Seen) -> None:
+    """Tell a model's noise from what its turns show and its rows scatter."""
     assert model.periodic is not None
-    slope = model.periodic.slope(rows.frame.take(steady_rows(model)))
-    own = rows.take(steady_rows(model))
+    slope = model.periodic.slope(model.rows.frame.take(steady_rows(model)))
+    own = model.rows.take(steady_rows(model))
     inner = np.maximum(own.within - 2.0 * slope * own.lean + slope**2 * own.sweep, 0.0)
-    model.noise = slow.mixture(now, model.turns, own, inner, _rate(rows))
+    model.noise = slow.mixture(now, model.turns, own, inner, _rate(model.rows))
 
 
 def steady_rows(model: TransmissionModel) -> NDArray[np.bool_]:
@@ -182,6 +189,7 @@ def _floor(model: TransmissionModel) -> float:
 def calibrated(model: TransmissionModel, now: Seen, known: Sequence[float], found: dict[float, WeakOrder]) -> None:
     """Calibrate the series and the further orders on what the turns show of them all."""
     stage = Stage.of(now, model.turns, model.train)
+    # what is found under a law follows it, as the series does
     polynomial = list(known)
     weak: list[WeakOrder] = []
     for f, order in found.items():
@@ -191,19 +199,24 @@ def calibrated(model: TransmissionModel, now: Seen, known: Sequence[float], foun
         vectors = now.vectors[model.train, k] / stage.scale
         sigma = float(stage.shape[min(round(f), HIGHEST_ORDER)])
         own = stage.estimated(f, order.model, vectors, sigma, order.gain)
-        if stage.misfit(own, vectors, sigma) > FOLLOWED:
+        if model.laws or stage.misfit(own, vectors, sigma) > FOLLOWED:
             polynomial.append(f)
         weak.append(own)
     turns = model.own_turns
     place = np.array([now.orders.index(f) for f in polynomial], dtype=np.int64)
     noise = now.noise(polynomial)[model.train]
     vectors = now.vectors[model.train][:, place]
-    by = passed(model.given.laws, turns, polynomial)
-    series = calibrate(turns, vectors / by, noise / np.abs(by), polynomial)
-    model.seen = now
     alone = tuple(w for w in weak if w.order not in polynomial)
-    model.periodic = with_parts(model, Periodic(series, alone, laws=model.given.laws))
-    model.plain = model.periodic.series.less([f for f in polynomial if f not in known])
+    model.seen = now
+
+    def under(laws: tuple[Law, ...], waves: tuple[WeakOrder, ...]) -> Periodic:
+        by = passed(laws, turns, polynomial)
+        series = calibrate(turns, vectors / by, noise / np.abs(by), polynomial)
+        return with_parts(model, Periodic(series, waves, laws=laws))
+
+    model.periodic = under((*model.given.laws, *model.laws), alone)
+    given = under(model.given.laws, alone) if model.laws else model.periodic
+    model.plain = given.series.less([f for f in polynomial if f not in known])
 
 
 def with_parts(model: TransmissionModel, periodic: Periodic) -> Periodic:
@@ -257,7 +270,7 @@ def _problem(model: TransmissionModel, y: FloatArray) -> ChannelProblem:
     )
 
 
-def _offset_alone(model: TransmissionModel, y: FloatArray) -> FloatArray:
+def offset_alone(model: TransmissionModel, y: FloatArray) -> FloatArray:
     """The simulation's offset calibrated on ``y`` (n,), at the rows."""
     problem = _problem(model, y)
     bank, _, _, _ = prepare_bank(problem, plain_residual(problem))

@@ -157,8 +157,13 @@ def _losses(data: Amplitudes, freedom: Sequence[_Freedom], form: str, point: Seq
     return np.array([f.loss(data.vectors[:, k], data.sigma[:, k], answer[:, k]) for k, f in enumerate(freedom)])
 
 
-def refined(model: TransmissionModel, data: Amplitudes, begin: Law) -> Mode:
-    """Natural frequency, damping and participation by marginal likelihood, the series calibrated in turns with them."""
+def refined(
+    model: TransmissionModel, data: Amplitudes, begin: Law, beside: Callable[[Law], float] = lambda _: 0.0
+) -> Mode:
+    """Natural frequency, damping and participation by marginal likelihood, the series calibrated in turns with them.
+
+    ``beside``: log-likelihood that orders beside the series gain under a mode.
+    """
     point = np.log(begin.point)
     clipped = Bounds.of(data).clipped
 
@@ -176,7 +181,8 @@ def refined(model: TransmissionModel, data: Amplitudes, begin: Law) -> Mode:
         def total(z: FloatArray, freedom: list[_Freedom] = freedom) -> float:
             at = clipped(z)
             gains = plain - _losses(data, freedom, begin.form, at)
-            return float(-np.sum(np.maximum(gains, criteria.SPOILED))) + unusual(at[1])
+            more = beside(replace(begin, point=at))
+            return float(-np.sum(np.maximum(gains, criteria.SPOILED))) + unusual(at[1]) - more
 
         point = lowest(total, point, STEPS, EVALUATIONS)
         each = plain - _losses(data, freedom, begin.form, clipped(point))

@@ -74,7 +74,9 @@ def further(model: TransmissionModel, first: Discovery, second: Discovery) -> Di
     """A law and a second one of the same effect, the model's last two, as one discovery."""
     assert model.periodic is not None
     before, last = model.periodic.laws[-2:]
-    both = replace(last, orders=tuple(dict.fromkeys((*before.orders, *last.orders))))
+    # orders that a pulse has drawn are none any more
+    still = [f for f in dict.fromkeys((*before.orders, *last.orders)) if f in model.periodic.series.orders]
+    both = replace(last, orders=tuple(still))
     number = np.where(model.inside, model.rows.number, 0.0)
     parameters = tuple({**row, "symbol": f"{row['symbol']}_2"} for row in second.parameters)
     return replace(

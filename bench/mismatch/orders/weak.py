@@ -182,7 +182,7 @@ class Stage:
             basis = _basis(design(model, self.turns) / self.scale[:, None])
             if len(self.turns) < 2 * basis.shape[1] + 2:
                 continue
-            gain = _gain(energy, _left_out(basis, vectors), len(self.turns), self.shape)
+            gain = gain_of(energy, _left_out(basis, vectors), len(self.turns), self.shape)
             better = gain > best + (0.0 if number == 0 else criteria.RICHER)
             best, which = np.where(better, gain, best), np.where(better, number, which)
         return best, which
@@ -246,7 +246,7 @@ def _left_out(basis: FloatArray, vectors: Complex) -> FloatArray:
     return np.asarray(np.sum(np.abs(left / (1.0 - leverage)[:, None]) ** 2, axis=0))
 
 
-def _gain(before: FloatArray, after: FloatArray, turns: int, sigma: FloatArray) -> FloatArray:
+def gain_of(before: FloatArray, after: FloatArray, turns: int, sigma: FloatArray) -> FloatArray:
     """Gain of log-likelihood of complex Gaussians whose variance the neighbouring orders tell as well."""
     prior = 2.0 * NEIGHBOUR_REVOLUTIONS * sigma**2
     return np.asarray((turns + NEIGHBOUR_REVOLUTIONS) * (np.log(before + prior) - np.log(after + prior)))

@@ -46,5 +46,5 @@ def sight(sizes: dict[float, FloatArray], constant: tuple[float, ...]) -> Any:
 def test_multiples_of_the_ratio(wavers: float, constant: tuple[float, ...], of_motor: tuple[float, ...]) -> None:
     one = np.ones(TURNS)
     sizes = {46.0: 5.0 * one, 370.0: 4.0 * one, 740.0: 2.0 * (one + wavers * LOAD)}
-    model: Any = None
+    model: Any = SimpleNamespace(laws=())
     assert _of_motor(model, sight(sizes, constant), RATIO) == of_motor
