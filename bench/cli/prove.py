@@ -76,6 +76,10 @@ def prove(
     strengths: Annotated[
         str, typer.Option(help="Strengths of the sweep, in units of the noise floor.")
     ] = "0.05,0.1,0.2,0.4,0.8,1.6",
+    criteria: Annotated[
+        bool,
+        typer.Option("--criteria", help="Analyse again with every number that decides at half and at twice its value."),
+    ] = False,
     repeats: Annotated[int, typer.Option(help="Benches of the sweep: seeds from --seed on.")] = 1,
     effects: Annotated[str, typer.Option(help="Effects of the sweep, comma-separated; all where empty.")] = "",
     peers: Annotated[
@@ -145,6 +149,9 @@ def prove(
         seeds = range(seed, seed + repeats)
         single = [job for s in seeds for job in jobs_of(Plan(("clear",), s, count, clutter=clutter), options.out, keep)]
         listed = sweep_jobs(_with_effects(single, effects), values)
+    if criteria:
+        _criteria(jobs_of(plan, options.out, keep=True), options, store)
+        return
     if make_only:
         if through:
             from bench.errors import ConfigurationError
@@ -159,6 +166,23 @@ def prove(
         return
     scores = _done(listed) if done else _prove(listed, options, quiet=as_json)
     _report(scores, _Shown(severity, peers, table, store, as_json), options, listed)
+
+
+def _criteria(listed: list[Job], options: _Options, store: Path | None) -> None:
+    """Every number that decides, at half and at twice its value."""
+    from dataclasses import asdict, replace
+
+    from bench.proof import criteria_table
+    from bench.proof.results import provenance
+    from bench.proof.seal import seal_of_seals
+
+    kept = [replace(job, keep=True) for job in listed]
+    found = criteria_table.examined(kept, options.jobs, lambda what: say(what, err=True))
+    how = asdict(provenance(sys.argv[1:], kept, seal_of_seals(options.out)))
+    content = criteria_table.as_json(found, how)
+    target = store or options.out / "criteria.json"
+    criteria_table.store(target, content)
+    typer.echo(criteria_table.page(target))
 
 
 def _real(folder: Path, out: Path, names: tuple[str, ...], table: Path | None) -> None:

@@ -10,12 +10,15 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 
+from bench.proof import criteria_table
 from bench.proof.results import ResultsError, Stored, load
 from bench.proof.statistics import summarise
 from bench.proof.table import body, severity_lines, summary_rows
 
 RESULTS = Path("docs/proof")
-PAGES = (Path("README.md"), Path("docs/proof.md"))
+PAGES = (Path("README.md"), Path("docs/proof.md"), Path("docs/criteria.md"))
+CRITERIA = "criteria"
+"""name of the table of the numbers that decide"""
 #: The examinations that the pages quote, and the command of each.
 COMMANDS = {
     "development": "bench prove --set clear,faint,compound,unknown,ambiguous,null,switched_off --seed 5",
@@ -28,6 +31,7 @@ COMMANDS = {
     "null-clutter": "bench prove --clutter --set null --nulls 100 --seed 8",
     "severity": "bench prove --severity --repeats 3",
     "quick": "bench prove --quick",
+    CRITERIA: "bench prove --criteria --set clear,null,unknown,compound --count 1 --seed 3",
 }
 _BLOCK = re.compile(r"(<!-- proof (?P<name>[a-z-]+) (?P<what>[a-z]+) -->)(?P<body>.*?)(<!-- /proof -->)", re.DOTALL)
 
@@ -89,6 +93,8 @@ def _block(name: str, what: str, results: Path) -> str:
     if name not in COMMANDS or what not in _KINDS:
         raise ResultsError(f"there is no figure 'proof {name} {what}'.")
     path = results / f"{name}.json"
+    if path.exists() and name == CRITERIA:
+        return criteria_table.page(path)
     if path.exists():
         return _KINDS[what](load(path))
     missing = f"not run with this examination yet (`{COMMANDS[name]} --store {RESULTS.as_posix()}/{name}.json`)"

@@ -35,7 +35,7 @@ LONG = {
     "bench benchmark identify paper": "needs the campaign above",
     **{
         f"bench prove --{option}": "minutes; bench prove --quick runs in its own tests"
-        for option in ("set", "held-back", "clutter", "severity", "peers", "quick")
+        for option in ("set", "held-back", "clutter", "severity", "peers", "quick", "criteria")
     },
     "bench prove --through-the-bench": "minutes a folder; tests/bench/proof/through does one in process",
     "bench trend recordings": "needs campaigns of a gearbox; tests/bench/trend has them",
