@@ -15,6 +15,7 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.discovery import UNNAMED, Discovery
 from bench.mismatch.orders import defects, laws, modulation
+from bench.mismatch.orders.borne_out import borne_out
 from bench.mismatch.orders.model import TransmissionModel, with_parts
 from bench.mismatch.orders.reported import modulation_parameters, of_orders, of_pulses, order_p_value, probability
 from bench.mismatch.orders.reported_law import further, of_law
@@ -143,7 +144,10 @@ def _law(model: TransmissionModel, seed: int, first: Discovery | None) -> Discov
         assert before is not None
         joined = laws.joined(before.series, found.series)
         model.periodic = with_parts(model, replace(before, series=joined, laws=(*before.laws, found.law)))
-        told = of_law(model, found, before)
+        # a mode may be the leakage of a tone or of orders, and a law without a name claims nothing but that it predicts
+        asked = found.law.effect in (UNNAMED, RESONANCE)
+        refuted = asked and not borne_out(model, before, model.periodic)
+        told = None if refuted else of_law(model, found, before)
         if told is None:
             model.periodic = before
             break

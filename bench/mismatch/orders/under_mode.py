@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.orders import modes
+from bench.mismatch.orders.borne_out import borne_out
 from bench.mismatch.orders.law_scores import amplitudes
 from bench.mismatch.orders.laws import FoundLaw
 from bench.mismatch.orders.look import PARTS, Look
@@ -67,12 +68,18 @@ def under(model: TransmissionModel, found: FoundLaw, plain: Periodic) -> tuple[F
         law = best.mode.law
         assert model.periodic is not None
         y = model.rows.y - offset_alone(model, model.rows.y - model.periodic.evaluate(model.rows.frame))
-    if best is None or model.periodic is None or _left(model, y, model.periodic) > least:
-        model.periodic, model.plain, model.seen, model.noise, model.quiet, model.laws = before
-        return None
-    model.quiet = y
-    with_noise(model, best.seen)
-    return replace(found, law=model.laws[0], std=best.mode.std, series=model.periodic.series), best.without
+    periodic = model.periodic
+    if (
+        best is not None
+        and periodic is not None
+        and _left(model, y, periodic) <= least
+        and (before[0] is None or borne_out(model, before[0], periodic))
+    ):
+        model.quiet = y
+        with_noise(model, best.seen)
+        return replace(found, law=model.laws[0], std=best.mode.std, series=periodic.series), best.without
+    model.periodic, model.plain, model.seen, model.noise, model.quiet, model.laws = before
+    return None
 
 
 def passes(model: TransmissionModel, stage: Stage, order: float) -> bool:

@@ -1,0 +1,31 @@
+"""Whether recordings held out bear out a law of the amplitudes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bench.mismatch import criteria
+from bench.mismatch.orders.model import TransmissionModel, steady_rows
+from bench.mismatch.orders.periodic import Periodic
+from bench.mismatch.recordings.rows import error_of_mean
+
+
+def borne_out(model: TransmissionModel, before: Periodic, after: Periodic) -> bool:
+    """Whether the steady rows held out are predicted better ``after`` a law than ``before``, if a true one would be
+    seen in them; or else no worse by more than the standard error of that, from one recording to another.
+
+    As for functions without a name in the other channels (:func:`bench.mismatch.regression.refuted.borne_out`).
+    """
+    frame = model.rows.frame
+    rows = np.flatnonzero(steady_rows(model) & (model.folds[frame.recording] < 0) & (model.rows.number > 0))
+    if not rows.size:
+        return True
+    part, number = frame.take(rows), model.rows.number[rows]
+    y = (model.rows.y if model.quiet is None else model.quiet)[rows]
+    one, other = before.evaluate(part), after.evaluate(part)
+    gained = (y - one) ** 2 - (y - other) ** 2
+    error = error_of_mean(gained, part.recording, number)
+    if error is None:
+        return True
+    seen = float(np.average((one - other) ** 2, weights=number)) > criteria.ONE_ERROR * error
+    return float(np.average(gained, weights=number)) > (0.0 if seen else -criteria.ONE_ERROR * error)
