@@ -94,11 +94,8 @@ def analyse(
             out.transmission = _transmission(data, given, rows, seed, banned)
             out.outcomes[channel] = of_transmission(out.transmission, data, seed, formulas)
             assert out.transmission.offset is not None
-            periodic = out.transmission.periodic
-            known = () if periodic is None else (*periodic.series.orders, *(w.order for w in periodic.weak))
-            heard = data.density.get(channel, ())
-            moving = data.unsteady.get(channel, ())
-            examine(out.outcomes[channel], out.transmission.offset, heard, seed, known, moving)
+            heard, moving = data.density.get(channel, ()), data.unsteady.get(channel, ())
+            examine(out.outcomes[channel], out.transmission.offset, heard, seed, _orders_of(out), moving)
             out.transmission.offset.close()
             out.reaction = _reaction(out, data, given, channels, seed)
         else:
@@ -118,13 +115,21 @@ def analyse(
                     periodicity_of(data, given, search, reaction), seed
                 )
             heard, moving = data.density.get(channel, ()), data.unsteady.get(channel, ())
-            examine(out.outcomes[channel], search, heard, seed, unsteady=moving)
+            # the gearbox's orders are felt in the torques as well, most of all those that a mode makes large
+            known = () if channel == TEMPERATURE else _orders_of(out)
+            examine(out.outcomes[channel], search, heard, seed, known, moving)
             search.close()
             if channel == LOAD_TORQUE:
                 sensor = (*sensor, *_sensor_errors(search))
                 banned = (*banned, *_shown_here_first([chosen.effect for chosen in search.model.chosen]))
         give_back()
     return out
+
+
+def _orders_of(out: Analysis) -> tuple[float, ...]:
+    """Orders that the transmission error is known to have; none where it is not compared."""
+    periodic = None if out.transmission is None else out.transmission.periodic
+    return () if periodic is None else (*periodic.series.orders, *(w.order for w in periodic.weak))
 
 
 def _reaction(out: Analysis, data: Dataset, given: Given, channels: Sequence[str], seed: int) -> Reaction | None:

@@ -11,7 +11,7 @@ from bench.mismatch.given import Given
 from bench.simulation import waves
 from bench.simulation.fourier import FourierSet
 from bench.simulation.frame import FloatArray, Frame, IntArray
-from bench.simulation.free_oscillation import Complex, free_oscillation
+from bench.simulation.free_oscillation import Complex, free_oscillation, over_angle
 from bench.simulation.laws import RESONANCE, factor
 from bench.simulation.polynomial import basis
 from bench.simulation.sines import summed
@@ -70,6 +70,8 @@ def slope(given: Given, frame: Frame) -> FloatArray:
         out = out + waves.evaluate(further, frame.theta, frame)
     for pulse in given.pulses:
         out = out + pulse.slope(frame.theta)
+    if any(law.effect == RESONANCE for law in given.laws):
+        out = out + over_angle(swinging(given, frame), frame)
     return out
 
 

@@ -42,6 +42,17 @@ def free_oscillation(law: Law, frame: Frame, orders: FloatArray, vectors: Callab
     return (share[0] if share else 1.0) * out
 
 
+def over_angle(values: FloatArray, frame: Frame) -> FloatArray:
+    """Change with the input angle of what takes ``values`` (n,) at the rows of a frame (n,); 0 at rest."""
+    out = np.zeros(frame.size)
+    for a, b in itertools.pairwise(recording_starts(frame)):
+        if b - a > 1:
+            rate = np.gradient(values[a:b], frame.elapsed[a:b])
+            moving = frame.direction[a:b] != 0
+            out[a:b][moving] = rate[moving] / frame.velocity[a:b][moving]
+    return out
+
+
 def _jumps(frame: Frame, orders: FloatArray, vectors: Complex, law: Law, pole: complex) -> Complex:
     """Complex deflection (n,) by which the free oscillation changes at the begin of each row."""
     form, natural, damping = law.form, law.point[0], law.point[1]

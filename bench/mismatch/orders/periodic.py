@@ -13,7 +13,7 @@ from bench.mismatch.orders.weak import WeakOrder, design
 from bench.mismatch.regression.bank import RIDGE
 from bench.simulation import waves
 from bench.simulation.frame import FloatArray, Frame, IntArray
-from bench.simulation.free_oscillation import free_oscillation
+from bench.simulation.free_oscillation import free_oscillation, over_angle
 from bench.simulation.laws import RESONANCE, Law, factor
 from bench.simulation.sines import summed_vectors
 from bench.simulation.waves import ROWS_AT_ONCE, Wave
@@ -95,7 +95,7 @@ class Periodic:
         """Change of everything periodic with the angle at the rows of a frame (n,), rad/rad."""
         if self.laws or self.pulses or self.sidebands:
             ahead, behind = (replace(frame, theta=frame.theta + step) for step in (SLOPE_STEP, -SLOPE_STEP))
-            return (self._steady(ahead) - self._steady(behind)) / (2.0 * SLOPE_STEP)
+            return (self._steady(ahead) - self._steady(behind)) / (2.0 * SLOPE_STEP) + self._swinging_slope(frame)
         steeper = [w.slope for w in (*self.waves, *(w for order in self.weak for w in order.waves()))]
         out = self.series.slope(frame)
         return out + waves.evaluate(steeper, frame.theta, frame) if steeper else out
@@ -104,7 +104,11 @@ class Periodic:
         """Mean of the slope over the angle that each row of a frame turns through (n,), rad/rad."""
         half = np.maximum(0.5 * np.abs(frame.velocity) * frame.step, SLOPE_STEP)
         ahead, behind = (replace(frame, theta=frame.theta + own) for own in (half, -half))
-        return (self._steady(ahead) - self._steady(behind)) / (2.0 * half)
+        return (self._steady(ahead) - self._steady(behind)) / (2.0 * half) + self._swinging_slope(frame)
+
+    def _swinging_slope(self, frame: Frame) -> FloatArray:
+        swings = any(law.effect == RESONANCE for law in self.laws)
+        return over_angle(self.swinging(frame), frame) if swings else np.zeros(frame.size)
 
     def less(self, orders: Collection[float]) -> Periodic:
         """The same without some orders, and without what modulates them."""
@@ -137,19 +141,27 @@ class Periodic:
             out += pulse.vectors(np.asarray(orders))[None, :]
         return out
 
-    def beyond_series(self, law: Law, frame: Frame, number: FloatArray) -> FloatArray:
+    def beyond_series(
+        self, law: Law, frame: Frame, number: FloatArray, known: Collection[float] | None = None
+    ) -> FloatArray:
         """What a law adds at the rows of a frame (n,) that no series without it says, rad.
 
         The law's orders at all rows, ``number`` (n,) samples each, are fitted with the ten monomials of either
-        direction by linear least squares: what is left depends on the law and the points that were run alone.
+        direction by linear least squares: what is left depends on the law and the points that were run alone. An order
+        that is not ``known`` (None: all are) to the simulation is none of its series: all that the law adds to it is
+        beyond.
         """
         place = [self.series.orders.index(f) for f in law.orders]
+        new = np.array([known is not None and f not in known for f in law.orders])
+        without = replace(self, laws=tuple(own for own in self.laws if own.form != law.form or own.point != law.point))
         scaling, chunks = self.series.scaling, [slice(a, a + ROWS_AT_ONCE) for a in range(0, frame.size, ROWS_AT_ONCE)]
 
         def parts(own: slice) -> Iterator[tuple[int, IntArray, FloatArray, Complex]]:
             few = frame.take(own)
             x = np.column_stack([few.torque, few.velocity, few.temperature])
             vectors = self._vectors(few)[:, place]
+            if new.any():
+                vectors[:, new] -= without._vectors(few)[:, place][:, new]
             for side in scaling:
                 rows = np.flatnonzero(few.last_direction * side > 0)
                 yield side, rows + own.start, scaling[side].monomials(x[rows]), vectors[rows]
@@ -161,7 +173,7 @@ class Periodic:
                 weighted = basis * number[rows][:, None]
                 gram[side] += basis.T @ weighted
                 right[side] += weighted.T @ vectors
-        said = {side: np.linalg.solve(gram[side], right[side]) for side in scaling}
+        said = {side: np.where(new, 0.0, np.linalg.solve(gram[side], right[side])) for side in scaling}
         out = np.zeros(frame.size)
         orders = np.asarray(law.orders)
         for own in chunks:

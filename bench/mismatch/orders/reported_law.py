@@ -38,7 +38,7 @@ def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Disco
     if not strong(model, values):
         return None
     number = np.where(model.inside, model.rows.number, 0.0)
-    excess = model.periodic.beyond_series(law, frame, number)
+    excess = _beyond(model, law, number)
     if of_one_recording(number * excess**2, frame.recording):
         return None
     term = LIBRARY.get(law.effect)
@@ -66,8 +66,16 @@ def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Disco
         orders=touched,
         numbers=len(law.point) + (0 if law.effect == RESONANCE else 2 * len(law.orders)),
         excess=excess,
-        everywhere=model.periodic.beyond_series(law, frame, model.recorded),
+        everywhere=_beyond(model, law, model.recorded),
     )
+
+
+def _beyond(model: TransmissionModel, law: Law, number: FloatArray) -> FloatArray:
+    """What a law adds at the model's rows (n,), ``number`` samples each, beyond the simulation recalibrated."""
+    assert model.periodic is not None
+    frame = model.rows.frame
+    out = model.periodic.beyond_series(law, frame, number, model.given.orders)
+    return out + model.periodic.swinging(frame) if law.effect == RESONANCE else out
 
 
 def further(model: TransmissionModel, first: Discovery, second: Discovery) -> Discovery:
@@ -82,8 +90,8 @@ def further(model: TransmissionModel, first: Discovery, second: Discovery) -> Di
     return replace(
         first,
         added=first.added + second.added,
-        excess=model.periodic.beyond_series(both, model.rows.frame, number),
-        everywhere=model.periodic.beyond_series(both, model.rows.frame, model.recorded),
+        excess=_beyond(model, both, number),
+        everywhere=_beyond(model, both, model.recorded),
         gain=first.gain + second.gain,
         parameters=first.parameters + parameters,
         simulation_rows=first.simulation_rows + second.simulation_rows,

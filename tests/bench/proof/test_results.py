@@ -90,6 +90,7 @@ def test_pages_are_written_where_they_differ(tmp_path: Path) -> None:
     (tmp_path / "docs" / "proof").mkdir(parents=True)
     (tmp_path / "README.md").write_text("<!-- proof quick line --><!-- /proof -->")
     (tmp_path / "docs" / "proof.md").write_text("no figures")
+    (tmp_path / "docs" / "criteria.md").write_text("no figures")
     stored(tmp_path / "docs" / "proof", "quick")
     assert figures.write(tmp_path) == [tmp_path / "README.md"]
     assert figures.write(tmp_path) == []

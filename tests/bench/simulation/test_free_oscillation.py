@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.signal import lsim
 
 from bench.simulation.frame import ARRAYS, FloatArray, Frame
-from bench.simulation.free_oscillation import free_oscillation
+from bench.simulation.free_oscillation import free_oscillation, over_angle
 from bench.simulation.laws import Law, factor
 
 NATURAL, DAMPING, SHARE = 12.0, 0.03, 0.6
@@ -69,3 +71,14 @@ def test_a_gap_ends_it() -> None:
     after = (time > 19.01) & (time < 27.9)
     assert np.abs(free[inside]).max() > 1e-6
     assert np.abs(free[after]).max() < 1e-9
+
+
+def test_its_change_with_the_angle_is_its_rate_over_the_speed() -> None:
+    time, theta, velocity = _run()
+    frame = replace(_frame(time, theta, velocity), direction=np.where(time < 30.0, 1.0, 0.0))
+    values = 1e-5 * np.sin(40.0 * theta)
+    expected = 4e-4 * np.cos(40.0 * theta)
+    slope = over_angle(values, frame)
+    moving = (time > 0.1) & (time < 29.9)
+    np.testing.assert_allclose(slope[moving], expected[moving], atol=4e-6)
+    assert not slope[time >= 30.0].any()

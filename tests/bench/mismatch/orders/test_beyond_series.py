@@ -76,6 +76,19 @@ def test_what_is_left_is_that_of_least_squares_over_the_samples() -> None:
     np.testing.assert_allclose(found, left, atol=1e-3 * np.abs(left).max())
 
 
+def test_of_an_order_that_the_simulation_has_not_all_that_the_law_adds_is_left() -> None:
+    frame, own = campaign(), periodic(RESONANT)
+    number = np.ones(frame.size)
+    found = own.beyond_series(RESONANT, frame, number, known=())
+    x = np.column_stack([frame.torque, frame.velocity, frame.temperature])
+    without = replace(own, laws=()).series.vectors(x, frame.last_direction)
+    more = without * (factor(RESONANT, x, frame.time, ORDERS) - 1.0)
+    expected = np.sum(np.imag(more * np.exp(1j * frame.theta[:, None] * np.asarray(ORDERS))), axis=1)
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+    one = own.beyond_series(RESONANT, frame, number, known=ORDERS[:1])
+    assert np.sqrt(np.mean(found**2)) > np.sqrt(np.mean(one**2)) > 0.0
+
+
 def test_a_law_that_the_monomials_say_adds_nothing() -> None:
     frame = campaign()
     # far below its natural frequency a stiff mode follows: what it adds grows with the square of the speed
