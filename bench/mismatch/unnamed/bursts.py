@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
+from scipy.stats import binom
 
 from bench.mismatch import criteria
 from bench.mismatch.recordings.rows import settled_rows
@@ -27,6 +28,8 @@ block of :data:`criteria.BLOCK_S`
 FEWEST_BLOCKS = 30
 FEWEST_ROWS = 4
 """rows of steady motion in a block below which its mean square tells nothing"""
+MOST_LOUDEST = 5
+"""blocks that are asked together: what knocks or sticks does so again and again, each time hardly beyond noise"""
 LEAST_LOUDER = 2.0
 """mean square over that of other blocks from which a block counts as louder, whatever its chance"""
 
@@ -83,11 +86,22 @@ def _loud(edges: IntArray, left: FloatArray, settled: FloatArray, frame: Frame, 
     next_loudest = np.maximum.reduceat(np.where(squares < np.repeat(loudest, np.diff(edges)), squares, 0.0), edges[:-1])
     lasting = np.minimum(z, _louder(total - loudest + next_loudest, number, speed, enough)[2])
     worst = int(np.argmax(lasting))
-    p = float(-np.expm1(looks * enough.sum() * np.log1p(-ndtr(-lasting[worst]))))
+    p = _chance(lasting[enough], looks)
     marked = z > -ndtri(criteria.ERROR_RATE_OF_A_CHANNEL / (looks * enough.sum()))
     marked &= enough & (loud - usual > np.log(LEAST_LOUDER))
     inside = np.repeat(marked, np.diff(edges))
     return Bursts(np.flatnonzero(inside), max(p, criteria.LEAST_P), float(np.exp(0.5 * (loud - usual)[worst])))
+
+
+def _chance(z: FloatArray, looks: int) -> float:
+    """Chance that of as many blocks of noise as ``z`` (n,) the loudest, or the two loudest, or so many up to
+    :data:`MOST_LOUDEST` are as loud; corrected for these and for the number of ``looks``.
+    """
+    loudest = np.sort(z)[::-1][:MOST_LOUDEST]
+    number = 1.0 + np.arange(loudest.size)
+    # so many of n at least, each with the chance of the quietest of them
+    chances = np.asarray(binom.sf(number - 1.0, z.size, ndtr(-loudest)))
+    return float(min(1.0, looks * loudest.size * float(chances.min())))
 
 
 def _well_inside(settled: NDArray[np.bool_], starts: IntArray) -> FloatArray:

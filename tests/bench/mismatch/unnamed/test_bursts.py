@@ -11,7 +11,7 @@ import pytest
 
 from bench.mismatch import criteria
 from bench.mismatch.regression.bank import fit
-from bench.mismatch.unnamed.bursts import Bursts, bursts
+from bench.mismatch.unnamed.bursts import Bursts, _chance, bursts
 from bench.mismatch.unnamed.structure import _counts
 from bench.simulation.frame import Frame
 from tests.bench.mismatch.regression.synthetic import banked, campaign, problem
@@ -96,3 +96,19 @@ def test_few_loud_rows_are_told_where_they_are_above_the_noise(size: float, rows
     search: Any = SimpleNamespace(model=model)
     outcome: Any = SimpleNamespace(floor=SIGMA)
     assert _counts(Bursts(np.arange(rows), 1e-4, 3.0), outcome, search) is told
+
+
+def test_the_chance_of_the_loudest_is_none_too_small() -> None:
+    rng = np.random.default_rng(8)
+    chances = np.array([_chance(rng.normal(size=65), 2) for _ in range(4000)])
+    for rate in (0.01, 0.05):
+        assert np.mean(chances < rate) <= rate
+
+
+def test_what_is_hardly_loud_is_found_where_it_is_so_again_and_again() -> None:
+    rng = np.random.default_rng(9)
+    z = np.clip(rng.normal(size=65), None, 1.5)
+    once, thrice = z.copy(), z.copy()
+    once[7], thrice[[7, 30, 51]] = 3.1, 3.1
+    assert _chance(once, 2) > 0.05
+    assert _chance(thrice, 2) < criteria.ERROR_RATE_OF_A_CHANNEL
