@@ -38,6 +38,7 @@ _NEAR: dict[tuple[str, str, str], tuple[str, ...]] = {
     (MOTOR_TORQUE, "velocity", "1"): ("friction.viscous", "friction.coulomb"),
     (MOTOR_TORQUE, "speed", "d"): ("friction.viscous",),
     (MOTOR_TORQUE, "speeding_up", "d"): ("motor.inertia",),
+    (LOAD_TORQUE, "speeding_up", "d"): ("load.inertia",),
 }
 """laws that a table of a quantity times a factor holds, or comes near: its values on a straight line, or a step"""
 

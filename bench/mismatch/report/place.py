@@ -198,10 +198,8 @@ def of_recordings(discovery: Discovery, outcome: ChannelOutcome, energies: Float
     if discovery.effect == DELAY:
         # what swings faster than a row lasts is late as well
         size = float(discovery.parameters[0]["value"]) / (rows.frame.ratio if outcome.channel == MOTOR_TORQUE else 1.0)
-        number = np.where(compared, rows.number, 0.0)
-        samples, slow = (by_recording(rows.frame, x) for x in (number, number * rows.frame.torque_rate**2))
-        whole = np.array([data.swing.get(r, 0.0) for r in range(out.size)])
-        out = out + size**2 * np.maximum(samples * whole - slow, 0.0)
+        samples = by_recording(rows.frame, np.where(compared, rows.number, 0.0))
+        out = out + size**2 * samples * np.array([data.swing.get(r, 0.0) for r in range(out.size)])
     return out
 
 
