@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.discovery import AMBIGUOUS, UNKNOWN, UNNAMED, ChannelOutcome, Discovery, Rival
+from bench.mismatch.discovery import AMBIGUOUS, NAMED, UNKNOWN, UNNAMED, ChannelOutcome, Discovery, Rival
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.regression.sensitivity import PARAMETER
 from bench.mismatch.report import figures
@@ -109,7 +109,8 @@ def conclude(outcomes: Sequence[ChannelOutcome], data: Dataset) -> tuple[Finding
 
     An effect that shows in several channels is one finding, reported where it is strongest. What has no name is one
     finding a channel: nothing says what of it belongs together, but for a load misread, which comes back in the motor
-    torque, and a tone that several channels have. What depends on an auxiliary quantity is one by itself.
+    torque, a tone that several channels have, and what an effect named in another channel explains as well. What
+    depends on an auxiliary quantity is one by itself.
     """
     misread = mirrored(outcomes, data.ratio)
     tones = shared_tones(outcomes)
@@ -119,11 +120,19 @@ def conclude(outcomes: Sequence[ChannelOutcome], data: Dataset) -> tuple[Finding
             key: object = (found.effect, _symbol(found))
             if found.effect == UNNAMED:
                 channel = LOAD_TORQUE if misread and outcome.channel == MOTOR_TORQUE else outcome.channel
-                key = (tones.get(channel, channel), _auxiliary(found))
+                named = _named_elsewhere(found, outcomes)
+                key = (named, "") if named else (tones.get(channel, channel), _auxiliary(found))
             groups.setdefault(key, []).append((figures.strength(found, outcome), found, outcome))
-    sorted_groups = [sorted(group, key=lambda one: -one[0]) for group in groups.values()]
+    # what has a name in one of its channels is told by that
+    sorted_groups = [sorted(group, key=lambda one: (one[1].effect == UNNAMED, -one[0])) for group in groups.values()]
     sorted_groups.sort(key=lambda group: -group[0][0])
     return tuple(_finding([one[1] for one in group], group[0][2], data) for group in sorted_groups)
+
+
+def _named_elsewhere(found: Discovery, outcomes: Sequence[ChannelOutcome]) -> str | None:
+    """An effect that explains something without a name as well, and that has been found in another channel."""
+    others = {d.effect for o in outcomes if o.channel != found.channel for d in o.discoveries if d.status == NAMED}
+    return next((rival.effect for rival in found.rivals if rival.as_good and rival.effect in others), None)
 
 
 def _symbol(found: Discovery) -> str:
