@@ -19,7 +19,7 @@ from fakes.concealed.noise import Sensors, draw_sensors, roughen, scaled
 from fakes.concealed.place import placed
 from fakes.concealed.plant import RATIO, draw_plant, elsewhere
 from fakes.concealed.recordings import MadeRecording, NoiseTally, make_recordings, recording_id
-from fakes.concealed.strength import calibrate
+from fakes.concealed.strength import calibrate, covered
 from fakes.concealed.truth import ConcealedEffect, Location, Status, Truth
 
 #: Where the terms of the nominal equations show, for cases that switch one off.
@@ -86,6 +86,11 @@ def open_folder(spec: CaseSpec) -> Folder:
         strengths.append(reached)
         places.append(placed(effect.location(), excess, partial(recording_id, spec.seed)))
         effects.append(effect)
+    if len(effects) > 1:
+        # one effect may warm the bench that another is found on: the recordings cover what all of them make of it
+        together = Campaign(plant, tuple(effects), points, spec.seed)
+        spans = {channel: covered(together, channel) for channel in {e.channels[0] for e in effects}}
+        places = [replace(p, span=spans[e.channels[0]]) for p, e in zip(places, effects, strict=True)]
     if spec.clutter:
         taken = [order for effect in effects for order in effect.location().orders]
         plant = draw_clutter(plant, taken, np.random.default_rng([spec.seed, 9]))

@@ -75,6 +75,13 @@ def excess_of(campaign: Campaign, channel: str, rate_hz: float = _RATE_HZ) -> Ex
     return Excess(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
+def covered(campaign: Campaign, channel: str, rate_hz: float = _RATE_HZ) -> dict[str, tuple[float, float]]:
+    """Smallest and largest speed, load and temperature at which a campaign has samples of a channel."""
+    rows = (_rows(signals, channel) for signals in campaign.run(rate_hz))
+    states = np.concatenate([r.states for r in rows if r is not None])
+    return {name: (float(states[:, at].min()), float(states[:, at].max())) for at, name in enumerate(STATES[:3])}
+
+
 def strength(excess: Floats, noise_rms: float) -> float:
     """RMS of the excess over its active samples, over the noise."""
     square = np.sort(excess**2)[::-1]

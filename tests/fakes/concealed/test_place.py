@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from fakes.concealed import cases, open_folder
+from fakes.concealed.effects.formula import FORMS
 from fakes.concealed.place import smallest_range
 from tests.fakes.concealed.test_effects import SMALL
 
@@ -53,3 +54,17 @@ def test_noise_is_told_of_each_recording(slow) -> None:
     steady = [n["motor_torque"] for n in truth.noise_by_recording.values() if "motor_torque" in n]
     assert min(steady) < truth.noise_rms["motor_torque"] < max(steady)
     assert all("temperature" in n for n in truth.noise_by_recording.values())
+
+
+def test_of_several_effects_each_span_is_what_the_recordings_cover() -> None:
+    warming = next(f for f in FORMS if f.effect == "friction.viscous_quadratic")
+    other = next(f for f in FORMS if f.effect == "friction.position_dependent")
+    spec = next(c for c in cases("clear", 2) if c.forms[0].effect == "friction.stribeck")
+    spec = replace(spec, design=SMALL, forms=(warming, other), strengths=(6.0, 1.0), shape=())
+    folder = open_folder(spec)
+    read = [r.channels["temperature"] for r in folder.recordings()]
+    highest = max(float((c.raw * c.scale).max()) for c in read)
+    alone = open_folder(replace(spec, forms=(other,), strengths=(1.0,))).effects[0].location.span["temperature"][1]
+    spans = [e.location.span["temperature"][1] for e in folder.effects]
+    assert spans == pytest.approx([highest, highest], abs=0.3)
+    assert highest > alone + 1.0
