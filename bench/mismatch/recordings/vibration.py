@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from bench.mismatch.recordings.notch import spectrum
 from bench.mismatch.recordings.prepared import Prepared
 from bench.simulation.frame import FloatArray
+from bench.simulation.terms import LOAD_TORQUE
 
 Complex = NDArray[np.complex128]
 
@@ -74,6 +75,8 @@ def _hann(size: int) -> FloatArray:
 def density(prepared: Prepared, channel: str, steady: bool = True) -> Density | None:
     """Density of a channel's longest ``steady`` run, or of its longest in motion (Welch's method, Hann window); None
     where that is too short.
+
+    That of the load torque is of what the load motor does not report: a load that wavers is no noise.
     """
     frame, measured, thinning = prepared.frame, prepared.measured[channel], prepared.thinning
     rate = prepared.sample_rate * thinning.group
@@ -85,6 +88,8 @@ def density(prepared: Prepared, channel: str, steady: bool = True) -> Density | 
     size = sizes[0]
     valid = measured.valid[a:b]
     signal = measured.samples[a:b]
+    if channel == LOAD_TORQUE:
+        signal = signal - thinning.spread(frame.load_motor_torque, measured.samples.size)[a:b]
     signal = np.where(valid, signal, float(np.median(signal[valid])) if valid.any() else 0.0)
     number = 1 + (b - a - size) // (size // 2)
     parts = np.lib.stride_tricks.sliding_window_view(signal, size)[:: size // 2][:number]

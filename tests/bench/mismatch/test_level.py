@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.mismatch.recordings.level import confirmed, levelled
+from bench.mismatch.recordings.level import Shares, levelled, shares
 from bench.recording import ChannelSpec, Recording, Segment, write_recording
 from tests.bench.recording import builders
 
@@ -44,19 +44,19 @@ def recordings(folder: Path, real: float, noise: float) -> list[Recording]:
 
 
 def test_what_the_load_motor_does_not_feel_is_noise_of_the_sensor(tmp_path: Path) -> None:
-    assert confirmed(recordings(tmp_path, 0.01, 3.0), LARGEST) < 0.1
+    assert shares(recordings(tmp_path, 0.01, 3.0), LARGEST).slow < 0.1
 
 
 def test_a_load_that_wavers_is_kept(tmp_path: Path) -> None:
-    assert confirmed(recordings(tmp_path, 3.0, 0.1), LARGEST) > 0.9
+    assert shares(recordings(tmp_path, 3.0, 0.1), LARGEST).slow > 0.9
 
 
 def test_of_a_load_and_noise_alike_half_is_kept(tmp_path: Path) -> None:
-    assert 0.3 < confirmed(recordings(tmp_path, 3.0, 3.0), LARGEST) < 0.7
+    assert 0.3 < shares(recordings(tmp_path, 3.0, 3.0), LARGEST).slow < 0.7
 
 
 def test_without_a_second_witness_the_sensor_is_believed() -> None:
-    assert confirmed([], LARGEST) == 1.0
+    assert shares([], LARGEST) == Shares(1.0, 0.0)
 
 
 def test_only_the_confirmed_share_is_about_the_level() -> None:
@@ -67,6 +67,25 @@ def test_only_the_confirmed_share_is_about_the_level() -> None:
     half, _ = levelled(torque, label, rests, LARGEST, RATE, 0.5)
     assert np.ptp(level) == 0.0
     assert np.allclose(half - level, 0.5 * (believed - level))
+
+
+def test_what_both_torques_do_within_the_seconds_is_load(tmp_path: Path) -> None:
+    quiet = shares(recordings(tmp_path, 0.01, 3.0), LARGEST).quick
+    wavering = shares(recordings(tmp_path, 3.0, 0.1), LARGEST).quick
+    assert quiet < 0.1
+    # a tenth of a second averages ten samples of the load motor's noise of 1 N·m
+    assert wavering > 0.5
+
+
+def test_the_quick_share_of_a_wavering_is_kept() -> None:
+    rng = np.random.default_rng(2)
+    wavering = slow(rng, SIZE, 3.0, 0.3)
+    label, rests = np.zeros(SIZE, dtype=np.int64), np.ones(SIZE, dtype=bool)
+    left = [
+        float(np.std(wavering - levelled(500.0 + wavering, label, rests, LARGEST, RATE, quick=q)[0] + 500.0))
+        for q in (0.0, 0.5, 1.0)
+    ]
+    assert left[2] < 0.6 * left[1] < 0.6 * 0.8 * left[0]
 
 
 def test_a_ramp_has_no_level() -> None:
