@@ -74,7 +74,7 @@ def place(discovery: Discovery, outcome: ChannelOutcome, data: Dataset) -> Place
     return Place(
         ranges,
         span,
-        _direction(frame, energies, weight),
+        _direction(frame, np.where(weight > 0, 1.0, 0.0) if _heat(discovery) else energies, weight),
         depends,
         {name: _outside(levels(frame, name), weight, ranges[name]) for name in depends},
         discovery.orders,
@@ -134,6 +134,11 @@ def _ranges(
         found = interval(values[name], np.where(inside, acting, 0.0), HELD * total)
         out[name] = found or out[name]
     return out
+
+
+def _heat(discovery: Discovery) -> bool:
+    """Whether a discovery is a term of the heat balance: none of them knows which way the gearbox turns."""
+    return discovery.channel == TEMPERATURE_CHANNEL and discovery.effect != UNNAMED
 
 
 def _rate(discovery: Discovery, outcome: ChannelOutcome) -> FloatArray:

@@ -110,6 +110,17 @@ def test_a_warm_up_one_way_at_a_speed_of_its_own_is_no_direction() -> None:
     assert _placed(made.discovery("motor_torque", "unknown", one_way, ("speed",)), frame)[0].direction == "positive"
 
 
+def test_heat_has_no_direction() -> None:
+    frame = made.campaign()
+    one_way = np.where(frame.last_direction > 0, 1.0, 0.0)
+    lag = made.discovery("temperature", "thermal.sensor_lag", one_way, ("transient",))
+    assert _placed(lag, frame)[0].direction == "both"
+    forward = replace(frame, last_direction=np.ones(frame.size))
+    assert _placed(lag, forward)[0].direction == "positive"
+    nameless = made.discovery("temperature", "unknown", one_way, ("direction",))
+    assert _placed(nameless, frame)[0].direction == "positive"
+
+
 def test_lost_motion_is_where_it_changes() -> None:
     frame = made.campaign()
     ramp = np.linspace(-1000.0, 1000.0, frame.size)
