@@ -29,6 +29,10 @@ PARTICIPATIONS = (0.08, 0.25, 0.75)
 STEPS = np.array([0.04, 0.3, 0.3])
 """of the logarithms of natural frequency, damping and participation, with which they are refined"""
 EVALUATIONS = 70
+DAMPED = (0.004, 0.8)
+"""damping ratios between which a mode is sought"""
+SWINGS = 3.0
+"""time constants of a mode in a revolution at the usual speed: a twentieth of its swing is left after three"""
 _FREE = 10.0
 """spread of an order's mean vector, in units of its size"""
 _NOTHING = (1e9, 0.5, 1.0)
@@ -83,25 +87,28 @@ def begun(data: Amplitudes) -> tuple[Law, float]:
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """Natural frequencies in rad/s between which a mode is sought."""
+    """Natural frequencies in rad/s between which a mode is sought, and the slowest ``decay`` (1/s) of its swings."""
 
     low: float
     high: float
+    decay: float
 
     @classmethod
     def of(cls, data: Amplitudes) -> Bounds:
-        """Three times beyond what the orders pass."""
-        passed = np.abs(data.frequency)
-        return cls(0.3 * float(passed.min()), 3.0 * float(passed.max()))
+        """From what the orders pass to three times beyond; a mode that every order has passed long ago is none. What it
+        swings by has died away within a revolution: else no revolution is steady, and its law says nothing of any.
+        """
+        passed, speed = np.abs(data.frequency), float(np.median(np.abs(data.x[:, 1])))
+        decay = SWINGS * speed / (2.0 * np.pi)
+        high = 3.0 * float(passed.max())
+        return cls(min(max(float(passed.min()), decay / DAMPED[1]), high), high, decay)
 
     def clipped(self, logarithms: FloatArray) -> tuple[float, float, float]:
         """Natural frequency, damping and participation from their logarithms."""
         w, damping, p = np.exp(logarithms)
-        return (
-            float(np.clip(w, self.low, self.high)),
-            float(np.clip(damping, 0.004, 0.8)),
-            float(np.clip(p, 0.005, 1.5)),
-        )
+        w = float(np.clip(w, self.low, self.high))
+        least = min(max(DAMPED[0], self.decay / w), DAMPED[1])
+        return w, float(np.clip(damping, least, DAMPED[1])), float(np.clip(p, 0.005, 1.5))
 
 
 def _smoothness(data: Amplitudes, answer: Complex) -> FloatArray:

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from scipy.signal import freqs
 
 from bench.mismatch.orders.law_scores import Amplitudes
-from bench.mismatch.orders.modes import begun, refined
+from bench.mismatch.orders.modes import Bounds, begun, refined
 from bench.mismatch.orders.series import calibrate
 from bench.mismatch.orders.turns import Turn
 from bench.simulation.laws import RESONANCE, Law, Reference, factor
@@ -97,3 +97,16 @@ def test_a_mode_is_found_with_its_numbers(form: str, damping: float, share: floa
 def test_where_the_orders_pass_no_mode_nothing_is_gained() -> None:
     model, data = passed("second_order", 7.3, 0.1, 0.0, 5)
     assert refined(cast("Any", model), data, begun(data)[0]).gain < 0.0
+
+
+@pytest.mark.parametrize(
+    "wanted", [(1e-4, 0.004, 0.5), (0.02, 0.8, 1.5), (3.0, 1e-3, 0.1), (30.0, 0.05, 0.1), (1e4, 9.0, 9.0)]
+)
+def test_a_mode_meets_an_order_and_dies_away_within_a_revolution(wanted: tuple[float, float, float]) -> None:
+    _, data = passed("second_order", 7.3, 0.1, 0.1, 6)
+    natural, damping, _ = Bounds.of(data).clipped(np.log(wanted))
+    assert natural >= min(SPEEDS) * min(ORDERS)
+    revolution = 2.0 * np.pi / float(np.median(SPEEDS))
+    assert np.exp(-natural * damping * revolution) <= 0.0501
+    if wanted == (30.0, 0.05, 0.1):  # one that does so anyhow is as it is
+        assert (natural, damping) == pytest.approx((30.0, 0.05))
