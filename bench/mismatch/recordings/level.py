@@ -40,6 +40,10 @@ class Shares:
     quick: float = 0.0
 
 
+ALONE = Shares()
+"""of a sensor without a second witness"""
+
+
 def levelled(
     torque: FloatArray,
     label: IntArray,
@@ -52,8 +56,9 @@ def levelled(
     """A torque (n,) with the noise of its sensor kept down where a segment keeps its load, and as the segment's mean.
 
     The first is the mean, the ``slow`` share of what is about it when it is smoothed over a second, and the ``quick``
-    share of what it does within the seconds, smoothed over a tenth of that. ``label`` (n,) numbers the segments (-1: none), ``rests`` (n,) marks those in which the load may rest at a level, ``largest``
-    is the folder's largest torque in N·m. Both are unchanged elsewhere.
+    share of what it does within the seconds, smoothed over a tenth of that. ``label`` (n,) numbers the segments
+    (-1: none), ``rests`` (n,) marks those in which the load may rest at a level, ``largest`` is the folder's largest
+    torque in N·m. Both are unchanged elsewhere.
     """
     smooth, level = torque.copy(), torque.copy()
     for number in (int(v) for v in np.unique(label) if v >= 0):
@@ -96,7 +101,7 @@ def shares(recordings: Sequence[Recording], largest: float) -> Shares:
             x, z = (_within(v, rate) for v in (sensor, motor))
             quick += x @ z, z @ z
     if number < _FEWEST_MEANS or slow[1] <= 0.0:
-        return Shares()
+        return ALONE
     return Shares(_slope(*slow), _slope(*quick))
 
 
