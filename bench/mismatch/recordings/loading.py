@@ -47,9 +47,11 @@ def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Bas
         raise RecordingError(f"{_named(path)} holds no recording that can be compared{first}")
     usable.sort(key=lambda r: r.started_at)
     usable = _of_one_gearbox(usable, rejected)
-    parts, note = pieces(usable)
+    held, fold = split(usable)
+    parts, note = pieces(usable, held.count(False))
     called = {str(r.path): name for r, name in zip(usable, names_of(usable), strict=True)}
-    held, fold = split_blocks(parts) if note else split(usable)
+    if note:
+        held, fold = split_blocks(parts)
     notes = [note] if note else []
     comparable = Comparable.of(usable, notes)
     if all(is_linear(r) for r in usable):

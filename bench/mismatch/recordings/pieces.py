@@ -62,15 +62,16 @@ class Piece:
         )
 
 
-def pieces(recordings: Sequence[Recording]) -> tuple[list[Piece], str]:
-    """The recordings as they are, or in blocks where they are fewer than six; and a note that says which.
+def pieces(recordings: Sequence[Recording], left: int) -> tuple[list[Piece], str]:
+    """The recordings as they are, or in blocks where fewer than six are ``left`` to fit once some are held out; and a
+    note that says which.
 
     Validation recordings stay whole where there are others to fit: they are held out as they are.
     """
     whole = [Piece(r, r.recording_id) for r in recordings]
-    fitted = [r for r in recordings if r.kind != "validation"] or list(recordings)
-    if len(fitted) >= criteria.FEWEST_RECORDINGS:
+    if left >= criteria.FEWEST_RECORDINGS:
         return whole, ""
+    fitted = [r for r in recordings if r.kind != "validation"] or list(recordings)
     ways = {r.recording_id: way(r) for r in fitted}
     turning = any(own[-1] > 0.0 for own in ways.values())
     by_time = [_cut(r, r in fitted) for r in recordings]

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bench.mismatch.recordings.pieces import ENOUGH, Piece, pieces
+from bench.mismatch.recordings.split import split
 from bench.recording import Recording
+from bench.recording.header import Setpoint
 from tests.bench.mismatch.test_folders import write
 
 SPEED = 0.1
@@ -20,7 +23,8 @@ def cut(folder: Path, *revolutions: float) -> tuple[list[Piece], str]:
     made = []
     for number, own in enumerate(revolutions):
         made.append(write(folder, 6 * number, seconds=2.0 * np.pi * own / SPEED, rate=20.0))
-    return pieces([Recording.open(path) for path in made])
+    recordings = [Recording.open(path) for path in made]
+    return pieces(recordings, split(recordings)[0].count(False))
 
 
 def turned(piece: Piece) -> float:
@@ -51,3 +55,14 @@ def test_short_recordings_beside_a_long_one_stay_whole(tmp_path: Path) -> None:
     made, _ = cut(tmp_path, 1.2, 20.5)
     assert [piece.rows is None for piece in made] == [True] + [False] * 10
     assert min(turned(piece) for piece in made) >= 1.1
+
+
+@pytest.mark.parametrize(("number", "whole"), [(6, False), (7, True)])
+def test_recordings_of_which_too_few_are_left_once_one_is_held_out_are_cut(
+    tmp_path: Path, number: int, whole: bool
+) -> None:
+    unknown = Setpoint(math.nan, math.nan, math.nan)
+    recordings = [Recording.open(write(tmp_path, k, seconds=30.0, setpoint=unknown)) for k in range(number)]
+    made, note = pieces(recordings, split(recordings)[0].count(False))
+    assert all(piece.rows is None for piece in made) == whole
+    assert note.startswith(f"{number} recordings to fit are too few to hold any out") != whole
