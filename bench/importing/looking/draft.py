@@ -19,7 +19,7 @@ from bench.importing.looking.guesses import (
 )
 from bench.importing.looking.inventory import NAMELESS, Column, Inventory
 from bench.importing.looking.motion import Motion, values_of
-from bench.importing.looking.names import Meaning, busiest_axis, channel_of, meaning, plain
+from bench.importing.looking.names import Meaning, axes_of, busiest_axis, channel_of, meaning, plain
 from bench.importing.mapping import OPEN
 from bench.importing.units import si_of, unit_of
 from bench.signals import BY_NAME
@@ -45,10 +45,16 @@ def draft(found: Inventory, mapping: Path) -> Draft:
     out.rate = _rate(found, time, out.tables["channels.time"])
     taken: dict[str, Column] = {}
     rest: list[Column] = []
-    busiest = busiest_axis(found.columns, meanings)
+    axes = axes_of(found.columns, meanings)
+    busiest = busiest_axis(found.columns, meanings, axes)
     motion = Motion(meanings, _seconds(out))
     strangers = motion.strangers(found.columns)
-    for column in sorted(found.columns, key=lambda own: (not meanings[own.name].sure, own.number != busiest)):
+
+    def likely(column: Column) -> tuple[bool, bool, bool]:
+        own = meanings[column.name]
+        return not own.sure, axes.get(column.name) != busiest, not own.measured
+
+    for column in sorted(found.columns, key=likely):
         name = channel_of(meanings[column.name])
         if column is time or column.stamps or column.values.size != _size(found, time) or column.empty:
             continue

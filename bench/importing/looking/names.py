@@ -13,18 +13,20 @@ from bench.importing.units import split_unit, unit_of
 _QUANTITIES: tuple[tuple[str, str], ...] = (
     ("time", r"^t$|time|zeit|stamp|^date|datum|^x_value$|sekunden|seconds"),
     ("velocity", r"vel|speed|omega|drehzahl|rpm|geschw|^n$|^n_|^w$|^w_|^v$|^qd\d*$|^dq\d*$|qdot|thetadot"),
-    ("current", r"curr|strom|^i$|^i_|_i$|^iq|ampere"),
+    ("current", r"curr(?!ent_?(pos|ang|vel|speed|torq|temp|time))|^cur\d*$|_cur\d*$|strom|^i$|^i_|_i$|^iq|ampere"),
     ("torque", r"torq|moment|^m$|^m_|tau|force|kraft|^f$|^f_|^tq|^mot_?m$"),
     ("temperature", r"temp|thermo|pt100|^t_?oil|^t_?oel"),
     ("angle", r"pos|angle|winkel|theta|phi|lage|enc|^q\d*$|^q_|^qm$|weg|displ|^x$|stroke|counts|rotation"),
 )
-"""Quantities by what their names look like, the likelier first."""
+"""Quantities by what their names look like, the likelier first. A "current position" is the present one."""
 _BY_UNIT = {
     "s": "time", "rad": "angle", "m": "angle", "rad/s": "velocity", "m/s": "velocity", "N·m": "torque", "N": "torque",
     "°C": "temperature", "A": "current", "Hz": "velocity",
 }  # fmt: skip
 _COUNTED = re.compile(r"count|inc|tick|cts|cnt")
-_SETPOINT = re.compile(r"set|ref(?!er)|cmd|command|soll|desired|_des$|target|^qg$|demand")
+_SETPOINT = re.compile(r"set|ref(?!er)|cmd|command|soll|desired|_des\d*$|target|^qg$|demand")
+_MEASURED = re.compile(r"meas|actual|_act\d*$|feedback|_fb\d*$|^ist_|_ist\d*$")
+_HUMP = re.compile(r"(?<=[a-z])(?=[A-Z])")
 _LOAD = re.compile(
     r"load|last|abtrieb|_ab$|output|_out|^out|link|joint|arm_|secondary|sensor|messwelle|flange|brake|bremse"
 )
@@ -49,6 +51,8 @@ class Meaning:
     counted: bool
     sure: bool
     sided: bool
+    measured: bool
+    """its name says that it was measured"""
 
 
 def meaning(column: Column) -> Meaning:
@@ -56,6 +60,8 @@ def meaning(column: Column) -> Meaning:
     bare, in_name = split_unit(column.variable.name)
     unit = column.variable.unit or in_name
     name = bare.rsplit("/", 1)[-1].strip().lower().replace(" ", "_")
+    # posDes is pos_des
+    words = _HUMP.sub("_", bare.rsplit("/", 1)[-1].strip()).lower().replace(" ", "_")
     by_name = next((quantity for quantity, form in _QUANTITIES if re.search(form, name)), "")
     by_unit = "time" if column.stamps else _by_unit(unit)
     counted = bool(_COUNTED.search(unit.lower()) or (not unit and _COUNTED.search(name)))
@@ -70,12 +76,13 @@ def meaning(column: Column) -> Meaning:
         quantity,
         unit,
         bool(_LOAD.search(name)),
-        bool(_SETPOINT.search(name)),
+        bool(_SETPOINT.search(name) or _SETPOINT.search(words)),
         bool(_AMBIENT.search(name)),
         bool(_BRAKE.search(name)),
         counted,
         bool(by_unit) and by_unit == by_name,
         bool(_LOAD.search(name) or _MOTOR.search(name)),
+        bool(_MEASURED.search(words)),
     )
 
 
@@ -102,13 +109,31 @@ def channel_of(own: Meaning) -> str | None:
     return None
 
 
-def busiest_axis(columns: Sequence[Column], meanings: Mapping[str, Meaning]) -> int | None:
-    """Of matrices with a line for each axis, the axis that moves farthest; None where there are none."""
+def axes_of(columns: Sequence[Column], meanings: Mapping[str, Meaning]) -> dict[str, int]:
+    """Axis of each column: its number in a matrix with a line for each axis, or that at the end of its name where
+    angles or speeds and torques or currents are numbered alike, as an arm's are.
+    """
+    axes = {own.name: own.number for own in columns if own.number is not None}
+    if axes:
+        return axes
+    stems: dict[tuple[str, str], dict[int, str]] = {}
+    for own in columns:
+        parts = re.fullmatch(r"(.*?)_?(\d+)", split_unit(own.variable.name)[0].strip())
+        if parts and not own.stamps:
+            stems.setdefault((meanings[own.name].quantity, parts[1]), {})[int(parts[2])] = own.name
+    moving = {tuple(sorted(own)) for (what, _), own in stems.items() if what in ("angle", "velocity") and len(own) > 1}
+    driving = {tuple(sorted(own)) for (what, _), own in stems.items() if what in ("torque", "current")}
+    of_an_arm = moving & driving
+    return {name: k for own in stems.values() if tuple(sorted(own)) in of_an_arm for k, name in own.items()}
+
+
+def busiest_axis(columns: Sequence[Column], meanings: Mapping[str, Meaning], axes: Mapping[str, int]) -> int | None:
+    """Of several axes the one that moves farthest; None where there are none."""
     for quantity in ("angle", "velocity"):
-        axes = [own for own in columns if own.number is not None and meanings[own.name].quantity == quantity]
-        axes = [own for own in axes if not meanings[own.name].setpoint and not own.empty]
-        if axes:
-            return max(axes, key=lambda own: own.span[1] - own.span[0]).number
+        own = [c for c in columns if c.name in axes and meanings[c.name].quantity == quantity]
+        own = [c for c in own if not meanings[c.name].setpoint and not c.empty]
+        if own:
+            return axes[max(own, key=lambda c: c.span[1] - c.span[0]).name]
     return None
 
 

@@ -238,6 +238,33 @@ def test_of_an_arm_the_joint_that_moves_is_taken(tmp_path: Path) -> None:
     assert [own["column"] for own in content["aux"].values()] == [1, 3, 1, 3]
 
 
+def test_of_an_arm_whose_joints_are_numbered_in_their_names_the_one_that_moves_is_taken(tmp_path: Path) -> None:
+    own = {"Position1": 1e-3 * np.sin(_T), "Position2": np.sin(_T), "Torque1": np.cos(_T), "Torque2": np.sin(_T)}
+    builders.csv(tmp_path / "arm.csv", **{"t [s]": _T}, **own, Temp2=_T)
+    channels = _content(_draft(tmp_path / "arm.csv"))["channels"]
+    assert [channels[name]["variable"] for name in ("motor_angle", "motor_torque")] == ["Position2", "Torque2"]
+    # two encoders beside one torque are the two ends of a gearbox and no arm
+    own = {"Position1": np.sin(_T), "Position2": 3.0 * np.sin(_T), "Torque": np.cos(_T)}
+    builders.csv(tmp_path / "rig.csv", **{"t [s]": _T}, **own)
+    assert _content(_draft(tmp_path / "rig.csv"))["channels"]["motor_angle"]["variable"] == "Position1"
+
+
+def test_what_was_measured_is_taken_and_not_what_was_wanted(tmp_path: Path) -> None:
+    own = {"posDes": np.sin(_T), "velDes": np.cos(_T), "posAct": np.sin(_T), "velAct": np.cos(_T)}
+    builders.csv(tmp_path / "a.csv", **{"t [s]": _T}, **own, tau_con=np.sin(_T), tau_meas=np.sin(_T))
+    channels = _content(_draft(tmp_path / "a.csv"))["channels"]
+    taken = [channels[name]["variable"] for name in ("motor_angle", "motor_velocity", "motor_torque")]
+    assert taken == ["posAct", "velAct", "tau_meas"]
+    assert channels["posDes"] == {"variable": "posDes"}
+
+
+def test_a_current_position_is_no_current(tmp_path: Path) -> None:
+    builders.csv(tmp_path / "a.csv", **{"t [s]": _T}, CurrentPosition=np.sin(_T), Current=np.cos(_T))
+    channels = _content(_draft(tmp_path / "a.csv"))["channels"]
+    assert channels["motor_angle"]["variable"] == "CurrentPosition"
+    assert channels["motor_torque"]["variable"] == "Current"
+
+
 def test_a_file_for_each_channel_has_its_name(tmp_path: Path) -> None:
     files = ("boom_angle_deg", _Q), ("boom_speed_deg_per_sec", np.gradient(_Q, _T)), ("force_kN", _Q), ("joystick", _T)
     for name, values in files:
