@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.orders import offset_rows as slow
+from bench.mismatch.orders.between import search_between
 from bench.mismatch.orders.bounds import Bounds
 from bench.mismatch.orders.look import HIGHEST_ORDER
 from bench.mismatch.orders.partial import refined
@@ -17,7 +18,7 @@ from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.ringing import ringing, rings_for
 from bench.mismatch.orders.series import Series, calibrate
 from bench.mismatch.orders.turns import LEAST_PART, LEAST_TURN, Seen, Turn, found_in, looks, passed, seen
-from bench.mismatch.orders.weak import Stage, WeakOrder, search, search_between
+from bench.mismatch.orders.weak import Stage, WeakOrder, search
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.course import added
 from bench.mismatch.regression.maxima import tail
@@ -31,7 +32,7 @@ from bench.simulation.frame import FloatArray, IntArray
 from bench.simulation.laws import Law
 from bench.simulation.terms import TRANSMISSION_ERROR
 
-ROUNDS = 8
+ROUNDS = 24
 FOLLOWED = 2.0
 """variance of what a plain model leaves of an order's vectors, over the noise's, from which the order gets
 polynomials of its own"""

@@ -9,13 +9,12 @@ themselves, with the phase of each drawn at random.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch import criteria
-from bench.mismatch.orders.look import PARTS
 from bench.mismatch.orders.turns import Complex, Seen, Turn, directions, states
 from bench.simulation.frame import FloatArray
 from bench.simulation.quantities import FACTORS
@@ -24,8 +23,6 @@ from bench.simulation.waves import Wave
 SURROGATES = 16
 NEIGHBOUR_REVOLUTIONS = 20.0
 """revolutions' worth of evidence that the neighbouring orders give of an order's noise"""
-LEAK = 8.0
-"""orders within which what stands between the whole ones may be the leakage of something stronger"""
 WEAK = 1e-3
 """prior of the vectors, in units of what all revolutions together say of one"""
 MODELS: tuple[tuple[str, ...], ...] = (
@@ -116,39 +113,6 @@ def search(
         if stage.power(order) > criteria.LEAST_POWER * floor**2:
             out.append(order)
     return sorted(out, key=lambda w: -w.gain)
-
-
-def search_between(
-    seen: Seen,
-    turns: Sequence[Turn],
-    train: NDArray[np.bool_],
-    fitted: Sequence[float],
-    floor: float,
-    price: float,
-) -> list[WeakOrder]:
-    """The same between the whole orders, at parts of an order; of those that leak into each other the strongest."""
-    whole = Stage.of(seen, turns, train)
-    if whole is None:
-        return []
-    between = seen.between()[train]
-    orders = np.arange(between.shape[1]) / PARTS
-    shape = whole.shape[np.round(orders).astype(np.int64)]
-    stage = replace(whole, vectors=between / whole.scale[:, None], shape=shape)
-    usable = np.round(orders) != orders
-    for f in fitted:
-        usable &= np.abs(orders - f) > 0.5 / PARTS
-    usable[: PARTS + 1] = False
-    gain, which = stage.gains(stage.vectors)
-    gain = np.where(usable, gain, -np.inf)
-    out: list[WeakOrder] = []
-    # as many times more are looked at than there are whole orders
-    while gain.max() > price + np.log(PARTS):
-        k = int(np.argmax(gain))
-        line = stage.estimated(float(orders[k]), MODELS[which[k]], stage.vectors[:, k], float(shape[k]), float(gain[k]))
-        gain[np.abs(orders - orders[k]) < LEAK] = -np.inf
-        if stage.power(line) > criteria.LEAST_POWER * floor**2:
-            out.append(line)
-    return out
 
 
 @dataclass(frozen=True, slots=True)

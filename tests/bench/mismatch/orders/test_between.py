@@ -1,0 +1,60 @@
+"""Orders between the whole ones: those of wheels and belts that turn no simple number of times."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bench.mismatch.orders.between import search_between, shifts_of
+from bench.mismatch.orders.look import PARTS, Look
+from bench.mismatch.orders.turns import Seen, Turn, seen
+from bench.mismatch.orders.weak import WeakOrder
+from bench.simulation.frame import FloatArray
+
+NOISE = 1e-5
+ROWS = 2000
+"""of a segment"""
+PRICE = 12.0
+
+
+def shown(number: int, revolutions: float, waves: FloatArray) -> tuple[Seen, list[Turn]]:
+    """Segments that follow each other, with noise and ``waves`` (k, 3) of an order, an amplitude and a phase."""
+    rng = np.random.default_rng(1)
+    theta = 2.0 * np.pi * revolutions * np.arange(number * ROWS) / ROWS
+    y = NOISE * rng.normal(size=theta.size)
+    for order, amplitude, phase in waves:
+        y += amplitude * np.cos(order * theta + phase)
+    places = [slice(k * ROWS, (k + 1) * ROWS) for k in range(number)]
+    turns = [Turn(k, rows, 0.0, 0.1, 25.0, 60.0 * k, 1.0, revolutions, 60.0) for k, rows in enumerate(places)]
+    looks = [Look(theta[rows], np.ones(ROWS), rows, 2.0 * np.pi * revolutions) for rows in places]
+    return seen(looks, turns, y, ()), turns
+
+
+def found(number: int, revolutions: float, *waves: tuple[float, float, float]) -> list[WeakOrder]:
+    now, turns = shown(number, revolutions, np.array(waves))
+    train = np.ones(number, dtype=bool)
+    return search_between(now, turns, train, (), NOISE, PRICE)
+
+
+@pytest.mark.parametrize("order", [87.0 / 26.0, 2.0 * 87.0 / 26.0, 13.0 / 24.0 + 20.0])
+def test_a_wheel_that_turns_no_simple_number_of_times_is_found_where_it_is(order: float) -> None:
+    (line,) = found(13, 2.0, (order, 20.0 * NOISE, 0.7))
+    assert line.order == pytest.approx(order, abs=1e-3)
+    assert line.amplitude == pytest.approx(20.0 * NOISE, rel=0.05)
+
+
+def test_a_part_of_an_order_keeps_its_plain_number() -> None:
+    (line,) = found(13, 2.0, (10.0 / 3.0, 20.0 * NOISE, 0.7))
+    assert line.order == 40 / PARTS
+
+
+def test_a_belt_that_turns_slower_than_the_output_is_found_where_a_segment_has_a_period_of_it() -> None:
+    wave = (87.0 / 125.0, 50.0 * NOISE, 0.2)
+    assert found(13, 2.0, wave)[0].order == pytest.approx(wave[0], abs=5e-3)
+    assert all(line.order > 1.0 for line in found(26, 1.0, wave))
+
+
+def test_a_few_revolutions_ask_for_no_shifts() -> None:
+    now, _ = shown(5, 1.0, np.zeros((0, 3)))
+    assert shifts_of(now, np.ones(5, dtype=bool)).tolist() == [0.0]
+    assert found(13, 2.0) == []
