@@ -153,8 +153,19 @@ def _headings(
     units = [""] * width
     if len(block) > 1 and _all_units(block[-1]):
         units = [field.strip("[]() ") for field in block.pop()]
-    names = _distinct(block[-1])
+    heading = block[-1]
+    if len(block) > 1 and len(set(heading)) < width:  # X and Y of each quantity, whose name stands above
+        heading = [f"{over} {own}".strip() for over, own in zip(_filled(block[-2]), heading, strict=True)]
+    names = _distinct(heading)
     return names, tuple(unit or split_unit(name)[1] for name, unit in zip(names, units, strict=True))
+
+
+def _filled(fields: Sequence[str]) -> list[str]:
+    """Headings that stand over several columns, over each of them."""
+    out: list[str] = []
+    for field in fields:
+        out.append(field or (out[-1] if out else ""))
+    return out
 
 
 def _all_units(fields: Sequence[str]) -> bool:

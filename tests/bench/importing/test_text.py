@@ -149,3 +149,9 @@ def test_a_line_longer_than_any_field_of_a_spreadsheet_is_read(tmp_path: Path) -
     values = np.arange(40_000) / 8.0
     text = "\n".join(" ".join(map(str, values + line)) for line in range(3))
     assert _open(tmp_path, text).read(None, row=2)[:2].tolist() == [1.0, 1.125]
+
+
+def test_a_name_over_several_columns_is_part_of_theirs(tmp_path: Path) -> None:
+    rows = "".join(f"{k},{2 * k},{k},{3 * k}\n" for k in range(20))
+    names = [variable.name for variable in _open(tmp_path, "speed,,torque,\nX,Y,X,Y\n" + rows).variables()]
+    assert names == ["speed X", "speed Y", "torque X", "torque Y"]
