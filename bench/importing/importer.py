@@ -95,7 +95,8 @@ def _import_one(
     mapping: Mapping, text: str, mapping_path: Path, entry: RecordingMapping, files: Files, stem: Path
 ) -> tuple[list[Path], tuple[str, ...], tuple[str, ...]]:
     """Write the recordings of one file; gives their paths, what was done to the data, and what of them cannot be."""
-    table = read_table(mapping, {**mapping.columns, **entry.channels}, files, f"{mapping_path}")
+    columns = {**mapping.columns, **entry.channels}
+    table = read_table(mapping, columns, files, f"{mapping_path}")
     segments = [
         _segment(own, table.time, files.main)
         for own in (entry.segments if entry.segments is not None else mapping.segments)
@@ -115,7 +116,9 @@ def _import_one(
                 f"{target}: is there already, an import does not overwrite recordings; "
                 "--out should name another folder."
             )
-    warnings = (*misspelt(table, f"{mapping_path}"), *implausible(table, mapping.gearbox.ratio, f"{mapping_path}"))
+    currents = [name for name, own in columns.items() if own.torque_constant is not None]
+    impossible = implausible(table, mapping.gearbox.ratio, f"{mapping_path}", currents)
+    warnings = (*misspelt(table, f"{mapping_path}"), *impossible)
     rate = mapping.sample_rate or 1 / float(np.median(np.diff(table.time)))
     started = entry.started_at or mapping.started_at or table.started_at
     if started is None:

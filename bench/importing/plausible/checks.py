@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from difflib import get_close_matches
 
 import numpy as np
@@ -26,8 +26,10 @@ _FASTEST = 5000.0
 _COLDEST, _HOTTEST = -60.0, 220.0
 
 
-def implausible(table: ChannelTable, ratio: float, where: str) -> list[str]:
-    """Say what cannot be, one sentence each; ``where`` is the mapping file."""
+def implausible(table: ChannelTable, ratio: float, where: str, currents: Collection[str] = ()) -> list[str]:
+    """Say what cannot be, one sentence each; ``where`` is the mapping file, ``currents`` the channels of which a
+    torque constant makes torques.
+    """
     found: list[str] = []
     values = {name: channel.si for name, channel in table.channels.items()}
     measured = {n for n, c in table.channels.items() if not c.spec.origin.startswith(INTEGRAL)}
@@ -39,7 +41,7 @@ def implausible(table: ChannelTable, ratio: float, where: str) -> list[str]:
     found += _temperatures(values, where)
     if not table.linear:
         found += _too_fast(values, where)
-    found += _torques(values, ratio, where, linear=table.linear)
+    found += _torques(values, ratio, where, linear=table.linear, current="motor_torque" in currents)
     return found
 
 
@@ -131,7 +133,7 @@ def _too_fast(values: dict[str, FloatArray], where: str) -> Iterator[str]:
         )
 
 
-def _torques(values: dict[str, FloatArray], ratio: float, where: str, *, linear: bool) -> Iterator[str]:
+def _torques(values: dict[str, FloatArray], ratio: float, where: str, *, linear: bool, current: bool) -> Iterator[str]:
     """Inertia is positive, and friction takes power."""
     if not {"motor_angle", "motor_torque"} <= values.keys():
         return
@@ -142,15 +144,16 @@ def _torques(values: dict[str, FloatArray], ratio: float, where: str, *, linear:
     if fit is None or fit.share < _EXPLAINED:
         return
     unit = "kg" if linear else "kg·m²"
+    driven = "" if load is not None else ", unless a load that no channel holds drives the motor"
     if load == "load_torque" and fit.load is not None and abs(fit.load_t) > _SURE:
-        yield from _load(fit.load * ratio, ratio, where)
+        yield from _load(fit.load * ratio, ratio, where, current=current)
         if fit.load * ratio < 0:
             return
     negative_inertia, negative_loss = fit.inertia_t < -_SURE, fit.loss_t < -_SURE
     if negative_inertia and not (fit.loss_t > _SURE):
         yield (
             f"{where}: channels.motor_torque gives a negative inertia ({fit.inertia:.4g} {unit}) and "
-            f"friction that takes {fit.loss:.4g} W, both should be positive: likely a wrong sign; scale "
+            f"friction that takes {fit.loss:.4g} W, both should be positive{driven}: likely a wrong sign; scale "
             "times -1 of motor_torque (or of motor_angle) would be right."
         )
     elif negative_inertia:
@@ -160,7 +163,6 @@ def _torques(values: dict[str, FloatArray], ratio: float, where: str, *, linear:
             "would be right."
         )
     elif negative_loss:
-        driven = "" if load is not None else ", unless a load that no channel holds drives the motor"
         likely = "motor_torque" if load is None else f"motor_torque or of {load}"
         yield (
             f"{where}: channels.motor_torque gives friction that takes {fit.loss:.4g} W, which should be "
@@ -168,11 +170,12 @@ def _torques(values: dict[str, FloatArray], ratio: float, where: str, *, linear:
         )
 
 
-def _load(factor: float, ratio: float, where: str) -> Iterator[str]:
+def _load(factor: float, ratio: float, where: str, *, current: bool) -> Iterator[str]:
     """The motor carries the load: over the ratio, and with the same sign."""
     if factor > 0 and 0.4 < factor < 2.5:
         return  # efficiency, and a load that comes with the speed
+    constant = f", or torque_constant times {1.0 / factor:.4g} of motor_torque" if current else ""
     yield (
         f"{where}: channels.load_torque over gearbox.ratio is found {factor:.4g} times in motor_torque, "
-        f"it should be 1: {reason(1.0 / factor, ratio)} of load_torque."
+        f"it should be 1: {reason(1.0 / factor, ratio)} of load_torque{constant}."
     )

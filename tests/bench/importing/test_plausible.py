@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -125,3 +126,19 @@ def test_factors_have_names() -> None:
     assert reason(-1.0) == "likely a wrong sign; scale times -1 would be right"
     assert "other side of the gearbox" in reason(1 / 185.0, 185.0)
     assert "a wrong scale" in reason(3.3)
+
+
+def test_of_a_current_the_torque_constant_is_the_other_thing_that_may_be_wrong(tmp_path: Path) -> None:
+    current = _CHANNELS.replace('"M", unit = "N*m"', '"M", unit = "A", torque_constant = 0.2')
+    (told,) = _told(tmp_path, channels=current)
+    assert re.search(r"scale times 0\.(2|199|20)\d* would be right of load_torque, or torque_constant times [45]", told)
+
+
+def test_of_a_torque_no_torque_constant_is_spoken_of(tmp_path: Path) -> None:
+    (told,) = _told(tmp_path, M=0.2)
+    assert "of load_torque." in told
+
+
+def test_a_wrong_sign_is_not_all_that_it_can_be_where_no_load_was_recorded(tmp_path: Path) -> None:
+    (told,) = _told(tmp_path, "load_torque", load_share=0.1, M=-1.0)
+    assert "both should be positive, unless a load that no channel holds drives the motor: likely a wrong sign" in told
