@@ -17,7 +17,7 @@ from scipy.optimize import minimize_scalar
 
 from bench.mismatch import criteria
 from bench.mismatch.orders.look import PARTS
-from bench.mismatch.orders.turns import Seen, Turn
+from bench.mismatch.orders.turns import HIGHEST_BETWEEN, Seen, Turn
 from bench.mismatch.orders.weak import MODELS, Stage, WeakOrder
 from bench.simulation.frame import FloatArray
 
@@ -46,30 +46,28 @@ def search_between(
     shifts = shifts_of(seen, train)
     # a wave of less than a period in a revolution's segment is a part of its line
     lowest = 1.0 / min(t.revolutions for t in whole.turns)
-    best = which = at = np.zeros(0)
+    grid = np.arange(HIGHEST_BETWEEN * PARTS + 1) / PARTS
+    shape = whole.shape[np.round(grid).astype(np.int64)]
+    best, at, which = np.full(grid.size, -np.inf), np.zeros(grid.size), np.zeros(grid.size, dtype=np.int64)
     for shift in shifts:
-        between = seen.between(shift)[train]
-        grid = np.arange(between.shape[1]) / PARTS
-        shape = whole.shape[np.round(grid).astype(np.int64)]
         usable = (grid + shift > lowest) & ((np.round(grid) != grid) | (shift != 0.0))
         for f in fitted:
             usable &= np.abs(grid + shift - f) > 0.5 / PARTS
-        stage = replace(whole, vectors=between / whole.scale[:, None], shape=shape)
-        gain, model = stage.gains(stage.vectors)
+        stage = replace(whole, vectors=seen.between(shift)[train] / whole.scale[:, None], shape=shape)
+        gain, number = stage.gains(stage.vectors)
         # an order that is no part of a whole one asks for more
         gain = np.where(usable, gain - (criteria.RICHER if shift else 0.0), -np.inf)
-        better = gain > best if best.size else np.ones(gain.size, dtype=bool)
-        best = np.where(better, gain, best if best.size else gain)
-        which = np.where(better, model, which if which.size else model)
-        at = np.where(better, shift, at if at.size else shift)
+        better = gain > best
+        best[better], at[better], which[better] = gain[better], shift, number[better]
     out: list[WeakOrder] = []
     # as many times more are looked at than there are whole orders
     while best.max() > price + np.log(PARTS * shifts.size):
         k = int(np.argmax(best))
-        order, model = float(grid[k] + at[k]), MODELS[int(which[k])]
+        order = float(grid[k] + at[k])
         if at[k]:
             order = followed(seen, train, whole, order, float(shifts[1]), float(shape[k]))
-        line = whole.estimated(order, model, _vectors(seen, train, whole, order), float(shape[k]), float(best[k]))
+        vectors = _vectors(seen, train, whole, order)
+        line = whole.estimated(order, MODELS[which[k]], vectors, float(shape[k]), float(best[k]))
         best[np.abs(grid - order) < LEAK] = -np.inf
         if whole.power(line) > criteria.LEAST_POWER * floor**2:
             out.append(line)

@@ -8,7 +8,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.recordings.output_orders import OutputSpectrum
-from bench.mismatch.recordings.pieces import Piece
+from bench.mismatch.recordings.pieces import WELL_CUT_S, Piece
 from bench.mismatch.recordings.prepared import Folder
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.recordings.vibration import Density, ShaftSpectrum
@@ -113,10 +113,19 @@ def enough(data: Dataset) -> str:
     least = criteria.FEWEST_RECORDINGS
     train = sum(not m.held_out for m in data.members)
     if train < least:
-        return f"{train} recordings can be fitted, at least {least} are needed to distinguish noise from structure"
+        return f"{_kept(data, train)}, at least {least} are needed to distinguish noise from structure"
     points = {m.point[1:3] for m in data.members}
     if all(m.recording.kind in AT_ONE_POINT for m in data.members) and len(points) < least:
         return (
             f"{len(points)} operating points were run, at least {least} are needed to distinguish noise from structure"
         )
     return ""
+
+
+def _kept(data: Dataset, train: int) -> str:
+    """What can be fitted, in words: recordings, or blocks of few that are too short."""
+    if all(piece.rows is None for piece in data.parts):
+        return f"{train} recordings can be fitted"
+    own = {str(piece.recording.path): piece.recording for piece in data.parts}.values()
+    seconds = sum(r.size / r.sample_rate for r in own)
+    return f"{seconds:.3g} s of recordings make {train} blocks that can be fitted ({WELL_CUT_S:g} s make enough)"

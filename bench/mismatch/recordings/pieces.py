@@ -27,6 +27,8 @@ TURNS = 1.0
 """revolutions between the ends of what a recording ran through from which it turns, and does not only swing"""
 ENOUGH = criteria.FEWEST_RECORDINGS * 4 // 3
 """blocks of which enough can be fitted when every fourth is held out"""
+WELL_CUT_S = ENOUGH * (LEAST_BLOCK_S + GAP_S)
+"""length of recordings that make enough blocks"""
 STEPS_A_SECOND = 20.0
 """at which the way of a recording is taken: an encoder's noise adds up to little then"""
 

@@ -249,3 +249,13 @@ def test_a_delay_that_the_load_torque_does_not_show_is_not_looked_for_elsewhere(
     assert {"sensor.torque_gain", "sensor.torque_hysteresis"} <= set(banned)
     assert ("sensor.timing_skew" not in banned) is asked
     assert not any(effect.startswith(("te.", "friction.")) for effect in banned)
+
+
+def test_a_recording_of_few_seconds_says_how_long_it_should_be(tmp_path: Path) -> None:
+    folder = tmp_path / "r"
+    folder.mkdir()
+    write(folder, 0, seconds=6.2)
+    report = run(folder, tmp_path / "out")
+    assert report.why.startswith(
+        "6.2 s of recordings make 3 blocks that can be fitted (10 s make enough), at least 6 are"
+    )
