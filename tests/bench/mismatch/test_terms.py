@@ -108,3 +108,10 @@ def test_friction_that_builds_up_goes_on_from_the_recording_before() -> None:
         # the friction of the last motion is still there: nothing is missing where that goes on, twice where it turns
         assert kept[begin] == pytest.approx(-now * (0.0 if before == now else 2.0), abs=0.2)
         assert abs(fresh[begin]) == pytest.approx(1.0, abs=0.2)
+
+
+def test_a_friction_over_the_angle_that_grows_with_the_load_has_symbols_that_the_equation_shows() -> None:
+    term = LIBRARY["friction.position_dependent"]
+    plain, loaded = term.forms["motor_torque"]
+    assert not {own.symbol for own in plain.linear} & {own.symbol for own in loaded.linear}
+    assert all(own.symbol in term.equation for own in (*plain.linear, *loaded.linear))

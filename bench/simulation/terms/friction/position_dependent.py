@@ -30,18 +30,20 @@ def _loaded(frame: Frame, point: Point) -> FloatArray:
 
 F_PC = Symbol("f_pc", "N*m", "cosine amplitude of the friction over the output angle")
 F_PS = Symbol("f_ps", "N*m", "sine amplitude of the friction over the output angle")
+F_PLC = Symbol("f_plc", "N*m", "cosine amplitude of the friction over the output angle at a load of 1 kN*m")
+F_PLS = Symbol("f_pls", "N*m", "sine amplitude of the friction over the output angle at a load of 1 kN*m")
 ORDER = Symbol("m", "1", "order per output revolution", 0.0)
 
 TERM = Term(
     effect="friction.position_dependent",
     name="friction modulated with the output angle",
-    equation="tau_m += d * (f_pc*cos(m*q) + f_ps*sin(m*q))",
+    equation="tau_m += d * (f_pc*cos(m*q) + f_ps*sin(m*q)); with f_plc, f_pls times |tau|/(1 kN*m)",
     reference="Armstrong-Helouvry, Control of Machines with Friction, Kluwer 1991, ch. 4",
     where="motor_torque over the output angle, changing sign with the direction",
     forms={
         MOTOR_TORQUE: (
             Form("constant", _modulated, (F_PC, F_PS), (ORDER,), _grid),
-            Form("with_load", _loaded, (F_PC, F_PS), (ORDER,), _grid),
+            Form("with_load", _loaded, (F_PLC, F_PLS), (ORDER,), _grid),
         )
     },
     variables=("angle",),
