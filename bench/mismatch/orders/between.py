@@ -36,9 +36,11 @@ def search_between(
     fitted: Sequence[float],
     floor: float,
     price: float,
+    shifted: bool,
 ) -> list[WeakOrder]:
     """Orders between the whole ones that stand in the training revolutions beside those that are ``fitted``; of those
-    that leak into each other the strongest. ``floor`` and ``price`` as in :func:`bench.mismatch.orders.weak.search`.
+    that leak into each other the strongest. ``floor`` and ``price`` as in :func:`bench.mismatch.orders.weak.search`;
+    ``shifted``: whether the grid is shifted as well, which takes long.
     """
     whole = Stage.of(seen, turns, train)
     if whole is None:

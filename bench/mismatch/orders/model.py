@@ -158,8 +158,9 @@ def _orders(model: TransmissionModel, y: FloatArray, seed: int) -> None:
         model.noise = slow.mixture(now, model.turns, rows, rows.within, _rate(rows))
         fresh = search(now, model.turns, model.train, now.orders, _floor(model), model.price)
         fresh = [w for w in fresh if w.order not in found]
-        if not fresh:
-            fresh = search_between(now, model.turns, model.train, now.orders, _floor(model), model.price)
+        for shifted in (False, True):
+            if not fresh:
+                fresh = search_between(now, model.turns, model.train, now.orders, _floor(model), model.price, shifted)
         if not fresh:
             break
         found |= {w.order: w for w in fresh}

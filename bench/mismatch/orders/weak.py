@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch import criteria
+from bench.mismatch.orders.look import PARTS
 from bench.mismatch.orders.turns import Complex, Seen, Turn, directions, states
 from bench.simulation.frame import FloatArray
 from bench.simulation.quantities import FACTORS
@@ -100,7 +101,9 @@ def search(
     if stage is None:
         return []
     usable = np.ones(stage.vectors.shape[1], dtype=bool)
-    usable[[0, *(round(f) for f in fitted if f < usable.size - 0.5)]] = False
+    # an order between the whole ones takes none of them away
+    whole = [round(f) for f in fitted if f < usable.size - 0.5 and abs(f - round(f)) <= 0.5 / PARTS]
+    usable[[0, *whole]] = False
     gain, which = stage.gains(stage.vectors)
     # what is strong leaks into its neighbours until it has been fitted: only summits are taken in one round
     gain = np.where(usable, gain, -np.inf)

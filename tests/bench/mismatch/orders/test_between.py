@@ -8,7 +8,7 @@ import pytest
 from bench.mismatch.orders.between import search_between, shifts_of
 from bench.mismatch.orders.look import PARTS, Look
 from bench.mismatch.orders.turns import Seen, Turn, seen
-from bench.mismatch.orders.weak import WeakOrder
+from bench.mismatch.orders.weak import WeakOrder, search
 from bench.simulation.frame import FloatArray
 
 NOISE = 1e-5
@@ -17,8 +17,12 @@ ROWS = 2000
 PRICE = 12.0
 
 
-def shown(number: int, revolutions: float, waves: FloatArray) -> tuple[Seen, list[Turn]]:
-    """Segments that follow each other, with noise and ``waves`` (k, 3) of an order, an amplitude and a phase."""
+def shown(
+    number: int, revolutions: float, waves: FloatArray, fitted: tuple[float, ...] = ()
+) -> tuple[Seen, list[Turn]]:
+    """Segments that follow each other, with noise and ``waves`` (k, 3) of an order, an amplitude and a phase; what is
+    left when some orders are ``fitted``.
+    """
     rng = np.random.default_rng(1)
     theta = 2.0 * np.pi * revolutions * np.arange(number * ROWS) / ROWS
     y = NOISE * rng.normal(size=theta.size)
@@ -27,13 +31,13 @@ def shown(number: int, revolutions: float, waves: FloatArray) -> tuple[Seen, lis
     places = [slice(k * ROWS, (k + 1) * ROWS) for k in range(number)]
     turns = [Turn(k, rows, 0.0, 0.1, 25.0, 60.0 * k, 1.0, revolutions, 60.0) for k, rows in enumerate(places)]
     looks = [Look(theta[rows], np.ones(ROWS), rows, 2.0 * np.pi * revolutions) for rows in places]
-    return seen(looks, turns, y, ()), turns
+    return seen(looks, turns, y, fitted), turns
 
 
 def found(number: int, revolutions: float, *waves: tuple[float, float, float]) -> list[WeakOrder]:
     now, turns = shown(number, revolutions, np.array(waves))
     train = np.ones(number, dtype=bool)
-    return search_between(now, turns, train, (), NOISE, PRICE)
+    return search_between(now, turns, train, (), NOISE, PRICE, True)
 
 
 @pytest.mark.parametrize("order", [87.0 / 26.0, 2.0 * 87.0 / 26.0, 13.0 / 24.0 + 20.0])
@@ -58,3 +62,13 @@ def test_a_few_revolutions_ask_for_no_shifts() -> None:
     now, _ = shown(5, 1.0, np.zeros((0, 3)))
     assert shifts_of(now, np.ones(5, dtype=bool)).tolist() == [0.0]
     assert found(13, 2.0) == []
+
+
+@pytest.mark.parametrize(("fitted", "whole"), [(10.5, 10), (91.5, 92), (92.25, 92), (92.0 / 3.0, 31)])
+def test_an_order_between_the_whole_ones_takes_none_of_them_away(fitted: float, whole: int) -> None:
+    waves = np.array([(fitted, 20.0 * NOISE, 0.4), (float(whole), 10.0 * NOISE, 1.1)])
+    now, turns = shown(13, 2.0, waves, (fitted,))
+    train = np.ones(13, dtype=bool)
+    assert whole in [line.order for line in search(now, turns, train, (fitted,), NOISE, PRICE)]
+    again, _ = shown(13, 2.0, waves, (fitted, float(whole)))
+    assert search(again, turns, train, (fitted, float(whole)), NOISE, PRICE) == []
