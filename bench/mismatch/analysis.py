@@ -23,7 +23,7 @@ from bench.mismatch.problems import base_of, periodicity_of, problem_of, usable
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.candidates import TURNING
-from bench.mismatch.regression.problem import CHANNELS, ChannelProblem
+from bench.mismatch.regression.problem import CHANNELS, TORQUE_ZERO, ChannelProblem
 from bench.mismatch.regression.search import searched
 from bench.mismatch.regression.state import Search
 from bench.mismatch.unnamed.structure import examine
@@ -170,8 +170,11 @@ def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, ban
     """
     models = {c: out.searches[c].model for c in (LOAD_TORQUE, MOTOR_TORQUE) if c in out.searches}
 
+    offsets = models[MOTOR_TORQUE].fit.variance if MOTOR_TORQUE in models else 0.0
+    zero = max(TORQUE_ZERO, float(np.sqrt(offsets)) if np.isfinite(offsets) else 0.0)
+
     def problem(own: Rows) -> ChannelProblem:
-        return problem_of(data, given, TEMPERATURE, own, banned)
+        return problem_of(data, given, TEMPERATURE, own, banned, zero)
 
     def search() -> Search:
         return searched(problem(replace(rows, frame=out.zeros.less(rows.frame))), seed)

@@ -17,6 +17,7 @@ from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.recordings.vibration import ShaftSpectrum
 from bench.mismatch.regression import noise
 from bench.mismatch.regression.problem import (
+    TORQUE_ZERO,
     BaseTerm,
     ChannelProblem,
     WanderingZero,
@@ -46,12 +47,17 @@ def base_of(given: Given, channel: str, rows: Rows) -> list[BaseTerm]:
     return base + [BaseTerm(known.regressor) for known in given.known.get(channel, ())]
 
 
-def problem_of(data: Dataset, given: Given, channel: str, rows: Rows, banned: Sequence[str]) -> ChannelProblem:
-    """Return what the regression of a channel is given; effects that are ``banned`` are no candidates."""
+def problem_of(
+    data: Dataset, given: Given, channel: str, rows: Rows, banned: Sequence[str], zero: float = TORQUE_ZERO
+) -> ChannelProblem:
+    """Return what the regression of a channel is given; effects that are ``banned`` are no candidates.
+
+    ``zero``: how far the zero of the motor torque differs from recording to recording, N·m.
+    """
     base = base_of(given, channel, rows)
     if channel == TEMPERATURE:
         torque = noise.mixture(data.density.get(MOTOR_TORQUE, []))
-        base.append(BaseTerm(WanderingZero(), zero_precisions(rows.frame, torque)))
+        base.append(BaseTerm(WanderingZero(), zero_precisions(rows.frame, torque, zero)))
     taken = fixed_part(channel, rows.frame, given.switched_off)
     own = given.waves.get(channel, ())
     if own:

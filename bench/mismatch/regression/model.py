@@ -100,7 +100,8 @@ class ChannelModel:
 
 
 def calibration(problem: ChannelProblem, base: Sequence[Block], noise: RowNoise) -> Calibration:
-    """What the simulation's blocks can say."""
+    """What the simulation's blocks can say; zeros of sensors are none of it."""
+    base = [b for b in base if b.regressor.effect != "nuisance"]
     precision = np.concatenate([np.zeros(0), *(b.precision for b in base)])
     return Calibration.of(problem, [b.regressor for b in base], precision, noise.sigma)
 

@@ -18,7 +18,9 @@ from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TEMPERATU
 from bench.simulation.terms.memory import integral
 
 TORQUE_ZERO = 0.01
-"""N·m at the motor: how far the zero of a torque may wander from recording to recording, by data sheets"""
+"""N·m at the motor: how far the zero of a torque may differ from recording to recording, by data sheets; further where
+the motor torque's own recordings show it
+"""
 STRETCH_S = 100.0
 """over which the slow noise of the motor torque is taken to be one zero: a recording of many minutes sums it up to a
 random walk of the predicted temperature
@@ -194,15 +196,16 @@ def _stretches(frame: Frame) -> list[tuple[slice, NDArray[np.bool_]]]:
     return out
 
 
-def zero_precisions(frame: Frame, torque: Mixture | None) -> tuple[float, ...]:
+def zero_precisions(frame: Frame, torque: Mixture | None, zero: float = TORQUE_ZERO) -> tuple[float, ...]:
     """Prior precisions of the wandering zero's coefficients: of each recording, then of each stretch.
 
-    ``torque``: noise of a sample of the motor torque; its mean over a stretch is heat that never was. None: not known,
-    and a stretch is taken to be as wrong as a data sheet lets a recording be.
+    ``zero``: how far it differs from recording to recording, N·m; ``torque``: noise of a sample of the motor torque;
+    its mean over a stretch is heat that never was. None: not known, and a stretch is taken to be as wrong as a data
+    sheet lets a recording be.
     """
     recordings, stretches = len(_recordings(frame)), len(_stretches(frame))
-    squared = TORQUE_ZERO**2
+    squared = zero**2
     if torque is not None:
         squared = float(torque.of_means(np.array([torque.rate * STRETCH_S]), np.array([STRETCH_S]))[0])
-    constant, each = (CAPACITY / TORQUE_ZERO) ** 2, CAPACITY**2 / max(squared, 1e-12)
+    constant, each = (CAPACITY / zero) ** 2, CAPACITY**2 / max(squared, 1e-12)
     return (*([constant] * recordings), *([each] * stretches))

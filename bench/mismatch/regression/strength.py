@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch import criteria
-from bench.mismatch.regression.model import ChannelModel, Chosen, calibration, fit_blocks
+from bench.mismatch.regression.model import ChannelModel, Chosen, fit_blocks
 from bench.simulation.frame import FloatArray
 from bench.simulation.heat_rates import HEATING
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE
@@ -77,9 +77,7 @@ def trusted(model: ChannelModel) -> float:
         capacity = 1.0 / max(float(model.fit.of(heating.place)[0][0]), 1e-300)
         rate = criteria.TRANSDUCER * _largest(frame.torque, problem.usable) * np.abs(frame.velocity) / capacity
         course = integral(rate, frame)[problem.train]
-        heat = [block for block in model.base if block.regressor.effect != "nuisance"]
-        beyond = course - calibration(problem, heat, model.noise).said(course)
-        return active_size(beyond, problem.rows.number[problem.train])
+        return active_size(course - model.calibration.said(course), problem.rows.number[problem.train])
     values = {LOAD_TORQUE: frame.torque, MOTOR_TORQUE: frame.motor_torque}.get(problem.channel)
     return 0.0 if values is None else criteria.TRANSDUCER * _largest(values, problem.usable)
 

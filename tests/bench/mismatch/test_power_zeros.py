@@ -177,3 +177,20 @@ def test_what_the_simulation_absorbs_of_the_transducer_is_no_reason_for_doubt() 
     last = EACH * STEP * criteria.TRANSDUCER * 1000.0 * SPEED / CAPACITY
     # the same speed throughout: the false heat is one of the surroundings
     assert trusted(begun(problem(loaded)).model) < 0.02 * last
+
+
+def test_zeros_of_recordings_take_nothing_from_the_size_of_an_effect() -> None:
+    rows = heated(0.0)
+    plain = problem(rows)
+    zeros = BaseTerm(WanderingZero(), zero_precisions(rows.frame, None))
+    model = begun(replace(plain, base=(*plain.base, zeros))).model
+    # what differs from recording to recording as a zero does is beyond the simulation all the same
+    rng = np.random.default_rng(2)
+    course = rows.frame.elapsed * rng.normal(size=RECORDINGS_MADE)[rows.frame.recording]
+    assert np.std(course - model.calibration.said(course)) > 0.9 * np.std(course)
+
+
+def test_zeros_differ_as_far_as_the_motor_torque_shows() -> None:
+    frame = heated(0.0).frame
+    usual, wide = zero_precisions(frame, None)[0], zero_precisions(frame, None, 3.0 * problems.TORQUE_ZERO)[0]
+    assert usual == pytest.approx(9.0 * wide)
