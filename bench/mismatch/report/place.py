@@ -15,7 +15,7 @@ from bench.mismatch.report.figures import energy
 from bench.mismatch.report.smallest import interval, pieces, steps
 from bench.mismatch.report.truth import truth_of
 from bench.mismatch.report.variables import RANGES, TEMPERATURE, TIME, TORQUE, VELOCITY, levels, variable
-from bench.simulation.frame import FloatArray, Frame, recording_starts
+from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms import MOTOR_TORQUE
 from bench.simulation.terms import TEMPERATURE as TEMPERATURE_CHANNEL
 
@@ -66,10 +66,9 @@ def place(discovery: Discovery, outcome: ChannelOutcome, data: Dataset) -> Place
     energies = _energy(discovery, outcome)
     quantities = [variable(name) for name in discovery.variables]
     depends = tuple(name for name in RANGES if any(v.range == name for v in quantities))
-    acting = _rate(discovery, outcome) if discovery.channel == TEMPERATURE_CHANNEL and depends else energies
     frame, usable = outcome.rows.frame, outcome.usable & (outcome.rows.number > 0)
     span = {name: _span(levels(frame, name)[usable]) for name in RANGES}
-    ranges = span | _ranges(discovery, outcome, acting, depends)
+    ranges = span | _ranges(discovery, outcome, energies, depends)
     weight = np.where(usable, outcome.rows.number, 0.0)
     return Place(
         ranges,
@@ -105,7 +104,7 @@ def _energy(discovery: Discovery, outcome: ChannelOutcome) -> FloatArray:
 
 
 def _ranges(
-    discovery: Discovery, outcome: ChannelOutcome, acting: FloatArray, depends: Sequence[str]
+    discovery: Discovery, outcome: ChannelOutcome, energies: FloatArray, depends: Sequence[str]
 ) -> dict[str, Range]:
     """Smallest ranges of the quantities a discovery depends on, that together hold nine tenths of its energy."""
     frame = outcome.rows.frame
@@ -117,21 +116,21 @@ def _ranges(
         course = discovery.added if term is None else term.on(frame)
         found = pieces(*steps(levels(frame, step), course, weight, PARTS), HELD) if weight.any() else None
         return {} if found is None else {step: found}
-    total = float(acting.sum())
+    total = float(energies.sum())
     values = {name: levels(frame, name) for name in depends}
     out: dict[str, Range] = {}
     # each alone holds so much that all together hold nine tenths; then each is tightened inside the others
     alone = 1.0 - (1.0 - HELD) / max(len(depends), 1)
     for name, values_of_rows in values.items():
-        found = interval(values_of_rows, acting, alone * total) if total > 0.0 else None
+        found = interval(values_of_rows, energies, alone * total) if total > 0.0 else None
         if found is not None:
             out[name] = found
     for name in list(out) if len(out) > 1 else []:
-        inside = np.ones(acting.size, dtype=bool)
+        inside = np.ones(energies.size, dtype=bool)
         for other in out:
             if other != name:
                 inside &= (values[other] >= out[other][0]) & (values[other] <= out[other][1])
-        found = interval(values[name], np.where(inside, acting, 0.0), HELD * total)
+        found = interval(values[name], np.where(inside, energies, 0.0), HELD * total)
         out[name] = found or out[name]
     return out
 
@@ -139,16 +138,6 @@ def _ranges(
 def _heat(discovery: Discovery) -> bool:
     """Whether a discovery is a term of the heat balance: none of them knows which way the gearbox turns."""
     return discovery.channel == TEMPERATURE_CHANNEL and discovery.effect != UNNAMED
-
-
-def _rate(discovery: Discovery, outcome: ChannelOutcome) -> FloatArray:
-    """Energy (n,) of the rate of what is added: a temperature trails its cause, its rate does not."""
-    frame = outcome.rows.frame
-    step = np.where(frame.step > 0, frame.step, np.inf)
-    rate = np.diff(discovery.added, prepend=discovery.added[:1]) / step
-    rate[recording_starts(frame)[:-1]] = 0.0
-    usable = outcome.usable & (outcome.rows.number > 0)
-    return np.asarray(np.where(usable, rate**2 * outcome.rows.number, 0.0))
 
 
 def _span(values: FloatArray) -> Range:
