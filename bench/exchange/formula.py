@@ -116,23 +116,23 @@ def make(op: str, *values: Value) -> Written:
     if all(a.op == "const" for a in args):
         return const(_EVALUATED[op](*(a.extra[0] for a in args)))
     first, second = args[0], args[-1]
-    if op in ("add", "sub") and _is(second, 0.0):
+    if op in ("add", "sub") and _is_constant(second, 0.0):
         return first
-    if op == "add" and _is(first, 0.0):
+    if op == "add" and _is_constant(first, 0.0):
         return second
-    if op == "mul" and (_is(first, 0.0) or _is(second, 0.0)):
+    if op == "mul" and (_is_constant(first, 0.0) or _is_constant(second, 0.0)):
         return const(0.0)
-    if op in ("mul", "div") and _is(second, 1.0):
+    if op in ("mul", "div") and _is_constant(second, 1.0):
         return first
-    if op == "mul" and _is(first, 1.0):
+    if op == "mul" and _is_constant(first, 1.0):
         return second
     if op == "square" or (op == "pow" and second.op == "const" and second.extra[0] == 2.0):
         return node("mul", (first, first))
     return node(op, args)
 
 
-def _is(own: Written, value: float) -> bool:
-    return own.op == "const" and bool(own.extra[0] == value)
+def _is_constant(expression: Written, value: float) -> bool:
+    return expression.op == "const" and bool(expression.extra[0] == value)
 
 
 def where(condition: Value, yes: Value, no: Value) -> Written:
@@ -181,15 +181,15 @@ def ordered(results: Sequence[Written]) -> list[Written]:
     seen: set[int] = set()
     stack = [(r, False) for r in reversed(results)]
     while stack:
-        own, ready = stack.pop()
-        if id(own) in seen:
+        expression, ready = stack.pop()
+        if id(expression) in seen:
             continue
         if ready:
-            seen.add(id(own))
-            out.append(own)
+            seen.add(id(expression))
+            out.append(expression)
             continue
-        stack.append((own, True))
-        stack += [(a, False) for a in reversed(own.args) if id(a) not in seen]
+        stack.append((expression, True))
+        stack += [(a, False) for a in reversed(expression.args) if id(a) not in seen]
     return out
 
 

@@ -30,18 +30,20 @@ def law(of: Law, order: float, frame: Frame) -> tuple[Any, Any]:
         if of.form == "second_order_of_base":
             real, imaginary = ratio * ratio * a / size, -(ratio * ratio * b / size)
         return 1.0 + share * real, share * imaginary
-    own = dict(zip(of.series, of.strength, strict=True)).get(order, 0.0j)
-    if own == 0:
+    strength = dict(zip(of.series, of.strength, strict=True)).get(order, 0.0j)
+    if strength == 0:
         return 1.0, 0.0
     g = FUNCTIONS[of.effect, of.form](speed, frame.torque, frame.temperature, frame.time, of.point, of.reference)
-    return 1.0 + g * own.real, g * own.imag
+    return 1.0 + g * strength.real, g * strength.imag
 
 
-def wave(own: Wave, angle: Any, frame: Frame) -> Written:
+def wave(wave_term: Wave, angle: Any, frame: Frame) -> Written:
     """A wave over an angle in rad, times the factors it names."""
-    turned = make("mul", const(own.order), angle)
-    value = total([make("mul", const(own.cosine), np.cos(turned)), make("mul", const(own.sine), np.sin(turned))])
-    for name in own.times.split("*"):
+    turned = make("mul", const(wave_term.order), angle)
+    value = total(
+        [make("mul", const(wave_term.cosine), np.cos(turned)), make("mul", const(wave_term.sine), np.sin(turned))]
+    )
+    for name in wave_term.times.split("*"):
         value = make("mul", lift(FACTORS[name](frame)), value)
     return value
 

@@ -119,5 +119,5 @@ def frame_of(inputs: dict[str, Any], ratio: float, standstill: float) -> Frame:
         reversed_before=(np.cumsum(turned) > 0).astype(np.float64),
         steady=zeros,
         step=np.diff(time, prepend=time[0]),
-        aux={name.removeprefix(AUXILIARY): own for name, own in inputs.items() if name.startswith(AUXILIARY)},
+        aux={name.removeprefix(AUXILIARY): values for name, values in inputs.items() if name.startswith(AUXILIARY)},
     )

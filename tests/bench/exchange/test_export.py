@@ -38,10 +38,12 @@ def model() -> Simulation:
     )
 
 
-def check(told: dict[str, FloatArray]) -> None:
+def check(exported: dict[str, FloatArray]) -> None:
     for channel in CHANNELS:
-        own = ours(model(), channel, 25.0)
-        np.testing.assert_allclose(told[channel], own, rtol=1e-9, atol=1e-11 * np.abs(own).max(), err_msg=channel)
+        predicted = ours(model(), channel, 25.0)
+        np.testing.assert_allclose(
+            exported[channel], predicted, rtol=1e-9, atol=1e-11 * np.abs(predicted).max(), err_msg=channel
+        )
 
 
 MAIN = """#include "model.h"
@@ -81,12 +83,12 @@ def test_an_fmu_is_valid_and_does_what_the_prediction_does(tmp_path: Path, versi
     validation = pytest.importorskip("fmpy.validation", reason="FMPy is not installed")
     model().save(tmp_path / "joint.json")
     arguments = ["export-model", str(tmp_path / "joint.json"), "--to", "fmu", "--fmi", version, "--json"]
-    told = CliRunner().invoke(make_app(), [*arguments, "--out", str(tmp_path)])
-    assert told.exit_code == 0, told.output
-    (file,) = json.loads(told.output)["files"]
+    result = CliRunner().invoke(make_app(), [*arguments, "--out", str(tmp_path)])
+    assert result.exit_code == 0, result.output
+    (file,) = json.loads(result.output)["files"]
     assert validation.validate_fmu(file) == []
     mapping = tmp_path / "joint.toml"
-    rows = [f'"{name}" = "{name}"' for name in json.loads(told.output)["inputs"]]
+    rows = [f'"{name}" = "{name}"' for name in json.loads(result.output)["inputs"]]
     outputs = [f'{name_of(c)} = "{c}"' for c in CHANNELS]
     mapping.write_text("\n".join(['fmu = "joint.fmu"', "[inputs]", *rows, "[outputs]", *outputs]), encoding="utf-8")
     check(open_fmu(mapping).simulator.run(inputs(), {}))
@@ -107,14 +109,14 @@ def test_modelica_has_all_of_it(tmp_path: Path) -> None:
     text = file.read_text(encoding="utf-8")
     assert text.startswith("block Joint ")
     assert text.rstrip().endswith("end Joint;")
-    for told in (
+    for fragment in (
         "friction_coulomb_f_c = 0.4",
         "look_up({3, 2}",
         ":= relaxing(pre(",
         ":= integral(pre(",
         "input Real aux_pressure",
     ):
-        assert told in text
+        assert fragment in text
 
 
 def test_what_the_recordings_did_not_show_is_left_out_and_told() -> None:

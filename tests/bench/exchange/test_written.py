@@ -105,9 +105,13 @@ def run(simulation: Simulation, name: str) -> np.ndarray[Any, Any]:
 
 def same(simulation: Simulation, channel: str) -> None:
     # of a resonance only the steady response is written, and a note says so
-    own = ours(simulation, channel, 25.0) - swinging(Given.of(simulation), FRAME) * (channel == TRANSMISSION_ERROR)
-    assert np.abs(own).max() > 0
-    np.testing.assert_allclose(run(simulation, name_of(channel)), own, rtol=1e-9, atol=1e-11 * np.abs(own).max())
+    predicted = ours(simulation, channel, 25.0) - swinging(Given.of(simulation), FRAME) * (
+        channel == TRANSMISSION_ERROR
+    )
+    assert np.abs(predicted).max() > 0
+    np.testing.assert_allclose(
+        run(simulation, name_of(channel)), predicted, rtol=1e-9, atol=1e-11 * np.abs(predicted).max()
+    )
 
 
 @pytest.mark.parametrize(
