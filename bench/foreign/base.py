@@ -72,8 +72,8 @@ class Base:
     @classmethod
     def of(cls, simulator: Simulator, free: tuple[Free, ...] = (), values: Values | None = None) -> Base:
         """A simulator at the values given, or at some others."""
-        told = dict(values or {})
-        return cls(simulator, free, tuple(float(told.get(own.name, own.value)) for own in free))
+        given = dict(values or {})
+        return cls(simulator, free, tuple(float(given.get(parameter.name, parameter.value)) for parameter in free))
 
     def at(self, values: Values) -> Base:
         """The same at other values of its free parameters."""
@@ -84,7 +84,7 @@ class Base:
     @property
     def named(self) -> dict[str, float]:
         """Values of the free parameters by name."""
-        return {own.name: value for own, value in zip(self.free, self.values, strict=True)}
+        return {parameter.name: value for parameter, value in zip(self.free, self.values, strict=True)}
 
     def told(self, recording: Recording, inputs: Callable[[], Mapping[str, FloatArray]]) -> Channels:
         """What it says of a recording: each channel (n,), and its sensitivities ``CHANNEL by PARAMETER``.
@@ -98,11 +98,13 @@ class Base:
                 return {name: kept[name] for name in kept.files}
         given = inputs()
         out = self._run(recording, given, self.named)
-        for own, value in zip(self.free, self.values, strict=True):
-            step = own.difference(value)
-            more, less = (self._run(recording, given, self.named | {own.name: value + s * step}) for s in (0.5, -0.5))
+        for parameter, value in zip(self.free, self.values, strict=True):
+            step = parameter.difference(value)
+            more, less = (
+                self._run(recording, given, self.named | {parameter.name: value + s * step}) for s in (0.5, -0.5)
+            )
             for channel in more:
-                out[f"{channel}{BY}{own.name}"] = (more[channel] - less[channel]) / step
+                out[f"{channel}{BY}{parameter.name}"] = (more[channel] - less[channel]) / step
         if path is not None:
             part = path.with_name(f"{os.getpid()}-{path.name}")
             with part.open("wb") as file:
@@ -113,12 +115,12 @@ class Base:
     def _run(self, recording: Recording, inputs: Mapping[str, FloatArray], values: Values) -> Channels:
         out: Channels = {}
         where = f"{self.simulator.source} on {recording.path.name}"
-        for name, own in self.simulator.run(inputs, values).items():
+        for name, predicted in self.simulator.run(inputs, values).items():
             if name not in PREDICTED:
                 raise ConfigurationError(
                     f"{where}: predicts '{name}', which is none of the channels compared: {', '.join(PREDICTED)}."
                 )
-            array = np.asarray(own, dtype=np.float64)
+            array = np.asarray(predicted, dtype=np.float64)
             if array.shape != (recording.size,):
                 raise ConfigurationError(
                     f"{where}: {name} has shape {array.shape}, it should have one value a sample, ({recording.size},)."
@@ -141,5 +143,8 @@ class Base:
         """As a simulation file in the folder ``beside`` has it; a file is named relative to that."""
         source = self.simulator.source
         file = os.path.relpath(source, beside) if self.simulator.kind == "fmu" else source
-        parameters = {own.name: {"value": v, "unit": own.unit} for own, v in zip(self.free, self.values, strict=True)}
+        parameters = {
+            parameter.name: {"value": v, "unit": parameter.unit}
+            for parameter, v in zip(self.free, self.values, strict=True)
+        }
         return {"kind": self.simulator.kind, "source": file, "parameters": parameters}
