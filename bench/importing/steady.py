@@ -43,9 +43,9 @@ def steady_stretches(turned: FloatArray, run: FloatArray, time: FloatArray) -> l
     out = []
     for first, last in _alike(speed):
         begin, end = first + (first > 0), last - (last < count)
-        own = slice(int(rows[begin]), run.size if end == count else int(rows[end]))
-        if end - begin >= PARTS and time[own.stop - 1] - time[own.start] >= LEAST_S:
-            out.append(own)
+        stretch = slice(int(rows[begin]), run.size if end == count else int(rows[end]))
+        if end - begin >= PARTS and time[stretch.stop - 1] - time[stretch.start] >= LEAST_S:
+            out.append(stretch)
     return out
 
 
@@ -53,12 +53,12 @@ def _alike(speed: FloatArray) -> list[tuple[int, int]]:
     """First and last + 1 of the runs of speeds (n,) of one sign that lie within ``WITHIN`` of their middle."""
     out: list[tuple[int, int]] = []
     begin, low, high = 0, np.inf, -np.inf
-    for k, own in enumerate([*speed.tolist(), 0.0]):
-        lower, upper = min(low, own), max(high, own)
-        if own != 0.0 and upper - lower <= WITHIN * abs(upper + lower):
+    for k, value in enumerate([*speed.tolist(), 0.0]):
+        lower, upper = min(low, value), max(high, value)
+        if value != 0.0 and upper - lower <= WITHIN * abs(upper + lower):
             low, high = lower, upper
             continue
         if k > begin:
             out.append((begin, k))
-        begin, low, high = (k, own, own) if own != 0.0 else (k + 1, np.inf, -np.inf)
+        begin, low, high = (k, value, value) if value != 0.0 else (k + 1, np.inf, -np.inf)
     return out

@@ -129,7 +129,7 @@ def split_unit(heading: str) -> tuple[str, str]:
     """Split a heading such as ``Torque [N·m]``, ``speed (rpm)`` or ``angle / deg`` into name and unit ("": none)."""
     match = _BRACKETS.match(heading)
     if match:
-        unit = next((own for own in match.group("a", "b", "c", "d") if own is not None), "").strip()
+        unit = next((group for group in match.group("a", "b", "c", "d") if group is not None), "").strip()
         if is_unit(unit) or (match["a"] is not None and unit in ("-", "")):
             return match["name"], unit
     match = _SUFFIX.match(heading)
@@ -188,17 +188,17 @@ def _target(name: str, unit: Any, like: str | None) -> str | None:
             fits, "dimensionless" if base in ("dimensionless", "count") else f"{registry.get_base_units(unit)[1]:~P}"
         )
     wanted = like.replace("·", "*").replace("°C", "degC").replace("1", "dimensionless")
-    own = str(registry.get_base_units(registry.Unit(wanted))[1])
+    target = str(registry.get_base_units(registry.Unit(wanted))[1])
     angular = like == "rad/s" and base == "1 / second"
     counted = like == "1" and base == "count"
-    return wanted if own == base or angular or counted or _same(registry, own, base) else None
+    return wanted if target == base or angular or counted or _same(registry, target, base) else None
 
 
-def _same(registry: Any, own: str, base: str) -> bool:
+def _same(registry: Any, target: str, base: str) -> bool:
     """Whether two base units are the same but for radians in a torque (N·m/rad · rad)."""
-    if "radian" in own:
+    if "radian" in target:
         return False
-    return own == base.replace(" * radian", "").replace("radian * ", "").replace(" / radian", "")
+    return target == base.replace(" * radian", "").replace("radian * ", "").replace(" / radian", "")
 
 
 def quantity(text: str, where: str) -> tuple[float, str]:

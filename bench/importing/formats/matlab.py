@@ -56,8 +56,8 @@ class MatlabSource:
         self._objects: dict[str, str] = {}
         for name, value in contents.items():
             if isinstance(value, scipy.io.matlab.MatlabOpaque):
-                own, kind = value[0]["s0"], value[0]["s2"]
-                self._objects[own.decode() or name] = kind.decode()
+                key, kind = value[0]["s0"], value[0]["s2"]
+                self._objects[key.decode() or name] = kind.decode()
             elif not name.startswith("__"):
                 self._arrays.update(_flat(name, value))
 

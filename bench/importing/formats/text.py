@@ -60,8 +60,8 @@ class TextSource:
             ):
                 first = str(values[0]).strip() if values.dtype.kind == "O" else ""
                 kind = "time stamps" if is_stamp(first) else "text" if first else str(values.dtype)
-                own = "s" if is_time_of_day(first) else unit
-                found.append(Variable(name, (values.size,), kind, own, zoned=has_zone(first)))
+                unit = "s" if is_time_of_day(first) else unit
+                found.append(Variable(name, (values.size,), kind, unit, zoned=has_zone(first)))
         return found
 
     def read(self, variable: str | None, column: int | None = None, row: int | None = None) -> NDArray[Any]:

@@ -101,9 +101,9 @@ def _rated(
 ) -> tuple[tuple[float, bool, int], int] | None:
     """Rate a separator: share of fields that are data, whether the headings have as many, number of columns."""
     fields = [split(line, delimiter) for line in sample]
-    widths = Counter(len(own) for own in fields)
+    widths = Counter(len(row) for row in fields)
     width, often = max(widths.items(), key=lambda item: (item[1], item[0]))
-    every = [field for own in fields for field in own]
+    every = [field for row in fields for field in row]
     numbers = sum(is_number(field, mark) for field in every)
     good = numbers + sum(field.lower() in _MISSING or is_stamp(field) for field in every)
     if not numbers or not width:
@@ -158,26 +158,26 @@ def _headings(
 
 
 def _all_units(fields: Sequence[str]) -> bool:
-    told = [field for field in fields if field]
-    fits = sum(is_unit(field.strip("[]() ")) or (field[0] in "[(" and field[-1] in ")]") for field in told)
-    return bool(told) and 2 * fits > len(told)
+    filled = [field for field in fields if field]
+    fits = sum(is_unit(field.strip("[]() ")) or (field[0] in "[(" and field[-1] in ")]") for field in filled)
+    return bool(filled) and 2 * fits > len(filled)
 
 
 def _distinct(names: Sequence[str]) -> tuple[str, ...]:
     seen: Counter[str] = Counter()
     out = []
     for index, name in enumerate(names):
-        own = name or f"column {index + 1}"
-        seen[own] += 1
-        out.append(own if seen[own] == 1 else f"{own}_{seen[own]}")
+        heading = name or f"column {index + 1}"
+        seen[heading] += 1
+        out.append(heading if seen[heading] == 1 else f"{heading}_{seen[heading]}")
     return tuple(out)
 
 
 def _in_rows(lines: Sequence[str], delimiter: str | None, mark: str, first: int, width: int) -> TextLayout:
     """A variable a line: its name stands before the numbers, and its unit perhaps between."""
     fields = [split(line, delimiter) for line in lines]
-    named = all(not is_number(own[0], mark) for own in fields)
-    names = _distinct([own[0] if named else f"row {index + 1}" for index, own in enumerate(fields)])
-    second = named and all(len(own) > 1 and not is_number(own[1], mark) for own in fields)
-    units = [own[1].strip("[]() ") if second else split_unit(name)[1] for own, name in zip(fields, names, strict=True)]
+    named = all(not is_number(row[0], mark) for row in fields)
+    names = _distinct([row[0] if named else f"row {index + 1}" for index, row in enumerate(fields)])
+    second = named and all(len(row) > 1 and not is_number(row[1], mark) for row in fields)
+    units = [row[1].strip("[]() ") if second else split_unit(name)[1] for row, name in zip(fields, names, strict=True)]
     return TextLayout(delimiter, mark, first, width, names, tuple(units), rows=True)

@@ -73,7 +73,7 @@ def rate_of(angle: FloatArray, velocity: FloatArray) -> float | None:
     if angle.size <= STRETCH or not (np.isfinite(angle).all() and np.isfinite(velocity).all()):
         return None
     run = integral(np.arange(velocity.size, dtype=np.float64), velocity)
-    turned, said = (own[STRETCH:] - own[:-STRETCH] for own in (angle, run))
+    turned, said = (values[STRETCH:] - values[:-STRETCH] for values in (angle, run))
     if np.std(turned) == 0.0 or np.std(said) == 0.0 or np.corrcoef(turned, said)[0, 1] < _TOGETHER:
         return None
     return float(f"{np.std(said) / np.std(turned):.3g}")

@@ -88,27 +88,29 @@ def _by_unit(unit: str) -> str:
         return ""
 
 
-def channel_of(own: Meaning) -> str | None:
+def channel_of(column_meaning: Meaning) -> str | None:
     """The channel of the bench that a meaning stands for; None where there is none."""
-    side = "load" if own.load else "motor"
-    if own.quantity in ("angle", "velocity"):
-        return f"{side}_{own.quantity}"
-    if own.quantity in ("torque", "current"):
-        if own.brake:
+    side = "load" if column_meaning.load else "motor"
+    if column_meaning.quantity in ("angle", "velocity"):
+        return f"{side}_{column_meaning.quantity}"
+    if column_meaning.quantity in ("torque", "current"):
+        if column_meaning.brake:
             return "load_motor_torque"
-        return "load_torque" if own.load and own.quantity == "torque" else "motor_torque"
-    if own.quantity == "temperature":
-        return "ambient_temperature" if own.ambient else "temperature"
+        return "load_torque" if column_meaning.load and column_meaning.quantity == "torque" else "motor_torque"
+    if column_meaning.quantity == "temperature":
+        return "ambient_temperature" if column_meaning.ambient else "temperature"
     return None
 
 
 def busiest_axis(columns: Sequence[Column], meanings: Mapping[str, Meaning]) -> int | None:
     """Of matrices with a line for each axis, the axis that moves farthest; None where there are none."""
     for quantity in ("angle", "velocity"):
-        axes = [own for own in columns if own.number is not None and meanings[own.name].quantity == quantity]
-        axes = [own for own in axes if not meanings[own.name].setpoint and not own.empty]
+        axes = [
+            column for column in columns if column.number is not None and meanings[column.name].quantity == quantity
+        ]
+        axes = [column for column in axes if not meanings[column.name].setpoint and not column.empty]
         if axes:
-            return max(axes, key=lambda own: own.span[1] - own.span[0]).number
+            return max(axes, key=lambda column: column.span[1] - column.span[0]).number
     return None
 
 
