@@ -49,7 +49,7 @@ class Places:
         """Where the sums of ``orders`` stand in those of a recording; all recordings of a fit have the same layout."""
         frequencies = np.concatenate([np.arange(steady.highest_order + 1.0), steady.fractions])
         whole = steady.unit.shape[-1] - steady.unit_extra.size
-        model, every = (Shifts.of(frequencies, own, whole, steady.unit_extra) for own in (orders[:asked], orders))
+        model, every = (Shifts.of(frequencies, some, whole, steady.unit_extra) for some in (orders[:asked], orders))
         return cls(orders, asked, model, every)
 
 
@@ -137,8 +137,8 @@ def noise_beside(normal: Normal, error: ComplexArray, places: Places) -> FloatAr
 def harmonics_of(normal: Normal, name: str, places: Places) -> RecordingHarmonics:
     """Return the vectors of a solved recording; their variances from the noise beside each order."""
     size, asked = places.orders.size, places.asked
-    own = np.diag(normal.inverse)
-    spread = 0.5 * (own[:size] + own[size : 2 * size])
+    diagonal = np.diag(normal.inverse)
+    spread = 0.5 * (diagonal[:size] + diagonal[size : 2 * size])
     z = normal.solution[:size] + 1j * normal.solution[size : 2 * size]
     # One count of the encoder is where its zero lies: nothing in the recording says more about a₀'s constant.
     return RecordingHarmonics(
@@ -146,7 +146,7 @@ def harmonics_of(normal: Normal, name: str, places: Places) -> RecordingHarmonic
         z[:asked],
         spread[:asked] * normal.spread[:-1],
         float(normal.solution[-1]) + normal.sums.reference,
-        float(own[-1] * normal.spread[-1]),
+        float(diagonal[-1] * normal.spread[-1]),
         normal.mean,
         z[asked:],
         normal.sums.counting_bias,
