@@ -60,18 +60,18 @@ class Design:
             if not question.rivals or question.finding.channel == TEMPERATURE:
                 continue
             measured = Measured.of(question.finding, question.finding.effect)
-            own = truth_of(question.finding.discovery) or nearest(question, measured)
-            if own is not None:
+            truth = truth_of(question.finding.discovery) or nearest(question, measured)
+            if truth is not None:
                 # what a row leaves is less than what a form that is not quite nature's leaves of a point
                 wide = replace(measured, variance=max(measured.variance, question.finding.outcome.floor**2))
-                self._parts.append((question, wide, own))
+                self._parts.append((question, wide, truth))
 
     def looks(self, points: Sequence[Offered]) -> list[tuple[Question, list[Look]]]:
         """Of each question the pairs of explanations, with what they say at the points."""
         frames = [frame_of(o.point, o.state.covered, self._ratio) for o in points]
         out = []
-        for question, measured, own in self._parts:
-            looks = [look for effect in question.rivals for look in both_ways(measured, own, effect, frames, ROWS)]
+        for question, measured, truth in self._parts:
+            looks = [look for effect in question.rivals for look in both_ways(measured, truth, effect, frames, ROWS)]
             if looks:
                 out.append((question, looks))
         return out
@@ -99,9 +99,9 @@ def best(
     for state in states(covered, bench, celsius):
         points, why = offered(state, bench)
         refused += why
-        own = _in_state(design, state, points, bench, celsius)
-        if own is not None and own.hours <= most_h:
-            found.append(own)
+        candidate = _in_state(design, state, points, bench, celsius)
+        if candidate is not None and candidate.hours <= most_h:
+            found.append(candidate)
     chosen = max(found, key=lambda e: e.expected / (e.hours + BESIDE_S / SECONDS_AN_HOUR), default=None)
     return chosen, list(dict.fromkeys(refused))
 
@@ -117,7 +117,9 @@ def _in_state(
     before_s = planned("before", prepared, bench, celsius).duration_s if prepared else 0.0
 
     def gains(chosen: Sequence[int]) -> list[tuple[Question, float]]:
-        return [(question, min(min(look.gain(chosen) for look in own), ENOUGH)) for question, own in looks]
+        return [
+            (question, min(min(look.gain(chosen) for look in pair_looks), ENOUGH)) for question, pair_looks in looks
+        ]
 
     def rate(chosen: Sequence[int]) -> float:
         seconds = BESIDE_S + before_s + sum(points[k].takes_s for k in chosen)
@@ -170,7 +172,7 @@ def wanted(
     every = [Offered(state, point, 0.0) for point in candidates(replace(state.covered, heats=False))]
     looks = design.looks(every)
     for k, one in enumerate(every):
-        gain = sum(min(min(look.gain([k]) for look in own), ENOUGH) for _, own in looks)
+        gain = sum(min(min(look.gain([k]) for look in pair_looks), ENOUGH) for _, pair_looks in looks)
         if gain < LEAST_GAIN:
             continue
         try:

@@ -50,10 +50,10 @@ class Step:
         rows = []
         for k, (question, gain) in enumerate(self.experiment.gains):
             outcome = self.came[k] if k < len(self.came) else Came(None, "")
-            own = question.finding
+            finding = question.finding
             rows.append({
-                "channel": own.channel,
-                "effect": own.effect,
+                "channel": finding.channel,
+                "effect": finding.effect,
                 "rivals": list(question.rivals),
                 "why": question.why,
                 "expected_gain": gain,
@@ -74,20 +74,20 @@ class Step:
 
 def came(question: Question, findings: Sequence[Finding]) -> Came:
     """What became of a question in a later look."""
-    own = question.finding
-    there = [f for f in findings if f.channel == own.channel]
-    now = next((f for f in there if f.effect in (own.effect, *question.rivals)), None)
+    finding = question.finding
+    there = [f for f in findings if f.channel == finding.channel]
+    now = next((f for f in there if f.effect in (finding.effect, *question.rivals)), None)
     if now is None:
         others = ", ".join(f"{f.effect} {f.status}" for f in there) or "nothing"
         return Came(None, f"no such finding any more; the channel has {others}")
     gains = []
     for rival in question.rivals:
-        other = own.effect if now.effect == rival else rival
-        if now.effect not in (own.effect, rival):
+        other = finding.effect if now.effect == rival else rival
+        if now.effect not in (finding.effect, rival):
             continue
-        before, after = loss_of(own, rival), loss_of(now, other)
+        before, after = loss_of(finding, rival), loss_of(now, other)
         if before is not None and after is not None:
-            gains.append(after - before if now.effect == own.effect else after + before)
+            gains.append(after - before if now.effect == finding.effect else after + before)
     return Came(min(gains, default=None), f"{now.effect} {now.status}")
 
 
@@ -196,7 +196,7 @@ def text(content: dict[str, Any]) -> str:
     if "ended" in content:
         lines += ["", f"Ended: {content['ended']}. {content['hours']:.2f} h of bench time."]
     if content.get("bench_would_need"):
-        lines += ["", "The bench would need:", "", *(f"- {own}" for own in content["bench_would_need"])]
+        lines += ["", "The bench would need:", "", *(f"- {need}" for need in content["bench_would_need"])]
     lines += ["", "Gains are natural logarithms of likelihood (expected) and of predictive density (what came)."]
     return "\n".join(lines) + "\n"
 

@@ -145,11 +145,11 @@ def require_same_gearbox(folder: Path, bench: BenchConfiguration) -> None:
             ("gearbox", recording.gearbox_serial, bench.gearbox.serial),
             ("gear ratio", recording.gearbox.ratio, bench.gearbox.ratio),
         )
-        for words, own, other in pairs:
-            if own is not None and own != other:
+        for words, recorded, other in pairs:
+            if recorded is not None and recorded != other:
                 raise ConfigurationError(
-                    f"{folder} has the {words} {own}, the bench file {bench.name} has {other}; name the bench they "
-                    "were recorded on with --bench"
+                    f"{folder} has the {words} {recorded}, the bench file {bench.name} has {other}; name the bench "
+                    "they were recorded on with --bench"
                 )
 
 

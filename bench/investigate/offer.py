@@ -62,7 +62,7 @@ def extended(covered: Range, bench: BenchConfiguration) -> Range:
 
 def last_celsius(frames: Sequence[Frame]) -> float:
     """Temperature of the lubricant at the end of the recordings."""
-    frame = max(frames, key=lambda own: float(own.time.max()))
+    frame = max(frames, key=lambda frame: float(frame.time.max()))
     return float(frame.temperature[int(frame.time.argmax())])
 
 

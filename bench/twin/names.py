@@ -73,13 +73,13 @@ def _since(watch: Watch, since: int, channel: str) -> tuple[FloatArray, Frame] |
     """What is left of a channel since the change (n,), less what was left in the first recordings; with its rows."""
     centres = watch.scales.get(Stream(channel, DIRECTION))
     parts, frames = [], []
-    for own in watch.seen[since:]:
-        sketch = own.left.get(channel)
+    for seen in watch.seen[since:]:
+        sketch = seen.left.get(channel)
         if sketch is None or sketch.left.size == 0:
             continue
         centre = 0.0
         if centres is not None:
-            sides = [m for m in measured_for(Stream(channel, DIRECTION)) if m in own.values and m in centres.centres]
+            sides = [m for m in measured_for(Stream(channel, DIRECTION)) if m in seen.values and m in centres.centres]
             centre = centres.centres[sides[0]] if sides and sides[0].what == MEAN else 0.0
         parts.append(sketch.left - centre)
         frames.append(sketch.frame)

@@ -70,7 +70,7 @@ class Predicting:
         self._predictor = Predictor(given)
         self._folder = Folder(first[0].started_at.timestamp(), Manner.of(first), ripple_orders(first), base)
         self._rows, self._travelled, self._number = Collected(), 0.0, 0
-        waves = [wave.order for own in given.waves.values() for wave in own]
+        waves = [wave.order for channel_waves in given.waves.values() for wave in channel_waves]
         self.orders = looked_at_orders([*given.orders, *waves])
         self.without: dict[str, str] = {}
         """channels that cannot be watched, and why"""

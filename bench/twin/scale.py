@@ -66,7 +66,7 @@ def scales(first: Sequence[Mapping[Stream, float]], watched: Sequence[Stream]) -
     out = {}
     share = ALPHA_SCALES / max(len(watched), 1)
     for stream in watched:
-        groups = {m: [own[m] for own in first if m in own] for m in measured_for(stream)}
+        groups = {m: [measured[m] for measured in first if m in measured] for m in measured_for(stream)}
         groups = {m: values for m, values in groups.items() if len(values) >= LEAST_EACH}
         number = sum(map(len, groups.values()))
         if number < LEAST:

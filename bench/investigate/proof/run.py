@@ -99,10 +99,10 @@ def judged(report: dict[str, Any], truth: dict[str, Any]) -> str:
     Any other named finding in a channel of the effect is wrong; without a finding there it is unseen; anything else is
     open.
     """
-    own = truth["effects"][0]
-    here = [f for f in report["findings"] if {f["channel"], *f["also_in"]} & set(own["channels"])]
+    concealed = truth["effects"][0]
+    here = [f for f in report["findings"] if {f["channel"], *f["also_in"]} & set(concealed["channels"])]
     named = {f["effect"] for f in here if f["status"] == "named"}
-    if own["effect"] in named:
+    if concealed["effect"] in named:
         return RIGHT
     if not here:
         return UNSEEN
@@ -136,8 +136,14 @@ def run(case: Any, seed: int, tell: Callable[[str], None] = lambda _: None) -> l
 
 
 def _about(case: Any, seed: int, truth: dict[str, Any]) -> dict[str, Any]:
-    own = truth["effects"][0]
-    return {"case": case.name, "seed": seed, "effect": own["effect"], "also": own["also"], "strength": own["strength"]}
+    concealed = truth["effects"][0]
+    return {
+        "case": case.name,
+        "seed": seed,
+        "effect": concealed["effect"],
+        "also": concealed["also"],
+        "strength": concealed["strength"],
+    }
 
 
 def _one(

@@ -60,15 +60,15 @@ def _seen(rows: Rows) -> list[str]:
     changes = list(dict.fromkeys(row["change"] for row in rows if row["change"] != WITHOUT))
     for level in STRENGTHS:
         for change in [*sorted(changes), "all"]:
-            own = [row for row in rows if row["level"] == level and change in (row["change"], "all")]
-            own = [row for row in own if row["noticed"] is None or row["noticed"] >= row["began"]]
-            delays = sorted(row["noticed"] - row["began"] + 1 for row in own if row["noticed"] is not None)
-            after = [row["points"] - row["began"] for row in own]
+            matching = [row for row in rows if row["level"] == level and change in (row["change"], "all")]
+            matching = [row for row in matching if row["noticed"] is None or row["noticed"] >= row["began"]]
+            delays = sorted(row["noticed"] - row["began"] + 1 for row in matching if row["noticed"] is not None)
+            after = [row["points"] - row["began"] for row in matching]
             cells.append([
                 level,
                 change,
-                _delay(delays) if own else "not run",
-                _share(len(own) - len(delays), len(own)),
+                _delay(delays) if matching else "not run",
+                _share(len(matching) - len(delays), len(matching)),
                 f"{min(after)} to {max(after)}" if after else "",
             ])  # fmt: skip
     head = ["strength", "what begins", "delay in points, median (range)", "missed (95 % interval)", "points after it"]

@@ -50,9 +50,9 @@ def _finding(frame: Frame, rival: str = "friction.stribeck", **more: Any) -> tup
         "motor_torque", "friction.viscous_quadratic", added, ("speed",), simulation_rows=(row,), **(values | more)
     )
     # noise of a sample: a third of the effect at its strongest
-    own = made.outcome(frame, "motor_torque", [found], float(np.abs(added).max()) / 3.0)
-    data = made.dataset(frame, "motor_torque", own.rows)
-    return conclude([own], data)[0], data
+    outcome = made.outcome(frame, "motor_torque", [found], float(np.abs(added).max()) / 3.0)
+    data = made.dataset(frame, "motor_torque", outcome.rows)
+    return conclude([outcome], data)[0], data
 
 
 def test_two_laws_of_speed_are_told_apart_by_slow_points_soon(bench: BenchConfiguration) -> None:
@@ -95,9 +95,9 @@ def test_a_path_is_told_from_a_function_of_the_torque_by_a_staircase(bench: Benc
         status="ambiguous",
         rivals=(made.rival("te.hysteresis", None, True),),
     )
-    own = made.outcome(far, "transmission_error", [found], 4e-6)
-    data = made.dataset(far, "transmission_error", own.rows)
-    asked = questions(conclude([own], data), 0.7)
+    outcome = made.outcome(far, "transmission_error", [found], 4e-6)
+    data = made.dataset(far, "transmission_error", outcome.rows)
+    asked = questions(conclude([outcome], data), 0.7)
     chosen, _ = best(asked, extended(Range.of(data), bench), data.ratio, bench, CELSIUS, 8.0)
     assert chosen is not None
     assert chosen.points[0].sequence == "torque_ramp"
@@ -161,17 +161,17 @@ def test_what_the_bench_would_need_is_a_refusal_that_would_tell(bench: BenchConf
     covered = Range.of(data)
     fastest = covered.fastest * bench.gearbox.ratio
     slow = bench.model_copy(update={"limits": bench.limits.model_copy(update={"motor_speed": 1.1 * fastest})})
-    told = wanted(questions([finding], 0.7), covered, data.ratio, slow, CELSIUS)
-    assert any("limits.motor_speed" in words for words in told)
+    needs = wanted(questions([finding], 0.7), covered, data.ratio, slow, CELSIUS)
+    assert any("limits.motor_speed" in words for words in needs)
 
 
 def test_what_came_is_the_change_of_the_loss_of_the_explanation_that_fell() -> None:
     finding, _ = _finding(_fast())
     (asked,) = questions([finding], 0.7)
     after, _ = _finding(_fast(), status="named", rivals=(replace(made.rival("friction.stribeck", None), loss=25.0),))
-    told = came(asked, [after])
-    assert told.gain == pytest.approx(20.0)  # the rival lost 5 before
-    assert told.words == "friction.viscous_quadratic named"
+    result = came(asked, [after])
+    assert result.gain == pytest.approx(20.0)  # the rival lost 5 before
+    assert result.words == "friction.viscous_quadratic named"
     gone = came(asked, [])
     assert gone.gain is None
     assert "no such finding" in gone.words

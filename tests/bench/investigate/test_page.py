@@ -32,15 +32,15 @@ def _row(way: str, result: str, first: str = OPEN, case: str = "ambiguous-000") 
 
 
 def test_a_report_is_right_wrong_or_open() -> None:
-    def told(*findings: dict[str, Any]) -> str:
+    def judgement(*findings: dict[str, Any]) -> str:
         return judged({"findings": list(findings)}, TRUTH)
 
-    assert told(_finding("te.hysteresis", "named")) == RIGHT
-    assert told(_finding("te.lost_motion", "named")) == WRONG
-    assert told(_finding("te.lost_motion", "ambiguous")) == OPEN
-    assert told(_finding("te.lost_motion", "named"), _finding("unknown", "unknown")) == OPEN
-    assert told(_finding("friction.stribeck", "named", "motor_torque")) == UNSEEN
-    assert told() == UNSEEN
+    assert judgement(_finding("te.hysteresis", "named")) == RIGHT
+    assert judgement(_finding("te.lost_motion", "named")) == WRONG
+    assert judgement(_finding("te.lost_motion", "ambiguous")) == OPEN
+    assert judgement(_finding("te.lost_motion", "named"), _finding("unknown", "unknown")) == OPEN
+    assert judgement(_finding("friction.stribeck", "named", "motor_torque")) == UNSEEN
+    assert judgement() == UNSEEN
 
 
 def test_a_state_in_which_no_point_can_be_run_gives_way_to_another(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -41,7 +41,7 @@ def test_every_change_comes_clear_and_faint_spread_among_those_without() -> None
     listed = cases(60, 100)
     assert len(listed) == len({case.key for case in listed}) == 160
     with_one = [(case.change, case.level) for case in listed if case.change != "none"]
-    assert {with_one.count(own) for own in with_one} == {5}
+    assert {with_one.count(one) for one in with_one} == {5}
     assert sum(case.change == "none" for case in listed[:80]) == 50
 
 
