@@ -30,7 +30,7 @@ def mark_path(bench: BenchConfiguration) -> Path | None:
 
 
 @contextmanager
-def marked(bench: BenchConfiguration, run: str, told: Callable[[str], None]) -> Iterator[None]:
+def marked(bench: BenchConfiguration, run: str, report_failure: Callable[[str], None]) -> Iterator[None]:
     """Leave a mark for as long as this process may give torque, taken away however it ends, unless it dies.
 
     ``run`` names it in the sentence. A folder that cannot be written is reported and no reason not to run: stops that
@@ -43,7 +43,9 @@ def marked(bench: BenchConfiguration, run: str, told: Callable[[str], None]) -> 
     try:
         write_durably(path, {"pid": os.getpid(), "started": _started(os.getpid()), "run": run, "at": _now()})
     except OSError as error:
-        told(f"if this process dies, nobody will know that it had torque: {path} cannot be written ({error.strerror})")
+        report_failure(
+            f"if this process dies, nobody will know that it had torque: {path} cannot be written ({error.strerror})"
+        )
     try:
         yield
     finally:

@@ -84,11 +84,11 @@ def _stand(spec: Spec, order: Order) -> None:
     from bench.errors import BenchError, one_sentence
     from bench.service.process.lines import LineServer
 
-    told: list[Message] = []
-    server = LineServer(Path(spec.socket), lambda: told[-1:], lambda message: None)
+    last_message: list[Message] = []
+    server = LineServer(Path(spec.socket), lambda: last_message[-1:], lambda message: None)
 
     def tell(message: Message) -> None:
-        told[:] = [message]
+        last_message[:] = [message]
         server.send(message)
 
     try:

@@ -84,10 +84,10 @@ def test_a_stop_that_cannot_be_stored_keeps_the_mark(
 
 def test_a_folder_that_takes_no_mark_is_told(file: BenchFile, tmp_path: Path) -> None:
     (tmp_path / "state").write_text("a file, no folder")
-    told: list[str] = []
-    with marked(file.configuration, "here", told.append):
+    messages: list[str] = []
+    with marked(file.configuration, "here", messages.append):
         pass
-    assert "cannot be written" in told[0]
+    assert "cannot be written" in messages[0]
 
 
 def test_a_bench_in_this_process_ends_with_it(tmp_path: Path) -> None:
