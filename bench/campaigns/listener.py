@@ -103,17 +103,19 @@ class Tap(Protocol):
 
 
 class Tapped:
-    """A sink that shows a tap what it hands on; a tap that fails is dropped, ``told`` hears of it, the motion goes on.
+    """A sink that passes everything on and shows it to a tap as well.
+
+    A tap that fails is dropped and reported; the motion goes on.
 
     Parameters
     ----------
-    sink : what everything goes to.
-    tap : what is shown rows and segments.
-    told : receives a sentence once, if the tap fails.
+    sink : receives everything.
+    tap : receives rows and segments.
+    report_failure : called once with a sentence if the tap fails.
     """
 
-    def __init__(self, sink: Sink, tap: Tap, told: Callable[[str], None]) -> None:
-        self._sink, self._told = sink, told
+    def __init__(self, sink: Sink, tap: Tap, report_failure: Callable[[str], None]) -> None:
+        self._sink, self._report_failure = sink, report_failure
         self._tap: Tap | None = tap
 
     def segment(self, segment: Segment | None) -> None:
@@ -137,4 +139,4 @@ class Tapped:
             look(self._tap)
         except Exception as error:  # noqa: BLE001 - who only looks never ends a motion
             self._tap = None
-            self._told(f"live values have stopped, the recording goes on: {one_sentence(error)}")
+            self._report_failure(f"live values have stopped, the recording goes on: {one_sentence(error)}")

@@ -98,8 +98,8 @@ def _ended(run: dict[str, Any], console: Console, as_json: bool) -> ExitCode:
     else:
         made = count_text(end.get("recordings", 0), "recording")
         console.print(f"[bold]{made}[/] in [bold]{marked(run['folder'])}[/]", soft_wrap=True)
-        for told in filter(None, [end.get("text"), *end.get("failed", [])]):
-            console.print(f"[yellow]{marked(told)}[/]", soft_wrap=True)
+        for sentence in filter(None, [end.get("text"), *end.get("failed", [])]):
+            console.print(f"[yellow]{marked(sentence)}[/]", soft_wrap=True)
     if end.get("cause") == "LimitError":
         return ExitCode.LIMIT
     return _CODES.get(end["kind"], ExitCode.INTERNAL_ERROR)

@@ -57,7 +57,7 @@ def export_model(
     formulas = written(Simulation.load(model), standstill)
     files = WRITERS[form.value](formulas, out, model.stem, fmi.value)
     if as_json:
-        told = {
+        result = {
             "files": [str(f) for f in files],
             "inputs": list(formulas.inputs),
             "outputs": list(formulas.outputs),
@@ -65,7 +65,7 @@ def export_model(
             "refused": list(formulas.refused),
             "notes": list(formulas.notes),
         }
-        say(json.dumps(told, ensure_ascii=False))
+        say(json.dumps(result, ensure_ascii=False))
         return
     say(f"{', '.join(str(f) for f in files)}: {', '.join(formulas.outputs)} from {', '.join(formulas.inputs)}")
     for sentence in (*formulas.refused, *formulas.notes):

@@ -76,14 +76,14 @@ def mismatch(
     if len(tasks) == 1:
         _one(tasks[0], jobs, dask, as_json)
         return
-    told: list[Told] = []
+    outcomes: list[Told] = []
     for outcome in compare_all(tasks, jobs, dask):
-        told.append(outcome)
+        outcomes.append(outcome)
         if not as_json:
             _say(outcome.report, f"{outcome.task.recordings}: {outcome.sentence}", outcome.task.out)
     if as_json:
-        say(json.dumps([t.report or {"folder": str(t.task.recordings), "error": t.sentence} for t in told]))
-    if any(t.report is None for t in told):
+        say(json.dumps([t.report or {"folder": str(t.task.recordings), "error": t.sentence} for t in outcomes]))
+    if any(t.report is None for t in outcomes):
         raise typer.Exit(ExitCode.BAD_INPUT)
 
 

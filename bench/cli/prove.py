@@ -194,15 +194,15 @@ def _real(folder: Path, out: Path, names: tuple[str, ...], table: Path | None) -
     from bench.proof.results import commit
 
     known = all_sets()
-    unknown = set(names) - {own.name for own in known}
+    unknown = set(names) - {case.name for case in known}
     if unknown:
-        listed = ", ".join(own.name for own in known)
+        listed = ", ".join(case.name for case in known)
         raise ConfigurationError(f"--set: there is no real set {', '.join(sorted(unknown))}, there are {listed}.")
     rows = []
-    for own in known:
-        if names and own.name not in names:
+    for case in known:
+        if names and case.name not in names:
             continue
-        rows.append(examine(own, folder, out / "real", tell=lambda what: say(what, err=True)))
+        rows.append(examine(case, folder, out / "real", tell=lambda what: say(what, err=True)))
     made = commit()
     changed = " with changes" if made.endswith("+changes") else ""
     at = f"commit `{made[:12]}`{changed}" if made else "a commit that is not known"

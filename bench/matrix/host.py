@@ -103,7 +103,9 @@ def _two_runs_in_a_folder(row: Row, outcome: Outcome, file: BenchFile, folder: P
             outcome.reaction = "not refused"
         except BenchError as error:
             outcome.told, outcome.reaction = str(error), "refused"
-    outcome.require(row.told in outcome.told, f"the second run was not refused with '{row.told}': {outcome.told}")
+    outcome.require(
+        row.expected_text in outcome.told, f"the second run was not refused with '{row.expected_text}': {outcome.told}"
+    )
     outcome.require(not list(folder.glob("*.h5*")), "the second run recorded something")
 
 

@@ -57,7 +57,7 @@ class OpeningTimes:
 
 
 def measure_opening(
-    rounds: int, folder: Path, told: Callable[[str], None] = lambda _: None, real_time: bool = True
+    rounds: int, folder: Path, report_progress: Callable[[str], None] = lambda _: None, real_time: bool = True
 ) -> OpeningTimes:
     """Serve an emulated bench ``rounds`` times; in each begin two runs, end each, reset after each. The bench keeps the
     clock's pace (``real_time``) or goes as fast as the computer does.
@@ -71,7 +71,7 @@ def measure_opening(
     """
     waits = {name: Wait(name) for name in WAITED_FOR}
     for number in range(rounds):
-        told(f"round {number + 1} of {rounds}")
+        report_progress(f"round {number + 1} of {rounds}")
         place = folder / str(number)
         with own_places(place), running_service(place / "recordings") as (process, address):
             _round(address, process.pid, waits, real_time)
@@ -97,7 +97,7 @@ def _round(address: str, service: int, waits: dict[str, Wait], real_time: bool) 
     for run_wait, reset_wait in ((FIRST, RESET_AT_ONCE), (RUN, RESET)):
         run = timed(waits[run_wait], start, lambda: _phase(address) not in ("free", "opening") or _free(address))
         if _free(address):
-            ends = [own.get("end") for own in state(address, "runs")["runs"] if own["id"] == run]
+            ends = [entry.get("end") for entry in state(address, "runs")["runs"] if entry["id"] == run]
             raise BenchError(f"the run ended before it was seen to begin: {ends}")
         post(address, "run/abort", **who, run=run)
         until(lambda: _free(address), WAITS_S, "the run does not end")

@@ -184,7 +184,9 @@ def _judge(
     outcome.cause, outcome.told, outcome.rungs = end["cause"], end["text"], tuple(end["rungs"])
     if row.causes:
         outcome.require(end["cause"] in row.causes, f"the cause found is {end['cause']}")
-        outcome.require(row.told in end["text"], f"the sentence does not say '{row.told}': {end['text']}")
+        outcome.require(
+            row.expected_text in end["text"], f"the sentence does not say '{row.expected_text}': {end['text']}"
+        )
         outcome.require(end["latch"] == "stopped", "the stop is not latched")
     else:
         outcome.cause = outcome.cause if end["kind"] == "TRIPPED" else ""

@@ -236,10 +236,10 @@ class Recording:
         foreign = [name for name in names if places.get(name) is None]
         result = guarded.call(self.path, _rows, self.path, foreign, start, stop) if foreign else {}
         for name in names:
-            own = places.get(name)
-            if own is not None:
+            place = places.get(name)
+            if place is not None:
                 try:
-                    result[name] = own.read(descriptor, start, stop)
+                    result[name] = place.read(descriptor, start, stop)
                 except (OSError, MemoryError) as error:
                     raise unreadable(self.path, name, start, stop, error) from error
         return result

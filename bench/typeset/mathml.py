@@ -97,13 +97,13 @@ def _name(name: str) -> str:
     # what begins with a letter alone may carry its number: a0
     if not below and (found := re.fullmatch(r"([A-Za-z])(\d+)", sign)):
         sign, below = found[1], found[2]
-    told = f"<mi>{html.escape(sign)}</mi>"
+    element = f"<mi>{html.escape(sign)}</mi>"
     if dotted:
-        told = f"<mover>{told}<mo>˙</mo></mover>"
+        element = f"<mover>{element}<mo>˙</mo></mover>"
     if not below:
-        return told
+        return element
     below = ",".join(GREEK.get(part, part) for part in below.split("_"))
-    return f"<msub>{told}<mtext>{html.escape(below)}</mtext></msub>"
+    return f"<msub>{element}<mtext>{html.escape(below)}</mtext></msub>"
 
 
 class _Formula:

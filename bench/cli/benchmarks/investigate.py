@@ -41,13 +41,13 @@ def investigate(
     content |= {"command": f"bench benchmark investigate --plants {plants} --seed {seed}", "asked": plants}
     each = len(cases(seed))
     for number in range(plants):
-        own = seed + number // each
-        case = cases(own)[number % each]
-        if any((row["seed"], row["case"]) == (own, case.name) for row in content["campaigns"]):
+        case_seed = seed + number // each
+        case = cases(case_seed)[number % each]
+        if any((row["seed"], row["case"]) == (case_seed, case.name) for row in content["campaigns"]):
             continue
         about = {"commit": made_by, "day": datetime.now(UTC).date().isoformat()}
         tell = (lambda _: None) if as_json else say
-        content["campaigns"] += [row | about for row in run(case, own, tell)]
+        content["campaigns"] += [row | about for row in run(case, case_seed, tell)]
         keep(store, content)
     if table is not None:
         table.write_text(into(table.read_text("utf-8") if table.exists() else "", content), "utf-8")

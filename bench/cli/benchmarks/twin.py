@@ -53,7 +53,7 @@ def twin(
             continue
         about = {"commit": made_by, "day": datetime.now(UTC).date().isoformat()}
         done[case.key] = run(case, work) | about
-        content["campaigns"] = [done[own.key] for own in listed if own.key in done]
+        content["campaigns"] = [done[listed_case.key] for listed_case in listed if listed_case.key in done]
         keep(store, content)
         if not as_json:
             say(f"campaign {number} of {len(listed)}: {case.change}")

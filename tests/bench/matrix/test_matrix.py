@@ -55,7 +55,7 @@ def _marked(row: Row) -> Any:
 def test_row(row: Row, file: BenchFile) -> None:
     (outcome,) = run_rows([row], file)
     assert outcome.problems == []
-    assert outcome.read_back >= (0 if row.told in ("in use", "runs already") else 1)
+    assert outcome.read_back >= (0 if row.expected_text in ("in use", "runs already") else 1)
 
 
 @pytest.mark.parametrize("line", ["modbus", "serial"])
@@ -99,12 +99,12 @@ def test_a_bench_that_does_not_stop_is_not_right(file: BenchFile) -> None:
     deaf = Row("ambient_pt100_open", "nothing", ("MOTOR_SPEED",), kind=PLANT)
     (outcome,) = run_rows([deaf], file)
     assert any("did not stop" in problem for problem in outcome.problems)
-    wrong = Row("emergency_stop", "another cause", ("MOTOR_SPEED",), within_s=0.1, told="banana", kind=PLANT)
+    wrong = Row("emergency_stop", "another cause", ("MOTOR_SPEED",), within_s=0.1, expected_text="banana", kind=PLANT)
     (outcome,) = run_rows([wrong], file)
     text = "; ".join(outcome.problems)
     for part in ("cause found is EMERGENCY_STOP", "banana", "allowed 0.1 s"):
         assert part in text
-    unknown = Row("missing_slave", "the slave is there", (), told="banana", kind=SETUP)
+    unknown = Row("missing_slave", "the slave is there", (), expected_text="banana", kind=SETUP)
     (outcome,) = run_rows([unknown], file)
     assert not outcome.passed
 
@@ -163,8 +163,8 @@ def test_samples_that_are_further_apart_are_told() -> None:
         Outcome(name, "w", WIRE, peaks=(1.0, 1.0, 1.0), sampled_s=apart)
         for name, apart in (("b", 0.03), ("c", 0.0829902))
     ]
-    told = "in 3 rows (in 2 of them on samples up to 83 ms apart, else 0.5 ms), not judged in 0."
-    assert told in summary([looked, *wired])
+    sentence = "in 3 rows (in 2 of them on samples up to 83 ms apart, else 0.5 ms), not judged in 0."
+    assert sentence in summary([looked, *wired])
     assert "(83 ms)" in page(wired, "")
 
 
