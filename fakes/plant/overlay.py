@@ -89,7 +89,7 @@ class Overlay:
             return
         truth = self._truth
         frame = self._frame(trace, cycle, measurements)
-        sums = {channel: own[1:] for channel, own in self._sums(frame).items()}
+        sums = {channel: values[1:] for channel, values in self._sums(frame).items()}
         if truth.laws:
             sums[TRANSMISSION_ERROR] = sums[TRANSMISSION_ERROR] + self._beyond_series(frame)[1:]
         counts = truth.load_drive.polarity * 2.0**truth.load_encoder.bits / (2 * math.pi)

@@ -172,8 +172,8 @@ class Plant:
     def _changing(self) -> tuple[NDArray[Any], ...]:
         """Every array that a step or a fault changes."""
         parts = self._parts
-        own = (parts.state, parts.states, parts.words, parts.te, parts.turn, parts.faults, *parts.hidden[2:])
-        return own if self._overlay is None else (*own, *self._overlay.changing)
+        arrays = (parts.state, parts.states, parts.words, parts.te, parts.turn, parts.faults, *parts.hidden[2:])
+        return arrays if self._overlay is None else (*arrays, *self._overlay.changing)
 
     def _begin(self) -> None:
         """Put the bench at rest, without load, at its first temperature."""

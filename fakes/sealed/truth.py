@@ -45,14 +45,14 @@ def noise_of(samples: Samples) -> dict[str, dict[str, float]]:
     """Return recording → channel → noise RMS of a bench that conceals nothing."""
     out: dict[str, dict[str, float]] = {one["id"]: {} for one in samples}
     for channel in CHANNELS:
-        inside = [own & one["steady"] for own, one in zip(_compared(samples, channel), samples, strict=True)]
+        inside = [compared & one["steady"] for compared, one in zip(_compared(samples, channel), samples, strict=True)]
         if channel == "temperature":
             inside = _compared(samples, channel)
         left = _fitted(samples, channel, [_measured(one, channel) for one in samples], inside)
         for number, one in enumerate(samples):
-            own = left.values[left.recording == number]
-            if own.size:
-                out[one["id"]][channel] = float(np.sqrt(np.mean(own**2)))
+            rest = left.values[left.recording == number]
+            if rest.size:
+                out[one["id"]][channel] = float(np.sqrt(np.mean(rest**2)))
     return out
 
 
@@ -77,16 +77,16 @@ def truth_of(
         channel: float(np.sqrt(np.mean([row[channel] ** 2 for row in noise.values() if channel in row])))
         for channel in CHANNELS
     }
-    told = [_told(one, number, shown, samples, level) for number, one in enumerate(bench.hidden)]
-    told = merged(told, _weak(bench, level["transmission_error"]))
+    effects = [_effect_of(one, number, shown, samples, level) for number, one in enumerate(bench.hidden)]
+    effects = merged(effects, _weak(bench, level["transmission_error"]))
     ids = {one["id"] for one in samples}
     truth = Truth(
         case=case,
         group="through",
         seed=seed,
         folder=folder,
-        verdict="mismatch" if told else "match",
-        effects=tuple(told),
+        verdict="mismatch" if effects else "match",
+        effects=tuple(effects),
         noise_rms=level,
         noise_by_recording={key: dict(row) for key, row in noise.items() if key in ids},
         note="in the plant's dynamics",
@@ -94,13 +94,13 @@ def truth_of(
     return truth.to_dict()
 
 
-def _told(
+def _effect_of(
     hidden: Hidden, number: int, shown: NDArray[Any], samples: Samples, level: Mapping[str, float]
 ) -> ConcealedEffect:
     kind = hidden.definition
     at = SHOWN.index(kind.channel)
-    own = [shown[one["cycle"] // EVERY, number, at].astype(np.float64) for one in samples]
-    excess = _fitted(samples, kind.channel, own, _compared(samples, kind.channel))
+    values = [shown[one["cycle"] // EVERY, number, at].astype(np.float64) for one in samples]
+    excess = _fitted(samples, kind.channel, values, _compared(samples, kind.channel))
     size = strength(excess.values, level[kind.channel])
     return ConcealedEffect(
         effect=kind.effect,
@@ -122,7 +122,7 @@ def _over_all(place: Location, channel: str, samples: Samples) -> Location:
     quantities = {"velocity": "rate", "load_torque": "torque", "temperature": "temperature"}
     span = {}
     for name, source in quantities.items():
-        values = np.concatenate([one[source][own] for one, own in zip(samples, inside, strict=True)])
+        values = np.concatenate([one[source][chosen] for one, chosen in zip(samples, inside, strict=True)])
         values = np.abs(values) if name == "velocity" else values
         span[name] = (float(values.min()), float(values.max()))
     return replace(place, span=span)
@@ -190,21 +190,21 @@ def _compared(samples: Samples, channel: str) -> list[NDArray[np.bool_]]:
     speeds = [abs(float(np.median(one["rate"][one["steady"]]))) for one in samples if np.any(one["steady"] != 0)]
     slowest, fastest = min(speeds, default=0.0), max(speeds, default=np.inf)
     out = []
-    for one, own in zip(samples, moving, strict=True):
+    for one, in_motion in zip(samples, moving, strict=True):
         speed, change = np.abs(one["rate"]), np.abs(np.gradient(one["rate"], one["step_s"]))
         bounds = (speed > _SLOWER * slowest) & (speed < _FASTER * fastest) & (change < _SUDDEN * fastest)
-        out.append(own & bounds)
+        out.append(in_motion & bounds)
     return out
 
 
 def _fitted(samples: Samples, channel: str, values: Sequence[Floats], inside: Sequence[NDArray[np.bool_]]) -> Excess:
     """What is left of ``values``, one array a recording, once the nominal simulation is fitted to those ``inside``."""
     tables, left, states, numbers = [], [], [], []
-    for number, (one, own, chosen) in enumerate(zip(samples, values, inside, strict=True)):
+    for number, (one, series, chosen) in enumerate(zip(samples, values, inside, strict=True)):
         if np.count_nonzero(chosen) < 10:
             continue
         table = _table(one, channel)[chosen]
-        picked = own[chosen]
+        picked = series[chosen]
         if channel == "temperature":
             # the start of each recording is free
             table, picked = table - table.mean(axis=0), picked - picked.mean()
@@ -238,12 +238,12 @@ def _notched(one: Mapping[str, Any], values: Floats, chosen: NDArray[np.bool_]) 
     out = values.copy()
     angle, side = one["load_angle"][chosen], one["side"][chosen]
     for way in (-1.0, 1.0):
-        own = side == way
-        if np.count_nonzero(own) < _FEWEST or np.ptp(angle[own]) < _WAVES * 2.0 * np.pi / _RIPPLE[0]:
+        mask = side == way
+        if np.count_nonzero(mask) < _FEWEST or np.ptp(angle[mask]) < _WAVES * 2.0 * np.pi / _RIPPLE[0]:
             continue
-        waves = np.column_stack([wave(order * angle[own]) for order in _RIPPLE for wave in (np.cos, np.sin)])
+        waves = np.column_stack([wave(order * angle[mask]) for order in _RIPPLE for wave in (np.cos, np.sin)])
         whole = np.column_stack([waves, np.ones(waves.shape[0])])
-        out[own] -= waves @ np.linalg.lstsq(whole, values[own], rcond=None)[0][:-1]
+        out[mask] -= waves @ np.linalg.lstsq(whole, values[mask], rcond=None)[0][:-1]
     return out
 
 
