@@ -1,4 +1,4 @@
-"""A file that takes, every few cycles, what of each channel is which hidden physics': what a sealed truth is made of.
+"""File with the part of each channel that each hidden effect adds, every few cycles; a sealed truth is made from it.
 
 Rows stand at their cycle's place, so that cycles which a master takes back and runs again simply overwrite theirs.
 """

@@ -74,9 +74,9 @@ def measured(plant: Plant) -> dict[str, NDArray[np.float64]]:
     plant.step(commands(0.8, 30.0, 400.0))
     rows = plant.step(commands(1.0, 30.0, 400.0))
     truth = plant.truth
-    turn = 2.0 * np.pi
-    theta = rows["input_position"] * turn / 2.0**truth.input_encoder.bits / truth.gearbox.ratio
-    q = truth.load_drive.polarity * rows["load_position"] * turn / 2.0**truth.load_encoder.bits
+    revolution = 2.0 * np.pi
+    theta = rows["input_position"] * revolution / 2.0**truth.input_encoder.bits / truth.gearbox.ratio
+    q = truth.load_drive.polarity * rows["load_position"] * revolution / 2.0**truth.load_encoder.bits
     sensor = truth.torque_sensor
     return {
         "transmission_error": q - theta,

@@ -103,13 +103,13 @@ def test_scaled_polynomials_become_raw_ones(
 
 def test_turned_orders_stay_exact() -> None:
     orders = np.array([1.0, 46.0, 276.0, 4440.0])
-    turn = np.zeros((2, 4))
+    sine_cosine = np.zeros((2, 4))
     theta = 1234.5
-    place(turn, orders, theta)
+    place(sine_cosine, orders, theta)
     for change in np.full(20, 5.4e-4):
-        rotate(turn, orders, change)
+        rotate(sine_cosine, orders, change)
         theta += change
-    np.testing.assert_allclose(turn, [np.sin(orders * theta), np.cos(orders * theta)], atol=2e-9)
+    np.testing.assert_allclose(sine_cosine, [np.sin(orders * theta), np.cos(orders * theta)], atol=2e-9)
 
 
 def test_standstill_keeps_the_last_direction(truth: PlantTruth) -> None:
