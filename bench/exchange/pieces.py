@@ -63,11 +63,11 @@ def pulse_slope(angle: float, width: float, height: float, frame: Frame) -> Writ
 def quantity(name: str, frame: Frame) -> Written:
     """A recorded quantity by its name; the rate of an auxiliary input, which no sample tells, is an input as well."""
     if name.startswith(AUXILIARY):
-        return _composed(name.removeprefix(AUXILIARY), frame.ratio)
+        return _auxiliary_quantity(name.removeprefix(AUXILIARY), frame.ratio)
     return lift(QUANTITIES[name].values(frame))
 
 
-def _composed(name: str, ratio: float) -> Written:
+def _auxiliary_quantity(name: str, ratio: float) -> Written:
     """An auxiliary input, or what is composed of several."""
 
     class Inputs(dict[str, Any]):

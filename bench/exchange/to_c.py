@@ -167,7 +167,7 @@ def header(formulas: Formulas) -> str:
 
 
 def source(formulas: Formulas) -> str:
-    """The source."""
+    """Source of ``model.c``."""
     steps = formulas.steps
     place = {id(step): f"v{k}" for k, step in enumerate(steps)}
     tables: list[str] = []

@@ -34,7 +34,7 @@ STATES = ("relaxing", "play", "lag", "integral", "campaign_lag", "held", "distan
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A number that can be changed in what goes out: its name there, unit, what it is."""
+    """A parameter of an exported simulation: its name there, value, unit and meaning."""
 
     name: str
     value: float
@@ -70,12 +70,12 @@ class Formulas:
 
     @property
     def steps(self) -> list[Written]:
-        """All formulas in the order of their making."""
+        """All formulas in the order of evaluation."""
         return formula.ordered(list(self.outputs.values()))
 
 
 def written(simulation: Simulation, standstill: float = 1e-3) -> Formulas:
-    """Write a simulation down.
+    """Write a simulation as formulas.
 
     ``standstill``: motor speed in rad/s below which it stands, a parameter as well. Raises ConfigurationError where
     nothing can be written, or the simulation stands on one from elsewhere.
@@ -118,7 +118,7 @@ def written(simulation: Simulation, standstill: float = 1e-3) -> Formulas:
 
 
 def identifier(name: str) -> str:
-    """A name as programs may have it."""
+    """Convert a name to an identifier that programming languages accept."""
     out = re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_")
     return out if out[:1].isalpha() else f"p_{out}"
 
@@ -140,7 +140,7 @@ class _Writer:
         return formula.named("parameter", key)
 
     def calibrated(self, channel: str) -> bool:
-        """Whether some nominal term of a channel has numbers: what has none then was not in the recordings."""
+        """Whether some nominal term of a channel is calibrated; a term that is not was then not in the recordings."""
         given = self.given
         if channel == TRANSMISSION_ERROR:
             return given.simulation.transmission_error() is not None
@@ -148,7 +148,7 @@ class _Writer:
         return any(isinstance(named, Named) and given.nominal_coefficients(named) is not None for named in regressors)
 
     def missing(self, channel: str) -> list[str]:
-        """Nominal terms in force without numbers."""
+        """Nominal terms that are in force and not calibrated."""
         given, out = self.given, []
         series = given.simulation.transmission_error()
         for term in nominal_base(channel, given.switched_off):

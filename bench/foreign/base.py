@@ -1,4 +1,4 @@
-"""A simulation from elsewhere with the values of its parameters, as the analysis asks it."""
+"""A simulation from elsewhere with the values of its parameters, as the analysis evaluates it."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Free:
 
 @dataclass(frozen=True, slots=True)
 class Base:
-    """A simulator with its free parameters and the values they have; ``store``: folder that keeps what it said."""
+    """A simulator with its free parameters and the values they have; ``store``: folder for its results."""
 
     simulator: Simulator
     free: tuple[Free, ...] = ()
@@ -71,12 +71,12 @@ class Base:
 
     @classmethod
     def of(cls, simulator: Simulator, free: tuple[Free, ...] = (), values: Values | None = None) -> Base:
-        """A simulator at the values given, or at some others."""
+        """A simulator with its parameters at ``values``; those that are not given keep their own value."""
         given = dict(values or {})
         return cls(simulator, free, tuple(float(given.get(parameter.name, parameter.value)) for parameter in free))
 
     def at(self, values: Values) -> Base:
-        """The same at other values of its free parameters."""
+        """The same simulator at other values of its free parameters."""
         return replace(
             self, values=tuple(float(values.get(p.name, v)) for p, v in zip(self.free, self.values, strict=True))
         )
@@ -87,10 +87,10 @@ class Base:
         return {parameter.name: value for parameter, value in zip(self.free, self.values, strict=True)}
 
     def told(self, recording: Recording, inputs: Callable[[], Mapping[str, FloatArray]]) -> Channels:
-        """What it says of a recording: each channel (n,), and its sensitivities ``CHANNEL by PARAMETER``.
+        """What it predicts of a recording: each channel (n,), and its sensitivities ``CHANNEL by PARAMETER``.
 
-        ``inputs`` is asked only where nothing is kept yet. Raises ConfigurationError where the simulation fails or does
-        not give numbers of the right length.
+        ``inputs`` is called only where no result is stored yet. Raises ConfigurationError where the simulation fails
+        or does not give numbers of the right length.
         """
         path = self._path(recording)
         if path is not None and path.exists():

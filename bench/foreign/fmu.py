@@ -208,12 +208,12 @@ def _check(path: Path, mapping: VariableMapping, description: Any) -> None:
 
 
 def declared_unit(variable: Any) -> str:
-    """Unit that an FMU says of a variable, itself or by its type; "" where it says none."""
+    """Unit that an FMU declares for a variable, itself or by its type; "" where there is none."""
     return getattr(variable, "unit", None) or getattr(variable.declaredType, "unit", None) or ""
 
 
 def _unit(variable: Variable, fmu_variable: Any, where: str) -> Unit:
-    """What makes SI of a variable: by the mapping's unit, else the FMU's own, else as it is."""
+    """Conversion of a variable to SI: from the mapping's unit, else the FMU's own, else none."""
     said = variable.unit or declared_unit(fmu_variable)
     if not said:
         return Unit("", 1.0, 0.0)

@@ -50,7 +50,7 @@ class Found:
 
 @dataclass(frozen=True, slots=True)
 class Inventory:
-    """What an FMU says of itself."""
+    """What an FMU declares about itself."""
 
     path: Path
     title: str
@@ -64,7 +64,7 @@ class Inventory:
 
 
 def take_inventory(path: Path) -> Inventory:
-    """Read what an FMU says of itself. Raises ConfigurationError where it cannot be read or run."""
+    """Read what an FMU declares about itself. Raises ConfigurationError where it cannot be read or run."""
     _, description, _ = unpacked(str(path.resolve()))
     kind = fmi_type(
         VariableMapping.model_validate({"fmu": path.name, "outputs": {"any": "motor_torque"}}), description, str(path)
@@ -111,7 +111,7 @@ def _channel(variable: Any, given: bool) -> tuple[str, bool]:
 
 
 def _fits(unit: str, channel: str) -> bool:
-    """Whether a unit is one of the channel's quantity; a variable without one may be any."""
+    """Whether a unit fits the quantity of the channel; a variable without a unit fits any."""
     if not unit:
         return True
     try:
@@ -122,7 +122,7 @@ def _fits(unit: str, channel: str) -> bool:
 
 
 def draft(found: Inventory, target: Path, changes: Mapping[str, Any] | None = None) -> str:
-    """A mapping to begin with, to stand at ``target``: guesses are marked, all else is a remark to be taken up.
+    """Text of a first mapping, to be saved at ``target``: guesses are marked, everything else is commented out.
 
     ``changes`` come before the guesses: ``outputs.tau`` a channel, ``parameters.d`` an empty table.
 

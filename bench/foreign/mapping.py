@@ -65,7 +65,7 @@ class Mapping(_Strict):
 
     @field_validator("inputs", "outputs", mode="before")
     @classmethod
-    def _short(cls, value: object) -> object:
+    def _expand_short_form(cls, value: object) -> object:
         """``variable = "channel"`` is short for a table."""
         if not isinstance(value, dict):
             return value
@@ -73,7 +73,7 @@ class Mapping(_Strict):
 
     @field_validator("outputs")
     @classmethod
-    def _some(cls, value: dict[str, Variable]) -> dict[str, Variable]:
+    def _not_empty(cls, value: dict[str, Variable]) -> dict[str, Variable]:
         if not value:
             raise ValueError("should name a variable that is a channel; without one nothing is predicted")
         return value

@@ -1,4 +1,4 @@
-"""From what stands behind ``--simulation``, or in a simulation file, to a simulation that can be asked."""
+"""From what stands behind ``--simulation``, or in a simulation file, to a simulation that can be run."""
 
 from __future__ import annotations
 

@@ -222,7 +222,7 @@ def _stretches(mapping: Mapping, entry: RecordingMapping, table: ChannelTable, w
 
 def _steady(mapping: Mapping, entry: RecordingMapping, table: ChannelTable, whole: slice) -> list[Segment]:
     """Segments of steady speed, found where the mapping names none; it is noted where there are some."""
-    turned = None if table.linear else _turned(mapping, table)
+    turned = None if table.linear else _output_revolutions(mapping, table)
     if turned is None or not np.isfinite(turned[whole]).all():
         return []
     edges = [whole.start, *(start for start in table.starts if whole.start < start < whole.stop), whole.stop]
@@ -248,7 +248,7 @@ def _steady(mapping: Mapping, entry: RecordingMapping, table: ChannelTable, whol
     return out
 
 
-def _turned(mapping: Mapping, table: ChannelTable) -> NDArray[np.float64] | None:
+def _output_revolutions(mapping: Mapping, table: ChannelTable) -> NDArray[np.float64] | None:
     """Angle of the output in revolutions; None where no angle was recorded."""
     per = {"load_angle": 1.0, "motor_angle": abs(mapping.gearbox.ratio)}
     name = next((channel for channel in per if channel in table.channels), None)
@@ -259,7 +259,7 @@ def _revolutions(mapping: Mapping, table: ChannelTable, rows: slice, file: Path)
     """Revolutions of the output run through since the first of the rows."""
     if table.linear:
         raise ConfigurationError(f"{file}: pieces.revolutions: a linear axis has none, pieces.seconds would be right.")
-    turned = _turned(mapping, table)
+    turned = _output_revolutions(mapping, table)
     if turned is None:
         raise ConfigurationError(f"{file}: pieces.revolutions: no angle was recorded, pieces.seconds would be right.")
     return travelled(turned[rows], table.time[rows])

@@ -42,7 +42,7 @@ class SegmentMapping(Strict):
 
     @field_validator("name")
     @classmethod
-    def _known(cls, name: str) -> str:
+    def _check_name(cls, name: str) -> str:
         if name not in SEGMENT_NAMES:
             raise ValueError(f"should be one of {', '.join(SEGMENT_NAMES)}")
         return name
@@ -223,13 +223,13 @@ def load_mapping(path: Path, changes: dict[str, Any] | None = None) -> tuple[Map
         given = f" (given: {first['input']!r})" if not isinstance(first["input"], dict | BaseModel) else ""
         said = first["msg"].removeprefix("Value error, ")
         problem = f"is no key there; {_keys(key)}" if first["type"] == "extra_forbidden" else f"{said}{given}."
-        problem += _meant(key, content) if first["type"] == "value_error" else ""
+        problem += _suggestion(key, content) if first["type"] == "value_error" else ""
         raise ConfigurationError(f"{path}: {key}{' ' if problem.startswith('is') else ': '}{problem}") from error
     changed = "".join(f"# changed on the command line: {key} = {value!r}\n" for key, value in (changes or {}).items())
     return mapping, changed + text
 
 
-def _meant(key: str, content: dict[str, Any]) -> str:
+def _suggestion(key: str, content: dict[str, Any]) -> str:
     """A table of almost the same name, where one of channels cannot be used as it stands."""
     table, _, name = key.partition(".")
     others = [other for other in content.get(table, ()) if other != name] if table in ("channels", "aux") else []

@@ -218,11 +218,11 @@ def _resample(table: ChannelTable, step: float) -> None:
     clocks = [even_clock(time[a:b], step) for a, b in itertools.pairwise(edges)]
     clock = np.concatenate(clocks)
     for name, channel in table.channels.items():
-        table.channels[name] = _at(name, channel, time, clock)
+        table.channels[name] = _resample_channel(name, channel, time, clock)
     table.starts = [0, *(int(end) for end in np.cumsum([one_clock.size for one_clock in clocks])[:-1])]
 
 
-def _at(name: str, channel: Channel, time: NDArray[np.float64], clock: NDArray[np.float64]) -> Channel:
+def _resample_channel(name: str, channel: Channel, time: NDArray[np.float64], clock: NDArray[np.float64]) -> Channel:
     signal = BY_NAME.get(name)
     if name == "time":
         return channel.with_si(clock)
@@ -262,7 +262,7 @@ def _join(
         table.keep(kept)
         table.starts = [0, *(start - first for start in table.starts if kept.start < start < kept.stop)]
         table.notes.append(f"{int(np.sum(~inside))} rows outside of the time of {name} were left out")
-    table.channels[name] = _at(name, channel, theirs, table.time)
+    table.channels[name] = _resample_channel(name, channel, theirs, table.time)
     rate = 1.0 / float(np.median(np.diff(theirs)))
     table.notes.append(f"{name} has a clock of its own ({rate:.6g} Hz) and was brought onto the common one")
 

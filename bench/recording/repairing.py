@@ -109,7 +109,7 @@ def _repair(readable: Path, source: Path, target: Path, file_size: int | None) -
 
 
 def _restore(recording: Recording, source: Path, target: Path, file_size: int | None) -> Repair:
-    claimed = _claimed(recording)
+    claimed = _claimed_row_count(recording)
     rows = _valid_rows(recording, file_size)
     if not rows:
         raise RecordingError(f"{source}: no row was saved before it was cut short, there is nothing to repair.")
@@ -153,7 +153,7 @@ def _segments(recording: Recording, rows: int) -> Sequence[Segment]:
     return [replace(s, stop=min(s.stop, rows)) for s in recording.segments if s.start < rows]
 
 
-def _claimed(recording: Recording) -> int:
+def _claimed_row_count(recording: Recording) -> int:
     """Count the rows that all channels say they have, stored or not."""
     with opened(recording.path) as file:
         return min(int(file["channels"][name].shape[0]) for name in recording.channels)

@@ -179,7 +179,7 @@ class _Formula:
         if kind == "rate":
             return _rate(text)
         if kind == "name":
-            return self._named(text)
+            return self._name_or_call(text)
         if text != "(":
             raise _NoFormula(text)
         inside = self._sum()
@@ -187,7 +187,7 @@ class _Formula:
         # below a line, or as an exponent, brackets say nothing
         return inside if bare and self._sign() != "**" else f"<mrow><mo>(</mo>{inside}<mo>)</mo></mrow>"
 
-    def _named(self, name: str) -> str:
+    def _name_or_call(self, name: str) -> str:
         if name.startswith("sum_"):
             return f"<mrow><munder><mo>∑</mo>{_name(name[4:])}</munder>{self._product()}</mrow>"
         if self._sign() != "(":

@@ -106,7 +106,7 @@ def moved(normal: Normal, fourier: FourierSet | None, places: Places) -> Complex
     return np.asarray(normal.error - moved - _torque_slope(fourier, normal.inputs) @ normal.sums.torque_change)
 
 
-def _beside(power: FloatArray, order: int) -> FloatArray:
+def _unfitted_neighbours(power: FloatArray, order: int) -> FloatArray:
     """Powers of the orders beside one that are not fitted (NaN marks the fitted); further off where few are."""
     for width in (NEIGHBOURS, 2 * NEIGHBOURS, 4 * NEIGHBOURS, power.size):
         near = power[max(order - width, 1) : order + width + 1]
@@ -128,7 +128,7 @@ def noise_beside(normal: Normal, error: ComplexArray, places: Places) -> FloatAr
     power[0] = np.nan
     out = np.empty(places.asked + 1)
     for k, order in enumerate([*orders[: places.asked], 0]):
-        near = _beside(power, round(order))
+        near = _unfitted_neighbours(power, round(order))
         # The power of noise at an order is exponentially distributed: its mean is its median / ln 2.
         out[k] = float(np.median(near)) / np.log(2.0)
     return out

@@ -54,8 +54,8 @@ def test_a_ratio_that_is_no_whole_number_is_identified(tmp_path: Path) -> None:
     bench = Bench(tmp_path, model)
     for torque in (-800.0, 0.0, 800.0):
         for velocity in (0.1, 0.15, 0.2):
-            bench.write(torque, velocity, 30.0, turns=3.02)
-    bench.write(400.0, 0.12, 30.0, kind="validation", turns=3.02)
+            bench.write(torque, velocity, 30.0, revolutions=3.02)
+    bench.write(400.0, 0.12, 30.0, kind="validation", revolutions=3.02)
     found = identify_folder(tmp_path, Options(orders=ORDERS))
     assert found.orders == ORDERS
     k = ORDERS.index(7.297)
