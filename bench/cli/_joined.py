@@ -60,7 +60,7 @@ def run_joined(
                     ours = next((run for run in message["runs"] if run["id"] == asked["id"]), None)
                     running = ours is not None and ours["state"] == "running"
                     if ours is not None and ours["state"] == "ended":
-                        return _ended(ours, console, as_json)
+                        return _report_end(ours, console, as_json)
                 elif running:
                     _show(bar, row, message)
     except KeyboardInterrupt:
@@ -91,7 +91,7 @@ def _show(bar: Progress, row: Any, message: dict[str, Any]) -> None:
         bar.update(row, completed=total - left, description=f"{duration_text(left)} left  {message['label']}")
 
 
-def _ended(run: dict[str, Any], console: Console, as_json: bool) -> ExitCode:
+def _report_end(run: dict[str, Any], console: Console, as_json: bool) -> ExitCode:
     end = run["end"]
     if as_json:
         say(json.dumps({"folder": run["folder"], "run": run["id"], **end}, ensure_ascii=False))

@@ -48,7 +48,7 @@ class ProgressListener:
         )
         self._row = self._progress.add_task(_OPENING, total=total_s, temperature="")
         self._start: float | None = None
-        self._shown = 0.0
+        self._last_update = 0.0
 
     def __enter__(self) -> ProgressListener:
         """Start the display."""
@@ -84,12 +84,12 @@ class ProgressListener:
         if self._start is None:
             self._start = bench_time_s
         now = time.monotonic()
-        if now - self._shown > 0.05:
-            self._shown = now
+        if now - self._last_update > 0.05:
+            self._last_update = now
             self._progress.update(self._row, completed=bench_time_s - self._start, temperature=f"{temperature:.1f} °C")
 
     def finished(self, taken: Taken) -> None:
-        """Tell of a recording that did not pass."""
+        """Print a line for a recording that did not pass."""
         if taken.status is not Status.DONE:
             self._progress.console.print(
                 f"[yellow]{marked(taken.recording_id)}[/] ({marked(taken.label)}): {marked(taken.note)}", soft_wrap=True

@@ -91,7 +91,7 @@ def _import(mapping: Path, out: Path, data: Path | None, changes: dict[str, Any]
         for sentence in dict.fromkeys(consequence for piece in pieces for consequence in _consequences(piece)):
             ruled_out[sentence] = ruled_out.get(sentence, 0) + 1
         if pieces and not as_json:
-            _tell(pieces)
+            _print_recordings(pieces)
     for sentence, count in ruled_out.items() if not as_json else ():
         say(line(sentence if files == 1 else f"in {count} of {files} files {sentence}"))
     if any("recording" in row for row in rows):
@@ -128,7 +128,7 @@ def _consequences(done: Imported) -> list[str]:
     return [sentence.removeprefix(f"{done.recording.path}: ") for sentence in done.consequences]
 
 
-def _tell(pieces: Sequence[Imported]) -> None:
+def _print_recordings(pieces: Sequence[Imported]) -> None:
     """The recordings made of one file, in a line; what was done to it, and what cannot be."""
     recordings = [piece.recording for piece in pieces]
     rows = sum(recording.size for recording in recordings)

@@ -72,11 +72,13 @@ def investigate(
     console = PlainConsole(stderr=True, highlight=False)
     lab = _Bench(file, seed, console)
 
-    def tell(what: str) -> None:
+    def report_progress(what: str) -> None:
         if not as_json:
             console.print(marked(what), soft_wrap=True)
 
-    log = go(folder, out, lab, Asked(confidence, hours, experiments), tell=tell, plan_only=plan_only)
+    log = go(
+        folder, out, lab, Asked(confidence, hours, experiments), report_progress=report_progress, plan_only=plan_only
+    )
     content = log.to_json()
     say(json.dumps(content, ensure_ascii=False) if as_json else text(content))
 

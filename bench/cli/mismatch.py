@@ -74,7 +74,7 @@ def mismatch(
 
     tasks = tasks_of(recordings, out, simulation, leave_one_out, together)
     if len(tasks) == 1:
-        _one(tasks[0], jobs, dask, as_json)
+        _compare_one(tasks[0], jobs, dask, as_json)
         return
     outcomes: list[Told] = []
     for outcome in compare_all(tasks, jobs, dask):
@@ -97,7 +97,7 @@ def one_thread() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
-def _one(task: Task, jobs: int, dask: str | None, as_json: bool) -> None:
+def _compare_one(task: Task, jobs: int, dask: str | None, as_json: bool) -> None:
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     from bench.mismatch.many import terms_over

@@ -271,12 +271,12 @@ class Rig(Stoppable):
         if end.cause is not Cause.OPERATOR:
             self._link.hold_stopped()
         self._link.arm(False)
-        end = self._stored(end, sink)
+        end = self._add_storage_failure(end, sink)
         if self._link.is_silent:
             self._tripped = end
         return end
 
-    def _stored(self, end: End, sink: Sink) -> End:
+    def _add_storage_failure(self, end: End, sink: Sink) -> End:
         trouble = self._stops.unstored()
         if trouble is None or trouble in end.text:
             return end
@@ -291,4 +291,4 @@ class Rig(Stoppable):
         """Return the end of a run whose bus is gone."""
         end = self._tripped or End(EndKind.TRIPPED, str(error), Cause.BUS_ENDED)
         self._stops.lost(end)
-        return self._stored(end, NoSink())
+        return self._add_storage_failure(end, NoSink())

@@ -1,4 +1,4 @@
-"""The next experiment: the points whose expected information on the rivals, refitted, is largest an hour of bench time.
+"""The next experiment: the points that are expected to tell most about alternative explanations per hour of bench time.
 
 The gain of points is that of :mod:`bench.mismatch.report.separating`: expected log-likelihood against a wrong
 explanation that is refitted to all recordings and the new points together, the least over all pairs of a question, both
@@ -50,14 +50,14 @@ class Experiment:
 
 
 class Design:
-    """The questions of one look at the recordings, ready to rate points."""
+    """The questions of one analysis of the recordings, ready to rate points."""
 
     def __init__(self, asked: Sequence[Question], ratio: float) -> None:
         self._ratio = ratio
         self._parts: list[tuple[Question, Measured, Truth]] = []
         for question in asked:
             # the temperature is an integral over the campaign: no rows of a point by themselves predict it
-            if not question.rivals or question.finding.channel == TEMPERATURE:
+            if not question.alternatives or question.finding.channel == TEMPERATURE:
                 continue
             measured = Measured.of(question.finding, question.finding.effect)
             truth = truth_of(question.finding.discovery) or nearest(question, measured)
@@ -67,11 +67,13 @@ class Design:
                 self._parts.append((question, wide, truth))
 
     def looks(self, points: Sequence[Offered]) -> list[tuple[Question, list[Look]]]:
-        """Of each question the pairs of explanations, with what they say at the points."""
+        """For each question the pairs of explanations, with what they predict at the points."""
         frames = [frame_of(o.point, o.state.covered, self._ratio) for o in points]
         out = []
         for question, measured, truth in self._parts:
-            looks = [look for effect in question.rivals for look in both_ways(measured, truth, effect, frames, ROWS)]
+            looks = [
+                look for effect in question.alternatives for look in both_ways(measured, truth, effect, frames, ROWS)
+            ]
             if looks:
                 out.append((question, looks))
         return out
@@ -165,7 +167,7 @@ def by_rules(
 def wanted(
     asked: Sequence[Question], covered: Range, ratio: float, bench: BenchConfiguration, celsius: float
 ) -> list[str]:
-    """What the bench would need: its refusals of points, twice as far out, that would separate something."""
+    """What the bench would need: why it refuses points, twice as far out, that would separate explanations."""
     design = Design(asked, ratio)
     refusals: dict[str, float] = {}
     state = next(iter(states(beyond(covered), bench, celsius)))

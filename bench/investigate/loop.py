@@ -1,4 +1,4 @@
-"""Look, ask, run, look again: until all is named, nothing more can be gained, or the budget is spent."""
+"""Analyse, experiment, analyse again: until all is named, nothing more can be gained, or the budget is spent."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Lab(Protocol):
 
     @property
     def bench(self) -> BenchConfiguration:
-        """Its file."""
+        """Its bench file."""
         ...
 
     def celsius(self, last: float) -> float:
@@ -56,7 +56,7 @@ class Asked:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What a choice is made from."""
+    """What an experiment is chosen from."""
 
     asked: tuple[Question, ...]
     covered: Range
@@ -80,7 +80,7 @@ class Scene:
 
 
 Choice = Callable[[Scene], Experiment | None]
-Tell = Callable[[str], None]
+Progress = Callable[[str], None]
 
 
 def chosen(scene: Scene) -> Experiment | None:
@@ -97,7 +97,7 @@ def investigate(
     lab: Lab,
     asked: Asked,
     choose: Choice = chosen,
-    tell: Tell = lambda _: None,
+    report_progress: Progress = lambda _: None,
     first: Report | None = None,
     plan_only: bool = False,
 ) -> Log:
@@ -112,11 +112,11 @@ def investigate(
     earlier = [p for p in sorted(out.glob(f"{EXPERIMENT}-*")) if p.is_dir() and any(p.glob("*.h5"))]
     folders = [folder, *earlier]
     log = Log.begun(folder, asked.confidence, asked.hours, out)
-    report = first if first is not None and not earlier else _look(folders, out, tell)
+    report = first if first is not None and not earlier else _look(folders, out, report_progress)
     while True:
         scene = Scene.of(report, lab, asked, log)
         log.settle(report, scene.asked)
-        tell(report.sentence)
+        report_progress(report.sentence)
         why = _over(report, scene, asked, log)
         experiment = None if why else choose(scene)
         if experiment is None:
@@ -125,7 +125,7 @@ def investigate(
             return log
         number = len(folders)
         path = written(out / f"{EXPERIMENT}-{number}.toml", _title(scene.asked), number, experiment.points)
-        tell(f"experiment {number}: {experiment.why}; {experiment.hours:.2f} h of bench time, {path}")
+        report_progress(f"experiment {number}: {experiment.why}; {experiment.hours:.2f} h of bench time, {path}")
         if plan_only:
             log.add(Step(number, experiment, path.name))
             log.end("the next experiment is designed, as asked, and was not run", [])
@@ -133,7 +133,7 @@ def investigate(
         into = out / f"{EXPERIMENT}-{number}"
         hours = lab.run(path, into, _after(report.data))
         folders.append(into)
-        report = _look(folders, out, tell)
+        report = _look(folders, out, report_progress)
         outcomes = tuple(came(question, report.findings) for question, _ in experiment.gains)
         log.add(Step(number, experiment, path.name, hours, outcomes))
 
@@ -153,8 +153,8 @@ def require_same_gearbox(folder: Path, bench: BenchConfiguration) -> None:
                 )
 
 
-def _look(folders: Sequence[Path], out: Path, tell: Tell) -> Report:
-    tell(f"looks at {', '.join(str(f) for f in folders)}")
+def _look(folders: Sequence[Path], out: Path, report_progress: Progress) -> Report:
+    report_progress(f"looks at {', '.join(str(f) for f in folders)}")
     return compare(tuple(folders), out / f"{LOOK}-{len(folders) - 1}")
 
 

@@ -29,8 +29,10 @@ BEYOND = 2.0
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """How the lubricant is when the points begin: what is done before (None: nothing), its temperature in °C there, and
-    the range that says the same to a candidate's rows.
+    """State of the lubricant when the points begin.
+
+    ``before`` brings it there (None: nothing has to be done); ``celsius`` is its temperature in °C; ``covered`` is the
+    range of conditions for the rows of a candidate.
     """
 
     name: str

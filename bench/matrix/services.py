@@ -47,7 +47,7 @@ def _service_killed(row: Row, outcome: Outcome, file: BenchFile, folder: Path) -
 def _two_services(row: Row, outcome: Outcome, file: BenchFile, folder: Path) -> None:
     with running_service(folder / "first") as (process, address):
         port = str(free_port())
-        second = _refused(outcome, "serve", "--port", port, "--folder", str(folder / "second"))
+        second = _run_refused_command(outcome, "serve", "--port", port, "--folder", str(folder / "second"))
         outcome.told = second.strip().removeprefix("error: ")
         outcome.require(
             row.expected_text in outcome.told, f"the second was not refused with '{row.expected_text}': {outcome.told}"
@@ -58,7 +58,7 @@ def _two_services(row: Row, outcome: Outcome, file: BenchFile, folder: Path) -> 
 def _two_runs_on_a_bus(row: Row, outcome: Outcome, file: BenchFile, folder: Path) -> None:
     with bus_in_use(on_interface(file, "matrix0")):
         # the lock is asked for before the interface, which does not even exist here
-        said = _refused(outcome, "commission", "--bus", "matrix0", "--yes")
+        said = _run_refused_command(outcome, "commission", "--bus", "matrix0", "--yes")
     outcome.told = said.strip().splitlines()[-1].removeprefix("error: ")
     outcome.require(
         row.expected_text in outcome.told, f"the second was not refused with '{row.expected_text}': {outcome.told}"
@@ -72,7 +72,7 @@ _RUNS: dict[str, Callable[[Row, Outcome, BenchFile, Path], None]] = {
 }
 
 
-def _refused(outcome: Outcome, *arguments: str) -> str:
+def _run_refused_command(outcome: Outcome, *arguments: str) -> str:
     """Run a command that has to be refused; note whether it was, return what it says."""
     done = subprocess.run(
         [*COMMAND, *arguments],

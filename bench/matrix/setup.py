@@ -58,7 +58,7 @@ def run_setup_row(row: Row, file: BenchFile, folder: Path, seed: int = 0) -> Out
     return outcome
 
 
-def _swapped(bench: BenchConfiguration) -> BenchConfiguration:
+def _swap_places(bench: BenchConfiguration) -> BenchConfiguration:
     """The torque terminal's and the thermometer's place changed."""
     places = {"torque_terminal": 4, "temperature_terminal": 3}
     slaves = [s.model_copy(update={"position": places.get(s.role, s.position)}) for s in bench.bus.slaves]
@@ -77,7 +77,7 @@ def _with_slaves(bench: BenchConfiguration, slaves: tuple[Any, ...]) -> BenchCon
 
 
 _WRONG: dict[str, Callable[[BenchConfiguration], BenchConfiguration]] = {
-    "wrong_order": _swapped,
+    "wrong_order": _swap_places,
     "wrong_identity": _other_device,
     "missing_slave": lambda bench: bench,
 }

@@ -126,7 +126,7 @@ def _measure(row: Row, folder: Path) -> None:
         service, address = closing.enter_context(
             running_service(recordings, "--bench", str(folder / "bench.toml"), "--bus", near)
         )
-        _commissioned(file)
+        _write_commissioning_record(file)
         secret = post(address, "controls/take", name="Ann")["secret"]
         asked = post(address, "runs", secret=secret, name="Ann", text=_CAMPAIGN, folder="run")
         until(lambda: _turns(order, address, asked["id"]), _START_S, "the bench does not turn under load")
@@ -197,13 +197,13 @@ def _rung(row: Row, said: dict[str, Any], folder: Path, pressed: float) -> None:
     rung, at = said.get("rung"), said.get("rung_at_ns")
     began = None if at is None else at / 1e9
     if rung is None:
-        rung, began = _recorded(folder)
+        rung, began = _last_record(folder)
     row.rung = rung or ""
     if began is not None and row.torque_off_s is not None:
         row.rung_to_off_s = row.torque_off_s - (began - pressed)
 
 
-def _recorded(folder: Path) -> tuple[str | None, float | None]:
+def _last_record(folder: Path) -> tuple[str | None, float | None]:
     """Return the rung of the last record and its Unix time in s; None where there is no record."""
     with suppress(OSError, ValueError, KeyError, TypeError, IndexError):
         record = json.loads(sorted(folder.glob("stop-*.json"))[-1].read_text("utf-8"))
@@ -235,7 +235,7 @@ def _bench(path: Path, interface: str) -> BenchFile:
     return on_interface(load_bench(str(path)), interface)
 
 
-def _commissioned(file: BenchFile) -> None:
+def _write_commissioning_record(file: BenchFile) -> None:
     """Leave a record as a commissioning does, with the marker of drives that were just switched on."""
     bench = file.configuration
     path = record_path(bench)

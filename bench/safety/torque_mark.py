@@ -41,7 +41,7 @@ def marked(bench: BenchConfiguration, run: str, report_failure: Callable[[str], 
         yield
         return
     try:
-        write_durably(path, {"pid": os.getpid(), "started": _started(os.getpid()), "run": run, "at": _now()})
+        write_durably(path, {"pid": os.getpid(), "started": _process_identity(os.getpid()), "run": run, "at": _now()})
     except OSError as error:
         report_failure(
             f"if this process dies, nobody will know that it had torque: {path} cannot be written ({error.strerror})"
@@ -59,7 +59,7 @@ def settle_death(bench: BenchConfiguration, latch: LatchFile) -> LatchFile:
     if path is None or not path.exists():
         return latch
     left = _read(path)
-    if left is not None and _started(left["pid"]) == left["started"]:
+    if left is not None and _process_identity(left["pid"]) == left["started"]:
         return latch
     who = "a run" if left is None else f"the run {left['run']} (process {left['pid']}, begun {left['at'][:19]} UTC)"
     text = f"{who} ended without a word while it had torque; nobody has looked whether the shafts stand still"
@@ -80,7 +80,7 @@ def _read(path: Path) -> dict[str, Any] | None:
         return None
 
 
-def _started(pid: int) -> str:
+def _process_identity(pid: int) -> str:
     """Return what identifies a process beside its id, empty if nothing does: its start and this boot."""
     try:
         stat = Path(f"/proc/{pid}/stat").read_text("ascii", "replace")

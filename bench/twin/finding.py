@@ -65,11 +65,11 @@ def found(watch: Watch) -> Finding | None:
         same = any(measured_for(stream) == measured_for(other) for other in kept)
         if watch.evidence[stream].log >= least and not same:
             kept.append(stream)
-    changed = tuple(_changed(watch, stream, since) for stream in kept[:MOST])
+    changed = tuple(_change_of_stream(watch, stream, since) for stream in kept[:MOST])
     return Finding(since, watch.alarmed, changed, tuple(_conditions(watch, ranked[0], since)))
 
 
-def _changed(watch: Watch, stream: Stream, since: int) -> Changed:
+def _change_of_stream(watch: Watch, stream: Stream, since: int) -> Changed:
     scale = watch.scales[stream]
     offs = [off for seen in watch.seen[since:] if (off := scale.change(seen.values)) is not None]
     unit = CHANNEL_UNITS[stream.channel]
@@ -123,5 +123,5 @@ def _sides(values: FloatArray) -> FloatArray | None:
 
 
 def names(streams: Sequence[Changed]) -> str:
-    """The streams as one sentence's part."""
+    """Names of the streams, as part of a sentence."""
     return "; ".join(changed.words for changed in streams)

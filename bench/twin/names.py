@@ -40,7 +40,7 @@ def likely(watch: Watch, finding: Finding) -> tuple[Likely, ...]:
     if strongest.what in NAMES_OF:
         effect = NAMES_OF[strongest.what]
         return (Likely(effect, LIBRARY[effect].name, None),)
-    rows = _since(watch, finding.since, strongest.channel)
+    rows = _residual_since(watch, finding.since, strongest.channel)
     if rows is None:
         return ()
     target, frame = rows
@@ -69,8 +69,8 @@ def _candidates(channel: str, frame: Frame) -> Iterator[Named]:
                 yield Named(term, channel, form, point)
 
 
-def _since(watch: Watch, since: int, channel: str) -> tuple[FloatArray, Frame] | None:
-    """What is left of a channel since the change (n,), less what was left in the first recordings; with its rows."""
+def _residual_since(watch: Watch, since: int, channel: str) -> tuple[FloatArray, Frame] | None:
+    """Residual of a channel since the change (n,), less its mean in the first recordings; with its rows."""
     centres = watch.scales.get(Stream(channel, DIRECTION))
     parts, frames = [], []
     for seen in watch.seen[since:]:

@@ -83,7 +83,7 @@ class RevolutionModel:
 
     def _with_band(self, error: FloatArray, series: FourierSet | None, conditions: Conditions) -> Revolution:
         way = "positive" if conditions.velocity >= 0.0 else "negative"
-        others = self._others()
+        others = self._other_effects()
         left = left_rmse(self._simulation, way)
         if series is None or series.covariance is None:
             return Revolution(error, None, "the model's file has no covariance of its series", left)
@@ -98,7 +98,7 @@ class RevolutionModel:
         series_variance = student**2 * variance(series, conditions, error.size)
         return Revolution(error, np.sqrt(series_variance + (float(norm.ppf(two_sided)) * left) ** 2), "", left)
 
-    def _others(self) -> list[str]:
+    def _other_effects(self) -> list[str]:
         """Ids of what acts on the transmission error beside series and offset."""
         given = self._given
         names = [known.regressor.effect for known in given.known.get(TRANSMISSION_ERROR, ())]

@@ -106,7 +106,7 @@ def run_campaign(
         precedence(file.configuration.bus.master != "emulated") as refused,
         Rig(file, seed=seed, real_time=real_time, latch=latch, zero=zero, not_before=not_before) as rig,
     ):
-        rig.tell_stops(button.stopped)
+        rig.report_stops_to(button.stopped)
         if tap is not None:
             tap.opened(rig)
         if zero is not None:

@@ -31,7 +31,7 @@ from bench.stop_button import StopButton
 
 _LATE_LOOKS = 5
 """Looks at the bench without torque that a word of who holds it may be late at the beginning."""
-_TURNS = 1.0
+_REVOLUTIONS = 1.0
 """Of the load side: it ends there, whoever still holds it."""
 
 
@@ -72,14 +72,14 @@ def jog(
         precedence(file.configuration.bus.master != "emulated") as refused,
         Rig(low, seed=seed, real_time=real_time, latch=latch, zero=zero) as rig,
     ):
-        rig.tell_stops(button.stopped)
+        rig.report_stops_to(button.stopped)
         if tap is not None:
             tap.opened(rig)
         if zero is not None:
             require_zero(rig, zero)
         for note in filter(None, (*rig.notes, refused)):
             noticed(note)
-        point = Point("constant_velocity", velocity=velocity, options=(("revolutions", _TURNS),))
+        point = Point("constant_velocity", velocity=velocity, options=(("revolutions", _REVOLUTIONS),))
         phases = check_phases(
             build_sequence(point.sequence, point.options).phases(point, facts(low.configuration)),
             low.configuration,

@@ -83,9 +83,9 @@ class Recorder:
         """Begin a segment at the next row, or end the one that is open."""
         self._steady, self._steady_start = segment is Segment.STEADY, math.nan
         if segment is None:
-            self._do(self._writer.end_segment)
+            self._record(self._writer.end_segment)
         else:
-            self._do(lambda: self._writer.begin_segment(segment.value))
+            self._record(lambda: self._writer.begin_segment(segment.value))
 
     def rows(self, raw: dict[str, NDArray[Any]]) -> None:
         """Take raw rows of every channel."""
@@ -96,13 +96,13 @@ class Recorder:
             self._first = int(cycle[0])
         first = self._first
         self._look(raw)
-        self._do(lambda: self._writer.append({**raw, "time": cycle - first}))
+        self._record(lambda: self._writer.append({**raw, "time": cycle - first}))
 
     def event(self, level: str, text: str) -> None:
         """Note an event at the time of the next row."""
-        self._do(lambda: self._writer.event(self._writer.rows * self._cycle_time, level, text))
+        self._record(lambda: self._writer.event(self._writer.rows * self._cycle_time, level, text))
 
-    def _do(self, record: Callable[[], None]) -> None:
+    def _record(self, record: Callable[[], None]) -> None:
         """Record, as long as the recording goes on."""
         if self.ended is not None:
             return

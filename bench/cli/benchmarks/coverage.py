@@ -59,7 +59,7 @@ def coverage(
     for number, seed in enumerate(range(first, first + campaigns), 1):
         if seed in done and _model(work, seed).exists():
             continue
-        done[seed] = _measured(recordings(seed, work, bench, rated), seed, work, file, made_by)
+        done[seed] = _identify_campaign(recordings(seed, work, bench, rated), seed, work, file, made_by)
         content["campaigns"] = [done[key] for key in sorted(done)]
         content["pairs"] = [row for row in content["pairs"] if seed not in (row["before"], row["after"])]
         keep(store, content)
@@ -96,7 +96,7 @@ def _model(work: Path, seed: int) -> Path:
     return work / f"model-{seed:03d}.json"
 
 
-def _measured(folder: Path, seed: int, work: Path, bench: BenchFile, made_by: str) -> dict[str, Any]:
+def _identify_campaign(folder: Path, seed: int, work: Path, bench: BenchFile, made_by: str) -> dict[str, Any]:
     """Identify one campaign; its deviations from the truth as they are stored."""
     from bench.identification import Options, identify_folder, to_simulation
     from bench.identification.comparison.coverage import deviates

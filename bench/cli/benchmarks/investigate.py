@@ -46,8 +46,8 @@ def investigate(
         if any((row["seed"], row["case"]) == (case_seed, case.name) for row in content["campaigns"]):
             continue
         about = {"commit": made_by, "day": datetime.now(UTC).date().isoformat()}
-        tell = (lambda _: None) if as_json else say
-        content["campaigns"] += [row | about for row in run(case, case_seed, tell)]
+        report_progress = (lambda _: None) if as_json else say
+        content["campaigns"] += [row | about for row in run(case, case_seed, report_progress)]
         keep(store, content)
     if table is not None:
         table.write_text(into(table.read_text("utf-8") if table.exists() else "", content), "utf-8")

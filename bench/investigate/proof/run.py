@@ -109,7 +109,7 @@ def judged(report: dict[str, Any], truth: dict[str, Any]) -> str:
     return WRONG if all(f["status"] == "named" for f in here) else OPEN
 
 
-def run(case: Any, seed: int, tell: Callable[[str], None] = lambda _: None) -> list[dict[str, Any]]:
+def run(case: Any, seed: int, report_progress: Callable[[str], None] = lambda _: None) -> list[dict[str, Any]]:
     """A row for each way; all start from the same campaign and the same look at it."""
     with TemporaryDirectory() as place:
         work = Path(place)
@@ -128,14 +128,14 @@ def run(case: Any, seed: int, tell: Callable[[str], None] = lambda _: None) -> l
                 GRID: counted.others(repeated(lab.grid()), "as many points of the grid again"),
             }
             at = time.process_time()
-            row = _one(lab, work / "first", work / way, first, truth, choices[way])
+            row = _run_way(lab, work / "first", work / way, first, truth, choices[way])
             row |= {"way": way, "first": stands, "processor_s": round(time.process_time() - at, 1)}
-            rows.append(_about(case, seed, truth) | row)
-            tell(f"{case.name} of seed {seed}, {way}: {row['result']} after {row['experiments']}")
+            rows.append(_case_columns(case, seed, truth) | row)
+            report_progress(f"{case.name} of seed {seed}, {way}: {row['result']} after {row['experiments']}")
         return rows
 
 
-def _about(case: Any, seed: int, truth: dict[str, Any]) -> dict[str, Any]:
+def _case_columns(case: Any, seed: int, truth: dict[str, Any]) -> dict[str, Any]:
     concealed = truth["effects"][0]
     return {
         "case": case.name,
@@ -146,7 +146,7 @@ def _about(case: Any, seed: int, truth: dict[str, Any]) -> dict[str, Any]:
     }
 
 
-def _one(
+def _run_way(
     lab: HiddenBench, folder: Path, out: Path, first: Report, truth: dict[str, Any], choose: Choice
 ) -> dict[str, Any]:
     log = investigate(folder, out, lab, Asked(hours=HOURS, experiments=EXPERIMENTS), choose, first=first)

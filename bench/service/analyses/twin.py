@@ -83,7 +83,7 @@ class Twins:
         if message["type"] == "no_longer_holds":
             since, folder = str(message["since"]), Path(run.folder).name
             self._alarms.raise_("TWIN", f"{run.title}: {message['text']}", since, folder)
-            if run.twin_pause and self._keeper.tell_run("pause", run=run.id):
+            if run.twin_pause and self._keeper.send_to_run("pause", run=run.id):
                 self._book.write("pause", "the twin", "no further point begins", run=run.id)
         elif message["type"] == "ended" and message["why"]:
             self._alarms.set("TWIN_ENDED", f"{run.title} is no longer watched: {message['why']}")

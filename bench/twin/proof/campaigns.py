@@ -36,7 +36,7 @@ class Case:
 
     @property
     def key(self) -> str:
-        """What it is known by in the store."""
+        """Key in the store."""
         return f"{self.change}/{self.level}/{self.number}"
 
 

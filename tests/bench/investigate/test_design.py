@@ -141,7 +141,7 @@ def test_named_but_weaker_than_asked_is_a_question(bench: BenchConfiguration) ->
     finding, _ = _finding(_fast(), status="named", confidence=0.5, rivals=(made.rival("friction.stribeck", None),))
     assert questions([finding], 0.2) == ()
     (asked,) = questions([finding], 0.7)
-    assert asked.rivals == ("friction.stribeck",)
+    assert asked.alternatives == ("friction.stribeck",)
     assert "asked for 0.70" in asked.why
 
 

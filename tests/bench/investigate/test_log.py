@@ -17,9 +17,9 @@ from bench.mismatch.report.candidates import Candidate
 
 def _question() -> Any:
     finding = SimpleNamespace(channel="motor_torque", effect="friction.stribeck")
-    rivals = ("friction.viscous_quadratic",)
+    alternatives = ("friction.viscous_quadratic",)
     key = ("motor_torque", "friction.stribeck", "friction.viscous_quadratic")
-    return SimpleNamespace(finding=finding, rivals=rivals, why="ambiguous", key=key)
+    return SimpleNamespace(finding=finding, alternatives=alternatives, why="ambiguous", key=key)
 
 
 def _step(gain: float | None, hours: float | None = 0.25, came: float | None = 12.0) -> Step:

@@ -145,10 +145,10 @@ def test_the_lab_asks_with_a_plan_and_takes_the_answer(tmp_path: Path) -> None:
     messages: list[dict[str, Any]] = []
     answers = iter(['{"bench_time_s": 1800.0}\n', '{"problem": "refused by Ann"}\n', ""])
 
-    def tell(what: str, **more: Any) -> None:
+    def report_progress(what: str, **more: Any) -> None:
         messages.append({"what": what, **more})
 
-    lab = AskingLab(load_bench("rh380n").configuration, tell, lambda: next(answers))
+    lab = AskingLab(load_bench("rh380n").configuration, report_progress, lambda: next(answers))
     assert lab.celsius(40.0) == lab.bench.nominal.ambient_temperature
     assert lab.run(campaign, tmp_path / "experiment-2", AFTER) == 0.5
     asks = messages[0]["asks"]

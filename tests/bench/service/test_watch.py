@@ -143,9 +143,9 @@ def alarms(tmp_path: Path) -> Iterator[Alarms]:
 
 
 def new_alarms(folder: Path, disk: Disk, raised: list[Alarm] | None = None) -> Alarms:
-    tell = (raised if raised is not None else []).append
+    notify = (raised if raised is not None else []).append
     book = Book(folder / "log.jsonl", disk)
-    return Alarms(book, tell, lambda: None, folder / "alarms.json", disk, Broken())
+    return Alarms(book, notify, lambda: None, folder / "alarms.json", disk, Broken())
 
 
 def test_the_same_alarm_is_raised_once_and_told_once(tmp_path: Path) -> None:
@@ -199,12 +199,12 @@ def test_alarms_reach_those_who_are_not_there(monkeypatch: pytest.MonkeyPatch) -
     sent: list[dict[str, str]] = []
     monkeypatch.setattr(apprise.Apprise, "notify", lambda self, **message: sent.append(message) or True)
     notifier = Notifier(("json://localhost:1/alarm",))
-    thread = notifier.tell(Alarm(1, "2026-11-21T12:00:00+00:00", "DIED", "it ended", "Look."), "rh380n")
+    thread = notifier.send(Alarm(1, "2026-11-21T12:00:00+00:00", "DIED", "it ended", "Look."), "rh380n")
     assert thread is not None
     thread.join(10)
     assert sent[0]["title"] == "Bench rh380n: died"
     assert "it ended" in sent[0]["body"]
-    assert Notifier(()).tell(Alarm(1, "", "DIED", "", ""), "rh380n") is None
+    assert Notifier(()).send(Alarm(1, "", "DIED", "", ""), "rh380n") is None
     with pytest.raises(ConfigurationError, match="not an address apprise understands"):
         Notifier(("nonsense://x",))
 
