@@ -123,10 +123,10 @@ def draw_plant(base: PlantTruth, seed: int, count: int | None = None) -> PlantTr
         if any(effect == kind.effect for effect, _channel in taken) or (kind.effect, kind.channel) in taken:
             continue
         chosen.append(draw(kind.name, rng))
-    return replace(shaken(base, rng), name=f"drawn from {base.name}", hidden=tuple(chosen))
+    return replace(varied_truth(base, rng), name=f"drawn from {base.name}", hidden=tuple(chosen))
 
 
-def shaken(base: PlantTruth, rng: np.random.Generator) -> PlantTruth:
+def varied_truth(base: PlantTruth, rng: np.random.Generator) -> PlantTruth:
     """Return a bench of the same make with orders, friction, heat and offsets of its own."""
 
     def times(value: float, low: float = 0.75, high: float = 1.3) -> float:

@@ -25,7 +25,7 @@ from bench.simulation.terms.table import LIBRARY
 from fakes.plant.drag import speeds, temperatures
 from fakes.plant.errors import PlantError
 from fakes.plant.parts import Effect
-from fakes.plant.since import follow, warmed
+from fakes.plant.since import follow, thermometer_change
 from fakes.plant.transmission import NEGATIVE, POSITIVE
 from fakes.plant.truth import PlantTruth
 
@@ -116,7 +116,7 @@ class Overlay:
         heat, out = self._truth.heat, np.empty(rate.size)
         cooling = 1.0 / (heat.resistance * heat.capacity)
         interval, step = self._truth.numerics.te_interval, self._cycle_time_s
-        warmed(np.ascontiguousarray(rate), cycle, interval, cooling, step, self._memory[_HEAT], out)
+        thermometer_change(np.ascontiguousarray(rate), cycle, interval, cooling, step, self._memory[_HEAT], out)
         return out
 
     def _beyond_series(self, frame: Frame) -> NDArray[np.float64]:

@@ -107,9 +107,9 @@ class Plant:
             PlantError: the plant cannot play a term of the simulation, or ``base`` is wrong.
             bench.errors.ConfigurationError: the simulation file is wrong.
         """
-        from fakes.plant.simulation import simulated
+        from fakes.plant.simulation import truth_from_simulation
 
-        return cls(simulated(Path(simulation), read_plant(base)), seed, cycle_time_s)
+        return cls(truth_from_simulation(Path(simulation), read_plant(base)), seed, cycle_time_s)
 
     @property
     def time_s(self) -> float:

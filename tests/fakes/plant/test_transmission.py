@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fakes.plant import Plant, PlantTruth, read_plant, shipped
+from fakes.plant import Plant, PlantTruth, read_plant, shipped_plants
 from fakes.plant.transmission import Scale, place, rotate
 from tests.fakes.plant.motion import bring_up, commands, quiet, ramped
 
@@ -54,7 +54,7 @@ def test_orders_and_size_of_the_truth(truth: PlantTruth) -> None:
         assert np.std(whole - part) == pytest.approx(2.5e-5, rel=0.35)
 
 
-@pytest.mark.parametrize("name", shipped())
+@pytest.mark.parametrize("name", shipped_plants())
 def test_amplitudes_stay_positive_in_the_box(name: str) -> None:
     series = read_plant(name).transmission_error
     grids = np.meshgrid(*(np.linspace(low, high, 9) for low, high in series.box.array()), indexing="ij")
