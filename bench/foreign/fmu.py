@@ -49,7 +49,7 @@ class Fmu:
 
     def run(self, inputs: Mapping[str, FloatArray], values: Values) -> Channels:
         """Run the FMU along a recording. Raises ConfigurationError where it fails or a channel is missing."""
-        fmpy, description, folder = unpacked(self.path)
+        fmpy, description, folder = unpack_fmu(self.path)
         time = inputs["time"] - inputs["time"][0]
         kind = fmi_type(self.mapping, description, self.path)
         step = 1.0 / self.mapping.rate if self.mapping.rate else float(np.median(np.diff(time)))
@@ -121,11 +121,11 @@ def open_fmu(path: Path, values: Values | None = None) -> Base:
                 f"{mapping_path}: fmu: there is no file '{mapping.fmu}' in the folder of this mapping; the FMU's name, "
                 "or its path from there, would be right."
             )
-        _, description, _ = unpacked(str(file.resolve()))
+        _, description, _ = unpack_fmu(str(file.resolve()))
         _check(mapping_path, mapping, description)
     else:
         file = path
-        _, description, _ = unpacked(str(file.resolve()))
+        _, description, _ = unpack_fmu(str(file.resolve()))
         mapping = by_name(path, description)
     simulator = Fmu(str(path.resolve()), str(file.resolve()), mapping)
     starts = {v.name: v for v in description.modelVariables}
@@ -156,7 +156,7 @@ def by_name(path: Path, description: Any) -> VariableMapping:
 
 
 @lru_cache(maxsize=8)
-def unpacked(path: str) -> tuple[Any, Any, str]:
+def unpack_fmu(path: str) -> tuple[Any, Any, str]:
     """FMPy, the FMU's description, and the folder it is unpacked in until the program ends."""
     try:
         import fmpy

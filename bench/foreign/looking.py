@@ -18,7 +18,7 @@ import numpy as np
 
 from bench.errors import ConfigurationError
 from bench.foreign.base import PREDICTED
-from bench.foreign.fmu import GIVEN, KINDS, REALS, declared_unit, fmi_type, unpacked
+from bench.foreign.fmu import GIVEN, KINDS, REALS, declared_unit, fmi_type, unpack_fmu
 from bench.foreign.inputs import unit_of
 from bench.foreign.mapping import Mapping as VariableMapping
 from bench.importing.formats.source import Variable
@@ -65,7 +65,7 @@ class Inventory:
 
 def take_inventory(path: Path) -> Inventory:
     """Read what an FMU declares about itself. Raises ConfigurationError where it cannot be read or run."""
-    _, description, _ = unpacked(str(path.resolve()))
+    _, description, _ = unpack_fmu(str(path.resolve()))
     kind = fmi_type(
         VariableMapping.model_validate({"fmu": path.name, "outputs": {"any": "motor_torque"}}), description, str(path)
     )

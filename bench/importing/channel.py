@@ -191,7 +191,7 @@ def _constant(value: float | str, source: Source, where: str, key: str) -> float
     return float(found[0])
 
 
-def filled(channel: Channel, how: str) -> Channel:
+def fill_missing(channel: Channel, how: str) -> Channel:
     """Fill samples that are not there: the last one held, or a straight line between those on both sides."""
     missing = ~np.isfinite(channel.raw)
     if how == "refuse" or not missing.any() or missing.all():

@@ -213,7 +213,7 @@ def load_mapping(path: Path, changes: dict[str, Any] | None = None) -> tuple[Map
         right = f"; 'bench import --look {path.name}' writes a mapping of a file of measurements" if other else ""
         raise ConfigurationError(f"{path}: is not a readable TOML file ({error}){right}.") from error
     for key, value in (changes or {}).items():
-        put(content, key, value, f"{path}")
+        set_value(content, key, value, f"{path}")
     refuse_open(content, path)
     try:
         mapping = Mapping.model_validate(content)
@@ -256,7 +256,7 @@ _TABLES: dict[str, type[BaseModel]] = {
 }
 
 
-def put(content: dict[str, Any], key: str, value: Any, where: str) -> None:
+def set_value(content: dict[str, Any], key: str, value: Any, where: str) -> None:
     """Set a key such as ``channels.motor_torque.unit`` in a tree of tables.
 
     Raises

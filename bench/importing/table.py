@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import ConfigurationError, RecordingError
-from bench.importing.channel import LINEAR, Channel, filled, read_channel
+from bench.importing.channel import LINEAR, Channel, fill_missing, read_channel
 from bench.importing.channel_mapping import ChannelMapping
 from bench.importing.clock import read_clock
 from bench.importing.files import Files
@@ -76,7 +76,7 @@ def read_table(mapping: Mapping, wanted: Table[str, ChannelMapping], files: File
     keys = {name: f"{where}: {_key(name)}" for name in wanted}
     others = {name: entry for name, entry in wanted.items() if name != "time"}
     read = {
-        name: filled(read_channel(name, entry, files, keys[name], linear), entry.missing)
+        name: fill_missing(read_channel(name, entry, files, keys[name], linear), entry.missing)
         for name, entry in others.items()
     }
     size = next(channel.raw.size for channel in read.values())

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from bench.identification.samples.fractions import beside, fractions, sums_at
+from bench.identification.samples.fractions import extra_frequencies, fractions, sums_at
 from bench.identification.samples.sums import angle_sums
 from bench.identification.samples.windows import SteadyWindow, counting_bias
 
@@ -139,7 +139,7 @@ def steady_sums(
     highest_order, count = options.highest_order, options.block_count
     means = np.full((3, count), np.nan)
     broken = fractions(options.orders)
-    extra = beside(broken, highest_order)
+    extra = extra_frequencies(broken, highest_order)
     unit = np.empty((count, 2 * highest_order + 1 + extra.size), dtype=np.complex128)
     first = np.empty((count, highest_order + 1 + broken.size), dtype=np.complex128)
     second = np.zeros((count, highest_order + 1 + broken.size), dtype=np.complex128)

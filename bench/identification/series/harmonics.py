@@ -97,13 +97,13 @@ def _torque_slope(fourier: FourierSet, inputs: FloatArray) -> FloatArray:
     return np.asarray(2.0 * p[0] * tau + p[3] + p[6] * rate + p[7] * temp)
 
 
-def moved(normal: Normal, fourier: FourierSet | None, places: Places) -> ComplexArray:
+def without_input_changes(normal: Normal, fourier: FourierSet | None, places: Places) -> ComplexArray:
     """Sums of the error less what the model says of the changes of the inputs within the recording."""
     if fourier is None:
         return normal.error
     deviation = _local(fourier, normal.inputs) - _local(fourier, normal.mean[None, :])
-    moved = places.model.series(normal.sums.unit, deviation)
-    return np.asarray(normal.error - moved - _torque_slope(fourier, normal.inputs) @ normal.sums.torque_change)
+    change = places.model.series(normal.sums.unit, deviation)
+    return np.asarray(normal.error - change - _torque_slope(fourier, normal.inputs) @ normal.sums.torque_change)
 
 
 def _unfitted_neighbours(power: FloatArray, order: int) -> FloatArray:

@@ -22,9 +22,9 @@ from bench.identification.series.harmonics import (
     Places,
     RecordingHarmonics,
     harmonics_of,
-    moved,
     noise_beside,
     normal_of,
+    without_input_changes,
 )
 from bench.identification.series.inputs import Design, make_design, undetermined
 from bench.identification.series.points import counting_covariance, points_covariance
@@ -144,7 +144,7 @@ def identify_direction(
     for _ in range(PASSES):
         before = [h.z for h in harmonics]
         for normal in normals:
-            error = moved(normal, fourier, places)
+            error = without_input_changes(normal, fourier, places)
             normal.solution = normal.inverse @ projections(error, listed, normal.sums.fractions)
             normal.spread = noise_beside(normal, error, places)
         harmonics = [harmonics_of(normal, name, places) for normal, (name, _) in zip(normals, members, strict=True)]

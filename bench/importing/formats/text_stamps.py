@@ -53,7 +53,7 @@ def seconds_of_day(texts: Sequence[str], where: str) -> NDArray[np.float64]:
     return np.asarray(out + 86400.0 * midnights)
 
 
-def parsed(texts: Sequence[str], where: str) -> NDArray[np.datetime64]:
+def parse_stamps(texts: Sequence[str], where: str) -> NDArray[np.datetime64]:
     """Dates as ``datetime64``: UTC where they say a zone, otherwise as they stand.
 
     Raises

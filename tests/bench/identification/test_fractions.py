@@ -10,7 +10,7 @@ import pytest
 from bench.cli.identify import parse_ratios
 from bench.errors import BenchError
 from bench.identification import Options, identify_folder
-from bench.identification.samples.fractions import beside, columns, fractions, sums_at
+from bench.identification.samples.fractions import columns, extra_frequencies, fractions, sums_at
 from bench.identification.samples.sums import Shifts, angle_sums, gram, projections
 from bench.identification.validation import BOUND
 from bench.simulation import basis
@@ -29,7 +29,7 @@ def test_sums_with_fractions_are_those_of_the_matrix_that_is_not_built() -> None
     theta, y, highest_order = rng.uniform(-9.0, 9.0, 300), rng.normal(size=300), 20
     orders = np.array([1.0, 2.5, 7.297, 13.0])
     broken = fractions(list(orders))
-    extra = beside(broken, highest_order)
+    extra = extra_frequencies(broken, highest_order)
     unit, both = angle_sums(theta, np.ones(300), y, 2 * highest_order)
     unit = np.concatenate([unit, sums_at(theta, np.ones(300), extra)])
     right = np.concatenate([both[: highest_order + 1], sums_at(theta, y, broken)])
