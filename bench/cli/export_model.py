@@ -51,10 +51,10 @@ def export_model(
     An FMU contains C that is compiled on this computer; without a compiler, use --to c.
     """
     from bench.exchange.export import WRITERS
-    from bench.exchange.written import written
+    from bench.exchange.written import formulas_of
     from bench.simulation import Simulation
 
-    formulas = written(Simulation.load(model), standstill)
+    formulas = formulas_of(Simulation.load(model), standstill)
     files = WRITERS[form.value](formulas, out, model.stem, fmi.value)
     if as_json:
         result = {

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from bench.cli._plain import PlainConsole, marked, say
+from bench.cli._plain import PlainConsole, escaped, say
 from bench.cli.exit_codes import exit_code_help
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ def investigate(
 
     def report_progress(what: str) -> None:
         if not as_json:
-            console.print(marked(what), soft_wrap=True)
+            console.print(escaped(what), soft_wrap=True)
 
     log = go(
         folder, out, lab, Asked(confidence, hours, experiments), report_progress=report_progress, plan_only=plan_only

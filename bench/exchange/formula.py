@@ -93,7 +93,7 @@ def const(value: float) -> Written:
     return node("const", (), (float(value),))
 
 
-def named(kind: str, name: str) -> Written:
+def reference(kind: str, name: str) -> Written:
     """Reference to an ``input`` or a ``parameter`` by its name."""
     return node(kind, (), (name,))
 
@@ -175,7 +175,7 @@ _FUNCTIONS: dict[Any, Callable[..., Any]] = {
 }
 
 
-def ordered(results: Sequence[Written]) -> list[Written]:
+def in_evaluation_order(results: Sequence[Written]) -> list[Written]:
     """All formulas that ``results`` depend on, each after its arguments (topological order)."""
     out: list[Written] = []
     seen: set[int] = set()

@@ -75,9 +75,9 @@ def _auxiliary_quantity(name: str, ratio: float) -> Written:
             return True
 
         def __missing__(self, key: str) -> Any:
-            return formula.named("input", AUXILIARY + key)
+            return formula.reference("input", AUXILIARY + key)
 
-    has = {name: formula.named("input", name) for name in ("load_angle", "motor_velocity", "motor_acceleration")}
+    has = {name: formula.reference("input", name) for name in ("load_angle", "motor_velocity", "motor_acceleration")}
     frame = SimpleNamespace(
         aux=Inputs(),
         size=1,
@@ -87,4 +87,4 @@ def _auxiliary_quantity(name: str, ratio: float) -> Written:
         velocity=has["motor_velocity"] / ratio,
     )
     made = composed(name, frame)  # type: ignore[arg-type]
-    return formula.named("input", AUXILIARY + name) if made is None else lift(made)
+    return formula.reference("input", AUXILIARY + name) if made is None else lift(made)

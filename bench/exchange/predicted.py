@@ -104,11 +104,13 @@ def _predicted(model: Path, recording: Recording, predictions: dict[str, Told]) 
         else:
             prediction = predictions[name]
             unit = _unit(name, recording)
-            channels.append(Channel(name, unit, measured(recording, name), prediction.values, prediction.counts))
+            channels.append(
+                Channel(name, unit, measured_channel(recording, name), prediction.values, prediction.counts)
+            )
     return Predicted(recording, tuple(channels), tuple(refused))
 
 
-def measured(recording: Recording, name: str) -> FloatArray:
+def measured_channel(recording: Recording, name: str) -> FloatArray:
     """A compared channel as it was measured (n,), SI; the transmission error in rad (of a linear axis in m)."""
     if name != TRANSMISSION_ERROR:
         return recording.si(name)

@@ -71,10 +71,10 @@ class Formulas:
     @property
     def steps(self) -> list[Written]:
         """All formulas in the order of evaluation."""
-        return formula.ordered(list(self.outputs.values()))
+        return formula.in_evaluation_order(list(self.outputs.values()))
 
 
-def written(simulation: Simulation, standstill: float = 1e-3) -> Formulas:
+def formulas_of(simulation: Simulation, standstill: float = 1e-3) -> Formulas:
     """Write a simulation as formulas.
 
     ``standstill``: motor speed in rad/s below which it stands, a parameter as well. Raises ConfigurationError where
@@ -106,7 +106,7 @@ def written(simulation: Simulation, standstill: float = 1e-3) -> Formulas:
         )
     if not outputs:
         raise ConfigurationError(f"nothing can be exported: {'; '.join(refused)}.")
-    steps = formula.ordered(list(outputs.values()))
+    steps = formula.in_evaluation_order(list(outputs.values()))
     used = {n.extra[0] for n in steps if n.op == "input"}
     inputs = [*(n for n in INPUTS if n in used), *sorted(n for n in used if n not in (*INPUTS, "time"))]
     named = {n.extra[0] for n in steps if n.op == "parameter"}
@@ -137,7 +137,7 @@ class _Writer:
         while key in self.parameters and self.parameters[key].meaning != meaning:
             key += "_"
         self.parameters.setdefault(key, Parameter(key, float(value), unit, meaning))
-        return formula.named("parameter", key)
+        return formula.reference("parameter", key)
 
     def calibrated(self, channel: str) -> bool:
         """Whether some nominal term of a channel is calibrated; a term that is not was then not in the recordings."""
@@ -267,4 +267,4 @@ class _Writer:
         return [make("mul", make("mul", share, lift(frame.torque / frame.ratio)), slope)]
 
 
-__all__: Sequence[str] = ["Formulas", "Parameter", "identifier", "written"]
+__all__: Sequence[str] = ["Formulas", "Parameter", "formulas_of", "identifier"]

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 from bench.configuration import BenchConfiguration
 from bench.errors import LimitError
-from bench.investigate.offer import Offered, State, beyond, offered, planned, states
+from bench.investigate.offer import Offered, State, enlarged_range, offered_points, plan_points, states
 from bench.investigate.questions import Question
 from bench.mismatch.report.candidates import Candidate, Range, candidates, frame_of
 from bench.mismatch.report.rules import by_rule
@@ -99,7 +99,7 @@ def best(
     found: list[Experiment] = []
     refused: list[str] = []
     for state in states(covered, bench, celsius):
-        points, why = offered(state, bench)
+        points, why = offered_points(state, bench)
         refused += why
         candidate = _in_state(design, state, points, bench, celsius)
         if candidate is not None and candidate.hours <= most_h:
@@ -116,7 +116,7 @@ def _in_state(
     if not looks:
         return None
     prepared = () if state.before is None else (state.before,)
-    before_s = planned("before", prepared, bench, celsius).duration_s if prepared else 0.0
+    before_s = plan_points("before", prepared, bench, celsius).duration_s if prepared else 0.0
 
     def gains(chosen: Sequence[int]) -> list[tuple[Question, float]]:
         return [
@@ -138,7 +138,7 @@ def _in_state(
     if sum(gain for _, gain in expected) < LEAST_GAIN:
         return None
     listed = (*prepared, *(points[k].point for k in chosen))
-    hours = planned("whole", listed, bench, celsius).duration_s / SECONDS_AN_HOUR
+    hours = plan_points("whole", listed, bench, celsius).duration_s / SECONDS_AN_HOUR
     return Experiment(listed, hours, tuple(expected), "largest expected information an hour of bench time", state.name)
 
 
@@ -156,7 +156,7 @@ def by_rules(
         if proposal is None or (*question.key, proposal.why) in done:
             continue
         try:
-            hours = planned("rule", proposal.points, bench, celsius).duration_s / SECONDS_AN_HOUR
+            hours = plan_points("rule", proposal.points, bench, celsius).duration_s / SECONDS_AN_HOUR
         except LimitError:
             continue
         if hours <= most_h:
@@ -164,13 +164,13 @@ def by_rules(
     return None
 
 
-def wanted(
+def bench_needs(
     asked: Sequence[Question], covered: Range, ratio: float, bench: BenchConfiguration, celsius: float
 ) -> list[str]:
     """What the bench would need: why it refuses points, twice as far out, that would separate explanations."""
     design = Design(asked, ratio)
     refusals: dict[str, float] = {}
-    state = next(iter(states(beyond(covered), bench, celsius)))
+    state = next(iter(states(enlarged_range(covered), bench, celsius)))
     every = [Offered(state, point, 0.0) for point in candidates(replace(state.covered, heats=False))]
     looks = design.looks(every)
     for k, one in enumerate(every):
@@ -178,7 +178,7 @@ def wanted(
         if gain < LEAST_GAIN:
             continue
         try:
-            planned("beyond", (one.point,), bench, celsius)
+            plan_points("beyond", (one.point,), bench, celsius)
         except LimitError as error:
             words = str(error).split(" needs ", 1)[-1]
             refusals[words] = max(refusals.get(words, 0.0), gain)

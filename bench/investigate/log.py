@@ -72,7 +72,7 @@ class Step:
         }
 
 
-def came(question: Question, findings: Sequence[Finding]) -> Came:
+def outcome_of(question: Question, findings: Sequence[Finding]) -> Came:
     """What became of a question in a later analysis."""
     finding = question.finding
     there = [f for f in findings if f.channel == finding.channel]

@@ -10,9 +10,9 @@ from typing import Protocol
 
 from bench.configuration import BenchConfiguration
 from bench.errors import ConfigurationError
-from bench.investigate.design import Experiment, best, by_rules, wanted
-from bench.investigate.log import Log, Step, came
-from bench.investigate.offer import extended, last_celsius, written
+from bench.investigate.design import Experiment, bench_needs, best, by_rules
+from bench.investigate.log import Log, Step, outcome_of
+from bench.investigate.offer import extended_range, last_celsius, write_campaign
 from bench.investigate.questions import Question, questions
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.report.candidates import Range
@@ -72,7 +72,7 @@ class Scene:
     def of(cls, report: Report, lab: Lab, asked: Asked, log: Log) -> Scene:
         """The scene after a look at the recordings."""
         data = report.data
-        covered = extended(Range.of(data), lab.bench)
+        covered = extended_range(Range.of(data), lab.bench)
         celsius = lab.celsius(last_celsius([rows.frame for rows in data.rows.values()]))
         left = asked.hours - log.hours
         found = questions(report.findings, asked.confidence)
@@ -83,7 +83,7 @@ Choice = Callable[[Scene], Experiment | None]
 Progress = Callable[[str], None]
 
 
-def chosen(scene: Scene) -> Experiment | None:
+def choose_experiment(scene: Scene) -> Experiment | None:
     """The designed experiment; a rule of the field where no design separates anything; None where neither does."""
     designed, _ = best(scene.asked, scene.covered, scene.ratio, scene.bench, scene.celsius, scene.hours)
     if designed is not None:
@@ -96,7 +96,7 @@ def investigate(
     out: Path,
     lab: Lab,
     asked: Asked,
-    choose: Choice = chosen,
+    choose: Choice = choose_experiment,
     report_progress: Progress = lambda _: None,
     first: Report | None = None,
     plan_only: bool = False,
@@ -120,11 +120,11 @@ def investigate(
         why = _over(report, scene, asked, log)
         experiment = None if why else choose(scene)
         if experiment is None:
-            needs = [] if why else wanted(scene.asked, scene.covered, scene.ratio, scene.bench, scene.celsius)
+            needs = [] if why else bench_needs(scene.asked, scene.covered, scene.ratio, scene.bench, scene.celsius)
             log.end(why or _nothing_more(scene), needs)
             return log
         number = len(folders)
-        path = written(out / f"{EXPERIMENT}-{number}.toml", _title(scene.asked), number, experiment.points)
+        path = write_campaign(out / f"{EXPERIMENT}-{number}.toml", _title(scene.asked), number, experiment.points)
         report_progress(f"experiment {number}: {experiment.why}; {experiment.hours:.2f} h of bench time, {path}")
         if plan_only:
             log.add(Step(number, experiment, path.name))
@@ -134,7 +134,7 @@ def investigate(
         hours = lab.run(path, into, _after(report.data))
         folders.append(into)
         report = _look(folders, out, report_progress)
-        outcomes = tuple(came(question, report.findings) for question, _ in experiment.gains)
+        outcomes = tuple(outcome_of(question, report.findings) for question, _ in experiment.gains)
         log.add(Step(number, experiment, path.name, hours, outcomes))
 
 
@@ -161,13 +161,13 @@ def _look(folders: Sequence[Path], out: Path, report_progress: Progress) -> Repo
 def _over(report: Report, scene: Scene, asked: Asked, log: Log) -> str:
     """Why it ends before a choice; empty where it goes on."""
     if not scene.asked:
-        return settled(len(report.findings), report.why)
+        return reason_to_stop(len(report.findings), report.why)
     if len(log.steps) >= asked.experiments:
         return f"{asked.experiments} experiments are run, as many as asked for"
     return "the budget of bench time is spent" if scene.hours <= 0.0 else ""
 
 
-def settled(findings: int, why: str) -> str:
+def reason_to_stop(findings: int, why: str) -> str:
     """Why nothing is asked after a report with so many ``findings``; ``why`` it found none, where it could not."""
     if findings:
         return "all is named"
@@ -176,7 +176,7 @@ def settled(findings: int, why: str) -> str:
 
 def _nothing_more(scene: Scene) -> str:
     """Whether more time would help."""
-    more = chosen(replace(scene, hours=float("inf")))
+    more = choose_experiment(replace(scene, hours=float("inf")))
     if more is None:
         return "nothing more can be gained with what this bench does"
     return f"the next experiment takes {more.hours:.1f} h, {scene.hours:.1f} h are left of the budget"

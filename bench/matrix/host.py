@@ -102,9 +102,10 @@ def _two_runs_in_a_folder(row: Row, outcome: Outcome, file: BenchFile, folder: P
             run_campaign(file, campaign, folder, seed=seed)
             outcome.reaction = "not refused"
         except BenchError as error:
-            outcome.told, outcome.reaction = str(error), "refused"
+            outcome.sentence, outcome.reaction = str(error), "refused"
     outcome.require(
-        row.expected_text in outcome.told, f"the second run was not refused with '{row.expected_text}': {outcome.told}"
+        row.expected_text in outcome.sentence,
+        f"the second run was not refused with '{row.expected_text}': {outcome.sentence}",
     )
     outcome.require(not list(folder.glob("*.h5*")), "the second run recorded something")
 

@@ -82,7 +82,7 @@ def _round(address: str, service: int, waits: dict[str, Wait], real_time: bool) 
     """Two runs, each ended and reset: the first of each cold, the second with a process that stands ready."""
     who = {"secret": post(address, "controls/take", name="benchmark")["secret"]}
 
-    def timed(wait: Wait, ask: Callable[[], Any], true: Callable[[], bool]) -> Any:
+    def measure_wait(wait: Wait, ask: Callable[[], Any], true: Callable[[], bool]) -> Any:
         before, begun = _processor_s(service), time.monotonic()
         answer = ask()
         until(true, WAITS_S, f"not within {WAITS_S:.0f} s: {wait.name}")
@@ -95,7 +95,7 @@ def _round(address: str, service: int, waits: dict[str, Wait], real_time: bool) 
         return str(post(address, "runs", **body)["id"])
 
     for run_wait, reset_wait in ((FIRST, RESET_AT_ONCE), (RUN, RESET)):
-        run = timed(waits[run_wait], start, lambda: _phase(address) not in ("free", "opening") or _free(address))
+        run = measure_wait(waits[run_wait], start, lambda: _phase(address) not in ("free", "opening") or _free(address))
         if _free(address):
             ends = [entry.get("end") for entry in state(address, "runs")["runs"] if entry["id"] == run]
             raise BenchError(f"the run ended before it was seen to begin: {ends}")
@@ -103,7 +103,7 @@ def _round(address: str, service: int, waits: dict[str, Wait], real_time: bool) 
         until(lambda: _free(address), WAITS_S, "the run does not end")
         if reset_wait == RESET:
             _until_ready(address)
-        timed(waits[reset_wait], partial(post, address, "reset", **who, run=run), lambda: _free(address))
+        measure_wait(waits[reset_wait], partial(post, address, "reset", **who, run=run), lambda: _free(address))
         _until_ready(address)
 
 

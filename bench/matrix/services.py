@@ -48,9 +48,10 @@ def _two_services(row: Row, outcome: Outcome, file: BenchFile, folder: Path) -> 
     with running_service(folder / "first") as (process, address):
         port = str(free_port())
         second = _run_refused_command(outcome, "serve", "--port", port, "--folder", str(folder / "second"))
-        outcome.told = second.strip().removeprefix("error: ")
+        outcome.sentence = second.strip().removeprefix("error: ")
         outcome.require(
-            row.expected_text in outcome.told, f"the second was not refused with '{row.expected_text}': {outcome.told}"
+            row.expected_text in outcome.sentence,
+            f"the second was not refused with '{row.expected_text}': {outcome.sentence}",
         )
         outcome.require(process.poll() is None and bool(get(address, "health")), "the first one did not go on")
 
@@ -59,9 +60,10 @@ def _two_runs_on_a_bus(row: Row, outcome: Outcome, file: BenchFile, folder: Path
     with bus_in_use(on_interface(file, "matrix0")):
         # the lock is asked for before the interface, which does not even exist here
         said = _run_refused_command(outcome, "commission", "--bus", "matrix0", "--yes")
-    outcome.told = said.strip().splitlines()[-1].removeprefix("error: ")
+    outcome.sentence = said.strip().splitlines()[-1].removeprefix("error: ")
     outcome.require(
-        row.expected_text in outcome.told, f"the second was not refused with '{row.expected_text}': {outcome.told}"
+        row.expected_text in outcome.sentence,
+        f"the second was not refused with '{row.expected_text}': {outcome.sentence}",
     )
 
 

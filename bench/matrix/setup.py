@@ -48,9 +48,9 @@ def run_setup_row(row: Row, file: BenchFile, folder: Path, seed: int = 0) -> Out
             outcome.reaction = "opened"
             outcome.require(False, "the bench was opened")
     except DeviceError as error:
-        outcome.told, outcome.reaction = str(error), "refused"
+        outcome.sentence, outcome.reaction = str(error), "refused"
     outcome.require(
-        row.expected_text in outcome.told, f"the sentence does not say '{row.expected_text}': {outcome.told}"
+        row.expected_text in outcome.sentence, f"the sentence does not say '{row.expected_text}': {outcome.sentence}"
     )
     _at_rest(outcome, other)
     outcome.struck = Shafts(None, master).at(master.bench.cycle)

@@ -42,7 +42,7 @@ def page(rows: Sequence[Row], watched_s: float) -> str:
     lines = [_HEAD.format(watched=watched_s, off=OFF_AFTER_RUNG_S, made=_provenance(rows), summary=_summary(rows))]
     lines += [
         f"| {row.condition} | {row.press} | {_s(row.torque_off_s)} | {_s(row.at_rest_s)} | {row.rung or '–'} |"
-        f" {_s(row.rung_to_off_s)} | {_s(row.apart_s)} | {_cell(row.note or row.told)} |\n"
+        f" {_s(row.rung_to_off_s)} | {_s(row.apart_s)} | {_cell(row.note or row.answer)} |\n"
         for row in rows
     ]
     reasons = [f"- {row.condition}, {row.press}: {_cell(why)}\n" for row in rows if (why := reason(row)) is not None]

@@ -13,12 +13,12 @@ import subprocess
 import threading
 import time
 import urllib.request
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack, suppress
 from dataclasses import asdict, dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from bench.commissioning.record import Commissioned, Zero, digest, record_path
 from bench.configuration import BenchFile, load_bench, on_interface
@@ -73,7 +73,8 @@ class Row:
 
     condition: str
     press: str
-    told: str = ""
+    answer: str = ""
+    """What whoever pressed was told; its key in files is ``told``."""
     torque_off_s: float | None = None
     at_rest_s: float | None = None
     rung: str = ""
@@ -90,7 +91,12 @@ class Row:
 
     def as_dict(self) -> dict[str, Any]:
         """For a script."""
-        return asdict(self)
+        return {"told" if name == "answer" else name: value for name, value in asdict(self).items()}
+
+    @classmethod
+    def of(cls, content: Mapping[str, Any]) -> Self:
+        """Read what :meth:`as_dict` wrote; raises TypeError where a key is not known."""
+        return cls(**{"answer" if name == "told" else name: value for name, value in content.items()})
 
 
 def measure(condition: str, press: str, folder: Path) -> Row:
@@ -150,7 +156,7 @@ def _press(row: Row, scene: Scene, order: Callable[[str], dict[str, Any]], port:
     said: dict[str, Any] = {}
 
     def press() -> None:
-        row.told = PRESSES[row.press](scene, by, port)
+        row.answer = PRESSES[row.press](scene, by, port)
 
     threads = [threading.Thread(target=press, daemon=True)]
     if port is not None:

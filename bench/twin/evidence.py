@@ -95,6 +95,6 @@ class Evidence:
         return self.at[place]
 
 
-def together(logs: FloatArray, weights: FloatArray) -> float:
+def combined_log(logs: FloatArray, weights: FloatArray) -> float:
     """log of the weighted mean of evidence of several streams (n,), weights (n,) of sum 1."""
     return float(np.logaddexp.reduce(logs + np.log(weights)))

@@ -11,7 +11,7 @@ import numpy as np
 
 from bench.errors import RecordingError
 from bench.recording import Recording
-from bench.twin.evidence import Evidence, together
+from bench.twin.evidence import Evidence, combined_log
 from bench.twin.predicting import Look, Predicting, Sketch
 from bench.twin.scale import ALPHA_TEST, CALIBRATION, Scale, scales
 from bench.twin.streams import AT_ONE_POINT, Stream, streams
@@ -119,7 +119,7 @@ class Watch:
         for stream, z in innovations.items():
             self.evidence[stream].add(z, number)
         weights = np.array([self.weights[s] for s in self.evidence])
-        log = together(np.array([e.log for e in self.evidence.values()]), weights)
+        log = combined_log(np.array([e.log for e in self.evidence.values()]), weights)
         self.seen.append(Seen(recording, look.values, innovations, log, look.left))
         if self.alarmed is None and log >= LIMIT:
             self.alarmed = len(self.seen) - 1

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bench.cli._plain import say
+from bench.cli._stored import load_stored
 from bench.cli._stored import store as keep
-from bench.cli._stored import stored
 from bench.errors import BenchError
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def coverage(
 
     # of the program that is running: others may commit meanwhile
     made_by = commit()
-    content = stored(store, _empty(bench), ("format", "bench"))
+    content = load_stored(store, _empty(bench), ("format", "bench"))
     if again:
         content |= {"campaigns": [], "pairs": []}
     content["asked"] = campaigns

@@ -25,7 +25,7 @@ def tables(content: Mapping[str, Any]) -> str:
     return "\n".join([*_ways(rows), "", *_plants(rows), "", f"{done}, commit {', '.join(made) or 'none'}."])
 
 
-def into(page: str, content: Mapping[str, Any]) -> str:
+def insert_tables(page: str, content: Mapping[str, Any]) -> str:
     """The page with new tables between its marks; at its end where it has none."""
     return between(page, BEGIN, END, tables(content))
 

@@ -33,7 +33,7 @@ def tables(content: Mapping[str, Any]) -> str:
     return "\n".join([*lines, "", done])
 
 
-def into(page: str, content: Mapping[str, Any]) -> str:
+def insert_tables(page: str, content: Mapping[str, Any]) -> str:
     """The page with new tables between its marks; at its end where it has none."""
     return between(page, BEGIN, END, tables(content))
 

@@ -15,11 +15,11 @@ from bench.configuration import BenchFile, load_bench
 from bench.cycle.round_trip import veth_pair
 from bench.errors import DeviceError
 from bench.matrix import PLANT, ROWS, SETUP, SLOW, WIRE, Outcome, Row, wire
-from bench.matrix.outcome import Envelope, together
+from bench.matrix.outcome import Envelope, combine_tries
 from bench.matrix.plant import Strike
 from bench.matrix.run import RATE_TRIES, run_rows, run_rows_often
 from bench.matrix.shafts import Look, Shafts
-from bench.matrix.store import load, merged, save
+from bench.matrix.store import load, newest_outcomes, save
 from bench.matrix.summary import sources, summary
 from bench.matrix.table import page
 from bench.safety import Cause
@@ -171,7 +171,7 @@ def test_samples_that_are_further_apart_are_told() -> None:
 def test_several_tries_are_right_only_if_all_are() -> None:
     right = Outcome("frame_late", "late", WIRE, found_s=0.1, rest_s=0.2, off_s=0.3, struck=(0.5, 300.0))
     wrong = Outcome("frame_late", "late", WIRE, rest_s=0.4, off_s=0.1, problems=["it stopped"])
-    both = together([right, wrong, right])
+    both = combine_tries([right, wrong, right])
     assert (both.passed, both.right, both.tries) == (False, 2, 3)
     assert both.problems == ["try 2: it stopped"]
     assert (both.found_s, both.stopped_s) == (None, 0.4)
@@ -218,8 +218,9 @@ def test_rows_of_earlier_runs_keep_their_commit(tmp_path: Path) -> None:
     old = [Outcome(row.name, row.text, row.kind, commit="old", day="2026-01-01") for row in rows]
     save(tmp_path / "f.json", old)
     assert load(tmp_path / "f.json") == old
+    assert '"told"' in (tmp_path / "f.json").read_text("utf-8")
     new = Outcome(rows[1].name, rows[1].text, rows[1].kind, commit="new", day="2026-01-02")
-    shown = merged(load(tmp_path / "f.json"), [new], rows)
+    shown = newest_outcomes(load(tmp_path / "f.json"), [new], rows)
     assert [outcome.commit for outcome in shown] == ["old", "new"]
     said = sources(shown)
     assert said.startswith("Rows are of 2026-01-02, commit new; of 2026-01-01, commit old: `emergency_stop`. Not run: ")

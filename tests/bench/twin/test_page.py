@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from bench.twin.proof.campaigns import cases
-from bench.twin.proof.page import BEGIN, END, into, tables
+from bench.twin.proof.page import BEGIN, END, insert_tables, tables
 
 
 def row(change: str, level: str, noticed: int | None, began: int | None = 20) -> dict[str, Any]:
@@ -31,7 +31,7 @@ def test_delays_misses_and_false_alarms_are_counted() -> None:
 
 def test_only_what_stands_between_the_marks_is_replaced() -> None:
     content = {"command": "x", "campaigns": []}
-    page = into(f"before\n{BEGIN}\nold\n{END}\nafter\n", content)
+    page = insert_tables(f"before\n{BEGIN}\nold\n{END}\nafter\n", content)
     assert page.startswith("before\n")
     assert page.endswith("\nafter\n")
     assert "old" not in page
