@@ -1,4 +1,4 @@
-"""The paper's outlook, done: feedforward on a bench, with and without, at points the model was not identified on."""
+"""Feedforward of the identified model on a bench, with and without, at points that it was not fitted to."""
 
 from __future__ import annotations
 

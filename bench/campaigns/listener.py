@@ -1,4 +1,4 @@
-"""Who follows how a campaign goes: the terminal, a page, a script, or nobody; and who may look at its rows."""
+"""Interfaces for whatever follows a campaign (a terminal, a page, a script, or nothing), and for what sees its rows."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Expected:
 
 
 class Listener(Protocol):
-    """Receives how a campaign goes."""
+    """Receives the progress of a campaign."""
 
     def planned(self, campaign_id: str, plan: Plan, points: Sequence[Expected]) -> None:
         """The bench is open and this is what will be done."""
@@ -49,19 +49,19 @@ class Listener(Protocol):
         ...
 
     def paused(self, now: bool, why: str = "") -> None:
-        """Points wait for the operator, said now and then as long as they do, or no longer.
+        """Points wait for the operator, or no longer; called again now and then while they wait.
 
         ``why`` is the sentence where it was not the operator who paused.
         """
         ...
 
     def noticed(self, text: str) -> None:
-        """The bench is open, and this of it is not as it should be."""
+        """The bench is open, and ``text`` says what about it is not as it should be."""
         ...
 
 
 class Silent:
-    """A listener for whoever does not want to know."""
+    """A listener that ignores everything."""
 
     def planned(self, campaign_id: str, plan: Plan, points: Sequence[Expected]) -> None:
         """Do nothing."""

@@ -149,7 +149,7 @@ class Decoder:
         )
 
     def _stop_demanded(self, name: str, n: int) -> NDArray[np.bool_]:
-        """Return where a safety input says "stop" (n,); nowhere if the bench has none of that name."""
+        """Return where a safety input demands a stop (n,); nowhere if the bench has none of that name."""
         safety = self._assembly.safety
         if safety is None or name not in safety.names:
             return np.zeros(n, np.bool_)

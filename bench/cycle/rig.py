@@ -16,7 +16,7 @@ from bench.cycle.ahead import make_link
 from bench.cycle.assembly import Assembly, assemble, device_errors
 from bench.cycle.decode import warm_up
 from bench.cycle.end import End, EndKind
-from bench.cycle.feed import emit, guarded, make_feed
+from bench.cycle.feed import emit, make_feed, run_guarded
 from bench.cycle.link import BusLostError
 from bench.cycle.sink import NoSink, SafeSink, Sink
 from bench.cycle.stop.climb import Stop
@@ -192,7 +192,7 @@ class Rig(Stoppable):
                     n = min(remaining, self._assembly.block)
                     self._link.keep_ahead(self.set_values == (0.0, 0.0))
                     velocity, torque = self.set_values
-                    decoded, verdict = guarded(self._link, np.full(n, velocity), np.full(n, torque), self._judge)
+                    decoded, verdict = run_guarded(self._link, np.full(n, velocity), np.full(n, torque), self._judge)
                     end = self._end_of(verdict)
                     if end is not None:
                         self._tripped = end

@@ -82,7 +82,7 @@ class LatchFile:
             self._failed.clear()
 
     def stopped(self, cause: str, text: str, at: datetime) -> None:
-        """Latch a stop: it holds when this returns, at once whatever the disk does; threads store it."""
+        """Latch a stop: it is in force when this returns, which does not wait for the disk; threads store it."""
         latch = self._kept = Latch().stopped(cause, text, at.isoformat(timespec="milliseconds"))
         if self.path is None:
             return
@@ -113,7 +113,7 @@ class LatchFile:
         return f"the stop could not be stored ({reasons}); it holds {place}"
 
     def act(self, act: Act, by: str) -> Latch:
-        """Do an act (see :meth:`Latch.after`) and keep what is then.
+        """Do an act (see :meth:`Latch.after`) and store the resulting latch.
 
         Raises
         ------
@@ -156,7 +156,7 @@ class LatchFile:
 
 
 def _write_copy(path: Path, latch: Latch) -> None:
-    """Keep a copy beside the latch; one of a bench that is free is taken away."""
+    """Write a copy of the latch; that of a bench which is free is removed."""
     if latch.standing is not Standing.CLEAR:
         write_durably(path, latch.as_dict())
         return

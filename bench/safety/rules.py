@@ -89,7 +89,7 @@ CAUSE, SLOT, WHEN, REPORTED = range(4)
 """Columns of the compiled table."""
 
 
-def compiled(rules: tuple[Rule, ...] = RULES) -> NDArray[np.int64]:
+def compile_rules(rules: tuple[Rule, ...] = RULES) -> NDArray[np.int64]:
     """Return the table as the loop reads it, one row a rule."""
     slots = [rule.slot if rule.reported is None else rule.reported for rule in rules]
     return np.array(

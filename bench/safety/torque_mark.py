@@ -1,4 +1,4 @@
-"""A mark that a process has the bench's torque: left behind, it says that a run died, and that is a stop.
+"""A mark that exists while a process may give torque: left behind, it shows that the run died, which is a stop.
 
 A run that is killed, or loses its computer's power, latches nothing: nobody was left to do it. Whoever asks for the
 latch next finds its mark; torque then takes the three acts, as after any other stop. Only a bench behind a network
@@ -30,8 +30,8 @@ def mark_path(bench: BenchConfiguration) -> Path | None:
 
 
 @contextmanager
-def marked(bench: BenchConfiguration, run: str, report_failure: Callable[[str], None]) -> Iterator[None]:
-    """Leave a mark for as long as this process may give torque, taken away however it ends, unless it dies.
+def torque_mark(bench: BenchConfiguration, run: str, report_failure: Callable[[str], None]) -> Iterator[None]:
+    """Keep a mark while this process may give torque; it is removed at the end, unless the process dies.
 
     ``run`` names it in the sentence. A folder that cannot be written is reported and no reason not to run: stops that
     somebody is left to see are latched all the same.

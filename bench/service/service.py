@@ -31,7 +31,7 @@ from bench.service.models import NewAnalysis
 from bench.service.readers import Readers
 from bench.service.refusals import NotNow, Unknown
 from bench.service.runs.after_stop import AfterStop
-from bench.service.runs.allowed import BEGINS, Situation, allowed, why_not
+from bench.service.runs.allowed import BEGINS, Situation, allowed_acts, why_not
 from bench.service.runs.asking import Asking
 from bench.service.runs.by_hand import ByHand
 from bench.service.runs.idle import Idle
@@ -173,7 +173,7 @@ class Service:
         return {
             "type": "state",
             "holder": self.lease.as_dict(time.monotonic()),
-            "allowed": sorted(allowed(self.situation())),
+            "allowed": sorted(allowed_acts(self.situation())),
             "alarms": self.alarms.standing(),
             "pages": self.stream.pages,
             "alive": self.keeper.is_alive(),
@@ -241,7 +241,7 @@ class Service:
     def check_possible(self, what: str) -> None:
         """Refuse what is not possible now."""
         situation = self.situation()
-        if what not in allowed(situation):
+        if what not in allowed_acts(situation):
             raise NotNow(why_not(what, situation))
         if what in BEGINS and self.disk.trouble is not None:
             raise NotNow(f"nothing begins now: {self.disk.trouble}; make room or mend it first")

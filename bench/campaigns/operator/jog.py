@@ -26,7 +26,7 @@ from bench.errors import LimitError
 from bench.protocols import Point
 from bench.safety import Cause
 from bench.safety.acts import latch_of, require_resumable
-from bench.safety.torque_mark import marked
+from bench.safety.torque_mark import torque_mark
 from bench.stop_button import StopButton
 
 _LATE_LOOKS = 5
@@ -68,7 +68,7 @@ def jog(
     zero = None if commissioned is None else commissioned.zero
     low = gentle(file)
     with (
-        marked(file.configuration, "motion by hand", noticed),
+        torque_mark(file.configuration, "motion by hand", noticed),
         precedence(file.configuration.bus.master != "emulated") as refused,
         Rig(low, seed=seed, real_time=real_time, latch=latch, zero=zero) as rig,
     ):

@@ -103,7 +103,7 @@ class Recorder:
         self._record(lambda: self._writer.event(self._writer.rows * self._cycle_time, level, text))
 
     def _record(self, record: Callable[[], None]) -> None:
-        """Record, as long as the recording goes on."""
+        """Call ``record`` unless the recording has ended already."""
         if self.ended is not None:
             return
         try:
@@ -112,7 +112,7 @@ class Recorder:
             self.ended = str(error)
 
     def remark(self, text: str) -> str | None:
-        """Note what an operator said; return why that was not possible, which is nothing a recording ends for."""
+        """Store a remark of the operator; return why that was not possible. The recording goes on in either case."""
         try:
             self.event("note", text)
         except Exception as error:  # noqa: BLE001 - told to the operator; rows have a way of their own to fail

@@ -91,7 +91,7 @@ class Alarms:
             self._changed()
 
     def acknowledge(self, number: int, by: str) -> Alarm | None:
-        """Take an alarm away; None if there is none of this number (any more) that is to be acknowledged."""
+        """Acknowledge and remove an alarm; None if there is none of this number that has to be acknowledged."""
         alarm = self._alarms.get(number)
         if alarm is None or alarm.clears_itself:
             return None
@@ -113,5 +113,5 @@ class Alarms:
 
 
 def _alarm(entry: dict[str, Any]) -> Alarm:
-    """Read an alarm; what other versions kept beside is left out."""
+    """Read an alarm; keys of other versions are ignored."""
     return Alarm(**{key: value for key, value in entry.items() if key in Alarm.__dataclass_fields__})

@@ -36,7 +36,7 @@ class Twins:
         """what the twin said last of the run it watches"""
 
     async def look(self) -> None:
-        """Have a twin beside the run that runs, if it asked for one; let that of a run that ended finish."""
+        """Start a twin for the present run, if it asked for one; let the twin of a run that ended finish."""
         run = self._keeper.runs.running()
         if run is not None and self._run is not None and run.id == self._run.id:
             return

@@ -171,13 +171,13 @@ class Clock:
 
 def test_a_question_has_an_answer_a_stop_or_an_end() -> None:
     never = threading.Event()
-    assert asked.asked("three", lambda: 3, Clock(), lambda: False) == 3
+    assert asked.ask_sequence("three", lambda: 3, Clock(), lambda: False) == 3
     with pytest.raises(Stopped, match="while waiting for nothing"):
-        asked.asked("nothing", lambda: never.wait(5), Clock(), lambda: True)
+        asked.ask_sequence("nothing", lambda: never.wait(5), Clock(), lambda: True)
     with pytest.raises(SequenceFailed, match=r"nothing did not come within 0\.03 s"):
-        asked.asked("nothing", lambda: never.wait(5), Clock(), lambda: False, patience_s=0.03)
+        asked.ask_sequence("nothing", lambda: never.wait(5), Clock(), lambda: False, patience_s=0.03)
     with pytest.raises(SequenceFailed, match="it failed: ZeroDivisionError: of a sequence"):
-        asked.asked("it", broken, Clock(), lambda: False)
+        asked.ask_sequence("it", broken, Clock(), lambda: False)
     never.set()
 
 

@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from bench.cli.app import make_app
 from bench.errors import ConfigurationError
 from bench.exchange.to_fmu import write_fmu
-from bench.exchange.written import written
+from bench.exchange.written import formulas_of
 from bench.foreign.fmu import open_fmu
 from bench.foreign.looking import draft, take_inventory
 from bench.simulation.model import Simulation
@@ -36,7 +36,7 @@ NAMES = {
 def joint(tmp_path: Path) -> Path:
     """An FMU whose author calls things by names of his own."""
     made = tmp_path / "ours.fmu"
-    write_fmu(written(Simulation.load(ROOT / "docs/examples/rig_model.json")), made)
+    write_fmu(formulas_of(Simulation.load(ROOT / "docs/examples/rig_model.json")), made)
     target = tmp_path / "joint.fmu"
     with zipfile.ZipFile(made) as source, zipfile.ZipFile(target, "w") as out:
         for item in source.namelist():

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from bench.foreign.fmu import Fmu, unpacked
+from bench.foreign.fmu import Fmu, unpack_fmu
 from bench.foreign.mapping import Mapping
 from bench.simulation.frame import FloatArray
 
@@ -61,7 +61,7 @@ def test_co_simulation_gives_what_its_authors_say(folder: Path, name: str) -> No
     for path in files(folder, name):
         expected = reference(path)
         time = expected.pop("time")
-        variables = {v.name for v in unpacked(str(path.resolve()))[1].modelVariables if v.causality == "output"}
+        variables = {v.name for v in unpack_fmu(str(path.resolve()))[1].modelVariables if v.causality == "output"}
         for variable in variables & set(expected):
             simulated = run(path, "co-simulation", variable, time)
             np.testing.assert_allclose(simulated, expected[variable], atol=1e-9, err_msg=f"{path}: {variable}")

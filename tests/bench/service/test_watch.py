@@ -28,7 +28,7 @@ from bench.service.files.book import Book
 from bench.service.files.disk import Disk
 from bench.service.files.kept import Broken
 from bench.service.files.storage import storage
-from bench.service.runs.allowed import BEGINS, PHASES, RUNNING, Situation, allowed, why_not
+from bench.service.runs.allowed import BEGINS, PHASES, RUNNING, Situation, allowed_acts, why_not
 from bench.service.runs.keeper import Keeper
 from bench.service.watchdog import feed, is_well, notify, writer_lives
 from tests.program import bench
@@ -213,7 +213,7 @@ def test_alarms_reach_those_who_are_not_there(monkeypatch: pytest.MonkeyPatch) -
 @pytest.mark.parametrize("due", ["", "acknowledge", "reset", "resume"])
 def test_what_may_be_done_in_every_state(phase: str, due: str) -> None:
     now = Situation(phase, held=True, waiting=True, proposed=True, ended=True, due=due)
-    acts = allowed(now)
+    acts = allowed_acts(now)
     assert {"stop", "withdraw", "queue", "approve"} <= acts
     assert ("start" in acts) == (due in ("", "resume"))
     assert ("again" in acts) == (phase == "free" and due in ("", "resume"))
@@ -225,7 +225,7 @@ def test_what_may_be_done_in_every_state(phase: str, due: str) -> None:
         assert why_not(act, now).startswith(act)
     # as long as an alarm stands that nobody has read, nothing gives torque
     alarmed = replace(now, alarms=True)
-    assert allowed(alarmed) == acts - BEGINS | {"acknowledge"}
+    assert allowed_acts(alarmed) == acts - BEGINS | {"acknowledge"}
     assert all("acknowledge" in why_not(act, alarmed) for act in BEGINS)
 
 
