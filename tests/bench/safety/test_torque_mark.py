@@ -18,8 +18,8 @@ from bench.safety.torque_mark import mark_path, torque_mark
 DYING = """
 import os, sys
 from bench.configuration import load_bench, on_interface
-from bench.safety.torque_mark import marked
-with marked(on_interface(load_bench("rh380n"), "test0").configuration, "quick in a folder", print):
+from bench.safety.torque_mark import torque_mark
+with torque_mark(on_interface(load_bench("rh380n"), "test0").configuration, "quick in a folder", print):
     os._exit(9) if sys.argv[1] == "dies" else None
 """
 
