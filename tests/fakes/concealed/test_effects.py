@@ -123,9 +123,9 @@ def test_designs_cannot_tell_their_pair_apart(pair) -> None:
     def excess(effect) -> np.ndarray:
         return measure(Campaign(plant, (effect,), points, 7), effect.channels[0], 20.0)
 
-    concealed = next(f for f in FORMS if (f.effect, f.name) == (pair.effect, pair.form)).make(np.random.default_rng(1))
-    concealed.shape.update(pair.shape)
-    mine = excess(concealed)
+    own = next(f for f in FORMS if (f.effect, f.name) == (pair.effect, pair.form)).make(np.random.default_rng(1))
+    own.shape.update(pair.shape)
+    mine = excess(own)
     overlaps = []
     for rival in (f for f in FORMS if f.effect == pair.also[0]):
         other = excess(rival.make(np.random.default_rng(2)))
