@@ -74,7 +74,7 @@ def test_where_the_bench_refuses_every_point_nothing_is_designed_and_it_says_why
 ) -> None:
     finding, data = _finding(_fast())
     asked = questions([finding], 0.7)
-    monkeypatch.setattr("bench.investigate.design.offered", lambda *_: ([], ["the lubricant is too warm"]))
+    monkeypatch.setattr("bench.investigate.design.offered_points", lambda *_: ([], ["the lubricant is too warm"]))
     chosen, refused = best(asked, extended_range(Range.of(data), bench), data.ratio, bench, CELSIUS, 8.0)
     assert chosen is None
     assert refused == ["the lubricant is too warm"]

@@ -54,7 +54,8 @@ def test_a_state_in_which_no_point_can_be_run_gives_way_to_another(monkeypatch: 
     def only(names: set[str]) -> None:
         points = [SimpleNamespace(point=point)]
         monkeypatch.setattr(
-            "bench.investigate.proof.run.offered", lambda state, _: (points if state.name in names else [], ["warm"])
+            "bench.investigate.proof.run.offered_points",
+            lambda state, _: (points if state.name in names else [], ["warm"]),
         )
 
     for seed in range(8):
