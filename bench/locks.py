@@ -41,7 +41,7 @@ def serving(file: BenchFile, address: dict[str, Any]) -> Iterator[None]:
     DeviceError
         If another service is.
     """
-    with _locked(_path(file, "service"), {"pid": os.getpid(), **address}) as holder:
+    with _file_lock(_path(file, "service"), {"pid": os.getpid(), **address}) as holder:
         if holder is not None:
             raise DeviceError(
                 f"a service for {bus_name(file)} runs already: {holder.get('url', 'somewhere')}, process"
@@ -60,7 +60,7 @@ def folder_in_use(state: Path, address: dict[str, Any]) -> Iterator[None]:
         If another service does.
     """
     state.mkdir(parents=True, exist_ok=True)
-    with _locked(state / "lock", {"pid": os.getpid(), **address}) as holder:
+    with _file_lock(state / "lock", {"pid": os.getpid(), **address}) as holder:
         if holder is not None:
             raise DeviceError(
                 f"the service at {holder.get('url', 'somewhere')} keeps its recordings in {state.parent} too; give this"
@@ -81,7 +81,7 @@ def bus_in_use(file: BenchFile) -> Iterator[None]:
     if file.configuration.bus.in_process:
         yield
         return
-    with _locked(_path(file, "bus"), {"pid": os.getpid()}) as holder:
+    with _file_lock(_path(file, "bus"), {"pid": os.getpid()}) as holder:
         if holder is not None:
             raise DeviceError(
                 f"the bus {bus_name(file)} is in use by process {holder.get('pid', 'unknown')}; wait for its end"
@@ -94,12 +94,12 @@ def service_for(file: BenchFile) -> dict[str, Any] | None:
     path = _path(file, "service")
     if not path.exists():
         return None
-    with _locked(path, None) as holder:
+    with _file_lock(path, None) as holder:
         return holder
 
 
 @contextmanager
-def _locked(path: Path, content: dict[str, Any] | None) -> Iterator[dict[str, Any] | None]:
+def _file_lock(path: Path, content: dict[str, Any] | None) -> Iterator[dict[str, Any] | None]:
     """Lock a file and yield None, or yield what its holder wrote; ``content`` None only looks."""
     descriptor = open_here(path)
     try:

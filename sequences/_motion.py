@@ -8,7 +8,7 @@ from bench.protocols import BenchFacts, Phase, Point, Request, Segment
 
 
 def start(velocity: float, load_torque: float, bench: BenchFacts) -> tuple[Phase, ...]:
-    """Speed first, then the load, then a wait for transients to die: the load never meets a standing input."""
+    """Speed first, then the load, then a wait until transients have decayed; an input at rest is never loaded."""
     return (
         Phase(Segment.RAMP_UP, bench.velocity_ramp_s(0.0, velocity), velocity, 0.0),
         Phase(Segment.RAMP_UP, bench.torque_ramp_s(0.0, load_torque), velocity, load_torque),

@@ -32,12 +32,12 @@ class Tare:
 
     def phases(self, point: Point, bench: BenchFacts) -> tuple[Phase, ...]:
         """Return the plateau forward, the turn, the plateau backward, to where it began."""
-        turn = bench.velocity_ramp_s(self.speed, -self.speed)
+        reversal_s = bench.velocity_ramp_s(self.speed, -self.speed)
         hold = self.travel / self.speed
         return (
             *start(self.speed, 0.0, bench),
             Phase(Segment.STEADY, hold, self.speed, 0.0),
-            Phase(None, turn, -self.speed, 0.0),
+            Phase(None, reversal_s, -self.speed, 0.0),
             Phase(None, bench.settling_s, -self.speed, 0.0),
             Phase(Segment.STEADY, hold, -self.speed, 0.0),
             *finish(-self.speed, 0.0, bench),

@@ -36,13 +36,13 @@ class Reversal:
         if point.velocity == 0.0:
             raise ValueError("a reversal point needs a velocity other than zero")
         torque, plateau = point.load_torque, self.amplitude / abs(point.velocity)
-        turn = bench.velocity_ramp_s(point.velocity, -point.velocity)
+        reversal_s = bench.velocity_ramp_s(point.velocity, -point.velocity)
         phases = list(start(point.velocity, torque, bench))
         velocity = point.velocity
         for half in range(2 * self.cycles):
             if half:
                 velocity = -velocity
-                phases.append(Phase(None, turn, velocity, torque))
+                phases.append(Phase(None, reversal_s, velocity, torque))
             phases.append(Phase(Segment.STEADY, plateau, velocity, torque))
         return (*phases, *finish(velocity, torque, bench))
 

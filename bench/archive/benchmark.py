@@ -65,7 +65,7 @@ class ArchiveFigures:
 
 
 def measure_archive(
-    root: Path, recordings: int, repeats: int = 7, told: Callable[[str], None] = lambda _: None
+    root: Path, recordings: int, repeats: int = 7, report_progress: Callable[[str], None] = lambda _: None
 ) -> ArchiveFigures:
     """Make recordings below an empty root and measure; the files are real, of a few rows each.
 
@@ -74,14 +74,14 @@ def measure_archive(
     root : folder for them, made if it is not there; recordings it holds already are used.
     recordings : how many there are to be.
     repeats : of each search.
-    told : hears what is going on.
+    report_progress : called with a sentence before each step.
     """
     for first in range(0, recordings, _A_FOLDER):
         _make(root / f"campaign-{first // _A_FOLDER:04d}", first, min(_A_FOLDER, recordings - first))
-        told(f"{min(first + _A_FOLDER, recordings)} of {recordings} recordings made")
+        report_progress(f"{min(first + _A_FOLDER, recordings)} of {recordings} recordings made")
     path = root / ".archive.sqlite"
     index = Index(root, path)
-    told("indexing")
+    report_progress("indexing")
     begin = time.perf_counter()
     held = index.rebuild()
     index_s = time.perf_counter() - begin

@@ -42,7 +42,7 @@ class Facts:
 
 
 def facts_of(folder: Path, names: list[str]) -> list[Facts]:
-    """Read the headers of recordings of a folder in a child process; a file that is no use says why.
+    """Read the headers of recordings of a folder in a child process; a file that cannot be used gives the reason.
 
     A damaged file can end the process that reads it: then each of its neighbours is read alone.
     """
@@ -52,11 +52,11 @@ def facts_of(folder: Path, names: list[str]) -> list[Facts]:
         try:
             found += guarded.call(folder, _facts, folder, some)
         except RecordingError:
-            found += [_alone(folder, name) for name in some]
+            found += [_facts_of_file(folder, name) for name in some]
     return found
 
 
-def _alone(folder: Path, name: str) -> Facts:
+def _facts_of_file(folder: Path, name: str) -> Facts:
     try:
         return guarded.call(folder / name, _facts, folder, [name])[0]
     except RecordingError as error:
@@ -67,13 +67,13 @@ def _facts(folder: Path, names: list[str]) -> list[Facts]:
     out = []
     for name in names:
         try:
-            out.append(_of(folder, Recording.open(folder / name)))
+            out.append(_facts_of_recording(folder, Recording.open(folder / name)))
         except RecordingError as error:
             out.append(_no_use(folder, name, error))
     return out
 
 
-def _of(folder: Path, recording: Recording) -> Facts:
+def _facts_of_recording(folder: Path, recording: Recording) -> Facts:
     setpoint = recording.setpoint
     return Facts(
         folder.name,

@@ -1,4 +1,4 @@
-"""The index: one SQLite file over the folders below a root. It holds nothing of its own and may be thrown away."""
+"""The index: one SQLite file over the folders below a root. All of it comes from the folders, so it may be deleted."""
 
 from __future__ import annotations
 
@@ -58,16 +58,16 @@ class Index:
         self._root, self._path = root, path
 
     def rebuild(self) -> int:
-        """Throw the index away and make it anew of the folders; return how many recordings it holds."""
+        """Delete the index and build it again from the folders; return how many recordings it holds."""
         self._remove()
         return self._take_up()
 
     def refresh(self) -> int:
-        """Take up what has changed in the folders; return how many recordings were read for it.
+        """Index what has changed in the folders; return how many recordings were read.
 
         A folder is looked into if it, or its notes, changed since: finished recordings never change in place.
         """
-        return self._mended(self._take_up)
+        return self._with_rebuild(self._take_up)
 
     def _take_up(self) -> int:
         folders = self._folders()
@@ -83,8 +83,8 @@ class Index:
         return read
 
     def search(self, query: Query) -> Found:
-        """Return what is found of what the index holds; call :meth:`refresh` first to have it of now."""
-        return self._mended(lambda: self._search(query))
+        """Search the index; call :meth:`refresh` first to include recordings that are new."""
+        return self._with_rebuild(lambda: self._search(query))
 
     def _search(self, query: Query) -> Found:
         where, values = query.conditions()
@@ -105,7 +105,7 @@ class Index:
             # every folder is counted: what they hold together is the total, without looking at all of it once more
             folders = [dict(row) for row in database.execute(by_folder, values)]
         total = sum(folder["recordings"] for folder in folders)
-        return Found(total, [_shown(row) for row in rows], folders[:MOST])
+        return Found(total, [_entry_of_row(row) for row in rows], folders[:MOST])
 
     # -- private -------------------------------------------------------------------------------------------------------
 
@@ -174,8 +174,8 @@ class Index:
                     database.execute("BEGIN IMMEDIATE")
                 yield database
 
-    def _mended(self, work: Callable[[], T]) -> T:
-        """Return what the work returns; an index that is broken, or of another version, is made anew for it once."""
+    def _with_rebuild(self, work: Callable[[], T]) -> T:
+        """Return the result of ``work``; an index that is damaged or of another version is built again once before."""
         try:
             return work()
         except sqlite3.OperationalError:
@@ -241,7 +241,7 @@ def _annotate(database: sqlite3.Connection, folder: str, notes: list[Note]) -> N
     database.row_factory = None
 
 
-def _shown(row: sqlite3.Row) -> dict[str, Any]:
+def _entry_of_row(row: sqlite3.Row) -> dict[str, Any]:
     entry = dict(row)
     return {
         **entry,

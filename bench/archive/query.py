@@ -1,4 +1,4 @@
-"""What is asked of the archive: every part narrows down, and what is not given does not."""
+"""A search in the archive; each part that is given narrows the result."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ class Query:
         parts: list[tuple[str, list[Any]]] = []
         if not self.archived:
             parts.append(("archived = 0", []))
-        parts += [("text LIKE ? ESCAPE '\\'", [_like(word)]) for word in self.words.lower().split()]
+        parts += [("text LIKE ? ESCAPE '\\'", [_like_pattern(word)]) for word in self.words.lower().split()]
         parts += [
             (f"{column} {sign} ?", [value])
             for column, sign, value in (("started_s", ">=", self.since), ("started_s", "<", self.until))
             if value is not None
         ]
         parts += [
-            (f"{column} LIKE ? ESCAPE '\\'", [_like(value)])
+            (f"{column} LIKE ? ESCAPE '\\'", [_like_pattern(value)])
             for column, value in (("person", self.person), ("gearbox", self.gearbox), ("bench", self.bench))
             if value
         ]
@@ -71,6 +71,6 @@ class Query:
         return " AND ".join(part for part, _ in parts) or "1", [value for _, values in parts for value in values]
 
 
-def _like(word: str) -> str:
+def _like_pattern(word: str) -> str:
     safe = word.replace("\\", "\\\\").replace("%", "\\%").replace("_", "\\_")
     return f"%{safe}%"

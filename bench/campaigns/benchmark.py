@@ -115,7 +115,9 @@ def measure_survival(name: str, bench: str, kills: int, life_s: float, seed: int
     moments = random.Random(seed)
     began, killed = time.monotonic(), 0
     with _folder(out) as folder:
-        while killed < kills and _killed(_arguments(name, bench, folder), folder, moments.uniform(0.0, 2.0 * life_s)):
+        while killed < kills and _run_and_kill(
+            _arguments(name, bench, folder), folder, moments.uniform(0.0, 2.0 * life_s)
+        ):
             killed += 1
         final = subprocess.run(_arguments(name, bench, folder), capture_output=True, text=True, check=False)
         if not final.stdout.strip():
@@ -140,7 +142,7 @@ def measure_survival(name: str, bench: str, kills: int, life_s: float, seed: int
         )
 
 
-def _killed(arguments: list[str], folder: Path, after_s: float) -> bool:
+def _run_and_kill(arguments: list[str], folder: Path, after_s: float) -> bool:
     """Start a run and kill it ``after_s`` after its first row; False if it ended before."""
     old = set(folder.glob("*.part")) if folder.exists() else set()
     process = subprocess.Popen(arguments, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)

@@ -1,4 +1,4 @@
-"""The paper's outlook, done: feedforward on a bench, with and without, at points the model was not identified on."""
+"""Feedforward of the identified model on a bench, with and without, at points that it was not fitted to."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def _run_phases(rig: Rig, phases: Sequence[Phase], sink: _AngleSink) -> None:
         raise DeviceError(f"the compensation run was stopped: {end.text}")
 
 
-def _one(
+def _measure_residual(
     rig: Rig,
     file: BenchFile,
     point: OperatingPoint,
@@ -169,6 +169,6 @@ def compensate(
                 extra = None
                 if shaft is not None and GAINS[name] != 0.0:
                     extra = shaft.extra(series, GAINS[name], torque, point.velocity)
-                left[name] = _one(rig, file, point, series, GAINS[name], extra, notch_orders)
+                left[name] = _measure_residual(rig, file, point, series, GAINS[name], extra, notch_orders)
             outcomes.append(Outcome(point, temperature, left, counting))
     return outcomes

@@ -1,4 +1,4 @@
-"""Who follows how a campaign goes: the terminal, a page, a script, or nobody; and who may look at its rows."""
+"""Interfaces for whatever follows a campaign (a terminal, a page, a script, or nothing), and for what sees its rows."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Expected:
 
 
 class Listener(Protocol):
-    """Receives how a campaign goes."""
+    """Receives the progress of a campaign."""
 
     def planned(self, campaign_id: str, plan: Plan, points: Sequence[Expected]) -> None:
         """The bench is open and this is what will be done."""
@@ -49,19 +49,19 @@ class Listener(Protocol):
         ...
 
     def paused(self, now: bool, why: str = "") -> None:
-        """Points wait for the operator, said now and then as long as they do, or no longer.
+        """Points wait for the operator, or no longer; called again now and then while they wait.
 
         ``why`` is the sentence where it was not the operator who paused.
         """
         ...
 
     def noticed(self, text: str) -> None:
-        """The bench is open, and this of it is not as it should be."""
+        """The bench is open, and ``text`` says what about it is not as it should be."""
         ...
 
 
 class Silent:
-    """A listener for whoever does not want to know."""
+    """A listener that ignores everything."""
 
     def planned(self, campaign_id: str, plan: Plan, points: Sequence[Expected]) -> None:
         """Do nothing."""
@@ -103,17 +103,19 @@ class Tap(Protocol):
 
 
 class Tapped:
-    """A sink that shows a tap what it hands on; a tap that fails is dropped, ``told`` hears of it, the motion goes on.
+    """A sink that passes everything on and shows it to a tap as well.
+
+    A tap that fails is dropped and reported; the motion goes on.
 
     Parameters
     ----------
-    sink : what everything goes to.
-    tap : what is shown rows and segments.
-    told : receives a sentence once, if the tap fails.
+    sink : receives everything.
+    tap : receives rows and segments.
+    report_failure : called once with a sentence if the tap fails.
     """
 
-    def __init__(self, sink: Sink, tap: Tap, told: Callable[[str], None]) -> None:
-        self._sink, self._told = sink, told
+    def __init__(self, sink: Sink, tap: Tap, report_failure: Callable[[str], None]) -> None:
+        self._sink, self._report_failure = sink, report_failure
         self._tap: Tap | None = tap
 
     def segment(self, segment: Segment | None) -> None:
@@ -137,4 +139,4 @@ class Tapped:
             look(self._tap)
         except Exception as error:  # noqa: BLE001 - who only looks never ends a motion
             self._tap = None
-            self._told(f"live values have stopped, the recording goes on: {one_sentence(error)}")
+            self._report_failure(f"live values have stopped, the recording goes on: {one_sentence(error)}")

@@ -35,10 +35,10 @@ def transmission_error(recording: Recording) -> NDArray[np.float64]:
         raise RecordingError(f"{recording.path}: no transmission error without steady motion, both angles and a ratio")
     values = recording.read_si(["motor_angle", "load_angle"], steady.start, steady.stop)
     theta, q = values["motor_angle"] / ratio, values["load_angle"]
-    turn = np.abs(theta - theta[0]) < 2.0 * np.pi
-    if turn.all():
+    first_revolution = np.abs(theta - theta[0]) < 2.0 * np.pi
+    if first_revolution.all():
         raise RecordingError(f"{recording.path}: steady motion covers less than one load-side revolution")
-    theta, error = theta[turn], (q - theta)[turn]
+    theta, error = theta[first_revolution], (q - theta)[first_revolution]
     index = np.minimum((np.mod(theta, 2.0 * np.pi) * (BINS / (2.0 * np.pi))).astype(np.int64), BINS - 1)
     count = np.bincount(index, minlength=BINS)
     mean = np.bincount(index, weights=error, minlength=BINS) / np.maximum(count, 1)

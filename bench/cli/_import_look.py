@@ -61,19 +61,23 @@ def _look_at_fmu(file: Path, mapping: Path | None, changes: dict[str, Any], *, a
         say(json.dumps({"file": str(file), "mapping": str(target), "variables": [asdict(v) for v in found.variables]}))
         return target
     say(f"{file}: {found.title}, FMI {found.version}, {found.kind}")
-    width = max((len(own.name) for own in found.variables), default=0)
-    for own in found.variables:
-        start = "" if own.start is None else f"{own.start:g}"
-        given = changes.get(f"{own.causality}s.{own.name}")
-        channel = given if isinstance(given, str) else own.channel
-        say(f"{line(own.name):<{width}} {own.causality:<9} {own.unit:<12} {start:>12}  {channel}".rstrip())
+    width = max((len(variable.name) for variable in found.variables), default=0)
+    for variable in found.variables:
+        start = "" if variable.start is None else f"{variable.start:g}"
+        given = changes.get(f"{variable.causality}s.{variable.name}")
+        channel = given if isinstance(given, str) else variable.channel
+        say(
+            (
+                f"{line(variable.name):<{width}} {variable.causality:<9} {variable.unit:<12} {start:>12}  {channel}"
+            ).rstrip()
+        )
     say(f"mapping: {target}; bench mismatch RECORDINGS --simulation {target} --out REPORT takes it")
-    for own in found.of("input"):
-        if not own.channel and f"inputs.{own.name}" not in changes:
-            kept = "its start value" if own.start is None else f"{own.start:g} {own.unit}".rstrip()
+    for variable in found.of("input"):
+        if not variable.channel and f"inputs.{variable.name}" not in changes:
+            kept = "its start value" if variable.start is None else f"{variable.start:g} {variable.unit}".rstrip()
             say(
-                f"  inputs.{own.name} has no channel and stays at {kept}, for its name and unit suggest none; "
-                f"--set inputs.{own.name}=CHANNEL gives it one"
+                f"  inputs.{variable.name} has no channel and stays at {kept}, for its name and unit suggest none; "
+                f"--set inputs.{variable.name}=CHANNEL gives it one"
             )
     return target
 
@@ -85,7 +89,7 @@ def _show(found: Inventory, made: Draft) -> None:
     rate = "rate not known" if made.rate is None else f"{made.rate:.6g} Hz"
     say(f"{found.file}: {len(found.columns)} columns of {', '.join(map(str, lengths[:4]))} samples, {rate}")
     if made.time is not None and made.time.stamps:
-        first, last = (str(np.datetime_as_string(own, unit="ms")) for own in made.time.values[[0, -1]])
+        first, last = (str(np.datetime_as_string(stamp, unit="ms")) for stamp in made.time.values[[0, -1]])
         say(f"time stamps from {first} to {last}{' UTC' if made.time.variable.zoned else ', which say no zone'}")
     width = min(_WIDEST_NAME, max(len(column.name) for column in found.columns))
     for column in found.columns:

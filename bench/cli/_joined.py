@@ -10,7 +10,7 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
-from bench.cli._plain import PlainConsole, marked, say
+from bench.cli._plain import PlainConsole, escaped, say
 from bench.cli._text import count_text, duration_text
 from bench.cli.exit_codes import ExitCode
 from bench.service.client import Client
@@ -40,9 +40,11 @@ def run_joined(
     """Ask the service for the run and follow it to its end; ``twin``: the model that watches it."""
     console = PlainConsole(stderr=as_json, highlight=False)
     asked = client.ask(campaign, out, real_time, seed, twin, twin_pause)
-    console.print(f"A service has this bench ([bold]{marked(client.url)}[/]); the run joins its queue.", soft_wrap=True)
     console.print(
-        f"Recordings go to [bold]{marked(asked['folder'])}[/]. Ctrl-C brings the bench to rest.", soft_wrap=True
+        f"A service has this bench ([bold]{escaped(client.url)}[/]); the run joins its queue.", soft_wrap=True
+    )
+    console.print(
+        f"Recordings go to [bold]{escaped(asked['folder'])}[/]. Ctrl-C brings the bench to rest.", soft_wrap=True
     )
     if asked["state"] == "proposed":
         console.print(
@@ -60,7 +62,7 @@ def run_joined(
                     ours = next((run for run in message["runs"] if run["id"] == asked["id"]), None)
                     running = ours is not None and ours["state"] == "running"
                     if ours is not None and ours["state"] == "ended":
-                        return _ended(ours, console, as_json)
+                        return _report_end(ours, console, as_json)
                 elif running:
                     _show(bar, row, message)
     except KeyboardInterrupt:
@@ -91,15 +93,15 @@ def _show(bar: Progress, row: Any, message: dict[str, Any]) -> None:
         bar.update(row, completed=total - left, description=f"{duration_text(left)} left  {message['label']}")
 
 
-def _ended(run: dict[str, Any], console: Console, as_json: bool) -> ExitCode:
+def _report_end(run: dict[str, Any], console: Console, as_json: bool) -> ExitCode:
     end = run["end"]
     if as_json:
         say(json.dumps({"folder": run["folder"], "run": run["id"], **end}, ensure_ascii=False))
     else:
         made = count_text(end.get("recordings", 0), "recording")
-        console.print(f"[bold]{made}[/] in [bold]{marked(run['folder'])}[/]", soft_wrap=True)
-        for told in filter(None, [end.get("text"), *end.get("failed", [])]):
-            console.print(f"[yellow]{marked(told)}[/]", soft_wrap=True)
+        console.print(f"[bold]{made}[/] in [bold]{escaped(run['folder'])}[/]", soft_wrap=True)
+        for sentence in filter(None, [end.get("text"), *end.get("failed", [])]):
+            console.print(f"[yellow]{escaped(sentence)}[/]", soft_wrap=True)
     if end.get("cause") == "LimitError":
         return ExitCode.LIMIT
     return _CODES.get(end["kind"], ExitCode.INTERNAL_ERROR)

@@ -14,7 +14,7 @@ from bench.errors import ProofError
 from bench.proof.seal import opened, unbroken
 
 
-def tell(bench: str, seed: int, folder: Path | None, as_json: bool) -> None:
+def print_concealed(bench: str, seed: int, folder: Path | None, as_json: bool) -> None:
     """Print what the seed conceals in the bench's plant, and its hash.
 
     Raises

@@ -24,7 +24,7 @@ def line(text: object) -> str:
     return plain(text).replace("\n", "\\n")
 
 
-def marked(text: object) -> str:
+def escaped(text: object) -> str:
     """Give a text for the inside of rich's markup; brackets in it stay brackets."""
     return escape(line(text))
 

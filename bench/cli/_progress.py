@@ -15,7 +15,7 @@ from bench.campaigns.listener import Expected
 from bench.campaigns.planning.plan import Plan
 from bench.campaigns.planning.schedule import Task
 from bench.campaigns.taken import Status, Taken
-from bench.cli._plain import marked
+from bench.cli._plain import escaped
 from bench.cli._text import duration_text
 
 _OPENING = "opening the bench (the first run compiles)"
@@ -48,7 +48,7 @@ class ProgressListener:
         )
         self._row = self._progress.add_task(_OPENING, total=total_s, temperature="")
         self._start: float | None = None
-        self._shown = 0.0
+        self._last_update = 0.0
 
     def __enter__(self) -> ProgressListener:
         """Start the display."""
@@ -72,25 +72,26 @@ class ProgressListener:
 
     def noticed(self, text: str) -> None:
         """Print what is not as it should be."""
-        self._progress.console.print(f"[yellow]note:[/] {marked(text)}", soft_wrap=True)
+        self._progress.console.print(f"[yellow]note:[/] {escaped(text)}", soft_wrap=True)
 
     def started(self, task: Task, recording_id: str) -> None:
         """Show the point that begins."""
         what = f"heating to {task.point.temperature:.1f} °C" if task.is_preparation else task.point.label
-        self._progress.update(self._row, description=marked(what))
+        self._progress.update(self._row, description=escaped(what))
 
     def advanced(self, bench_time_s: float, temperature: float) -> None:
         """Move the bar, at most twenty times a second."""
         if self._start is None:
             self._start = bench_time_s
         now = time.monotonic()
-        if now - self._shown > 0.05:
-            self._shown = now
+        if now - self._last_update > 0.05:
+            self._last_update = now
             self._progress.update(self._row, completed=bench_time_s - self._start, temperature=f"{temperature:.1f} °C")
 
     def finished(self, taken: Taken) -> None:
-        """Tell of a recording that did not pass."""
+        """Print a line for a recording that did not pass."""
         if taken.status is not Status.DONE:
             self._progress.console.print(
-                f"[yellow]{marked(taken.recording_id)}[/] ({marked(taken.label)}): {marked(taken.note)}", soft_wrap=True
+                f"[yellow]{escaped(taken.recording_id)}[/] ({escaped(taken.label)}): {escaped(taken.note)}",
+                soft_wrap=True,
             )

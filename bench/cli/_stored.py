@@ -14,7 +14,7 @@ ROWS = "campaigns"
 """key of the rows that have a line each"""
 
 
-def stored(path: Path | None, empty: Mapping[str, Any], same: tuple[str, ...] = ("format",)) -> dict[str, Any]:
+def load_stored(path: Path | None, empty: Mapping[str, Any], same: tuple[str, ...] = ("format",)) -> dict[str, Any]:
     """What ``path`` holds; ``empty`` where there is no file, or no path.
 
     ``same``: keys of ``empty`` whose values the file has to have. Raises BenchError for any other file.

@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
-from bench.cli._plain import marked
+from bench.cli._plain import escaped
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -66,7 +66,7 @@ def watched_by(
             heard.longest_s = max(heard.longest_s, message["took_s"])
         elif message["type"] == "no_longer_holds":
             heard.alarm = message
-            console.print(f"[bold yellow]twin[/]: {marked(message['text'])}", soft_wrap=True)
+            console.print(f"[bold yellow]twin[/]: {escaped(message['text'])}", soft_wrap=True)
             if directions is not None:
                 directions.stop()
         elif message["type"] == "ended":
@@ -89,15 +89,15 @@ def say_seen(heard: Heard | None, console: Console) -> None:
     if heard is None:
         return
     if heard.why:
-        console.print(f"[yellow]twin[/]: {marked(heard.why)}", soft_wrap=True)
+        console.print(f"[yellow]twin[/]: {escaped(heard.why)}", soft_wrap=True)
     for recording, why in heard.unread.items():
-        console.print(f"twin: {marked(recording)} was not looked at: {marked(why)}", soft_wrap=True)
+        console.print(f"twin: {escaped(recording)} was not looked at: {escaped(why)}", soft_wrap=True)
     looked = heard.looked
     if looked is None or looked["tested"] == 0:
         points = 0 if looked is None else looked["points"]
         console.print(f"twin: {points} recordings at one point each are too few to watch anything", soft_wrap=True)
         return
     for channel, why in looked["not_watched"].items():
-        console.print(f"twin: {channel.replace('_', ' ')} is not watched: {marked(why)}", soft_wrap=True)
+        console.print(f"twin: {channel.replace('_', ' ')} is not watched: {escaped(why)}", soft_wrap=True)
     if heard.alarm is None:
         console.print(f"twin: the model holds in all {looked['tested']} recordings that were tested", soft_wrap=True)

@@ -44,7 +44,7 @@ class _Terminal:
         """Ask; no is the default."""
         return typer.confirm(f"    {question}", err=True)
 
-    def tell(self, text: str) -> None:
+    def show(self, text: str) -> None:
         """Print."""
         say(f"    {text}", err=True)
 

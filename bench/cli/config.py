@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from bench.cli._plain import PlainConsole, marked, say
+from bench.cli._plain import PlainConsole, escaped, say
 
 
 def register(app: typer.Typer) -> None:
@@ -37,7 +37,7 @@ def config(
             say(json.dumps(names, ensure_ascii=False))
         else:
             for name, title in names.items():
-                console.print(f"[bold]{marked(name)}[/]  {marked(title)}")
+                console.print(f"[bold]{escaped(name)}[/]  {escaped(title)}")
         return
     file = load_bench(bench)
     if as_toml:
@@ -49,7 +49,7 @@ def config(
         return
     table = Table("key", "value (SI, °C)", title=f"{file.origin}: valid", title_justify="left")
     for key, value in _flat(data, ""):
-        table.add_row(marked(key), marked(value))
+        table.add_row(escaped(key), escaped(value))
     console.print(table)
 
 

@@ -51,13 +51,13 @@ def export_model(
     An FMU contains C that is compiled on this computer; without a compiler, use --to c.
     """
     from bench.exchange.export import WRITERS
-    from bench.exchange.written import written
+    from bench.exchange.written import formulas_of
     from bench.simulation import Simulation
 
-    formulas = written(Simulation.load(model), standstill)
+    formulas = formulas_of(Simulation.load(model), standstill)
     files = WRITERS[form.value](formulas, out, model.stem, fmi.value)
     if as_json:
-        told = {
+        result = {
             "files": [str(f) for f in files],
             "inputs": list(formulas.inputs),
             "outputs": list(formulas.outputs),
@@ -65,7 +65,7 @@ def export_model(
             "refused": list(formulas.refused),
             "notes": list(formulas.notes),
         }
-        say(json.dumps(told, ensure_ascii=False))
+        say(json.dumps(result, ensure_ascii=False))
         return
     say(f"{', '.join(str(f) for f in files)}: {', '.join(formulas.outputs)} from {', '.join(formulas.inputs)}")
     for sentence in (*formulas.refused, *formulas.notes):

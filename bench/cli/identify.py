@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from bench.cli._plain import PlainConsole, line, marked, say
+from bench.cli._plain import PlainConsole, escaped, line, say
 from bench.errors import BenchError
 from bench.whole import write_whole
 
@@ -175,6 +175,6 @@ def _print(console: Console, found: Identification, out: Path, report: Path | No
     if found.scores:
         console.print(verdict(found), markup=False)
     console.print(
-        f"Simulation file: [bold]{marked(out)}[/]"
-        + (f", report: [bold]{marked(report / 'report.html')}[/]" if report else "")
+        f"Simulation file: [bold]{escaped(out)}[/]"
+        + (f", report: [bold]{escaped(report / 'report.html')}[/]" if report else "")
     )

@@ -54,7 +54,7 @@ def import_(
     """
     from bench.cli._import_look import look as look_at
 
-    if sum(own is not None for own in (mapping, look, asking)) != 1:
+    if sum(option is not None for option in (mapping, look, asking)) != 1:
         raise typer.BadParameter("one of MAPPING, --look FILE and --ask FILE should be given.")
     given = parsed_changes(changes or [])
     file = look or asking
@@ -88,10 +88,10 @@ def _import(mapping: Path, out: Path, data: Path | None, changes: dict[str, Any]
                 pieces.append(done)
                 rows.append(_row(done))
         files += bool(pieces)
-        for sentence in dict.fromkeys(own for piece in pieces for own in _consequences(piece)):
+        for sentence in dict.fromkeys(consequence for piece in pieces for consequence in _consequences(piece)):
             ruled_out[sentence] = ruled_out.get(sentence, 0) + 1
         if pieces and not as_json:
-            _tell(pieces)
+            _print_recordings(pieces)
     for sentence, count in ruled_out.items() if not as_json else ():
         say(line(sentence if files == 1 else f"in {count} of {files} files {sentence}"))
     if any("recording" in row for row in rows):
@@ -128,19 +128,19 @@ def _consequences(done: Imported) -> list[str]:
     return [sentence.removeprefix(f"{done.recording.path}: ") for sentence in done.consequences]
 
 
-def _tell(pieces: Sequence[Imported]) -> None:
+def _print_recordings(pieces: Sequence[Imported]) -> None:
     """The recordings made of one file, in a line; what was done to it, and what cannot be."""
     recordings = [piece.recording for piece in pieces]
-    rows = sum(own.size for own in recordings)
+    rows = sum(recording.size for recording in recordings)
     name = str(recordings[0].path)
     if len(recordings) > 1:
         name += f" to {recordings[-1].path.name}"
     number = f"{len(recordings)} recordings, " if len(recordings) > 1 else ""
     seconds = rows / recordings[0].sample_rate
     say(f"{name}: {number}{rows} rows ({seconds:.1f} s) of {', '.join(recordings[0].channels)}")
-    for sentence in dict.fromkeys(own for piece in pieces for own in piece.warnings):
+    for sentence in dict.fromkeys(warning for piece in pieces for warning in piece.warnings):
         say(f"  WARNING: {line(sentence)}")
-    for sentence in dict.fromkeys(own for piece in pieces for own in piece.notes):
+    for sentence in dict.fromkeys(note for piece in pieces for note in piece.notes):
         say(f"  {line(sentence)}")
 
 

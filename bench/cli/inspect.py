@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bench.cli._plain import PlainConsole, line, marked, say
+from bench.cli._plain import PlainConsole, escaped, line, say
 from bench.cli.exit_codes import ExitCode
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ def _print(
 
     setpoint, seconds = recording.setpoint, recording.size / recording.sample_rate
     console.print(
-        f"[bold]{marked(recording.recording_id)}[/]  {marked(recording.kind)}, {marked(recording.source)}, ", end=""
+        f"[bold]{escaped(recording.recording_id)}[/]  {escaped(recording.kind)}, {escaped(recording.source)}, ", end=""
     )
     console.print(f"{recording.started_at:%Y-%m-%d %H:%M:%S} UTC, campaign {line(recording.campaign_id)}", markup=False)
     console.print(
@@ -125,7 +125,9 @@ def _print(
     for name, (low, mean, high) in ranges.items():
         spec = recording.specs[name]
         unit, factor = shown_unit(spec.unit)
-        table.add_row(marked(name), marked(unit), spec.dtype, *(f"{value * factor:.6g}" for value in (low, mean, high)))
+        table.add_row(
+            escaped(name), escaped(unit), spec.dtype, *(f"{value * factor:.6g}" for value in (low, mean, high))
+        )
     console.print(table)
     for segment in recording.segments:
         length = (segment.stop - segment.start) / recording.sample_rate

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from bench.cli._plain import PlainConsole, marked, say
+from bench.cli._plain import PlainConsole, escaped, say
 from bench.cli.exit_codes import exit_code_help
 
 if TYPE_CHECKING:
@@ -72,11 +72,13 @@ def investigate(
     console = PlainConsole(stderr=True, highlight=False)
     lab = _Bench(file, seed, console)
 
-    def tell(what: str) -> None:
+    def report_progress(what: str) -> None:
         if not as_json:
-            console.print(marked(what), soft_wrap=True)
+            console.print(escaped(what), soft_wrap=True)
 
-    log = go(folder, out, lab, Asked(confidence, hours, experiments), tell=tell, plan_only=plan_only)
+    log = go(
+        folder, out, lab, Asked(confidence, hours, experiments), report_progress=report_progress, plan_only=plan_only
+    )
     content = log.to_json()
     say(json.dumps(content, ensure_ascii=False) if as_json else text(content))
 

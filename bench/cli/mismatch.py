@@ -74,16 +74,16 @@ def mismatch(
 
     tasks = tasks_of(recordings, out, simulation, leave_one_out, together)
     if len(tasks) == 1:
-        _one(tasks[0], jobs, dask, as_json)
+        _compare_one(tasks[0], jobs, dask, as_json)
         return
-    told: list[Told] = []
+    outcomes: list[Told] = []
     for outcome in compare_all(tasks, jobs, dask):
-        told.append(outcome)
+        outcomes.append(outcome)
         if not as_json:
             _say(outcome.report, f"{outcome.task.recordings}: {outcome.sentence}", outcome.task.out)
     if as_json:
-        say(json.dumps([t.report or {"folder": str(t.task.recordings), "error": t.sentence} for t in told]))
-    if any(t.report is None for t in told):
+        say(json.dumps([t.report or {"folder": str(t.task.recordings), "error": t.sentence} for t in outcomes]))
+    if any(t.report is None for t in outcomes):
         raise typer.Exit(ExitCode.BAD_INPUT)
 
 
@@ -97,7 +97,7 @@ def one_thread() -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
-def _one(task: Task, jobs: int, dask: str | None, as_json: bool) -> None:
+def _compare_one(task: Task, jobs: int, dask: str | None, as_json: bool) -> None:
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
     from bench.mismatch.many import terms_over

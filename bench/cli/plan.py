@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from bench.cli._plain import PlainConsole, marked, say
+from bench.cli._plain import PlainConsole, escaped, say
 
 if TYPE_CHECKING:
     from bench.campaigns import Plan
@@ -61,7 +61,7 @@ def print_plan(made: Plan, console: object, rows: bool = True) -> None:
             point = task.point
             table.add_row(
                 str(task.number or ""),
-                marked(point.sequence) + (f" #{point.repeat}" if point.repeat > 1 else ""),
+                escaped(point.sequence) + (f" #{point.repeat}" if point.repeat > 1 else ""),
                 f"{point.load_torque:.4g}",
                 f"{math.degrees(point.velocity):.3g}",
                 "found" if point.temperature is None else f"{point.temperature:.1f}",
@@ -73,7 +73,7 @@ def print_plan(made: Plan, console: object, rows: bool = True) -> None:
             )
         console.print(table)
     console.print(
-        f"[bold]{marked(made.campaign)}[/] on [bold]{marked(made.bench)}[/]:"
+        f"[bold]{escaped(made.campaign)}[/] on [bold]{escaped(made.bench)}[/]:"
         f" {made.points} points, {made.heatings} heatings"
         f" ({duration_text(made.heating_s)}), {duration_text(made.duration_s)} of bench time,"
         f" {energy_text(made.energy_j)}, from {made.start_temperature:.1f} °C; no limit is broken."

@@ -42,7 +42,7 @@ def predict(
     from bench.exchange.beside import WRITERS, draw
     from bench.exchange.predicted import predict_recordings
 
-    told = []
+    written = []
     out.mkdir(parents=True, exist_ok=True)
     refused: dict[str, list[str]] = {}
     for one in predict_recordings(model, recordings):
@@ -54,17 +54,17 @@ def predict(
         files = [WRITERS[form.value](one, out)]
         if plot:
             files.append(draw(one, out))
-        left = {own.name: {"rms": own.rms, "unit": own.unit} for own in one.channels}
-        told.append({"recording": one.recording.recording_id, "files": [str(f) for f in files], "residual": left})
+        left = {channel.name: {"rms": channel.rms, "unit": channel.unit} for channel in one.channels}
+        written.append({"recording": one.recording.recording_id, "files": [str(f) for f in files], "residual": left})
         if not as_json:
             parts = [
-                f"{own.name} {'not compared' if own.rms is None else f'{own.rms:.3g} {own.unit}'}"
-                for own in one.channels
+                f"{channel.name} {'not compared' if channel.rms is None else f'{channel.rms:.3g} {channel.unit}'}"
+                for channel in one.channels
             ]
             say(f"{files[0]}: residual (rms) {', '.join(parts)}")
     if as_json:
-        sentences = list(dict.fromkeys(own for alike in refused.values() for own in alike))
-        say(json.dumps({"recordings": told, "refused": sentences}, ensure_ascii=False))
+        sentences = list(dict.fromkeys(sentence for alike in refused.values() for sentence in alike))
+        say(json.dumps({"recordings": written, "refused": sentences}, ensure_ascii=False))
         return
     for first, *others in refused.values():
         say(f"note: {first}{f' (the same in {len(others)} other recordings)' if others else ''}")

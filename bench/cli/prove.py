@@ -135,9 +135,9 @@ def prove(
         _real(real, out, () if sets == _SETS else tuple(s.strip() for s in sets.split(",")), table)
         return
     if open_seed is not None:
-        from bench.cli._opened import tell
+        from bench.cli._opened import print_concealed
 
-        tell(bench, open_seed, sealed, as_json)
+        print_concealed(bench, open_seed, sealed, as_json)
         return
     groups = ("through",) if through else ("quick",) if quick else tuple(s.strip() for s in sets.split(","))
     plan = Plan(groups, seed, count, nulls, held_back, clutter, again)
@@ -164,7 +164,7 @@ def prove(
             say(str(options.out / RECORDINGS / read_truth(path)["folder"]))
         say(f"what is in each: {options.out / TRUTHS}")
         return
-    scores = _done(listed) if done else _prove(listed, options, quiet=as_json)
+    scores = _scores_so_far(listed) if done else _prove(listed, options, quiet=as_json)
     _report(scores, _Shown(severity, peers, table, store, as_json), options, listed)
 
 
@@ -194,15 +194,15 @@ def _real(folder: Path, out: Path, names: tuple[str, ...], table: Path | None) -
     from bench.proof.results import commit
 
     known = all_sets()
-    unknown = set(names) - {own.name for own in known}
+    unknown = set(names) - {case.name for case in known}
     if unknown:
-        listed = ", ".join(own.name for own in known)
+        listed = ", ".join(case.name for case in known)
         raise ConfigurationError(f"--set: there is no real set {', '.join(sorted(unknown))}, there are {listed}.")
     rows = []
-    for own in known:
-        if names and own.name not in names:
+    for case in known:
+        if names and case.name not in names:
             continue
-        rows.append(examine(own, folder, out / "real", tell=lambda what: say(what, err=True)))
+        rows.append(examine(case, folder, out / "real", tell=lambda what: say(what, err=True)))
     made = commit()
     changed = " with changes" if made.endswith("+changes") else ""
     at = f"commit `{made[:12]}`{changed}" if made else "a commit that is not known"
@@ -240,7 +240,7 @@ def _say(done: int, of: int, score: CaseScore) -> None:
     say(f"[{done}/{of}] {score.case} ({concealed}): {mark}{extra}{failed}, {score.seconds:.0f} s", err=True)
 
 
-def _done(listed: list[Job]) -> list[CaseScore]:
+def _scores_so_far(listed: list[Job]) -> list[CaseScore]:
     from bench.proof.run import done_so_far
 
     return done_so_far(listed)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from bench.cli._plain import PlainConsole, marked, say
+from bench.cli._plain import PlainConsole, escaped, say
 from bench.cli.exit_codes import ExitCode, exit_code_help
 from bench.errors import ConfigurationError
 
@@ -102,7 +102,7 @@ def run(
     plan = make_plan(loaded, file.configuration)
     if not as_json:
         print_plan(plan, console, rows=len(plan.tasks) <= 12)
-        console.print(f"Recordings go to [bold]{marked(folder)}[/]. Ctrl-C brings the bench to rest.", soft_wrap=True)
+        console.print(f"Recordings go to [bold]{escaped(folder)}[/]. Ctrl-C brings the bench to rest.", soft_wrap=True)
     by = somebody(file.configuration, "resume", "May the bench move again?") if resume else None
     began = time.monotonic()
     directions, keeps_pace = Directions(), real_time or not file.configuration.bus.in_process
@@ -190,16 +190,16 @@ def _print(summary: Summary, folder: Path, picture: Path | None, wall: float, co
     for taken in summary.failed:
         if taken.note != summary.end.text:
             console.print(
-                f"[yellow]not passed[/] {marked(taken.recording_id)} ({marked(taken.label)}): {marked(taken.note)}",
+                f"[yellow]not passed[/] {escaped(taken.recording_id)} ({escaped(taken.label)}): {escaped(taken.note)}",
                 soft_wrap=True,
             )
     if summary.tare_drift == summary.tare_drift:
         # a zero without a sign
         console.print(f"The torque sensor's zero drifted by {round(summary.tare_drift, 2) + 0.0:.2f} N·m.")
     if picture is not None:
-        console.print(f"Transmission error and spectrum: [bold]{marked(picture)}[/]", soft_wrap=True)
+        console.print(f"Transmission error and spectrum: [bold]{escaped(picture)}[/]", soft_wrap=True)
     if summary.end.text:
-        console.print(f"[bold yellow]{summary.end.kind.value}[/]: {marked(summary.end.text)}", soft_wrap=True)
+        console.print(f"[bold yellow]{summary.end.kind.value}[/]: {escaped(summary.end.text)}", soft_wrap=True)
     _say_what_next(summary, folder, console)
 
 
@@ -213,12 +213,14 @@ def _say_what_next(summary: Summary, folder: Path, console: Console) -> None:
                 markup=False,
             )
         case "INTERRUPTED":
-            console.print(f"The same command with [bold]--out {marked(folder)}[/] continues from here.", soft_wrap=True)
+            console.print(
+                f"The same command with [bold]--out {escaped(folder)}[/] continues from here.", soft_wrap=True
+            )
         case _:
             if summary.taken:
                 recording = folder / summary.taken[0].file
-                console.print(f"Inspect a recording: [bold]bench inspect {marked(recording)}[/]", soft_wrap=True)
+                console.print(f"Inspect a recording: [bold]bench inspect {escaped(recording)}[/]", soft_wrap=True)
             console.print(
-                f"Identify the gearbox: [bold]bench identify {marked(folder)} --out model.json --report report[/]",
+                f"Identify the gearbox: [bold]bench identify {escaped(folder)} --out model.json --report report[/]",
                 soft_wrap=True,
             )

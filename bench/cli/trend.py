@@ -51,9 +51,9 @@ def trend(
     from bench.trend.book import index_of
 
     console = PlainConsole(stderr=as_json, highlight=False, width=120)
-    since_s = _moment(since)
+    since_s = _timestamp(since)
     index = index_of(root)
-    serial = _only(gearboxes(index), root) if gearbox is None else gearbox
+    serial = _only_gearbox(gearboxes(index), root) if gearbox is None else gearbox
     if identify:
         _identify(console, root, serial, index, since_s, jobs, identify_missing)
     found = trend_of(root, serial, index, since_s)
@@ -63,7 +63,7 @@ def trend(
         _print(console, found)
 
 
-def _moment(text: str | None) -> float | None:
+def _timestamp(text: str | None) -> float | None:
     if text is None:
         return None
     try:
@@ -72,7 +72,7 @@ def _moment(text: str | None) -> float | None:
         raise BenchError(f"--since is '{text}', it should be a date such as 2026-05-01.") from error
 
 
-def _only(known: dict[str, int], root: Path) -> str:
+def _only_gearbox(known: dict[str, int], root: Path) -> str:
     named = {serial: count for serial, count in known.items() if serial}
     if len(named) == 1:
         return next(iter(named))

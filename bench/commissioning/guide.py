@@ -21,8 +21,8 @@ class Guide(Protocol):
         """Return whether the answer is yes."""
         ...
 
-    def tell(self, text: str) -> None:
-        """Say something."""
+    def show(self, text: str) -> None:
+        """Show a text."""
         ...
 
 
@@ -42,6 +42,6 @@ class Nobody:
         """Say yes."""
         return True
 
-    def tell(self, text: str) -> None:
+    def show(self, text: str) -> None:
         """Keep the text."""
         self.said.append(text)

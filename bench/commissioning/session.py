@@ -72,14 +72,14 @@ def commission(file: BenchFile, guide: Guide, by: str, *, only_zero: bool = Fals
                 enabled = _enable(rig, guide)
             trial = replace(trial, values={})
             text = step.do(trial)
-            guide.tell(text)
+            guide.show(text)
             done.append(StepRecord(step.name, text, trial.values))
         guide.step(len(steps) + 1, len(steps) + 1, "Zero of the encoders", "passed slowly and unloaded, twice")
         if not enabled:
             _enable(rig, guide)
         trial = replace(trial, values={})
         text, zero = find_zero(trial)
-        guide.tell(text)
+        guide.show(text)
         done.append(StepRecord("zero", text, trial.values))
     if before is not None:
         record = before.with_zero(zero)

@@ -14,7 +14,7 @@ from bench.errors import DeviceError, LimitError
 _HOLD_S = 1.0
 _CLOSE = (0.98, 1.02)
 _LOAD = (0.7, 1.3)
-_STILL_TURNS = 0.02
+_STILL_REVOLUTIONS = 0.02
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,12 +118,12 @@ def brakes(trial: Trial) -> str:
         raise LimitError("the operator did not want the brake to be tried; nothing was recorded")
     tape = trial.push(push, 0.5)
     angle = trial.si(tape, "motor_angle", steady=False)
-    turns = float(np.ptp(angle)) / (2.0 * np.pi)
-    trial.values.update(push_nm=push, motor_turns=turns)
-    if turns > _STILL_TURNS:
+    revolutions = float(np.ptp(angle)) / (2.0 * np.pi)
+    trial.values.update(push_nm=push, motor_turns=revolutions)
+    if revolutions > _STILL_REVOLUTIONS:
         raise DeviceError(
-            f"the input motor turned by {turns:.3g} turns under {push:.3g} N·m of load with its brake closed; the brake"
-            " does not hold"
+            f"the input motor turned by {revolutions:.3g} turns under {push:.3g} N·m of load with its brake closed; the"
+            " brake does not hold"
         )
     return f"the brake of the input motor holds {push:.3g} N·m of load"
 

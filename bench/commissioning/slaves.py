@@ -83,7 +83,7 @@ def safety_circuits(trial: Trial) -> str:
     if not trial.guide.has_hands:
         return "both circuits are closed (nobody pressed the emergency stop: an emulated plant)"
     for pressed, wish in ((True, "Press the emergency stop now."), (False, "Release it and reset the safety relay.")):
-        trial.guide.tell(wish)
+        trial.guide.show(wish)
         _wait(trial, safety, pressed)
     trial.rig.reset_faults()
     return "the emergency stop opens its circuit and closes it again"

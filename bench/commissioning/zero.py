@@ -87,15 +87,15 @@ def require_zero(rig: Rig, zero: Zero) -> None:
 
 def _approach(trial: Trial) -> float:
     """Return the mean of load_angle − motor_angle / ratio over a motor revolution around the load side's zero."""
-    turn = 2.0 * math.pi / trial.bench.gearbox.ratio
-    start = -_BEFORE * turn
+    motor_revolution = 2.0 * math.pi / trial.bench.gearbox.ratio
+    start = -_BEFORE * motor_revolution
     position = _position(trial)
     # to the start from below: the last motion before the zero is always upwards
-    trial.move(_travel(trial, start - turn - position))
-    trial.move(_travel(trial, turn))
-    tape = trial.move(_travel(trial, 2.0 * _BEFORE * turn))
+    trial.move(_travel(trial, start - motor_revolution - position))
+    trial.move(_travel(trial, motor_revolution))
+    tape = trial.move(_travel(trial, 2.0 * _BEFORE * motor_revolution))
     load, motor = trial.si(tape, "load_angle", steady=False), trial.si(tape, "motor_angle", steady=False)
-    near = np.abs(load) < 0.5 * turn
+    near = np.abs(load) < 0.5 * motor_revolution
     if not near.any():
         raise DeviceError("the load side's zero was not passed; is its encoder's zero in the bench file reachable?")
     return float(np.mean((load - motor / trial.bench.gearbox.ratio)[near]))

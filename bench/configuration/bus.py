@@ -69,7 +69,7 @@ class Bus(Section):
     slow_sensors: tuple[SlowSensor, ...] = ()
 
     @model_validator(mode="after")
-    def _consistent(self) -> Bus:
+    def _check_roles(self) -> Bus:
         roles = [slave.role for slave in self.slaves]
         for role in REQUIRED_ROLES:
             if roles.count(role) != 1:

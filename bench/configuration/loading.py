@@ -141,7 +141,7 @@ def explain(error: ValidationError, origin: str) -> str:
         for meant in get_close_matches(str(first["loc"][-1]), absent, n=1, cutoff=0.5):
             reason = f'there is no such key, "{meant}" is missing and may be meant'
     value = first["input"]
-    shown = "" if first["type"] == "missing" or isinstance(value, dict) else f" = {_shown(value)}"
+    shown = "" if first["type"] == "missing" or isinstance(value, dict) else f" = {_shortened(value)}"
     more = f" (and {len(details) - 1} more)" if len(details) > 1 else ""
     return ": ".join(part for part in (origin, f"{key}{shown}", f"{reason}{more}") if part)
 
@@ -153,6 +153,6 @@ def _key(location: tuple[int | str, ...]) -> str:
     return key
 
 
-def _shown(value: object) -> str:
+def _shortened(value: object) -> str:
     text = f'"{value}"' if isinstance(value, str) else str(value)
     return text if len(text) <= 60 else text[:57] + "…"

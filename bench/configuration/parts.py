@@ -34,7 +34,7 @@ class Calibration(Section):
     valid_until: datetime.date | None = None
 
     @model_validator(mode="after")
-    def _ordered(self) -> Calibration:
+    def _check_dates(self) -> Calibration:
         if self.valid_until is not None and self.valid_until < self.date:
             raise ValueError("valid_until lies before the calibration's own date")
         return self

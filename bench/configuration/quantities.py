@@ -15,14 +15,14 @@ from pydantic import BeforeValidator
 
 from bench.protocols import Unit
 
-_TURN = 2.0 * math.pi
-_DEGREE = _TURN / 360.0
+_REVOLUTION = 2.0 * math.pi
+_DEGREE = _REVOLUTION / 360.0
 
 UNITS: dict[str, dict[str, float]] = {
     "torque": {"N*m": 1.0, "Nm": 1.0, "mN*m": 1e-3, "kN*m": 1e3, "kNm": 1e3},
     "torque rate": {"N*m/s": 1.0, "kN*m/s": 1e3},
-    "angle": {"rad": 1.0, "mrad": 1e-3, "deg": _DEGREE, "°": _DEGREE, "rev": _TURN},
-    "speed": {"rad/s": 1.0, "deg/s": _DEGREE, "°/s": _DEGREE, "rpm": _TURN / 60.0, "1/min": _TURN / 60.0},
+    "angle": {"rad": 1.0, "mrad": 1e-3, "deg": _DEGREE, "°": _DEGREE, "rev": _REVOLUTION},
+    "speed": {"rad/s": 1.0, "deg/s": _DEGREE, "°/s": _DEGREE, "rpm": _REVOLUTION / 60.0, "1/min": _REVOLUTION / 60.0},
     "acceleration": {"rad/s^2": 1.0, "deg/s^2": _DEGREE},
     "time": {"s": 1.0, "us": 1e-6, "ms": 1e-3, "min": 60.0, "h": 3600.0},
     "temperature": {"degC": 1.0, "°C": 1.0},

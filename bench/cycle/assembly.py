@@ -83,7 +83,7 @@ def assemble(bench: BenchConfiguration, *, seed: int, real_time: bool, own_proce
         devices = {slave.role: _device(bench, slave) for slave in bench.bus.slaves}
         thermometer = devices.get("temperature_terminal") or _slow_thermometer(bench)
     factory, arguments = _master(bench, seed)
-    master = _made(bench, factory, arguments)
+    master = _make_master(bench, factory, arguments)
     takes_blocks = hasattr(master, "exchange_block")
     apart = not takes_blocks if own_process is None else own_process
     specs: list[SlaveSpec] = [devices[slave.role].spec for slave in bench.bus.slaves]
@@ -145,7 +145,7 @@ def _master(bench: BenchConfiguration, seed: int) -> tuple[Any, dict[str, Any]]:
     }
 
 
-def _made(bench: BenchConfiguration, factory: Callable[..., Any], arguments: dict[str, Any]) -> Master:
+def _make_master(bench: BenchConfiguration, factory: Callable[..., Any], arguments: dict[str, Any]) -> Master:
     try:
         master: Master = factory(**arguments)
     except (FileNotFoundError, ValueError) as error:

@@ -143,13 +143,13 @@ class Decoder:
             input_status=raw["motor_status"],
             load_status=raw["load_status"],
             torque_bad=~self._assembly.torque_terminal.usable(n),
-            emergency_stop=self._demanded("emergency_stop", n),
-            safe_torque_off=self._demanded("safe_torque_off", n),
+            emergency_stop=self._stop_demanded("emergency_stop", n),
+            safe_torque_off=self._stop_demanded("safe_torque_off", n),
             good=wkc == self._assembly.bus.expected_wkc,
         )
 
-    def _demanded(self, name: str, n: int) -> NDArray[np.bool_]:
-        """Return where a safety input says "stop" (n,); nowhere if the bench has none of that name."""
+    def _stop_demanded(self, name: str, n: int) -> NDArray[np.bool_]:
+        """Return where a safety input demands a stop (n,); nowhere if the bench has none of that name."""
         safety = self._assembly.safety
         if safety is None or name not in safety.names:
             return np.zeros(n, np.bool_)

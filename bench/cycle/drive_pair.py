@@ -66,12 +66,12 @@ class DrivePair:
 
     def request(self, goal: str, only: str | None = None) -> None:
         """Ask both, or the ``only`` one named, for a goal of their state machine, by its name."""
-        for drive in self._chosen(only):
+        for drive in self._selected_drives(only):
             drive.request(goal)
 
     def reached(self, goal: str | None = None, only: str | None = None) -> bool:
         """Whether both are where they were asked to go (and that is ``goal``)."""
-        return all(drive.reached(goal) for drive in self._chosen(only))
+        return all(drive.reached(goal) for drive in self._selected_drives(only))
 
     def asked_for(self, goal: str) -> bool:
         """Whether both were asked for a goal last, wherever they are by now."""
@@ -79,12 +79,12 @@ class DrivePair:
 
     def check(self, n: int, only: str | None = None) -> None:
         """Raise a driver error unless both are on their way to their goal or there, after a block of n cycles."""
-        for drive in self._chosen(only):
+        for drive in self._selected_drives(only):
             drive.check(n)
 
     def states(self) -> dict[str, str]:
         """Return the state of each state machine as of the last cycle."""
         return {name: drive.state_name for name, drive in zip(DRIVES, self.both, strict=True)}
 
-    def _chosen(self, only: str | None) -> tuple[Drive, ...]:
+    def _selected_drives(self, only: str | None) -> tuple[Drive, ...]:
         return tuple(drive for name, drive in zip(DRIVES, self.both, strict=True) if only in (None, name))

@@ -70,12 +70,12 @@ class BlockFeed:
         block = self._trajectory.block(self._link.assembly.block)
         if not block.size:
             return None
-        decoded, verdict = guarded(self._link, block.velocity, block.load_torque, judge)
+        decoded, verdict = run_guarded(self._link, block.velocity, block.load_torque, judge)
         changes = tuple((change.offset, change.segment) for change in block.changes if change.offset < decoded.size)
         return Fed(decoded, verdict, changes, 0, decoded.size)
 
 
-def guarded(link: Link, velocity: FloatArray, torque: FloatArray, judge: Judge) -> tuple[Decoded, Verdict]:
+def run_guarded(link: Link, velocity: FloatArray, torque: FloatArray, judge: Judge) -> tuple[Decoded, Verdict]:
     """Exchange set values (n,) and judge; where the master can go back, a trip ends the block at its very cycle."""
     memory = link.remember() if velocity.size > 1 and link.assembly.can_replay else None
     decoded = link.exchange(velocity, torque)

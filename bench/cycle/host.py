@@ -1,4 +1,4 @@
-"""What the host of a virtual machine takes away: read from the kernel, beside every figure of punctuality."""
+"""Processor time that the host of a virtual machine takes away (steal), reported with every figure of punctuality."""
 
 from __future__ import annotations
 

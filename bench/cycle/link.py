@@ -21,7 +21,7 @@ from bench.errors import DeviceError
 FloatArray = NDArray[np.float64]
 _FIRST_LOOK_S = 0.3
 _LEAD_S = 3.0
-_TURN = 2.0 * math.pi
+_REVOLUTION = 2.0 * math.pi
 
 
 class BusLostError(DeviceError):
@@ -83,7 +83,7 @@ class Link:
     @property
     def scaling(self) -> Scaling:
         """Scale and offset of every channel; known once the link is open."""
-        return self._opened().scaling
+        return self._require_decoder().scaling
 
     def open(self) -> None:
         """Bring the bus to operation, take the devices' units, find the encoders' common zero."""
@@ -102,7 +102,7 @@ class Link:
             self._decoder = Decoder(assembly, self._scaling())
             # slow sensors convert for the first time
             first = self.hold(_FIRST_LOOK_S)
-            self._resolve_turns(first)
+            self._resolve_revolutions(first)
         except BaseException:
             bus.close()
             raise
@@ -117,7 +117,7 @@ class Link:
     def tare(self, zero: float) -> None:
         """Subtract ``zero`` in N·m from the torque sensor, beyond what is subtracted already."""
         self.zeros = replace(self.zeros, load_torque=self.zeros.load_torque + zero)
-        self._opened().scaling = self._scaling()
+        self._require_decoder().scaling = self._scaling()
 
     def hold(self, duration_s: float) -> Decoded:
         """Exchange cycles at the last set values; return the last block."""
@@ -221,7 +221,7 @@ class Link:
             raise BusLostError(reason or "the master exchanged no cycle; the bus is down")
         self.drives.digest(n)
         cycle = done.cycle - self._shift
-        decoded = self._opened().decode(n, cycle, done.wkc, motor_velocity, done.set_index)
+        decoded = self._require_decoder().decode(n, cycle, done.wkc, motor_velocity, done.set_index)
         if done.late_ns is not None:
             late_s = done.late_ns * 1e-9
             decoded = replace(decoded, late_s=np.where(late_s >= self._bench.bus.cycle_time, late_s, 0.0))
@@ -231,18 +231,23 @@ class Link:
 
     def remember(self) -> Memory:
         """Return what :meth:`go_back` needs; only where the master can go back."""
-        return Memory(self._replayed().snapshot(), self._opened().state(), self.drives.snapshot(), self.cycle)
+        return Memory(
+            self._require_replay_master().snapshot(),
+            self._require_decoder().state(),
+            self.drives.snapshot(),
+            self.cycle,
+        )
 
     def go_back(self, memory: Memory) -> None:
         """Return bench and drivers to an earlier moment."""
-        self._replayed().restore(memory.master)
-        self._opened().restore(memory.decoder)
+        self._require_replay_master().restore(memory.master)
+        self._require_decoder().restore(memory.decoder)
         self.drives.restore(memory.drives)
         # the bus goes on counting; the bench's own cycles go back
         self._shift += self.cycle - memory.cycle
         self.cycle = memory.cycle
 
-    def _replayed(self) -> ReplayMaster:
+    def _require_replay_master(self) -> ReplayMaster:
         master = self.assembly.master
         if not isinstance(master, ReplayMaster):
             raise DeviceError("this master cannot be put back to where it was; an emulated one can")
@@ -270,12 +275,12 @@ class Link:
             if self.cycle > deadline:
                 raise DeviceError(f"the drives did not {what} within {_LEAD_S:g} s")
 
-    def _resolve_turns(self, seen: Decoded) -> None:
+    def _resolve_revolutions(self, seen: Decoded) -> None:
         """Choose the motor's count of revolutions so that both encoders agree: a single-turn encoder cannot know it."""
         load = float(seen.inputs.load_angle[-1]) * self._bench.gearbox.ratio
-        turns = round((float(seen.inputs.motor_angle[-1]) - load) / _TURN)
-        self.zeros = replace(self.zeros, motor_angle=self.zeros.motor_angle + turns * _TURN)
-        self._opened().scaling = self._scaling()
+        revolutions = round((float(seen.inputs.motor_angle[-1]) - load) / _REVOLUTION)
+        self.zeros = replace(self.zeros, motor_angle=self.zeros.motor_angle + revolutions * _REVOLUTION)
+        self._require_decoder().scaling = self._scaling()
 
     def _scaling(self) -> Scaling:
         thermometer = self.assembly.thermometer
@@ -289,7 +294,7 @@ class Link:
             self.zeros,
         )
 
-    def _opened(self) -> Decoder:
+    def _require_decoder(self) -> Decoder:
         if self._decoder is None:
             raise DeviceError("the bench is not open")
         return self._decoder

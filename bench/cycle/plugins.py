@@ -20,7 +20,7 @@ def plugin(group: str, name: str) -> Callable[..., Any]:
     ConfigurationError
         If nothing is; lists what there is.
     """
-    found = _installed(group)
+    found = _installed_entry_points(group)
     for entry in found:
         if entry.name == name:
             loaded: Callable[..., Any] = entry.load()
@@ -31,6 +31,6 @@ def plugin(group: str, name: str) -> Callable[..., Any]:
 
 
 @cache
-def _installed(group: str) -> tuple[EntryPoint, ...]:
+def _installed_entry_points(group: str) -> tuple[EntryPoint, ...]:
     """Return the entry points of a group; looking through all packages takes longer than opening a bench."""
     return tuple(entry_points(group=group))

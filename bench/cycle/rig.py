@@ -16,7 +16,7 @@ from bench.cycle.ahead import make_link
 from bench.cycle.assembly import Assembly, assemble, device_errors
 from bench.cycle.decode import warm_up
 from bench.cycle.end import End, EndKind
-from bench.cycle.feed import emit, guarded, make_feed
+from bench.cycle.feed import emit, make_feed, run_guarded
 from bench.cycle.link import BusLostError
 from bench.cycle.sink import NoSink, SafeSink, Sink
 from bench.cycle.stop.climb import Stop
@@ -192,7 +192,7 @@ class Rig(Stoppable):
                     n = min(remaining, self._assembly.block)
                     self._link.keep_ahead(self.set_values == (0.0, 0.0))
                     velocity, torque = self.set_values
-                    decoded, verdict = guarded(self._link, np.full(n, velocity), np.full(n, torque), self._judge)
+                    decoded, verdict = run_guarded(self._link, np.full(n, velocity), np.full(n, torque), self._judge)
                     end = self._end_of(verdict)
                     if end is not None:
                         self._tripped = end
@@ -271,12 +271,12 @@ class Rig(Stoppable):
         if end.cause is not Cause.OPERATOR:
             self._link.hold_stopped()
         self._link.arm(False)
-        end = self._stored(end, sink)
+        end = self._add_storage_failure(end, sink)
         if self._link.is_silent:
             self._tripped = end
         return end
 
-    def _stored(self, end: End, sink: Sink) -> End:
+    def _add_storage_failure(self, end: End, sink: Sink) -> End:
         trouble = self._stops.unstored()
         if trouble is None or trouble in end.text:
             return end
@@ -291,4 +291,4 @@ class Rig(Stoppable):
         """Return the end of a run whose bus is gone."""
         end = self._tripped or End(EndKind.TRIPPED, str(error), Cause.BUS_ENDED)
         self._stops.lost(end)
-        return self._stored(end, NoSink())
+        return self._add_storage_failure(end, NoSink())

@@ -56,17 +56,17 @@ class SafeSink:
 
     def segment(self, segment: Segment | None) -> None:
         """Pass on."""
-        self._do(lambda: self._sink.segment(segment))
+        self._pass_on(lambda: self._sink.segment(segment))
 
     def rows(self, raw: dict[str, NDArray[Any]]) -> None:
         """Pass on."""
-        self._do(lambda: self._sink.rows(raw))
+        self._pass_on(lambda: self._sink.rows(raw))
 
     def event(self, level: str, text: str) -> None:
         """Pass on."""
-        self._do(lambda: self._sink.event(level, text))
+        self._pass_on(lambda: self._sink.event(level, text))
 
-    def _do(self, pass_on: Callable[[], None]) -> None:
+    def _pass_on(self, pass_on: Callable[[], None]) -> None:
         if self.failure is not None:
             return
         try:

@@ -63,8 +63,8 @@ class View:
         """Records of the stops since the bench was opened."""
         return tuple(self._stops.records)
 
-    def tell_stops(self, listener: Callable[[StopRecord], None]) -> None:
-        """Tell a listener of each stop as soon as it is over."""
+    def report_stops_to(self, listener: Callable[[StopRecord], None]) -> None:
+        """Call ``listener`` with the record of each stop as soon as it is over."""
         self._stops.on_stop = listener
 
     @property

@@ -177,7 +177,7 @@ class ProcessBus(Bus, Protocol):
         ...
 
     def protect(self, protection: Any) -> None:
-        """Say when and how the process stops the drives by itself; the protection is one its drivers have made."""
+        """Set when and how the process stops the drives by itself; ``protection`` comes from the drivers."""
         ...
 
     def arm(self, hold_cycles: int) -> None:

@@ -56,7 +56,7 @@ class Thermometer(Protocol):
         ...
 
     def close(self) -> None:
-        """Let go of what is beside the bus."""
+        """Close a device that is not on the bus."""
         ...
 
 
@@ -83,7 +83,7 @@ class Reader(Protocol):
     """Asks a device beside the bus, in a thread of its own."""
 
     def start(self) -> None:
-        """Begin to ask."""
+        """Begin to read."""
         ...
 
     def latest(self) -> Reading:

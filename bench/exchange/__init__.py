@@ -1,1 +1,1 @@
-"""What goes out: what a simulation predicts of recordings, and simulations for other people's tools."""
+"""Export: what a simulation predicts of recordings, and simulations for other people's tools."""

@@ -14,17 +14,17 @@ from bench.whole import write_whole
 
 
 def _python(formulas: Formulas, out: Path, name: str, _: str) -> list[Path]:
-    return _written(out, {f"{identifier(name)}.py": to_python(formulas)})
+    return _write_files(out, {f"{identifier(name)}.py": to_python(formulas)})
 
 
 def _c(formulas: Formulas, out: Path, name: str, _: str) -> list[Path]:
     del name
-    return _written(out, {"model.h": to_c.header(formulas), "model.c": to_c.source(formulas)})
+    return _write_files(out, {"model.h": to_c.header(formulas), "model.c": to_c.source(formulas)})
 
 
 def _modelica(formulas: Formulas, out: Path, name: str, _: str) -> list[Path]:
     block = identifier(name).capitalize()
-    return _written(out, {f"{block}.mo": to_modelica(formulas, block)})
+    return _write_files(out, {f"{block}.mo": to_modelica(formulas, block)})
 
 
 def _fmu(formulas: Formulas, out: Path, name: str, version: str) -> list[Path]:
@@ -34,7 +34,7 @@ def _fmu(formulas: Formulas, out: Path, name: str, version: str) -> list[Path]:
     return [target]
 
 
-def _written(out: Path, files: dict[str, str]) -> list[Path]:
+def _write_files(out: Path, files: dict[str, str]) -> list[Path]:
     out.mkdir(parents=True, exist_ok=True)
     for name, text in files.items():
         write_whole(out / name, text)

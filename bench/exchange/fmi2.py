@@ -16,14 +16,14 @@ def description(name: str, identifier: str, token: str, variables: Sequence[dict
     """``modelDescription.xml``; attributes of the variables are quoted already."""
     units = sorted({v["unit"] for v in variables if "unit" in v})
     rows, outputs = [], []
-    for k, own in enumerate(variables):
-        real = {key: own[key] for key in ("unit", "start") if key in own}
-        rest = {key: value for key, value in own.items() if key not in real}
-        if own["causality"] == '"output"':
+    for k, variable in enumerate(variables):
+        real = {key: variable[key] for key in ("unit", "start") if key in variable}
+        rest = {key: value for key, value in variable.items() if key not in real}
+        if variable["causality"] == '"output"':
             outputs.append(k + 1)
         attributes = " ".join(f"{key}={value}" for key, value in rest.items())
         inner = " ".join(f"{key}={value}" for key, value in real.items())
-        initial = ' initial="calculated"' if own["causality"] == '"output"' else ""
+        initial = ' initial="calculated"' if variable["causality"] == '"output"' else ""
         rows.append(f'    <ScalarVariable valueReference="{k}" {attributes}{initial}><Real {inner}/></ScalarVariable>')
     unknowns = [f'      <Unknown index="{k}"/>' for k in outputs]
     return "\n".join(

@@ -20,11 +20,11 @@ def description(name: str, identifier: str, token: str, variables: Sequence[dict
     """``modelDescription.xml``; attributes of the variables are quoted already."""
     units = sorted({v["unit"] for v in variables if "unit" in v})
     rows, outputs = [], []
-    for k, own in enumerate(variables):
-        if own["causality"] == '"output"':
+    for k, variable in enumerate(variables):
+        if variable["causality"] == '"output"':
             outputs.append(k)
-        attributes = " ".join(f"{key}={value}" for key, value in own.items())
-        initial = ' initial="calculated"' if own["causality"] == '"output"' else ""
+        attributes = " ".join(f"{key}={value}" for key, value in variable.items())
+        initial = ' initial="calculated"' if variable["causality"] == '"output"' else ""
         rows.append(f'    <Float64 valueReference="{k}" {attributes}{initial}/>')
     return "\n".join(
         [

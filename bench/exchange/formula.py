@@ -1,7 +1,7 @@
-"""Formulas written down while a term's own code runs: what goes out is what the analysis evaluates, term by term.
+"""Formulas recorded while the code of a term runs, so that an export computes exactly what the analysis does.
 
-A :class:`Written` stands for one number of a sample. NumPy's functions on it give another one that knows how it was
-made; equal formulas are one object. What cannot be written raises, so nothing goes out half.
+A :class:`Written` stands for one number of a sample. NumPy's functions on it give another one that knows its operation
+and arguments; equal formulas are one object. An operation that cannot be exported raises an error.
 """
 
 from __future__ import annotations
@@ -89,17 +89,17 @@ def node(op: str, args: tuple[Written, ...] = (), extra: tuple[Any, ...] = ()) -
 
 
 def const(value: float) -> Written:
-    """A number."""
+    """A constant."""
     return node("const", (), (float(value),))
 
 
-def named(kind: str, name: str) -> Written:
-    """An ``input`` or a ``parameter``."""
+def reference(kind: str, name: str) -> Written:
+    """Reference to an ``input`` or a ``parameter`` by its name."""
     return node(kind, (), (name,))
 
 
 def lift(value: Value) -> Written:
-    """A formula of anything that is one number."""
+    """Convert a number to a formula; a formula stays as it is."""
     if isinstance(value, Written):
         return value
     array = np.asarray(value)
@@ -111,32 +111,32 @@ def lift(value: Value) -> Written:
 
 
 def make(op: str, *values: Value) -> Written:
-    """An operation on values, worked out where they are numbers."""
+    """Apply an operation to values; where all of them are numbers it is evaluated at once."""
     args = tuple(lift(v) for v in values)
     if all(a.op == "const" for a in args):
         return const(_EVALUATED[op](*(a.extra[0] for a in args)))
     first, second = args[0], args[-1]
-    if op in ("add", "sub") and _is(second, 0.0):
+    if op in ("add", "sub") and _is_constant(second, 0.0):
         return first
-    if op == "add" and _is(first, 0.0):
+    if op == "add" and _is_constant(first, 0.0):
         return second
-    if op == "mul" and (_is(first, 0.0) or _is(second, 0.0)):
+    if op == "mul" and (_is_constant(first, 0.0) or _is_constant(second, 0.0)):
         return const(0.0)
-    if op in ("mul", "div") and _is(second, 1.0):
+    if op in ("mul", "div") and _is_constant(second, 1.0):
         return first
-    if op == "mul" and _is(first, 1.0):
+    if op == "mul" and _is_constant(first, 1.0):
         return second
     if op == "square" or (op == "pow" and second.op == "const" and second.extra[0] == 2.0):
         return node("mul", (first, first))
     return node(op, args)
 
 
-def _is(own: Written, value: float) -> bool:
-    return own.op == "const" and bool(own.extra[0] == value)
+def _is_constant(expression: Written, value: float) -> bool:
+    return expression.op == "const" and bool(expression.extra[0] == value)
 
 
 def where(condition: Value, yes: Value, no: Value) -> Written:
-    """One of two numbers."""
+    """Choose between two values by a condition."""
     chosen = lift(condition)
     if chosen.op == "const":
         return lift(yes if chosen.extra[0] else no)
@@ -161,7 +161,7 @@ class Columns(tuple[Written, ...]):
 
 
 def columns_of(value: Any) -> list[Written]:
-    """What a regressor gives, as formulas."""
+    """Columns of a regressor, one formula each."""
     if isinstance(value, Columns):
         return list(value)
     return [lift(v) for v in np.asarray(value).reshape(-1)]
@@ -175,26 +175,26 @@ _FUNCTIONS: dict[Any, Callable[..., Any]] = {
 }
 
 
-def ordered(results: Sequence[Written]) -> list[Written]:
-    """All formulas on which some depend, each after those it is made of."""
+def in_evaluation_order(results: Sequence[Written]) -> list[Written]:
+    """All formulas that ``results`` depend on, each after its arguments (topological order)."""
     out: list[Written] = []
     seen: set[int] = set()
     stack = [(r, False) for r in reversed(results)]
     while stack:
-        own, ready = stack.pop()
-        if id(own) in seen:
+        expression, ready = stack.pop()
+        if id(expression) in seen:
             continue
         if ready:
-            seen.add(id(own))
-            out.append(own)
+            seen.add(id(expression))
+            out.append(expression)
             continue
-        stack.append((own, True))
-        stack += [(a, False) for a in reversed(own.args) if id(a) not in seen]
+        stack.append((expression, True))
+        stack += [(a, False) for a in reversed(expression.args) if id(a) not in seen]
     return out
 
 
 def total(parts: Sequence[Value]) -> Written:
-    """A sum."""
+    """Sum of some values."""
     out = const(0.0)
     for part in parts:
         out = make("add", out, part)

@@ -16,12 +16,12 @@ from bench.simulation.frame import Frame
 
 def series(given: Given, frame: Frame) -> list[Written]:
     """The series of a simulation, by the direction of motion; empty where it has none."""
-    return _by_direction(given, frame, _side)
+    return _by_direction(given, frame, _series_of)
 
 
 def slope(given: Given, frame: Frame) -> list[Written]:
     """The change of the series with the angle, without orders that an encoder misreads; empty where it has none."""
-    return _by_direction(given, frame, _steeper)
+    return _by_direction(given, frame, _slope_of)
 
 
 def _by_direction(
@@ -35,30 +35,30 @@ def _by_direction(
     return [formula.where(frame.last_direction > 0, *sides)]
 
 
-def _side(given: Given, own: FourierSet | None, frame: Frame) -> Written:
-    if own is None:
+def _series_of(given: Given, series: FourierSet | None, frame: Frame) -> Written:
+    if series is None:
         return const(0.0)
-    parts = [_polynomial(own.offset, frame)]
-    for _, sine, cosine, angle in _orders(given, own, frame):
+    parts = [_polynomial(series.offset, frame)]
+    for _, sine, cosine, angle in _orders(given, series, frame):
         parts += [make("mul", sine, np.sin(angle)), make("mul", cosine, np.cos(angle))]
     return total(parts)
 
 
-def _steeper(given: Given, own: FourierSet | None, frame: Frame) -> Written:
-    if own is None:
+def _slope_of(given: Given, series: FourierSet | None, frame: Frame) -> Written:
+    if series is None:
         return const(0.0)
     parts = []
-    for order, sine, cosine, angle in _orders(given, own, frame):
+    for order, sine, cosine, angle in _orders(given, series, frame):
         if order not in given.misread:
             wave = make("sub", make("mul", sine, np.cos(angle)), make("mul", cosine, np.sin(angle)))
             parts.append(make("mul", const(order), wave))
     return total(parts)
 
 
-def _orders(given: Given, own: FourierSet, frame: Frame) -> Iterator[tuple[float, Written, Written, Written]]:
+def _orders(given: Given, series: FourierSet, frame: Frame) -> Iterator[tuple[float, Written, Written, Written]]:
     """Each order of a side, its sine's and cosine's coefficient with the laws, and its angle."""
-    for k, order in enumerate(own.orders):
-        size, phase = _polynomial(own.amplitude[k], frame), _polynomial(own.phase[k], frame)
+    for k, order in enumerate(series.orders):
+        size, phase = _polynomial(series.amplitude[k], frame), _polynomial(series.phase[k], frame)
         real, imag = make("mul", size, np.cos(phase)), make("mul", size, np.sin(phase))
         for law in given.laws:
             a, b = pieces.law(law, float(order), frame)

@@ -30,18 +30,20 @@ def law(of: Law, order: float, frame: Frame) -> tuple[Any, Any]:
         if of.form == "second_order_of_base":
             real, imaginary = ratio * ratio * a / size, -(ratio * ratio * b / size)
         return 1.0 + share * real, share * imaginary
-    own = dict(zip(of.series, of.strength, strict=True)).get(order, 0.0j)
-    if own == 0:
+    strength = dict(zip(of.series, of.strength, strict=True)).get(order, 0.0j)
+    if strength == 0:
         return 1.0, 0.0
     g = FUNCTIONS[of.effect, of.form](speed, frame.torque, frame.temperature, frame.time, of.point, of.reference)
-    return 1.0 + g * own.real, g * own.imag
+    return 1.0 + g * strength.real, g * strength.imag
 
 
-def wave(own: Wave, angle: Any, frame: Frame) -> Written:
+def wave(wave_term: Wave, angle: Any, frame: Frame) -> Written:
     """A wave over an angle in rad, times the factors it names."""
-    turned = make("mul", const(own.order), angle)
-    value = total([make("mul", const(own.cosine), np.cos(turned)), make("mul", const(own.sine), np.sin(turned))])
-    for name in own.times.split("*"):
+    turned = make("mul", const(wave_term.order), angle)
+    value = total(
+        [make("mul", const(wave_term.cosine), np.cos(turned)), make("mul", const(wave_term.sine), np.sin(turned))]
+    )
+    for name in wave_term.times.split("*"):
         value = make("mul", lift(FACTORS[name](frame)), value)
     return value
 
@@ -61,11 +63,11 @@ def pulse_slope(angle: float, width: float, height: float, frame: Frame) -> Writ
 def quantity(name: str, frame: Frame) -> Written:
     """A recorded quantity by its name; the rate of an auxiliary input, which no sample tells, is an input as well."""
     if name.startswith(AUXILIARY):
-        return _composed(name.removeprefix(AUXILIARY), frame.ratio)
+        return _auxiliary_quantity(name.removeprefix(AUXILIARY), frame.ratio)
     return lift(QUANTITIES[name].values(frame))
 
 
-def _composed(name: str, ratio: float) -> Written:
+def _auxiliary_quantity(name: str, ratio: float) -> Written:
     """An auxiliary input, or what is composed of several."""
 
     class Inputs(dict[str, Any]):
@@ -73,9 +75,9 @@ def _composed(name: str, ratio: float) -> Written:
             return True
 
         def __missing__(self, key: str) -> Any:
-            return formula.named("input", AUXILIARY + key)
+            return formula.reference("input", AUXILIARY + key)
 
-    has = {name: formula.named("input", name) for name in ("load_angle", "motor_velocity", "motor_acceleration")}
+    has = {name: formula.reference("input", name) for name in ("load_angle", "motor_velocity", "motor_acceleration")}
     frame = SimpleNamespace(
         aux=Inputs(),
         size=1,
@@ -85,4 +87,4 @@ def _composed(name: str, ratio: float) -> Written:
         velocity=has["motor_velocity"] / ratio,
     )
     made = composed(name, frame)  # type: ignore[arg-type]
-    return formula.named("input", AUXILIARY + name) if made is None else lift(made)
+    return formula.reference("input", AUXILIARY + name) if made is None else lift(made)

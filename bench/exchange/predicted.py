@@ -70,18 +70,18 @@ def predict_recordings(model: Path, path: Path) -> Iterator[Predicted]:
         recordings: Sequence[Recording] = RecordingFolder.open(path).recordings
         if not recordings:
             raise RecordingError(f"{path}: holds no recording that can be read; see `bench validate` for each file.")
-        told = told_of(model, recordings)
+        predictions = told_of(model, recordings)
     else:
-        own = Recording.open(path)
+        recording = Recording.open(path)
         before = [
             r
             for r in RecordingFolder.open(path.resolve().parent).recordings
-            if r.campaign_id == own.campaign_id and r.started_at < own.started_at
+            if r.campaign_id == recording.campaign_id and r.started_at < recording.started_at
         ]
-        told = told_of(model, [*before, own], only=len(before))
+        predictions = told_of(model, [*before, recording], only=len(before))
     any_at_all = False
     refused: tuple[str, ...] = ()
-    for recording, channels in told:
+    for recording, channels in predictions:
         one = _predicted(model, recording, channels)
         any_at_all |= bool(one.channels)
         refused = refused or one.refused
@@ -90,25 +90,27 @@ def predict_recordings(model: Path, path: Path) -> Iterator[Predicted]:
         raise ConfigurationError(f"{model} predicts nothing of {path}: {'; '.join(refused)}.")
 
 
-def _predicted(model: Path, recording: Recording, told: dict[str, Told]) -> Predicted:
+def _predicted(model: Path, recording: Recording, predictions: dict[str, Told]) -> Predicted:
     channels, refused = [], []
     for name, spec in CHANNELS.items():
-        lacking = [own for own in spec.made_of if own not in recording.specs]
+        lacking = [source for source in spec.made_of if source not in recording.specs]
         if lacking:
             refused.append(f"{name} is not predicted: {recording.recording_id} has no {', '.join(lacking)}")
-        elif name not in told:
+        elif name not in predictions:
             refused.append(f"{name} is not predicted: {recording.recording_id} cannot be compared in it")
-        elif told[name].missing:
-            terms = ", ".join(told[name].missing)
+        elif predictions[name].missing:
+            terms = ", ".join(predictions[name].missing)
             refused.append(f"{name} is not predicted: {model.name} has no numbers for {terms}; calibrate it first")
         else:
-            own = told[name]
+            prediction = predictions[name]
             unit = _unit(name, recording)
-            channels.append(Channel(name, unit, measured(recording, name), own.values, own.counts))
+            channels.append(
+                Channel(name, unit, measured_channel(recording, name), prediction.values, prediction.counts)
+            )
     return Predicted(recording, tuple(channels), tuple(refused))
 
 
-def measured(recording: Recording, name: str) -> FloatArray:
+def measured_channel(recording: Recording, name: str) -> FloatArray:
     """A compared channel as it was measured (n,), SI; the transmission error in rad (of a linear axis in m)."""
     if name != TRANSMISSION_ERROR:
         return recording.si(name)

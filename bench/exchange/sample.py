@@ -35,14 +35,14 @@ STANDSTILL = "standstill"
 
 def loss(frame: Frame, torque: Any) -> Any:
     """Power that the gearbox loses, as a formula, at a load torque."""
-    return np.abs(frame.motor_torque * frame.omega - torque * formula.named("input", "load_velocity"))
+    return np.abs(frame.motor_torque * frame.omega - torque * formula.reference("input", "load_velocity"))
 
 
 def formula_frame(ratio: float) -> Frame:
     """The quantities of a frame as formulas of those that a sample has."""
-    has = {name: formula.named("input", name) for name in (*INPUTS, "time")}
+    has = {name: formula.reference("input", name) for name in (*INPUTS, "time")}
     omega = has["motor_velocity"]
-    standstill = formula.named("parameter", STANDSTILL)
+    standstill = formula.reference("parameter", STANDSTILL)
     direction = formula.where(np.abs(omega) > standstill, np.sign(omega), 0.0)
     theta = has["motor_angle"] / ratio
     elapsed = has["time"]
@@ -119,5 +119,5 @@ def frame_of(inputs: dict[str, Any], ratio: float, standstill: float) -> Frame:
         reversed_before=(np.cumsum(turned) > 0).astype(np.float64),
         steady=zeros,
         step=np.diff(time, prepend=time[0]),
-        aux={name.removeprefix(AUXILIARY): own for name, own in inputs.items() if name.startswith(AUXILIARY)},
+        aux={name.removeprefix(AUXILIARY): values for name, values in inputs.items() if name.startswith(AUXILIARY)},
     )

@@ -134,7 +134,7 @@ def header(formulas: Formulas) -> str:
     def places(kind: str, names: list[str]) -> list[str]:
         return [f"#define {kind}_{identifier(name).upper()} {k}" for k, name in enumerate(names)]
 
-    states = sum(own.op in STATES for own in formulas.steps)
+    states = sum(step.op in STATES for step in formulas.steps)
     return "\n".join(
         [
             "/* A simulation, written by `bench export-model` from a simulation file. "
@@ -167,28 +167,28 @@ def header(formulas: Formulas) -> str:
 
 
 def source(formulas: Formulas) -> str:
-    """The source."""
+    """Source of ``model.c``."""
     steps = formulas.steps
-    place = {id(own): f"v{k}" for k, own in enumerate(steps)}
+    place = {id(step): f"v{k}" for k, step in enumerate(steps)}
     tables: list[str] = []
     lines: list[str] = []
     state = 0
-    for own in steps:
-        if own.op == "const":
+    for step in steps:
+        if step.op == "const":
             continue
-        args = [_of(a, place) for a in own.args]
-        if own.op == "table":
-            tables += _table(place[id(own)], own)
-            expression = _look_up(place[id(own)], own, args)
-        elif own.op in STATES:
-            more = ", ".join([*args, *(number(c) for c in own.extra)])
-            expression = f"{own.op}(m->z[{state}], dt, {more})"
+        args = [_operand(a, place) for a in step.args]
+        if step.op == "table":
+            tables += _table(place[id(step)], step)
+            expression = _look_up(place[id(step)], step, args)
+        elif step.op in STATES:
+            more = ", ".join([*args, *(number(c) for c in step.extra)])
+            expression = f"{step.op}(m->z[{state}], dt, {more})"
             state += 1
         else:
-            expression = _expression(own, args, formulas)
-        lines.append(f"    const double {place[id(own)]} = {expression};")
-    for k, own in enumerate(formulas.outputs.values()):
-        lines.append(f"    y[{k}] = {_of(own, place)};")
+            expression = _expression(step, args, formulas)
+        lines.append(f"    const double {place[id(step)]} = {expression};")
+    for k, output in enumerate(formulas.outputs.values()):
+        lines.append(f"    y[{k}] = {_operand(output, place)};")
     defaults = ", ".join([*(number(p.value) for p in formulas.parameters), "0.0"])
     return "\n".join(
         [
@@ -221,26 +221,26 @@ def source(formulas: Formulas) -> str:
     )
 
 
-def _of(own: Written, place: dict[int, str]) -> str:
-    return f"({number(own.extra[0])})" if own.op == "const" else place[id(own)]
+def _operand(expression: Written, place: dict[int, str]) -> str:
+    return f"({number(expression.extra[0])})" if expression.op == "const" else place[id(expression)]
 
 
-def _expression(own: Written, args: list[str], formulas: Formulas) -> str:
-    if own.op == "input":
-        return "time" if own.extra[0] == "time" else f"u[{formulas.inputs.index(own.extra[0])}]"
-    if own.op == "parameter":
-        return f"m->p[{[p.name for p in formulas.parameters].index(own.extra[0])}]"
-    if own.op in _INFIX:
-        return f"{args[0]} {_INFIX[own.op]} {args[1]}"
-    if own.op == "neg":
+def _expression(expression: Written, args: list[str], formulas: Formulas) -> str:
+    if expression.op == "input":
+        return "time" if expression.extra[0] == "time" else f"u[{formulas.inputs.index(expression.extra[0])}]"
+    if expression.op == "parameter":
+        return f"m->p[{[p.name for p in formulas.parameters].index(expression.extra[0])}]"
+    if expression.op in _INFIX:
+        return f"{args[0]} {_INFIX[expression.op]} {args[1]}"
+    if expression.op == "neg":
         return f"-{args[0]}"
-    if own.op == "where":
+    if expression.op == "where":
         return f"{args[0]} != 0.0 ? {args[1]} : {args[2]}"
-    return f"{_CALLS[own.op]}({', '.join(args)})"
+    return f"{_CALLS[expression.op]}({', '.join(args)})"
 
 
-def _table(name: str, own: Written) -> list[str]:
-    knots, values = own.extra
+def _table(name: str, expression: Written) -> list[str]:
+    knots, values = expression.extra
 
     def array(kind: str, numbers: tuple[float, ...]) -> str:
         return f"static const double {name}_{kind}[] = {{{', '.join(number(v) for v in numbers)}}};"
@@ -253,6 +253,6 @@ def _table(name: str, own: Written) -> list[str]:
     ]
 
 
-def _look_up(name: str, own: Written, args: list[str]) -> str:
+def _look_up(name: str, expression: Written, args: list[str]) -> str:
     at = f"(const double[]){{{', '.join(args)}}}"
-    return f"table({len(own.extra[0])}, {name}_sizes, {name}_knots, {name}_values, {at})"
+    return f"table({len(expression.extra[0])}, {name}_sizes, {name}_knots, {name}_values, {at})"

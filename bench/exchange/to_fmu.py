@@ -45,20 +45,22 @@ def write_fmu(formulas: Formulas, target: Path, version: str = "3.0", name: str 
         There is no compiler, or it fails.
     """
     form = _FORMS[version]
-    own = compiler()
+    compiler_path = compiler()
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         sources = {"model.h": to_c.header(formulas), "model.c": to_c.source(formulas), "fmi.c": form.SOURCE}
         for file, text in sources.items():
             (folder / file).write_text(text, encoding="utf-8")
         library = folder / f"{IDENTIFIER}{'.dylib' if platform.system() == 'Darwin' else '.so'}"
-        command = [own, *_FLAGS, "model.c", "fmi.c", "-lm", "-o", library.name]
+        command = [compiler_path, *_FLAGS, "model.c", "fmi.c", "-lm", "-o", library.name]
         try:
             done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=_LONGEST_S)
         except (OSError, subprocess.TimeoutExpired) as error:
-            raise ConfigurationError(f"{own} cannot compile the simulation ({error}).") from error
+            raise ConfigurationError(f"{compiler_path} cannot compile the simulation ({error}).") from error
         if done.returncode:
-            raise ConfigurationError(f"{own} cannot compile the simulation: {done.stderr.strip().splitlines()[:1]}.")
+            raise ConfigurationError(
+                f"{compiler_path} cannot compile the simulation: {done.stderr.strip().splitlines()[:1]}."
+            )
         token = str(uuid.uuid5(uuid.NAMESPACE_OID, sources["model.c"]))
         description = form.description(name, IDENTIFIER, token, _variables(formulas))
         part = target.with_name(f".{target.name}.{os.getpid()}.new")
@@ -79,9 +81,11 @@ def _variables(formulas: Formulas) -> list[dict[str, str]]:
         channel = name.removeprefix(OUTPUT)
         meaning = formulas.words(f"{channel.replace('_', ' ')}, simulated")
         out.append(_variable(name, "output", "continuous", formulas.unit_of(channel), meaning))
-    for own in formulas.parameters:
-        variability = "fixed" if own.name == START else "tunable"
-        out.append(_variable(own.name, "parameter", variability, own.unit, own.meaning, own.value))
+    for parameter in formulas.parameters:
+        variability = "fixed" if parameter.name == START else "tunable"
+        out.append(
+            _variable(parameter.name, "parameter", variability, parameter.unit, parameter.meaning, parameter.value)
+        )
     return out
 
 

@@ -141,21 +141,21 @@ _SI = "SI, rad, degC"
 def to_modelica(formulas: Formulas, name: str = "Simulation") -> str:
     """Source of a block; inputs, outputs and parameters bear the names of those of other forms."""
     steps = formulas.steps
-    place = {id(own): f"v{k}" for k, own in enumerate(steps)}
+    place = {id(step): f"v{k}" for k, step in enumerate(steps)}
     declared, lines = [], []
-    for own in steps:
-        if own.op in ("const", "input", "parameter"):
+    for step in steps:
+        if step.op in ("const", "input", "parameter"):
             continue
-        var = place[id(own)]
-        if own.op in STATES:
+        var = place[id(step)]
+        if step.op in STATES:
             declared.append(f"  discrete Real z_{var}[3](each start = 0, each fixed = true);")
-            more = ", ".join([*(_of(a, place) for a in own.args), *(_number(c) for c in own.extra)])
-            lines.append(f"    z_{var} := {own.op}(pre(z_{var}), dt, {more});")
-            lines.append(f"    {var} := z_{var}[{_VALUE.get(own.op, 3)}];")
+            more = ", ".join([*(_operand(a, place) for a in step.args), *(_number(c) for c in step.extra)])
+            lines.append(f"    z_{var} := {step.op}(pre(z_{var}), dt, {more});")
+            lines.append(f"    {var} := z_{var}[{_VALUE.get(step.op, 3)}];")
             declared.append(f"  discrete Real {var};")
         else:
-            declared.append(f"  discrete {'Boolean' if own.op in _COMPARISONS else 'Real'} {var};")
-            lines.append(f"    {var} := {_expression(own, place)};")
+            declared.append(f"  discrete {'Boolean' if step.op in _COMPARISONS else 'Real'} {var};")
+            lines.append(f"    {var} := {_expression(step, place)};")
     return "\n".join(
         [
             f'block {name} "A simulation, written by bench export-model from a simulation file; {formulas.words(_SI)}"',
@@ -176,7 +176,7 @@ def to_modelica(formulas: Formulas, name: str = "Simulation") -> str:
             "    dt := if pre(begun_at) < 0 then 0 else time - pre(begun_at);",
             "    begun_at := time;",
             *lines,
-            *(f"    {n} := {_of(own, place)};" for n, own in formulas.outputs.items()),
+            *(f"    {n} := {_operand(output, place)};" for n, output in formulas.outputs.items()),
             "  end when;",
             f"end {name};",
             "",
@@ -197,29 +197,29 @@ def _number(value: float) -> str:
     return repr(float(value)) if value >= 0 else f"({float(value)!r})"
 
 
-def _of(own: Written, place: dict[int, str]) -> str:
-    if own.op == "const":
-        return _number(own.extra[0])
-    if own.op == "input":
-        return identifier(own.extra[0]) if own.extra[0] != "time" else "time"
-    return str(own.extra[0]) if own.op == "parameter" else place[id(own)]
+def _operand(expression: Written, place: dict[int, str]) -> str:
+    if expression.op == "const":
+        return _number(expression.extra[0])
+    if expression.op == "input":
+        return identifier(expression.extra[0]) if expression.extra[0] != "time" else "time"
+    return str(expression.extra[0]) if expression.op == "parameter" else place[id(expression)]
 
 
-def _expression(own: Written, place: dict[int, str]) -> str:
-    args = [_of(a, place) for a in own.args]
-    if own.op in _INFIX:
-        return f"{args[0]} {_INFIX[own.op]} {args[1]}"
-    if own.op == "neg":
+def _expression(expression: Written, place: dict[int, str]) -> str:
+    args = [_operand(a, place) for a in expression.args]
+    if expression.op in _INFIX:
+        return f"{args[0]} {_INFIX[expression.op]} {args[1]}"
+    if expression.op == "neg":
         return f"-{args[0]}"
-    if own.op == "where":
+    if expression.op == "where":
         return f"if {args[0]} then {args[1]} else {args[2]}"
-    if own.op == "asinh":
+    if expression.op == "asinh":
         return f"log({args[0]} + sqrt({args[0]}^2 + 1))"
-    if own.op == "log1p":
+    if expression.op == "log1p":
         return f"log(1 + {args[0]})"
-    if own.op == "table":
-        knots, values = own.extra
+    if expression.op == "table":
+        knots, values = expression.extra
         sizes = ", ".join(str(len(k)) for k in knots)
         flat = ", ".join(_number(v) for k in knots for v in k)
         return f"look_up({{{sizes}}}, {{{flat}}}, {{{', '.join(_number(v) for v in values)}}}, {{{', '.join(args)}}})"
-    return f"{_CALLS[own.op]}({', '.join(args)})"
+    return f"{_CALLS[expression.op]}({', '.join(args)})"

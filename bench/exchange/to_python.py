@@ -149,34 +149,34 @@ def to_python(formulas: Formulas, name: str = "Model") -> str:
         "        self.before = time",
         "        p, z = self.p, self.states",
     ]
-    place = {id(own): f"v{k}" for k, own in enumerate(formulas.steps)}
-    for own in formulas.steps:
-        if own.op != "const":
-            lines.append(f"        {place[id(own)]} = {_expression(own, place)}")
-    ends = ", ".join(f"{output!r}: {_of(own, place)}" for output, own in formulas.outputs.items())
+    place = {id(step): f"v{k}" for k, step in enumerate(formulas.steps)}
+    for step in formulas.steps:
+        if step.op != "const":
+            lines.append(f"        {place[id(step)]} = {_expression(step, place)}")
+    ends = ", ".join(f"{output!r}: {_operand(expression, place)}" for output, expression in formulas.outputs.items())
     lines += [f"        return {{{ends}}}", ""]
     return "\n".join(lines)
 
 
-def _of(own: Written, place: dict[int, str]) -> str:
-    return f"({own.extra[0]!r})" if own.op == "const" else place[id(own)]
+def _operand(expression: Written, place: dict[int, str]) -> str:
+    return f"({expression.extra[0]!r})" if expression.op == "const" else place[id(expression)]
 
 
-def _expression(own: Written, place: dict[int, str]) -> str:
-    args = [_of(a, place) for a in own.args]
-    if own.op == "input":
-        return "time" if own.extra[0] == "time" else f"u[{own.extra[0]!r}]"
-    if own.op == "parameter":
-        return f"p[{own.extra[0]!r}]"
-    if own.op in _INFIX:
-        return f"{args[0]} {_INFIX[own.op]} {args[1]}"
-    if own.op == "neg":
+def _expression(expression: Written, place: dict[int, str]) -> str:
+    args = [_operand(a, place) for a in expression.args]
+    if expression.op == "input":
+        return "time" if expression.extra[0] == "time" else f"u[{expression.extra[0]!r}]"
+    if expression.op == "parameter":
+        return f"p[{expression.extra[0]!r}]"
+    if expression.op in _INFIX:
+        return f"{args[0]} {_INFIX[expression.op]} {args[1]}"
+    if expression.op == "neg":
         return f"-{args[0]}"
-    if own.op == "where":
+    if expression.op == "where":
         return f"{args[1]} if {args[0]} else {args[2]}"
-    if own.op == "table":
-        return f"_table({own.extra[0]!r}, {own.extra[1]!r}, [{', '.join(args)}])"
-    if own.op in STATES:
-        more = [*args, *(repr(c) for c in own.extra)]
-        return f"_{own.op}(z.setdefault({place[id(own)]!r}, []), dt, {', '.join(more)})"
-    return f"{_CALLS[own.op]}({', '.join(args)})"
+    if expression.op == "table":
+        return f"_table({expression.extra[0]!r}, {expression.extra[1]!r}, [{', '.join(args)}])"
+    if expression.op in STATES:
+        more = [*args, *(repr(c) for c in expression.extra)]
+        return f"_{expression.op}(z.setdefault({place[id(expression)]!r}, []), dt, {', '.join(more)})"
+    return f"{_CALLS[expression.op]}({', '.join(args)})"

@@ -34,7 +34,7 @@ STATES = ("relaxing", "play", "lag", "integral", "campaign_lag", "held", "distan
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """A number that can be changed in what goes out: its name there, unit, what it is."""
+    """A parameter of an exported simulation: its name there, value, unit and meaning."""
 
     name: str
     value: float
@@ -70,12 +70,12 @@ class Formulas:
 
     @property
     def steps(self) -> list[Written]:
-        """All formulas in the order of their making."""
-        return formula.ordered(list(self.outputs.values()))
+        """All formulas in the order of evaluation."""
+        return formula.in_evaluation_order(list(self.outputs.values()))
 
 
-def written(simulation: Simulation, standstill: float = 1e-3) -> Formulas:
-    """Write a simulation down.
+def formulas_of(simulation: Simulation, standstill: float = 1e-3) -> Formulas:
+    """Write a simulation as formulas.
 
     ``standstill``: motor speed in rad/s below which it stands, a parameter as well. Raises ConfigurationError where
     nothing can be written, or the simulation stands on one from elsewhere.
@@ -84,41 +84,41 @@ def written(simulation: Simulation, standstill: float = 1e-3) -> Formulas:
         raise ConfigurationError(
             "the simulation stands on one from elsewhere ('base'), which cannot be exported; export that one."
         )
-    own = _Writer(Given.of(simulation), standstill)
+    writer = _Writer(Given.of(simulation), standstill)
     outputs: dict[str, Written] = {}
     refused, notes = [], []
     for channel in CHANNELS:
-        missing = own.missing(channel)
-        if missing and not own.calibrated(channel):
+        missing = writer.missing(channel)
+        if missing and not writer.calibrated(channel):
             refused.append(f"{channel} is left out: the simulation has no numbers for {', '.join(missing)}")
             continue
-        outputs[OUTPUT + channel] = own.channel(channel)
+        outputs[OUTPUT + channel] = writer.channel(channel)
         if missing:
             notes.append(
                 f"{channel} is without {', '.join(missing)}: the recordings it was calibrated on did not show "
                 f"{'it' if len(missing) == 1 else 'them'}, and the simulation has no numbers for "
                 f"{'it' if len(missing) == 1 else 'them'}"
             )
-    if any(law.effect == RESONANCE for law in own.given.laws) and OUTPUT + TRANSMISSION_ERROR in outputs:
+    if any(law.effect == RESONANCE for law in writer.given.laws) and OUTPUT + TRANSMISSION_ERROR in outputs:
         notes.append(
             f"{TRANSMISSION_ERROR} has a resonance as its steady response: what the mode swings by freely after a "
             "change of speed is not written"
         )
     if not outputs:
         raise ConfigurationError(f"nothing can be exported: {'; '.join(refused)}.")
-    steps = formula.ordered(list(outputs.values()))
+    steps = formula.in_evaluation_order(list(outputs.values()))
     used = {n.extra[0] for n in steps if n.op == "input"}
     inputs = [*(n for n in INPUTS if n in used), *sorted(n for n in used if n not in (*INPUTS, "time"))]
     named = {n.extra[0] for n in steps if n.op == "parameter"}
     linear = is_of_linear_axis(simulation)
-    parameters = [p for p in own.parameters.values() if p.name in named]
+    parameters = [p for p in writer.parameters.values() if p.name in named]
     if linear:
         parameters = [replace(p, unit=in_metres(p.unit), meaning=in_metres(p.meaning)) for p in parameters]
     return Formulas(outputs, tuple(inputs), tuple(parameters), tuple(refused), tuple(notes), linear)
 
 
 def identifier(name: str) -> str:
-    """A name as programs may have it."""
+    """Convert a name to an identifier that programming languages accept."""
     out = re.sub(r"[^A-Za-z0-9]+", "_", name).strip("_")
     return out if out[:1].isalpha() else f"p_{out}"
 
@@ -133,22 +133,22 @@ class _Writer:
         self.frame = formula_frame(given.simulation.gearbox.ratio)
 
     def _parameter(self, name: str, value: float, unit: str, meaning: str) -> Written:
-        own = identifier(name)
-        while own in self.parameters and self.parameters[own].meaning != meaning:
-            own += "_"
-        self.parameters.setdefault(own, Parameter(own, float(value), unit, meaning))
-        return formula.named("parameter", own)
+        key = identifier(name)
+        while key in self.parameters and self.parameters[key].meaning != meaning:
+            key += "_"
+        self.parameters.setdefault(key, Parameter(key, float(value), unit, meaning))
+        return formula.reference("parameter", key)
 
     def calibrated(self, channel: str) -> bool:
-        """Whether some nominal term of a channel has numbers: what has none then was not in the recordings."""
+        """Whether some nominal term of a channel is calibrated; a term that is not was then not in the recordings."""
         given = self.given
         if channel == TRANSMISSION_ERROR:
             return given.simulation.transmission_error() is not None
-        own = (term.regressor for term in nominal_base(channel, given.switched_off))
-        return any(isinstance(named, Named) and given.nominal_coefficients(named) is not None for named in own)
+        regressors = (term.regressor for term in nominal_base(channel, given.switched_off))
+        return any(isinstance(named, Named) and given.nominal_coefficients(named) is not None for named in regressors)
 
     def missing(self, channel: str) -> list[str]:
-        """Nominal terms in force without numbers."""
+        """Nominal terms that are in force and not calibrated."""
         given, out = self.given, []
         series = given.simulation.transmission_error()
         for term in nominal_base(channel, given.switched_off):
@@ -173,9 +173,9 @@ class _Writer:
         for term in nominal_base(channel, given.switched_off):
             named = term.regressor
             assert isinstance(named, Named)
-            told = None if named.effect == "te.offset" else given.nominal_coefficients(named)
-            if told is not None:
-                parts.append(self._regressor(Known(named, told), frame))
+            coefficients = None if named.effect == "te.offset" else given.nominal_coefficients(named)
+            if coefficients is not None:
+                parts.append(self._regressor(Known(named, coefficients), frame))
         parts += [self._regressor(k, frame) for k in given.known.get(channel, ()) if k.coefficients is not None]
         angle = frame.theta if channel == TRANSMISSION_ERROR else frame.q
         parts += [pieces.wave(wave, angle, frame) for wave in given.waves.get(channel, ())]
@@ -190,22 +190,22 @@ class _Writer:
         return total(parts)
 
     def _regressor(self, known: Known, frame: Frame) -> Written:
-        own = known.regressor
+        regressor = known.regressor
         assert known.coefficients is not None
-        if isinstance(own, Named):
-            columns = columns_of(own.columns(frame))
-            where = f"{own.term.name} in {own.channel}"
+        if isinstance(regressor, Named):
+            columns = columns_of(regressor.columns(frame))
+            where = f"{regressor.term.name} in {regressor.channel}"
             factors = [
-                self._parameter(f"{own.effect}.{s.symbol}", float(c), s.unit, f"{where}: {s.meaning}")
-                for s, c in zip(own.form.linear, known.coefficients, strict=True)
+                self._parameter(f"{regressor.effect}.{s.symbol}", float(c), s.unit, f"{where}: {s.meaning}")
+                for s, c in zip(regressor.form.linear, known.coefficients, strict=True)
             ]
             return total([make("mul", f, c) for f, c in zip(factors, columns, strict=True)])
-        if isinstance(own, Equation):
-            return self._equation(own, known.coefficients, frame)
-        if not isinstance(own, Free):
-            raise ConfigurationError(f"{own.words} cannot be exported: it is no term, table or formula.")
+        if isinstance(regressor, Equation):
+            return self._equation(regressor, known.coefficients, frame)
+        if not isinstance(regressor, Free):
+            raise ConfigurationError(f"{regressor.words} cannot be exported: it is no term, table or formula.")
         parts, at = [], 0
-        for grid in own.grids:
+        for grid in regressor.grids:
             values = known.coefficients[at : at + grid.size]
             at += grid.size
             times = lift(1.0)
@@ -215,33 +215,38 @@ class _Writer:
             if grid.over:
                 value = formula.table(grid, values, [pieces.quantity(name, frame) for name in grid.over])
             part = make("mul", times, value)
-            parts.append(part.remembered("integral") if own.channel == TEMPERATURE else part)
+            parts.append(part.remembered("integral") if regressor.channel == TEMPERATURE else part)
         return total(parts)
 
-    def _equation(self, own: Equation, coefficients: FloatArray, frame: Frame) -> Written:
+    def _equation(self, equation: Equation, coefficients: FloatArray, frame: Frame) -> Written:
         """A formula that no name fits; its coefficients and constants are parameters."""
-        where = f"{own.words}, {own.equation}"
+        where = f"{equation.words}, {equation.equation}"
         inside = tuple(
-            (c.symbol, self._parameter(f"{own.effect}.{c.symbol}", c.value, c.unit, where)) for c in own.constants
+            (c.symbol, self._parameter(f"{equation.effect}.{c.symbol}", c.value, c.unit, where))
+            for c in equation.constants
         )
-        formula_of = replace(own.formula, constants=inside)  # type: ignore[arg-type]
-        values = formula_of.parts_at([pieces.quantity(name, frame) for name in own.formula.over])
+        formula_of = replace(equation.formula, constants=inside)  # type: ignore[arg-type]
+        values = formula_of.parts_at([pieces.quantity(name, frame) for name in equation.formula.over])
         parts = []
-        told = zip(own.formula.coefficients, coefficients, own.units, own.formula.parts, values, strict=True)
-        for symbol, coefficient, unit, (times, _), value in told:
-            part = make("mul", self._parameter(f"{own.effect}.{symbol}", float(coefficient), unit, where), lift(value))
+        terms = zip(
+            equation.formula.coefficients, coefficients, equation.units, equation.formula.parts, values, strict=True
+        )
+        for symbol, coefficient, unit, (times, _), value in terms:
+            part = make(
+                "mul", self._parameter(f"{equation.effect}.{symbol}", float(coefficient), unit, where), lift(value)
+            )
             for name in times.split("*"):
                 part = make("mul", lift(FACTORS[name](frame)), part)
-            parts.append(part.remembered("integral") if own.channel == TEMPERATURE else part)
+            parts.append(part.remembered("integral") if equation.channel == TEMPERATURE else part)
         return total(parts)
 
     def _corrected(self, frame: Frame) -> Frame:
         """The frame with the load torque less the errors of its sensor."""
-        own = [k for k in self.given.known.get(LOAD_TORQUE, ()) if k.regressor.effect.startswith(SENSOR)]
-        own = [k for k in own if k.coefficients is not None]
-        if not own:
+        errors = [k for k in self.given.known.get(LOAD_TORQUE, ()) if k.regressor.effect.startswith(SENSOR)]
+        errors = [k for k in errors if k.coefficients is not None]
+        if not errors:
             return frame
-        torque: Any = make("sub", frame.torque, total([self._regressor(k, frame) for k in own]))
+        torque: Any = make("sub", frame.torque, total([self._regressor(k, frame) for k in errors]))
         return replace(frame, torque=torque, torque_level=torque, power=loss(frame, torque))
 
     def _reaction(self, frame: Frame) -> list[Written]:
@@ -262,4 +267,4 @@ class _Writer:
         return [make("mul", make("mul", share, lift(frame.torque / frame.ratio)), slope)]
 
 
-__all__: Sequence[str] = ["Formulas", "Parameter", "identifier", "written"]
+__all__: Sequence[str] = ["Formulas", "Parameter", "formulas_of", "identifier"]

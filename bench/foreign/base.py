@@ -1,4 +1,4 @@
-"""A simulation from elsewhere with the values of its parameters, as the analysis asks it."""
+"""A simulation from elsewhere with the values of its parameters, as the analysis evaluates it."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Free:
 
 @dataclass(frozen=True, slots=True)
 class Base:
-    """A simulator with its free parameters and the values they have; ``store``: folder that keeps what it said."""
+    """A simulator with its free parameters and the values they have; ``store``: folder for its results."""
 
     simulator: Simulator
     free: tuple[Free, ...] = ()
@@ -71,12 +71,12 @@ class Base:
 
     @classmethod
     def of(cls, simulator: Simulator, free: tuple[Free, ...] = (), values: Values | None = None) -> Base:
-        """A simulator at the values given, or at some others."""
-        told = dict(values or {})
-        return cls(simulator, free, tuple(float(told.get(own.name, own.value)) for own in free))
+        """A simulator with its parameters at ``values``; those that are not given keep their own value."""
+        given = dict(values or {})
+        return cls(simulator, free, tuple(float(given.get(parameter.name, parameter.value)) for parameter in free))
 
     def at(self, values: Values) -> Base:
-        """The same at other values of its free parameters."""
+        """The same simulator at other values of its free parameters."""
         return replace(
             self, values=tuple(float(values.get(p.name, v)) for p, v in zip(self.free, self.values, strict=True))
         )
@@ -84,13 +84,13 @@ class Base:
     @property
     def named(self) -> dict[str, float]:
         """Values of the free parameters by name."""
-        return {own.name: value for own, value in zip(self.free, self.values, strict=True)}
+        return {parameter.name: value for parameter, value in zip(self.free, self.values, strict=True)}
 
     def told(self, recording: Recording, inputs: Callable[[], Mapping[str, FloatArray]]) -> Channels:
-        """What it says of a recording: each channel (n,), and its sensitivities ``CHANNEL by PARAMETER``.
+        """What it predicts of a recording: each channel (n,), and its sensitivities ``CHANNEL by PARAMETER``.
 
-        ``inputs`` is asked only where nothing is kept yet. Raises ConfigurationError where the simulation fails or does
-        not give numbers of the right length.
+        ``inputs`` is called only where no result is stored yet. Raises ConfigurationError where the simulation fails
+        or does not give numbers of the right length.
         """
         path = self._path(recording)
         if path is not None and path.exists():
@@ -98,11 +98,13 @@ class Base:
                 return {name: kept[name] for name in kept.files}
         given = inputs()
         out = self._run(recording, given, self.named)
-        for own, value in zip(self.free, self.values, strict=True):
-            step = own.difference(value)
-            more, less = (self._run(recording, given, self.named | {own.name: value + s * step}) for s in (0.5, -0.5))
+        for parameter, value in zip(self.free, self.values, strict=True):
+            step = parameter.difference(value)
+            more, less = (
+                self._run(recording, given, self.named | {parameter.name: value + s * step}) for s in (0.5, -0.5)
+            )
             for channel in more:
-                out[f"{channel}{BY}{own.name}"] = (more[channel] - less[channel]) / step
+                out[f"{channel}{BY}{parameter.name}"] = (more[channel] - less[channel]) / step
         if path is not None:
             part = path.with_name(f"{os.getpid()}-{path.name}")
             with part.open("wb") as file:
@@ -113,12 +115,12 @@ class Base:
     def _run(self, recording: Recording, inputs: Mapping[str, FloatArray], values: Values) -> Channels:
         out: Channels = {}
         where = f"{self.simulator.source} on {recording.path.name}"
-        for name, own in self.simulator.run(inputs, values).items():
+        for name, predicted in self.simulator.run(inputs, values).items():
             if name not in PREDICTED:
                 raise ConfigurationError(
                     f"{where}: predicts '{name}', which is none of the channels compared: {', '.join(PREDICTED)}."
                 )
-            array = np.asarray(own, dtype=np.float64)
+            array = np.asarray(predicted, dtype=np.float64)
             if array.shape != (recording.size,):
                 raise ConfigurationError(
                     f"{where}: {name} has shape {array.shape}, it should have one value a sample, ({recording.size},)."
@@ -141,5 +143,8 @@ class Base:
         """As a simulation file in the folder ``beside`` has it; a file is named relative to that."""
         source = self.simulator.source
         file = os.path.relpath(source, beside) if self.simulator.kind == "fmu" else source
-        parameters = {own.name: {"value": v, "unit": own.unit} for own, v in zip(self.free, self.values, strict=True)}
+        parameters = {
+            parameter.name: {"value": v, "unit": parameter.unit}
+            for parameter, v in zip(self.free, self.values, strict=True)
+        }
         return {"kind": self.simulator.kind, "source": file, "parameters": parameters}

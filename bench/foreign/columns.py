@@ -16,7 +16,7 @@ WORD = "columns"
 
 @dataclass(frozen=True, slots=True)
 class Columns:
-    """Gives what lies in a recording."""
+    """A simulator whose predictions are stored in the recording already."""
 
     kind: str = WORD
     source: str = WORD

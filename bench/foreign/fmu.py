@@ -29,7 +29,7 @@ from bench.signals import BY_NAME
 from bench.simulation.frame import FloatArray, IntArray
 
 _TYPES = {"co-simulation": "CoSimulation", "model-exchange": "ModelExchange"}
-KINDS = {own: name for name, own in _TYPES.items()}
+KINDS = {fmi_name: name for name, fmi_name in _TYPES.items()}
 """how an FMU is run, in words, by FMPy's name of it"""
 REALS = ("Real", "Float64", "Float32")
 _CHANNEL_UNITS = {name: signal.unit for name, signal in BY_NAME.items()} | {"transmission_error": "rad"}
@@ -49,7 +49,7 @@ class Fmu:
 
     def run(self, inputs: Mapping[str, FloatArray], values: Values) -> Channels:
         """Run the FMU along a recording. Raises ConfigurationError where it fails or a channel is missing."""
-        fmpy, description, folder = unpacked(self.path)
+        fmpy, description, folder = unpack_fmu(self.path)
         time = inputs["time"] - inputs["time"][0]
         kind = fmi_type(self.mapping, description, self.path)
         step = 1.0 / self.mapping.rate if self.mapping.rate else float(np.median(np.diff(time)))
@@ -58,17 +58,17 @@ class Fmu:
         rows, at = _table(time, step, kind == "CoSimulation")
         table = np.zeros(rows.size, dtype=named)
         table["time"] = at
-        for name, own in self.mapping.inputs.items():
-            if own.channel not in inputs:
-                near = get_close_matches(own.channel, inputs, n=1)
+        for name, variable in self.mapping.inputs.items():
+            if variable.channel not in inputs:
+                near = get_close_matches(variable.channel, inputs, n=1)
                 meant = f"; did you mean '{near[0]}'?" if near else f"; it has {', '.join(sorted(inputs))}."
                 raise ConfigurationError(
-                    f"{self.source}: inputs.{name}: the recording has no channel '{own.channel}'{meant}"
+                    f"{self.source}: inputs.{name}: the recording has no channel '{variable.channel}'{meant}"
                 )
-            unit = _unit(own, variables[name], f"{self.source}: inputs.{name}")
-            table[name] = ((inputs[own.channel] / own.scale - unit.offset) / unit.factor)[rows]
+            unit = _unit(variable, variables[name], f"{self.source}: inputs.{name}")
+            table[name] = ((inputs[variable.channel] / variable.scale - unit.offset) / unit.factor)[rows]
         try:
-            told = fmpy.simulate_fmu(
+            result = fmpy.simulate_fmu(
                 folder,
                 validate=False,
                 start_time=0.0,
@@ -83,10 +83,10 @@ class Fmu:
         except Exception as error:  # an FMU is somebody else's program; what it says is passed on
             raise ConfigurationError(f"{self.source}: the FMU fails: {type(error).__name__}: {error}.") from error
         out: Channels = {}
-        for name, own in self.mapping.outputs.items():
-            unit = _unit(own, variables[name], f"{self.source}: outputs.{name}")
-            si = (np.asarray(told[name], dtype=np.float64) * unit.factor + unit.offset) * own.scale
-            out[own.channel] = np.interp(time, told["time"], si)
+        for name, variable in self.mapping.outputs.items():
+            unit = _unit(variable, variables[name], f"{self.source}: outputs.{name}")
+            si = (np.asarray(result[name], dtype=np.float64) * unit.factor + unit.offset) * variable.scale
+            out[variable.channel] = np.interp(time, result["time"], si)
         if "load_angle" in out:
             out["transmission_error"] = out.pop("load_angle") - inputs["theta"]
         return out
@@ -113,25 +113,25 @@ def open_fmu(path: Path, values: Values | None = None) -> Base:
     """
     beside = path.with_suffix(".toml")
     if path.suffix.lower() == ".toml" or beside.exists():
-        own = path if path.suffix.lower() == ".toml" else beside
-        mapping = load_mapping(own)
-        file = own.parent / mapping.fmu
+        mapping_path = path if path.suffix.lower() == ".toml" else beside
+        mapping = load_mapping(mapping_path)
+        file = mapping_path.parent / mapping.fmu
         if not file.is_file():
             raise ConfigurationError(
-                f"{own}: fmu: there is no file '{mapping.fmu}' in the folder of this mapping; the FMU's name, or its "
-                "path from there, would be right."
+                f"{mapping_path}: fmu: there is no file '{mapping.fmu}' in the folder of this mapping; the FMU's name, "
+                "or its path from there, would be right."
             )
-        _, description, _ = unpacked(str(file.resolve()))
-        _check(own, mapping, description)
+        _, description, _ = unpack_fmu(str(file.resolve()))
+        _check(mapping_path, mapping, description)
     else:
         file = path
-        _, description, _ = unpacked(str(file.resolve()))
+        _, description, _ = unpack_fmu(str(file.resolve()))
         mapping = by_name(path, description)
     simulator = Fmu(str(path.resolve()), str(file.resolve()), mapping)
     starts = {v.name: v for v in description.modelVariables}
     free = tuple(
-        Free(name, _start(path, name, mapping, starts[name]), starts[name].unit or "1", own.step)
-        for name, own in mapping.parameters.items()
+        Free(name, _start(path, name, mapping, starts[name]), starts[name].unit or "1", parameter.step)
+        for name, parameter in mapping.parameters.items()
     )
     return Base.of(simulator, free, values)
 
@@ -139,14 +139,14 @@ def open_fmu(path: Path, values: Values | None = None) -> Base:
 def by_name(path: Path, description: Any) -> VariableMapping:
     """The mapping of an FMU whose variables bear the names of channels. Raises ConfigurationError where none does."""
     inputs, outputs = {}, {}
-    for own in description.modelVariables:
-        name = re.sub(r"[^a-z0-9]+", "_", own.name.lower()).strip("_")
-        if own.type not in REALS:
+    for variable in description.modelVariables:
+        name = re.sub(r"[^a-z0-9]+", "_", variable.name.lower()).strip("_")
+        if variable.type not in REALS:
             continue
-        if own.causality == "input" and name in GIVEN:
-            inputs[own.name] = {"channel": name}
-        elif own.causality == "output" and name.removeprefix("simulated_") in (*PREDICTED, "load_angle"):
-            outputs[own.name] = {"channel": name.removeprefix("simulated_")}
+        if variable.causality == "input" and name in GIVEN:
+            inputs[variable.name] = {"channel": name}
+        elif variable.causality == "output" and name.removeprefix("simulated_") in (*PREDICTED, "load_angle"):
+            outputs[variable.name] = {"channel": name.removeprefix("simulated_")}
     if not outputs:
         raise ConfigurationError(
             f"{path}: no output of the FMU is called as a channel ({', '.join(PREDICTED)}); write a mapping with "
@@ -156,7 +156,7 @@ def by_name(path: Path, description: Any) -> VariableMapping:
 
 
 @lru_cache(maxsize=8)
-def unpacked(path: str) -> tuple[Any, Any, str]:
+def unpack_fmu(path: str) -> tuple[Any, Any, str]:
     """FMPy, the FMU's description, and the folder it is unpacked in until the program ends."""
     try:
         import fmpy
@@ -178,9 +178,9 @@ def unpacked(path: str) -> tuple[Any, Any, str]:
 def fmi_type(mapping: VariableMapping, description: Any, path: str) -> str:
     """How the FMU is run. Raises ConfigurationError where it cannot be run in that way."""
     has = {"co-simulation": description.coSimulation, "model-exchange": description.modelExchange}
-    wanted: str | None = mapping.type or next((name for name, own in has.items() if own is not None), None)
+    wanted: str | None = mapping.type or next((name for name, entry in has.items() if entry is not None), None)
     if wanted is None or has[wanted] is None:
-        there = ", ".join(name for name, own in has.items() if own is not None) or "neither of the two"
+        there = ", ".join(name for name, entry in has.items() if entry is not None) or "neither of the two"
         raise ConfigurationError(f"{path}: type is '{wanted}', the FMU has {there}.")
     return _TYPES[wanted]
 
@@ -196,28 +196,28 @@ def _check(path: Path, mapping: VariableMapping, description: Any) -> None:
                 raise ConfigurationError(
                     f"{path}: {table}.{name}: the FMU has no such variable; it has {', '.join(of[:20])}."
                 )
-    for name, own in mapping.inputs.items():
-        _unit(own, there[name], f"{path}: inputs.{name}")
-    for name, own in mapping.outputs.items():
-        if own.channel not in (*PREDICTED, "load_angle"):
+    for name, variable in mapping.inputs.items():
+        _unit(variable, there[name], f"{path}: inputs.{name}")
+    for name, variable in mapping.outputs.items():
+        if variable.channel not in (*PREDICTED, "load_angle"):
             raise ConfigurationError(
-                f"{path}: outputs.{name}: '{own.channel}' is not compared; it should be one of "
+                f"{path}: outputs.{name}: '{variable.channel}' is not compared; it should be one of "
                 f"{', '.join(PREDICTED)}, load_angle."
             )
-        _unit(own, there[name], f"{path}: outputs.{name}")
+        _unit(variable, there[name], f"{path}: outputs.{name}")
 
 
 def declared_unit(variable: Any) -> str:
-    """Unit that an FMU says of a variable, itself or by its type; "" where it says none."""
+    """Unit that an FMU declares for a variable, itself or by its type; "" where there is none."""
     return getattr(variable, "unit", None) or getattr(variable.declaredType, "unit", None) or ""
 
 
-def _unit(own: Variable, variable: Any, where: str) -> Unit:
-    """What makes SI of a variable: by the mapping's unit, else the FMU's own, else as it is."""
-    said = own.unit or declared_unit(variable)
+def _unit(variable: Variable, fmu_variable: Any, where: str) -> Unit:
+    """Conversion of a variable to SI: from the mapping's unit, else the FMU's own, else none."""
+    said = variable.unit or declared_unit(fmu_variable)
     if not said:
         return Unit("", 1.0, 0.0)
-    return read_unit(said, where, unit_of(own.channel, _CHANNEL_UNITS))
+    return read_unit(said, where, unit_of(variable.channel, _CHANNEL_UNITS))
 
 
 def _start(path: Path, name: str, mapping: VariableMapping, variable: Any) -> float:

@@ -38,5 +38,5 @@ def inputs_of(recording: Recording, frame: Frame) -> dict[str, FloatArray]:
 
 def unit_of(name: str, units: dict[str, str]) -> str | None:
     """SI unit of an input; ``units`` are those of the recording's channels. None where it is not known."""
-    own = name.removeprefix(RECORDED)
-    return SMOOTH[own][0] if own in SMOOTH else units.get(own)
+    channel = name.removeprefix(RECORDED)
+    return SMOOTH[channel][0] if channel in SMOOTH else units.get(channel)

@@ -18,7 +18,7 @@ import numpy as np
 
 from bench.errors import ConfigurationError
 from bench.foreign.base import PREDICTED
-from bench.foreign.fmu import GIVEN, KINDS, REALS, declared_unit, fmi_type, unpacked
+from bench.foreign.fmu import GIVEN, KINDS, REALS, declared_unit, fmi_type, unpack_fmu
 from bench.foreign.inputs import unit_of
 from bench.foreign.mapping import Mapping as VariableMapping
 from bench.importing.formats.source import Variable
@@ -50,7 +50,7 @@ class Found:
 
 @dataclass(frozen=True, slots=True)
 class Inventory:
-    """What an FMU says of itself."""
+    """What an FMU declares about itself."""
 
     path: Path
     title: str
@@ -60,25 +60,31 @@ class Inventory:
 
     def of(self, causality: str) -> list[Found]:
         """Variables of one causality."""
-        return [own for own in self.variables if own.causality == causality]
+        return [variable for variable in self.variables if variable.causality == causality]
 
 
 def take_inventory(path: Path) -> Inventory:
-    """Read what an FMU says of itself. Raises ConfigurationError where it cannot be read or run."""
-    _, description, _ = unpacked(str(path.resolve()))
+    """Read what an FMU declares about itself. Raises ConfigurationError where it cannot be read or run."""
+    _, description, _ = unpack_fmu(str(path.resolve()))
     kind = fmi_type(
         VariableMapping.model_validate({"fmu": path.name, "outputs": {"any": "motor_torque"}}), description, str(path)
     )
     taken: set[str] = set()
     found = []
-    for own in description.modelVariables:
-        if own.causality not in ("input", "output", "parameter") or own.type not in REALS:
+    for variable in description.modelVariables:
+        if variable.causality not in ("input", "output", "parameter") or variable.type not in REALS:
             continue
-        channel, sure = ("", False) if own.causality == "parameter" else _channel(own, own.causality == "input")
-        if (own.causality + channel) in taken:
+        channel, sure = (
+            ("", False) if variable.causality == "parameter" else _channel(variable, variable.causality == "input")
+        )
+        if (variable.causality + channel) in taken:
             channel, sure = "", False
-        taken.add(own.causality + channel)
-        found.append(Found(str(own.name), own.causality, declared_unit(own), _number(own.start), channel, sure))
+        taken.add(variable.causality + channel)
+        found.append(
+            Found(
+                str(variable.name), variable.causality, declared_unit(variable), _number(variable.start), channel, sure
+            )
+        )
     return Inventory(path, str(description.modelName), str(description.fmiVersion), KINDS[kind], tuple(found))
 
 
@@ -97,15 +103,15 @@ def _channel(variable: Any, given: bool) -> tuple[str, bool]:
     if plain in allowed:
         return plain, True
     unit = declared_unit(variable)
-    own = meaning(Column(Variable(str(variable.name), (2,), "float64", unit), np.zeros(2)))
-    name = channel_of(own) or ""
+    likely = meaning(Column(Variable(str(variable.name), (2,), "float64", unit), np.zeros(2)))
+    name = channel_of(likely) or ""
     if given and (si_of(unit) == "rad/s²" or (not unit and _ACCELERATION.search(plain))):
-        name = f"{'load' if own.load else 'motor'}_acceleration"
+        name = f"{'load' if likely.load else 'motor'}_acceleration"
     return (name, False) if name in allowed and _fits(unit, name) else ("", False)
 
 
 def _fits(unit: str, channel: str) -> bool:
-    """Whether a unit is one of the channel's quantity; a variable without one may be any."""
+    """Whether a unit fits the quantity of the channel; a variable without a unit fits any."""
     if not unit:
         return True
     try:
@@ -116,7 +122,7 @@ def _fits(unit: str, channel: str) -> bool:
 
 
 def draft(found: Inventory, target: Path, changes: Mapping[str, Any] | None = None) -> str:
-    """A mapping to begin with, to stand at ``target``: guesses are marked, all else is a remark to be taken up.
+    """Text of a first mapping, to be saved at ``target``: guesses are marked, everything else is commented out.
 
     ``changes`` come before the guesses: ``outputs.tau`` a channel, ``parameters.d`` an empty table.
 
@@ -125,11 +131,11 @@ def draft(found: Inventory, target: Path, changes: Mapping[str, Any] | None = No
     ConfigurationError
         Nothing that the FMU gives looks like a channel that can be compared; a change names what the FMU has not.
     """
-    told = {key: _text(value) if isinstance(value, str) else toml(value) for key, value in (changes or {}).items()}
-    _refuse_unknown(found, told)
+    changed = {key: _text(value) if isinstance(value, str) else toml(value) for key, value in (changes or {}).items()}
+    _refuse_unknown(found, changed)
     outputs = found.of("output")
-    if not any(own.channel or f"outputs.{own.name}" in told for own in outputs):
-        listed = ", ".join(f"{own.name} [{own.unit or 'no unit'}]" for own in outputs) or "none"
+    if not any(variable.channel or f"outputs.{variable.name}" in changed for variable in outputs):
+        listed = ", ".join(f"{variable.name} [{variable.unit or 'no unit'}]" for variable in outputs) or "none"
         raise ConfigurationError(
             f"{found.path}: none of its outputs looks like a channel that is compared ({', '.join(PREDICTED)}, "
             f'load_angle); they are {listed}. Write {target} by hand: fmu = "{found.path.name}", and below [outputs] '
@@ -140,37 +146,39 @@ def draft(found: Inventory, target: Path, changes: Mapping[str, Any] | None = No
     for table in ("input", "output"):
         some = found.of(table)
         if some:
-            lines += ["", f"[{table}s]  # variable = channel", *(_line(one, told) for one in some)]
+            lines += ["", f"[{table}s]  # variable = channel", *(_mapping_line(one, changed) for one in some)]
     parameters = found.of("parameter")
     if parameters:
         lines += ["", "[parameters]  # those that may be recalibrated; take the mark away"]
-        for own in parameters:
-            given = told.get(f"parameters.{own.name}")
-            lines.append(f"{'# ' if given is None else ''}{_text(own.name)} = {given or '{}'}{_remark(own)}")
+        for parameter in parameters:
+            given = changed.get(f"parameters.{parameter.name}")
+            lines.append(
+                f"{'# ' if given is None else ''}{_text(parameter.name)} = {given or '{}'}{_remark(parameter)}"
+            )
     return "\n".join(lines) + "\n"
 
 
 def _refuse_unknown(found: Inventory, changes: Mapping[str, str]) -> None:
-    there = {f"{own.causality}s.{own.name}" for own in found.variables}
+    there = {f"{variable.causality}s.{variable.name}" for variable in found.variables}
     for key in changes:
         if key not in there:
             listed = ", ".join(sorted(there)[:20])
             raise ConfigurationError(f"{found.path}: --set {key}: the FMU has no such variable; it has {listed}.")
 
 
-def _line(own: Found, changes: Mapping[str, str]) -> str:
-    given = changes.get(f"{own.causality}s.{own.name}")
+def _mapping_line(variable: Found, changes: Mapping[str, str]) -> str:
+    given = changes.get(f"{variable.causality}s.{variable.name}")
     if given is not None:
-        return f"{_text(own.name)} = {given}  # given on the command line"
-    if not own.channel:
-        return f'# {_text(own.name)} = "?"{_remark(own)}; nothing was guessed'
-    value = _text(own.channel)
-    return f"{_text(own.name)} = {value}{'' if own.sure else '  # a guess, from its name and unit'}"
+        return f"{_text(variable.name)} = {given}  # given on the command line"
+    if not variable.channel:
+        return f'# {_text(variable.name)} = "?"{_remark(variable)}; nothing was guessed'
+    value = _text(variable.channel)
+    return f"{_text(variable.name)} = {value}{'' if variable.sure else '  # a guess, from its name and unit'}"
 
 
-def _remark(own: Found) -> str:
-    start = "no start value" if own.start is None else f"{own.start:g}"
-    return f"  # {start}{f' {own.unit}' if own.unit else ''}"
+def _remark(variable: Found) -> str:
+    start = "no start value" if variable.start is None else f"{variable.start:g}"
+    return f"  # {start}{f' {variable.unit}' if variable.unit else ''}"
 
 
 def _text(value: str) -> str:

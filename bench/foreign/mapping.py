@@ -65,15 +65,15 @@ class Mapping(_Strict):
 
     @field_validator("inputs", "outputs", mode="before")
     @classmethod
-    def _short(cls, value: object) -> object:
+    def _expand_short_form(cls, value: object) -> object:
         """``variable = "channel"`` is short for a table."""
         if not isinstance(value, dict):
             return value
-        return {name: {"channel": own} if isinstance(own, str) else own for name, own in value.items()}
+        return {name: {"channel": entry} if isinstance(entry, str) else entry for name, entry in value.items()}
 
     @field_validator("outputs")
     @classmethod
-    def _some(cls, value: dict[str, Variable]) -> dict[str, Variable]:
+    def _not_empty(cls, value: dict[str, Variable]) -> dict[str, Variable]:
         if not value:
             raise ValueError("should name a variable that is a channel; without one nothing is predicted")
         return value
@@ -95,12 +95,12 @@ def load_mapping(path: Path) -> Mapping:
         raise ConfigurationError(f"{path}: not readable as TOML ({error}).") from error
     except ValidationError as error:
         # a key that is misspelt is missing, too: the misspelling is what helps
-        first = min(error.errors(), key=lambda own: own["type"] != "extra_forbidden")
+        first = min(error.errors(), key=lambda problem: problem["type"] != "extra_forbidden")
         key = ".".join(str(part) for part in first["loc"])
         if first["type"] == "extra_forbidden":
             *tables, _ = (str(part) for part in first["loc"])
-            own = Variable if set(tables) & {"inputs", "outputs"} else FreeParameter if tables else Mapping
+            table = Variable if set(tables) & {"inputs", "outputs"} else FreeParameter if tables else Mapping
             raise ConfigurationError(
-                f"{path}: {key} is no key there; keys are {', '.join(own.model_fields)}."
+                f"{path}: {key} is no key there; keys are {', '.join(table.model_fields)}."
             ) from error
         raise ConfigurationError(f"{path}: {key or 'the file'}: {first['msg']}.") from error

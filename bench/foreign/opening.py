@@ -1,4 +1,4 @@
-"""From what stands behind ``--simulation``, or in a simulation file, to a simulation that can be asked."""
+"""From what stands behind ``--simulation``, or in a simulation file, to a simulation that can be run."""
 
 from __future__ import annotations
 
@@ -58,12 +58,12 @@ def base_of(content: Mapping[str, Any], beside: Path, store: Path | None = None)
 
     ``content``: what the file holds beside its terms. Raises ConfigurationError where it cannot be opened.
     """
-    told = content.get("base")
-    if told is None:
+    entry = content.get("base")
+    if entry is None:
         return None
     try:
-        source, kind = str(told["source"]), str(told["kind"])
-        values = {str(name): float(own["value"]) for name, own in told.get("parameters", {}).items()}
+        source, kind = str(entry["source"]), str(entry["kind"])
+        values = {str(name): float(parameter["value"]) for name, parameter in entry.get("parameters", {}).items()}
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise ConfigurationError(
             f"the simulation's base should have kind, source and parameters, each with a value ({error!r})."

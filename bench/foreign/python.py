@@ -38,8 +38,8 @@ class Function:
         )
         function = look_up(self.source)
         try:
-            told = function(data, **values)
-            return {str(name): np.asarray(told[name], dtype=np.float64) for name in told}
+            result = function(data, **values)
+            return {str(name): np.asarray(result[name], dtype=np.float64) for name in result}
         except Exception as error:  # whatever somebody else's function raises is reported with its name
             raise ConfigurationError(f"{self.source} fails: {type(error).__name__}: {error}.") from error
 
@@ -71,7 +71,7 @@ def free_of(source: str) -> tuple[Free, ...]:
     """Arguments of the function that may be recalibrated: those with a number as default."""
     parameters = list(inspect.signature(look_up(source)).parameters.values())
     return tuple(
-        Free(own.name, float(own.default))
-        for own in parameters[1:]
-        if isinstance(own.default, int | float) and not isinstance(own.default, bool)
+        Free(parameter.name, float(parameter.default))
+        for parameter in parameters[1:]
+        if isinstance(parameter.default, int | float) and not isinstance(parameter.default, bool)
     )

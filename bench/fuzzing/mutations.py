@@ -14,7 +14,7 @@ _FRONT = 8192
 """Headers stand in front: half of what is spoiled is spoiled there, for samples are most of a recording."""
 
 
-def mutated(data: bytes, rng: np.random.Generator) -> bytes:
+def mutate(data: bytes, rng: np.random.Generator) -> bytes:
     """Spoil a file in one way, at one place or (every other time) up to eight; it is never what it was."""
     spoil = MUTATIONS[int(rng.integers(len(MUTATIONS)))]
     places = 1 if spoil is cut or rng.random() < 0.5 else int(rng.integers(2, _MOST_PLACES + 1))

@@ -32,7 +32,7 @@ def read_recording(path: Path) -> str:
     """Open, read every sample, validate."""
     before = path.read_bytes()
     try:
-        outcome = _compared(path)
+        outcome = _compare_samples(path)
     except RecordingError as error:
         outcome = _refusal(error)
     return outcome if path.read_bytes() == before else LOST
@@ -45,11 +45,11 @@ def read_part(path: Path) -> str:
     try:
         done = repair(path)
     except RecordingError as error:
-        return LOST if not _is(path, before) else _worst((outcome, _refusal(error)))
-    if not _is(done.source, before):
+        return LOST if not _is_unchanged(path, before) else _worst((outcome, _refusal(error)))
+    if not _is_unchanged(done.source, before):
         return LOST
     try:
-        restored = _compared(done.path)
+        restored = _compare_samples(done.path)
         return _worst((outcome, TOLD if restored == SILENT and not done.valid else restored))
     except RecordingError as error:
         return _worst((outcome, _refusal(error)))
@@ -57,22 +57,22 @@ def read_part(path: Path) -> str:
 
 def read_model(path: Path) -> str:
     """Load a simulation file and ask it for its series."""
-    return _loaded(path, lambda: Simulation.load(path).transmission_error())
+    return _load_outcome(path, lambda: Simulation.load(path).transmission_error())
 
 
 def read_bench(path: Path) -> str:
     """Load a bench file."""
-    return _loaded(path, lambda: load_bench(path))
+    return _load_outcome(path, lambda: load_bench(path))
 
 
 def read_campaign(path: Path) -> str:
     """Load a campaign file."""
-    return _loaded(path, lambda: load_campaign(path))
+    return _load_outcome(path, lambda: load_campaign(path))
 
 
 def read_mapping(path: Path) -> str:
     """Load a mapping of foreign files."""
-    return _loaded(path, lambda: load_mapping(path))
+    return _load_outcome(path, lambda: load_mapping(path))
 
 
 def read_journal(path: Path) -> str:
@@ -88,8 +88,8 @@ def read_journal(path: Path) -> str:
         outcome = REFUSED
     else:
         every = {samples.taken(number).recording_id for number in range(1, samples.TAKES + 1)}
-        outcome = READ if known == every else TOLD if _kept(path, before) else SILENT
-    return outcome if all(_is(file, content) for file, content in beside.items()) else LOST
+        outcome = READ if known == every else TOLD if _still_exists(path, before) else SILENT
+    return outcome if all(_is_unchanged(file, content) for file, content in beside.items()) else LOST
 
 
 READERS: dict[str, Callable[[Path], str]] = {
@@ -117,16 +117,16 @@ def examine(kind: str, valid: str, data: bytes, folder: str) -> str:
     return READERS[kind](path)
 
 
-def _loaded(path: Path, load: Callable[[], object]) -> str:
+def _load_outcome(path: Path, load: Callable[[], object]) -> str:
     before = path.read_bytes()
     try:
         load()
     except BenchError:
-        return REFUSED if _is(path, before) else LOST
-    return READ if _is(path, before) else LOST
+        return REFUSED if _is_unchanged(path, before) else LOST
+    return READ if _is_unchanged(path, before) else LOST
 
 
-def _compared(path: Path) -> str:
+def _compare_samples(path: Path) -> str:
     """Compare samples in SI with those that were written; in a recording cut short, the rows it has."""
     recording = Recording.open(path)
     values = recording.read_si(recording.channels)
@@ -153,10 +153,10 @@ def _worst(outcomes: Iterable[str]) -> str:
     return max(outcomes, key=lambda outcome: (READ, REFUSED, TOLD, CAUGHT, SILENT, LOST).index(outcome))
 
 
-def _is(path: Path, content: bytes) -> bool:
+def _is_unchanged(path: Path, content: bytes) -> bool:
     return path.is_file() and path.read_bytes() == content
 
 
-def _kept(path: Path, content: bytes) -> bool:
+def _still_exists(path: Path, content: bytes) -> bool:
     """Whether the spoiled file is still there, under whatever name."""
-    return any(_is(file, content) for file in path.parent.iterdir())
+    return any(_is_unchanged(file, content) for file in path.parent.iterdir())

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from bench.fuzzing import samples
-from bench.fuzzing.mutations import mutated
+from bench.fuzzing.mutations import mutate
 from bench.fuzzing.readers import LOST, READERS, SILENT, examine
 from bench.recording import guarded
 
@@ -83,7 +83,7 @@ def fuzz(
 
 def case(kind: str, valid: Path, seed: int, number: int) -> bytes:
     """Give the spoiled file of one case."""
-    return mutated(valid.read_bytes(), np.random.default_rng([seed, KINDS.index(kind), number]))
+    return mutate(valid.read_bytes(), np.random.default_rng([seed, KINDS.index(kind), number]))
 
 
 def _fuzz_kind(kind: str, valid: Path, cases: range, seed: int, until: float, progress: Progress | None) -> Tally:

@@ -105,10 +105,10 @@ def _read_all(paths: list[Path], only: tuple[str, ...] | None, jobs: int) -> tup
 
 
 def _peak_bytes(jobs: int) -> int:
-    own = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    parent = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     child = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
     unit = 1 if sys.platform == "darwin" else 1024
-    return unit * (own + (jobs * child if jobs > 1 else 0))
+    return unit * (parent + (jobs * child if jobs > 1 else 0))
 
 
 def _without_filters(path: Path, folder: Path) -> Path:

@@ -19,7 +19,7 @@ KEY = "left_rmse"
 def left_entry(scores: Sequence[Score], method: str) -> dict[str, dict[str, float]]:
     """Return what the series' term says of it; nothing where no recording was scored."""
     rows = table(scores).get("identification", {})
-    found = {direction: own[method]["rmse"] for direction, own in rows.items() if method in own}
+    found = {direction: by_method[method]["rmse"] for direction, by_method in rows.items() if method in by_method}
     return {KEY: found} if found else {}
 
 

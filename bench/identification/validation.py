@@ -128,8 +128,8 @@ def score(
     if steady.fractions.size:
         listed = np.asarray(orders, dtype=np.float64)
         errors = np.concatenate([
-            _errors(steady.angle, _without_fractions(steady, listed, own), row[None, :], 32 - TABLE_BITS)
-            for own, row in zip(series, rows, strict=True)
+            _errors(steady.angle, _without_fractions(steady, listed, harmonics), row[None, :], 32 - TABLE_BITS)
+            for harmonics, row in zip(series, rows, strict=True)
         ])  # fmt: skip
     else:
         errors = _errors(steady.angle, steady.sample, np.stack(rows), 32 - TABLE_BITS)

@@ -133,13 +133,13 @@ def _conversion(part: PartMapping, where: str, linear: bool | None) -> tuple[flo
     if part.torque_constant is not None:
         plain = "N/A" if linear else "N*m/A"
         given = part.torque_constant
-        number, own = (given, plain) if not isinstance(given, str) else quantity(given, f"{where}.torque_constant")
-        return number, product_unit("A" if part.unit == "1" else part.unit, plain if own == "1" else own)
+        number, unit = (given, plain) if not isinstance(given, str) else quantity(given, f"{where}.torque_constant")
+        return number, product_unit("A" if part.unit == "1" else part.unit, plain if unit == "1" else unit)
     if part.factor is None:
         return 1.0, part.unit
     given = part.factor
-    number, own = (given, "1") if not isinstance(given, str) else quantity(given, f"{where}.factor")
-    return number, part.unit if own == "1" else product_unit(part.unit, own)
+    number, unit = (given, "1") if not isinstance(given, str) else quantity(given, f"{where}.factor")
+    return number, part.unit if unit == "1" else product_unit(part.unit, unit)
 
 
 def _unit(name: str, text: str, where: str, linear: bool | None) -> Unit:
@@ -191,7 +191,7 @@ def _constant(value: float | str, source: Source, where: str, key: str) -> float
     return float(found[0])
 
 
-def filled(channel: Channel, how: str) -> Channel:
+def fill_missing(channel: Channel, how: str) -> Channel:
     """Fill samples that are not there: the last one held, or a straight line between those on both sides."""
     missing = ~np.isfinite(channel.raw)
     if how == "refuse" or not missing.any() or missing.all():

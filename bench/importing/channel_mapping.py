@@ -49,7 +49,7 @@ class PartMapping(Strict):
 
     @model_validator(mode="after")
     def _one_conversion(self) -> PartMapping:
-        if sum(own is not None for own in (self.factor, self.torque_constant, self.counts_per_revolution)) > 1:
+        if sum(option is not None for option in (self.factor, self.torque_constant, self.counts_per_revolution)) > 1:
             raise ValueError("has more than one of 'factor', 'torque_constant', 'counts_per_revolution'")
         return self
 

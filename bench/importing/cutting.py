@@ -50,28 +50,31 @@ def cut(progress: FloatArray, length: float, at_least: int, least: float, unit: 
     """
     size = progress.size
     total = float(progress[-1]) if size else 0.0
-    own = length
+    piece_length = length
     if total < (at_least - _LAST) * length:
         shorter = total / at_least
         whole = math.floor(shorter) if shorter >= 1.0 and unit == "revolutions" else shorter
-        own = min(length, max(whole, least))
-    count = max(1, math.floor(total / own + 1e-9)) if own > 0 else 1
-    rest = total - count * own
-    if rest >= 0.5 * own and count * own < total:
+        piece_length = min(length, max(whole, least))
+    count = max(1, math.floor(total / piece_length + 1e-9)) if piece_length > 0 else 1
+    rest = total - count * piece_length
+    if rest >= 0.5 * piece_length and count * piece_length < total:
         count += 1
-    bounds = [0, *(int(np.searchsorted(progress, own * k, side="left")) for k in range(1, count)), size]
+    bounds = [0, *(int(np.searchsorted(progress, piece_length * k, side="left")) for k in range(1, count)), size]
     kept = [0]
     for bound in bounds[1:-1]:
         if bound - kept[-1] >= LEAST_SAMPLES and size - bound >= LEAST_SAMPLES:
             kept.append(bound)
     kept.append(size)
     pieces = tuple(slice(a, b) for a, b in itertools.pairwise(kept))
-    return Cut(pieces, _note(len(pieces), own, length, at_least, total, unit))
+    return Cut(pieces, _note(len(pieces), piece_length, length, at_least, total, unit))
 
 
-def _note(count: int, own: float, length: float, at_least: int, total: float, unit: str) -> str:
-    if own < length * (1.0 - 1e-9):
-        first = f"pieces of {own:g} {unit} instead of {length:g}, of which {total:.4g} would not have made {at_least}"
+def _note(count: int, piece_length: float, length: float, at_least: int, total: float, unit: str) -> str:
+    if piece_length < length * (1.0 - 1e-9):
+        first = (
+            f"pieces of {piece_length:g} {unit} instead of {length:g}, "
+            f"of which {total:.4g} would not have made {at_least}"
+        )
         return first if count >= at_least else f"{first}; there are {count} even so"
     if count < at_least:
         return f"{total:.4g} {unit} make {count} piece{'s' * (count != 1)}, fewer than the {at_least} asked for"

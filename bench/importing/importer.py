@@ -98,8 +98,8 @@ def _import_one(
     columns = {**mapping.columns, **entry.channels}
     table = read_table(mapping, columns, files, f"{mapping_path}")
     segments = [
-        _segment(own, table.time, files.main)
-        for own in (entry.segments if entry.segments is not None else mapping.segments)
+        _segment(segment, table.time, files.main)
+        for segment in (entry.segments if entry.segments is not None else mapping.segments)
     ]
     whole = _bounds(entry, table, files.main)
     if entry.segments is None and not mapping.segments:
@@ -157,9 +157,9 @@ def _write(
     stamps, spec = channels["time"]
     channels["time"] = (stamps - stamps[0], spec)
     inside = [
-        Segment(own.name, max(own.start, rows.start) - rows.start, min(own.stop, rows.stop) - rows.start)
-        for own in segments
-        if own.start < rows.stop and own.stop > rows.start
+        Segment(segment.name, max(segment.start, rows.start) - rows.start, min(segment.stop, rows.stop) - rows.start)
+        for segment in segments
+        if segment.start < rows.stop and segment.stop > rows.start
     ]
     events = [
         Event(0.0, "info" if note.startswith((_OF_FILE, _FOUND_STEADY, FROM_OUTPUT)) else "warning", note)
@@ -195,33 +195,37 @@ def _stretches(mapping: Mapping, entry: RecordingMapping, table: ChannelTable, w
     if len(stretches) > 1:
         gaps = len(stretches) - 1
         table.notes.append(f"nothing stands in {gaps} gap{'s' * (gaps > 1)}, the recording was cut there")
-        short = [own for own in stretches if own.stop - own.start < 2]
-        stretches = [own for own in stretches if own not in short]
+        short = [stretch for stretch in stretches if stretch.stop - stretch.start < 2]
+        stretches = [stretch for stretch in stretches if stretch not in short]
         if short:
             table.notes.append(f"{len(short)} single samples between gaps were left out")
     pieces = entry.pieces or mapping.pieces
     if pieces is None:
         return stretches
     out = []
-    for own in stretches:
-        time = table.time[own]
-        wanted = max(1, round(pieces.at_least * (own.stop - own.start) / (whole.stop - whole.start)))
+    for stretch in stretches:
+        time = table.time[stretch]
+        wanted = max(1, round(pieces.at_least * (stretch.stop - stretch.start) / (whole.stop - whole.start)))
         if pieces.seconds is not None:
             made: Cut = cut(time - time[0], pieces.seconds, wanted, 0.0, "s")
         else:
             assert pieces.revolutions is not None
             made = cut(
-                _revolutions(mapping, table, own, file), pieces.revolutions, wanted, LEAST_REVOLUTIONS, "revolutions"
+                _revolutions(mapping, table, stretch, file),
+                pieces.revolutions,
+                wanted,
+                LEAST_REVOLUTIONS,
+                "revolutions",
             )
         if made.note and made.note not in table.notes:
             table.notes.append(made.note)
-        out += [slice(own.start + piece.start, own.start + piece.stop) for piece in made.pieces]
+        out += [slice(stretch.start + piece.start, stretch.start + piece.stop) for piece in made.pieces]
     return out
 
 
 def _steady(mapping: Mapping, entry: RecordingMapping, table: ChannelTable, whole: slice) -> list[Segment]:
     """Segments of steady speed, found where the mapping names none; it is noted where there are some."""
-    turned = None if table.linear else _turned(mapping, table)
+    turned = None if table.linear else _output_revolutions(mapping, table)
     if turned is None or not np.isfinite(turned[whole]).all():
         return []
     edges = [whole.start, *(start for start in table.starts if whole.start < start < whole.stop), whole.stop]
@@ -230,7 +234,7 @@ def _steady(mapping: Mapping, entry: RecordingMapping, table: ChannelTable, whol
     for a, b in itertools.pairwise(edges):
         run = travelled(turned[a:b], table.time[a:b])
         found = steady_stretches(turned[a:b], run, table.time[a:b])
-        out += [Segment("steady", a + own.start, a + own.stop) for own in found]
+        out += [Segment("steady", a + stretch.start, a + stretch.stop) for stretch in found]
         shortest = min([shortest, *((run[o.stop - 1] - run[o.start]) / (o.stop - o.start) for o in found)])
     if out:
         pieces = entry.pieces or mapping.pieces
@@ -247,10 +251,10 @@ def _steady(mapping: Mapping, entry: RecordingMapping, table: ChannelTable, whol
     return out
 
 
-def _turned(mapping: Mapping, table: ChannelTable) -> NDArray[np.float64] | None:
+def _output_revolutions(mapping: Mapping, table: ChannelTable) -> NDArray[np.float64] | None:
     """Angle of the output in revolutions; None where no angle was recorded."""
     per = {"load_angle": 1.0, "motor_angle": abs(mapping.gearbox.ratio)}
-    name = next((own for own in per if own in table.channels), None)
+    name = next((channel for channel in per if channel in table.channels), None)
     return None if name is None else np.asarray(table.channels[name].si / per[name] / (2 * np.pi))
 
 
@@ -258,7 +262,7 @@ def _revolutions(mapping: Mapping, table: ChannelTable, rows: slice, file: Path)
     """Revolutions of the output run through since the first of the rows."""
     if table.linear:
         raise ConfigurationError(f"{file}: pieces.revolutions: a linear axis has none, pieces.seconds would be right.")
-    turned = _turned(mapping, table)
+    turned = _output_revolutions(mapping, table)
     if turned is None:
         raise ConfigurationError(f"{file}: pieces.revolutions: no angle was recorded, pieces.seconds would be right.")
     return travelled(turned[rows], table.time[rows])

@@ -42,7 +42,7 @@ class SegmentMapping(Strict):
 
     @field_validator("name")
     @classmethod
-    def _known(cls, name: str) -> str:
+    def _check_name(cls, name: str) -> str:
         if name not in SEGMENT_NAMES:
             raise ValueError(f"should be one of {', '.join(SEGMENT_NAMES)}")
         return name
@@ -213,7 +213,7 @@ def load_mapping(path: Path, changes: dict[str, Any] | None = None) -> tuple[Map
         right = f"; 'bench import --look {path.name}' writes a mapping of a file of measurements" if other else ""
         raise ConfigurationError(f"{path}: is not a readable TOML file ({error}){right}.") from error
     for key, value in (changes or {}).items():
-        put(content, key, value, f"{path}")
+        set_value(content, key, value, f"{path}")
     refuse_open(content, path)
     try:
         mapping = Mapping.model_validate(content)
@@ -222,17 +222,17 @@ def load_mapping(path: Path, changes: dict[str, Any] | None = None) -> tuple[Map
         key = ".".join(str(part) for part in first["loc"]) or "the file"
         given = f" (given: {first['input']!r})" if not isinstance(first["input"], dict | BaseModel) else ""
         said = first["msg"].removeprefix("Value error, ")
-        told = f"is no key there; {_keys(key)}" if first["type"] == "extra_forbidden" else f"{said}{given}."
-        told += _meant(key, content) if first["type"] == "value_error" else ""
-        raise ConfigurationError(f"{path}: {key}{' ' if told.startswith('is') else ': '}{told}") from error
+        problem = f"is no key there; {_keys(key)}" if first["type"] == "extra_forbidden" else f"{said}{given}."
+        problem += _suggestion(key, content) if first["type"] == "value_error" else ""
+        raise ConfigurationError(f"{path}: {key}{' ' if problem.startswith('is') else ': '}{problem}") from error
     changed = "".join(f"# changed on the command line: {key} = {value!r}\n" for key, value in (changes or {}).items())
     return mapping, changed + text
 
 
-def _meant(key: str, content: dict[str, Any]) -> str:
+def _suggestion(key: str, content: dict[str, Any]) -> str:
     """A table of almost the same name, where one of channels cannot be used as it stands."""
     table, _, name = key.partition(".")
-    others = [own for own in content.get(table, ()) if own != name] if table in ("channels", "aux") else []
+    others = [other for other in content.get(table, ()) if other != name] if table in ("channels", "aux") else []
     near = get_close_matches(name, others, n=1)
     return f" Did you mean '{table}.{near[0]}'?" if near else ""
 
@@ -240,11 +240,11 @@ def _meant(key: str, content: dict[str, Any]) -> str:
 def _keys(key: str) -> str:
     """What stands in a table of which somebody wrote an unknown key."""
     *tables, last = (part for part in key.split(".") if not part.isdigit())
-    own: type[BaseModel] = _TABLES.get(tables[0] if tables else "", Mapping)
-    own = ChannelMapping if set(tables) & {"channels", "aux", "sum"} else own
-    near = get_close_matches(last, own.model_fields, n=1)
+    table: type[BaseModel] = _TABLES.get(tables[0] if tables else "", Mapping)
+    table = ChannelMapping if set(tables) & {"channels", "aux", "sum"} else table
+    near = get_close_matches(last, table.model_fields, n=1)
     meant = f"; did you mean '{near[0]}'?" if near else "."
-    return f"keys are {', '.join(own.model_fields)}{meant}"
+    return f"keys are {', '.join(table.model_fields)}{meant}"
 
 
 _TABLES: dict[str, type[BaseModel]] = {
@@ -256,7 +256,7 @@ _TABLES: dict[str, type[BaseModel]] = {
 }
 
 
-def put(content: dict[str, Any], key: str, value: Any, where: str) -> None:
+def set_value(content: dict[str, Any], key: str, value: Any, where: str) -> None:
     """Set a key such as ``channels.motor_torque.unit`` in a tree of tables.
 
     Raises

@@ -41,24 +41,24 @@ def steady_stretches(turned: FloatArray, run: FloatArray, time: FloatArray) -> l
     straight = (np.abs(way) >= _STRAIGHT * np.diff(run[rows])) & (spent > 0)
     speed = np.where(straight, way / np.where(spent > 0, spent, 1.0), 0.0)
     out = []
-    for first, last in _alike(speed):
+    for first, last in _runs_of_equal_speed(speed):
         begin, end = first + (first > 0), last - (last < count)
-        own = slice(int(rows[begin]), run.size if end == count else int(rows[end]))
-        if end - begin >= PARTS and time[own.stop - 1] - time[own.start] >= LEAST_S:
-            out.append(own)
+        stretch = slice(int(rows[begin]), run.size if end == count else int(rows[end]))
+        if end - begin >= PARTS and time[stretch.stop - 1] - time[stretch.start] >= LEAST_S:
+            out.append(stretch)
     return out
 
 
-def _alike(speed: FloatArray) -> list[tuple[int, int]]:
+def _runs_of_equal_speed(speed: FloatArray) -> list[tuple[int, int]]:
     """First and last + 1 of the runs of speeds (n,) of one sign that lie within ``WITHIN`` of their middle."""
     out: list[tuple[int, int]] = []
     begin, low, high = 0, np.inf, -np.inf
-    for k, own in enumerate([*speed.tolist(), 0.0]):
-        lower, upper = min(low, own), max(high, own)
-        if own != 0.0 and upper - lower <= WITHIN * abs(upper + lower):
+    for k, value in enumerate([*speed.tolist(), 0.0]):
+        lower, upper = min(low, value), max(high, value)
+        if value != 0.0 and upper - lower <= WITHIN * abs(upper + lower):
             low, high = lower, upper
             continue
         if k > begin:
             out.append((begin, k))
-        begin, low, high = (k, own, own) if own != 0.0 else (k + 1, np.inf, -np.inf)
+        begin, low, high = (k, value, value) if value != 0.0 else (k + 1, np.inf, -np.inf)
     return out

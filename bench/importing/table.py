@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import ConfigurationError, RecordingError
-from bench.importing.channel import LINEAR, Channel, filled, read_channel
+from bench.importing.channel import LINEAR, Channel, fill_missing, read_channel
 from bench.importing.channel_mapping import ChannelMapping
 from bench.importing.clock import read_clock
 from bench.importing.files import Files
@@ -74,21 +74,22 @@ def read_table(mapping: Mapping, wanted: Table[str, ChannelMapping], files: File
         mapping.gearbox.axis
     ]
     keys = {name: f"{where}: {_key(name)}" for name in wanted}
-    others = {name: own for name, own in wanted.items() if name != "time"}
+    others = {name: entry for name, entry in wanted.items() if name != "time"}
     read = {
-        name: filled(read_channel(name, own, files, keys[name], linear), own.missing) for name, own in others.items()
+        name: fill_missing(read_channel(name, entry, files, keys[name], linear), entry.missing)
+        for name, entry in others.items()
     }
     size = next(channel.raw.size for channel in read.values())
     clock = read_clock(wanted["time"], files, keys["time"], size)
     table = ChannelTable({}, clock.started_at, _is_linear(read, where, linear), list(clock.notes))
     table.channels["time"] = clock.channel
-    own_clocks = {name: own for name, own in others.items() if own.time is not None}
+    own_clocks = {name: entry for name, entry in others.items() if entry.time is not None}
     table.channels.update({name: channel for name, channel in read.items() if name not in own_clocks})
     _check_lengths(table, files.main)
     _check_rows(table, mapping.invalid_rows, files.main)
     _regular(table, mapping, files.main)
-    for name, own in own_clocks.items():
-        _join(table, name, read[name], own, wanted["time"], files)
+    for name, entry in own_clocks.items():
+        _join(table, name, read[name], entry, wanted["time"], files)
     _from_zero(table)
     add_motor_angle(table.channels, table.notes, ratio=mapping.gearbox.ratio, linear=table.linear)
     return table
@@ -217,11 +218,11 @@ def _resample(table: ChannelTable, step: float) -> None:
     clocks = [even_clock(time[a:b], step) for a, b in itertools.pairwise(edges)]
     clock = np.concatenate(clocks)
     for name, channel in table.channels.items():
-        table.channels[name] = _at(name, channel, time, clock)
-    table.starts = [0, *(int(end) for end in np.cumsum([own.size for own in clocks])[:-1])]
+        table.channels[name] = _resample_channel(name, channel, time, clock)
+    table.starts = [0, *(int(end) for end in np.cumsum([one_clock.size for one_clock in clocks])[:-1])]
 
 
-def _at(name: str, channel: Channel, time: NDArray[np.float64], clock: NDArray[np.float64]) -> Channel:
+def _resample_channel(name: str, channel: Channel, time: NDArray[np.float64], clock: NDArray[np.float64]) -> Channel:
     signal = BY_NAME.get(name)
     if name == "time":
         return channel.with_si(clock)
@@ -232,15 +233,15 @@ def _at(name: str, channel: Channel, time: NDArray[np.float64], clock: NDArray[n
 
 
 def _join(
-    table: ChannelTable, name: str, channel: Channel, own: ChannelMapping, common: ChannelMapping, files: Files
+    table: ChannelTable, name: str, channel: Channel, entry: ChannelMapping, common: ChannelMapping, files: Files
 ) -> None:
     """Bring a channel with a clock of its own onto the common one; what is outside of its time is cut off."""
-    stamps = ChannelMapping(variable=own.time, unit=common.unit, timezone=common.timezone, file=own.file)
+    stamps = ChannelMapping(variable=entry.time, unit=common.unit, timezone=common.timezone, file=entry.file)
     clock = read_clock(stamps, files, f"{files.main}: {name}.time", channel.raw.size)
     if clock.channel.raw.size != channel.raw.size:
         raise RecordingError(
-            f"{files.main}: {name} has {channel.raw.size} samples and its time '{own.time}' {clock.channel.raw.size}, "
-            "they should be equally many."
+            f"{files.main}: {name} has {channel.raw.size} samples and its time '{entry.time}' "
+            f"{clock.channel.raw.size}, they should be equally many."
         )
     theirs = clock.channel.si
     why = why_not_in_order(theirs, channel.source.place)
@@ -261,7 +262,7 @@ def _join(
         table.keep(kept)
         table.starts = [0, *(start - first for start in table.starts if kept.start < start < kept.stop)]
         table.notes.append(f"{int(np.sum(~inside))} rows outside of the time of {name} were left out")
-    table.channels[name] = _at(name, channel, theirs, table.time)
+    table.channels[name] = _resample_channel(name, channel, theirs, table.time)
     rate = 1.0 / float(np.median(np.diff(theirs)))
     table.notes.append(f"{name} has a clock of its own ({rate:.6g} Hz) and was brought onto the common one")
 

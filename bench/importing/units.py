@@ -83,7 +83,7 @@ def _registry() -> Any:
     return registry
 
 
-def _spelled(name: str) -> str:
+def _pint_spelling(name: str) -> str:
     """A spelling pint reads: products with a mark between, powers and signs of degrees as it knows them."""
     text = _NAMES.get(name.strip(), name.strip())
     text = text.replace("·", "*").replace("⋅", "*").replace("•", "*").replace("μ", "µ").replace("^", "**")
@@ -100,9 +100,9 @@ def _modelica(name: str) -> str:
 
 
 @cache
-def _parsed(name: str) -> Any:
+def _parse_unit(name: str) -> Any:
     """The unit pint makes of a name, or None."""
-    plain, modelica = _spelled(name), _spelled(_modelica(name))
+    plain, modelica = _pint_spelling(name), _pint_spelling(_modelica(name))
     unit = _of_pint(plain)
     return _of_pint(modelica) if unit is None and modelica != plain else unit
 
@@ -122,14 +122,14 @@ def _of_pint(text: str) -> Any:
 
 def is_unit(name: str) -> bool:
     """Whether a text is a unit."""
-    return bool(name) and not name.isdigit() and _parsed(name) is not None
+    return bool(name) and not name.isdigit() and _parse_unit(name) is not None
 
 
 def split_unit(heading: str) -> tuple[str, str]:
     """Split a heading such as ``Torque [N·m]``, ``speed (rpm)`` or ``angle / deg`` into name and unit ("": none)."""
     match = _BRACKETS.match(heading)
     if match:
-        unit = next((own for own in match.group("a", "b", "c", "d") if own is not None), "").strip()
+        unit = next((group for group in match.group("a", "b", "c", "d") if group is not None), "").strip()
         if is_unit(unit) or (match["a"] is not None and unit in ("-", "")):
             return match["name"], unit
     match = _SUFFIX.match(heading)
@@ -151,7 +151,7 @@ def unit_of(name: str, where: str, like: str | None = None) -> Unit:
     ConfigurationError
         The unit is not known, or is none of that quantity.
     """
-    unit = _parsed(name)
+    unit = _parse_unit(name)
     if unit is None:
         raise ConfigurationError(
             f"{where}: unit '{name}' is not known; 'deg', 'rpm', 'cm/s', 'N*m', 'mA', 'degC', 'counts' are such."
@@ -188,17 +188,17 @@ def _target(name: str, unit: Any, like: str | None) -> str | None:
             fits, "dimensionless" if base in ("dimensionless", "count") else f"{registry.get_base_units(unit)[1]:~P}"
         )
     wanted = like.replace("·", "*").replace("°C", "degC").replace("1", "dimensionless")
-    own = str(registry.get_base_units(registry.Unit(wanted))[1])
+    target = str(registry.get_base_units(registry.Unit(wanted))[1])
     angular = like == "rad/s" and base == "1 / second"
     counted = like == "1" and base == "count"
-    return wanted if own == base or angular or counted or _same(registry, own, base) else None
+    return wanted if target == base or angular or counted or _same_but_radians(registry, target, base) else None
 
 
-def _same(registry: Any, own: str, base: str) -> bool:
+def _same_but_radians(registry: Any, target: str, base: str) -> bool:
     """Whether two base units are the same but for radians in a torque (N·m/rad · rad)."""
-    if "radian" in own:
+    if "radian" in target:
         return False
-    return own == base.replace(" * radian", "").replace("radian * ", "").replace(" / radian", "")
+    return target == base.replace(" * radian", "").replace("radian * ", "").replace(" / radian", "")
 
 
 def quantity(text: str, where: str) -> tuple[float, str]:
@@ -221,4 +221,4 @@ def quantity(text: str, where: str) -> tuple[float, str]:
 
 def product_unit(first: str, second: str) -> str:
     """Name the product of two units."""
-    return f"({_spelled(first)})*({_spelled(second)})"
+    return f"({_pint_spelling(first)})*({_pint_spelling(second)})"

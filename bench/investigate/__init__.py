@@ -1,1 +1,1 @@
-"""The bench that asks: which experiment best separates the explanations left, run and looked at until all is named."""
+"""Design of experiments: find the one that best separates the remaining explanations, run it, analyse again."""

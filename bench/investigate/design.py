@@ -1,4 +1,4 @@
-"""The next experiment: the points whose expected information on the rivals, refitted, is largest an hour of bench time.
+"""The next experiment: the points that are expected to tell most about alternative explanations per hour of bench time.
 
 The gain of points is that of :mod:`bench.mismatch.report.separating`: expected log-likelihood against a wrong
 explanation that is refitted to all recordings and the new points together, the least over all pairs of a question, both
@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 from bench.configuration import BenchConfiguration
 from bench.errors import LimitError
-from bench.investigate.offer import Offered, State, beyond, offered, planned, states
+from bench.investigate.offer import Offered, State, enlarged_range, offered_points, plan_points, states
 from bench.investigate.questions import Question
 from bench.mismatch.report.candidates import Candidate, Range, candidates, frame_of
 from bench.mismatch.report.rules import by_rule
@@ -50,28 +50,30 @@ class Experiment:
 
 
 class Design:
-    """The questions of one look at the recordings, ready to rate points."""
+    """The questions of one analysis of the recordings, ready to rate points."""
 
     def __init__(self, asked: Sequence[Question], ratio: float) -> None:
         self._ratio = ratio
         self._parts: list[tuple[Question, Measured, Truth]] = []
         for question in asked:
             # the temperature is an integral over the campaign: no rows of a point by themselves predict it
-            if not question.rivals or question.finding.channel == TEMPERATURE:
+            if not question.alternatives or question.finding.channel == TEMPERATURE:
                 continue
             measured = Measured.of(question.finding, question.finding.effect)
-            own = truth_of(question.finding.discovery) or nearest(question, measured)
-            if own is not None:
+            truth = truth_of(question.finding.discovery) or nearest(question, measured)
+            if truth is not None:
                 # what a row leaves is less than what a form that is not quite nature's leaves of a point
                 wide = replace(measured, variance=max(measured.variance, question.finding.outcome.floor**2))
-                self._parts.append((question, wide, own))
+                self._parts.append((question, wide, truth))
 
     def looks(self, points: Sequence[Offered]) -> list[tuple[Question, list[Look]]]:
-        """Of each question the pairs of explanations, with what they say at the points."""
+        """For each question the pairs of explanations, with what they predict at the points."""
         frames = [frame_of(o.point, o.state.covered, self._ratio) for o in points]
         out = []
-        for question, measured, own in self._parts:
-            looks = [look for effect in question.rivals for look in both_ways(measured, own, effect, frames, ROWS)]
+        for question, measured, truth in self._parts:
+            looks = [
+                look for effect in question.alternatives for look in both_ways(measured, truth, effect, frames, ROWS)
+            ]
             if looks:
                 out.append((question, looks))
         return out
@@ -97,11 +99,11 @@ def best(
     found: list[Experiment] = []
     refused: list[str] = []
     for state in states(covered, bench, celsius):
-        points, why = offered(state, bench)
+        points, why = offered_points(state, bench)
         refused += why
-        own = _in_state(design, state, points, bench, celsius)
-        if own is not None and own.hours <= most_h:
-            found.append(own)
+        candidate = _in_state(design, state, points, bench, celsius)
+        if candidate is not None and candidate.hours <= most_h:
+            found.append(candidate)
     chosen = max(found, key=lambda e: e.expected / (e.hours + BESIDE_S / SECONDS_AN_HOUR), default=None)
     return chosen, list(dict.fromkeys(refused))
 
@@ -114,10 +116,12 @@ def _in_state(
     if not looks:
         return None
     prepared = () if state.before is None else (state.before,)
-    before_s = planned("before", prepared, bench, celsius).duration_s if prepared else 0.0
+    before_s = plan_points("before", prepared, bench, celsius).duration_s if prepared else 0.0
 
     def gains(chosen: Sequence[int]) -> list[tuple[Question, float]]:
-        return [(question, min(min(look.gain(chosen) for look in own), ENOUGH)) for question, own in looks]
+        return [
+            (question, min(min(look.gain(chosen) for look in pair_looks), ENOUGH)) for question, pair_looks in looks
+        ]
 
     def rate(chosen: Sequence[int]) -> float:
         seconds = BESIDE_S + before_s + sum(points[k].takes_s for k in chosen)
@@ -134,7 +138,7 @@ def _in_state(
     if sum(gain for _, gain in expected) < LEAST_GAIN:
         return None
     listed = (*prepared, *(points[k].point for k in chosen))
-    hours = planned("whole", listed, bench, celsius).duration_s / SECONDS_AN_HOUR
+    hours = plan_points("whole", listed, bench, celsius).duration_s / SECONDS_AN_HOUR
     return Experiment(listed, hours, tuple(expected), "largest expected information an hour of bench time", state.name)
 
 
@@ -152,7 +156,7 @@ def by_rules(
         if proposal is None or (*question.key, proposal.why) in done:
             continue
         try:
-            hours = planned("rule", proposal.points, bench, celsius).duration_s / SECONDS_AN_HOUR
+            hours = plan_points("rule", proposal.points, bench, celsius).duration_s / SECONDS_AN_HOUR
         except LimitError:
             continue
         if hours <= most_h:
@@ -160,21 +164,21 @@ def by_rules(
     return None
 
 
-def wanted(
+def bench_needs(
     asked: Sequence[Question], covered: Range, ratio: float, bench: BenchConfiguration, celsius: float
 ) -> list[str]:
-    """What the bench would need: its refusals of points, twice as far out, that would separate something."""
+    """What the bench would need: why it refuses points, twice as far out, that would separate explanations."""
     design = Design(asked, ratio)
     refusals: dict[str, float] = {}
-    state = next(iter(states(beyond(covered), bench, celsius)))
+    state = next(iter(states(enlarged_range(covered), bench, celsius)))
     every = [Offered(state, point, 0.0) for point in candidates(replace(state.covered, heats=False))]
     looks = design.looks(every)
     for k, one in enumerate(every):
-        gain = sum(min(min(look.gain([k]) for look in own), ENOUGH) for _, own in looks)
+        gain = sum(min(min(look.gain([k]) for look in pair_looks), ENOUGH) for _, pair_looks in looks)
         if gain < LEAST_GAIN:
             continue
         try:
-            planned("beyond", (one.point,), bench, celsius)
+            plan_points("beyond", (one.point,), bench, celsius)
         except LimitError as error:
             words = str(error).split(" needs ", 1)[-1]
             refusals[words] = max(refusals.get(words, 0.0), gain)

@@ -22,7 +22,7 @@ _HEAD = ("question", "open because", "expected gain", "what came", "became")
 
 @dataclass(frozen=True, slots=True)
 class Came:
-    """What became of a question: gain of log predictive density for the finding that stands now over its rival (None:
+    """What became of a question: gain of log predictive density of the present finding over its alternative (None:
     not computed), and in words.
     """
 
@@ -50,11 +50,11 @@ class Step:
         rows = []
         for k, (question, gain) in enumerate(self.experiment.gains):
             outcome = self.came[k] if k < len(self.came) else Came(None, "")
-            own = question.finding
+            finding = question.finding
             rows.append({
-                "channel": own.channel,
-                "effect": own.effect,
-                "rivals": list(question.rivals),
+                "channel": finding.channel,
+                "effect": finding.effect,
+                "rivals": list(question.alternatives),
                 "why": question.why,
                 "expected_gain": gain,
                 "came": outcome.gain,
@@ -72,22 +72,22 @@ class Step:
         }
 
 
-def came(question: Question, findings: Sequence[Finding]) -> Came:
-    """What became of a question in a later look."""
-    own = question.finding
-    there = [f for f in findings if f.channel == own.channel]
-    now = next((f for f in there if f.effect in (own.effect, *question.rivals)), None)
+def outcome_of(question: Question, findings: Sequence[Finding]) -> Came:
+    """What became of a question in a later analysis."""
+    finding = question.finding
+    there = [f for f in findings if f.channel == finding.channel]
+    now = next((f for f in there if f.effect in (finding.effect, *question.alternatives)), None)
     if now is None:
         others = ", ".join(f"{f.effect} {f.status}" for f in there) or "nothing"
         return Came(None, f"no such finding any more; the channel has {others}")
     gains = []
-    for rival in question.rivals:
-        other = own.effect if now.effect == rival else rival
-        if now.effect not in (own.effect, rival):
+    for alternative in question.alternatives:
+        other = finding.effect if now.effect == alternative else alternative
+        if now.effect not in (finding.effect, alternative):
             continue
-        before, after = loss_of(own, rival), loss_of(now, other)
+        before, after = loss_of(finding, alternative), loss_of(now, other)
         if before is not None and after is not None:
-            gains.append(after - before if now.effect == own.effect else after + before)
+            gains.append(after - before if now.effect == finding.effect else after + before)
     return Came(min(gains, default=None), f"{now.effect} {now.status}")
 
 
@@ -104,7 +104,7 @@ class Log:
 
     @classmethod
     def begun(cls, folder: Path, confidence: float, hours: float, out: Path) -> Log:
-        """A log in ``out``; steps that stand there stay."""
+        """A log in ``out``; steps that are stored there already are kept."""
         path = out / "investigation.json"
         head: dict[str, Any] = {"format": FORMAT, "format_version": FORMAT_VERSION, "folder": str(folder)}
         head |= {"asked": {"confidence": confidence, "hours": hours}}
@@ -124,7 +124,7 @@ class Log:
         return sum(float(step["took_h"]) for step in self.earlier) + sum(step.hours or 0.0 for step in self.steps)
 
     def settle(self, report: Report, asked: Sequence[Question]) -> None:
-        """What stands now."""
+        """Store the present findings, and the questions that are open."""
         self.state |= {
             "verdict": report.verdict,
             "sentence": report.sentence,
@@ -137,17 +137,17 @@ class Log:
         self.write()
 
     def add(self, step: Step) -> None:
-        """An experiment more."""
+        """Add an experiment."""
         self.steps.append(step)
         self.write()
 
     def end(self, why: str, needs: Sequence[str]) -> None:
-        """Why it ended, and what the bench would need to go on."""
+        """Store why it ended, and what the bench would need to go on."""
         self.state |= {"ended": why, "bench_would_need": list(needs)}
         self.write()
 
     def to_json(self) -> dict[str, Any]:
-        """All of it."""
+        """The whole log."""
         steps = [*self.earlier, *(step.to_json() for step in self.steps)]
         out: dict[str, Any] = plain({**self.head, "hours": self.hours, "steps": steps, **self.state})
         return out
@@ -196,7 +196,7 @@ def text(content: dict[str, Any]) -> str:
     if "ended" in content:
         lines += ["", f"Ended: {content['ended']}. {content['hours']:.2f} h of bench time."]
     if content.get("bench_would_need"):
-        lines += ["", "The bench would need:", "", *(f"- {own}" for own in content["bench_would_need"])]
+        lines += ["", "The bench would need:", "", *(f"- {need}" for need in content["bench_would_need"])]
     lines += ["", "Gains are natural logarithms of likelihood (expected) and of predictive density (what came)."]
     return "\n".join(lines) + "\n"
 

@@ -1,4 +1,4 @@
-"""Look, ask, run, look again: until all is named, nothing more can be gained, or the budget is spent."""
+"""Analyse, experiment, analyse again: until all is named, nothing more can be gained, or the budget is spent."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import Protocol
 
 from bench.configuration import BenchConfiguration
 from bench.errors import ConfigurationError
-from bench.investigate.design import Experiment, best, by_rules, wanted
-from bench.investigate.log import Log, Step, came
-from bench.investigate.offer import extended, last_celsius, written
+from bench.investigate.design import Experiment, bench_needs, best, by_rules
+from bench.investigate.log import Log, Step, outcome_of
+from bench.investigate.offer import extended_range, last_celsius, write_campaign
 from bench.investigate.questions import Question, questions
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.report.candidates import Range
@@ -30,7 +30,7 @@ class Lab(Protocol):
 
     @property
     def bench(self) -> BenchConfiguration:
-        """Its file."""
+        """Its bench file."""
         ...
 
     def celsius(self, last: float) -> float:
@@ -56,7 +56,7 @@ class Asked:
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What a choice is made from."""
+    """What an experiment is chosen from."""
 
     asked: tuple[Question, ...]
     covered: Range
@@ -72,7 +72,7 @@ class Scene:
     def of(cls, report: Report, lab: Lab, asked: Asked, log: Log) -> Scene:
         """The scene after a look at the recordings."""
         data = report.data
-        covered = extended(Range.of(data), lab.bench)
+        covered = extended_range(Range.of(data), lab.bench)
         celsius = lab.celsius(last_celsius([rows.frame for rows in data.rows.values()]))
         left = asked.hours - log.hours
         found = questions(report.findings, asked.confidence)
@@ -80,10 +80,10 @@ class Scene:
 
 
 Choice = Callable[[Scene], Experiment | None]
-Tell = Callable[[str], None]
+Progress = Callable[[str], None]
 
 
-def chosen(scene: Scene) -> Experiment | None:
+def choose_experiment(scene: Scene) -> Experiment | None:
     """The designed experiment; a rule of the field where no design separates anything; None where neither does."""
     designed, _ = best(scene.asked, scene.covered, scene.ratio, scene.bench, scene.celsius, scene.hours)
     if designed is not None:
@@ -96,8 +96,8 @@ def investigate(
     out: Path,
     lab: Lab,
     asked: Asked,
-    choose: Choice = chosen,
-    tell: Tell = lambda _: None,
+    choose: Choice = choose_experiment,
+    report_progress: Progress = lambda _: None,
     first: Report | None = None,
     plan_only: bool = False,
 ) -> Log:
@@ -112,20 +112,20 @@ def investigate(
     earlier = [p for p in sorted(out.glob(f"{EXPERIMENT}-*")) if p.is_dir() and any(p.glob("*.h5"))]
     folders = [folder, *earlier]
     log = Log.begun(folder, asked.confidence, asked.hours, out)
-    report = first if first is not None and not earlier else _look(folders, out, tell)
+    report = first if first is not None and not earlier else _look(folders, out, report_progress)
     while True:
         scene = Scene.of(report, lab, asked, log)
         log.settle(report, scene.asked)
-        tell(report.sentence)
+        report_progress(report.sentence)
         why = _over(report, scene, asked, log)
         experiment = None if why else choose(scene)
         if experiment is None:
-            needs = [] if why else wanted(scene.asked, scene.covered, scene.ratio, scene.bench, scene.celsius)
+            needs = [] if why else bench_needs(scene.asked, scene.covered, scene.ratio, scene.bench, scene.celsius)
             log.end(why or _nothing_more(scene), needs)
             return log
         number = len(folders)
-        path = written(out / f"{EXPERIMENT}-{number}.toml", _title(scene.asked), number, experiment.points)
-        tell(f"experiment {number}: {experiment.why}; {experiment.hours:.2f} h of bench time, {path}")
+        path = write_campaign(out / f"{EXPERIMENT}-{number}.toml", _title(scene.asked), number, experiment.points)
+        report_progress(f"experiment {number}: {experiment.why}; {experiment.hours:.2f} h of bench time, {path}")
         if plan_only:
             log.add(Step(number, experiment, path.name))
             log.end("the next experiment is designed, as asked, and was not run", [])
@@ -133,8 +133,8 @@ def investigate(
         into = out / f"{EXPERIMENT}-{number}"
         hours = lab.run(path, into, _after(report.data))
         folders.append(into)
-        report = _look(folders, out, tell)
-        outcomes = tuple(came(question, report.findings) for question, _ in experiment.gains)
+        report = _look(folders, out, report_progress)
+        outcomes = tuple(outcome_of(question, report.findings) for question, _ in experiment.gains)
         log.add(Step(number, experiment, path.name, hours, outcomes))
 
 
@@ -145,29 +145,29 @@ def require_same_gearbox(folder: Path, bench: BenchConfiguration) -> None:
             ("gearbox", recording.gearbox_serial, bench.gearbox.serial),
             ("gear ratio", recording.gearbox.ratio, bench.gearbox.ratio),
         )
-        for words, own, other in pairs:
-            if own is not None and own != other:
+        for words, recorded, other in pairs:
+            if recorded is not None and recorded != other:
                 raise ConfigurationError(
-                    f"{folder} has the {words} {own}, the bench file {bench.name} has {other}; name the bench they "
-                    "were recorded on with --bench"
+                    f"{folder} has the {words} {recorded}, the bench file {bench.name} has {other}; name the bench "
+                    "they were recorded on with --bench"
                 )
 
 
-def _look(folders: Sequence[Path], out: Path, tell: Tell) -> Report:
-    tell(f"looks at {', '.join(str(f) for f in folders)}")
+def _look(folders: Sequence[Path], out: Path, report_progress: Progress) -> Report:
+    report_progress(f"looks at {', '.join(str(f) for f in folders)}")
     return compare(tuple(folders), out / f"{LOOK}-{len(folders) - 1}")
 
 
 def _over(report: Report, scene: Scene, asked: Asked, log: Log) -> str:
     """Why it ends before a choice; empty where it goes on."""
     if not scene.asked:
-        return settled(len(report.findings), report.why)
+        return reason_to_stop(len(report.findings), report.why)
     if len(log.steps) >= asked.experiments:
         return f"{asked.experiments} experiments are run, as many as asked for"
     return "the budget of bench time is spent" if scene.hours <= 0.0 else ""
 
 
-def settled(findings: int, why: str) -> str:
+def reason_to_stop(findings: int, why: str) -> str:
     """Why nothing is asked after a report with so many ``findings``; ``why`` it found none, where it could not."""
     if findings:
         return "all is named"
@@ -176,7 +176,7 @@ def settled(findings: int, why: str) -> str:
 
 def _nothing_more(scene: Scene) -> str:
     """Whether more time would help."""
-    more = chosen(replace(scene, hours=float("inf")))
+    more = choose_experiment(replace(scene, hours=float("inf")))
     if more is None:
         return "nothing more can be gained with what this bench does"
     return f"the next experiment takes {more.hours:.1f} h, {scene.hours:.1f} h are left of the budget"

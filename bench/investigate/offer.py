@@ -29,8 +29,10 @@ BEYOND = 2.0
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """How the lubricant is when the points begin: what is done before (None: nothing), its temperature in °C there, and
-    the range that says the same to a candidate's rows.
+    """State of the lubricant when the points begin.
+
+    ``before`` brings it there (None: nothing has to be done); ``celsius`` is its temperature in °C; ``covered`` is the
+    range of conditions for the rows of a candidate.
     """
 
     name: str
@@ -48,7 +50,7 @@ class Offered:
     takes_s: float
 
 
-def extended(covered: Range, bench: BenchConfiguration) -> Range:
+def extended_range(covered: Range, bench: BenchConfiguration) -> Range:
     """What experiments may cover: both ways and both signs of the torque, where only one was run; a second speed."""
     limits = bench.limits
     torque = min(covered.torque, CLEAR_OF_LIMIT * limits.load_torque) or CLEAR_OF_LIMIT * limits.load_torque
@@ -62,7 +64,7 @@ def extended(covered: Range, bench: BenchConfiguration) -> Range:
 
 def last_celsius(frames: Sequence[Frame]) -> float:
     """Temperature of the lubricant at the end of the recordings."""
-    frame = max(frames, key=lambda own: float(own.time.max()))
+    frame = max(frames, key=lambda frame: float(frame.time.max()))
     return float(frame.temperature[int(frame.time.argmax())])
 
 
@@ -79,7 +81,7 @@ def states(covered: Range, bench: BenchConfiguration, celsius: float) -> Iterato
             continue
         before = Candidate(sequence, 0.0, 0.0, aim)
         try:
-            took = planned("before", (before,), bench, celsius).duration_s
+            took = plan_points("before", (before,), bench, celsius).duration_s
         except LimitError:
             continue
         way = took * bench.heating.motor_speed / bench.gearbox.ratio if sequence == "heating" else 0.0
@@ -87,13 +89,13 @@ def states(covered: Range, bench: BenchConfiguration, celsius: float) -> Iterato
         yield State(name, before, aim, after)
 
 
-def offered(state: State, bench: BenchConfiguration) -> tuple[list[Offered], list[str]]:
+def offered_points(state: State, bench: BenchConfiguration) -> tuple[list[Offered], list[str]]:
     """Points that the bench can run in a state, each planned; sentences of those that it refuses."""
     out: list[Offered] = []
     refused: list[str] = []
     for point in candidates(replace(state.covered, heats=False)):
         try:
-            plan = planned("one", (point,), bench, state.celsius)
+            plan = plan_points("one", (point,), bench, state.celsius)
         except LimitError as error:
             refused.append(str(error))
             continue
@@ -101,17 +103,17 @@ def offered(state: State, bench: BenchConfiguration) -> tuple[list[Offered], lis
     return out, refused
 
 
-def planned(title: str, points: Sequence[Candidate], bench: BenchConfiguration, celsius: float) -> Plan:
+def plan_points(title: str, points: Sequence[Candidate], bench: BenchConfiguration, celsius: float) -> Plan:
     """The plan of points, as ``bench plan`` makes it. Raises LimitError where the bench cannot do them."""
     return make_plan(parse_campaign(campaign(title, 1, points), title), bench, celsius)
 
 
-def beyond(covered: Range) -> Range:
+def enlarged_range(covered: Range) -> Range:
     """A bench that could do more in torque and speed, to find what it would need."""
     return replace(covered, torque=BEYOND * covered.torque, fastest=BEYOND * covered.fastest)
 
 
-def written(path: Path, title: str, number: int, points: Sequence[Candidate]) -> Path:
+def write_campaign(path: Path, title: str, number: int, points: Sequence[Candidate]) -> Path:
     """Write the campaign of an experiment."""
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(campaign(title, number, points), encoding="utf-8")

@@ -10,21 +10,21 @@ import numpy as np
 from bench.mismatch.report.finding import Finding
 from bench.mismatch.report.truth import is_regressor
 
-MOST_RIVALS = 3
+MOST_ALTERNATIVES = 3
 
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """A finding that is not settled, ``why`` not, and the ``rivals`` (effects) that can be refitted in its place."""
+    """A finding that is not settled, and ``why``; ``alternatives`` are effects that can be fitted in its place."""
 
     finding: Finding
     why: str
-    rivals: tuple[str, ...]
+    alternatives: tuple[str, ...]
 
     @property
     def key(self) -> tuple[str, ...]:
-        """What the question is known by from one look to the next: its channel and all its explanations."""
-        return (self.finding.channel, *sorted({self.finding.effect, *self.rivals}))
+        """Identity of the question from one analysis to the next: its channel and all its explanations."""
+        return (self.finding.channel, *sorted({self.finding.effect, *self.alternatives}))
 
 
 def questions(findings: Sequence[Finding], confidence: float) -> tuple[Question, ...]:
@@ -36,15 +36,17 @@ def questions(findings: Sequence[Finding], confidence: float) -> tuple[Question,
         if not finding.open and not weak:
             continue
         kept = [a for a in finding.alternatives if a.as_good or (not finding.open and weak)]
-        rivals = [a.effect for a in kept if a.effect != finding.effect and is_regressor(a.effect, finding.channel)]
+        alternatives = [
+            a.effect for a in kept if a.effect != finding.effect and is_regressor(a.effect, finding.channel)
+        ]
         why = finding.status if finding.open else f"confidence {sure:.2f}, asked for {confidence:.2f}"
-        out.append(Question(finding, why, tuple(dict.fromkeys(rivals))[:MOST_RIVALS]))
+        out.append(Question(finding, why, tuple(dict.fromkeys(alternatives))[:MOST_ALTERNATIVES]))
     return tuple(out)
 
 
 def loss_of(finding: Finding, effect: str) -> float | None:
     """Log predictive density that an explanation loses against a finding; None where it was not worked out."""
-    for rival in finding.discovery.rivals:
-        if rival.effect == effect and np.isfinite(rival.loss):
-            return float(rival.loss)
+    for alternative in finding.discovery.rivals:
+        if alternative.effect == effect and np.isfinite(alternative.loss):
+            return float(alternative.loss)
     return None

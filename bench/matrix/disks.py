@@ -39,8 +39,8 @@ def disk(kind: str, folder: Path) -> Iterator[Disk]:
     image = folder.with_name("image")
     with image.open("wb") as file:
         file.truncate(DISK_BYTES)
-    _do("mkfs.ext4", "-q", "-F", "-m", "0", str(image))
-    _do("mount", "-o", "loop", str(image), str(folder))
+    _run_command("mkfs.ext4", "-q", "-F", "-m", "0", str(image))
+    _run_command("mount", "-o", "loop", str(image), str(folder))
     filler = folder / "filler"
 
     def fill() -> None:
@@ -55,12 +55,12 @@ def disk(kind: str, folder: Path) -> Iterator[Disk]:
         "full": (fill, lambda: filler.unlink(missing_ok=True)),
         # a mount stays writable as long as a file is open for writing; nothing can be made or changed in these any more
         "read-only": (
-            lambda: _do("chattr", "-R", "-f", "+i", *_entries(folder)),
-            lambda: _do("chattr", "-R", "-f", "-i", *_entries(folder)),
+            lambda: _run_command("chattr", "-R", "-f", "+i", *_entries(folder)),
+            lambda: _run_command("chattr", "-R", "-f", "-i", *_entries(folder)),
         ),
         "frozen": (
-            lambda: _do("fsfreeze", "--freeze", str(folder)),
-            lambda: _do("fsfreeze", "--unfreeze", str(folder)),
+            lambda: _run_command("fsfreeze", "--freeze", str(folder)),
+            lambda: _run_command("fsfreeze", "--unfreeze", str(folder)),
         ),
     }
     break_, mend = breaks[kind]
@@ -69,14 +69,14 @@ def disk(kind: str, folder: Path) -> Iterator[Disk]:
     finally:
         with suppress(DeviceError):
             mend()
-        _do("umount", "-l", str(folder))
+        _run_command("umount", "-l", str(folder))
 
 
 def _entries(folder: Path) -> list[str]:
     return [str(path) for path in folder.iterdir() if path.name != "lost+found"]
 
 
-def _do(*command: str) -> None:
+def _run_command(*command: str) -> None:
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=30, check=False)
     except (OSError, subprocess.TimeoutExpired) as error:

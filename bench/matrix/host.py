@@ -54,7 +54,7 @@ def _disk_full(row: Row, outcome: Outcome, file: BenchFile, folder: Path, seed: 
         rig.enable()
         _, earlier = record(rig, file, folder, "earlier", _REST)
         offset, refused = master.bench.cycle - rig.link.cycle, list[int]()
-        changed = _patched("bench.recording.writing.ordered_file", "OrderedFile", _refusing(refused, master))
+        changed = _patched_class("bench.recording.writing.ordered_file", "OrderedFile", _refusing(refused, master))
         with _files_end_at(_ROOM), changed:
             end, shafts = _recorded_or_not(rig, file, folder, motion(bench, 600.0))
         judge_end(row, outcome, rig, end, shafts)
@@ -75,13 +75,13 @@ def _disk_full(row: Row, outcome: Outcome, file: BenchFile, folder: Path, seed: 
 
 
 def _slow_disk(row: Row, outcome: Outcome, file: BenchFile, folder: Path, seed: int) -> None:
-    with _patched("bench.recording.writing.ordered_file", "OrderedFile", _slow):
-        _undisturbed(row, outcome, file, folder, seed)
+    with _patched_class("bench.recording.writing.ordered_file", "OrderedFile", _slow):
+        _run_to_end(row, outcome, file, folder, seed)
 
 
 def _clock_step(row: Row, outcome: Outcome, file: BenchFile, folder: Path, seed: int) -> None:
     with _jumping_clock() as calls:
-        _undisturbed(row, outcome, file, folder, seed)
+        _run_to_end(row, outcome, file, folder, seed)
     outcome.require(calls[0] > 0, "nobody looked at the clock, so nothing was tried")
     recording = Recording.open(folder / "struck.h5")
     times = recording.si("time")
@@ -102,8 +102,11 @@ def _two_runs_in_a_folder(row: Row, outcome: Outcome, file: BenchFile, folder: P
             run_campaign(file, campaign, folder, seed=seed)
             outcome.reaction = "not refused"
         except BenchError as error:
-            outcome.told, outcome.reaction = str(error), "refused"
-    outcome.require(row.told in outcome.told, f"the second run was not refused with '{row.told}': {outcome.told}")
+            outcome.sentence, outcome.reaction = str(error), "refused"
+    outcome.require(
+        row.expected_text in outcome.sentence,
+        f"the second run was not refused with '{row.expected_text}': {outcome.sentence}",
+    )
     outcome.require(not list(folder.glob("*.h5*")), "the second run recorded something")
 
 
@@ -115,7 +118,7 @@ _RUNS: dict[str, Callable[[Row, Outcome, BenchFile, Path, int], None]] = {
 }
 
 
-def _undisturbed(row: Row, outcome: Outcome, file: BenchFile, folder: Path, seed: int) -> None:
+def _run_to_end(row: Row, outcome: Outcome, file: BenchFile, folder: Path, seed: int) -> None:
     """A run that has to end as if nothing were wrong."""
     assembly = assemble(file.configuration, seed=seed, real_time=False)
     with Rig(file, assembly=assembly) as rig:
@@ -209,7 +212,7 @@ def _jumping_clock() -> Iterator[list[int]]:
 
 
 @contextmanager
-def _patched(module: str, name: str, change: Callable[[Any], Any]) -> Iterator[None]:
+def _patched_class(module: str, name: str, change: Callable[[Any], Any]) -> Iterator[None]:
     """Replace a class wherever the program has imported it."""
     kind = getattr(sys.modules[module], name)
     changed = change(kind)

@@ -57,7 +57,7 @@ class OpeningTimes:
 
 
 def measure_opening(
-    rounds: int, folder: Path, told: Callable[[str], None] = lambda _: None, real_time: bool = True
+    rounds: int, folder: Path, report_progress: Callable[[str], None] = lambda _: None, real_time: bool = True
 ) -> OpeningTimes:
     """Serve an emulated bench ``rounds`` times; in each begin two runs, end each, reset after each. The bench keeps the
     clock's pace (``real_time``) or goes as fast as the computer does.
@@ -71,7 +71,7 @@ def measure_opening(
     """
     waits = {name: Wait(name) for name in WAITED_FOR}
     for number in range(rounds):
-        told(f"round {number + 1} of {rounds}")
+        report_progress(f"round {number + 1} of {rounds}")
         place = folder / str(number)
         with own_places(place), running_service(place / "recordings") as (process, address):
             _round(address, process.pid, waits, real_time)
@@ -82,7 +82,7 @@ def _round(address: str, service: int, waits: dict[str, Wait], real_time: bool) 
     """Two runs, each ended and reset: the first of each cold, the second with a process that stands ready."""
     who = {"secret": post(address, "controls/take", name="benchmark")["secret"]}
 
-    def timed(wait: Wait, ask: Callable[[], Any], true: Callable[[], bool]) -> Any:
+    def measure_wait(wait: Wait, ask: Callable[[], Any], true: Callable[[], bool]) -> Any:
         before, begun = _processor_s(service), time.monotonic()
         answer = ask()
         until(true, WAITS_S, f"not within {WAITS_S:.0f} s: {wait.name}")
@@ -95,15 +95,15 @@ def _round(address: str, service: int, waits: dict[str, Wait], real_time: bool) 
         return str(post(address, "runs", **body)["id"])
 
     for run_wait, reset_wait in ((FIRST, RESET_AT_ONCE), (RUN, RESET)):
-        run = timed(waits[run_wait], start, lambda: _phase(address) not in ("free", "opening") or _free(address))
+        run = measure_wait(waits[run_wait], start, lambda: _phase(address) not in ("free", "opening") or _free(address))
         if _free(address):
-            ends = [own.get("end") for own in state(address, "runs")["runs"] if own["id"] == run]
+            ends = [entry.get("end") for entry in state(address, "runs")["runs"] if entry["id"] == run]
             raise BenchError(f"the run ended before it was seen to begin: {ends}")
         post(address, "run/abort", **who, run=run)
         until(lambda: _free(address), WAITS_S, "the run does not end")
         if reset_wait == RESET:
             _until_ready(address)
-        timed(waits[reset_wait], partial(post, address, "reset", **who, run=run), lambda: _free(address))
+        measure_wait(waits[reset_wait], partial(post, address, "reset", **who, run=run), lambda: _free(address))
         _until_ready(address)
 
 

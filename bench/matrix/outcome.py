@@ -10,6 +10,8 @@ from bench.configuration import BenchConfiguration
 
 IN_MOTION, UNDER_LOAD = 0.25, 150.0
 """Load-side speed in rad/s and torque in N·m from which on a fault counts as struck in motion and under load."""
+_KEYS = {"sentence": "told"}
+"""Fields that have another key in files."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +46,8 @@ class Outcome:
     text: str
     kind: str
     cause: str = ""
-    told: str = ""
+    sentence: str = ""
+    """For the operator; its key in files is ``told``."""
     found_s: float | None = None
     rest_s: float | None = None
     off_s: float | None = None
@@ -91,18 +94,19 @@ class Outcome:
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
-        return {**asdict(self), "passed": self.passed, "stopped_s": self.stopped_s}
+        content = {_KEYS.get(name, name): value for name, value in asdict(self).items()}
+        return {**content, "passed": self.passed, "stopped_s": self.stopped_s}
 
     @classmethod
     def of(cls, content: Mapping[str, Any]) -> Self:
         """Read what :meth:`as_dict` wrote; raises KeyError where a value is missing."""
-        values: dict[str, Any] = {entry.name: content[entry.name] for entry in fields(cls)}
+        values: dict[str, Any] = {entry.name: content[_KEYS.get(entry.name, entry.name)] for entry in fields(cls)}
         for name in ("rungs", "struck", "peaks"):
             values[name] = None if values[name] is None else tuple(values[name])
         return cls(**values)
 
 
-def together(outcomes: Sequence[Outcome]) -> Outcome:
+def combine_tries(outcomes: Sequence[Outcome]) -> Outcome:
     """Return several tries of a row as one: right only if all are, with the longest times and the largest peaks.
 
     A time that one try did not see is None.

@@ -80,7 +80,7 @@ class PageSpeed:
 def measure_page(
     seconds: float,
     folder: Path,
-    told: Callable[[str], None] = lambda _: None,
+    report_progress: Callable[[str], None] = lambda _: None,
     phases: Collection[str] = ("measuring",),
 ) -> PageSpeed:
     """Serve an emulated bench, run its shipped campaign ``quick`` in real time, and watch it in four browsers.
@@ -95,19 +95,19 @@ def measure_page(
     with own_places(folder), running_service(folder / "recordings") as (process, address):
         secret = post(address, "controls/take", name="benchmark")["secret"]
         run = post(address, "runs", secret=secret, name="benchmark", campaign="quick", real_time=True)["id"]
-        told("the run begins")
+        report_progress("the run begins")
         until(lambda: _phase(address) in phases, _BEGINS_S, "the run does not begin to measure")
-        with _browsers(address, told) as pages:
+        with _browsers(address, report_progress) as pages:
             for page in pages:
                 page.execute_script(_WATCH)
-            told(f"{seconds:g} s of values in {PAGES} pages")
+            report_progress(f"{seconds:g} s of values in {PAGES} pages")
             cpu, begun = _cpu_s(process.pid), time.monotonic()
             time.sleep(seconds)
             share = (_cpu_s(process.pid) - cpu) / (time.monotonic() - begun)
             seen = [np.asarray(page.execute_script("return window.seen"), float) / 1e3 for page in pages]
             gaps = np.concatenate([np.diff(one) for one in seen])
             paints = [page.execute_script(_PAINT) for page in pages]
-            told("panning an hour")
+            report_progress("panning an hour")
             frames = _frames(pages[0])
         post(address, "run/abort", secret=secret, run=run)
         until(lambda: _phase(address) is None, _BEGINS_S, "the run does not end")
@@ -134,7 +134,7 @@ def _phase(address: str) -> str | None:
 
 
 @contextmanager
-def _browsers(address: str, told: Callable[[str], None]) -> Iterator[list[Chrome]]:
+def _browsers(address: str, report_progress: Callable[[str], None]) -> Iterator[list[Chrome]]:
     try:
         from selenium import webdriver
         from selenium.common.exceptions import WebDriverException
@@ -151,7 +151,7 @@ def _browsers(address: str, told: Callable[[str], None]) -> Iterator[list[Chrome
     pages: list[Chrome] = []
     try:
         for number in range(PAGES):
-            told(f"page {number + 1} of {PAGES}")
+            report_progress(f"page {number + 1} of {PAGES}")
             page = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
             pages.append(page)
             page.set_script_timeout(120)

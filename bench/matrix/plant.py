@@ -101,10 +101,10 @@ def run_plant_row(row: Row, file: BenchFile, folder: Path, seed: int = 0) -> Out
         judge_shafts(outcome, bench, shafts)
         master.faults.clear(strike.name, strike.role)
     read_back(outcome, folder, {"earlier": earlier[1], "struck": shafts})
-    if not row.causes and row.told:
-        texts = [event.text for event in Recording.open(folder / "struck.h5").events if row.told in event.text]
-        outcome.told = next(iter(texts), "")
-        outcome.require(bool(texts), f"the recording does not say '{row.told}'")
+    if not row.causes and row.expected_text:
+        texts = [event.text for event in Recording.open(folder / "struck.h5").events if row.expected_text in event.text]
+        outcome.sentence = next(iter(texts), "")
+        outcome.require(bool(texts), f"the recording does not say '{row.expected_text}'")
         outcome.reaction += ", marked" if texts else ""
     return outcome
 
@@ -143,10 +143,10 @@ def judge_end(row: Row, outcome: Outcome, rig: Rig, end: Any, shafts: Shafts, st
     if not row.causes:
         outcome.require(end.kind is EndKind.FINISHED, f"the bench stopped, it should have run on: {end.text}")
         return
-    outcome.cause, outcome.told = end.cause.name, end.text
+    outcome.cause, outcome.sentence = end.cause.name, end.text
     outcome.require(end.kind is EndKind.TRIPPED, f"the bench did not stop ({end.kind.name})")
     outcome.require(end.cause.name in row.causes, f"the cause found is {end.cause.name}, not {' or '.join(row.causes)}")
-    outcome.require(row.told in end.text, f"the sentence does not say '{row.told}': {end.text}")
+    outcome.require(row.expected_text in end.text, f"the sentence does not say '{row.expected_text}': {end.text}")
     heard = end.cause is Cause.RECORDER or any(end.text in text for text in shafts.events)
     outcome.require(heard, "the recording's events do not say why")
     outcome.require(rig.latch.read().standing is Standing.STOPPED, "the stop is not latched")

@@ -22,7 +22,7 @@ class Row:
     text : what breaks, for people.
     causes : names of :class:`~bench.safety.Cause` that are right; none where the bench has to run on.
     within_s : longest time from the fault until the shafts rest without torque; includes finding it.
-    told : word that the operator's sentence must hold.
+    expected_text : word that the operator's sentence must hold.
     kind : one of the kinds above.
     last_s : how long the motion lasts in which it strikes.
     block : cycles between two looks at the true shafts.
@@ -33,7 +33,7 @@ class Row:
     text: str
     causes: tuple[str, ...]
     within_s: float = 5.0
-    told: str = ""
+    expected_text: str = ""
     kind: str = PLANT
     last_s: float = 3.0
     block: int = 400
@@ -129,8 +129,8 @@ _PLANT_ROWS: tuple[Row, ...] = (
         "lost cycles",
         standing=_FAULT,
     ),
-    Row("frame_lost=1", "one frame lost", (), told="missing"),
-    Row("frame_lost=15", "fifteen frames lost, fewer than limits.lost_cycles", (), told="missing"),
+    Row("frame_lost=1", "one frame lost", (), expected_text="missing"),
+    Row("frame_lost=15", "fifteen frames lost, fewer than limits.lost_cycles", (), expected_text="missing"),
     Row("frame_lost=2000", "no frame comes back for a second", ("LOST_CYCLES",), 5.0, "lost cycles", standing=_FAULT),
     Row("input_encoder_frozen", "motor encoder stands still", _FROZEN, 3.0),
     Row("input_encoder_jump", "motor encoder jumps by half a revolution", _JUMP, 2.0, standing=_FAULT),
@@ -239,9 +239,9 @@ _PLANT_ROWS: tuple[Row, ...] = (
 """Every fault the emulated bench knows in process."""
 
 _SETUP_ROWS: tuple[Row, ...] = (
-    Row("wrong_order", "two terminals are interchanged", (), told="order of the cables", kind=SETUP),
-    Row("wrong_identity", "another device in place of the input drive", (), told="input_drive", kind=SETUP),
-    Row("missing_slave", "the last terminal is not there", (), told="safety_terminal", kind=SETUP),
+    Row("wrong_order", "two terminals are interchanged", (), expected_text="order of the cables", kind=SETUP),
+    Row("wrong_identity", "another device in place of the input drive", (), expected_text="input_drive", kind=SETUP),
+    Row("missing_slave", "the last terminal is not there", (), expected_text="safety_terminal", kind=SETUP),
     Row(
         "default_settings",
         "a drive comes back with default settings",
@@ -259,7 +259,7 @@ _HOST_ROWS: tuple[Row, ...] = (
     ),
     Row("slow_disk", "the disk takes half a second for every write, all the while", (), kind=HOST),
     Row("clock_step", "the clock of the computer jumps by an hour, forth and back, all the while", (), kind=HOST),
-    Row("two_runs_in_a_folder", "a second run into the folder of the first", (), told="in use", kind=HOST),
+    Row("two_runs_in_a_folder", "a second run into the folder of the first", (), expected_text="in use", kind=HOST),
 )
 
 _LOST = ("LOST_CYCLES", "BUS_STOPPED", "BUS_ENDED")
@@ -279,9 +279,9 @@ _SLOW_ROWS: tuple[Row, ...] = tuple(
 )
 
 _SERVICE_ROWS: tuple[Row, ...] = (
-    Row("service_killed", "the service is killed while its run goes on", (), told="finished", kind=SERVICE),
-    Row("two_services", "a second service for the same bench", (), told="runs already", kind=SERVICE),
-    Row("two_runs_on_a_bus", "a second program wants the bus", (), told="in use", kind=SERVICE),
+    Row("service_killed", "the service is killed while its run goes on", (), expected_text="finished", kind=SERVICE),
+    Row("two_services", "a second service for the same bench", (), expected_text="runs already", kind=SERVICE),
+    Row("two_runs_on_a_bus", "a second program wants the bus", (), expected_text="in use", kind=SERVICE),
 )
 
 _WIRE_ROWS: tuple[Row, ...] = (

@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 
 from bench.configuration import BenchFile
 from bench.matrix.host import run_host_row
-from bench.matrix.outcome import Outcome, together
+from bench.matrix.outcome import Outcome, combine_tries
 from bench.matrix.plant import run_plant_row
 from bench.matrix.rows import HOST, PLANT, SERVICE, SETUP, SLOW, WIRE, Row
 from bench.matrix.services import run_service_row
@@ -46,7 +46,7 @@ def run_rows_often(rows: Sequence[Row], file: BenchFile, tries: int | None = Non
         for row, outcomes in zip(group, zip(*tried, strict=True), strict=True):
             poor = row.kind in _IN_REAL_TIME and not all(outcome.passed for outcome in outcomes)
             more = range(number, RATE_TRIES) if poor and tries is None else ()
-            yield together([*outcomes, *(outcome for seed in more for outcome in run_rows([row], file, seed))])
+            yield combine_tries([*outcomes, *(outcome for seed in more for outcome in run_rows([row], file, seed))])
 
 
 def run_rows(rows: Sequence[Row], file: BenchFile, seed: int = 0) -> Iterator[Outcome]:

@@ -47,18 +47,24 @@ def _service_killed(row: Row, outcome: Outcome, file: BenchFile, folder: Path) -
 def _two_services(row: Row, outcome: Outcome, file: BenchFile, folder: Path) -> None:
     with running_service(folder / "first") as (process, address):
         port = str(free_port())
-        second = _refused(outcome, "serve", "--port", port, "--folder", str(folder / "second"))
-        outcome.told = second.strip().removeprefix("error: ")
-        outcome.require(row.told in outcome.told, f"the second was not refused with '{row.told}': {outcome.told}")
+        second = _run_refused_command(outcome, "serve", "--port", port, "--folder", str(folder / "second"))
+        outcome.sentence = second.strip().removeprefix("error: ")
+        outcome.require(
+            row.expected_text in outcome.sentence,
+            f"the second was not refused with '{row.expected_text}': {outcome.sentence}",
+        )
         outcome.require(process.poll() is None and bool(get(address, "health")), "the first one did not go on")
 
 
 def _two_runs_on_a_bus(row: Row, outcome: Outcome, file: BenchFile, folder: Path) -> None:
     with bus_in_use(on_interface(file, "matrix0")):
         # the lock is asked for before the interface, which does not even exist here
-        said = _refused(outcome, "commission", "--bus", "matrix0", "--yes")
-    outcome.told = said.strip().splitlines()[-1].removeprefix("error: ")
-    outcome.require(row.told in outcome.told, f"the second was not refused with '{row.told}': {outcome.told}")
+        said = _run_refused_command(outcome, "commission", "--bus", "matrix0", "--yes")
+    outcome.sentence = said.strip().splitlines()[-1].removeprefix("error: ")
+    outcome.require(
+        row.expected_text in outcome.sentence,
+        f"the second was not refused with '{row.expected_text}': {outcome.sentence}",
+    )
 
 
 _RUNS: dict[str, Callable[[Row, Outcome, BenchFile, Path], None]] = {
@@ -68,7 +74,7 @@ _RUNS: dict[str, Callable[[Row, Outcome, BenchFile, Path], None]] = {
 }
 
 
-def _refused(outcome: Outcome, *arguments: str) -> str:
+def _run_refused_command(outcome: Outcome, *arguments: str) -> str:
     """Run a command that has to be refused; note whether it was, return what it says."""
     done = subprocess.run(
         [*COMMAND, *arguments],

@@ -48,15 +48,17 @@ def run_setup_row(row: Row, file: BenchFile, folder: Path, seed: int = 0) -> Out
             outcome.reaction = "opened"
             outcome.require(False, "the bench was opened")
     except DeviceError as error:
-        outcome.told, outcome.reaction = str(error), "refused"
-    outcome.require(row.told in outcome.told, f"the sentence does not say '{row.told}': {outcome.told}")
+        outcome.sentence, outcome.reaction = str(error), "refused"
+    outcome.require(
+        row.expected_text in outcome.sentence, f"the sentence does not say '{row.expected_text}': {outcome.sentence}"
+    )
     _at_rest(outcome, other)
     outcome.struck = Shafts(None, master).at(master.bench.cycle)
     read_back(outcome, folder, {"earlier": shafts})
     return outcome
 
 
-def _swapped(bench: BenchConfiguration) -> BenchConfiguration:
+def _swap_places(bench: BenchConfiguration) -> BenchConfiguration:
     """The torque terminal's and the thermometer's place changed."""
     places = {"torque_terminal": 4, "temperature_terminal": 3}
     slaves = [s.model_copy(update={"position": places.get(s.role, s.position)}) for s in bench.bus.slaves]
@@ -75,7 +77,7 @@ def _with_slaves(bench: BenchConfiguration, slaves: tuple[Any, ...]) -> BenchCon
 
 
 _WRONG: dict[str, Callable[[BenchConfiguration], BenchConfiguration]] = {
-    "wrong_order": _swapped,
+    "wrong_order": _swap_places,
     "wrong_identity": _other_device,
     "missing_slave": lambda bench: bench,
 }

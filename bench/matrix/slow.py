@@ -34,7 +34,7 @@ def run_slow_rows(rows: Sequence[Row], file: BenchFile, folder: Path, seed: int 
         if chosen:
             (folder / line).mkdir()
             with _transmitter(**{line: "pty"}) as device:
-                bench = _beside(file, driver, str(device.places[line]))
+                bench = _with_slow_sensor(file, driver, str(device.places[line]))
                 yield from _rows_on(chosen, bench, device, folder / line, seed)
 
 
@@ -95,7 +95,7 @@ def _until_well(rig: Rig) -> None:
         time.sleep(0.05)
 
 
-def _beside(file: BenchFile, driver: str, port: str) -> BenchFile:
+def _with_slow_sensor(file: BenchFile, driver: str, port: str) -> BenchFile:
     """Return the bench with its thermometer on a line beside the bus, and an age limit that does not take long."""
     config = file.configuration
     kept = [slave for slave in config.bus.slaves if slave.role != "temperature_terminal"]

@@ -39,10 +39,10 @@ recording may fail before the press, and the press comes during a stop.
 
 def page(rows: Sequence[Row], watched_s: float) -> str:
     """Return the page."""
-    lines = [_HEAD.format(watched=watched_s, off=OFF_AFTER_RUNG_S, made=_made(rows), summary=_summary(rows))]
+    lines = [_HEAD.format(watched=watched_s, off=OFF_AFTER_RUNG_S, made=_provenance(rows), summary=_summary(rows))]
     lines += [
         f"| {row.condition} | {row.press} | {_s(row.torque_off_s)} | {_s(row.at_rest_s)} | {row.rung or '–'} |"
-        f" {_s(row.rung_to_off_s)} | {_s(row.apart_s)} | {_cell(row.note or row.told)} |\n"
+        f" {_s(row.rung_to_off_s)} | {_s(row.apart_s)} | {_cell(row.note or row.answer)} |\n"
         for row in rows
     ]
     reasons = [f"- {row.condition}, {row.press}: {_cell(why)}\n" for row in rows if (why := reason(row)) is not None]
@@ -51,7 +51,7 @@ def page(rows: Sequence[Row], watched_s: float) -> str:
     return "".join(lines)
 
 
-def _made(rows: Sequence[Row]) -> str:
+def _provenance(rows: Sequence[Row]) -> str:
     """Of which day, program and machine the rows are."""
     places = "; ".join(dict.fromkeys(row.made for row in rows if row.made))
     loads = [row.load for row in rows if row.load is not None]

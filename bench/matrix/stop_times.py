@@ -13,12 +13,12 @@ import subprocess
 import threading
 import time
 import urllib.request
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack, suppress
 from dataclasses import asdict, dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 from bench.commissioning.record import Commissioned, Zero, digest, record_path
 from bench.configuration import BenchFile, load_bench, on_interface
@@ -73,7 +73,8 @@ class Row:
 
     condition: str
     press: str
-    told: str = ""
+    answer: str = ""
+    """What whoever pressed was told; its key in files is ``told``."""
     torque_off_s: float | None = None
     at_rest_s: float | None = None
     rung: str = ""
@@ -90,7 +91,12 @@ class Row:
 
     def as_dict(self) -> dict[str, Any]:
         """For a script."""
-        return asdict(self)
+        return {"told" if name == "answer" else name: value for name, value in asdict(self).items()}
+
+    @classmethod
+    def of(cls, content: Mapping[str, Any]) -> Self:
+        """Read what :meth:`as_dict` wrote; raises TypeError where a key is not known."""
+        return cls(**{"answer" if name == "told" else name: value for name, value in content.items()})
 
 
 def measure(condition: str, press: str, folder: Path) -> Row:
@@ -126,7 +132,7 @@ def _measure(row: Row, folder: Path) -> None:
         service, address = closing.enter_context(
             running_service(recordings, "--bench", str(folder / "bench.toml"), "--bus", near)
         )
-        _commissioned(file)
+        _write_commissioning_record(file)
         secret = post(address, "controls/take", name="Ann")["secret"]
         asked = post(address, "runs", secret=secret, name="Ann", text=_CAMPAIGN, folder="run")
         until(lambda: _turns(order, address, asked["id"]), _START_S, "the bench does not turn under load")
@@ -150,7 +156,7 @@ def _press(row: Row, scene: Scene, order: Callable[[str], dict[str, Any]], port:
     said: dict[str, Any] = {}
 
     def press() -> None:
-        row.told = PRESSES[row.press](scene, by, port)
+        row.answer = PRESSES[row.press](scene, by, port)
 
     threads = [threading.Thread(target=press, daemon=True)]
     if port is not None:
@@ -197,13 +203,13 @@ def _rung(row: Row, said: dict[str, Any], folder: Path, pressed: float) -> None:
     rung, at = said.get("rung"), said.get("rung_at_ns")
     began = None if at is None else at / 1e9
     if rung is None:
-        rung, began = _recorded(folder)
+        rung, began = _last_record(folder)
     row.rung = rung or ""
     if began is not None and row.torque_off_s is not None:
         row.rung_to_off_s = row.torque_off_s - (began - pressed)
 
 
-def _recorded(folder: Path) -> tuple[str | None, float | None]:
+def _last_record(folder: Path) -> tuple[str | None, float | None]:
     """Return the rung of the last record and its Unix time in s; None where there is no record."""
     with suppress(OSError, ValueError, KeyError, TypeError, IndexError):
         record = json.loads(sorted(folder.glob("stop-*.json"))[-1].read_text("utf-8"))
@@ -235,7 +241,7 @@ def _bench(path: Path, interface: str) -> BenchFile:
     return on_interface(load_bench(str(path)), interface)
 
 
-def _commissioned(file: BenchFile) -> None:
+def _write_commissioning_record(file: BenchFile) -> None:
     """Leave a record as a commissioning does, with the marker of drives that were just switched on."""
     bench = file.configuration
     path = record_path(bench)

@@ -23,7 +23,7 @@ def save(path: Path, outcomes: Sequence[Outcome]) -> None:
     path.write_text(json.dumps(content, ensure_ascii=False, indent=1) + "\n", "utf-8")
 
 
-def merged(old: Sequence[Outcome], new: Sequence[Outcome], rows: Sequence[Row]) -> list[Outcome]:
+def newest_outcomes(old: Sequence[Outcome], new: Sequence[Outcome], rows: Sequence[Row]) -> list[Outcome]:
     """Return the newest outcome of each row there is, in the rows' order; rows never run are left out."""
     known = {(outcome.name, outcome.text): outcome for outcome in (*old, *new)}
     keys = [(row.name, row.text) for row in rows]

@@ -62,7 +62,9 @@ def page(outcomes: Sequence[Outcome], envelope: str) -> str:
         parts.append(f"## {kind[0].upper()}{kind[1:]}\n\n{_NOTES[kind]}\n\n{_COLUMNS}\n{_RULE}\n")
         parts.append("".join(_row(outcome) for outcome in rows) + "\n")
     parts.append("## What the operator reads\n\n| fault | sentence |\n| --- | --- |\n")
-    parts.append("".join(f"| `{o.name}` | {_plain(o.told) or NOT_SEEN} |\n" for o in outcomes if o.told or o.cause))
+    parts.append(
+        "".join(f"| `{o.name}` | {_plain(o.sentence) or NOT_SEEN} |\n" for o in outcomes if o.sentence or o.cause)
+    )
     failed = [outcome for outcome in outcomes if not outcome.passed]
     parts.append("\n" + share(outcomes) + "\n")
     parts.append("".join(f"\n- `{o.name}`: {_plain('; '.join(o.problems))}" for o in failed) + ("\n" if failed else ""))

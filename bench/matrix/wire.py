@@ -126,7 +126,7 @@ def _look_at_latch(outcome: Outcome, folder: Path) -> None:
     """Nobody is left to say what happened: take what stands in the latch, if anything does."""
     latch = LatchFile(folder / "latch.json").read()
     if latch.standing is not Standing.CLEAR:
-        outcome.cause, outcome.told = latch.cause, latch.text
+        outcome.cause, outcome.sentence = latch.cause, latch.text
 
 
 class Look(NamedTuple):
@@ -181,10 +181,12 @@ def _judge(
     outcome.require(end is not None, "the rig said nothing of its end")
     if end is None:
         return
-    outcome.cause, outcome.told, outcome.rungs = end["cause"], end["text"], tuple(end["rungs"])
+    outcome.cause, outcome.sentence, outcome.rungs = end["cause"], end["text"], tuple(end["rungs"])
     if row.causes:
         outcome.require(end["cause"] in row.causes, f"the cause found is {end['cause']}")
-        outcome.require(row.told in end["text"], f"the sentence does not say '{row.told}': {end['text']}")
+        outcome.require(
+            row.expected_text in end["text"], f"the sentence does not say '{row.expected_text}': {end['text']}"
+        )
         outcome.require(end["latch"] == "stopped", "the stop is not latched")
     else:
         outcome.cause = outcome.cause if end["kind"] == "TRIPPED" else ""

@@ -38,7 +38,7 @@ LOOSENED = ", ".join(
 """What these rows have otherwise than the bench file, for people; SI."""
 
 
-def patient(file: BenchFile) -> BenchFile:
+def patient_bench(file: BenchFile) -> BenchFile:
     """Return the bench with a slower bus that forgives a host taking processor time away: kills are what is tried."""
     config = file.configuration
     bus = config.bus.model_copy(update=_BUS)
@@ -49,7 +49,10 @@ def patient(file: BenchFile) -> BenchFile:
 def main() -> None:
     """Run until the motion ends, or somebody ends it."""
     options = json.loads(sys.argv[1])
-    file, folder = patient(on_interface(load_bench(options["bench"]), options["interface"])), Path(options["folder"])
+    file, folder = (
+        patient_bench(on_interface(load_bench(options["bench"]), options["interface"])),
+        Path(options["folder"]),
+    )
     with Rig(file, latch=LatchFile(folder / "latch.json")) as rig:
         rig.enable()
         _record(rig, file, folder, "earlier", (Phase(Segment.DWELL, 0.3, 0.0, 0.0),))

@@ -42,7 +42,7 @@ def _answer(question: bytes) -> bytes:
     except Exception as error:  # noqa: BLE001  # whatever it is, it is the caller's to see
         error.__traceback__ = None
         error.__cause__ = None
-        return _packed(error)
+        return _pickled_error(error)
 
 
 def _limit_processor_time(cpu_s: float | None) -> None:
@@ -53,7 +53,7 @@ def _limit_processor_time(cpu_s: float | None) -> None:
         resource.setrlimit(resource.RLIMIT_CPU, (soft, resource.RLIM_INFINITY))
 
 
-def _packed(error: Exception) -> bytes:
+def _pickled_error(error: Exception) -> bytes:
     answer: tuple[bool, Any] = (False, error)
     try:
         data = pickle.dumps(answer)

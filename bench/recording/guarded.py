@@ -69,7 +69,7 @@ def call(path: Path, function: Callable[P, R], *args: P.args, **more: P.kwargs) 
         child = _take()
         fresh = child.fresh
         try:
-            done, result = child.ask((function, args, more, cpu_s, _here()), limit_s)
+            done, result = child.ask((function, args, more, cpu_s, _working_folder()), limit_s)
         except TimeoutError:
             child.end()
             text = f"{path}: could not be read within {limit_s:.0f} s; the disk does not answer or the file is damaged."
@@ -191,7 +191,7 @@ def _give_back(child: Child) -> None:
     child.end()
 
 
-def _here() -> str | None:
+def _working_folder() -> str | None:
     """Return the folder that relative paths start from; None where it is gone, and no relative path leads anywhere."""
     try:
         return os.getcwd()
@@ -213,7 +213,7 @@ def _cause(code: int | None) -> str:
 
 
 def be_inside() -> None:
-    """Say that this process is a child: what it calls it does itself."""
+    """Mark this process as a child: it makes guarded calls itself."""
     global _inside
     _inside = True
 

@@ -51,13 +51,13 @@ def plot_recording(recording: Recording, target: str | Path) -> Path:
         else:
             if time.size:
                 _draw(panel, time, values * factor)
-        label = f"{_shown(name)}\n[{_shown(unit)}]" if unit and unit != "1" else _shown(name)
+        label = f"{_printable(name)}\n[{_printable(unit)}]" if unit and unit != "1" else _printable(name)
         panel.set_ylabel(label, fontsize=7, parse_math=False)
         panel.tick_params(labelsize=7)
         _mark(panel, recording, time)
     panels[-1].set_xlabel("time [s]", fontsize=8)
     state = "" if recording.complete else ", cut short"
-    title = f"{_shown(recording.recording_id)} ({_shown(recording.kind)}{state})"
+    title = f"{_printable(recording.recording_id)} ({_printable(recording.kind)}{state})"
     figure.suptitle(title, fontsize=10, parse_math=False)
     target = Path(target)
     try:
@@ -67,8 +67,8 @@ def plot_recording(recording: Recording, target: str | Path) -> Path:
     return target
 
 
-def _shown(text: str) -> str:
-    """Give a text of a file as a font can draw it, not too long."""
+def _printable(text: str) -> str:
+    """Shorten a text from a file, and replace characters that a font cannot draw."""
     return "".join(letter if letter.isprintable() else "?" for letter in text[:_MOST_LETTERS])
 
 

@@ -39,7 +39,7 @@ _LOOKS = 5
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[h5py.File]:
+def open_file(path: Path) -> Iterator[h5py.File]:
     """Open an HDF5 file for reading, without locking it, or raise a :class:`RecordingError`."""
     if not path.is_file():
         raise RecordingError(f"{path}: there is no such file.")
@@ -81,7 +81,7 @@ def _header(path: Path, prefix: bool = False) -> dict[str, Any]:
 
 
 def _looked_at(path: Path, prefix: bool) -> dict[str, Any]:
-    with opened(path) as file:
+    with open_file(path) as file:
         try:
             return read_header(file, path, prefix=prefix)
         except HDF5_ERRORS as error:
@@ -100,7 +100,7 @@ def _stamp(path: Path | int) -> tuple[int, ...]:
 def _rows(path: Path, names: Sequence[str], start: int, stop: int) -> dict[str, NDArray[Any]]:
     """Read rows with the HDF5 library; in a child."""
     result: dict[str, NDArray[Any]] = {}
-    with opened(path) as file:
+    with open_file(path) as file:
         for name in names:
             try:
                 result[name] = file["channels"][name][start:stop]
@@ -236,10 +236,10 @@ class Recording:
         foreign = [name for name in names if places.get(name) is None]
         result = guarded.call(self.path, _rows, self.path, foreign, start, stop) if foreign else {}
         for name in names:
-            own = places.get(name)
-            if own is not None:
+            place = places.get(name)
+            if place is not None:
                 try:
-                    result[name] = own.read(descriptor, start, stop)
+                    result[name] = place.read(descriptor, start, stop)
                 except (OSError, MemoryError) as error:
                     raise unreadable(self.path, name, start, stop, error) from error
         return result

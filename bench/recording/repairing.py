@@ -12,9 +12,9 @@ from bench.errors import RecordingError
 from bench.recording import guarded
 from bench.recording._header_reader import KNOWN_ROOT_ATTRIBUTES
 from bench.recording.file.ownership import refuse_if_written
-from bench.recording.file.storage import completed, first_missing_row
+from bench.recording.file.storage import completed_copy, first_missing_row
 from bench.recording.header import PART_SUFFIX, RecordingHeader, Segment
-from bench.recording.reader import HDF5_ERRORS, Recording, hdf5_reason, opened
+from bench.recording.reader import HDF5_ERRORS, Recording, hdf5_reason, open_file
 from bench.recording.validation import validate
 from bench.recording.writing.writer import FAST_CHUNK_ROWS, RecordingWriter
 
@@ -75,7 +75,7 @@ def repair(source: str | Path, target: str | Path | None = None, *, keep: bool =
     refuse_if_written(source)
     part = target.with_name(target.name + _REPAIR_SUFFIX)
     try:
-        with completed(source) as (readable, file_size):
+        with completed_copy(source) as (readable, file_size):
             result = guarded.call(source, _repair, readable, source, target, file_size)
     except RecordingError:
         part.unlink(missing_ok=True)  # of a child that crashed
@@ -109,7 +109,7 @@ def _repair(readable: Path, source: Path, target: Path, file_size: int | None) -
 
 
 def _restore(recording: Recording, source: Path, target: Path, file_size: int | None) -> Repair:
-    claimed = _claimed(recording)
+    claimed = _claimed_row_count(recording)
     rows = _valid_rows(recording, file_size)
     if not rows:
         raise RecordingError(f"{source}: no row was saved before it was cut short, there is nothing to repair.")
@@ -127,7 +127,7 @@ def _restore(recording: Recording, source: Path, target: Path, file_size: int | 
 
 
 def _header(recording: Recording) -> RecordingHeader:
-    with opened(recording.path) as file:
+    with open_file(recording.path) as file:
         further = {name: value for name, value in file.attrs.items() if name not in KNOWN_ROOT_ATTRIBUTES}
     return RecordingHeader(
         recording_id=recording.recording_id,
@@ -153,16 +153,16 @@ def _segments(recording: Recording, rows: int) -> Sequence[Segment]:
     return [replace(s, stop=min(s.stop, rows)) for s in recording.segments if s.start < rows]
 
 
-def _claimed(recording: Recording) -> int:
+def _claimed_row_count(recording: Recording) -> int:
     """Count the rows that all channels say they have, stored or not."""
-    with opened(recording.path) as file:
+    with open_file(recording.path) as file:
         return min(int(file["channels"][name].shape[0]) for name in recording.channels)
 
 
 def _valid_rows(recording: Recording, file_size: int | None) -> int:
     """Count the rows before the first that is not stored, not readable, or not later than the one before."""
     rows = recording.size
-    with opened(recording.path) as file:
+    with open_file(recording.path) as file:
         for name in recording.channels:
             dataset = file["channels"][name]
             missing = first_missing_row(dataset, file_size)

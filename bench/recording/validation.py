@@ -12,7 +12,7 @@ from bench.errors import RecordingError
 from bench.recording import guarded
 from bench.recording.file.claims import check_claims
 from bench.recording.header import PART_SUFFIX
-from bench.recording.reader import HDF5_ERRORS, Recording, hdf5_reason, opened
+from bench.recording.reader import HDF5_ERRORS, Recording, hdf5_reason, open_file
 from bench.recording.rules import header, samples, tables
 from bench.recording.rules.findings import Finding
 
@@ -70,7 +70,7 @@ def _validate(path: Path) -> Validation:
     violations: list[str] = []
     notes: list[str] = []
     try:
-        with opened(path) as file:
+        with open_file(path) as file:
             check_claims(file, path)
             for rule in _RULES:
                 try:

@@ -9,7 +9,7 @@ from numba import literal_unroll, njit
 from numpy.typing import NDArray
 
 from bench.safety._observe import Signal, count_losses, observe
-from bench.safety.rules import CAUSE, SLOT, TOLD, WHEN, When
+from bench.safety.rules import CAUSE, REPORTED, SLOT, WHEN, When
 
 FloatArray = NDArray[np.float64]
 
@@ -56,5 +56,5 @@ def scan(
             observe(memory, signals, i, operating, ratio, cycle_time, standstill, follow)
         broken = first_broken(memory, rules, bounds, lost, operating)
         if broken >= 0:
-            return i, rules[broken, CAUSE], memory[rules[broken, TOLD]]
+            return i, rules[broken, CAUSE], memory[rules[broken, REPORTED]]
     return -1, 0, 0.0

@@ -21,7 +21,7 @@ def latch_of(file: BenchFile, folder: Path) -> LatchFile:
 
 
 def acknowledge(file: BenchFile, folder: Path, by: str) -> Latch:
-    """Say that somebody has read why the bench stopped; nothing else happens.
+    """Store that somebody has read why the bench stopped; nothing else happens.
 
     Raises
     ------

@@ -185,7 +185,7 @@ def describe(cause: Cause, value: float, limit: float) -> str:
         return "stopped on the operator's request"
     if entry.limit.startswith("limits."):
         unit = f" {entry.unit}" if entry.unit else ""
-        seen, allowed = _apart(value, limit)
+        seen, allowed = _distinguishable(value, limit)
         if value == limit:
             return f"{entry.text} {seen}{unit} has reached {entry.limit} = {allowed}{unit}"
         below = cause is Cause.TEMPERATURE_LOW
@@ -203,7 +203,7 @@ def describe(cause: Cause, value: float, limit: float) -> str:
 _DIGITS = range(4, 18)
 
 
-def _apart(value: float, limit: float) -> tuple[str, str]:
+def _distinguishable(value: float, limit: float) -> tuple[str, str]:
     """Return both with as few digits as distinguish them, four at least."""
     for digits in _DIGITS:
         seen, allowed = f"{value:.{digits}g}", f"{limit:.{digits}g}"

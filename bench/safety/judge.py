@@ -18,7 +18,7 @@ from bench.safety._observe import gains
 from bench.safety._scan import gather, scan
 from bench.safety._slots import LIVE, STATE_SIZE
 from bench.safety.causes import Cause, describe
-from bench.safety.rules import bounds, compiled
+from bench.safety.rules import bounds, compile_rules
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.integer[Any]]
@@ -73,7 +73,7 @@ class Inputs:
 
 
 _FIELDS = tuple(field.name for field in fields(Inputs))
-_RULES = compiled()
+_RULES = compile_rules()
 _PIECE = 512
 """Cycles looked at in one go: few enough for their signals to stay in the processor's cache."""
 

@@ -73,16 +73,16 @@ class LatchFile:
             return
         write_durably(self.path, latch.as_dict())
         if self._machine is not None:
-            _put(self._machine, latch)
+            _write_copy(self._machine, latch)
         if self._spare is not None:
             self._spare.unlink(missing_ok=True)
-            _beside(self._spare).unlink(missing_ok=True)
+            _temporary_path(self._spare).unlink(missing_ok=True)
         with self._lock:
             _held.pop(self.path, None)
             self._failed.clear()
 
     def stopped(self, cause: str, text: str, at: datetime) -> None:
-        """Latch a stop: it holds when this returns, at once whatever the disk does; threads store it."""
+        """Latch a stop: it is in force when this returns, which does not wait for the disk; threads store it."""
         latch = self._kept = Latch().stopped(cause, text, at.isoformat(timespec="milliseconds"))
         if self.path is None:
             return
@@ -113,7 +113,7 @@ class LatchFile:
         return f"the stop could not be stored ({reasons}); it holds {place}"
 
     def act(self, act: Act, by: str) -> Latch:
-        """Do an act (see :meth:`Latch.after`) and keep what is then.
+        """Do an act (see :meth:`Latch.after`) and store the resulting latch.
 
         Raises
         ------
@@ -129,7 +129,7 @@ class LatchFile:
 
     def _places(self) -> tuple[Path, ...]:
         finals = tuple(filter(None, (self.path, self._machine, self._spare)))
-        return (*finals, *(_beside(path) for path in finals))
+        return (*finals, *(_temporary_path(path) for path in finals))
 
     def _store(self, path: Path, latch: Latch, before: threading.Thread | None) -> None:
         """Store a stop in one place, after an earlier one that is still on its way there."""
@@ -155,13 +155,13 @@ class LatchFile:
                 self._spare.unlink(missing_ok=True)
 
 
-def _put(path: Path, latch: Latch) -> None:
-    """Keep a copy beside the latch; one of a bench that is free is taken away."""
+def _write_copy(path: Path, latch: Latch) -> None:
+    """Write a copy of the latch; that of a bench which is free is removed."""
     if latch.standing is not Standing.CLEAR:
         write_durably(path, latch.as_dict())
         return
     path.unlink(missing_ok=True)
-    _beside(path).unlink(missing_ok=True)
+    _temporary_path(path).unlink(missing_ok=True)
 
 
 def _read(path: Path) -> Latch:
@@ -187,7 +187,7 @@ def _content(path: Path) -> bytes:
         os.close(descriptor)
 
 
-def _beside(path: Path) -> Path:
+def _temporary_path(path: Path) -> Path:
     """Return where a file is written before it gets its name."""
     return path.with_name(path.name + ".new")
 
@@ -195,7 +195,7 @@ def _beside(path: Path) -> Path:
 def write_durably(path: Path, content: dict[str, Any]) -> None:
     """Write JSON so that after a power cut either the old file or the new one is there, whole."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    beside = _beside(path)
+    beside = _temporary_path(path)
     flags = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_NOFOLLOW | os.O_CLOEXEC
     with open(os.open(beside, flags, 0o644), "w", encoding="utf-8") as file:
         json.dump(content, file, indent=1, ensure_ascii=False)

@@ -41,18 +41,18 @@ def machine_latch_path(bench: BenchConfiguration) -> Path | None:
     """Return where this machine remembers a stop of the bench on an interface; None for a bench in this process."""
     if bench.bus.in_process:
         return None
-    return _given(_PERSISTENT) / f"gearbench-latch-{_safe(bench.bus.interface)}.json"
+    return _folder_from_environment(_PERSISTENT) / f"gearbench-latch-{_safe(bench.bus.interface)}.json"
 
 
 def spare_path(latch: Path) -> Path | None:
     """Return where a stop stands in memory until its file is safe; None where there is no such folder."""
-    folder = _given(_VOLATILE)
+    folder = _folder_from_environment(_VOLATILE)
     if not folder.is_dir():
         return None
     return folder / f"gearbench-latch-{hashlib.sha256(str(latch.absolute()).encode()).hexdigest()[:16]}.json"
 
 
-def _given(usual: Path) -> Path:
+def _folder_from_environment(usual: Path) -> Path:
     given = os.environ.get(MACHINE)
     return Path(given) if given else usual
 

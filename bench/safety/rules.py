@@ -42,13 +42,13 @@ class When(IntEnum):
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """One reason to stop; ``told`` is the slot whose value the sentence gives, ``slot`` itself unless it says so."""
+    """One reason to stop; ``reported`` is the slot whose value stands in the sentence, by default ``slot`` itself."""
 
     cause: Cause
     slot: Slot
     condition: Condition = Condition.MAGNITUDE_ABOVE
     when: When = When.GOOD_CYCLE
-    told: Slot | None = None
+    reported: Slot | None = None
 
 
 _OPERATING = When.OPERATING
@@ -61,8 +61,8 @@ RULES: tuple[Rule, ...] = (
     Rule(Cause.SAFE_TORQUE_OFF, Slot.SAFE_TORQUE_OFF, Condition.IS_SET),
     Rule(Cause.INPUT_DRIVE_FAULT, Slot.INPUT_IS_OUT, Condition.IS_SET, _OPERATING, Slot.INPUT_STATUS),
     Rule(Cause.LOAD_DRIVE_FAULT, Slot.LOAD_IS_OUT, Condition.IS_SET, _OPERATING, Slot.LOAD_STATUS),
-    Rule(Cause.TORQUE_SENSOR_RANGE, Slot.TORQUE_BAD, Condition.IS_SET, told=Slot.TORQUE_READING),
-    Rule(Cause.TEMPERATURE_SENSOR, Slot.TEMPERATURE_INVALID, Condition.IS_SET, told=Slot.TEMPERATURE),
+    Rule(Cause.TORQUE_SENSOR_RANGE, Slot.TORQUE_BAD, Condition.IS_SET, reported=Slot.TORQUE_READING),
+    Rule(Cause.TEMPERATURE_SENSOR, Slot.TEMPERATURE_INVALID, Condition.IS_SET, reported=Slot.TEMPERATURE),
     Rule(Cause.MOTOR_SPEED, Slot.SPEED),
     Rule(Cause.LOAD_SPEED, Slot.LOAD_SPEED),
     Rule(Cause.MOTOR_TORQUE, Slot.MOTOR_TORQUE),
@@ -85,15 +85,15 @@ RULES: tuple[Rule, ...] = (
     Rule(Cause.TEMPERATURE_AGE, Slot.TEMPERATURE_AGE, Condition.ABOVE),
 )
 
-CAUSE, SLOT, WHEN, TOLD = range(4)
+CAUSE, SLOT, WHEN, REPORTED = range(4)
 """Columns of the compiled table."""
 
 
-def compiled(rules: tuple[Rule, ...] = RULES) -> NDArray[np.int64]:
+def compile_rules(rules: tuple[Rule, ...] = RULES) -> NDArray[np.int64]:
     """Return the table as the loop reads it, one row a rule."""
-    told = [rule.slot if rule.told is None else rule.told for rule in rules]
+    slots = [rule.slot if rule.reported is None else rule.reported for rule in rules]
     return np.array(
-        [[rule.cause, rule.slot, rule.when, slot] for rule, slot in zip(rules, told, strict=True)], np.int64
+        [[rule.cause, rule.slot, rule.when, slot] for rule, slot in zip(rules, slots, strict=True)], np.int64
     )
 
 

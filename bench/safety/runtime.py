@@ -31,19 +31,19 @@ def runtime_folder() -> Path:
     given = os.environ.get(RUNTIME)
     folder = Path(given) if given else Path(tempfile.gettempdir()) / f"gearbench-{os.geteuid()}"
     try:
-        descriptor = _opened(folder)
+        descriptor = _open_folder(folder)
     except (FileExistsError, NotADirectoryError) as error:
-        raise _refused(folder, "is a link or no folder") from error
+        raise _unusable_folder_error(folder, "is a link or no folder") from error
     except OSError as error:
-        raise _refused(folder, f"cannot be opened ({error.strerror})") from error
+        raise _unusable_folder_error(folder, f"cannot be opened ({error.strerror})") from error
     try:
         found = os.fstat(descriptor)
         if found.st_uid != os.geteuid():
-            raise _refused(folder, f"belongs to user {found.st_uid}")
+            raise _unusable_folder_error(folder, f"belongs to user {found.st_uid}")
         if stat.S_IMODE(found.st_mode) & _OTHERS:
             if given:
                 # not changed unasked: it may be a folder that others need, such as the temporary one
-                raise _refused(folder, "can be entered by other users (it needs mode 0700)")
+                raise _unusable_folder_error(folder, "can be entered by other users (it needs mode 0700)")
             os.fchmod(descriptor, 0o700)
     finally:
         os.close(descriptor)
@@ -68,7 +68,7 @@ def socket_path(name: str) -> Path:
     return folder / name
 
 
-def _opened(folder: Path) -> int:
+def _open_folder(folder: Path) -> int:
     """Open a folder, made only if it is not there: on a disk that is frozen even a mkdir of what is there waits."""
     flags = os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW
     try:
@@ -83,7 +83,7 @@ def open_here(path: Path) -> int:
     return os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_CLOEXEC, 0o600)
 
 
-def _refused(folder: Path, why: str) -> DeviceError:
+def _unusable_folder_error(folder: Path, why: str) -> DeviceError:
     return DeviceError(
         f"the runtime folder {folder} {why} and is not used; remove it, or name a folder of your own with {RUNTIME}"
     )

@@ -1,4 +1,4 @@
-"""A mark that a process has the bench's torque: left behind, it says that a run died, and that is a stop.
+"""A mark that exists while a process may give torque: left behind, it shows that the run died, which is a stop.
 
 A run that is killed, or loses its computer's power, latches nothing: nobody was left to do it. Whoever asks for the
 latch next finds its mark; torque then takes the three acts, as after any other stop. Only a bench behind a network
@@ -30,8 +30,8 @@ def mark_path(bench: BenchConfiguration) -> Path | None:
 
 
 @contextmanager
-def marked(bench: BenchConfiguration, run: str, told: Callable[[str], None]) -> Iterator[None]:
-    """Leave a mark for as long as this process may give torque, taken away however it ends, unless it dies.
+def torque_mark(bench: BenchConfiguration, run: str, report_failure: Callable[[str], None]) -> Iterator[None]:
+    """Keep a mark while this process may give torque; it is removed at the end, unless the process dies.
 
     ``run`` names it in the sentence. A folder that cannot be written is reported and no reason not to run: stops that
     somebody is left to see are latched all the same.
@@ -41,9 +41,11 @@ def marked(bench: BenchConfiguration, run: str, told: Callable[[str], None]) -> 
         yield
         return
     try:
-        write_durably(path, {"pid": os.getpid(), "started": _started(os.getpid()), "run": run, "at": _now()})
+        write_durably(path, {"pid": os.getpid(), "started": _process_identity(os.getpid()), "run": run, "at": _now()})
     except OSError as error:
-        told(f"if this process dies, nobody will know that it had torque: {path} cannot be written ({error.strerror})")
+        report_failure(
+            f"if this process dies, nobody will know that it had torque: {path} cannot be written ({error.strerror})"
+        )
     try:
         yield
     finally:
@@ -57,7 +59,7 @@ def settle_death(bench: BenchConfiguration, latch: LatchFile) -> LatchFile:
     if path is None or not path.exists():
         return latch
     left = _read(path)
-    if left is not None and _started(left["pid"]) == left["started"]:
+    if left is not None and _process_identity(left["pid"]) == left["started"]:
         return latch
     who = "a run" if left is None else f"the run {left['run']} (process {left['pid']}, begun {left['at'][:19]} UTC)"
     text = f"{who} ended without a word while it had torque; nobody has looked whether the shafts stand still"
@@ -78,7 +80,7 @@ def _read(path: Path) -> dict[str, Any] | None:
         return None
 
 
-def _started(pid: int) -> str:
+def _process_identity(pid: int) -> str:
     """Return what identifies a process beside its id, empty if nothing does: its start and this boot."""
     try:
         stat = Path(f"/proc/{pid}/stat").read_text("ascii", "replace")

@@ -33,13 +33,13 @@ def drop() -> None:
         # there is no bus to open there either: the emulated bench needs no privilege
         return
     libc = ctypes.CDLL(None, use_errno=True)
-    _checked(libc.prctl(_PR_CAP_AMBIENT, _PR_CAP_AMBIENT_CLEAR_ALL, 0, 0, 0))
+    _check_result(libc.prctl(_PR_CAP_AMBIENT, _PR_CAP_AMBIENT_CLEAR_ALL, 0, 0, 0))
     nothing = (_Data * 2)()
-    _checked(libc.capset(ctypes.byref(_Header(_VERSION_3, 0)), ctypes.byref(nothing)))
-    _checked(libc.prctl(_PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0))
+    _check_result(libc.capset(ctypes.byref(_Header(_VERSION_3, 0)), ctypes.byref(nothing)))
+    _check_result(libc.prctl(_PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0))
 
 
-def _checked(result: int) -> None:
+def _check_result(result: int) -> None:
     if result != 0:
         number = ctypes.get_errno()
         raise OSError(number, os.strerror(number))

@@ -50,7 +50,7 @@ async def _in_thread(function: Callable[[], R]) -> R:
     loop = asyncio.get_running_loop()
     answer: asyncio.Future[R] = loop.create_future()
 
-    def tell(set_: Callable[..., None], value: object) -> None:
+    def set_answer(set_: Callable[..., None], value: object) -> None:
         def now() -> None:
             if not answer.done():
                 set_(value)
@@ -65,9 +65,9 @@ async def _in_thread(function: Callable[[], R]) -> R:
         try:
             result = function()
         except BaseException as error:  # noqa: BLE001 - handed on to whoever waits
-            tell(answer.set_exception, error)
+            set_answer(answer.set_exception, error)
         else:
-            tell(answer.set_result, result)
+            set_answer(answer.set_result, result)
 
     threading.Thread(target=work, name="reader", daemon=True).start()
     return await answer

@@ -31,7 +31,7 @@ from bench.service.models import NewAnalysis
 from bench.service.readers import Readers
 from bench.service.refusals import NotNow, Unknown
 from bench.service.runs.after_stop import AfterStop
-from bench.service.runs.allowed import BEGINS, Situation, allowed, why_not
+from bench.service.runs.allowed import BEGINS, Situation, allowed_acts, why_not
 from bench.service.runs.asking import Asking
 from bench.service.runs.by_hand import ByHand
 from bench.service.runs.idle import Idle
@@ -72,7 +72,7 @@ class Service:
         self.once = Once(self._settle, settings.state / "requests.json", self.disk, self._broken)
         self.notifier = Notifier(settings.notify)
         alarms = settings.state / "alarms.json"
-        self.alarms = Alarms(self.book, self._tell_alarm, self.tell_state, alarms, self.disk, self._broken)
+        self.alarms = Alarms(self.book, self._notify_alarm, self.publish_state, alarms, self.disk, self._broken)
         self.overlay = Overlay(self.stream.publish)
         self.analyses = Analyses(settings.state, self.stream.publish, self._broken)
         stopping = self.bench.configuration.stopping
@@ -82,7 +82,7 @@ class Service:
         self.keeper = Keeper(
             settings.state, runs, launcher, self.stream, self.book, self.alarms, self.disk, deadline, port, plant
         )
-        self._myself = SelfWatch(self.alarms, self.disk, self.keeper, self.seen, self.tell_state)
+        self._myself = SelfWatch(self.alarms, self.disk, self.keeper, self.seen, self.publish_state)
         self.idle = Idle(settings, self.bench, plant, launcher, lambda: self.keeper.is_busy, self.keeper.shown.take)
         self.by_hand = ByHand(self.bench, settings, self.keeper, self.book)
         self.experiments = Experiments(self.bench.configuration, settings, self.keeper, self.book)
@@ -90,7 +90,7 @@ class Service:
         self.twins = Twins(settings.state, self.keeper, self.alarms, self.book, self.overlay)
         self.after_stop = AfterStop(self.bench, settings, self.keeper, self.book)
         self.keeper.shown.on_spectrum = self.overlay.take
-        self.keeper.shown.on_phase = self.tell_state
+        self.keeper.shown.on_phase = self.publish_state
         if settings.model is not None:
             self.overlay.choose(settings.model)
         self._launcher = launcher
@@ -173,7 +173,7 @@ class Service:
         return {
             "type": "state",
             "holder": self.lease.as_dict(time.monotonic()),
-            "allowed": sorted(allowed(self.situation())),
+            "allowed": sorted(allowed_acts(self.situation())),
             "alarms": self.alarms.standing(),
             "pages": self.stream.pages,
             "alive": self.keeper.is_alive(),
@@ -212,8 +212,8 @@ class Service:
             self.analyses.message(),
         ]
 
-    def tell_state(self) -> None:
-        """Tell the pages that something beside the runs has changed."""
+    def publish_state(self) -> None:
+        """Send the state to all pages, where something other than the runs has changed."""
         self.stream.publish(self.state())
 
     def storage(self) -> Message:
@@ -235,13 +235,13 @@ class Service:
         holder = self.lease.check(secret, time.monotonic())
         self.check_possible(what)
         result = await do(holder.name)
-        self.tell_state()
+        self.publish_state()
         return result
 
     def check_possible(self, what: str) -> None:
         """Refuse what is not possible now."""
         situation = self.situation()
-        if what not in allowed(situation):
+        if what not in allowed_acts(situation):
             raise NotNow(why_not(what, situation))
         if what in BEGINS and self.disk.trouble is not None:
             raise NotNow(f"nothing begins now: {self.disk.trouble}; make room or mend it first")
@@ -286,6 +286,6 @@ class Service:
         """Wait a moment for the disk, so that what is answered is kept; trouble with it is an alarm of its own."""
         await asyncio.to_thread(self.disk.settled, _SETTLE_S)
 
-    def _tell_alarm(self, alarm: Alarm) -> None:
-        self.notifier.tell(alarm, self.bench.configuration.name)
-        self.tell_state()
+    def _notify_alarm(self, alarm: Alarm) -> None:
+        self.notifier.send(alarm, self.bench.configuration.name)
+        self.publish_state()

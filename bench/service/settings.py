@@ -101,8 +101,8 @@ class Settings:
     @property
     def hosts(self) -> frozenset[str]:
         """Values of the Host header that are answered."""
-        own = {self.host, "localhost", "127.0.0.1", "::1"} if self.is_loopback else {self.host}
-        answered = {self._with_port(name) for name in own | set(self.names)}
+        local_names = {self.host, "localhost", "127.0.0.1", "::1"} if self.is_loopback else {self.host}
+        answered = {self._with_port(name) for name in local_names | set(self.names)}
         if {443: "https", 80: "http"}.get(self.port) == self.scheme:
             # a browser leaves the usual port out
             answered |= {name.removesuffix(f":{self.port}") for name in answered}

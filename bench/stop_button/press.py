@@ -44,14 +44,14 @@ def stop(found: Found, by: str, patience_s: float, say: Callable[[str], None] = 
             return _without_the_run(found, what, pressed, say)
     else:
         say(f"{what} ({state.get('run')}) has received STOP")
-    return _watched(found, what, pressed, patience_s, state)
+    return _wait_for_rest(found, what, pressed, patience_s, state)
 
 
-def _watched(found: Found, what: str, pressed: float, patience_s: float, state: dict[str, Any] | None) -> Outcome:
+def _wait_for_rest(found: Found, what: str, pressed: float, patience_s: float, state: dict[str, Any] | None) -> Outcome:
     """Ask until the run says how its bench is, or has ended."""
     deadline = pressed + patience_s
     while time.monotonic() < deadline:
-        state = _asked(found) or state
+        state = _ask_state(found) or state
         if state is not None and state.get("state") == "at_rest":
             after = float(state["at_rest_after_s"])
             return Outcome(True, f"{what} is at rest: both shafts were seen at rest {after:.2f} s after the press")
@@ -89,13 +89,13 @@ def _press(found: Found, by: str, at_ns: int) -> dict[str, Any] | None:
     return _answer(found, f"POST /stop?by={quote(by)}&pressed_at_ns={at_ns}")
 
 
-def _asked(found: Found) -> dict[str, Any] | None:
+def _ask_state(found: Found) -> dict[str, Any] | None:
     return _answer(found, "GET /state")
 
 
 def _heard(found: Found) -> dict[str, Any] | None:
     """Return what the run says if it has heard of a stop."""
-    state = _asked(found)
+    state = _ask_state(found)
     return state if state is not None and state.get("state") != "running" else None
 
 

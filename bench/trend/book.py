@@ -110,7 +110,7 @@ def since_last(folder: Path) -> tuple[str, ...]:
         return ()
     series = series_of(known, reference_of([one for _, one in known]))
     names = [one.folder for _, one in known]
-    return three_lines(series, _changed(series, names), len(names), names, 0)
+    return three_lines(series, _compare_last_two(series, names), len(names), names, 0)
 
 
 def gearboxes(index: Index) -> dict[str, int]:
@@ -151,7 +151,7 @@ def trend_of(root: Path, gearbox: str, index: Index, since_s: float | None = Non
     reference = reference_of([one for _, one in dated])
     series = series_of(dated, reference)
     names = [one.folder for _, one in dated]
-    changed = _changed(series, names)
+    changed = _compare_last_two(series, names)
     waiting = sum(one.state == "not yet" for one in campaigns)
     return Trend(
         gearbox,
@@ -200,7 +200,7 @@ def _of_gearbox(index: Index, gearbox: str, since_s: float | None) -> list[dict[
     return found
 
 
-def _changed(series: tuple[Series, ...], names: list[str]) -> tuple[Changed, ...]:
+def _compare_last_two(series: tuple[Series, ...], names: list[str]) -> tuple[Changed, ...]:
     """Compare the last two campaigns that were identified, in every quantity both have; most certain first."""
     if len(names) < 2:
         return ()

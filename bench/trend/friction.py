@@ -51,13 +51,13 @@ def reference_friction(reductions: Sequence[Reduction], ratio: float) -> dict[tu
             within = least / SPEED_MARGIN <= at <= most * SPEED_MARGIN
             if within and cold - TEMPERATURE_MARGIN_K <= temperature <= warm + TEMPERATURE_MARGIN_K:
                 omega = float(np.radians(at)) * ratio
-                value = _at(rows, good, omega, temperature, ratio)
+                value = _friction_at(rows, good, omega, temperature, ratio)
                 if value is not None:
                     found[at, temperature] = value
     return found
 
 
-def _at(rows: Rows, good: NDArray[np.bool_], omega: float, temperature: float, ratio: float) -> Value | None:
+def _friction_at(rows: Rows, good: NDArray[np.bool_], omega: float, temperature: float, ratio: float) -> Value | None:
     """Friction at a speed (rad/s of the motor) and temperature (°C) from the rows that are good."""
     d, warm = rows.direction, rows.temperature - REFERENCE_TEMPERATURE
     columns = {

@@ -58,7 +58,7 @@ class Identified:
 
 
 def stamp_of(folder: Path) -> str:
-    """What shows that the recordings of a folder changed: their names, sizes and times of change."""
+    """Fingerprint of the recordings of a folder, which changes with them: their names, sizes and times of change."""
     seen = sorted((p.name, p.stat().st_size, p.stat().st_mtime_ns) for p in folder.iterdir() if p.suffix == ".h5")
     return hashlib.sha256(json.dumps(seen).encode()).hexdigest()
 
@@ -72,7 +72,11 @@ def keep(found: Identification, folder: Path, stamp: str) -> None:
         If there is no room for it beside the folder.
     """
     friction = reference_friction(found.reductions, found.gearbox.ratio)
-    store(Identified(folder.name, to_simulation(found), "", _measured(found), _noise(found), friction), folder, stamp)
+    store(
+        Identified(folder.name, to_simulation(found), "", _measured_ranges(found), _noise(found), friction),
+        folder,
+        stamp,
+    )
 
 
 def store(one: Identified, folder: Path, stamp: str) -> None:
@@ -118,7 +122,7 @@ def load(folder: Path) -> Identified | None:
 
 
 def identify(folder: Path, jobs: int = 1, progress: Callable[[int, int], None] | None = None) -> Identified:
-    """Identify a folder of recordings, keep the result, and return it; what cannot be identified says why."""
+    """Identify a folder of recordings, keep the result, and return it; where that is not possible, the reason."""
     stamp = stamp_of(folder)
     try:
         keep(identify_folder(folder, Options(jobs=jobs), progress), folder, stamp)
@@ -153,7 +157,7 @@ def _steady(found: Identification) -> dict[str, list[tuple[str, tuple[float, flo
     return out
 
 
-def _measured(found: Identification) -> dict[str, tuple[tuple[float, ...], tuple[float, ...]]]:
+def _measured_ranges(found: Identification) -> dict[str, tuple[tuple[float, ...], tuple[float, ...]]]:
     out = {}
     for name, rows in _steady(found).items():
         inputs = np.array([[torque, np.degrees(abs(rate)), heat] for _, (torque, rate, heat) in rows])

@@ -43,7 +43,7 @@ def three_lines(
         f"Since {names[-2]}: {len(hit)} of {len(compared)} quantities of {names[-1]} changed beyond the uncertainty of"
         f" both (one false alarm in twenty such comparisons).{missing}"
     )
-    return first, _strongest(hit, compared), _outside(series, names[-1])
+    return first, _strongest(hit, compared), _outside_limits(series, names[-1])
 
 
 def _strongest(hit: Sequence[Changed], compared: Sequence[Changed]) -> str:
@@ -63,7 +63,7 @@ def _in_words(c: Changed) -> str:
     return f"{c.quantity.name} {before:.4g} → {after:.4g} {unit} (p {c.p_value:.1g}{share})"
 
 
-def _outside(series: Sequence[Series], last: str) -> str:
+def _outside_limits(series: Sequence[Series], last: str) -> str:
     judged, out = 0, []
     for one in series:
         point = one.points[-1]

@@ -49,7 +49,9 @@ class BeforeSince:
         return f"{len(self.changed)} of {judged} quantities changed between {parts}: {named}{others}."
 
 
-def before_and_since(folder: Path, since: str = "", tell: Progress = lambda _what, _share: None) -> BeforeSince:
+def before_and_since(
+    folder: Path, since: str = "", report_progress: Progress = lambda _what, _share: None
+) -> BeforeSince:
     """Identify what was recorded before ``since`` (without one: the recording that the twin named) and what since.
 
     Raises ConfigurationError where nothing can be split, RecordingError where a recording cannot be read.
@@ -61,7 +63,7 @@ def before_and_since(folder: Path, since: str = "", tell: Progress = lambda _wha
             recordings = RecordingFolder.open(part).recordings
             counts.append(len(recordings))
             first = min(recordings, key=lambda r: r.started_at).recording_id
-            tell(f"identifying {len(recordings)} recordings {name} the change", 0.1 + 0.4 * number)
+            report_progress(f"identifying {len(recordings)} recordings {name} the change", 0.1 + 0.4 * number)
             models.append(to_simulation(identify_folder(part, Options(jobs=1))))
         return BeforeSince(folder, first, (counts[0], counts[1]), tuple(compare(models[0], models[1])))
 

@@ -49,8 +49,8 @@ def factors(z: float, signed: bool) -> FloatArray:
     square = z * z
     out = [1.0 - kappa + kappa * square for kappa in POWER_BETS]
     if signed:
-        own = [(1.0 + b * z + 0.5 * b * b * square) / (1.0 + abs(b) * BIAS + 0.5 * b * b) for b in BETS]
-        out = own + out
+        signed_factors = [(1.0 + b * z + 0.5 * b * b * square) / (1.0 + abs(b) * BIAS + 0.5 * b * b) for b in BETS]
+        out = signed_factors + out
     return np.log(np.maximum(out, 1e-300))
 
 
@@ -68,14 +68,14 @@ class Evidence:
 
     def add(self, z: float, number: int) -> None:
         """Take the number of the ``number``-th tested recording; recordings without one are left out."""
-        own = factors(z, self.signed)
+        log_factors = factors(z, self.signed)
         if self._sum.size == 0:
-            self._sum = np.full(own.size, -np.inf)
+            self._sum = np.full(log_factors.size, -np.inf)
         # changes since the last recording that counted begin with this one
         started = math.log(self._rest - weight_after(number))
         self._rest = weight_after(number)
-        self._sum = np.logaddexp(self._sum, started) + own
-        self.taken.append(own)
+        self._sum = np.logaddexp(self._sum, started) + log_factors
+        self.taken.append(log_factors)
         self.at.append(number)
 
     @property
@@ -95,6 +95,6 @@ class Evidence:
         return self.at[place]
 
 
-def together(logs: FloatArray, weights: FloatArray) -> float:
+def combined_log(logs: FloatArray, weights: FloatArray) -> float:
     """log of the weighted mean of evidence of several streams (n,), weights (n,) of sum 1."""
     return float(np.logaddexp.reduce(logs + np.log(weights)))

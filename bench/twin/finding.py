@@ -65,13 +65,13 @@ def found(watch: Watch) -> Finding | None:
         same = any(measured_for(stream) == measured_for(other) for other in kept)
         if watch.evidence[stream].log >= least and not same:
             kept.append(stream)
-    changed = tuple(_changed(watch, stream, since) for stream in kept[:MOST])
+    changed = tuple(_change_of_stream(watch, stream, since) for stream in kept[:MOST])
     return Finding(since, watch.alarmed, changed, tuple(_conditions(watch, ranked[0], since)))
 
 
-def _changed(watch: Watch, stream: Stream, since: int) -> Changed:
+def _change_of_stream(watch: Watch, stream: Stream, since: int) -> Changed:
     scale = watch.scales[stream]
-    offs = [off for own in watch.seen[since:] if (off := scale.change(own.values)) is not None]
+    offs = [off for seen in watch.seen[since:] if (off := scale.change(seen.values)) is not None]
     unit = CHANNEL_UNITS[stream.channel]
     return Changed(
         stream,
@@ -81,30 +81,30 @@ def _changed(watch: Watch, stream: Stream, since: int) -> Changed:
     )
 
 
-def _load(own: Seen) -> float:
-    return own.recording.setpoint.load_torque
+def _load(seen: Seen) -> float:
+    return seen.recording.setpoint.load_torque
 
 
-def _speed(own: Seen) -> float:
-    return own.recording.setpoint.velocity
+def _speed(seen: Seen) -> float:
+    return seen.recording.setpoint.velocity
 
 
 _CONDITIONS: tuple[tuple[str, str, Callable[[Seen], float]], ...] = (
-    ("forwards", "backwards", lambda own: np.sign(_speed(own))),
-    ("loaded forwards", "loaded backwards", lambda own: np.sign(_load(own))),
-    ("at high load", "at low load", lambda own: abs(_load(own))),
-    ("fast", "slow", lambda own: abs(_speed(own))),
-    ("warm", "cold", lambda own: own.recording.setpoint.temperature),
+    ("forwards", "backwards", lambda seen: np.sign(_speed(seen))),
+    ("loaded forwards", "loaded backwards", lambda seen: np.sign(_load(seen))),
+    ("at high load", "at low load", lambda seen: abs(_load(seen))),
+    ("fast", "slow", lambda seen: abs(_speed(seen))),
+    ("warm", "cold", lambda seen: seen.recording.setpoint.temperature),
 )
 
 
 def _conditions(watch: Watch, stream: Stream, since: int) -> list[str]:
     """Conditions to which the change is confined: one half of the recordings since has nearly all of its energy."""
-    own = [seen for seen in watch.seen[since:] if stream in seen.innovations]
-    energy = np.array([seen.innovations[stream] ** 2 for seen in own])
+    with_stream = [one for one in watch.seen[since:] if stream in one.innovations]
+    energy = np.array([one.innovations[stream] ** 2 for one in with_stream])
     words = []
     for high, low, of in _CONDITIONS:
-        values = np.array([of(seen) for seen in own])
+        values = np.array([of(one) for one in with_stream])
         side = _sides(values)
         if side is None or min((side > 0).sum(), (side < 0).sum()) < _FEWEST:
             continue
@@ -123,5 +123,5 @@ def _sides(values: FloatArray) -> FloatArray | None:
 
 
 def names(streams: Sequence[Changed]) -> str:
-    """The streams as one sentence's part."""
-    return "; ".join(own.words for own in streams)
+    """Names of the streams, as part of a sentence."""
+    return "; ".join(changed.words for changed in streams)

@@ -40,7 +40,7 @@ def likely(watch: Watch, finding: Finding) -> tuple[Likely, ...]:
     if strongest.what in NAMES_OF:
         effect = NAMES_OF[strongest.what]
         return (Likely(effect, LIBRARY[effect].name, None),)
-    rows = _since(watch, finding.since, strongest.channel)
+    rows = _residual_since(watch, finding.since, strongest.channel)
     if rows is None:
         return ()
     target, frame = rows
@@ -69,17 +69,17 @@ def _candidates(channel: str, frame: Frame) -> Iterator[Named]:
                 yield Named(term, channel, form, point)
 
 
-def _since(watch: Watch, since: int, channel: str) -> tuple[FloatArray, Frame] | None:
-    """What is left of a channel since the change (n,), less what was left in the first recordings; with its rows."""
+def _residual_since(watch: Watch, since: int, channel: str) -> tuple[FloatArray, Frame] | None:
+    """Residual of a channel since the change (n,), less its mean in the first recordings; with its rows."""
     centres = watch.scales.get(Stream(channel, DIRECTION))
     parts, frames = [], []
-    for own in watch.seen[since:]:
-        sketch = own.left.get(channel)
+    for seen in watch.seen[since:]:
+        sketch = seen.left.get(channel)
         if sketch is None or sketch.left.size == 0:
             continue
         centre = 0.0
         if centres is not None:
-            sides = [m for m in measured_for(Stream(channel, DIRECTION)) if m in own.values and m in centres.centres]
+            sides = [m for m in measured_for(Stream(channel, DIRECTION)) if m in seen.values and m in centres.centres]
             centre = centres.centres[sides[0]] if sides and sides[0].what == MEAN else 0.0
         parts.append(sketch.left - centre)
         frames.append(sketch.frame)

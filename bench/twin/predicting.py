@@ -31,7 +31,7 @@ SKETCH = 40
 
 @dataclass(frozen=True, slots=True)
 class Sketch:
-    """What the model leaves of one recording's channel, coarsely: ``left`` (k,) means of blocks of rows in steady
+    """Residual of one channel of a recording, coarsely: ``left`` (k,) means of blocks of rows in steady
     motion, ``frame`` a row in the middle of each.
     """
 
@@ -70,7 +70,7 @@ class Predicting:
         self._predictor = Predictor(given)
         self._folder = Folder(first[0].started_at.timestamp(), Manner.of(first), ripple_orders(first), base)
         self._rows, self._travelled, self._number = Collected(), 0.0, 0
-        waves = [wave.order for own in given.waves.values() for wave in own]
+        waves = [wave.order for channel_waves in given.waves.values() for wave in channel_waves]
         self.orders = looked_at_orders([*given.orders, *waves])
         self.without: dict[str, str] = {}
         """channels that cannot be watched, and why"""
@@ -85,7 +85,7 @@ class Predicting:
         return Look(values, sketches)
 
     def left(self, recording: Recording) -> dict[str, tuple[FloatArray, Rows]]:
-        """By channel the rows (n) of the next recording and what the model leaves of them (n,), in SI units."""
+        """By channel the rows (n) of the next recording and their residuals (n,), in SI units."""
         ready = prepare(recording, self._number, self._folder, self._travelled)
         self._number += 1
         self._travelled = float(ready.frame.travel[-1])

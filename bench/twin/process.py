@@ -46,12 +46,12 @@ class Watching:
         return dict(self._watch.unread)
 
     def look(self) -> list[dict[str, Any]]:
-        """Look at what is new; what is to be said of each."""
+        """Compare new recordings; return the messages about them."""
         messages = []
         for recording in self._new():
             began = time.monotonic()
             alarmed = self._watch.add(recording)
-            messages.append(self._looked(recording, time.monotonic() - began))
+            messages.append(self._comparison_message(recording, time.monotonic() - began))
             if alarmed:
                 messages.append(self._alarm())
         if messages:
@@ -75,7 +75,7 @@ class Watching:
             self._done.add(path)
         return sorted(fresh, key=lambda r: r.started_at)
 
-    def _looked(self, recording: Recording, took_s: float) -> dict[str, Any]:
+    def _comparison_message(self, recording: Recording, took_s: float) -> dict[str, Any]:
         watch = self._watch
         last = watch.seen[-1].evidence if watch.seen else 0.0
         return {

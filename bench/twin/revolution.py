@@ -83,7 +83,7 @@ class RevolutionModel:
 
     def _with_band(self, error: FloatArray, series: FourierSet | None, conditions: Conditions) -> Revolution:
         way = "positive" if conditions.velocity >= 0.0 else "negative"
-        others = self._others()
+        others = self._other_effects()
         left = left_rmse(self._simulation, way)
         if series is None or series.covariance is None:
             return Revolution(error, None, "the model's file has no covariance of its series", left)
@@ -95,10 +95,10 @@ class RevolutionModel:
         freedom = series_freedom(self._simulation, way)
         two_sided = 0.5 * (1.0 + INSIDE)
         student = float(t.ppf(two_sided, freedom)) if np.isfinite(freedom) else float(norm.ppf(two_sided))
-        own = student**2 * variance(series, conditions, error.size)
-        return Revolution(error, np.sqrt(own + (float(norm.ppf(two_sided)) * left) ** 2), "", left)
+        series_variance = student**2 * variance(series, conditions, error.size)
+        return Revolution(error, np.sqrt(series_variance + (float(norm.ppf(two_sided)) * left) ** 2), "", left)
 
-    def _others(self) -> list[str]:
+    def _other_effects(self) -> list[str]:
         """Ids of what acts on the transmission error beside series and offset."""
         given = self._given
         names = [known.regressor.effect for known in given.known.get(TRANSMISSION_ERROR, ())]
@@ -130,8 +130,12 @@ def variance(series: FourierSet, conditions: Conditions, bins: int) -> FloatArra
     out = np.zeros(bins)
     for k, order in enumerate(series.orders):
         joint = series.covariance[k]
-        own, both = joint[:TERM_COUNT, :TERM_COUNT], joint[:TERM_COUNT, TERM_COUNT:]
-        other = joint[TERM_COUNT:, TERM_COUNT:]
+        amplitude_part, cross_part = joint[:TERM_COUNT, :TERM_COUNT], joint[:TERM_COUNT, TERM_COUNT:]
+        phase_part = joint[TERM_COUNT:, TERM_COUNT:]
         sine, cosine = np.sin(order * theta + phase[k]), amplitude[k] * np.cos(order * theta + phase[k])
-        out += sine**2 * (x @ own @ x) + 2.0 * sine * cosine * (x @ both @ x) + cosine**2 * (x @ other @ x)
+        out += (
+            sine**2 * (x @ amplitude_part @ x)
+            + 2.0 * sine * cosine * (x @ cross_part @ x)
+            + cosine**2 * (x @ phase_part @ x)
+        )
     return np.asarray(np.maximum(out, 0.0))

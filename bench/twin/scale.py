@@ -32,8 +32,10 @@ ALPHA_TEST = ALPHA - ALPHA_SCALES
 
 @dataclass(frozen=True, slots=True)
 class Scale:
-    """``centres``: by what is measured, what the model left of it in the first recordings, which is taken off; ``size``
-    divides it; in the stream's unit. ``turned``: a mean counts along the direction.
+    """How a stream is centred and scaled, in its unit.
+
+    ``centres``: mean residual of each measured stream in the first recordings, which is subtracted; ``size``: divisor.
+    ``turned``: a mean is multiplied by the sign of the direction.
     """
 
     centres: Mapping[Stream, float]
@@ -41,7 +43,7 @@ class Scale:
     turned: bool = False
 
     def change(self, values: Mapping[Stream, float]) -> float | None:
-        """By how much a recording is off what the first were, in the stream's unit; None where it does not say."""
+        """Difference from the first recordings, in the stream's unit; None where the recording lacks the stream."""
         for measured, centre in self.centres.items():
             if measured in values:
                 off = values[measured] - centre
@@ -49,13 +51,13 @@ class Scale:
         return None
 
     def innovation(self, values: Mapping[Stream, float]) -> float | None:
-        """The same in scales."""
+        """The same, divided by the scale."""
         off = self.change(values)
         return None if off is None else off / self.size
 
 
 def measured_for(stream: Stream) -> tuple[Stream, ...]:
-    """What a stream is made of; a recording has one of them."""
+    """Streams that are measured for a stream; a recording has one of them."""
     if stream.what in (OFFSET, DIRECTION):
         return tuple(Stream(stream.channel, MEAN, side) for side in (1, -1))
     return (stream,)
@@ -66,7 +68,7 @@ def scales(first: Sequence[Mapping[Stream, float]], watched: Sequence[Stream]) -
     out = {}
     share = ALPHA_SCALES / max(len(watched), 1)
     for stream in watched:
-        groups = {m: [own[m] for own in first if m in own] for m in measured_for(stream)}
+        groups = {m: [measured[m] for measured in first if m in measured] for m in measured_for(stream)}
         groups = {m: values for m, values in groups.items() if len(values) >= LEAST_EACH}
         number = sum(map(len, groups.values()))
         if number < LEAST:

@@ -24,27 +24,29 @@ def no_longer(watch: Watch, finding: Finding, names: Sequence[Likely]) -> dict[s
         "evidence": round(watch.seen[finding.noticed].evidence, 3),
         "streams": [
             {
-                "channel": own.stream.channel,
-                "what": own.stream.what,
-                "number": own.stream.number,
-                "size": own.size if math.isfinite(own.size) else None,
-                "unit": own.unit,
-                "words": own.words,
+                "channel": changed.stream.channel,
+                "what": changed.stream.what,
+                "number": changed.stream.number,
+                "size": changed.size if math.isfinite(changed.size) else None,
+                "unit": changed.unit,
+                "words": changed.words,
             }
-            for own in finding.streams
+            for changed in finding.streams
         ],
         "conditions": list(finding.conditions),
-        "quick_look": [asdict(own) for own in names],
+        "quick_look": [asdict(likely) for likely in names],
     }
 
 
 def _sentence(watch: Watch, finding: Finding, names: Sequence[Likely]) -> str:
     since = watch.seen[finding.since].recording.recording_id
-    where = "; ".join(own.words for own in finding.streams[:3])
+    where = "; ".join(changed.words for changed in finding.streams[:3])
     conditions = f", {', '.join(finding.conditions)}" if finding.conditions else ""
     quick = ""
     if names:
-        listed = [own.name if own.share is None else f"{own.name} ({100.0 * own.share:.0f} %)" for own in names]
+        listed = [
+            likely.name if likely.share is None else f"{likely.name} ({100.0 * likely.share:.0f} %)" for likely in names
+        ]
         quick = f" Quick look, not an analysis: {', '.join(listed)}."
     return (
         f"the model no longer holds, likely since {since}: {where}{conditions}"

@@ -73,14 +73,14 @@ def streams(channels: Iterable[str], orders: Sequence[int]) -> dict[Stream, floa
     out: dict[Stream, float] = {}
     present = [c for c in (TRANSMISSION_ERROR, MOTOR_TORQUE, LOAD_TORQUE, TEMPERATURE) if c in set(channels)]
     for channel in present:
-        own: dict[str, list[Stream]] = {END: [Stream(channel, END)]}
+        by_kind: dict[str, list[Stream]] = {END: [Stream(channel, END)]}
         if channel != TEMPERATURE:
-            own = {what: [Stream(channel, what)] for what in (OFFSET, DIRECTION, SPREAD)}
+            by_kind = {what: [Stream(channel, what)] for what in (OFFSET, DIRECTION, SPREAD)}
         if channel == TRANSMISSION_ERROR:
-            own[ORDER] = [Stream(channel, ORDER, f) for f in orders]
-            own[WINDOW] = [Stream(channel, WINDOW, k) for k in range(WINDOWS)]
-        total = sum(_SHARES[what] for what in own) * len(present)
-        for what, listed in own.items():
+            by_kind[ORDER] = [Stream(channel, ORDER, f) for f in orders]
+            by_kind[WINDOW] = [Stream(channel, WINDOW, k) for k in range(WINDOWS)]
+        total = sum(_SHARES[what] for what in by_kind) * len(present)
+        for what, listed in by_kind.items():
             for stream in listed:
                 out[stream] = _SHARES[what] / total / len(listed)
     return out
@@ -92,30 +92,30 @@ def looked_at_orders(model_orders: Iterable[float]) -> tuple[int, ...]:
     return tuple(sorted(whole | set(range(1, LOW_ORDERS + 1))))
 
 
-def measure(channel: str, left: FloatArray, own: Rows, orders: Sequence[int]) -> Mapping[Stream, float]:
+def measure(channel: str, left: FloatArray, rows: Rows, orders: Sequence[int]) -> Mapping[Stream, float]:
     """The numbers of one channel of one recording; of an order its amplitude, never below 0.
 
-    ``left`` (n,): measured less predicted in the rows ``own``, in the channel's unit.
+    ``left`` (n,): measured less predicted at ``rows``, in the channel's unit.
     """
-    frame = own.frame
-    counts = (own.number > 0) & np.isfinite(left)
+    frame = rows.frame
+    counts = (rows.number > 0) & np.isfinite(left)
     if channel == TEMPERATURE:
-        rows = np.flatnonzero((frame.elapsed >= frame.elapsed[-1] - END_S) & counts)
-        return {Stream(channel, END): float(left[rows].mean())} if rows.size else {}
-    rows = np.flatnonzero((frame.steady > 0.5) & counts & (frame.direction != 0))
-    if rows.size < FEWEST:
+        chosen = np.flatnonzero((frame.elapsed >= frame.elapsed[-1] - END_S) & counts)
+        return {Stream(channel, END): float(left[chosen].mean())} if chosen.size else {}
+    chosen = np.flatnonzero((frame.steady > 0.5) & counts & (frame.direction != 0))
+    if chosen.size < FEWEST:
         return {}
-    values, weight = left[rows], own.number[rows] / own.number[rows].sum()
-    mean, side = float(weight @ values), float(np.sign(frame.direction[rows].sum()))
+    values, weight = left[chosen], rows.number[chosen] / rows.number[chosen].sum()
+    mean, side = float(weight @ values), float(np.sign(frame.direction[chosen].sum()))
     if side == 0.0:
         return {}
     out = {
         Stream(channel, MEAN, int(side)): mean,
         Stream(channel, SPREAD): float(weight @ (values - mean) ** 2),
     }
-    turned = float(np.ptp(frame.theta[rows])) / (2.0 * np.pi)
+    turned = float(np.ptp(frame.theta[chosen])) / (2.0 * np.pi)
     if channel == TRANSMISSION_ERROR and turned >= TURNED:
-        profile = _profile(frame.theta[rows], values - mean)
+        profile = _profile(frame.theta[chosen], values - mean)
         lines = np.abs(np.fft.rfft(profile)) * 2.0 / profile.size
         out |= {Stream(channel, ORDER, f): float(lines[f]) for f in orders}
         windows = profile.reshape(WINDOWS, -1).mean(axis=1)

@@ -11,7 +11,7 @@ import numpy as np
 
 from bench.errors import RecordingError
 from bench.recording import Recording
-from bench.twin.evidence import Evidence, together
+from bench.twin.evidence import Evidence, combined_log
 from bench.twin.predicting import Look, Predicting, Sketch
 from bench.twin.scale import ALPHA_TEST, CALIBRATION, Scale, scales
 from bench.twin.streams import AT_ONE_POINT, Stream, streams
@@ -83,8 +83,8 @@ class Watch:
                 return False
             self._predicting = Predicting(self.model, self._waiting)
             waiting, self._waiting = self._waiting, []
-            for own in waiting:
-                self._look(own)
+            for earlier in waiting:
+                self._look(earlier)
             return False
         return self._look(recording)
 
@@ -106,8 +106,8 @@ class Watch:
 
     def _calibrate(self) -> None:
         assert self._predicting is not None
-        every = streams({s.channel for own in self.seen for s in own.values}, self._predicting.orders)
-        self.scales = scales([own.values for own in self.seen], list(every))
+        every = streams({s.channel for seen in self.seen for s in seen.values}, self._predicting.orders)
+        self.scales = scales([seen.values for seen in self.seen], list(every))
         total = sum(every[stream] for stream in self.scales)
         self.weights = {stream: every[stream] / total for stream in self.scales}
         self.evidence = {stream: Evidence(stream.signed) for stream in self.scales}
@@ -115,12 +115,12 @@ class Watch:
     def _test(self, recording: Recording, look: Look) -> bool:
         number = self.tested + 1
         each = {stream: scale.innovation(look.values) for stream, scale in self.scales.items()}
-        own = {stream: z for stream, z in each.items() if z is not None}
-        for stream, z in own.items():
+        innovations = {stream: z for stream, z in each.items() if z is not None}
+        for stream, z in innovations.items():
             self.evidence[stream].add(z, number)
         weights = np.array([self.weights[s] for s in self.evidence])
-        log = together(np.array([e.log for e in self.evidence.values()]), weights)
-        self.seen.append(Seen(recording, look.values, own, log, look.left))
+        log = combined_log(np.array([e.log for e in self.evidence.values()]), weights)
+        self.seen.append(Seen(recording, look.values, innovations, log, look.left))
         if self.alarmed is None and log >= LIMIT:
             self.alarmed = len(self.seen) - 1
             return True

@@ -97,13 +97,13 @@ def _name(name: str) -> str:
     # what begins with a letter alone may carry its number: a0
     if not below and (found := re.fullmatch(r"([A-Za-z])(\d+)", sign)):
         sign, below = found[1], found[2]
-    told = f"<mi>{html.escape(sign)}</mi>"
+    element = f"<mi>{html.escape(sign)}</mi>"
     if dotted:
-        told = f"<mover>{told}<mo>˙</mo></mover>"
+        element = f"<mover>{element}<mo>˙</mo></mover>"
     if not below:
-        return told
+        return element
     below = ",".join(GREEK.get(part, part) for part in below.split("_"))
-    return f"<msub>{told}<mtext>{html.escape(below)}</mtext></msub>"
+    return f"<msub>{element}<mtext>{html.escape(below)}</mtext></msub>"
 
 
 class _Formula:
@@ -179,7 +179,7 @@ class _Formula:
         if kind == "rate":
             return _rate(text)
         if kind == "name":
-            return self._named(text)
+            return self._name_or_call(text)
         if text != "(":
             raise _NoFormula(text)
         inside = self._sum()
@@ -187,7 +187,7 @@ class _Formula:
         # below a line, or as an exponent, brackets say nothing
         return inside if bare and self._sign() != "**" else f"<mrow><mo>(</mo>{inside}<mo>)</mo></mrow>"
 
-    def _named(self, name: str) -> str:
+    def _name_or_call(self, name: str) -> str:
         if name.startswith("sum_"):
             return f"<mrow><munder><mo>∑</mo>{_name(name[4:])}</munder>{self._product()}</mrow>"
         if self._sign() != "(":

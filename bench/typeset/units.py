@@ -28,8 +28,8 @@ def engineering(value: float, std: float | None, unit: str) -> tuple[str, str, s
     name, scale = ENGINEERING.get(unit, (plain(unit), 1.0))
     if unit in LARGE and abs(value) >= _LARGE_FROM:
         name, scale = LARGE[unit]
-    told = "–" if std is None or not math.isfinite(std) else f"{std * scale:.2g}"
-    return figure(value * scale), told, name
+    spread = "–" if std is None or not math.isfinite(std) else f"{std * scale:.2g}"
+    return figure(value * scale), spread, name
 
 
 def figure(value: float, form: str = ".4g") -> str:

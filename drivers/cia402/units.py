@@ -8,15 +8,15 @@ from dataclasses import dataclass
 from drivers.errors import DriverError
 from drivers.ethercat.sdo import SdoClient
 
-_TURN = 2.0 * math.pi
+_REVOLUTION = 2.0 * math.pi
 
 ANGLE_UNITS: dict[int, float] = {
     0x10: 1.0,
-    0x40: _TURN / 400.0,
-    0x41: _TURN / 360.0,
-    0x42: _TURN / 21_600.0,
-    0x43: _TURN / 1_296_000.0,
-    0xB4: _TURN,
+    0x40: _REVOLUTION / 400.0,
+    0x41: _REVOLUTION / 360.0,
+    0x42: _REVOLUTION / 21_600.0,
+    0x43: _REVOLUTION / 1_296_000.0,
+    0xB4: _REVOLUTION,
 }
 """Unit codes of angles in 0x60A8 and 0x60A9, rad (CiA 303-2): radian, gon, degree, minute, second of arc, turn."""
 TIME_UNITS: dict[int, float] = {0x03: 1.0, 0x47: 60.0}
@@ -45,7 +45,7 @@ class DriveUnits:
     @property
     def position_rad(self) -> float:
         """One count of position (0x6064), rad."""
-        return _TURN / self.counts_per_turn
+        return _REVOLUTION / self.counts_per_turn
 
     @property
     def torque_nm(self) -> float:
@@ -97,7 +97,7 @@ def _velocity(sdo: SdoClient, gear: float, counts_per_turn: float) -> float:
     if angle is not None and time is not None:
         return 10.0**exponent * angle / time * gear
     if unit >> 16 & 0xFF in (0, INCREMENT) and sdo.exists(0x6096, 1):
-        return _TURN / counts_per_turn / _ratio(sdo, 0x6096)
+        return _REVOLUTION / counts_per_turn / _ratio(sdo, 0x6096)
     raise DriverError(
         f"{sdo.name}: the velocity unit 60A9:00 is 0x{unit:08X}, from which no rad/s follow; "
         "the scale should stand in the configuration"

@@ -24,11 +24,11 @@ def assign_pdos(sdo: SdoClient, spec: SlaveSpec) -> None:
         With the object the slave refused.
     """
     for assignment, pdos in ((RX_ASSIGN, spec.rx_pdos), (TX_ASSIGN, spec.tx_pdos)):
-        if pdos and not _already(sdo, assignment, pdos):
+        if pdos and not _is_assigned(sdo, assignment, pdos):
             _assign(sdo, assignment, pdos)
 
 
-def _already(sdo: SdoClient, assignment: int, pdos: Sequence[Pdo]) -> bool:
+def _is_assigned(sdo: SdoClient, assignment: int, pdos: Sequence[Pdo]) -> bool:
     """Terminals with fixed content often have a fixed assignment as well: write only what differs."""
     if not all(pdo.fixed for pdo in pdos):
         return False

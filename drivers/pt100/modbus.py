@@ -81,8 +81,8 @@ class ModbusThermometer:
     def _value(self, words: Mapping[int, int]) -> float:
         registers = self.registers
         kind = ModbusTcpClient.DATATYPE[registers.encoding.upper()]
-        own = [words[registers.value + i] for i in range(kind.value[1])]
-        number = self.client.convert_from_registers(own, kind, word_order=registers.word_order)
+        value_words = [words[registers.value + i] for i in range(kind.value[1])]
+        number = self.client.convert_from_registers(value_words, kind, word_order=registers.word_order)
         return float(number) * (1.0 if registers.encoding == "float32" else registers.scale)  # type: ignore[arg-type]
 
     def _check_status(self, status: int) -> None:

@@ -23,7 +23,7 @@ from fakes.ethercat.slaves.slave import (
     Slave,
 )
 from fakes.ethercat.wire import sii
-from fakes.plant.plant_file import shipped
+from fakes.plant.plant_file import shipped_plants
 
 _ENGLISH = "1033"
 _CYCLE_S = 0.0005
@@ -116,7 +116,7 @@ def _hex(number: int) -> str:
 
 def files() -> Iterator[tuple[str, bytes]]:
     """Yield name and content of one file for each device of the plants that ship."""
-    for plant in shipped():
+    for plant in shipped_plants():
         for slave in bench_of(plant, 0, _CYCLE_S).slaves:
             root = device_information(slave)
             Xml.indent(root)

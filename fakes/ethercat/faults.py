@@ -58,12 +58,12 @@ class BusFaults:
 
     def answering(self, bench: EmulatedBench) -> tuple[bool, ...]:
         """Return, slave by slave, whether it can be reached."""
-        reach: list[bool] = []
+        reachable: list[bool] = []
         cut = False
         for slave in bench.slaves:
             cut = cut or slave.role == self.cut
-            reach.append(not cut and slave.role not in self.lost)
-        return tuple(reach)
+            reachable.append(not cut and slave.role not in self.lost)
+        return tuple(reachable)
 
 
 @dataclass(frozen=True, slots=True)

@@ -79,8 +79,8 @@ class EmulatedMaster:
     def config_init(self, usetable: bool = False, *, release_gil: bool | None = None) -> int:
         """Find the slaves and ask them for PRE-OPERATIONAL; return how many, or -1."""
         self.check_open()
-        reach = self.faults.bus.answering(self.bench)
-        found = [i for i, answers in enumerate(reach) if answers]
+        reachable = self.faults.bus.answering(self.bench)
+        found = [i for i, answers in enumerate(reachable) if answers]
         self.slaves = [StandInSlave(self, i, self.bench.slaves[i]) for i in found]
         for slave in self.slaves:
             slave.request(pysoem.INIT_STATE | pysoem.STATE_ACK)
@@ -214,13 +214,13 @@ class EmulatedMaster:
     ) -> int:
         """Run cycles ``first`` to ``stop`` under constant conditions; return their working counter."""
         bus = self.faults.bus
-        reach = bus.answering(self.bench)
+        reachable = bus.answering(self.bench)
         outputs: list[Image | None] = [None] * len(self.bench.slaves)
         inputs: list[Image | None] = [None] * len(self.bench.slaves)
         counter = 0
         for slave, out, in_ in zip(self.slaves, out_rows, in_rows, strict=True):
             position = slave._position
-            served = not lost and reach[position] and slave._slave.role not in bus.short
+            served = not lost and reachable[position] and slave._slave.role not in bus.short
             if in_ is not None and not (served and slave._slave.exchanging):
                 in_[first:stop] = in_[first - 1] if first else np.frombuffer(bytes(slave.input_bytes), in_.dtype)[0]
             if not served:
@@ -233,7 +233,7 @@ class EmulatedMaster:
         if lost:
             bus.frames_to_lose -= 1
             return NO_FRAME
-        return counter if any(reach) else NO_FRAME
+        return counter if any(reachable) else NO_FRAME
 
     def _watch(self, outputs: Sequence[Image | None], cycles: int) -> None:
         for i, (slave, rows) in enumerate(zip(self.bench.slaves, outputs, strict=True)):

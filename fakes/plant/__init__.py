@@ -4,7 +4,7 @@ from fakes.plant.errors import PlantError
 from fakes.plant.faults import FAULTS, Fault, FaultTable
 from fakes.plant.images import COMMAND_DTYPE, MEASUREMENT_DTYPE, MODE_TORQUE, MODE_VELOCITY
 from fakes.plant.plant import Plant, Snapshot
-from fakes.plant.plant_file import read_plant, shipped
+from fakes.plant.plant_file import read_plant, shipped_plants
 from fakes.plant.truth import PlantTruth
 
 __all__ = [
@@ -20,5 +20,5 @@ __all__ = [
     "PlantTruth",
     "Snapshot",
     "read_plant",
-    "shipped",
+    "shipped_plants",
 ]

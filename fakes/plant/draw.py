@@ -12,13 +12,13 @@ from fakes.plant.hidden.kinds import KINDS, Hidden
 from fakes.plant.truth import PlantTruth
 
 Range = tuple[float, float]
-_TURN: Range = (-math.pi, math.pi)
+_ANGLE: Range = (-math.pi, math.pi)
 #: Ranges that the parameters of each kind are drawn from, in their order; the first, its size, by its logarithm. Sizes
 #: are such that the physics shows above the sensors' noise somewhere in a campaign, not more.
 RANGES: dict[str, tuple[Range, ...]] = {
-    "harmonic": ((3e-6, 1.2e-5), (29.0, 83.0), _TURN, (0.0, 0.4)),
-    "sideband": ((3e-6, 1.2e-5), (46.0, 46.0), _TURN, (1.0, 1.0), _TURN),
-    "defect": ((1e-5, 3e-5), (300.0, 1200.0), _TURN),
+    "harmonic": ((3e-6, 1.2e-5), (29.0, 83.0), _ANGLE, (0.0, 0.4)),
+    "sideband": ((3e-6, 1.2e-5), (46.0, 46.0), _ANGLE, (1.0, 1.0), _ANGLE),
+    "defect": ((1e-5, 3e-5), (300.0, 1200.0), _ANGLE),
     "resonance": ((0.3, 0.8), (9.0, 22.0), (0.05, 0.2)),
     "creep": ((8e-6, 3e-5), (400.0, 1500.0)),
     "log_creep": ((3e-6, 1e-5), (60.0, 200.0)),
@@ -39,8 +39,8 @@ RANGES: dict[str, tuple[Range, ...]] = {
     "viscosity": ((0.003, 0.01), (6.0, 14.0)),
     "viscosity_vogel": ((0.003, 0.01), (600.0, 1100.0)),
     "churning": ((1e-4, 3e-4), (2.0, 2.3)),
-    "tight_wave": ((0.04, 0.15), (1.0, 3.0), _TURN),
-    "tight_spot": ((0.06, 0.2), (3.0, 9.0), _TURN),
+    "tight_wave": ((0.04, 0.15), (1.0, 3.0), _ANGLE),
+    "tight_spot": ((0.06, 0.2), (3.0, 9.0), _ANGLE),
     "run_in": ((0.08, 0.3), (20.0, 80.0)),
     "run_in_power": ((0.08, 0.3), (4.0, 15.0)),
     "dahl": ((0.1, 0.3), (1.0, 4.0)),
@@ -53,12 +53,12 @@ RANGES: dict[str, tuple[Range, ...]] = {
     "preload": ((0.03, 0.1), (200.0, 700.0)),
     "sump": ((0.003, 0.01), (10.0, 30.0), (40.0, 200.0)),
     "one_sided": ((0.08, 0.3), (200.0, 500.0)),
-    "ripple": ((0.03, 0.1), _TURN),
+    "ripple": ((0.03, 0.1), _ANGLE),
     "torque_gain": ((0.02, 0.06),),
     "saturation": ((0.05, 0.2), (3.0, 7.0)),
     "hot_magnets": ((0.03, 0.1), (0.03, 0.1), (60.0, 300.0)),
-    "unbalance_behind": ((2.0, 10.0), _TURN),
-    "unbalance_before": ((10.0, 40.0), _TURN),
+    "unbalance_behind": ((2.0, 10.0), _ANGLE),
+    "unbalance_before": ((10.0, 40.0), _ANGLE),
     "eddy": ((3.0, 10.0), (0.04, 0.1)),
     "hose": ((4.0, 15.0), (0.3, 1.5)),
     "floor": ((1.5, 6.0), (2.0, 9.0)),
@@ -70,7 +70,7 @@ RANGES: dict[str, tuple[Range, ...]] = {
     "fan": ((5e-5, 2e-4), (0.5, 1.0)),
     "latent": ((8e3, 3e4), (27.0, 34.0), (1.5, 3.0)),
     "copper": ((60.0, 200.0),),
-    "eccentric": ((1e-3, 4e-3), _TURN, (0.0, 0.4)),
+    "eccentric": ((1e-3, 4e-3), _ANGLE, (0.0, 0.4)),
     "delay": ((2.0, 10.0),),
     "zero_warm": ((0.15, 0.6),),
     "gain": ((0.005, 0.02),),
@@ -123,10 +123,10 @@ def draw_plant(base: PlantTruth, seed: int, count: int | None = None) -> PlantTr
         if any(effect == kind.effect for effect, _channel in taken) or (kind.effect, kind.channel) in taken:
             continue
         chosen.append(draw(kind.name, rng))
-    return replace(shaken(base, rng), name=f"drawn from {base.name}", hidden=tuple(chosen))
+    return replace(varied_truth(base, rng), name=f"drawn from {base.name}", hidden=tuple(chosen))
 
 
-def shaken(base: PlantTruth, rng: np.random.Generator) -> PlantTruth:
+def varied_truth(base: PlantTruth, rng: np.random.Generator) -> PlantTruth:
     """Return a bench of the same make with orders, friction, heat and offsets of its own."""
 
     def times(value: float, low: float = 0.75, high: float = 1.3) -> float:

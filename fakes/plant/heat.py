@@ -17,8 +17,8 @@ def aim_heat(p: Any, s: Any) -> None:
     time = s.cycle * p.cycle_time
     s.surroundings = p.ambient + (p.ambient_rate + p.ambient_curvature * time) * time
     if p.ambient_period > 0.0:
-        turn = 2.0 * math.pi * time / p.ambient_period
-        s.surroundings += p.ambient_cosine * math.cos(turn) + p.ambient_sine * math.sin(turn)
+        phase = 2.0 * math.pi * time / p.ambient_period
+        s.surroundings += p.ambient_cosine * math.cos(phase) + p.ambient_sine * math.sin(phase)
     s.cooling = 1.0 / (p.heat_resistance * p.heat_capacity)
     if p.speed_cooling > 0.0:
         s.cooling += p.speed_cooling * abs(s.te_velocity * p.ratio / 100.0) ** p.speed_exponent

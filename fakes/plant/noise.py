@@ -61,7 +61,7 @@ def _uniform(words: NDArray[np.uint64]) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def _beyond(words: NDArray[np.uint64]) -> float:
+def _tail_magnitude(words: NDArray[np.uint64]) -> float:
     """Return the magnitude of a normal number in the tail beyond the last layer (Marsaglia's method)."""
     while True:
         x = -math.log(_uniform(words)) / _EDGE
@@ -81,7 +81,7 @@ def normal(words: NDArray[np.uint64]) -> float:
         negative = (bits >> np.uint64(10)) & np.uint64(1)
         if x >= _X[layer + 1]:
             if layer == 0:
-                x = _beyond(words)
+                x = _tail_magnitude(words)
             else:
                 height = _DENSITY[layer] + _uniform(words) * (_DENSITY[layer + 1] - _DENSITY[layer])
                 if height >= math.exp(-0.5 * x * x):

@@ -25,7 +25,7 @@ from bench.simulation.terms.table import LIBRARY
 from fakes.plant.drag import speeds, temperatures
 from fakes.plant.errors import PlantError
 from fakes.plant.parts import Effect
-from fakes.plant.since import follow, warmed
+from fakes.plant.since import follow, thermometer_change
 from fakes.plant.transmission import NEGATIVE, POSITIVE
 from fakes.plant.truth import PlantTruth
 
@@ -89,7 +89,7 @@ class Overlay:
             return
         truth = self._truth
         frame = self._frame(trace, cycle, measurements)
-        sums = {channel: own[1:] for channel, own in self._sums(frame).items()}
+        sums = {channel: values[1:] for channel, values in self._sums(frame).items()}
         if truth.laws:
             sums[TRANSMISSION_ERROR] = sums[TRANSMISSION_ERROR] + self._beyond_series(frame)[1:]
         counts = truth.load_drive.polarity * 2.0**truth.load_encoder.bits / (2 * math.pi)
@@ -116,7 +116,7 @@ class Overlay:
         heat, out = self._truth.heat, np.empty(rate.size)
         cooling = 1.0 / (heat.resistance * heat.capacity)
         interval, step = self._truth.numerics.te_interval, self._cycle_time_s
-        warmed(np.ascontiguousarray(rate), cycle, interval, cooling, step, self._memory[_HEAT], out)
+        thermometer_change(np.ascontiguousarray(rate), cycle, interval, cooling, step, self._memory[_HEAT], out)
         return out
 
     def _beyond_series(self, frame: Frame) -> NDArray[np.float64]:

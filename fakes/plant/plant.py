@@ -78,7 +78,7 @@ class Plant:
             words=seed_words(seed),
             series=(*shape, series.box.array()),
             te=np.zeros((3, 2, series.orders.size + 1)),
-            turn=np.zeros((2, series.orders.size)),
+            sine_cosine=np.zeros((2, series.orders.size)),
             faults=self.faults.rows,
             active=np.zeros(self.faults.rows.size, np.bool_),
             drag=drag,
@@ -107,9 +107,9 @@ class Plant:
             PlantError: the plant cannot play a term of the simulation, or ``base`` is wrong.
             bench.errors.ConfigurationError: the simulation file is wrong.
         """
-        from fakes.plant.simulation import simulated
+        from fakes.plant.simulation import truth_from_simulation
 
-        return cls(simulated(Path(simulation), read_plant(base)), seed, cycle_time_s)
+        return cls(truth_from_simulation(Path(simulation), read_plant(base)), seed, cycle_time_s)
 
     @property
     def time_s(self) -> float:
@@ -172,8 +172,8 @@ class Plant:
     def _changing(self) -> tuple[NDArray[Any], ...]:
         """Every array that a step or a fault changes."""
         parts = self._parts
-        own = (parts.state, parts.states, parts.words, parts.te, parts.turn, parts.faults, *parts.hidden[2:])
-        return own if self._overlay is None else (*own, *self._overlay.changing)
+        arrays = (parts.state, parts.states, parts.words, parts.te, parts.sine_cosine, parts.faults, *parts.hidden[2:])
+        return arrays if self._overlay is None else (*arrays, *self._overlay.changing)
 
     def _begin(self) -> None:
         """Put the bench at rest, without load, at its first temperature."""
@@ -186,7 +186,7 @@ class Plant:
         orders, amplitude, phase, offset, box = parts.series
         aim(parts.te[2], amplitude, phase, offset, box, 0.0, 0.0, truth.heat.initial, 1.0)
         parts.te[0] = parts.te[2]
-        place(parts.turn, orders, 0.0)
+        place(parts.sine_cosine, orders, 0.0)
         rest = float(parts.te[2, 0, -1] + np.sum(parts.te[2, 1, :-1]))
         parts.state["load_angle"] = rest
         parts.state["te"] = rest

@@ -33,7 +33,9 @@ def read_plant(name: str | Path) -> PlantTruth:
     if path.suffix != ".toml":
         path = Path(str(resources.files("fakes") / "plants" / f"{name}.toml"))
     if not path.is_file():
-        raise PlantError(f"there is no plant file {name}; name one that ships ({', '.join(shipped())}) or a .toml file")
+        raise PlantError(
+            f"there is no plant file {name}; name one that ships ({', '.join(shipped_plants())}) or a .toml file"
+        )
     with path.open("rb") as file:
         try:
             table = tomllib.load(file)
@@ -69,7 +71,7 @@ def _from_table(table: Mapping[str, Any], where: str = "plant") -> PlantTruth:
     return PlantTruth(**values)
 
 
-def shipped() -> tuple[str, ...]:
+def shipped_plants() -> tuple[str, ...]:
     """Return the names of the plant files that ship."""
     folder = resources.files("fakes") / "plants"
     return tuple(sorted(Path(item.name).stem for item in folder.iterdir() if item.name.endswith(".toml")))
@@ -78,12 +80,12 @@ def shipped() -> tuple[str, ...]:
 def _of_simulation(table: Mapping[str, Any], where: str) -> PlantTruth:
     """Read a plant file that plays a simulation file (``simulation``) on the hardware of another plant (``base``)."""
     # the reader of simulation files brings the analyser's library with it: only plants that ask for it pay
-    from fakes.plant.simulation import simulated
+    from fakes.plant.simulation import truth_from_simulation
 
     if set(table) - {"name", "simulation", "base"}:
         raise PlantError(f'{where}: beside "simulation" there may be "base" and "name" only')
     path = Path(where).parent / str(table["simulation"])
-    return simulated(path, read_plant(str(table.get("base", "rh380n"))))
+    return truth_from_simulation(path, read_plant(str(table.get("base", "rh380n"))))
 
 
 def _part(kind: type[_T], table: Any, where: str) -> _T:

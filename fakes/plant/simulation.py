@@ -31,7 +31,7 @@ _THERMAL = ("thermal.sensor_lag", "thermal.second_mass", "thermal.convection_spe
 _NEEDED = ("motor.inertia", "motor.load_reaction", "load.inertia", "load.reaction", "thermal.loss_heating")
 
 
-def simulated(path: Path, base: PlantTruth) -> PlantTruth:
+def truth_from_simulation(path: Path, base: PlantTruth) -> PlantTruth:
     """Return the truth of a plant that obeys the simulation file at ``path``.
 
     Raises:

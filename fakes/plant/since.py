@@ -31,7 +31,9 @@ def follow(direction: Floats, travel: Floats, time: Floats, memory: Floats, out:
 
 
 @njit(cache=True, error_model="numpy")
-def warmed(rate: Floats, first: int, interval: int, cooling: float, step: float, memory: Floats, out: Floats) -> None:
+def thermometer_change(
+    rate: Floats, first: int, interval: int, cooling: float, step: float, memory: Floats, out: Floats
+) -> None:
     """Fill ``out`` (n,) with the K by which a thermometer that is read every ``interval`` cycles shows more.
 
     ``rate`` (n,) K/s beyond the plant's own balance, of cycles from ``first`` on; ``cooling`` 1/s, in which the

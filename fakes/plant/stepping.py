@@ -40,10 +40,10 @@ _HEATING = INDEX["heating_external"]
 
 
 @njit(cache=True, error_model="numpy")
-def _aim_series(p: Any, s: Any, table: Any, te: Any, turn: Any) -> None:
+def _aim_series(p: Any, s: Any, table: Any, te: Any, sine_cosine: Any) -> None:
     """Evaluate the polynomials and lay the interpolation for the next interval. ``te``: parts, slope, target."""
     orders, amplitude, phase, offset, box = table
-    place(turn, orders, s.motor_angle / p.ratio)
+    place(sine_cosine, orders, s.motor_angle / p.ratio)
     # element by element: an assignment of whole rows would bring the texts of its errors into what is compiled
     for row in range(2):
         for i in range(te.shape[2]):
@@ -151,7 +151,7 @@ class Parts(NamedTuple):
     """of the transmission error: orders, amplitude, phase, offset, box"""
     te: NDArray[np.float64]
     """(3, 2, K + 1) the series' parts, slope, target"""
-    turn: NDArray[np.float64]
+    sine_cosine: NDArray[np.float64]
     """(2, K) sines and cosines of the orders"""
     faults: NDArray[Any]
     """(F,) when each begins and ends"""
@@ -174,7 +174,7 @@ def step_block(
     """
     p, s, now = parts.plant[0], parts.state[0], parts.conditions[0]
     drives, states, words, table, te = parts.drives, parts.states, parts.words, parts.series, parts.te
-    turn, faults, active, drag, hidden = parts.turn, parts.faults, parts.active, parts.drag, parts.hidden
+    sine_cosine, faults, active, drag, hidden = parts.sine_cosine, parts.faults, parts.active, parts.drag, parts.hidden
     tick = p.cycle_time / p.drive_ticks
     step = tick / p.substeps
     motor_inertia, load_inertia = drives[INPUT].inertia, drives[LOAD].inertia
@@ -192,13 +192,13 @@ def step_block(
                 active[i] = faults[i].start <= s.cycle < faults[i].stop
         slow = s.cycle % p.te_interval == 0
         if slow:
-            _aim_series(p, s, table, te, turn)
+            _aim_series(p, s, table, te, sine_cosine)
             aim_heat(p, s)
             if hides:
                 aim_hidden_heat(hidden, p, s)
         now.start_theta = s.motor_angle / p.ratio
-        now.te_value, now.te_first, now.te_second = series(turn, te[0], table[0])
-        now.te_drift = drift(turn, te[1]) / p.cycle_time
+        now.te_value, now.te_first, now.te_second = series(sine_cosine, te[0], table[0])
+        now.te_drift = drift(sine_cosine, te[1]) / p.cycle_time
         _conditions(p, s, drives, states, c, now, active, faults)
         if drag.shape[0] > 0:
             now.coulomb = max(now.coulomb + look_up(drag, abs(s.motor_velocity), s.temperature), 0.0)
@@ -221,7 +221,7 @@ def step_block(
         heat += s.loss_gearbox
 
         turned = s.motor_angle / p.ratio - now.start_theta
-        rotate(turn, table[0], turned)
+        rotate(sine_cosine, table[0], turned)
         advance(te[0], te[1])
         s.te = now.te_value + turned * (now.te_first + 0.5 * now.te_second * turned)
         s.ripple = now.ripple

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 FloatArray = NDArray[np.float64]
 
 POSITIVE, NEGATIVE = 0, 1
-_SMALL_TURN = 0.4
+_SMALL_ANGLE = 0.4
 """angle in rad up to which the short series below is exact to 1e-12"""
 
 
@@ -180,15 +180,15 @@ def aim(
 
 
 @njit(cache=True, error_model="numpy")
-def place(turn: FloatArray, orders: FloatArray, theta: float) -> None:
-    """Fill ``turn`` (2, K) with the exact sines and cosines of the orders at ``theta``."""
+def place(sine_cosine: FloatArray, orders: FloatArray, theta: float) -> None:
+    """Fill ``sine_cosine`` (2, K) with the exact sines and cosines of the orders at ``theta``."""
     for i in range(orders.shape[0]):
-        turn[0, i] = math.sin(orders[i] * theta)
-        turn[1, i] = math.cos(orders[i] * theta)
+        sine_cosine[0, i] = math.sin(orders[i] * theta)
+        sine_cosine[1, i] = math.cos(orders[i] * theta)
 
 
 @njit(cache=True, error_model="numpy")
-def rotate(turn: FloatArray, orders: FloatArray, change: float) -> None:
+def rotate(sine_cosine: FloatArray, orders: FloatArray, change: float) -> None:
     """Turn the orders' sines and cosines on by ``change`` in θ. ``orders`` (K,) ascend.
 
     The series of sine and cosine (to x⁹ and x⁸) leaves an error below 1e-12 a turn up to 0.4 rad; higher orders take
@@ -197,22 +197,22 @@ def rotate(turn: FloatArray, orders: FloatArray, change: float) -> None:
     count = orders.shape[0]
     size = abs(change)
     short = count
-    while short > 0 and orders[short - 1] * size > _SMALL_TURN:
+    while short > 0 and orders[short - 1] * size > _SMALL_ANGLE:
         short -= 1
     for i in range(short):
         x = orders[i] * change
         z = x * x
         s = x * (1.0 - z * (1 / 6 - z * (1 / 120 - z * (1 / 5040 - z / 362880))))
         c = 1.0 - z * (0.5 - z * (1 / 24 - z * (1 / 720 - z * (1 / 40320 - z / 3628800))))
-        sine = turn[0, i]
-        turn[0, i] = sine * c + turn[1, i] * s
-        turn[1, i] = turn[1, i] * c - sine * s
+        sine = sine_cosine[0, i]
+        sine_cosine[0, i] = sine * c + sine_cosine[1, i] * s
+        sine_cosine[1, i] = sine_cosine[1, i] * c - sine * s
     for i in range(short, count):
         s = math.sin(orders[i] * change)
         c = math.cos(orders[i] * change)
-        sine = turn[0, i]
-        turn[0, i] = sine * c + turn[1, i] * s
-        turn[1, i] = turn[1, i] * c - sine * s
+        sine = sine_cosine[0, i]
+        sine_cosine[0, i] = sine * c + sine_cosine[1, i] * s
+        sine_cosine[1, i] = sine_cosine[1, i] * c - sine * s
 
 
 @njit(cache=True, error_model="numpy")
@@ -224,15 +224,15 @@ def advance(parts: FloatArray, slope: FloatArray) -> None:
 
 
 @njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})  # sums in SIMD lanes; NaN stays NaN
-def series(turn: FloatArray, parts: FloatArray, orders: FloatArray) -> tuple[float, float, float]:
+def series(sine_cosine: FloatArray, parts: FloatArray, orders: FloatArray) -> tuple[float, float, float]:
     """Return the transmission error without its elastic part, and its first and second derivatives in θ."""
     count = orders.shape[0]
     value = parts[0, count]
     first = 0.0
     second = 0.0
     for i in range(count):
-        sine = turn[0, i]
-        cosine = turn[1, i]
+        sine = sine_cosine[0, i]
+        cosine = sine_cosine[1, i]
         f = orders[i]
         here = parts[0, i] * sine + parts[1, i] * cosine
         value += here
@@ -242,10 +242,10 @@ def series(turn: FloatArray, parts: FloatArray, orders: FloatArray) -> tuple[flo
 
 
 @njit(cache=True, error_model="numpy", fastmath={"reassoc", "contract"})
-def drift(turn: FloatArray, slope: FloatArray) -> float:
+def drift(sine_cosine: FloatArray, slope: FloatArray) -> float:
     """Return the change of the transmission error in a cycle that the ``slope`` of its parts makes."""
-    count = turn.shape[1]
+    count = sine_cosine.shape[1]
     change = slope[0, count]
     for i in range(count):
-        change += slope[0, i] * turn[0, i] + slope[1, i] * turn[1, i]
+        change += slope[0, i] * sine_cosine[0, i] + slope[1, i] * sine_cosine[1, i]
     return float(change)

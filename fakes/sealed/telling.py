@@ -19,13 +19,13 @@ def concealed_in(plant: str) -> dict[str, Any]:
     return {
         "format": "bench-concealed",
         "base": plant.partition("?")[0],
-        "concealed": [_told(one) for one in truth.hidden],
+        "concealed": [_entry(one) for one in truth.hidden],
         "weak_orders": [float(order) for order in series.orders[series.weak]],
         "nominal": truth.nominal_parameters(),
     }
 
 
-def _told(one: Hidden) -> dict[str, Any]:
+def _entry(one: Hidden) -> dict[str, Any]:
     kind = one.definition
     return {
         "effect": kind.effect,

@@ -45,14 +45,17 @@ def noise_of(samples: Samples) -> dict[str, dict[str, float]]:
     """Return recording → channel → noise RMS of a bench that conceals nothing."""
     out: dict[str, dict[str, float]] = {one["id"]: {} for one in samples}
     for channel in CHANNELS:
-        inside = [own & one["steady"] for own, one in zip(_compared(samples, channel), samples, strict=True)]
+        inside = [
+            compared & one["steady"]
+            for compared, one in zip(_comparable_samples(samples, channel), samples, strict=True)
+        ]
         if channel == "temperature":
-            inside = _compared(samples, channel)
-        left = _fitted(samples, channel, [_measured(one, channel) for one in samples], inside)
+            inside = _comparable_samples(samples, channel)
+        left = _fit_residual(samples, channel, [_channel_values(one, channel) for one in samples], inside)
         for number, one in enumerate(samples):
-            own = left.values[left.recording == number]
-            if own.size:
-                out[one["id"]][channel] = float(np.sqrt(np.mean(own**2)))
+            rest = left.values[left.recording == number]
+            if rest.size:
+                out[one["id"]][channel] = float(np.sqrt(np.mean(rest**2)))
     return out
 
 
@@ -77,16 +80,16 @@ def truth_of(
         channel: float(np.sqrt(np.mean([row[channel] ** 2 for row in noise.values() if channel in row])))
         for channel in CHANNELS
     }
-    told = [_told(one, number, shown, samples, level) for number, one in enumerate(bench.hidden)]
-    told = merged(told, _weak(bench, level["transmission_error"]))
+    effects = [_effect_of(one, number, shown, samples, level) for number, one in enumerate(bench.hidden)]
+    effects = merged(effects, _weak_orders(bench, level["transmission_error"]))
     ids = {one["id"] for one in samples}
     truth = Truth(
         case=case,
         group="through",
         seed=seed,
         folder=folder,
-        verdict="mismatch" if told else "match",
-        effects=tuple(told),
+        verdict="mismatch" if effects else "match",
+        effects=tuple(effects),
         noise_rms=level,
         noise_by_recording={key: dict(row) for key, row in noise.items() if key in ids},
         note="in the plant's dynamics",
@@ -94,13 +97,13 @@ def truth_of(
     return truth.to_dict()
 
 
-def _told(
+def _effect_of(
     hidden: Hidden, number: int, shown: NDArray[Any], samples: Samples, level: Mapping[str, float]
 ) -> ConcealedEffect:
     kind = hidden.definition
     at = SHOWN.index(kind.channel)
-    own = [shown[one["cycle"] // EVERY, number, at].astype(np.float64) for one in samples]
-    excess = _fitted(samples, kind.channel, own, _compared(samples, kind.channel))
+    values = [shown[one["cycle"] // EVERY, number, at].astype(np.float64) for one in samples]
+    excess = _fit_residual(samples, kind.channel, values, _comparable_samples(samples, kind.channel))
     size = strength(excess.values, level[kind.channel])
     return ConcealedEffect(
         effect=kind.effect,
@@ -109,27 +112,29 @@ def _told(
         channels=(kind.channel,),
         strength=round(size, 3),
         too_faint=size < FAINTEST,
-        location=_over_all(placed(_claimed(hidden), excess, lambda i: str(samples[i]["id"])), kind.channel, samples),
+        location=_over_all_samples(
+            placed(_claimed_place(hidden), excess, lambda i: str(samples[i]["id"])), kind.channel, samples
+        ),
         in_library=kind.in_library,
     )
 
 
-def _over_all(place: Location, channel: str, samples: Samples) -> Location:
-    """A place whose span is all that a channel is compared at, energy or not."""
+def _over_all_samples(place: Location, channel: str, samples: Samples) -> Location:
+    """The place with its span widened to all samples at which the channel is compared."""
     if not place.span:
         return place
-    inside = _compared(samples, channel)
+    inside = _comparable_samples(samples, channel)
     quantities = {"velocity": "rate", "load_torque": "torque", "temperature": "temperature"}
     span = {}
     for name, source in quantities.items():
-        values = np.concatenate([one[source][own] for one, own in zip(samples, inside, strict=True)])
+        values = np.concatenate([one[source][chosen] for one, chosen in zip(samples, inside, strict=True)])
         values = np.abs(values) if name == "velocity" else values
         span[name] = (float(values.min()), float(values.max()))
     return replace(place, span=span)
 
 
-def _claimed(hidden: Hidden) -> Location:
-    """What the physics itself says of its place."""
+def _claimed_place(hidden: Hidden) -> Location:
+    """Place that follows from the parameters of the physics itself."""
     values = dict(zip(hidden.definition.parameters, hidden.parameters, strict=True))
     if hidden.kind in ("lost_arctan", "lost_root"):
         outer, core = ({"load_torque": [-k * values["torque"], k * values["torque"]]} for k in (3.0, 1.0))
@@ -145,7 +150,7 @@ def _claimed(hidden: Hidden) -> Location:
     return Location(orders=_TIED.get(hidden.kind, ()))
 
 
-def _weak(bench: PlantTruth, noise: float) -> ConcealedEffect | None:
+def _weak_orders(bench: PlantTruth, noise: float) -> ConcealedEffect | None:
     """The weak orders as one effect, as a bench has them by default."""
     series = bench.transmission_error
     if not series.weak.any():
@@ -165,7 +170,7 @@ def _weak(bench: PlantTruth, noise: float) -> ConcealedEffect | None:
     )
 
 
-def _measured(one: Mapping[str, Any], channel: str) -> Floats:
+def _channel_values(one: Mapping[str, Any], channel: str) -> Floats:
     if channel == "transmission_error":
         return np.asarray(one["load_angle"] - one["theta"])
     if channel == "load_torque":
@@ -175,7 +180,7 @@ def _measured(one: Mapping[str, Any], channel: str) -> Floats:
     return np.asarray(one[channel])
 
 
-def _compared(samples: Samples, channel: str) -> list[NDArray[np.bool_]]:
+def _comparable_samples(samples: Samples, channel: str) -> list[NDArray[np.bool_]]:
     """Which samples of each recording are compared in a channel.
 
     The temperature always. The torques in motion, starts and ramps and heating included: at rest friction has no
@@ -190,26 +195,28 @@ def _compared(samples: Samples, channel: str) -> list[NDArray[np.bool_]]:
     speeds = [abs(float(np.median(one["rate"][one["steady"]]))) for one in samples if np.any(one["steady"] != 0)]
     slowest, fastest = min(speeds, default=0.0), max(speeds, default=np.inf)
     out = []
-    for one, own in zip(samples, moving, strict=True):
+    for one, in_motion in zip(samples, moving, strict=True):
         speed, change = np.abs(one["rate"]), np.abs(np.gradient(one["rate"], one["step_s"]))
         bounds = (speed > _SLOWER * slowest) & (speed < _FASTER * fastest) & (change < _SUDDEN * fastest)
-        out.append(own & bounds)
+        out.append(in_motion & bounds)
     return out
 
 
-def _fitted(samples: Samples, channel: str, values: Sequence[Floats], inside: Sequence[NDArray[np.bool_]]) -> Excess:
+def _fit_residual(
+    samples: Samples, channel: str, values: Sequence[Floats], inside: Sequence[NDArray[np.bool_]]
+) -> Excess:
     """What is left of ``values``, one array a recording, once the nominal simulation is fitted to those ``inside``."""
     tables, left, states, numbers = [], [], [], []
-    for number, (one, own, chosen) in enumerate(zip(samples, values, inside, strict=True)):
+    for number, (one, series, chosen) in enumerate(zip(samples, values, inside, strict=True)):
         if np.count_nonzero(chosen) < 10:
             continue
         table = _table(one, channel)[chosen]
-        picked = own[chosen]
+        picked = series[chosen]
         if channel == "temperature":
             # the start of each recording is free
             table, picked = table - table.mean(axis=0), picked - picked.mean()
         elif channel != "transmission_error":
-            whole = _notched(one, np.column_stack([picked, table]), chosen)
+            whole = _remove_ripple(one, np.column_stack([picked, table]), chosen)
             picked, table = whole[:, 0], whole[:, 1:]
         tables.append(table)
         left.append(picked)
@@ -229,7 +236,7 @@ def _fitted(samples: Samples, channel: str, values: Sequence[Floats], inside: Se
     return Excess(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
-def _notched(one: Mapping[str, Any], values: Floats, chosen: NDArray[np.bool_]) -> Floats:
+def _remove_ripple(one: Mapping[str, Any], values: Floats, chosen: NDArray[np.bool_]) -> Floats:
     """Values (m, k) at the samples chosen, less the load motor's ripple: each recording's own, in each direction.
 
     The simulation is silent at these orders (bench-physics, "Nominal simulation" 1): what an effect does to them is
@@ -238,12 +245,12 @@ def _notched(one: Mapping[str, Any], values: Floats, chosen: NDArray[np.bool_]) 
     out = values.copy()
     angle, side = one["load_angle"][chosen], one["side"][chosen]
     for way in (-1.0, 1.0):
-        own = side == way
-        if np.count_nonzero(own) < _FEWEST or np.ptp(angle[own]) < _WAVES * 2.0 * np.pi / _RIPPLE[0]:
+        mask = side == way
+        if np.count_nonzero(mask) < _FEWEST or np.ptp(angle[mask]) < _WAVES * 2.0 * np.pi / _RIPPLE[0]:
             continue
-        waves = np.column_stack([wave(order * angle[own]) for order in _RIPPLE for wave in (np.cos, np.sin)])
+        waves = np.column_stack([wave(order * angle[mask]) for order in _RIPPLE for wave in (np.cos, np.sin)])
         whole = np.column_stack([waves, np.ones(waves.shape[0])])
-        out[own] -= waves @ np.linalg.lstsq(whole, values[own], rcond=None)[0][:-1]
+        out[mask] -= waves @ np.linalg.lstsq(whole, values[mask], rcond=None)[0][:-1]
     return out
 
 

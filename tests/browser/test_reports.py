@@ -17,8 +17,8 @@ REPORT = "<!doctype html><title>report</title><h1>What the simulation leaves out
 
 
 def finding(effect: str, status: str = "named", confidence: float = 0.95) -> dict[str, Any]:
-    told = {"effect": effect, "name": f"{effect} in words", "status": status, "confidence": confidence}
-    return told | {"channel": "motor_torque", "location": {"text": "everywhere"}}
+    content = {"effect": effect, "name": f"{effect} in words", "status": status, "confidence": confidence}
+    return content | {"channel": "motor_torque", "location": {"text": "everywhere"}}
 
 
 def report(root: Path, id_: str, folder: str, asked_at: str, error: float, *findings: dict[str, Any]) -> None:

@@ -64,9 +64,9 @@ def ran() -> set[Command]:
 def test_short_commands_run(command: Command, folder: Path, ran: set[Command], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(folder)
     before = SHORT[: SHORT.index(command)]
-    for own in [*(c for c in before if c.page == command.page and c not in ran), command]:
-        run(own)
-        ran.add(own)
+    for earlier in [*(c for c in before if c.page == command.page and c not in ran), command]:
+        run(earlier)
+        ran.add(earlier)
 
 
 def run(command: Command) -> None:

@@ -33,7 +33,7 @@ class Waiting(Protocol):
 
     @property
     def is_real_time(self) -> bool:
-        """Whether its time goes on by itself."""
+        """Whether its time is that of the clock."""
         ...
 
     @property
@@ -46,7 +46,7 @@ class Waiting(Protocol):
         ...
 
 
-def asked(
+def ask_sequence(
     what: str, answer: Callable[[], T], bench: Waiting, stop: Callable[[], bool], patience_s: float = PATIENCE_S
 ) -> T:
     """Return ``answer()``; ``what`` names it in a sentence, such as ``the plan of campaign quick``.

@@ -29,7 +29,7 @@ class Check:
 
     @property
     def passed(self) -> bool | None:
-        """Whether the value lies within its bounds, None where nobody looked; not a number does not."""
+        """Whether the value lies within its bounds; None where it was not checked, False for NaN."""
         return None if self.value is None else self.low <= self.value <= self.high
 
     @property
@@ -43,13 +43,13 @@ class Check:
 
 @dataclass(frozen=True, slots=True)
 class Gate:
-    """The checks of one recording, those that nobody made included."""
+    """The checks of one recording, including those that could not be made."""
 
     checks: tuple[Check, ...]
 
     @property
     def passed(self) -> bool:
-        """Whether every check that was made passed; a recording of which nothing was looked at does not pass."""
+        """Whether every check that was made passed; without any check a recording does not pass."""
         made = [check.passed for check in self.checks if check.passed is not None]
         return bool(made) and all(made)
 
@@ -59,7 +59,7 @@ class Gate:
         return "; ".join(check.text for check in self.checks if check.passed is False)
 
     def as_dict(self) -> dict[str, Any]:
-        """For the recording's and the manifest's ``quality``; ``passed`` is None where nobody looked."""
+        """For the recording's and the manifest's ``quality``; ``passed`` is None where nothing was checked."""
         return {
             check.name: {
                 "passed": check.passed,

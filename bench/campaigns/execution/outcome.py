@@ -1,4 +1,4 @@
-"""What becomes of a take, and of a run that failed: pure of everything but what the bench has shown."""
+"""Result of a take, and of a run that failed: pure functions of what was recorded."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from bench.protocols import Point
 from bench.safety import Cause
 
 
-def judged(
+def judge_take(
     begun: Taken, point: Point, recorder: Recorder, end: End, skipped: bool, bench: BenchConfiguration
 ) -> tuple[Taken, bool]:
     """Return what became of a take, and whether it went on to its end; what was poor stands in its events.

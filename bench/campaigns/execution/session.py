@@ -11,7 +11,7 @@ from datetime import datetime
 from pathlib import Path
 from types import FrameType
 
-from bench.campaigns.execution.asked import Stopped, asked
+from bench.campaigns.execution.asked import Stopped, ask_sequence
 from bench.campaigns.execution.runner import Runner
 from bench.campaigns.listener import Listener, Silent, Tap
 from bench.campaigns.operator.directions import Directions
@@ -27,7 +27,7 @@ from bench.cycle.rig import Rig
 from bench.errors import ConfigurationError
 from bench.safety import Cause
 from bench.safety.acts import latch_of, require_resumable, resume
-from bench.safety.torque_mark import marked
+from bench.safety.torque_mark import torque_mark
 from bench.stop_button import StopButton, listening
 
 STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGQUIT)
@@ -102,11 +102,11 @@ def run_campaign(
     with (
         _pressed_by_others(folder) if button is None else nullcontext(button) as button,
         stop_on_signals(button),
-        marked(file.configuration, f"{campaign.name} in {folder.name}", (listener or Silent()).noticed),
+        torque_mark(file.configuration, f"{campaign.name} in {folder.name}", (listener or Silent()).noticed),
         precedence(file.configuration.bus.master != "emulated") as refused,
         Rig(file, seed=seed, real_time=real_time, latch=latch, zero=zero, not_before=not_before) as rig,
     ):
-        rig.tell_stops(button.stopped)
+        rig.report_stops_to(button.stopped)
         if tap is not None:
             tap.opened(rig)
         if zero is not None:
@@ -123,7 +123,7 @@ def run_campaign(
             return button.is_pressed or (directions is not None and directions.stop_requested)
 
         try:
-            plan = asked(
+            plan = ask_sequence(
                 f"the plan of campaign {campaign.name}",
                 lambda: make_plan(campaign, file.configuration, rig.temperature),
                 rig,

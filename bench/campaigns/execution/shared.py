@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from bench.campaigns.execution.asked import asked
+from bench.campaigns.execution.asked import ask_sequence
 from bench.campaigns.execution.outcome import end_of
 from bench.campaigns.listener import Listener, Tap, Tapped
 from bench.campaigns.operator.directions import Directions
@@ -36,8 +36,8 @@ class Shared:
         return self.interrupted() or self.directions.stop_requested
 
     def asked(self, what: str, answer: Callable[[], T]) -> T:
-        """Have somebody else's code answer while the bus goes on."""
-        return asked(what, answer, self.rig, self.stop_requested)
+        """Call code of a sequence while the bus goes on."""
+        return ask_sequence(what, answer, self.rig, self.stop_requested)
 
     def failed(self, error: Exception, sink: Sink | None = None) -> End:
         """Bring the bench to rest after a failure of the run itself; return the end it makes of the run."""

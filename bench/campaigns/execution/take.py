@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from bench.campaigns.execution.asked import Stopped
-from bench.campaigns.execution.outcome import judged
+from bench.campaigns.execution.outcome import judge_take
 from bench.campaigns.execution.points import Points
 from bench.campaigns.execution.room import NotWritten
 from bench.campaigns.execution.shared import Shared
@@ -86,7 +86,7 @@ class Takes:
                 self._points.where(task),
             )
             skipped = end.kind is EndKind.INTERRUPTED and not self._shared.stop_requested()
-            taken, complete = judged(begun, point, recorder, end, skipped, config)
+            taken, complete = judge_take(begun, point, recorder, end, skipped, config)
             if recorder.ended is not None:
                 self._shared.listener.noticed(recorder.ended)
         except Exception as error:  # noqa: BLE001 - whatever it was: the bench comes to rest, the file is finished

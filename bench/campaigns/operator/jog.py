@@ -26,12 +26,12 @@ from bench.errors import LimitError
 from bench.protocols import Point
 from bench.safety import Cause
 from bench.safety.acts import latch_of, require_resumable
-from bench.safety.torque_mark import marked
+from bench.safety.torque_mark import torque_mark
 from bench.stop_button import StopButton
 
 _LATE_LOOKS = 5
 """Looks at the bench without torque that a word of who holds it may be late at the beginning."""
-_TURNS = 1.0
+_REVOLUTIONS = 1.0
 """Of the load side: it ends there, whoever still holds it."""
 
 
@@ -68,18 +68,18 @@ def jog(
     zero = None if commissioned is None else commissioned.zero
     low = gentle(file)
     with (
-        marked(file.configuration, "motion by hand", noticed),
+        torque_mark(file.configuration, "motion by hand", noticed),
         precedence(file.configuration.bus.master != "emulated") as refused,
         Rig(low, seed=seed, real_time=real_time, latch=latch, zero=zero) as rig,
     ):
-        rig.tell_stops(button.stopped)
+        rig.report_stops_to(button.stopped)
         if tap is not None:
             tap.opened(rig)
         if zero is not None:
             require_zero(rig, zero)
         for note in filter(None, (*rig.notes, refused)):
             noticed(note)
-        point = Point("constant_velocity", velocity=velocity, options=(("revolutions", _TURNS),))
+        point = Point("constant_velocity", velocity=velocity, options=(("revolutions", _REVOLUTIONS),))
         phases = check_phases(
             build_sequence(point.sequence, point.options).phases(point, facts(low.configuration)),
             low.configuration,

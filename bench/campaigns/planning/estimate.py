@@ -20,7 +20,7 @@ _STEP_S = 20.0
 
 @dataclass(frozen=True, slots=True)
 class ThermalState:
-    """Where the estimate stands. ``time_s`` since the campaign began, ``energy_j`` drawn, ``temperature`` in °C."""
+    """State of the estimate. ``time_s`` since the campaign began, ``energy_j`` drawn, ``temperature`` in °C."""
 
     temperature: float
     time_s: float = 0.0

@@ -27,7 +27,7 @@ def costs(plan: Plan) -> dict[Point, float]:
 
 
 def planned_way(plan: Plan) -> list[tuple[float, float]]:
-    """Return the lubricant's planned way: (time in s since the campaign began, °C) at the ends of every task."""
+    """Return the planned temperature: (time in s since the campaign began, °C) at the ends of every task."""
     way = [(0.0, plan.start_temperature)]
     for task in plan.tasks:
         way.append((task.start_s + task.duration_s, task.end_temperature))

@@ -1,4 +1,4 @@
-"""Finishes recordings where nobody waits, and writes into the journal, in their order, what became of each."""
+"""Finishes recordings in the background, and writes the result of each into the journal, in their order."""
 
 from __future__ import annotations
 

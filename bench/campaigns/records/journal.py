@@ -62,7 +62,7 @@ def require_same(folder: Path, campaign: Campaign, file: BenchFile) -> None:
         return
     for key, digest, what in _claims(campaign, file):
         if kept.get(key, digest) != digest:
-            raise _other(folder, what)
+            raise _wrong_folder_error(folder, what)
 
 
 def _claims(campaign: Campaign, file: BenchFile) -> tuple[tuple[str, str, str], ...]:
@@ -72,7 +72,7 @@ def _claims(campaign: Campaign, file: BenchFile) -> tuple[tuple[str, str, str], 
     )
 
 
-def _other(folder: Path, what: str) -> ConfigurationError:
+def _wrong_folder_error(folder: Path, what: str) -> ConfigurationError:
     return ConfigurationError(
         f"{folder} holds recordings that were not made with {what}; give another folder with --out"
     )
@@ -144,7 +144,7 @@ class Journal:
         try:
             for key, digest, what in _claims(campaign, file):
                 if self.remember(key, digest) != digest:
-                    raise _other(folder, what)
+                    raise _wrong_folder_error(folder, what)
             self._settle()
         except BaseException:
             self.close()
@@ -173,11 +173,11 @@ class Journal:
 
     def begin(self, taken: Taken) -> None:
         """Write down that a recording is about to be made."""
-        self._put(taken, _BEGUN)
+        self._store_take(taken, _BEGUN)
 
     def end(self, taken: Taken) -> None:
         """Write down what became of it; its file has its final name."""
-        self._put(taken, taken.status.value)
+        self._store_take(taken, taken.status.value)
 
     def close(self) -> None:
         """Close the database and let go of the folder."""
@@ -214,7 +214,7 @@ class Journal:
             self.notes = [f"{path} {why}; it was made anew from {len(found.takes)} recordings", *found.notes]
         return database
 
-    def _put(self, taken: Taken, status: str) -> None:
+    def _store_take(self, taken: Taken, status: str) -> None:
         with self._transaction():
             self._database.execute("INSERT OR REPLACE INTO takes VALUES (?, ?, ?, ?, ?)", _row(taken, status))
 
@@ -237,13 +237,13 @@ class Journal:
         rows = self._database.execute("SELECT content FROM takes WHERE status = ?", (_BEGUN,)).fetchall()
         for (content,) in rows:
             taken = Taken.from_dict(json.loads(content))
-            settled = self._settled(taken)
+            settled = self._settle_take(taken)
             if settled is not None:
                 self.end(settled)
             else:
                 self._database.execute("DELETE FROM takes WHERE recording_id = ?", (taken.recording_id,))
 
-    def _settled(self, taken: Taken) -> Taken | None:
+    def _settle_take(self, taken: Taken) -> Taken | None:
         """Return what became of a take that was begun but not ended, None if nothing of it reached the disk."""
         path = self._folder / taken.file
         part = path.with_name(path.name + PART_SUFFIX)

@@ -1,4 +1,4 @@
-"""A journal that cannot be read is put aside and made anew from the recordings, which say themselves what they are."""
+"""A journal that cannot be read is put aside and rebuilt from the headers of the recordings."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from bench.errors import RecordingError
 from bench.names import why_no_name
 from bench.recording import Recording, guarded
 from bench.recording.header import PART_SUFFIX
-from bench.recording.reader import opened
+from bench.recording.reader import open_file
 from bench.recording.repairing import repair
 
 CAMPAIGN_DIGEST, START_TEMPERATURE = "campaign_digest", "campaign_start_temperature"
@@ -36,7 +36,7 @@ _NOT_BROKEN = frozenset(
 
 @dataclass
 class Found:
-    """What the recordings of a folder say.
+    """Contents of the headers of a folder's recordings.
 
     Attributes
     ----------
@@ -122,7 +122,7 @@ def read_take(path: Path) -> dict[str, Any]:
         If it cannot be read.
     """
     recording = Recording.open(path)
-    with opened(path) as file:
+    with open_file(path) as file:
         attributes = {
             str(name): file.attrs[name] for name in ("label", CAMPAIGN_DIGEST, START_TEMPERATURE) if name in file.attrs
         }

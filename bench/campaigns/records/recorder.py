@@ -83,9 +83,9 @@ class Recorder:
         """Begin a segment at the next row, or end the one that is open."""
         self._steady, self._steady_start = segment is Segment.STEADY, math.nan
         if segment is None:
-            self._do(self._writer.end_segment)
+            self._record(self._writer.end_segment)
         else:
-            self._do(lambda: self._writer.begin_segment(segment.value))
+            self._record(lambda: self._writer.begin_segment(segment.value))
 
     def rows(self, raw: dict[str, NDArray[Any]]) -> None:
         """Take raw rows of every channel."""
@@ -96,14 +96,14 @@ class Recorder:
             self._first = int(cycle[0])
         first = self._first
         self._look(raw)
-        self._do(lambda: self._writer.append({**raw, "time": cycle - first}))
+        self._record(lambda: self._writer.append({**raw, "time": cycle - first}))
 
     def event(self, level: str, text: str) -> None:
         """Note an event at the time of the next row."""
-        self._do(lambda: self._writer.event(self._writer.rows * self._cycle_time, level, text))
+        self._record(lambda: self._writer.event(self._writer.rows * self._cycle_time, level, text))
 
-    def _do(self, record: Callable[[], None]) -> None:
-        """Record, as long as the recording goes on."""
+    def _record(self, record: Callable[[], None]) -> None:
+        """Call ``record`` unless the recording has ended already."""
         if self.ended is not None:
             return
         try:
@@ -112,7 +112,7 @@ class Recorder:
             self.ended = str(error)
 
     def remark(self, text: str) -> str | None:
-        """Note what an operator said; return why that was not possible, which is nothing a recording ends for."""
+        """Store a remark of the operator; return why that was not possible. The recording goes on in either case."""
         try:
             self.event("note", text)
         except Exception as error:  # noqa: BLE001 - told to the operator; rows have a way of their own to fail

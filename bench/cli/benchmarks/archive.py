@@ -26,7 +26,9 @@ def archive(
     from bench.archive.benchmark import measure_archive
 
     with tempfile.TemporaryDirectory(prefix="bench-archive-") as folder:
-        figures = measure_archive(out or Path(folder), recordings, told=lambda text: None if as_json else say(text))
+        figures = measure_archive(
+            out or Path(folder), recordings, report_progress=lambda text: None if as_json else say(text)
+        )
     if as_json:
         say(json.dumps(figures.as_dict()))
         return

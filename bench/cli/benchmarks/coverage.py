@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from bench.cli._plain import say
+from bench.cli._stored import load_stored
 from bench.cli._stored import store as keep
-from bench.cli._stored import stored
 from bench.errors import BenchError
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def coverage(
 
     # of the program that is running: others may commit meanwhile
     made_by = commit()
-    content = stored(store, _empty(bench), ("format", "bench"))
+    content = load_stored(store, _empty(bench), ("format", "bench"))
     if again:
         content |= {"campaigns": [], "pairs": []}
     content["asked"] = campaigns
@@ -59,7 +59,7 @@ def coverage(
     for number, seed in enumerate(range(first, first + campaigns), 1):
         if seed in done and _model(work, seed).exists():
             continue
-        done[seed] = _measured(recordings(seed, work, bench, rated), seed, work, file, made_by)
+        done[seed] = _identify_campaign(recordings(seed, work, bench, rated), seed, work, file, made_by)
         content["campaigns"] = [done[key] for key in sorted(done)]
         content["pairs"] = [row for row in content["pairs"] if seed not in (row["before"], row["after"])]
         keep(store, content)
@@ -96,7 +96,7 @@ def _model(work: Path, seed: int) -> Path:
     return work / f"model-{seed:03d}.json"
 
 
-def _measured(folder: Path, seed: int, work: Path, bench: BenchFile, made_by: str) -> dict[str, Any]:
+def _identify_campaign(folder: Path, seed: int, work: Path, bench: BenchFile, made_by: str) -> dict[str, Any]:
     """Identify one campaign; its deviations from the truth as they are stored."""
     from bench.identification import Options, identify_folder, to_simulation
     from bench.identification.comparison.coverage import deviates

@@ -40,7 +40,7 @@ def faults(
     from bench.matrix import ROWS, WIRE
     from bench.matrix.outcome import Envelope
     from bench.matrix.run import run_rows_often
-    from bench.matrix.store import load, merged, save
+    from bench.matrix.store import load, newest_outcomes, save
     from bench.matrix.summary import summary
     from bench.matrix.table import page
     from bench.proof.results import commit
@@ -60,8 +60,8 @@ def faults(
             rate = f"{outcome.right} of {outcome.tries} tries "
             say(f"{outcome.name:32} {outcome.cause.lower() or '-':24} {stopped:22} {rate}{verdict}")
         if store is not None:
-            save(store, merged(earlier, outcomes, ROWS))
-    shown = merged(earlier, outcomes, ROWS)
+            save(store, newest_outcomes(earlier, outcomes, ROWS))
+    shown = newest_outcomes(earlier, outcomes, ROWS)
     if table is not None:
         envelope = Envelope.of(file.configuration)
         text = (

@@ -10,8 +10,8 @@ from typing import Annotated
 import typer
 
 from bench.cli._plain import say
+from bench.cli._stored import load_stored
 from bench.cli._stored import store as keep
-from bench.cli._stored import stored
 
 FORMAT, FORMAT_VERSION = "bench-investigate", "1.0"
 
@@ -31,26 +31,26 @@ def investigate(
 
     It can be stopped and run again at any time; a plant counts when all three are done.
     """
-    from bench.investigate.proof.page import into, tables
+    from bench.investigate.proof.page import insert_tables, tables
     from bench.investigate.proof.plants import cases
     from bench.investigate.proof.run import run
     from bench.proof.results import commit
 
     made_by = commit()
-    content = stored(store, {"format": FORMAT, "format_version": FORMAT_VERSION, "command": "", "campaigns": []})
+    content = load_stored(store, {"format": FORMAT, "format_version": FORMAT_VERSION, "command": "", "campaigns": []})
     content |= {"command": f"bench benchmark investigate --plants {plants} --seed {seed}", "asked": plants}
     each = len(cases(seed))
     for number in range(plants):
-        own = seed + number // each
-        case = cases(own)[number % each]
-        if any((row["seed"], row["case"]) == (own, case.name) for row in content["campaigns"]):
+        case_seed = seed + number // each
+        case = cases(case_seed)[number % each]
+        if any((row["seed"], row["case"]) == (case_seed, case.name) for row in content["campaigns"]):
             continue
         about = {"commit": made_by, "day": datetime.now(UTC).date().isoformat()}
-        tell = (lambda _: None) if as_json else say
-        content["campaigns"] += [row | about for row in run(case, own, tell)]
+        report_progress = (lambda _: None) if as_json else say
+        content["campaigns"] += [row | about for row in run(case, case_seed, report_progress)]
         keep(store, content)
     if table is not None:
-        table.write_text(into(table.read_text("utf-8") if table.exists() else "", content), "utf-8")
+        table.write_text(insert_tables(table.read_text("utf-8") if table.exists() else "", content), "utf-8")
     if picture is not None:
         from bench.investigate.proof.picture import draw
 

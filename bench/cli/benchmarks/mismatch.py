@@ -30,13 +30,13 @@ def mismatch(
     if as_json:
         say(json.dumps(figures.as_dict()))
         return
-    told = figures.as_dict()
+    result = figures.as_dict()
     say(
         f"{figures.recordings} recordings, {figures.samples / 1e6:.2f} million samples a channel: {figures.verdict}\n"
         f"{figures.total_s:.1f} s ({figures.cpu_s:.1f} s of CPU): reading {figures.reading_s:.1f} s,"
         f" searching {figures.searching_s:.1f} s, scoring and report {figures.scoring_s:.1f} s;"
         f" peak memory {figures.peak_memory / 1e9:.2f} GB\n"
-        f"merely reading the files takes {figures.read_s:.1f} s: ratio {told['ratio_to_reading']:.1f}"
+        f"merely reading the files takes {figures.read_s:.1f} s: ratio {result['ratio_to_reading']:.1f}"
     )
     if figures.identify_s is not None:
-        say(f"identifying them takes {figures.identify_s:.1f} s: ratio {told['ratio_to_identify']:.1f}")
+        say(f"identifying them takes {figures.identify_s:.1f} s: ratio {result['ratio_to_identify']:.1f}")

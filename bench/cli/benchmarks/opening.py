@@ -23,7 +23,9 @@ def opening(
     from bench.matrix.opening_times import measure_opening
 
     with tempfile.TemporaryDirectory(prefix="bench-opening-", ignore_cleanup_errors=True) as folder:
-        found = measure_opening(rounds, Path(folder), told=lambda text: None if as_json else say(f"{text} …"))
+        found = measure_opening(
+            rounds, Path(folder), report_progress=lambda text: None if as_json else say(f"{text} …")
+        )
     if as_json:
         say(json.dumps(found.as_dict()))
         return

@@ -23,7 +23,7 @@ def page(
     from bench.matrix.page_speed import measure_page
 
     with tempfile.TemporaryDirectory(prefix="bench-page-", ignore_cleanup_errors=True) as folder:
-        found = measure_page(seconds, Path(folder), told=lambda text: None if as_json else say(f"{text} …"))
+        found = measure_page(seconds, Path(folder), report_progress=lambda text: None if as_json else say(f"{text} …"))
     if as_json:
         say(json.dumps(found.as_dict()))
         return

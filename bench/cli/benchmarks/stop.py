@@ -40,7 +40,7 @@ def stop(
     from bench.proof.results import commit
 
     before = [] if store is None or not store.exists() else json.loads(store.read_text("utf-8"))
-    known = {(row.condition, row.press): row for row in (Row(**entry) for entry in before)}
+    known = {(row.condition, row.press): row for row in (Row.of(entry) for entry in before)}
     pairs = [(condition, press) for condition in CONDITIONS for press in PRESSES]
     nice = f", programs at nice {os.nice(0)}" if os.nice(0) else ""
     made = f"{datetime.now(UTC).date()}, commit {commit() or 'unknown'}, {os.cpu_count()} processors{nice}"
@@ -60,7 +60,7 @@ def stop(
             store.write_text(json.dumps([one.as_dict() for one in shown], ensure_ascii=False, indent=1) + "\n", "utf-8")
         if not as_json:
             off = "no time seen" if row.torque_off_s is None else f"torque off after {row.torque_off_s:.2f} s"
-            say(f"{name:38} {off:26} {row.note or row.told}")
+            say(f"{name:38} {off:26} {row.note or row.answer}")
     shown = [known[pair] for pair in pairs if pair in known]
     if table is not None:
         table.write_text(page(shown, stop_times.WATCH_S), "utf-8")

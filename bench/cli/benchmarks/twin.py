@@ -10,8 +10,8 @@ from typing import Annotated, Any
 import typer
 
 from bench.cli._plain import say
+from bench.cli._stored import load_stored
 from bench.cli._stored import store as keep
-from bench.cli._stored import stored
 
 FORMAT, FORMAT_VERSION = "bench-twin", "1.0"
 
@@ -38,11 +38,11 @@ def twin(
     """
     from bench.proof.results import commit
     from bench.twin.proof.campaigns import WITHOUT, cases, run
-    from bench.twin.proof.page import into, tables
+    from bench.twin.proof.page import insert_tables, tables
 
     # of the program that is running: others may commit meanwhile
     made_by = commit()
-    content = stored(store, {"format": FORMAT, "format_version": FORMAT_VERSION, "command": "", "campaigns": []})
+    content = load_stored(store, {"format": FORMAT, "format_version": FORMAT_VERSION, "command": "", "campaigns": []})
     if campaigns or without:
         content["command"] = f"bench benchmark twin --campaigns {campaigns} --without {without}"
     done = {row["key"]: row for row in content["campaigns"]}
@@ -53,7 +53,7 @@ def twin(
             continue
         about = {"commit": made_by, "day": datetime.now(UTC).date().isoformat()}
         done[case.key] = run(case, work) | about
-        content["campaigns"] = [done[own.key] for own in listed if own.key in done]
+        content["campaigns"] = [done[listed_case.key] for listed_case in listed if listed_case.key in done]
         keep(store, content)
         if not as_json:
             say(f"campaign {number} of {len(listed)}: {case.change}")
@@ -61,7 +61,7 @@ def twin(
         content["cost"] = _cost(model, cost)
         keep(store, content)
     if table is not None:
-        table.write_text(into(table.read_text("utf-8") if table.exists() else "", content), "utf-8")
+        table.write_text(insert_tables(table.read_text("utf-8") if table.exists() else "", content), "utf-8")
     if picture is not None:
         from bench.errors import BenchError
         from bench.twin.proof.picture import draw

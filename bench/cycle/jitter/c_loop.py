@@ -44,7 +44,7 @@ def build(folder: Path, source: Path | None = None) -> Path | Unavailable:
     compiler = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
     if compiler is None:
         return Unavailable("there is no C compiler (cc, gcc or clang) on this machine")
-    found = _unpacked(folder, source)
+    found = _unpack_source(folder, source)
     if isinstance(found, Unavailable):
         return found
     program = folder / "cycle_loop"
@@ -83,7 +83,7 @@ def run(program: Path, interface: str, rate: float, seconds: float, priority: in
     return Notes(*notes.T)
 
 
-def _unpacked(folder: Path, source: Path | None) -> Path | Unavailable:
+def _unpack_source(folder: Path, source: Path | None) -> Path | Unavailable:
     if source is not None and source.is_dir():
         return source if (source / _SOURCES[0]).exists() else Unavailable(f"{source} holds no source of SOEM")
     if source is None:

@@ -54,24 +54,26 @@ class Comparison:
         return {"rates": [figures.as_dict() for figures in self.rates], "notes": list(self.notes)}
 
 
-def compare(near: str, far: str, conditions: Conditions, tell: Callable[[str], None]) -> Comparison:
-    """Measure on a pair of interfaces; ``tell`` hears what is being done."""
+def compare(near: str, far: str, conditions: Conditions, report_progress: Callable[[str], None]) -> Comparison:
+    """Measure on a pair of interfaces; ``report_progress`` is called before each step."""
     notes: list[str] = []
     with TemporaryDirectory(prefix="bench-cycle-") as name, ExitStack() as closing:
         folder = Path(name)
         program: Path | None = None
         if conditions.with_c:
-            tell("building the C loop")
+            report_progress("building the C loop")
             built = c_loop.build(folder, conditions.source)
             if isinstance(built, c_loop.Unavailable):
                 notes.append(f"no C loop: {built.reason}")
             else:
                 program = built
         if conditions.loaded:
-            tell("making a campaign for the load")
+            report_progress("making a campaign for the load")
             other = {conditions.emulator_cpu} if conditions.emulator_cpu is not None else None
             closing.enter_context(load.identification(folder, other))
-        rates = tuple(_at_rate(near, far, rate, conditions, program, folder, notes, tell) for rate in conditions.rates)
+        rates = tuple(
+            _at_rate(near, far, rate, conditions, program, folder, notes, report_progress) for rate in conditions.rates
+        )
     return Comparison(rates, tuple(dict.fromkeys(notes)))
 
 
@@ -83,7 +85,7 @@ def _at_rate(
     program: Path | None,
     folder: Path,
     notes: list[str],
-    tell: Callable[[str], None],
+    report_progress: Callable[[str], None],
 ) -> RateFigures:
     seconds, priority, cpu = conditions.seconds, conditions.priority, conditions.cpu
 
@@ -98,7 +100,7 @@ def _at_rate(
         loops["the C loop"] = lambda: c_loop.run(program, near, rate, seconds, priority, cpu)
     found = []
     for name, loop in loops.items():
-        tell(f"{name} at {rate:g} Hz")
+        report_progress(f"{name} at {rate:g} Hz")
         with emulator(far, 1.0 / rate, *_emulator_options(conditions)), StealLog() as log:
             noted = loop()
         found.append(figures(noted, log, round(1e9 / rate)))

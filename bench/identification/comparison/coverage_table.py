@@ -26,7 +26,7 @@ def interval(right: int, tries: int) -> tuple[float, float]:
     return low, high
 
 
-def _covered(z: Sequence[float | None]) -> tuple[int, int]:
+def _count_covered(z: Sequence[float | None]) -> tuple[int, int]:
     known = np.asarray([v for v in z if v is not None])
     return int((np.abs(known) <= LIMIT).sum()), int(known.size)
 
@@ -70,7 +70,7 @@ def _symbol(name: str, unit: str, rows: Sequence[Mapping[str, Any]], std: str, z
         float(np.mean([r["truth"] for r in rows])),
         float(np.sqrt(np.mean([r.get(std, r["std"]) ** 2 for r in rows]))),
     )
-    right, tries = _covered([r.get(z, r["z"]) for r in rows])
+    right, tries = _count_covered([r.get(z, r["z"]) for r in rows])
     low, high = interval(right, tries)
     scatter = f"{off.std(ddof=1):.2g}" if off.size > 1 else ""
     return _row([
@@ -85,7 +85,7 @@ def series(campaigns: Sequence[Mapping[str, Any]]) -> list[str]:
     out = _head(["direction", "coefficients", "number", "covered", "lowest and highest campaign", "92 to 98 %"])
     for direction in ("positive", "negative"):
         for kind, name in _KINDS.items():
-            each = [_covered(c["series"][direction].get(kind, ())) for c in campaigns if direction in c["series"]]
+            each = [_count_covered(c["series"][direction].get(kind, ())) for c in campaigns if direction in c["series"]]
             right, tries = sum(r for r, _ in each), sum(n for _, n in each)
             if not tries:
                 continue

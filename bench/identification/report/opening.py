@@ -59,7 +59,7 @@ QUANTITIES: dict[str, str] = {
 
 def three_lines(found: Identification) -> tuple[str, str, str]:
     """How good the model is, what this gearbox is like, and what is not known of it; one sentence each."""
-    return verdict(found), _gearbox(found), _unknown(found)
+    return verdict(found), _gearbox(found), _unknown_sentence(found)
 
 
 def opening(found: Identification, since_last: Sequence[str] = ()) -> str:
@@ -97,7 +97,7 @@ def _gearbox(found: Identification) -> str:
     return f"This gearbox: {'; '.join(parts)}." if parts else "Nothing of this gearbox could be identified."
 
 
-def _unknown(found: Identification) -> str:
+def _unknown_sentence(found: Identification) -> str:
     bad = list(doubtful(found))
     parts = [f"values that cannot be: {', '.join(bad)}"] if bad else []
     missing = [key for key in MEANING if key not in parameters(found)]

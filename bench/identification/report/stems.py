@@ -25,11 +25,11 @@ def stems(found: Identification) -> tuple[str, str] | None:
         place = np.arange(size.size)
         spread = np.zeros(size.size)
         if fourier.covariance is not None:
-            own = fourier.covariance[:, :TERM_COUNT, :TERM_COUNT]
-            spread = 1e6 * np.sqrt(np.maximum(np.einsum("i,kij,j->k", x, own, x), 0.0))
+            covariance = fourier.covariance[:, :TERM_COUNT, :TERM_COUNT]
+            spread = 1e6 * np.sqrt(np.maximum(np.einsum("i,kij,j->k", x, covariance, x), 0.0))
         parts = [part_of(float(order), found.gearbox, found.notch_orders) for order in fourier.orders]
         for part in dict.fromkeys(parts):
-            at = np.array([own == part for own in parts])
+            at = np.array([name_of_part == part for name_of_part in parts])
             colour = PART_COLOURS.get(part, "k")
             axes.vlines(place[at], 0.0, size[at], color=colour, lw=2.0)
             axes.errorbar(place[at], size[at], 2.0 * spread[at], fmt="o", ms=4, capsize=3, color=colour, label=part)

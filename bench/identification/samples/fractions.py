@@ -34,7 +34,7 @@ def fractions(orders: Sequence[float]) -> FloatArray:
     return values[~is_whole(values)]
 
 
-def beside(found: FloatArray, highest_order: int) -> FloatArray:
+def extra_frequencies(found: FloatArray, highest_order: int) -> FloatArray:
     """Frequencies (E,) of the unit sums that fractions (F,) need with those to ``highest_order`` and each other."""
     if not found.size:
         return NO_FRACTIONS

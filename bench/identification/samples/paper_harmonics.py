@@ -109,8 +109,8 @@ def paper_harmonics(
     grid, even = equidistant(theta, error)
     step = grid[1] - grid[0]
     even = notch(even, step, notch_orders)
-    turn = min(round(2.0 * np.pi / step), even.size)
-    angle, once = grid[:turn], even[:turn]
+    count = min(round(2.0 * np.pi / step), even.size)
+    angle, once = grid[:count], even[:count]
     # ∫ TE·exp(−i·f·θ̄) dθ̄ / π over one revolution, θ̄ counted from the encoder's zero: a_k − i·b_k.
     frequencies = np.asarray(orders, dtype=np.float64)
     integral = fourier_sums(once, frequencies * step) * np.exp(-1j * frequencies * angle[0]) * step / np.pi

@@ -16,7 +16,7 @@ from bench.errors import RecordingError
 from bench.identification.samples.band_limited import band_limited_rows
 from bench.identification.samples.blocks import Blocks, make_blocks
 from bench.identification.samples.paper_harmonics import Harmonics, paper_harmonics
-from bench.identification.samples.rounding import rounded_twice, undone
+from bench.identification.samples.rounding import rounded_twice, with_single_rounding
 from bench.identification.samples.rows import Rows
 from bench.identification.samples.spikes import spikes
 from bench.identification.samples.steady import ReductionOptions, SteadySums, steady_sums
@@ -104,7 +104,9 @@ def _read(
     twice = torque_step is not None and rounded_twice(recording.specs.get("motor_torque"), torque_step)
     channels = recording.read_si([name for name in names if not (twice and name == "motor_torque")])
     if twice and torque_step is not None:
-        channels["motor_torque"] = undone(recording.raw("motor_torque"), recording.specs["motor_torque"], torque_step)
+        channels["motor_torque"] = with_single_rounding(
+            recording.raw("motor_torque"), recording.specs["motor_torque"], torque_step
+        )
     gaps = np.empty(0, dtype=np.int64)
     if "cycle" in recording.specs:
         gaps, lost = lost_cycles(recording.raw("cycle").astype(np.int64))

@@ -145,7 +145,7 @@ def rounded_twice(spec: ChannelSpec | None, step: float) -> bool:
     return FINEST <= step / abs(spec.scale) <= COARSEST
 
 
-def undone(codes: NDArray[np.integer], spec: ChannelSpec, step: float) -> FloatArray:
+def with_single_rounding(codes: NDArray[np.integer], spec: ChannelSpec, step: float) -> FloatArray:
     """Values (n,) of ``codes`` (n,) in the channel's unit, as if the drive's ``step`` were the only rounding.
 
     Each code is read as the mean of the drive's steps that it takes in; one that takes in none as it is.

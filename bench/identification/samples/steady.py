@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from bench.identification.samples.fractions import beside, fractions, sums_at
+from bench.identification.samples.fractions import extra_frequencies, fractions, sums_at
 from bench.identification.samples.sums import angle_sums
 from bench.identification.samples.windows import SteadyWindow, counting_bias
 
@@ -68,7 +68,7 @@ class SteadySums:
         (float32).
     resolution : rad, one count of the motor encoder at the load side (0 where not quantised).
     counting_bias : rad, standard deviation of the mean error that counting leaves at this speed.
-    fractions, unit_extra : (F,), (E,) frequencies that are no whole number; ``first_turn`` : whole revolutions of
+    fractions, unit_extra : (F,), (E,) frequencies that are no whole number; ``first_revolution`` : whole revolutions of
         the first kept sample, from which such orders go on.
     """
 
@@ -88,7 +88,7 @@ class SteadySums:
     counting_bias: float
     fractions: FloatArray
     unit_extra: FloatArray
-    first_turn: float
+    first_revolution: float
 
     @property
     def highest_order(self) -> int:
@@ -97,7 +97,7 @@ class SteadySums:
 
     def turned(self) -> FloatArray:
         """Angles (N,) of the kept samples in rad, with their whole revolutions."""
-        return np.asarray(np.unwrap(self.angle / ANGLE_STEPS * TURN) + self.first_turn * TURN)
+        return np.asarray(np.unwrap(self.angle / ANGLE_STEPS * TURN) + self.first_revolution * TURN)
 
 
 def _block_slices(start: int, stop: int, count: int) -> Iterable[slice]:
@@ -110,8 +110,8 @@ def _fixed_point(theta: FloatArray) -> NDArray[np.uint32]:
     """Angles (N,) in rad as 2⁻³² revolutions, whole revolutions dropped."""
     out = np.empty(theta.size, dtype=np.uint32)
     for n in range(theta.size):
-        turns = theta[n] * (1.0 / TURN)
-        out[n] = np.uint32((turns - np.floor(turns)) * ANGLE_STEPS)
+        revolutions = theta[n] * (1.0 / TURN)
+        out[n] = np.uint32((revolutions - np.floor(revolutions)) * ANGLE_STEPS)
     return out
 
 
@@ -139,7 +139,7 @@ def steady_sums(
     highest_order, count = options.highest_order, options.block_count
     means = np.full((3, count), np.nan)
     broken = fractions(options.orders)
-    extra = beside(broken, highest_order)
+    extra = extra_frequencies(broken, highest_order)
     unit = np.empty((count, 2 * highest_order + 1 + extra.size), dtype=np.complex128)
     first = np.empty((count, highest_order + 1 + broken.size), dtype=np.complex128)
     second = np.zeros((count, highest_order + 1 + broken.size), dtype=np.complex128)

@@ -90,11 +90,13 @@ def projections(sums: ComplexArray, orders: FloatArray, extra: FloatArray = NO_F
 
 @dataclass(frozen=True, slots=True)
 class Shifts:
-    """Where the sums of a series stand in those of unit strengths: columns (F,) of F frequencies, and (F, K) of each
-    frequency above and below an order of K; ``mirrored`` (F, K) where that below is negative.
+    """Columns in an array of sums of unit strength that make up the sums of a series of K orders at F frequencies.
+
+    ``unshifted`` (F,) are those of the frequencies themselves, ``above`` and ``below`` (F, K) those of each frequency
+    plus and minus each order; ``mirrored`` (F, K) is true where the difference is negative.
     """
 
-    own: IntArray
+    unshifted: IntArray
     above: IntArray
     below: IntArray
     mirrored: NDArray[np.bool_]
@@ -112,23 +114,23 @@ class Shifts:
 
     def series(self, sums: ComplexArray, coefficients: FloatArray) -> ComplexArray:
         """Sums (F,) of the series with ``coefficients`` (B, 2K + 1) in blocks, from their unit sums (B, …)."""
-        return np.asarray(_series(sums, coefficients, self.own, self.above, self.below, self.mirrored))
+        return np.asarray(_series(sums, coefficients, self.unshifted, self.above, self.below, self.mirrored))
 
 
 @njit(cache=True)
 def _series(
     sums: ComplexArray,
     coefficients: FloatArray,
-    own: IntArray,
+    unshifted: IntArray,
     above: IntArray,
     below: IntArray,
     mirrored: NDArray[np.bool_],
 ) -> ComplexArray:
     size = above.shape[1]
-    out = np.zeros(own.size, dtype=np.complex128)
+    out = np.zeros(unshifted.size, dtype=np.complex128)
     for b in range(sums.shape[0]):
-        for i in range(own.size):
-            total = coefficients[b, 2 * size] * sums[b, own[i]]
+        for i in range(unshifted.size):
+            total = coefficients[b, 2 * size] * sums[b, unshifted[i]]
             for k in range(size):
                 half = 0.5 * complex(coefficients[b, size + k], -coefficients[b, k])
                 under = sums[b, below[i, k]]

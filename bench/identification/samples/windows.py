@@ -90,14 +90,14 @@ def steady_window(recording: Recording, theta: FloatArray) -> SteadyWindow | str
             turned = abs(travel) / REVOLUTION
             longest = max(longest, turned)
             # Half a sample more on each side belongs to the stretch, so a whole revolution of N samples counts as one.
-            turns = int(np.floor(turned * (1.0 + 1.0 / max(stop - start - 1, 1)) + 1e-6))
-            if turns < 1 or (best is not None and turns <= best.revolutions):
+            revolutions = int(np.floor(turned * (1.0 + 1.0 / max(stop - start - 1, 1)) + 1e-6))
+            if revolutions < 1 or (best is not None and revolutions <= best.revolutions):
                 continue
             sign = 1 if travel > 0 else -1
             # The angle is monotonic but for the encoder's noise; the first sample inside counts.
-            inside = sign * (theta[stop - 1] - theta[start:stop]) < turns * REVOLUTION
+            inside = sign * (theta[stop - 1] - theta[start:stop]) < revolutions * REVOLUTION
             first = start + int(np.argmax(inside))
-            best = SteadyWindow(first, stop, start, stop, sign, turns)
+            best = SteadyWindow(first, stop, start, stop, sign, revolutions)
     if best is None:
         return (
             f"{name}: its longest gapless steady stretch covers {longest:.2f} of a revolution; at least one is needed "

@@ -49,7 +49,7 @@ class Places:
         """Where the sums of ``orders`` stand in those of a recording; all recordings of a fit have the same layout."""
         frequencies = np.concatenate([np.arange(steady.highest_order + 1.0), steady.fractions])
         whole = steady.unit.shape[-1] - steady.unit_extra.size
-        model, every = (Shifts.of(frequencies, own, whole, steady.unit_extra) for own in (orders[:asked], orders))
+        model, every = (Shifts.of(frequencies, some, whole, steady.unit_extra) for some in (orders[:asked], orders))
         return cls(orders, asked, model, every)
 
 
@@ -97,16 +97,16 @@ def _torque_slope(fourier: FourierSet, inputs: FloatArray) -> FloatArray:
     return np.asarray(2.0 * p[0] * tau + p[3] + p[6] * rate + p[7] * temp)
 
 
-def moved(normal: Normal, fourier: FourierSet | None, places: Places) -> ComplexArray:
+def without_input_changes(normal: Normal, fourier: FourierSet | None, places: Places) -> ComplexArray:
     """Sums of the error less what the model says of the changes of the inputs within the recording."""
     if fourier is None:
         return normal.error
     deviation = _local(fourier, normal.inputs) - _local(fourier, normal.mean[None, :])
-    moved = places.model.series(normal.sums.unit, deviation)
-    return np.asarray(normal.error - moved - _torque_slope(fourier, normal.inputs) @ normal.sums.torque_change)
+    change = places.model.series(normal.sums.unit, deviation)
+    return np.asarray(normal.error - change - _torque_slope(fourier, normal.inputs) @ normal.sums.torque_change)
 
 
-def _beside(power: FloatArray, order: int) -> FloatArray:
+def _unfitted_neighbours(power: FloatArray, order: int) -> FloatArray:
     """Powers of the orders beside one that are not fitted (NaN marks the fitted); further off where few are."""
     for width in (NEIGHBOURS, 2 * NEIGHBOURS, 4 * NEIGHBOURS, power.size):
         near = power[max(order - width, 1) : order + width + 1]
@@ -128,7 +128,7 @@ def noise_beside(normal: Normal, error: ComplexArray, places: Places) -> FloatAr
     power[0] = np.nan
     out = np.empty(places.asked + 1)
     for k, order in enumerate([*orders[: places.asked], 0]):
-        near = _beside(power, round(order))
+        near = _unfitted_neighbours(power, round(order))
         # The power of noise at an order is exponentially distributed: its mean is its median / ln 2.
         out[k] = float(np.median(near)) / np.log(2.0)
     return out
@@ -137,8 +137,8 @@ def noise_beside(normal: Normal, error: ComplexArray, places: Places) -> FloatAr
 def harmonics_of(normal: Normal, name: str, places: Places) -> RecordingHarmonics:
     """Return the vectors of a solved recording; their variances from the noise beside each order."""
     size, asked = places.orders.size, places.asked
-    own = np.diag(normal.inverse)
-    spread = 0.5 * (own[:size] + own[size : 2 * size])
+    diagonal = np.diag(normal.inverse)
+    spread = 0.5 * (diagonal[:size] + diagonal[size : 2 * size])
     z = normal.solution[:size] + 1j * normal.solution[size : 2 * size]
     # One count of the encoder is where its zero lies: nothing in the recording says more about a₀'s constant.
     return RecordingHarmonics(
@@ -146,7 +146,7 @@ def harmonics_of(normal: Normal, name: str, places: Places) -> RecordingHarmonic
         z[:asked],
         spread[:asked] * normal.spread[:-1],
         float(normal.solution[-1]) + normal.sums.reference,
-        float(own[-1] * normal.spread[-1]),
+        float(diagonal[-1] * normal.spread[-1]),
         normal.mean,
         z[asked:],
         normal.sums.counting_bias,

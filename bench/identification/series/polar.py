@@ -81,8 +81,8 @@ def fit_polynomials(
 
     def jacobian(z: FloatArray) -> FloatArray:
         x = z * scale
-        turn = np.exp(1j * (basis @ x[size:]))
-        columns = np.hstack([turn[:, None] * basis, (1j * (basis @ x[:size]) * turn)[:, None] * basis])
+        phasor = np.exp(1j * (basis @ x[size:]))
+        columns = np.hstack([phasor[:, None] * basis, (1j * (basis @ x[:size]) * phasor)[:, None] * basis])
         return np.vstack([parts(columns) * scale, pull])
 
     runs = [least_squares(residual, start / scale, jac=jacobian, method="lm", xtol=STEP, ftol=GAIN) for start in starts]

@@ -162,6 +162,6 @@ def fit_polar(
         amplitude, phase[constant] = -amplitude, phase[constant] + np.pi
         flip = np.concatenate([-np.ones(size), np.ones(size)])
         covariance = covariance * np.outer(flip, flip)
-    turn = float(centre @ phase)
-    phase[constant] -= 2.0 * np.pi * np.ceil((turn - np.pi) / (2.0 * np.pi))
+    mean_phase = float(centre @ phase)
+    phase[constant] -= 2.0 * np.pi * np.ceil((mean_phase - np.pi) / (2.0 * np.pi))
     return PolarFit(amplitude, phase, covariance, along, across)

@@ -22,9 +22,9 @@ from bench.identification.series.harmonics import (
     Places,
     RecordingHarmonics,
     harmonics_of,
-    moved,
     noise_beside,
     normal_of,
+    without_input_changes,
 )
 from bench.identification.series.inputs import Design, make_design, undetermined
 from bench.identification.series.points import counting_covariance, points_covariance
@@ -144,11 +144,11 @@ def identify_direction(
     for _ in range(PASSES):
         before = [h.z for h in harmonics]
         for normal in normals:
-            error = moved(normal, fourier, places)
+            error = without_input_changes(normal, fourier, places)
             normal.solution = normal.inverse @ projections(error, listed, normal.sums.fractions)
             normal.spread = noise_beside(normal, error, places)
         harmonics = [harmonics_of(normal, name, places) for normal, (name, _) in zip(normals, members, strict=True)]
-        if before and _settled(before, harmonics):
+        if before and _has_converged(before, harmonics):
             break
         fourier, spreads = _polynomials(harmonics, design, np.asarray(orders, dtype=np.float64), counts, fits)
     fourier, spreads = _polynomials(harmonics, design, np.asarray(orders, dtype=np.float64), counts, fits, True)
@@ -162,7 +162,7 @@ def identify_direction(
     )
 
 
-def _settled(before: Sequence[ComplexArray], after: Sequence[RecordingHarmonics]) -> bool:
+def _has_converged(before: Sequence[ComplexArray], after: Sequence[RecordingHarmonics]) -> bool:
     """Whether no vector has moved by more than a hundredth of its standard deviation."""
     return all(
         bool(np.all(np.abs(h.z - z) <= SETTLED * np.sqrt(h.variance))) for z, h in zip(before, after, strict=True)

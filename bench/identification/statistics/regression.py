@@ -103,10 +103,10 @@ def _jackknife(
     moves, shares = [], []
     for rows in np.split(order, starts[1:]):
         part = x[rows]
-        own = part.T @ part
+        gram = part.T @ part
         # rcond: what only this group determines cannot be left out; there its score counts as it stands
-        moves.append(np.linalg.pinv(normal - own, rcond=1e-9, hermitian=True) @ (part.T @ residual[rows]))
-        shares.append(np.einsum("ij,jk,ki->i", inverse, own, inverse))
+        moves.append(np.linalg.pinv(normal - gram, rcond=1e-9, hermitian=True) @ (part.T @ residual[rows]))
+        shares.append(np.einsum("ij,jk,ki->i", inverse, gram, inverse))
     count = len(moves)
     move, share = np.asarray(moves), np.asarray(shares)
     std = np.sqrt((count - 1) / count * (move**2).sum(axis=0))
@@ -125,11 +125,11 @@ def _independent(columns: Mapping[str, FloatArray]) -> tuple[list[str], list[str
         unit = np.column_stack([columns[name] / np.linalg.norm(columns[name]) for name in names])
         gram = unit.T @ unit
         inverse = np.linalg.pinv(gram, rcond=1e-12, hermitian=True)
-        own = np.sqrt(1.0 / np.maximum(np.diag(inverse), 1.0))
+        independent_share = np.sqrt(1.0 / np.maximum(np.diag(inverse), 1.0))
         if np.linalg.matrix_rank(gram, tol=1e-10 * len(names), hermitian=True) < len(names):
             _, vectors = np.linalg.eigh(gram)
-            own = np.where(np.abs(vectors[:, 0]) > 1e-3, 0.0, own)
-        weak = [i for i in range(len(names)) if own[i] < MIN_OWN_SHARE]
+            independent_share = np.where(np.abs(vectors[:, 0]) > 1e-3, 0.0, independent_share)
+        weak = [i for i in range(len(names)) if independent_share[i] < MIN_OWN_SHARE]
         if not weak:
             break
         missing.append(names.pop(weak[-1]))

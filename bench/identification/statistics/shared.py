@@ -25,12 +25,14 @@ MIN_LEFT = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Means:
-    """Recordings of a linear fit: ``residual`` (R,) their means, ``own`` (R,) the variances of their own errors over
-    the mean one, ``regressors`` (R, P) their means, ``effect`` (P, R) of an error of each mean on the parameters.
+    """Mean values of the R recordings of a linear fit.
+
+    ``residual`` (R,) and ``regressors`` (R, P) are the means; ``variance`` (R,) is the variance of each recording's own
+    error divided by the average of these; ``effect`` (P, R) is the effect of an error of each mean on the parameters.
     """
 
     residual: FloatArray
-    own: FloatArray
+    variance: FloatArray
     regressors: FloatArray
     effect: FloatArray
 
@@ -61,7 +63,7 @@ def shared_covariance(means: Means, kinds: Sequence[IntArray]) -> tuple[FloatArr
     """
     size = means.effect.shape[0]
     nothing = np.zeros((size, size)), np.full(size, np.inf)
-    kernels = [np.diag(means.own)]
+    kernels = [np.diag(means.variance)]
     kernels += [(k[:, None] == k[None, :]).astype(np.float64) for k in kinds if np.unique(k).size >= FEW_LEVELS]
     left = np.eye(means.residual.size) - means.regressors @ means.effect
     seen = [left @ kernel @ left.T for kernel in kernels]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import RecordingError
-from bench.importing.formats.source import Variable, at_index, one_dimensional, unknown
+from bench.importing.formats.source import Variable, at_index, one_dimensional, unknown_variable
 
 _UNITS = ("unit", "units", "Unit", "Units")
 _RATES = ("sample_rate", "sampling_rate", "sampling_frequency", "fs", "rate")
@@ -54,7 +54,7 @@ class Hdf5Source:
         table = file.get(name) if name else None
         if isinstance(table, h5py.Dataset) and field in (table.dtype.names or ()):
             return np.asarray(table[field])
-        raise unknown(self._path, variable, self._variables)
+        raise unknown_variable(self._path, variable, self._variables)
 
     def _found(self, file: h5py.File) -> list[Variable]:
         found: list[Variable] = []

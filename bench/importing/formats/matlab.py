@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import RecordingError
-from bench.importing.formats.source import Variable, at_index, one_dimensional, unknown
+from bench.importing.formats.source import Variable, at_index, one_dimensional, unknown_variable
 
 _HEADER = 20
 _LONGEST_NAME = 256
@@ -56,8 +56,8 @@ class MatlabSource:
         self._objects: dict[str, str] = {}
         for name, value in contents.items():
             if isinstance(value, scipy.io.matlab.MatlabOpaque):
-                own, kind = value[0]["s0"], value[0]["s2"]
-                self._objects[own.decode() or name] = kind.decode()
+                key, kind = value[0]["s0"], value[0]["s2"]
+                self._objects[key.decode() or name] = kind.decode()
             elif not name.startswith("__"):
                 self._arrays.update(_flat(name, value))
 
@@ -74,7 +74,7 @@ class MatlabSource:
                 f" should be saved as arrays{_ARRAYS.get(self._objects[variable], '').replace('NAME', variable)}."
             )
         if variable not in self._arrays:
-            raise unknown(self._path, variable, self._arrays)
+            raise unknown_variable(self._path, variable, self._arrays)
         return one_dimensional(self._arrays[variable], column, row, f"{self._path}: {variable}")
 
     place = staticmethod(at_index)

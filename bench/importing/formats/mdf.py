@@ -11,7 +11,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from bench.errors import RecordingError
-from bench.importing.formats.source import Variable, at_index, missing_package, one_dimensional, unknown
+from bench.importing.formats.source import Variable, at_index, missing_package, one_dimensional, unknown_variable
 
 
 class MdfSource:
@@ -48,7 +48,7 @@ class MdfSource:
     def read(self, variable: str | None, column: int | None = None, row: int | None = None) -> NDArray[Any]:
         """Read a channel in the unit the file gives it; a master as seconds."""
         if variable not in self._places:
-            raise unknown(self._path, variable, self._places)
+            raise unknown_variable(self._path, variable, self._places)
         group, index = self._places[variable]
         where = f"{self._path}: {variable}"
         try:

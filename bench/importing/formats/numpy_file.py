@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import RecordingError
-from bench.importing.formats.source import Variable, at_index, one_dimensional, unknown
+from bench.importing.formats.source import Variable, at_index, one_dimensional, unknown_variable
 
 ONE = "array"
 """name of the array of a file that holds one without a name"""
@@ -62,7 +62,7 @@ class NumpySource:
         if variable in self._pickled:
             raise RecordingError(f"{self._path}: {variable} is pickled, it should be an array of numbers.")
         if variable not in self._arrays:
-            raise unknown(self._path, variable, self._arrays)
+            raise unknown_variable(self._path, variable, self._arrays)
         return one_dimensional(self._arrays[variable], column, row, f"{self._path}: {variable}")
 
     place = staticmethod(at_index)

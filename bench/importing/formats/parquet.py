@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import RecordingError
-from bench.importing.formats.source import Variable, at_index, missing_package, one_dimensional, unknown
+from bench.importing.formats.source import Variable, at_index, missing_package, one_dimensional, unknown_variable
 
 _UNITS = (b"unit", b"units")
 
@@ -46,7 +46,7 @@ class ParquetSource:
     def read(self, variable: str | None, column: int | None = None, row: int | None = None) -> NDArray[Any]:
         """Read a column."""
         if variable not in self._schema.names:
-            raise unknown(self._path, variable, self._schema.names)
+            raise unknown_variable(self._path, variable, self._schema.names)
         where = f"{self._path}: {variable}"
         try:
             values = self._file.read(columns=[variable]).column(variable).to_numpy()

@@ -96,7 +96,7 @@ def _kind(array: NDArray[Any]) -> str:
     return {"U": "text", "S": "text", "O": "text or a mixture", "c": "complex"}.get(array.dtype.kind, str(array.dtype))
 
 
-def unknown(path: Path, variable: str | None, names: Iterable[str]) -> RecordingError:
+def unknown_variable(path: Path, variable: str | None, names: Iterable[str]) -> RecordingError:
     """Say that there is no such variable, and which there are; the likely one first."""
     listed = list(names)
     near = get_close_matches(variable or "", listed, 1)

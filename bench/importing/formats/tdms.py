@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import RecordingError
-from bench.importing.formats.source import Variable, at_index, missing_package, one_dimensional, unknown
+from bench.importing.formats.source import Variable, at_index, missing_package, one_dimensional, unknown_variable
 
 
 class TdmsSource:
@@ -37,7 +37,7 @@ class TdmsSource:
     def read(self, variable: str | None, column: int | None = None, row: int | None = None) -> NDArray[Any]:
         """Read a channel, scaled as the file says."""
         if variable not in self._channels:
-            raise unknown(self._path, variable, self._channels)
+            raise unknown_variable(self._path, variable, self._channels)
         return one_dimensional(self._channels[variable][:], column, row, f"{self._path}: {variable}")
 
     place = staticmethod(at_index)

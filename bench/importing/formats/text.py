@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import RecordingError
-from bench.importing.formats.source import Variable, one_dimensional, unknown
+from bench.importing.formats.source import Variable, one_dimensional, unknown_variable
 from bench.importing.formats.text_layout import TextOptions, find_layout, is_number, split
-from bench.importing.formats.text_stamps import has_zone, is_stamp, is_time_of_day, parsed, seconds_of_day
+from bench.importing.formats.text_stamps import has_zone, is_stamp, is_time_of_day, parse_stamps, seconds_of_day
 
 _ENCODINGS = ("utf-8-sig", "cp1252")
 _UTF16 = (b"\xff\xfe", b"\xfe\xff")
@@ -60,8 +60,8 @@ class TextSource:
             ):
                 first = str(values[0]).strip() if values.dtype.kind == "O" else ""
                 kind = "time stamps" if is_stamp(first) else "text" if first else str(values.dtype)
-                own = "s" if is_time_of_day(first) else unit
-                found.append(Variable(name, (values.size,), kind, own, zoned=has_zone(first)))
+                unit = "s" if is_time_of_day(first) else unit
+                found.append(Variable(name, (values.size,), kind, unit, zoned=has_zone(first)))
         return found
 
     def read(self, variable: str | None, column: int | None = None, row: int | None = None) -> NDArray[Any]:
@@ -69,7 +69,7 @@ class TextSource:
         number = column if column is not None else row
         if variable is not None:
             if variable not in self._names:
-                raise unknown(self._path, variable, self._names)
+                raise unknown_variable(self._path, variable, self._names)
             number = self._names.index(variable) + 1
         if number is None or number > len(self._names):
             what = "rows" if self.layout.rows else "columns"
@@ -81,7 +81,7 @@ class TextSource:
         if is_time_of_day(first):
             return seconds_of_day(values.tolist(), where)
         if is_stamp(first):
-            return parsed(values.tolist(), where)
+            return parse_stamps(values.tolist(), where)
         wrong = next(i for i, text in enumerate(values) if not is_number(str(text).strip(), self.layout.decimal))
         raise RecordingError(f"{where} is not numeric: '{values[wrong]}' stands in {self.place(wrong)}.")
 

@@ -69,20 +69,20 @@ def find_layout(lines: Sequence[str], remarks: Sequence[str], options: TextOptio
     """Find the layout of a file from its lines (without empty ones and ``remarks``); None where nothing is a table."""
     middle = min(len(lines) // 2, max(len(lines) - _SAMPLE, 0))
     sample = lines[middle : middle + _SAMPLE]
-    separators = _SEPARATORS if options.delimiter is None else (_given(options.delimiter),)
+    separators = _SEPARATORS if options.delimiter is None else (_separator(options.delimiter),)
     marks = (".", ",") if options.decimal is None else (options.decimal,)
     best: tuple[tuple[float, bool, int], str | None, str, int] | None = None
     for delimiter in separators:
         for mark in marks:
             if delimiter == mark:
                 continue
-            rating = _rated(lines, sample, delimiter, mark)
+            rating = _rate_separator(lines, sample, delimiter, mark)
             if rating is not None and (best is None or rating[0] > best[0]):
                 best = (rating[0], delimiter, mark, rating[1])
     if best is None:
         return None
     _, delimiter, mark, width = best
-    first = _first(lines, delimiter, mark, width)
+    first = _first_data_line(lines, delimiter, mark, width)
     few = len(lines) - first <= _FEW_LINES and width >= _MANY_FIELDS and width > 3 * (len(lines) - first)
     names, units = _headings(lines[:first], remarks, delimiter, mark, width)
     # where each column has a heading few lines are a short recording of many variables
@@ -91,29 +91,29 @@ def find_layout(lines: Sequence[str], remarks: Sequence[str], options: TextOptio
     return TextLayout(delimiter, mark, first, width, names, units)
 
 
-def _given(delimiter: str) -> str | None:
+def _separator(delimiter: str) -> str | None:
     """The separator a mapping gives; a space is any white space."""
     return {" ": None, "\\t": "\t", "tab": "\t"}.get(delimiter, delimiter)
 
 
-def _rated(
+def _rate_separator(
     lines: Sequence[str], sample: Sequence[str], delimiter: str | None, mark: str
 ) -> tuple[tuple[float, bool, int], int] | None:
     """Rate a separator: share of fields that are data, whether the headings have as many, number of columns."""
     fields = [split(line, delimiter) for line in sample]
-    widths = Counter(len(own) for own in fields)
+    widths = Counter(len(row) for row in fields)
     width, often = max(widths.items(), key=lambda item: (item[1], item[0]))
-    every = [field for own in fields for field in own]
+    every = [field for row in fields for field in row]
     numbers = sum(is_number(field, mark) for field in every)
     good = numbers + sum(field.lower() in _MISSING or is_stamp(field) for field in every)
     if not numbers or not width:
         return None
-    first = _first(lines, delimiter, mark, width)
+    first = _first_data_line(lines, delimiter, mark, width)
     agrees = first == 0 or len(split(lines[first - 1], delimiter)) >= width
     return (round(good / len(every) * often / len(sample), 3), agrees, width), width
 
 
-def _first(lines: Sequence[str], delimiter: str | None, mark: str, width: int) -> int:
+def _first_data_line(lines: Sequence[str], delimiter: str | None, mark: str, width: int) -> int:
     """Index of the first line of data: it and the next few look like data."""
     looks = partial(_is_data, delimiter=delimiter, mark=mark, width=width)
     return next(
@@ -155,8 +155,8 @@ def _headings(
         units = [field.strip("[]() ") for field in block.pop()]
     heading = block[-1]
     if len(block) > 1 and len(set(heading)) < width:  # X and Y of each quantity, whose name stands above
-        heading = [f"{over} {own}".strip() for over, own in zip(_filled(block[-2]), heading, strict=True)]
-    names = _distinct(heading)
+        heading = [f"{over} {name}".strip() for over, name in zip(_filled(block[-2]), heading, strict=True)]
+    names = _distinct_names(heading)
     return names, tuple(unit or split_unit(name)[1] for name, unit in zip(names, units, strict=True))
 
 
@@ -169,26 +169,26 @@ def _filled(fields: Sequence[str]) -> list[str]:
 
 
 def _all_units(fields: Sequence[str]) -> bool:
-    told = [field for field in fields if field]
-    fits = sum(is_unit(field.strip("[]() ")) or (field[0] in "[(" and field[-1] in ")]") for field in told)
-    return bool(told) and 2 * fits > len(told)
+    filled = [field for field in fields if field]
+    fits = sum(is_unit(field.strip("[]() ")) or (field[0] in "[(" and field[-1] in ")]") for field in filled)
+    return bool(filled) and 2 * fits > len(filled)
 
 
-def _distinct(names: Sequence[str]) -> tuple[str, ...]:
+def _distinct_names(names: Sequence[str]) -> tuple[str, ...]:
     seen: Counter[str] = Counter()
     out = []
     for index, name in enumerate(names):
-        own = name or f"column {index + 1}"
-        seen[own] += 1
-        out.append(own if seen[own] == 1 else f"{own}_{seen[own]}")
+        heading = name or f"column {index + 1}"
+        seen[heading] += 1
+        out.append(heading if seen[heading] == 1 else f"{heading}_{seen[heading]}")
     return tuple(out)
 
 
 def _in_rows(lines: Sequence[str], delimiter: str | None, mark: str, first: int, width: int) -> TextLayout:
     """A variable a line: its name stands before the numbers, and its unit perhaps between."""
     fields = [split(line, delimiter) for line in lines]
-    named = all(not is_number(own[0], mark) for own in fields)
-    names = _distinct([own[0] if named else f"row {index + 1}" for index, own in enumerate(fields)])
-    second = named and all(len(own) > 1 and not is_number(own[1], mark) for own in fields)
-    units = [own[1].strip("[]() ") if second else split_unit(name)[1] for own, name in zip(fields, names, strict=True)]
+    named = all(not is_number(row[0], mark) for row in fields)
+    names = _distinct_names([row[0] if named else f"row {index + 1}" for index, row in enumerate(fields)])
+    second = named and all(len(row) > 1 and not is_number(row[1], mark) for row in fields)
+    units = [row[1].strip("[]() ") if second else split_unit(name)[1] for row, name in zip(fields, names, strict=True)]
     return TextLayout(delimiter, mark, first, width, names, tuple(units), rows=True)

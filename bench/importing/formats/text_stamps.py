@@ -53,7 +53,7 @@ def seconds_of_day(texts: Sequence[str], where: str) -> NDArray[np.float64]:
     return np.asarray(out + 86400.0 * midnights)
 
 
-def parsed(texts: Sequence[str], where: str) -> NDArray[np.datetime64]:
+def parse_stamps(texts: Sequence[str], where: str) -> NDArray[np.datetime64]:
     """Dates as ``datetime64``: UTC where they say a zone, otherwise as they stand.
 
     Raises
@@ -94,13 +94,13 @@ def _year_first(texts: Sequence[str], where: str) -> list[str]:
         index = found.index(None)
         raise RecordingError(f"{where} is '{texts[index]}' at index {index}, it should be a date like '{texts[0]}'.")
     parts = [match.groups() for match in found if match is not None]
-    day_first = parts[0][1] == "." or any(int(own[0]) > 12 for own in parts)
-    if not day_first and not any(int(own[2]) > 12 for own in parts):
+    day_first = parts[0][1] == "." or any(int(groups[0]) > 12 for groups in parts)
+    if not day_first and not any(int(groups[2]) > 12 for groups in parts):
         raise RecordingError(
             f"{where} is '{texts[0]}', which may be day or month first; year-month-day (2026-03-01) would be clear."
         )
     order = (2, 0) if day_first else (0, 2)
     return [
-        f"{own[3]}-{int(own[order[0]]):02d}-{int(own[order[1]]):02d}{(own[4] or '').replace(' ', 'T', 1)}"
-        for own in parts
+        f"{groups[3]}-{int(groups[order[0]]):02d}-{int(groups[order[1]]):02d}{(groups[4] or '').replace(' ', 'T', 1)}"
+        for groups in parts
     ]

@@ -39,7 +39,7 @@ def ask(draft: Draft, prompt: Callable[[str, str | None], str], say: Callable[[s
         question = f"{key}: {_QUESTIONS.get(name, 'value')}" + (f" ({entry.why})" if entry.why else "")
         while True:
             try:
-                value = checked(key, prompt(question, guess))
+                value = check_answer(key, prompt(question, guess))
             except BenchError as error:
                 say(str(error))
             else:
@@ -47,7 +47,7 @@ def ask(draft: Draft, prompt: Callable[[str, str | None], str], say: Callable[[s
         draft.set(key, value, "as answered")
 
 
-def checked(key: str, answer: str) -> Any:
+def check_answer(key: str, answer: str) -> Any:
     """Read an answer as the value of a key.
 
     Raises

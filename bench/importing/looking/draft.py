@@ -25,7 +25,7 @@ from bench.importing.units import si_of, unit_of
 from bench.signals import BY_NAME
 
 _GUESS = "a guess"
-_TOLD = "the file says so"
+_FROM_FILE = "the file says so"
 _PAIRS = (
     ("motor_angle", "load_angle"),
     ("motor_velocity", "load_velocity"),
@@ -51,15 +51,15 @@ def draft(found: Inventory, mapping: Path) -> Draft:
     strangers = motion.strangers(found.columns)
 
     def likely(column: Column) -> tuple[bool, bool, bool]:
-        own = meanings[column.name]
-        return not own.sure, axes.get(column.name) != busiest, not own.measured
+        meaning = meanings[column.name]
+        return not meaning.sure, axes.get(column.name) != busiest, not meaning.measured
 
     for column in sorted(found.columns, key=likely):
         name = channel_of(meanings[column.name])
         if column is time or column.stamps or column.values.size != _size(found, time) or column.empty:
             continue
-        own = meanings[column.name]
-        if name is None or name in taken or own.setpoint or column.constant or column.name in strangers:
+        column_meaning = meanings[column.name]
+        if name is None or name in taken or column_meaning.setpoint or column.constant or column.name in strangers:
             rest.append(column)
         else:
             taken[name] = column
@@ -70,12 +70,12 @@ def draft(found: Inventory, mapping: Path) -> Draft:
             taken[name.replace("motor", "load")] = taken.pop(name)
     for name in BY_NAME:
         if name in taken:
-            own = meanings[taken[name].name]
-            out.tables[f"channels.{name}"] = _channel_entries(taken[name], own)
+            column_meaning = meanings[taken[name].name]
+            out.tables[f"channels.{name}"] = _channel_entries(taken[name], column_meaning)
             out.channel_by_column[taken[name].name] = name
     _gearbox(out, taken, motion)
     _rate_of_motion(out, taken, meanings)
-    for column in sorted(rest, key=lambda own: found.columns.index(own)):
+    for column in sorted(rest, key=lambda column: found.columns.index(column)):
         _further(out, column, meanings[column.name])
     _own_clocks(out, found, time, meanings)
     path = os.path.relpath(found.pattern, mapping.parent)
@@ -94,12 +94,14 @@ def _clock(found: Inventory, meanings: dict[str, Meaning]) -> Column | None:
     """The column that is the time: one the file names, one called so, or the first without a meaning whose numbers rise
     as a clock's do.
     """
-    told = [column.variable.clock for column in found.columns if column.variable.clock]
+    clocks = [column.variable.clock for column in found.columns if column.variable.clock]
     rising = [column for column in found.columns if step_of(column) is not None]
-    named = [column for column in rising if column.name in told]
+    named = [column for column in rising if column.name in clocks]
     called = [column for column in rising if meanings[column.name].quantity == "time"]
-    by_file = sorted(named, key=lambda own: (told.count(own.name), own.values.size), reverse=True)
-    by_name = sorted(called, key=lambda own: (own.values.size, own.stamps, meanings[own.name].sure), reverse=True)
+    by_file = sorted(named, key=lambda column: (clocks.count(column.name), column.values.size), reverse=True)
+    by_name = sorted(
+        called, key=lambda column: (column.values.size, column.stamps, meanings[column.name].sure), reverse=True
+    )
     by_numbers = [column for column in found.columns if not meanings[column.name].quantity and rises_evenly(column)]
     return next(iter([*by_file, *by_name, *(by_numbers if len(found.columns) > 1 else ())]), None)
 
@@ -108,7 +110,7 @@ def _time_entries(found: Inventory, time: Column | None, meanings: dict[str, Mea
     if time is None:
         rates = [column.variable.rate for column in found.columns if column.variable.rate]
         if rates:
-            return {"rate": Entry(max(rates), f"Hz, {_TOLD}")}
+            return {"rate": Entry(max(rates), f"Hz, {_FROM_FILE}")}
         return {"rate": Entry(OPEN, "samples per second: no column is a time", sure=False)}
     entries = _place(time)
     if not time.stamps and meanings[time.name].quantity != "time" and time.variable.clock is None:
@@ -117,9 +119,11 @@ def _time_entries(found: Inventory, time: Column | None, meanings: dict[str, Mea
         if not time.variable.zoned:
             entries["timezone"] = Entry("UTC", f"{_GUESS}: the stamps say no zone, such as 'Europe/Berlin'", sure=False)
         return entries
-    told = meanings[time.name].unit
-    unit, sure = (told, True) if told else unit_of_time(time)
-    entries["unit"] = Entry(unit, _TOLD if told else "" if sure else f"{_GUESS}, the step is {step_of(time):g}", sure)
+    unit_in_file = meanings[time.name].unit
+    unit, sure = (unit_in_file, True) if unit_in_file else unit_of_time(time)
+    entries["unit"] = Entry(
+        unit, _FROM_FILE if unit_in_file else "" if sure else f"{_GUESS}, the step is {step_of(time):g}", sure
+    )
     return entries
 
 
@@ -148,24 +152,30 @@ def _place(column: Column) -> dict[str, Entry]:
     return entries
 
 
-def _channel_entries(column: Column, own: Meaning) -> dict[str, Entry]:
+def _channel_entries(column: Column, column_meaning: Meaning) -> dict[str, Entry]:
     entries = _place(column)
-    sideless = own.quantity in ("angle", "velocity") and not own.sided
+    sideless = column_meaning.quantity in ("angle", "velocity") and not column_meaning.sided
     named = f"{_GUESS}, its name says no side of the gearbox" if sideless else ""
-    next(iter(entries.values())).why = named if own.sure else f"{_GUESS}, from its name" if own.quantity else _GUESS
-    wraps = overflow(column, own.unit, own.counted) if own.quantity == "angle" else None
-    if own.counted:
+    next(iter(entries.values())).why = (
+        named if column_meaning.sure else f"{_GUESS}, from its name" if column_meaning.quantity else _GUESS
+    )
+    wraps = (
+        overflow(column, column_meaning.unit, column_meaning.counted) if column_meaning.quantity == "angle" else None
+    )
+    if column_meaning.counted:
         entries["unit"] = Entry("counts")
         sure = wraps is not None
         entries["counts_per_revolution"] = Entry(
             wraps if sure else OPEN, f"{_GUESS}, it overflows there" if sure else "of its shaft", sure=False
         )
-    elif own.quantity == "current":
-        entries["unit"] = Entry(own.unit or "A", "" if own.unit else _GUESS, sure=bool(own.unit))
+    elif column_meaning.quantity == "current":
+        entries["unit"] = Entry(
+            column_meaning.unit or "A", "" if column_meaning.unit else _GUESS, sure=bool(column_meaning.unit)
+        )
         entries["torque_constant"] = Entry(OPEN, 'N·m/A at the motor\'s shaft (a linear axis: "… N/A")', sure=False)
-    elif own.unit:
-        entries["unit"] = Entry(own.unit, _TOLD)
-    elif own.quantity == "temperature":
+    elif column_meaning.unit:
+        entries["unit"] = Entry(column_meaning.unit, _FROM_FILE)
+    elif column_meaning.quantity == "temperature":
         entries["unit"] = Entry("degC", _GUESS, sure=False)
     else:
         low, high = column.span
@@ -220,18 +230,22 @@ def _seconds(out: Draft) -> NDArray[np.float64] | None:
     return None if unit == OPEN else out.time.seconds * unit_of(unit, "", "s").factor
 
 
-def _further(out: Draft, column: Column, own: Meaning) -> None:
+def _further(out: Draft, column: Column, column_meaning: Meaning) -> None:
     """What is no channel: set values by their name, everything else as a quantity that something may depend on."""
     name = plain(column.name if column.number is not None else column.variable.name)
-    table = f"channels.{name}" if own.setpoint else f"aux.{name}"
+    table = f"channels.{name}" if column_meaning.setpoint else f"aux.{name}"
     count = 2
     while table in out.tables:
         table, count = f"{table.rstrip('0123456789_')}_{count}", count + 1
     entries = _place(column)
-    why = "a set value: kept, not analysed" if own.setpoint else "no channel of the bench: kept, and may be depended on"
+    why = (
+        "a set value: kept, not analysed"
+        if column_meaning.setpoint
+        else "no channel of the bench: kept, and may be depended on"
+    )
     next(iter(entries.values())).why = why
-    if own.unit and si_of(own.unit):
-        entries["unit"] = Entry(own.unit, _TOLD)
+    if column_meaning.unit and si_of(column_meaning.unit):
+        entries["unit"] = Entry(column_meaning.unit, _FROM_FILE)
     out.tables[table] = entries
     out.channel_by_column[column.name] = table.replace("aux.", "aux/").removeprefix("channels.")
 
@@ -244,13 +258,13 @@ def _own_clocks(out: Draft, found: Inventory, time: Column | None, meanings: dic
         clock = column.variable.clock
         if column.values.size == size or column.name in clocks or clock is None or column.stamps:
             continue
-        own = meanings[column.name]
-        name = channel_of(own)
+        column_meaning = meanings[column.name]
+        name = channel_of(column_meaning)
         if name is None or f"channels.{name}" in out.tables:
-            _further(out, column, own)
+            _further(out, column, column_meaning)
             name = out.channel_by_column[column.name]
         else:
-            out.tables[f"channels.{name}"] = _channel_entries(column, own)
+            out.tables[f"channels.{name}"] = _channel_entries(column, column_meaning)
             out.channel_by_column[column.name] = name
         table = name.replace("aux/", "aux.") if name.startswith("aux/") else f"channels.{name}"
         out.tables[table]["time"] = Entry(clock, "its own clock")

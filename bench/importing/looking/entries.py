@@ -54,8 +54,8 @@ class Draft:
         """All values by key."""
         return {
             f"{table}.{key}".removeprefix("."): entry
-            for table, own in self.tables.items()
-            for key, entry in own.items()
+            for table, table_entries in self.tables.items()
+            for key, entry in table_entries.items()
         }
 
     def write(self, path: Path) -> None:
@@ -76,12 +76,12 @@ class Draft:
     def text(self) -> str:
         """The mapping as TOML, each guess with a remark."""
         lines = [f"# {why}" for why in self.lacking()]
-        for table, own in self.tables.items():
+        for table, table_entries in self.tables.items():
             if table:
                 lines += ["", f"[[{table}]]" if table == "recordings" else f"[{table}]"]
-            for key, entry in own.items():
-                told = f"  # {entry.why}" if entry.why else ""
-                lines.append(f"{key} = {toml(entry.value)}{told}")
+            for key, entry in table_entries.items():
+                remark = f"  # {entry.why}" if entry.why else ""
+                lines.append(f"{key} = {toml(entry.value)}{remark}")
         return "\n".join(lines) + "\n"
 
 
@@ -109,7 +109,7 @@ def toml(value: Any) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{key} = {toml(own)}" for key, own in value.items()) + "}"
+        return "{" + ", ".join(f"{key} = {toml(item)}" for key, item in value.items()) + "}"
     if isinstance(value, list):
         return "[" + ", ".join(map(toml, value)) + "]"
     return json.dumps(value, ensure_ascii=False) if isinstance(value, str) else repr(value)

@@ -12,7 +12,7 @@ from bench.importing.looking.inventory import Column
 FloatArray = NDArray[np.float64]
 _POSIX = 4e8, 5e9
 _EPOCHS = (("s", 1.0), ("ms", 1e3), ("us", 1e6), ("ns", 1e9))
-_TURNS = {"deg": 360.0, "°": 360.0, "degree": 360.0, "rad": 2 * math.pi, "rev": 1.0}
+_REVOLUTIONS = {"deg": 360.0, "°": 360.0, "degree": 360.0, "rad": 2 * math.pi, "rev": 1.0}
 _FULL = 0.97
 _JUMP = 0.5
 _LEAST_JUMPS = 1
@@ -64,8 +64,8 @@ def overflow(column: Column, unit: str, counted: bool) -> float | None:
         return None
     if counted:
         return float(2 ** math.ceil(math.log2(span + 1)))
-    turn = _TURNS.get(unit)
-    return turn if turn is not None and _FULL * turn < span <= 1.001 * turn else None
+    revolution = _REVOLUTIONS.get(unit)
+    return revolution if revolution is not None and _FULL * revolution < span <= 1.001 * revolution else None
 
 
 def rate_of(angle: FloatArray, velocity: FloatArray) -> float | None:
@@ -73,7 +73,7 @@ def rate_of(angle: FloatArray, velocity: FloatArray) -> float | None:
     if angle.size <= STRETCH or not (np.isfinite(angle).all() and np.isfinite(velocity).all()):
         return None
     run = integral(np.arange(velocity.size, dtype=np.float64), velocity)
-    turned, said = (own[STRETCH:] - own[:-STRETCH] for own in (angle, run))
+    turned, said = (values[STRETCH:] - values[:-STRETCH] for values in (angle, run))
     if np.std(turned) == 0.0 or np.std(said) == 0.0 or np.corrcoef(turned, said)[0, 1] < _TOGETHER:
         return None
     return float(f"{np.std(said) / np.std(turned):.3g}")

@@ -100,7 +100,7 @@ def take_inventory(file: str | Path, options: TextOptions | None = None) -> Inve
         if not fitting:
             raise RecordingError(f"{pattern}: no file fits this pattern, it should name at least one.")
         path = Path(fitting[0])
-        alone = _a_file_each([Path(own) for own in fitting], options)
+        alone = _a_file_each([Path(file) for file in fitting], options)
         if alone:
             return Inventory(path, str(path), open_source(path, options), alone, {}, ())
     source = open_source(path, options)
@@ -118,7 +118,7 @@ def take_inventory(file: str | Path, options: TextOptions | None = None) -> Inve
         except RecordingError as error:
             others.append((variable, str(error)))
     if not columns:
-        why = next((told for variable, told in others if not variable.shape), None)
+        why = next((reason for variable, reason in others if not variable.shape), None)
         raise RecordingError(why or f"{path}: holds no variable with more than one number, there should be samples.")
     return Inventory(path, pattern, source, tuple(columns), constants, tuple(others))
 
@@ -135,7 +135,7 @@ def _a_file_each(files: Sequence[Path], options: TextOptions | None) -> tuple[Co
         if len(held) != 1 or not held[0].name.startswith(NAMELESS):
             return ()
         columns.append(Column(replace(held[0], name=path.stem), source.read(held[0].name), file=path.name))
-    return tuple(columns) if len({own.values.size for own in columns}) == 1 else ()
+    return tuple(columns) if len({column.values.size for column in columns}) == 1 else ()
 
 
 def _lines(variable: Variable) -> int | None:
@@ -164,4 +164,4 @@ def picture(values: NDArray[np.float64], width: int = PICTURE_WIDTH) -> str:
     means = np.add.reduceat(numbers, edges[:-1]) / np.diff(edges)
     low, high = float(means.min()), float(means.max())
     share = (means - low) / (high - low) if high > low else np.full(means.size, 0.0)
-    return "".join(_BLOCKS[round(own * (len(_BLOCKS) - 1))] for own in share)
+    return "".join(_BLOCKS[round(part * (len(_BLOCKS) - 1))] for part in share)

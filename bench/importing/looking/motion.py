@@ -18,13 +18,15 @@ _TOGETHER, _APART = 0.95, 0.5
 """correlations of what two angles move in a stretch: above the first they turn together, below the second not"""
 
 
-def values_of(column: Column, own: Meaning) -> FloatArray:
+def values_of(column: Column, column_meaning: Meaning) -> FloatArray:
     """Values of a column in SI units, unwrapped where it is an angle that starts again."""
     values = column.seconds
-    wraps = overflow(column, own.unit, own.counted) if own.quantity == "angle" else None
+    wraps = (
+        overflow(column, column_meaning.unit, column_meaning.counted) if column_meaning.quantity == "angle" else None
+    )
     if wraps is not None:
         values = np.unwrap(values, period=wraps)
-    return values * unit_of("counts" if own.counted else own.unit, "").factor
+    return values * unit_of("counts" if column_meaning.counted else column_meaning.unit, "").factor
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,12 +38,12 @@ class Motion:
 
     def ratio(self, motor: Column, load: Column) -> float | None:
         """Gear ratio, were the one of the motor's side and the other of the output's; None where they do not fit."""
-        own = [self.meanings[column.name] for column in (motor, load)]
-        units = {si_of(one.unit).removesuffix("/s") for one in own}
+        column_meanings = [self.meanings[column.name] for column in (motor, load)]
+        units = {si_of(one.unit).removesuffix("/s") for one in column_meanings}
         if len(units) > 1 or "" in units:
             return None
-        if own[0].quantity == own[1].quantity:
-            return ratio_of(values_of(motor, own[0]), values_of(load, own[1]))
+        if column_meanings[0].quantity == column_meanings[1].quantity:
+            return ratio_of(values_of(motor, column_meanings[0]), values_of(load, column_meanings[1]))
         angles = [self._angle(column) for column in (motor, load)]
         return None if angles[0] is None or angles[1] is None else ratio_of(angles[0], angles[1])
 
@@ -57,24 +59,24 @@ class Motion:
 
     def strangers(self, columns: Iterable[Column]) -> set[str]:
         """Names of angles that turn by themselves where another one turns with the speed: another joint's, say."""
-        moving = [own for own in columns if not own.constant and not self.meanings[own.name].setpoint]
-        speeds = [own for own in moving if self.meanings[own.name].quantity == "velocity"]
-        angles = [own for own in moving if self.meanings[own.name].quantity == "angle"]
+        moving = [column for column in columns if not column.constant and not self.meanings[column.name].setpoint]
+        speeds = [column for column in moving if self.meanings[column.name].quantity == "velocity"]
+        angles = [column for column in moving if self.meanings[column.name].quantity == "angle"]
         run = self._angle(speeds[0]) if speeds else None
         if run is None:
             return set()
-        together = {own.name: _together(run, self._angle(own)) for own in angles}
-        if not any(own is not None and own > _TOGETHER for own in together.values()):
+        together = {column.name: _together(run, self._angle(column)) for column in angles}
+        if not any(correlation is not None and correlation > _TOGETHER for correlation in together.values()):
             return set()
-        return {name for name, own in together.items() if own is not None and own < _APART}
+        return {name for name, correlation in together.items() if correlation is not None and correlation < _APART}
 
     def _angle(self, column: Column) -> FloatArray | None:
         """An angle, or the integral of a speed; None where unit or clock are not known."""
-        own = self.meanings[column.name]
-        if not si_of(own.unit):
+        column_meaning = self.meanings[column.name]
+        if not si_of(column_meaning.unit):
             return None
-        values = values_of(column, own)
-        if own.quantity == "angle":
+        values = values_of(column, column_meaning)
+        if column_meaning.quantity == "angle":
             return values
         return None if self.seconds is None or self.seconds.size != values.size else integral(self.seconds, values)
 
@@ -83,7 +85,7 @@ def _together(one: FloatArray, other: FloatArray | None) -> float | None:
     """Correlation of what two angles move in stretches, whatever the sign; None where one of them rests."""
     if other is None or other.size != one.size or one.size <= 2 * STRETCH:
         return None
-    moved = [own[STRETCH:] - own[:-STRETCH] for own in (one, other)]
+    moved = [angle[STRETCH:] - angle[:-STRETCH] for angle in (one, other)]
     good = np.isfinite(moved[0]) & np.isfinite(moved[1])
-    x, y = (own[good] for own in moved)
+    x, y = (angle[good] for angle in moved)
     return abs(float(np.corrcoef(x, y)[0, 1])) if x.size and np.std(x) > 0.0 and np.std(y) > 0.0 else None

@@ -95,17 +95,17 @@ def _by_unit(unit: str) -> str:
         return ""
 
 
-def channel_of(own: Meaning) -> str | None:
+def channel_of(column_meaning: Meaning) -> str | None:
     """The channel of the bench that a meaning stands for; None where there is none."""
-    side = "load" if own.load else "motor"
-    if own.quantity in ("angle", "velocity"):
-        return f"{side}_{own.quantity}"
-    if own.quantity in ("torque", "current"):
-        if own.brake:
+    side = "load" if column_meaning.load else "motor"
+    if column_meaning.quantity in ("angle", "velocity"):
+        return f"{side}_{column_meaning.quantity}"
+    if column_meaning.quantity in ("torque", "current"):
+        if column_meaning.brake:
             return "load_motor_torque"
-        return "load_torque" if own.load and own.quantity == "torque" else "motor_torque"
-    if own.quantity == "temperature":
-        return "ambient_temperature" if own.ambient else "temperature"
+        return "load_torque" if column_meaning.load and column_meaning.quantity == "torque" else "motor_torque"
+    if column_meaning.quantity == "temperature":
+        return "ambient_temperature" if column_meaning.ambient else "temperature"
     return None
 
 
@@ -113,27 +113,35 @@ def axes_of(columns: Sequence[Column], meanings: Mapping[str, Meaning]) -> dict[
     """Axis of each column: its number in a matrix with a line for each axis, or that at the end of its name where
     angles or speeds and torques or currents are numbered alike, as an arm's are.
     """
-    axes = {own.name: own.number for own in columns if own.number is not None}
+    axes = {column.name: column.number for column in columns if column.number is not None}
     if axes:
         return axes
     stems: dict[tuple[str, str], dict[int, str]] = {}
-    for own in columns:
-        parts = re.fullmatch(r"(.*?)_?(\d+)", split_unit(own.variable.name)[0].strip())
-        if parts and not own.stamps:
-            stems.setdefault((meanings[own.name].quantity, parts[1]), {})[int(parts[2])] = own.name
-    moving = {tuple(sorted(own)) for (what, _), own in stems.items() if what in ("angle", "velocity") and len(own) > 1}
-    driving = {tuple(sorted(own)) for (what, _), own in stems.items() if what in ("torque", "current")}
+    for column in columns:
+        parts = re.fullmatch(r"(.*?)_?(\d+)", split_unit(column.variable.name)[0].strip())
+        if parts and not column.stamps:
+            stems.setdefault((meanings[column.name].quantity, parts[1]), {})[int(parts[2])] = column.name
+    moving = {
+        tuple(sorted(numbered))
+        for (quantity, _), numbered in stems.items()
+        if quantity in ("angle", "velocity") and len(numbered) > 1
+    }
+    driving = {
+        tuple(sorted(numbered)) for (quantity, _), numbered in stems.items() if quantity in ("torque", "current")
+    }
     of_an_arm = moving & driving
-    return {name: k for own in stems.values() if tuple(sorted(own)) in of_an_arm for k, name in own.items()}
+    return {
+        name: k for numbered in stems.values() if tuple(sorted(numbered)) in of_an_arm for k, name in numbered.items()
+    }
 
 
 def busiest_axis(columns: Sequence[Column], meanings: Mapping[str, Meaning], axes: Mapping[str, int]) -> int | None:
     """Of several axes the one that moves farthest; None where there are none."""
     for quantity in ("angle", "velocity"):
-        own = [c for c in columns if c.name in axes and meanings[c.name].quantity == quantity]
-        own = [c for c in own if not meanings[c.name].setpoint and not c.empty]
-        if own:
-            return axes[max(own, key=lambda c: c.span[1] - c.span[0]).name]
+        candidates = [c for c in columns if c.name in axes and meanings[c.name].quantity == quantity]
+        candidates = [c for c in candidates if not meanings[c.name].setpoint and not c.empty]
+        if candidates:
+            return axes[max(candidates, key=lambda c: c.span[1] - c.span[0]).name]
     return None
 
 

@@ -71,12 +71,12 @@ def _slope(x: FloatArray, y: FloatArray) -> tuple[float, float]:
 def _speeds(values: dict[str, FloatArray], side: str, ratio: float, where: str) -> Iterator[str]:
     """A velocity is the rate of its angle."""
     velocity = f"{side}_velocity"
-    own = blocks(values["time"], values[f"{side}_angle"], {velocity: values[velocity]})
-    if own is None:
+    averaged = blocks(values["time"], values[f"{side}_angle"], {velocity: values[velocity]})
+    if averaged is None:
         return
     # the difference of the angle from the block before to the next is the speed's integral over both (Simpson's rule)
-    said = own.channels[velocity]
-    x, y = own.speed[1:-1], (said[:-2] + 4.0 * said[1:-1] + said[2:]) / 6.0
+    said = averaged.channels[velocity]
+    x, y = averaged.speed[1:-1], (said[:-2] + 4.0 * said[1:-1] + said[2:]) / 6.0
     # a speed that hardly varies gives its factor by its mean
     steady = abs(float(np.mean(x))) > 3 * float(np.std(x))
     factor, together = (float(np.mean(y) / np.mean(x)), 1.0) if steady else _slope(x, y)
@@ -122,10 +122,10 @@ def _temperatures(values: dict[str, FloatArray], where: str) -> Iterator[str]:
 def _too_fast(values: dict[str, FloatArray], where: str) -> Iterator[str]:
     if "motor_angle" not in values:
         return
-    own = blocks(values["time"], values["motor_angle"], {})
-    if own is None:
+    averaged = blocks(values["time"], values["motor_angle"], {})
+    if averaged is None:
         return
-    fastest = float(np.percentile(np.abs(own.speed), 99))
+    fastest = float(np.percentile(np.abs(averaged.speed), 99))
     if fastest > _FASTEST:
         yield (
             f"{where}: channels.motor_angle turns at {fastest:.4g} rad/s ({fastest * 30 / np.pi:.4g} rpm), "
@@ -139,8 +139,8 @@ def _torques(values: dict[str, FloatArray], ratio: float, where: str, *, linear:
         return
     load = next((name for name in ("load_torque", "load_motor_torque") if name in values), None)
     wanted = {name: values[name] for name in ("motor_torque", load) if name is not None}
-    own: Blocks | None = blocks(values["time"], values["motor_angle"], wanted)
-    fit: Law | None = None if own is None else law(own, "motor_torque", load)
+    averaged: Blocks | None = blocks(values["time"], values["motor_angle"], wanted)
+    fit: Law | None = None if averaged is None else law(averaged, "motor_torque", load)
     if fit is None or fit.share < _EXPLAINED:
         return
     unit = "kg" if linear else "kg·m²"

@@ -23,7 +23,7 @@ def reason(found: float, ratio: float = 1.0) -> str:
     size, words, right = abs(found), [], 1.0 / found
     if abs(size - 1.0) > CLOSE:
         named = [*_FACTORS, (abs(ratio), "the other side of the gearbox")] if abs(ratio) > 1.1 else list(_FACTORS)
-        fits = [(f, text) for own, text in named for f in (own, 1.0 / own) if abs(size / f - 1.0) < CLOSE]
+        fits = [(f, text) for factor, text in named for f in (factor, 1.0 / factor) if abs(size / f - 1.0) < CLOSE]
         words += [text for _, text in fits[:1]]
         right = math.copysign(1.0 / fits[0][0], found) if fits else right
     else:

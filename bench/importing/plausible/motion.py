@@ -44,7 +44,7 @@ def blocks(time: FloatArray, angle: FloatArray, channels: dict[str, FloatArray])
     speed = np.gradient(place, moment)
     acceleration = np.gradient(speed, moment)
     inner = slice(2, -2)
-    return Blocks(speed[inner], acceleration[inner], {name: mean(own)[inner] for name, own in channels.items()})
+    return Blocks(speed[inner], acceleration[inner], {name: mean(samples)[inner] for name, samples in channels.items()})
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,22 +63,22 @@ class Law:
     share: float
 
 
-def law(own: Blocks, torque: str, load: str | None) -> Law | None:
+def law(averaged: Blocks, torque: str, load: str | None) -> Law | None:
     """Fit the law; the spreads are those over eight stretches, each left out once. None where nothing moves."""
-    moving = own.moving
-    if np.sum(moving) < _LEAST_BLOCKS // 2 or float(np.std(own.channels[torque][moving])) == 0.0:
+    moving = averaged.moving
+    if np.sum(moving) < _LEAST_BLOCKS // 2 or float(np.std(averaged.channels[torque][moving])) == 0.0:
         return None
-    speed = own.speed[moving]
-    columns = [own.acceleration[moving], speed, np.ones(speed.size)]
+    speed = averaged.speed[moving]
+    columns = [averaged.acceleration[moving], speed, np.ones(speed.size)]
     both = min(float(np.mean(speed > 0)), float(np.mean(speed < 0))) > _STANDING
     if both:
         columns.append(np.sign(speed))
-    if load is not None and float(np.std(own.channels[load][moving])) > 0.0:
-        columns.append(own.channels[load][moving])
+    if load is not None and float(np.std(averaged.channels[load][moving])) > 0.0:
+        columns.append(averaged.channels[load][moving])
     else:
         load = None
     design = np.column_stack(columns)
-    y = own.channels[torque][moving]
+    y = averaged.channels[torque][moving]
 
     def numbers(rows: NDArray[np.bool_]) -> FloatArray:
         scale = np.abs(design[rows]).max(axis=0)

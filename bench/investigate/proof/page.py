@@ -25,7 +25,7 @@ def tables(content: Mapping[str, Any]) -> str:
     return "\n".join([*_ways(rows), "", *_plants(rows), "", f"{done}, commit {', '.join(made) or 'none'}."])
 
 
-def into(page: str, content: Mapping[str, Any]) -> str:
+def insert_tables(page: str, content: Mapping[str, Any]) -> str:
     """The page with new tables between its marks; at its end where it has none."""
     return between(page, BEGIN, END, tables(content))
 
@@ -42,13 +42,15 @@ def _ways(rows: Rows) -> list[str]:
     cells = []
     for way in WAYS:
         every = [row for row in rows if row["way"] == way]
-        own = [row for row in every if row["first"] == OPEN]
-        hours = [row["hours_to_name"] for row in own if row["result"] == RIGHT and row["hours_to_name"] is not None]
+        left_open = [row for row in every if row["first"] == OPEN]
+        hours = [
+            row["hours_to_name"] for row in left_open if row["result"] == RIGHT and row["hours_to_name"] is not None
+        ]
         cells.append([
             WORDS[way],
-            *(_share(sum(row["result"] == result for row in own), len(own)) for result in (RIGHT, WRONG)),
+            *(_share(sum(row["result"] == result for row in left_open), len(left_open)) for result in (RIGHT, WRONG)),
             f"{np.median(hours):.2f} ({min(hours):.2f} to {max(hours):.2f})" if hours else "none",
-            f"{np.mean([row['hours'] for row in own]):.2f}" if own else "not run",
+            f"{np.mean([row['hours'] for row in left_open]):.2f}" if left_open else "not run",
             *(_share(sum(row["result"] == result for row in every), len(every)) for result in (RIGHT, WRONG)),
         ])  # fmt: skip
     head = [
@@ -72,9 +74,9 @@ def _ways(rows: Rows) -> list[str]:
 def _plants(rows: Rows) -> list[str]:
     cells = []
     for seed, case in sorted({(row["seed"], row["case"]) for row in rows}):
-        own = {row["way"]: row for row in rows if (row["seed"], row["case"]) == (seed, case)}
-        one = next(iter(own.values()))
-        outcomes = [_outcome(own[way]) if way in own else "not run" for way in WAYS]
+        by_way = {row["way"]: row for row in rows if (row["seed"], row["case"]) == (seed, case)}
+        one = next(iter(by_way.values()))
+        outcomes = [_outcome(by_way[way]) if way in by_way else "not run" for way in WAYS]
         cells.append([f"{seed}/{case[-1]}", one["effect"], ", ".join(one["also"]), one["first"], *outcomes])
     return table(["plant", "concealed", "confused with", "first campaign", *(WORDS[way] for way in WAYS)], cells)
 

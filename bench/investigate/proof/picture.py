@@ -28,13 +28,13 @@ def draw(content: Mapping[str, Any], target: Path) -> Path:
     axes = figure.add_subplot()
     seen: set[str] = set()
     for place, way in enumerate(WAYS):
-        own = [row for row in rows if row["way"] == way]
-        for number, row in enumerate(own):
+        rows_of_way = [row for row in rows if row["way"] == way]
+        for number, row in enumerate(rows_of_way):
             hours = row["hours_to_name"] if row["hours_to_name"] is not None else row["hours"]
             marker, fill = _SIGNS[row["result"]]
             label = row["result"] if row["result"] not in seen else None
             seen.add(row["result"])
-            height = place + 0.5 * ((number + 1) / (len(own) + 1) - 0.5)
+            height = place + 0.5 * ((number + 1) / (len(rows_of_way) + 1) - 0.5)
             axes.plot(hours, height, marker, color=f"C{list(_SIGNS).index(row['result'])}", fillstyle=fill, label=label)
     axes.set_yticks(range(len(WAYS)), [WORDS[way] for way in WAYS])
     axes.invert_yaxis()

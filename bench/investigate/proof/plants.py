@@ -56,9 +56,9 @@ class HiddenBench:
         """Run a campaign; hours of bench time. The generator's clock goes on by itself, later than ``after``."""
         tasks = make_plan(load_campaign(campaign), self.bench, self._last).tasks
         points = [point for task in tasks for point in self._points(task)]
-        own = self._folder.campaign
+        history = self._folder.campaign
         # the same history once more, with the new points behind it: what was recorded comes out the same
-        self._folder = replace(self._folder, campaign=replace(own, points=(*own.points, *points)))
+        self._folder = replace(self._folder, campaign=replace(history, points=(*history.points, *points)))
         return self._write(folder)
 
     def _points(self, task: PlannedTask) -> Iterator[Any]:

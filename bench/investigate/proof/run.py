@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from bench.investigate.design import Experiment
-from bench.investigate.loop import LOOK, Asked, Choice, Scene, chosen, investigate
-from bench.investigate.offer import offered, planned, states
+from bench.investigate.loop import LOOK, Asked, Choice, Scene, choose_experiment, investigate
+from bench.investigate.offer import offered_points, plan_points, states
 from bench.investigate.proof.plants import SECONDS_AN_HOUR, HiddenBench
 from bench.mismatch.report.candidates import Candidate
 from bench.mismatch.report.report import Report
@@ -35,7 +35,7 @@ class _Counted:
     sizes: list[int] = field(default_factory=list)
 
     def designed(self, scene: Scene) -> Experiment | None:
-        out = chosen(scene)
+        out = choose_experiment(scene)
         if out is not None:
             self.sizes.append(len(out.points))
         return out
@@ -51,7 +51,7 @@ class _Counted:
             step += 1
             if not points:
                 return None
-            hours = planned(name, points, scene.bench, scene.celsius).duration_s / SECONDS_AN_HOUR
+            hours = plan_points(name, points, scene.bench, scene.celsius).duration_s / SECONDS_AN_HOUR
             return Experiment(points, hours, tuple((q, None) for q in scene.asked), name, name)
 
         return choose
@@ -61,7 +61,7 @@ MOST = 6
 """points where no experiment was designed to count them"""
 
 
-def drawn(seed: int) -> Callable[[Scene, int, int], tuple[Candidate, ...]]:
+def random_points(seed: int) -> Callable[[Scene, int, int], tuple[Candidate, ...]]:
     """Points at random from what the bench can do, after a warm-up, a cooling or neither, at random as well."""
 
     def draw(scene: Scene, step: int, number: int) -> tuple[Candidate, ...]:
@@ -70,7 +70,7 @@ def drawn(seed: int) -> Callable[[Scene, int, int], tuple[Candidate, ...]]:
         first = int(rng.integers(len(every)))
         # a state in which the bench refuses every point gives way to the next
         for state in (*every[first:], *every[:first]):
-            points, _ = offered(state, scene.bench)
+            points, _ = offered_points(state, scene.bench)
             if points:
                 picked = rng.choice(len(points), min(number, len(points)), replace=False)
                 before = () if state.before is None else (state.before,)
@@ -80,7 +80,7 @@ def drawn(seed: int) -> Callable[[Scene, int, int], tuple[Candidate, ...]]:
     return draw
 
 
-def repeated(grid: list[Candidate]) -> Callable[[Scene, int, int], tuple[Candidate, ...]]:
+def repeated_points(grid: list[Candidate]) -> Callable[[Scene, int, int], tuple[Candidate, ...]]:
     """The next points of the grid, which begins again at its end."""
     at = 0
 
@@ -93,30 +93,30 @@ def repeated(grid: list[Candidate]) -> Callable[[Scene, int, int], tuple[Candida
     return draw
 
 
-def judged(report: dict[str, Any], truth: dict[str, Any]) -> str:
+def judge_report(report: dict[str, Any], truth: dict[str, Any]) -> str:
     """How the concealed effect stands in a report: right where it is named, wrong where another name has its place.
 
     Any other named finding in a channel of the effect is wrong; without a finding there it is unseen; anything else is
     open.
     """
-    own = truth["effects"][0]
-    here = [f for f in report["findings"] if {f["channel"], *f["also_in"]} & set(own["channels"])]
+    concealed = truth["effects"][0]
+    here = [f for f in report["findings"] if {f["channel"], *f["also_in"]} & set(concealed["channels"])]
     named = {f["effect"] for f in here if f["status"] == "named"}
-    if own["effect"] in named:
+    if concealed["effect"] in named:
         return RIGHT
     if not here:
         return UNSEEN
     return WRONG if all(f["status"] == "named" for f in here) else OPEN
 
 
-def run(case: Any, seed: int, tell: Callable[[str], None] = lambda _: None) -> list[dict[str, Any]]:
+def run(case: Any, seed: int, report_progress: Callable[[str], None] = lambda _: None) -> list[dict[str, Any]]:
     """A row for each way; all start from the same campaign and the same look at it."""
     with TemporaryDirectory() as place:
         work = Path(place)
         begun = HiddenBench(case)
         truth = begun.begin(work / "first")
         first = compare(work / "first", work / "look")
-        stands = judged(first.to_json(), truth)
+        stands = judge_report(first.to_json(), truth)
         counted = _Counted()
         rows = []
         for way in WAYS:
@@ -124,32 +124,38 @@ def run(case: Any, seed: int, tell: Callable[[str], None] = lambda _: None) -> l
             lab = copy(begun)
             choices: dict[str, Choice] = {
                 ASKED: counted.designed,
-                RANDOM: counted.others(drawn(seed), "as many points at random"),
-                GRID: counted.others(repeated(lab.grid()), "as many points of the grid again"),
+                RANDOM: counted.others(random_points(seed), "as many points at random"),
+                GRID: counted.others(repeated_points(lab.grid()), "as many points of the grid again"),
             }
             at = time.process_time()
-            row = _one(lab, work / "first", work / way, first, truth, choices[way])
+            row = _run_way(lab, work / "first", work / way, first, truth, choices[way])
             row |= {"way": way, "first": stands, "processor_s": round(time.process_time() - at, 1)}
-            rows.append(_about(case, seed, truth) | row)
-            tell(f"{case.name} of seed {seed}, {way}: {row['result']} after {row['experiments']}")
+            rows.append(_case_columns(case, seed, truth) | row)
+            report_progress(f"{case.name} of seed {seed}, {way}: {row['result']} after {row['experiments']}")
         return rows
 
 
-def _about(case: Any, seed: int, truth: dict[str, Any]) -> dict[str, Any]:
-    own = truth["effects"][0]
-    return {"case": case.name, "seed": seed, "effect": own["effect"], "also": own["also"], "strength": own["strength"]}
+def _case_columns(case: Any, seed: int, truth: dict[str, Any]) -> dict[str, Any]:
+    concealed = truth["effects"][0]
+    return {
+        "case": case.name,
+        "seed": seed,
+        "effect": concealed["effect"],
+        "also": concealed["also"],
+        "strength": concealed["strength"],
+    }
 
 
-def _one(
+def _run_way(
     lab: HiddenBench, folder: Path, out: Path, first: Report, truth: dict[str, Any], choose: Choice
 ) -> dict[str, Any]:
     log = investigate(folder, out, lab, Asked(hours=HOURS, experiments=EXPERIMENTS), choose, first=first)
     steps = log.to_json()["steps"]
     results = [
-        judged(json.loads((out / f"{LOOK}-{k}" / "report.json").read_text("utf-8")), truth)
+        judge_report(json.loads((out / f"{LOOK}-{k}" / "report.json").read_text("utf-8")), truth)
         for k in range(1, len(steps) + 1)
     ]
-    last = results[-1] if results else judged(first.to_json(), truth)
+    last = results[-1] if results else judge_report(first.to_json(), truth)
     # counted from where it is right and stays so
     right = next((k for k in range(len(results)) if all(r == RIGHT for r in results[k:])), None)
     hours = [float(step["took_h"]) for step in steps]

@@ -21,4 +21,4 @@ def channel_names(group: h5py.Group) -> Iterator[str]:
         if name not in FOLDERS or group.get(name, getclass=True, getlink=False) is not h5py.Group:
             yield name
             continue
-        yield from (f"{name}/{own}" for own in group[name])
+        yield from (f"{name}/{member}" for member in group[name])

@@ -37,7 +37,7 @@ def first_missing_row(dataset: h5py.Dataset, file_size: int | None = None) -> in
 
 
 @contextmanager
-def completed(path: Path) -> Iterator[tuple[Path, int | None]]:
+def completed_copy(path: Path) -> Iterator[tuple[Path, int | None]]:
     """Give a file that HDF5 will open, and the size of what is left where ``path`` was truncated.
 
     HDF5 refuses a file that is shorter than it once was, however much of it is whole. A copy is brought to the old

@@ -198,7 +198,7 @@ def time_and_cycle(file: h5py.File, path: Path) -> Iterator[Finding]:
         text = f"steps by {np.median(steps):g} s, root attribute 'sample_rate' {rate:g} Hz says {1 / rate:g} s"
         yield "/channels/time", text, False
     if "cycle" in usable and (first_missing_row(usable["cycle"]) or usable["cycle"].shape[0]) == time.size:
-        yield from _cycle(file, _stored(usable["cycle"]).astype(np.int64), time, rate)
+        yield from _cycle(file, _stored_rows(usable["cycle"]).astype(np.int64), time, rate)
 
 
 def _cycle(file: h5py.File, cycle: NDArray[np.int64], time: NDArray[np.float64], rate: float) -> Iterator[Finding]:
@@ -228,13 +228,13 @@ def _event_times(file: h5py.File) -> NDArray[np.float64]:
     return np.asarray(group["time"][()], dtype=np.float64)
 
 
-def _stored(dataset: h5py.Dataset) -> NDArray[Any]:
+def _stored_rows(dataset: h5py.Dataset) -> NDArray[Any]:
     """Read the rows before the first that was never stored."""
     return np.asarray(dataset[: first_missing_row(dataset)])
 
 
 def _si(dataset: h5py.Dataset) -> NDArray[np.float64]:
-    values = _stored(dataset).astype(np.float64)
+    values = _stored_rows(dataset).astype(np.float64)
     scale = attributes.number(dataset.attrs["scale"]) if "scale" in dataset.attrs else 1.0
     offset = attributes.number(dataset.attrs["offset"]) if "offset" in dataset.attrs else 0.0
     return np.asarray(values * scale + offset, dtype=np.float64)

@@ -96,15 +96,15 @@ class Sink:
         BacklogError
             If the disk is too far behind and may not be waited for; this chunk is still written by :meth:`finish`.
         """
-        self._put(lambda: self._write_chunk(start, len(next(iter(columns.values()))), columns))
+        self._enqueue(lambda: self._write_chunk(start, len(next(iter(columns.values()))), columns))
 
     def put_table_rows(self, table: str, rows: Sequence[Sequence[Any]]) -> None:
         """Queue rows of ``segments`` or ``events``."""
-        self._put(lambda: layout.append_rows(self._file, table, rows))
+        self._enqueue(lambda: layout.append_rows(self._file, table, rows))
 
     def put_segment_stop(self, index: int, stop: int) -> None:
         """Queue the end of a segment."""
-        self._put(lambda: self._write_stop(index, stop))
+        self._enqueue(lambda: self._write_stop(index, stop))
 
     def finish(self, *, accepted: bool | None, quality: Mapping[str, Any] | None, complete: bool | None) -> None:
         """Write everything and close the file; ``complete=None`` leaves the attribute out."""
@@ -120,10 +120,10 @@ class Sink:
                 self._flush()
         except HDF5_ERRORS as error:
             self._error = error
-        self._shut()
+        self._close_file()
         self.check()
 
-    def _put(self, job: Callable[[], None]) -> None:
+    def _enqueue(self, job: Callable[[], None]) -> None:
         if self._wait:
             self._jobs.put(job)
             self.check()
@@ -193,7 +193,7 @@ class Sink:
         self._file.flush()
         self._storage.commit()
 
-    def _shut(self) -> None:
+    def _close_file(self) -> None:
         try:
             self._file.close()
             self._storage.commit()

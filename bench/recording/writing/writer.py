@@ -106,7 +106,7 @@ class RecordingWriter:
             A channel is missing, unknown, of another length or does not fit its type; or the disk refused earlier rows.
         """
         self._check_open()
-        arrays = self._checked(block)
+        arrays = self._check_block(block)
         count = len(next(iter(arrays.values())))
         taken = 0
         while taken < count:
@@ -190,7 +190,7 @@ class RecordingWriter:
         copies = {name: buffer.copy() for name, buffer in self._buffers.items()} if filled else {}
         return self.rows - filled, filled, copies
 
-    def _checked(self, block: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    def _check_block(self, block: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
         if block.keys() != self._specs.keys():
             odd = ", ".join(sorted(block.keys() ^ self._specs.keys()))
             raise RecordingError(f"{self.path}: a block must hold the channels of the recording, it differs in {odd}.")

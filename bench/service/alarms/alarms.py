@@ -40,7 +40,7 @@ class Alarm:
 
 
 class Alarms:
-    """All alarms that stand; each is written to the book and told to whoever is to know.
+    """All alarms that stand; each is written to the book, and those who are to know are notified.
 
     Parameters
     ----------
@@ -52,13 +52,13 @@ class Alarms:
     def __init__(
         self,
         book: Book,
-        tell: Callable[[Alarm], None],
+        notify: Callable[[Alarm], None],
         changed: Callable[[], None],
         path: Path,
         disk: Disk,
         broken: Broken,
     ) -> None:
-        self._book, self._tell, self._changed, self._path, self._disk = book, tell, changed, path, disk
+        self._book, self._notify, self._changed, self._path, self._disk = book, notify, changed, path, disk
         kept = broken.load(path, lambda entries: [_alarm(entry) for entry in entries]) or []
         self._number = max((alarm.number for alarm in kept), default=0)
         self._alarms = {alarm.number: alarm for alarm in kept if not alarm.clears_itself}
@@ -74,7 +74,7 @@ class Alarms:
         self._alarms[alarm.number] = alarm
         self._save()
         self._book.write("alarm", "service", text, cause=cause, **({"point": point} if point else {}))
-        self._tell(alarm)
+        self._notify(alarm)
         return alarm
 
     def set(self, cause: str, text: str | None) -> None:
@@ -91,7 +91,7 @@ class Alarms:
             self._changed()
 
     def acknowledge(self, number: int, by: str) -> Alarm | None:
-        """Take an alarm away; None if there is none of this number (any more) that is to be acknowledged."""
+        """Acknowledge and remove an alarm; None if there is none of this number that has to be acknowledged."""
         alarm = self._alarms.get(number)
         if alarm is None or alarm.clears_itself:
             return None
@@ -113,5 +113,5 @@ class Alarms:
 
 
 def _alarm(entry: dict[str, Any]) -> Alarm:
-    """Read an alarm; what other versions kept beside is left out."""
+    """Read an alarm; keys of other versions are ignored."""
     return Alarm(**{key: value for key, value in entry.items() if key in Alarm.__dataclass_fields__})

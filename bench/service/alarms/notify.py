@@ -38,7 +38,7 @@ class Notifier:
                 scheme = url.split("://")[0]
                 raise ConfigurationError(f"--notify {scheme}://… is not an address apprise understands")
 
-    def tell(self, alarm: Alarm, bench: str) -> threading.Thread | None:
+    def send(self, alarm: Alarm, bench: str) -> threading.Thread | None:
         """Send an alarm; returns at once."""
         if self._sender is None:
             return None

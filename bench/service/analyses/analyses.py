@@ -89,7 +89,7 @@ def investigation_of(folder: Path) -> Message:
 
 
 class Analyses:
-    """All analyses since ever; their results lie in a folder each.
+    """All analyses that were ever started; each has a folder with its results.
 
     Parameters
     ----------

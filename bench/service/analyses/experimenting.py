@@ -20,7 +20,7 @@ from bench.errors import LimitError
 from bench.investigate.loop import LOOK, Asked
 from bench.investigate.loop import investigate as go
 
-Tell = Callable[..., None]
+Progress = Callable[..., None]
 SAID = "said.txt"
 """what it said, line by line, with the time of day"""
 _SHOWN = ("report.html", "report.json", "model.json")
@@ -52,10 +52,13 @@ class Investigation:
 
 
 class AskingLab:
-    """The bench, by way of the service: ``tell`` says what is asked for, ``hear`` waits for the line that answers."""
+    """The bench, used through the service.
 
-    def __init__(self, bench: BenchConfiguration, tell: Tell, hear: Callable[[], str]) -> None:
-        self._bench, self._tell, self._hear = bench, tell, hear
+    ``report_progress`` sends a request to the service; ``hear`` waits for the line with its answer.
+    """
+
+    def __init__(self, bench: BenchConfiguration, report_progress: Progress, hear: Callable[[], str]) -> None:
+        self._bench, self._report_progress, self._hear = bench, report_progress, hear
         self._celsius: float | None = None
 
     @property
@@ -74,7 +77,7 @@ class AskingLab:
         number = int(folder.name.rsplit("-", 1)[-1])
         asks: dict[str, Any] = {"number": number, "campaign": str(campaign.absolute())}
         asks |= {"folder": str(folder.absolute()), "after": after.isoformat(), "plan": plan.as_dict()}
-        self._tell(f"experiment {number} waits", asks=asks)
+        self._report_progress(f"experiment {number} waits", asks=asks)
         line = self._hear()
         answer = json.loads(line) if line else {"problem": "the service ended"}
         if "problem" in answer:
@@ -82,7 +85,9 @@ class AskingLab:
         return float(answer["bench_time_s"]) / SECONDS_AN_HOUR
 
 
-def investigate(recordings: Path, out: Path, asked: Investigation, tell: Tell, hear: Callable[[], str]) -> str:
+def investigate(
+    recordings: Path, out: Path, asked: Investigation, report_progress: Progress, hear: Callable[[], str]
+) -> str:
     """Investigate a folder into ``out``; why it ended, in a sentence. Raises as :func:`bench.investigate.loop` does."""
     share = 0.0
 
@@ -93,11 +98,11 @@ def investigate(recordings: Path, out: Path, asked: Investigation, tell: Tell, h
         with (out / SAID).open("a", encoding="utf-8") as said:
             said.write(f"{datetime.now().astimezone().isoformat(timespec='seconds')} {what}\n")
         _show_last_look(out)
-        tell(what, share, **more)
+        report_progress(what, share, **more)
 
     out.mkdir(parents=True, exist_ok=True)
     lab = AskingLab(asked.file().configuration, say, hear)
-    log = go(recordings, out, lab, Asked(asked.confidence, asked.hours, asked.experiments), tell=say)
+    log = go(recordings, out, lab, Asked(asked.confidence, asked.hours, asked.experiments), report_progress=say)
     _show_last_look(out)
     return f"{log.state['ended']}; {log.state['sentence']}"
 

@@ -68,7 +68,7 @@ class Overlay:
         """Publish a message with the model in it; while one is being computed further ones go without."""
         busy = self._busy is not None and not self._busy.done()
         if self.path is None or "amplitude" not in message or busy:
-            self._out(message)
+            self._publish_message(message)
             return
         self._busy = asyncio.get_running_loop().create_task(self._with_model(message))
 
@@ -90,24 +90,24 @@ class Overlay:
         out = {**message, "model_why": found.why}
         if found.error is None:
             return out
-        model = _reduced(found.error)
+        model = _bin_means(found.error)
         out |= {"model": _short(spectrum(found.error)), "model_curve": _short(model)}
         if found.half is not None:
-            half = _reduced(found.half)
+            half = _bin_means(found.half)
             inside = np.abs(np.asarray(message["curve"], dtype=np.float64) - model) <= half
             out |= {"model_band": _short(half), "model_inside": float(inside.mean())}
             out |= {"model_band_share": INSIDE, "model_left": found.left}
         return out
 
     async def _with_model(self, message: Message) -> None:
-        self._out(await asyncio.to_thread(self.add, message))
+        self._publish_message(await asyncio.to_thread(self.add, message))
 
-    def _out(self, message: Message) -> None:
+    def _publish_message(self, message: Message) -> None:
         self.last = message
         self._publish(message)
 
 
-def _reduced(values: NDArray[np.float64]) -> NDArray[np.float64]:
+def _bin_means(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Means over the parts of the revolution that pages draw."""
     return np.asarray(values.reshape(_CURVE, -1).mean(axis=1))
 

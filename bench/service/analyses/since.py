@@ -1,4 +1,4 @@
-"""A mismatch report beside the last one of the same gearbox: what is found anew, and what no more."""
+"""A mismatch report compared with the last one of the same gearbox: findings that are new, and those that are gone."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ class Twins:
         """what the twin said last of the run it watches"""
 
     async def look(self) -> None:
-        """Have a twin beside the run that runs, if it asked for one; let that of a run that ended finish."""
+        """Start a twin for the present run, if it asked for one; let the twin of a run that ended finish."""
         run = self._keeper.runs.running()
         if run is not None and self._run is not None and run.id == self._run.id:
             return
@@ -83,7 +83,7 @@ class Twins:
         if message["type"] == "no_longer_holds":
             since, folder = str(message["since"]), Path(run.folder).name
             self._alarms.raise_("TWIN", f"{run.title}: {message['text']}", since, folder)
-            if run.twin_pause and self._keeper.tell_run("pause", run=run.id):
+            if run.twin_pause and self._keeper.send_to_run("pause", run=run.id):
                 self._book.write("pause", "the twin", "no further point begins", run=run.id)
         elif message["type"] == "ended" and message["why"]:
             self._alarms.set("TWIN_ENDED", f"{run.title} is no longer watched: {message['why']}")

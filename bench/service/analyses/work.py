@@ -31,7 +31,7 @@ class Work:
     asked: dict[str, Any] = field(default_factory=dict)
 
 
-def tell(what: str, share: float, **more: Any) -> None:
+def report_progress(what: str, share: float, **more: Any) -> None:
     """Write one line of progress."""
     sys.stdout.write(json.dumps({"what": what, "share": share, **more}, ensure_ascii=False) + "\n")
     sys.stdout.flush()
@@ -51,16 +51,16 @@ def identify(work: Work) -> str:
     found = identify_folder(
         Path(work.recordings),
         Options(jobs=1),
-        lambda done, total: tell(f"reading recording {done} of {total}", 0.9 * done / max(1, total)),
+        lambda done, total: report_progress(f"reading recording {done} of {total}", 0.9 * done / max(1, total)),
     )
-    tell("writing the report", 0.92)
+    report_progress("writing the report", 0.92)
     to_simulation(found, "refined").save(out / "model.json")
     changed: tuple[str, ...] = ()
     try:
         kept.keep(found, Path(work.recordings), stamp)
         changed = since_last(Path(work.recordings))
     except (OSError, sqlite3.Error) as error:
-        tell(f"it is not kept for the trend of this gearbox: {error}", 0.93)
+        report_progress(f"it is not kept for the trend of this gearbox: {error}", 0.93)
     write_report(found, out, changed)
     write_whole(out / "summary.json", json.dumps(to_json(found), indent=1, ensure_ascii=False))
     if found.scores:
@@ -73,7 +73,7 @@ def mismatch(work: Work) -> str:
     from bench.mismatch.run import run
 
     model = None if work.model is None else Path(work.model)
-    return run(Path(work.recordings), Path(work.out), model, tell).sentence
+    return run(Path(work.recordings), Path(work.out), model, report_progress).sentence
 
 
 def investigate(work: Work) -> str:
@@ -81,7 +81,7 @@ def investigate(work: Work) -> str:
     from bench.service.analyses import experimenting
 
     asked = experimenting.Investigation(**work.asked)
-    return experimenting.investigate(Path(work.recordings), Path(work.out), asked, tell, sys.stdin.readline)
+    return experimenting.investigate(Path(work.recordings), Path(work.out), asked, report_progress, sys.stdin.readline)
 
 
 def compare(work: Work) -> str:
@@ -89,7 +89,7 @@ def compare(work: Work) -> str:
     from bench.twin.comparison import before_and_since
     from bench.twin.comparison_page import write_comparison
 
-    found = before_and_since(Path(work.recordings), str(work.asked["since"]), tell)
+    found = before_and_since(Path(work.recordings), str(work.asked["since"]), report_progress)
     write_comparison(found, Path(work.out))
     return found.sentence
 
@@ -106,13 +106,13 @@ def main() -> None:
     """Do the work of the file given; the last line says how it ended."""
     os.nice(_NICE)
     work = Work(**json.loads(Path(sys.argv[1]).read_text("utf-8")))
-    tell("reading", 0.0)
+    report_progress("reading", 0.0)
     try:
         text = DOES[work.kind](work)
     except BenchError as error:
-        tell(str(error), 1.0, ended="failed")
+        report_progress(str(error), 1.0, ended="failed")
         sys.exit(1)
-    tell(text, 1.0, ended="done")
+    report_progress(text, 1.0, ended="done")
 
 
 if __name__ == "__main__":

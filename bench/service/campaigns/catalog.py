@@ -29,7 +29,7 @@ class Catalog:
     def list(self) -> list[dict[str, Any]]:
         """Return name and title of each, or what is wrong with it."""
         out = []
-        for name, source in self._offered().items():
+        for name, source in self._offered_campaigns().items():
             try:
                 title = load_campaign(source).title + self._asked_by(source)
                 out.append({"name": name, "title": title, "problem": None, "laboratory": self._is_own(source)})
@@ -84,7 +84,7 @@ class Catalog:
         Unknown
             If there is none of this name, or it is a program.
         """
-        offered = self._offered()
+        offered = self._offered_campaigns()
         if name not in offered:
             raise Unknown(f'there is no campaign "{name}"; there are {", ".join(offered)}')
         return definition(offered[name], name)
@@ -107,7 +107,7 @@ class Catalog:
         if (name is None) == (text is None):
             raise NotNow("give either campaign, a name the service offers, or text, the content of a TOML file")
         if text is None:
-            offered = self._offered()
+            offered = self._offered_campaigns()
             if name not in offered:
                 raise Unknown(f'there is no campaign "{name}"; there are {", ".join(offered)}')
             return offered[str(name)]
@@ -117,7 +117,7 @@ class Catalog:
         path.write_text(text, encoding="utf-8")
         return str(path)
 
-    def _offered(self) -> dict[str, str]:
+    def _offered_campaigns(self) -> dict[str, str]:
         # the short one first: what a newcomer wants to try
         offered = {name: name for name in sorted(shipped_campaigns(), key=lambda name: (name != "quick", name))}
         folder = laboratory_folder(self._settings)

@@ -55,11 +55,13 @@ def require_possible(source: str, bench: BenchFile, folder: str | None, run: str
 
 
 def _plan(source: str, bench: BenchFile, limit_s: float) -> dict[str, Any]:
-    return _within(limit_s, lambda: make_plan(load_campaign(source), bench.configuration).as_dict())
+    return _with_time_limit(limit_s, lambda: make_plan(load_campaign(source), bench.configuration).as_dict())
 
 
 def _plan_text(text: str, bench: BenchFile, limit_s: float) -> dict[str, Any]:
-    return _within(limit_s, lambda: make_plan(parse_campaign(text, "the draft"), bench.configuration).as_dict())
+    return _with_time_limit(
+        limit_s, lambda: make_plan(parse_campaign(text, "the draft"), bench.configuration).as_dict()
+    )
 
 
 def _possible(source: str, bench: BenchFile, folder: str | None, run: str, root: Path) -> Planned:
@@ -76,10 +78,10 @@ def _possible(source: str, bench: BenchFile, folder: str | None, run: str, root:
         require_same(place, campaign, bench)
         return Planned(campaign.name, campaign.title, str(place))
 
-    return _within(PLAN_S, look)
+    return _with_time_limit(PLAN_S, look)
 
 
-def _within(limit_s: float, function: Callable[[], R]) -> R:
+def _with_time_limit(limit_s: float, function: Callable[[], R]) -> R:
     """Return what the function returns, if it takes no longer; time can be limited in a main thread only."""
 
     def late(number: int, frame: FrameType | None) -> None:

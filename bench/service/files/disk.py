@@ -80,15 +80,15 @@ class Disk:
 
     def replace(self, path: Path, text: str) -> None:
         """Give a file this content, whole or not at all."""
-        self._put(path, _Content(text.encode()))
+        self._enqueue(path, _Content(text.encode()))
 
     def remove(self, path: Path) -> None:
         """Take a file away; nothing if there is none."""
-        self._put(path, _Content(None))
+        self._enqueue(path, _Content(None))
 
     def append(self, path: Path, line: str) -> None:
         """Append a line."""
-        self._put(path, _Lines([line.encode("utf-8", "replace") + b"\n"]))
+        self._enqueue(path, _Lines([line.encode("utf-8", "replace") + b"\n"]))
 
     @property
     def trouble(self) -> str | None:
@@ -111,7 +111,7 @@ class Disk:
             self._changed.notify_all()
         return done
 
-    def _put(self, path: Path, job: _Lines | _Content) -> None:
+    def _enqueue(self, path: Path, job: _Lines | _Content) -> None:
         with self._changed:
             earlier = self._waiting.get(path)
             self._waiting[path] = job if earlier is None else earlier.and_then(job)
@@ -126,7 +126,7 @@ class Disk:
                 path, job = next(iter(self._waiting.items()))
                 del self._waiting[path]
                 self._busy = (path, time.monotonic())
-            why = _written(path, job)
+            why = _write_job(path, job)
             with self._changed:
                 self._busy = None
                 if why is None:
@@ -141,7 +141,7 @@ class Disk:
                     self._changed.wait_for(lambda: self._ended, RETRY_S)
 
 
-def _written(path: Path, job: _Lines | _Content) -> str | None:
+def _write_job(path: Path, job: _Lines | _Content) -> str | None:
     """Write; return why it could not be done, None if it is."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -40,7 +40,7 @@ class Once:
 
     def __init__(self, settle: Callable[[], Awaitable[None]], path: Path, disk: Disk, broken: Broken) -> None:
         self._settle, self._path, self._disk = settle, path, disk
-        self._lasting: OrderedDict[str, tuple[str, dict[str, Any]]] = broken.load(path, _parsed) or OrderedDict()
+        self._lasting: OrderedDict[str, tuple[str, dict[str, Any]]] = broken.load(path, _parse_rows) or OrderedDict()
         self._answers: OrderedDict[str, tuple[str, asyncio.Future[Any]]] = OrderedDict()
 
     async def __call__(self, request_id: str, content: str, act: Callable[[], Awaitable[Any]]) -> Any:
@@ -88,7 +88,7 @@ class Once:
         self._disk.replace(self._path, json.dumps([[key, *entry] for key, entry in self._lasting.items()]))
 
 
-def _parsed(rows: Any) -> OrderedDict[str, tuple[str, dict[str, Any]]]:
+def _parse_rows(rows: Any) -> OrderedDict[str, tuple[str, dict[str, Any]]]:
     return OrderedDict((str(key), (str(digest), dict(answer))) for key, digest, answer in rows)
 
 

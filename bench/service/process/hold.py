@@ -25,13 +25,13 @@ class Hold:
         self._begun = self._gone = False
 
     def still(self) -> None:
-        """The page says that its button is held."""
+        """The page reports that its button is still held."""
         with self._lock:
             self._look()
             self._until = self._clock() + SILENT_S
 
     def let_go(self) -> None:
-        """The page says that it is not."""
+        """The page reports that its button was let go."""
         with self._lock:
             self._gone = True
 

@@ -69,7 +69,7 @@ class Process:
             os.replace(part, path)
         except OSError as error:
             self._reporter.noticed(f"the end of this run is not on the disk: {error}")
-        self._reporter.tell("ended", str(end["text"]), remaining_s=0.0, way=None)
+        self._reporter.report_status("ended", str(end["text"]), remaining_s=0.0, way=None)
         self._emit(end)
         self._server.close()
         return end
@@ -103,14 +103,14 @@ class Process:
 
     def _reset(self) -> Message:
         job = self._job
-        self._reporter.tell("resetting", "the drives lose their faults, no torque is given")
+        self._reporter.report_status("resetting", "the drives lose their faults, no torque is given")
         reset(self._file, Path(job.folder), str(job.reset_by), seed=job.seed)
         return {"kind": "finished", "cause": "NONE", "text": ""}
 
     def _tare(self) -> Message:
         folder = Path(self._job.folder)
         folder.mkdir(parents=True, exist_ok=True)
-        self._reporter.tell("taring", "the torque sensor is read at rest; the drives have no voltage")
+        self._reporter.report_status("taring", "the torque sensor is read at rest; the drives have no voltage")
 
         def stopped() -> bool:
             return self._button.is_pressed or self._directions.stop_requested
@@ -121,8 +121,8 @@ class Process:
         """Turn the bench while the button is held; to let go of it is the end that was meant."""
         folder = Path(self._job.folder)
         folder.mkdir(parents=True, exist_ok=True)
-        tell = self._reporter.tell
-        tell("opening", "brings bus and drives up; keep holding")
+        report_status = self._reporter.report_status
+        report_status("opening", "brings bus and drives up; keep holding")
         tap = LiveTap(self._emit, self._file.configuration.gearbox.ratio)
         try:
             end = jog(
@@ -133,7 +133,7 @@ class Process:
                 self._button,
                 noticed=self._reporter.noticed,
                 tap=tap,
-                moving=lambda: tell("by_hand", "it stops as soon as the button is let go"),
+                moving=lambda: report_status("by_hand", "it stops as soon as the button is let go"),
                 seed=self._job.seed,
             )
         finally:
@@ -144,15 +144,15 @@ class Process:
 
     def _campaign(self) -> Message:
         job = self._job
-        tell = self._reporter.tell
-        tell("opening", "1 of 3: reads the campaign")
+        report_status = self._reporter.report_status
+        report_status("opening", "1 of 3: reads the campaign")
         campaign = load_campaign(job.campaign)
-        tell("opening", "2 of 3: brings bus and drives up")
+        report_status("opening", "2 of 3: brings bus and drives up")
         tap = LiveTap(
             self._emit,
             self._file.configuration.gearbox.ratio,
             self._reporter.motion,
-            lambda: tell("opening", "3 of 3: plans every point against the limits"),
+            lambda: report_status("opening", "3 of 3: plans every point against the limits"),
         )
         try:
             return _as_end(

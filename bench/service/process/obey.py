@@ -27,7 +27,7 @@ class Refused(BenchError):
 class Reports(Protocol):
     """Who reports how the run stands."""
 
-    def tell(self, phase: str, label: str = "", **more: Any) -> None:
+    def report_status(self, phase: str, label: str = "", **more: Any) -> None:
         """Say where the run stands."""
         ...
 
@@ -103,7 +103,7 @@ class Obedience:
 
     def _end(self, message: Message) -> None:
         self._directions.stop()
-        self._reporter.tell("stopping", "the service asked for the bench to be brought to rest")
+        self._reporter.report_status("stopping", "the service asked for the bench to be brought to rest")
 
     def _pause(self, message: Message) -> None:
         self._directions.pause()

@@ -84,25 +84,25 @@ def _stand(spec: Spec, order: Order) -> None:
     from bench.errors import BenchError, one_sentence
     from bench.service.process.lines import LineServer
 
-    told: list[Message] = []
-    server = LineServer(Path(spec.socket), lambda: told[-1:], lambda message: None)
+    last_message: list[Message] = []
+    server = LineServer(Path(spec.socket), lambda: last_message[-1:], lambda message: None)
 
-    def tell(message: Message) -> None:
-        told[:] = [message]
+    def send(message: Message) -> None:
+        last_message[:] = [message]
         server.send(message)
 
     try:
-        _watch(spec, order, tell)
+        _watch(spec, order, send)
     except (BenchError, OSError) as error:
-        tell({"type": "unread", "text": one_sentence(error)})
+        send({"type": "unread", "text": one_sentence(error)})
     except Exception as error:  # noqa: BLE001 - other people's drivers: the job itself will say what is wrong with them
-        tell({"type": "unread", "text": f"{type(error).__name__}: {one_sentence(error)}"})
+        send({"type": "unread", "text": f"{type(error).__name__}: {one_sentence(error)}"})
     while not order.wait(_TELL_S):
         pass
     server.close(0.2)
 
 
-def _watch(spec: Spec, order: Order, tell: Callable[[Message], None]) -> None:
+def _watch(spec: Spec, order: Order, send: Callable[[Message], None]) -> None:
     """Open the bench without torque and report how it is; one that may not be read is only got ready for.
 
     A job that has come already waits for nothing of this: it loads what it needs, and opens the bench itself.
@@ -136,14 +136,14 @@ def _watch(spec: Spec, order: Order, tell: Callable[[Message], None]) -> None:
                 configuration.motion.standstill,
             )
         )
-        tell({"type": "unread", "text": "between runs this bench is not read (bench serve --watch reads it)"})
+        send({"type": "unread", "text": "between runs this bench is not read (bench serve --watch reads it)"})
         return
     with nullcontext() if configuration.bus.in_process else bus_in_use(file), Rig(file, real_time=True) as rig:
         while not order.wait(0.0):
             rig.link.hold(_HOLD_S)
             seen = condition(rig, "idle")
             if seen is not None:
-                tell(seen)
+                send(seen)
 
 
 def _write_to(log: Path) -> None:

@@ -43,7 +43,7 @@ class Reporter:
         self._started = datetime.now(UTC)
         """When bench time was zero; known from the first motion on."""
         self._motion: datetime | None = None
-        self._told = 0.0
+        self._last_status_s = 0.0
         self._status: Message = {"type": "status", "phase": "opening", "label": "the bench is being opened"}
 
     def greeting(self) -> list[Message]:
@@ -52,7 +52,7 @@ class Reporter:
             plan = [] if self._plan is None else [{**self._plan, "points": list(self._points.values())}]
             return [*plan, dict(self._status)]
 
-    def tell(self, phase: str, label: str = "", **more: Any) -> None:
+    def report_status(self, phase: str, label: str = "", **more: Any) -> None:
         """Say where the run stands."""
         with self._lock:
             self._status = {**self._status, "phase": phase, "label": label, **more}
@@ -102,7 +102,7 @@ class Reporter:
             }
             message = {**self._plan, "points": list(self._points.values())}
         self._emit(message)
-        self.tell("measuring_zero", "zero of the torque sensor", remaining_s=self._remaining())
+        self.report_status("measuring_zero", "zero of the torque sensor", remaining_s=self._remaining())
 
     def started(self, task: Task, recording_id: str) -> None:
         """Tell of a recording that begins, and where the lubricant is expected to go in a heating."""
@@ -118,7 +118,7 @@ class Reporter:
         identity = None if expected is None else expected.identity
         if identity is not None:
             self._change(identity, state="heating" if heating else "running")
-        self.tell(
+        self.report_status(
             "heating" if heating else "measuring",
             label,
             recording_id=recording_id,
@@ -135,14 +135,14 @@ class Reporter:
             # asked after the first block of a motion: right to that block
             self._started, self._motion = self._motion - timedelta(seconds=bench_time_s), None
         task, now = self._task, time.monotonic()
-        if now - self._told < _STATUS_EVERY_S or task is None:
+        if now - self._last_status_s < _STATUS_EVERY_S or task is None:
             return
-        self._told = now
+        self._last_status_s = now
         more: Message = {}
         if self._status.get("way") is None and self._status["phase"] == "heating":
-            more["way"] = self._way(task, temperature)
+            more["way"] = self._expected_temperatures(task, temperature)
         moment = self._started + timedelta(seconds=bench_time_s)
-        self.tell(
+        self.report_status(
             self._status["phase"],
             self._status["label"],
             bench_time=moment.timestamp(),
@@ -167,15 +167,15 @@ class Reporter:
 
     def pausing(self, asked: bool) -> None:
         """Tell that a pause was asked for, which comes with the end of the point, or that it was taken back."""
-        self.tell(self._status["phase"], self._status["label"], pausing=asked)
+        self.report_status(self._status["phase"], self._status["label"], pausing=asked)
 
     def paused(self, now: bool, why: str = "") -> None:
         """Tell of a pause, now and then as long as it lasts, and of its end."""
         if now:
             self._before_pause = self._before_pause if self._status["phase"] == "paused" else self._status["phase"]
-            self.tell("paused", why or "waiting for the operator between two points", pausing=False)
+            self.report_status("paused", why or "waiting for the operator between two points", pausing=False)
         elif self._status["phase"] == "paused":
-            self.tell(self._before_pause)
+            self.report_status(self._before_pause)
 
     def noticed(self, text: str) -> None:
         """Tell what of the bench is not as it should be."""
@@ -218,7 +218,7 @@ class Reporter:
         cost = self._cost.get(self._task.prepares or self._task.point, 0.0)
         return total + self._closing_s - min(self._bench_s - self._task_began_s, cost)
 
-    def _way(self, task: Task, temperature: float) -> list[list[float]]:
+    def _expected_temperatures(self, task: Task, temperature: float) -> list[list[float]]:
         """The lubricant's expected way in this heating: bench time of day (Unix, s) and °C."""
         point = task.point
         phases = build_sequence(point.sequence, point.options).phases(point, facts(self._bench))

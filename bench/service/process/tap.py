@@ -49,7 +49,7 @@ class LiveTap:
     ) -> None:
         self._emit, self._ratio, self._on_begin, self._on_open = emit, ratio, on_begin, on_open
         self._view: View | None = None
-        self._condition_told = 0.0
+        self._condition_sent = 0.0
         self._waiting: deque[tuple[Any, ...]] = deque()
         self._ended = threading.Event()
         self.dropped = 0
@@ -59,7 +59,7 @@ class LiveTap:
         self._what = ""
         self._steady = False
         self._revolution = Revolution()
-        self._spectrum_told = 0.0
+        self._spectrum_sent = 0.0
         self._whole = False
         self._conditions: dict[str, Any] = {}
         self._covered = Covered()
@@ -105,9 +105,9 @@ class LiveTap:
 
     def _tell_condition(self) -> None:
         """Tell how the bench is: between motions and while it is paused no row comes, yet it has values."""
-        if self._view is None or time.monotonic() - self._condition_told < _CONDITION_EVERY_S:
+        if self._view is None or time.monotonic() - self._condition_sent < _CONDITION_EVERY_S:
             return
-        self._condition_told = time.monotonic()
+        self._condition_sent = time.monotonic()
         seen = condition(self._view, "run")
         if seen is not None:
             self._emit(seen)
@@ -190,11 +190,11 @@ class LiveTap:
         self._at = end_s
         whole, self._whole = self._whole, self._revolution.is_whole
         first = self._whole and not whole
-        if first or time.monotonic() - self._spectrum_told > _SPECTRUM_EVERY_S:
+        if first or time.monotonic() - self._spectrum_sent > _SPECTRUM_EVERY_S:
             self._tell_spectrum()
 
     def _tell_spectrum(self) -> None:
-        self._spectrum_told = time.monotonic()
+        self._spectrum_sent = time.monotonic()
         spectrum = self._revolution.spectrum()
         message: Message = {"type": "spectrum", "share": self._revolution.share}
         if spectrum is not None:

@@ -48,7 +48,7 @@ _IN_PHASES: dict[str, frozenset[str]] = {
 }
 
 
-def allowed(now: Situation) -> frozenset[str]:
+def allowed_acts(now: Situation) -> frozenset[str]:
     """Return the acts that are possible now for whoever holds the controls; ``stop`` is always, for anybody."""
     acts = {act for act, phases in _IN_PHASES.items() if now.phase in phases}
     acts |= {"stop"}

@@ -70,7 +70,7 @@ class Asking:
     def wish(self, by: str, wish: str, run_id: str, **more: str) -> str:
         """Pass an operator's wish on to the run it is meant for, with an entry in the book."""
         self.require_running(run_id)
-        if not self._keeper.tell_run(wish, run=run_id, **more):
+        if not self._keeper.send_to_run(wish, run=run_id, **more):
             raise NotNow("the run cannot be reached at the moment; STOP works all the same")
         text = DONE[wish].format(*more.values())
         point = {"point": more["identity"]} if "identity" in more else {}

@@ -69,5 +69,5 @@ class ByHand:
         if run is None or run.by_hand is None or run.state == "ended":
             raise NotNow("this motion by hand is over; let go, and press again")
         # before its socket is there nobody hears it, and nothing moves before the first word
-        self._keeper.tell_run("hold" if held else "let_go", run=run_id)
+        self._keeper.send_to_run("hold" if held else "let_go", run=run_id)
         return "held" if held else "let go"

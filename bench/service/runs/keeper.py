@@ -65,7 +65,7 @@ class Keeper:
         self._alarms, self._disk, self.runs, self._stop_port = alarms, disk, runs, stop_port
         self._plant = plant
         self._processes = RunProcesses(state, launcher)
-        self.stopper = Stopper(stop_deadline_s, self._killed)
+        self.stopper = Stopper(stop_deadline_s, self._report_killed_run)
         self.shown = Shown(stream, book)
         self.on_end: Callable[[Run], None] = lambda run: None
         """Is called with a run that has ended; must not wait for anything."""
@@ -167,8 +167,8 @@ class Keeper:
         self.held = True
         return press, first
 
-    def tell_run(self, wish: str, **more: Any) -> bool:
-        """Pass a wish on to the run it is meant for, by default the one that runs; False if nobody hears it."""
+    def send_to_run(self, wish: str, **more: Any) -> bool:
+        """Send an order to a run, by default the one that is running; False if it cannot be reached."""
         run = self.runs.running()
         return self._link is not None and self._link.send(wish, **{"run": None if run is None else run.id, **more})
 
@@ -261,7 +261,7 @@ class Keeper:
         self.on_end(run)
         self._end(run, end)
 
-    def _killed(self) -> None:
+    def _report_killed_run(self) -> None:
         run = self.runs.running()
         title = "the run" if run is None else run.title
         self._alarms.raise_("KILLED", f"{title} had not ended {self.stopper.deadline_s:.0f} s after STOP; killed")

@@ -25,12 +25,12 @@ from bench.service.runs.standing import Standing
 Child = subprocess.Popen[bytes]
 
 
-def serve(orders: IO[str], tell: Callable[[dict[str, Any]], None]) -> None:
+def serve(orders: IO[str], send: Callable[[dict[str, Any]], None]) -> None:
     """Start what is ordered until the orders end."""
     standing = Standing()
 
     def follow(child: Child) -> None:
-        threading.Thread(target=lambda: tell({"exited": child.pid, "code": child.wait()}), daemon=True).start()
+        threading.Thread(target=lambda: send({"exited": child.pid, "code": child.wait()}), daemon=True).start()
 
     for line in orders:
         order = json.loads(line)
@@ -45,9 +45,9 @@ def serve(orders: IO[str], tell: Callable[[dict[str, Any]], None]) -> None:
                 child = _start(order["job"], order["log"])
                 follow(child)
         except OSError as error:
-            tell({"refused": str(error), "job": order["job"]})
+            send({"refused": str(error), "job": order["job"]})
             continue
-        tell({"started": child.pid, "job": order["job"]})
+        send({"started": child.pid, "job": order["job"]})
 
 
 def _start(job: str, log_path: str) -> Child:
@@ -65,12 +65,12 @@ def main() -> None:
     """Serve the parent's orders."""
     lock = threading.Lock()
 
-    def tell(message: dict[str, Any]) -> None:
+    def send(message: dict[str, Any]) -> None:
         with lock:
             sys.stdout.write(json.dumps(message) + "\n")
             sys.stdout.flush()
 
-    serve(sys.stdin, tell)
+    serve(sys.stdin, send)
 
 
 class Launcher:

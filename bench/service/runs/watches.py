@@ -42,15 +42,17 @@ async def look_at_disk(alarms: Alarms, storage: Callable[[], dict[str, Any]]) ->
 class SelfWatch:
     """Alarms of the service itself and of a silent run, the file that says it lives, and the run's stop port.
 
-    ``tell_state`` informs the pages; ``seen`` is the file that says when the service was last alive.
+    ``publish_state`` informs the pages; ``seen`` is the file that says when the service was last alive.
     """
 
-    def __init__(self, alarms: Alarms, disk: Disk, keeper: Keeper, seen: Path, tell_state: Callable[[], None]) -> None:
+    def __init__(
+        self, alarms: Alarms, disk: Disk, keeper: Keeper, seen: Path, publish_state: Callable[[], None]
+    ) -> None:
         self._alarms = alarms
         self._disk = disk
         self._keeper = keeper
         self._seen = seen
-        self._tell_state = tell_state
+        self._publish_state = publish_state
         self._said_seen = 0.0  # when the file was written last, s of the monotonic clock
         self.stop_port: int | None = None
         """Of the run's own stop listener, for the pages."""
@@ -66,4 +68,4 @@ class SelfWatch:
         port = await asyncio.to_thread(lambda: stop_port(runtime_folder()))
         if port != self.stop_port:
             self.stop_port = port
-            self._tell_state()
+            self._publish_state()

@@ -38,7 +38,7 @@ class PatientProtocol(H11Protocol):
     def data_received(self, data: bytes) -> None:
         """Take data; wait further if the request is not whole yet."""
         super().data_received(data)
-        if self.conn.their_state in _INCOMPLETE and not self._between():
+        if self.conn.their_state in _INCOMPLETE and not self._is_between_requests():
             self._wait()
         else:
             self._wait_no_more()
@@ -48,7 +48,7 @@ class PatientProtocol(H11Protocol):
         self._wait_no_more()
         super().connection_lost(exc)
 
-    def _between(self) -> bool:
+    def _is_between_requests(self) -> bool:
         """Whether a request has been answered and no byte of another one has come."""
         return self.conn.their_state is h11.IDLE and not self.conn.trailing_data[0]
 

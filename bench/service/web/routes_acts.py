@@ -28,7 +28,7 @@ async def _once(service: Service, path: str, body: Any, act: Callable[[], Awaita
     return await service.once(body.request_id, f"{path} {body.model_dump_json()}", act)
 
 
-async def _held(service: Service, what: str, body: m.Act, do: Callable[[str], Any], path: str = "") -> Any:
+async def _act_once(service: Service, what: str, body: m.Act, do: Callable[[str], Any], path: str = "") -> Any:
     """Do ``do(name)`` once, in the name of whoever holds the controls."""
 
     async def call(name: str) -> Any:
@@ -52,7 +52,7 @@ async def take(body: m.Take, service: The) -> m.Taken:
 
     async def act() -> m.Taken:
         holder = service.lease.take(body.name, body.taken_from, time.monotonic())
-        service.tell_state()
+        service.publish_state()
         return m.Taken(secret=holder.secret, id=holder.id)
 
     answer: m.Taken = await _once(service, "take", body, act)
@@ -72,7 +72,7 @@ async def offer(body: m.Offer, service: The) -> m.Done:
 
     async def act() -> m.Done:
         service.lease.offer(body.secret, body.to, time.monotonic())
-        service.tell_state()
+        service.publish_state()
         return m.Done(done=f"offered to {body.to}")
 
     answer: m.Done = await _once(service, "offer", body, act)
@@ -85,7 +85,7 @@ async def release(body: m.Act, service: The) -> m.Done:
 
     async def act() -> m.Done:
         service.lease.release(body.secret, time.monotonic())
-        service.tell_state()
+        service.publish_state()
         return m.Done(done="nobody holds the controls")
 
     answer: m.Done = await _once(service, "release", body, act)
@@ -100,7 +100,7 @@ async def new_run(body: m.NewRun, service: The) -> m.RunAnswer:
         return _answer(await service.asking.new(body))
 
     answer: m.RunAnswer = await _once(service, "run", body, act)
-    service.tell_state()
+    service.publish_state()
     return answer
 
 
@@ -114,7 +114,7 @@ async def approve(run_id: RunId, body: m.Act, service: The) -> m.RunAnswer:
         service.keeper.held = False
         return _answer(service.asking.change(run, state="queued"))
 
-    answer: m.RunAnswer = await _held(service, "approve", body, do, run_id)
+    answer: m.RunAnswer = await _act_once(service, "approve", body, do, run_id)
     return answer
 
 
@@ -130,14 +130,14 @@ async def withdraw(run_id: RunId, body: m.Act, service: The) -> m.RunAnswer:
         end = {"kind": "withdrawn", "text": f"taken out of the queue by {name}"}
         return _answer(service.asking.change(waiting, state="ended", end=end))
 
-    answer: m.RunAnswer = await _held(service, "withdraw", body, do, run_id)
+    answer: m.RunAnswer = await _act_once(service, "withdraw", body, do, run_id)
     return answer
 
 
 @router.post("/runs/{run_id}/again", summary="Go on where a run stopped")
 async def again(run_id: RunId, body: m.Act, service: The) -> m.RunAnswer:
     """The same campaign in the same folder: what is done is not repeated. After a stop this is the act "resume"."""
-    answer: m.RunAnswer = await _held(
+    answer: m.RunAnswer = await _act_once(
         service, "again", body, lambda name: _answer(service.asking.again(run_id, name)), run_id
     )
     return answer
@@ -150,7 +150,7 @@ async def reset(body: m.ResetAct, service: The) -> m.RunAnswer:
     def do(name: str) -> m.RunAnswer:
         return _answer(service.after_stop.reset(name, body.run))
 
-    answer: m.RunAnswer = await _held(service, "reset", body, do)
+    answer: m.RunAnswer = await _act_once(service, "reset", body, do)
     return answer
 
 
@@ -163,7 +163,7 @@ async def queue(body: m.Act, service: The) -> m.Done:
         service.keeper.go_on_with_queue()
         return m.Done(done="the queue goes on")
 
-    answer: m.Done = await _held(service, "queue", body, do)
+    answer: m.Done = await _act_once(service, "queue", body, do)
     return answer
 
 
@@ -171,7 +171,7 @@ async def _wish(service: Service, wish: str, body: m.RunAct, **more: str) -> m.D
     def do(name: str) -> m.Done:
         return m.Done(done=service.asking.wish(name, wish, body.run, **more))
 
-    answer: m.Done = await _held(service, wish, body, do)
+    answer: m.Done = await _act_once(service, wish, body, do)
     return answer
 
 
@@ -215,7 +215,7 @@ async def abort(body: m.RunAct, service: The) -> m.Done:
         service.book.write("abort", name, f"{title} aborted", run=body.run)
         return m.Done(done="the bench is being brought to rest")
 
-    answer: m.Done = await _held(service, "abort", body, do)
+    answer: m.Done = await _act_once(service, "abort", body, do)
     return answer
 
 
@@ -230,7 +230,7 @@ async def acknowledge(number: AlarmNumber, body: m.Act, service: The) -> m.Done:
         service.keeper.changed()
         return m.Done(done=f"acknowledged by {name}")
 
-    answer: m.Done = await _held(service, "acknowledge", body, do, str(number))
+    answer: m.Done = await _act_once(service, "acknowledge", body, do, str(number))
     return answer
 
 
@@ -240,7 +240,7 @@ async def _on_point(service: Service, wish: str, body: m.PointAct, states: froze
         _require_point(service, body.point, states)
         return m.Done(done=service.asking.wish(name, wish, body.run, identity=body.point))
 
-    answer: m.Done = await _held(service, wish, body, do)
+    answer: m.Done = await _act_once(service, wish, body, do)
     return answer
 
 

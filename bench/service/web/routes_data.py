@@ -148,7 +148,7 @@ async def choose_model(body: m.ChooseModel, service: The) -> m.Done:
     async def act() -> m.Done:
         path = None if body.analysis is None else service.model_path(body.analysis)
         await asyncio.to_thread(service.overlay.choose, path)
-        service.tell_state()
+        service.publish_state()
         return m.Done(done="no model is drawn" if path is None else f"the model of {body.analysis} is drawn")
 
     answer: m.Done = await service.once(body.request_id, f"model {body.model_dump_json()}", act)

@@ -36,7 +36,7 @@ class Case:
 
     @property
     def key(self) -> str:
-        """What it is known by in the store."""
+        """Key in the store."""
         return f"{self.change}/{self.level}/{self.number}"
 
 
@@ -103,9 +103,9 @@ def run(case: Case, work: Path) -> dict[str, Any]:
         "told_since": None if first_finding is None else first_finding.since,
         "channel": None if first_finding is None else first_finding.streams[0].stream.channel,
         "true_channel": campaign.channel,
-        "told": [] if first_finding is None else [own.words for own in first_finding.streams],
-        "strongest": round(max((own.evidence for own in watch.seen), default=0.0), 2),
-        "evidence": [round(own.evidence, 2) for own in watch.seen],
+        "told": [] if first_finding is None else [changed.words for changed in first_finding.streams],
+        "strongest": round(max((seen.evidence for seen in watch.seen), default=0.0), 2),
+        "evidence": [round(seen.evidence, 2) for seen in watch.seen],
         "look_s": round(spent / looked, 4) if looked else None,
         "longest_look_s": round(latest, 4) if looked else None,
         "unread": len(watch.unread),

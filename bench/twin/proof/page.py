@@ -18,13 +18,22 @@ Rows = Sequence[Mapping[str, Any]]
 def tables(content: Mapping[str, Any]) -> str:
     """False alarms, then delay and misses by change and strength, then what was reported, then the cost."""
     rows: Rows = content["campaigns"]
-    lines = [*_false(rows), "", *_seen(rows), "", *_reported(rows), "", *_cost(rows), *_at_its_rate(content)]
+    lines = [
+        *_false_alarms(rows),
+        "",
+        *_detection_table(rows),
+        "",
+        *_report_table(rows),
+        "",
+        *_cost(rows),
+        *_at_its_rate(content),
+    ]
     made = sorted({f"{row['commit'][:12]}{'+changes' * row['commit'].endswith('+changes')}" for row in rows})
     done = f"{len(rows)} campaigns run of those of `{content['command']}`, commit {', '.join(made) or 'none'}."
     return "\n".join([*lines, "", done])
 
 
-def into(page: str, content: Mapping[str, Any]) -> str:
+def insert_tables(page: str, content: Mapping[str, Any]) -> str:
     """The page with new tables between its marks; at its end where it has none."""
     return between(page, BEGIN, END, tables(content))
 
@@ -36,7 +45,7 @@ def _share(hits: int, trials: int) -> str:
     return f"{hits} of {trials} ({100.0 * low:.1f} to {100.0 * high:.1f} %)"
 
 
-def _false(rows: Rows) -> list[str]:
+def _false_alarms(rows: Rows) -> list[str]:
     """Alarms before anything began."""
     without = [row for row in rows if row["change"] == WITHOUT]
     early = [row for row in rows if row["change"] != WITHOUT]
@@ -55,20 +64,20 @@ def _false(rows: Rows) -> list[str]:
     return out
 
 
-def _seen(rows: Rows) -> list[str]:
+def _detection_table(rows: Rows) -> list[str]:
     cells = []
     changes = list(dict.fromkeys(row["change"] for row in rows if row["change"] != WITHOUT))
     for level in STRENGTHS:
         for change in [*sorted(changes), "all"]:
-            own = [row for row in rows if row["level"] == level and change in (row["change"], "all")]
-            own = [row for row in own if row["noticed"] is None or row["noticed"] >= row["began"]]
-            delays = sorted(row["noticed"] - row["began"] + 1 for row in own if row["noticed"] is not None)
-            after = [row["points"] - row["began"] for row in own]
+            matching = [row for row in rows if row["level"] == level and change in (row["change"], "all")]
+            matching = [row for row in matching if row["noticed"] is None or row["noticed"] >= row["began"]]
+            delays = sorted(row["noticed"] - row["began"] + 1 for row in matching if row["noticed"] is not None)
+            after = [row["points"] - row["began"] for row in matching]
             cells.append([
                 level,
                 change,
-                _delay(delays) if own else "not run",
-                _share(len(own) - len(delays), len(own)),
+                _delay(delays) if matching else "not run",
+                _share(len(matching) - len(delays), len(matching)),
                 f"{min(after)} to {max(after)}" if after else "",
             ])  # fmt: skip
     head = ["strength", "what begins", "delay in points, median (range)", "missed (95 % interval)", "points after it"]
@@ -79,7 +88,7 @@ def _delay(delays: Sequence[int]) -> str:
     return f"{np.median(delays):.0f} ({delays[0]} to {delays[-1]})" if delays else "none was seen"
 
 
-def _reported(rows: Rows) -> list[str]:
+def _report_table(rows: Rows) -> list[str]:
     seen = [row for row in rows if row["noticed"] is not None and row["began"] is not None]
     seen = [row for row in seen if row["noticed"] >= row["began"]]
     if not seen:

@@ -108,7 +108,7 @@ class Client:
         try:
             self._pipe.send(message)
         except OSError as error:
-            raise self._gone() from error
+            raise self._ended_error() from error
 
     def _receive(self) -> tuple[str, Any]:
         try:
@@ -116,10 +116,10 @@ class Client:
                 raise BusError(f"the bus process (pid {self.pid}) did not answer within {_ANSWER_S:g} s")
             message: tuple[str, Any] = self._pipe.recv()
         except (EOFError, OSError) as error:
-            raise self._gone() from error
+            raise self._ended_error() from error
         return message
 
-    def _gone(self) -> BusError:
+    def _ended_error(self) -> BusError:
         try:
             self._process.wait(_CLOSING_S)
         except subprocess.TimeoutExpired:

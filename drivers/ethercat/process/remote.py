@@ -123,15 +123,15 @@ class RemoteBus(Services):
 
     def configure(self) -> None:
         """As :meth:`EtherCatBus.configure`; the slaves' own ``configure`` runs here, its accesses there."""
-        self._opened.ask("configure")
+        self._running_client.ask("configure")
 
     def to_operational(self) -> None:
         """Bring all slaves to OP while row 0 of the outputs is sent; from then on the process cycles by itself."""
-        self.expected_wkc = self._opened.ask("to_operational", self._out.bytes[0].tobytes())
+        self.expected_wkc = self._running_client.ask("to_operational", self._out.bytes[0].tobytes())
 
     def protect(self, protection: Protection) -> None:
         """Say when the process stops the drives by itself, and how; it acts once :meth:`arm` was called."""
-        self._opened.ask("protect", protection)
+        self._running_client.ask("protect", protection)
         self._protection = protection
 
     def close(self) -> None:
@@ -154,12 +154,12 @@ class RemoteBus(Services):
     @property
     def ended(self) -> str | None:
         """A sentence once the process has ended by itself, else None."""
-        return None if self._opened.look() else self._opened.ended
+        return None if self._running_client.look() else self._running_client.ended
 
     @property
     def pid(self) -> int:
         """Number of the process."""
-        return self._opened.pid
+        return self._running_client.pid
 
     # -- process data ---------------------------------------------------------------------------------------------
 
@@ -252,7 +252,7 @@ class RemoteBus(Services):
         words[at.RESUME] = wanted
         end = time.monotonic() + _SILENCE_S
         while words[at.RESUMED] != wanted:
-            if not self._opened.look() or time.monotonic() > end:
+            if not self._running_client.look() or time.monotonic() > end:
                 raise BusError(self.ended or "the bus process still stops the drives; wait until they are at rest")
             time.sleep(self.cycle_time_s)
 
@@ -293,7 +293,7 @@ class RemoteBus(Services):
         """Sleep until ``least`` images are there; return how many are, 0 where none come any more."""
         deadline = time.monotonic() + _SILENCE_S + least * self.cycle_time_s
         while (lag := self._lag(shared)) < least:
-            if not self._opened.look() or time.monotonic() > deadline:
+            if not self._running_client.look() or time.monotonic() > deadline:
                 return lag
             time.sleep(max(_SHORTEST_WAIT_S, (least - lag) * self.cycle_time_s))
         return lag

@@ -28,7 +28,7 @@ class Services:
         if name not in {spec.name for spec in self.specs}:
             known = ", ".join(spec.name for spec in self.specs)
             raise BusError(f"'{name}' is no configured slave of this bus; it has {known}")
-        return RemoteSdo(self._opened.ask, name)
+        return RemoteSdo(self._running_client.ask, name)
 
     def sdo_read(self, name: str, index: int, subindex: int, type_: str) -> int:
         """Read an integer object of a slave (:meth:`SdoClient.read`)."""
@@ -40,16 +40,16 @@ class Services:
 
     def emergencies(self) -> tuple[EmergencyMessage, ...]:
         """As :meth:`EtherCatBus.emergencies`."""
-        messages: tuple[EmergencyMessage, ...] = self._opened.ask("emergencies")
+        messages: tuple[EmergencyMessage, ...] = self._running_client.ask("emergencies")
         return messages
 
     def recover(self) -> tuple[Recovery, ...]:
         """As :meth:`EtherCatBus.recover`; no cycle runs meanwhile."""
-        steps: tuple[Recovery, ...] = self._opened.ask("recover")
+        steps: tuple[Recovery, ...] = self._running_client.ask("recover")
         return steps
 
     @property
-    def _opened(self) -> Client:
+    def _running_client(self) -> Client:
         if self._client is None:
             raise BusError("the bus process does not run; open() comes first")
         return self._client

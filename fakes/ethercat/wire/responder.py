@@ -235,8 +235,8 @@ class Responder:
             if controller.slave.role in self._lost and controller.slave.role not in bus.lost:
                 controller.power_on()
         self._lost = frozenset(bus.lost)
-        reach = bus.answering(self.bench)
-        present = [c for c, answers in zip(self.segment.all, reach, strict=True) if answers]
+        reachable = bus.answering(self.bench)
+        present = [c for c, answers in zip(self.segment.all, reachable, strict=True) if answers]
         self.segment.arrange(present, [c.slave.role in bus.short for c in present])
         self._forget()
 

@@ -70,7 +70,7 @@ class Service:
 
         def act() -> None:
             try:
-                result.update(self._do(verb, argument))
+                result.update(self._execute(verb, argument))
             except ValueError as error:
                 result["error"] = str(error)
             done.set()
@@ -93,7 +93,7 @@ class Service:
         at = None if request.at_s is None else bench.cycle + round(request.at_s / bench.cycle_time_s)
         self._responder.faults.apply(request.name, request.role, request.value, at_cycle=at)
 
-    def _do(self, verb: str, argument: str) -> dict[str, Any]:
+    def _execute(self, verb: str, argument: str) -> dict[str, Any]:
         orders: dict[str, Callable[[str], dict[str, Any]]] = {
             "fault": self._fault,
             "clear": self._clear,

@@ -131,8 +131,8 @@ def springs(kind: int, q: Any, m: Any, shown: Any, s: Any, turned: float, step: 
     if kind == _MAXWELL:
         total = 0.0
         for k in range(_ELEMENTS):
-            reach = q[1] * 0.4 * (k + 1)
-            m[k] = min(max(m[k] + turned / reach, -1.0), 1.0)
+            slip_distance = q[1] * 0.4 * (k + 1)
+            m[k] = min(max(m[k] + turned / slip_distance, -1.0), 1.0)
             total += m[k] / _ELEMENTS
     else:
         height = 1.0

@@ -1,4 +1,4 @@
-"""A file that takes, every few cycles, what of each channel is which hidden physics': what a sealed truth is made of.
+"""File with the part of each channel that each hidden effect adds, every few cycles; a sealed truth is made from it.
 
 Rows stand at their cycle's place, so that cycles which a master takes back and runs again simply overwrite theirs.
 """
@@ -29,14 +29,14 @@ class Ledger:
         self._path, self._dtype = Path(path), row_dtype(count)
         self._path.write_bytes(b"")
 
-    def add(self, cycle: int, told: NDArray[np.float32], measurements: NDArray[Any]) -> None:
+    def add(self, cycle: int, effects: NDArray[np.float32], measurements: NDArray[Any]) -> None:
         """Write the rows of a block (n, count, 4) that began at ``cycle``."""
         first = -cycle % EVERY
         picked = slice(first, None, EVERY)
-        rows = np.zeros(len(range(first, len(told), EVERY)), self._dtype)
+        rows = np.zeros(len(range(first, len(effects), EVERY)), self._dtype)
         if not rows.size:
             return
-        rows["shown"] = told[picked]
+        rows["shown"] = effects[picked]
         for name in ("input_position", "load_position"):
             rows[name] = measurements[name][picked]
         with self._path.open("r+b") as file:

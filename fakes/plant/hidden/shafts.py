@@ -26,8 +26,8 @@ _ELECTRICAL = 24.0
 
 
 @njit(cache=True, error_model="numpy")
-def _motor(kind: int, q: Any, m: Any, s: Any, torque: float, step: float) -> float:
-    """Return what the shaft feels beyond the torque that the current stands for."""
+def _motor_torque(kind: int, q: Any, m: Any, s: Any, torque: float, step: float) -> float:
+    """Return the torque on the motor shaft in addition to the one that the current stands for, N·m."""
     if kind == _RIPPLE:
         return float(q[0] * math.cos(_ELECTRICAL * s.motor_angle + q[1]))
     if kind == _GAIN:
@@ -41,7 +41,7 @@ def _motor(kind: int, q: Any, m: Any, s: Any, torque: float, step: float) -> flo
 
 
 @njit(cache=True, error_model="numpy")
-def _output(kind: int, q: Any, m: Any, p: Any, s: Any, step: float) -> float:
+def _output_torque(kind: int, q: Any, m: Any, p: Any, s: Any, step: float) -> float:
     """Return the torque on the output against the positive direction, N·m."""
     if kind in (_BEHIND, _BEFORE):
         return float(q[0] * math.sin(s.load_angle + q[1]))
@@ -68,11 +68,11 @@ def torques(hidden: Any, p: Any, s: Any, now: Any, step: float) -> None:
         q, m = parameters[i], memory[i]
         now.motor_torque -= springs(kind, q, m, shown[i], s, turned, step)
         if _RIPPLE <= kind <= _HOT:
-            more = _motor(kind, q, m, s, torque, step)
+            more = _motor_torque(kind, q, m, s, torque, step)
             now.motor_torque += more
             shown[i, MOTOR] = -more
         elif _BEHIND <= kind <= _FLOOR:
-            against = _output(kind, q, m, p, s, step)
+            against = _output_torque(kind, q, m, p, s, step)
             now.load_torque -= against
             if kind == _BEFORE:
                 now.before_sensor += against

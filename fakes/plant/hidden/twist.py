@@ -32,14 +32,14 @@ _TIME = 2e-3
 
 
 @njit(cache=True, error_model="numpy")
-def _play(state: float, drive: float, reach: float) -> float:
-    """Return the play operator: it stands until the drive has left it by ``reach``."""
-    return float(min(max(state, drive - reach), drive + reach))
+def _play(state: float, drive: float, half_width: float) -> float:
+    """Return the play operator: it stands until the drive has left it by ``half_width``."""
+    return float(min(max(state, drive - half_width), drive + half_width))
 
 
 @njit(cache=True, error_model="numpy")
-def _wanted(kind: int, q: Any, m: Any, torque: float) -> float:
-    """Return the twist (rad) that ``torque`` wants; m[1], m[2] remember the path."""
+def _wanted_twist(kind: int, q: Any, m: Any, torque: float) -> float:
+    """Return the twist (rad) in equilibrium with ``torque``; m[1], m[2] are the states of the play."""
     if kind == _ARCTAN:
         return float(q[0] * math.atan(torque / q[1]) * 2.0 / math.pi)
     if kind == _ROOT:
@@ -81,7 +81,7 @@ def twist(hidden: Any, s: Any, now: Any, step: float) -> None:
             rate = q[1] * s.torque * math.exp(0.03 * (s.temperature - 30.0))
             m[0] = min(max(m[0] + step * rate, -q[0]), q[0])
         else:
-            m[0] += step / _TIME * (_wanted(kind, q, m, s.torque) - m[0])
+            m[0] += step / _TIME * (_wanted_twist(kind, q, m, s.torque) - m[0])
         now.te_value -= m[0] - before
         shown[i, TE] = -m[0]
 

@@ -52,8 +52,8 @@ def aim_hidden_heat(hidden: Any, p: Any, s: Any) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def _more(kind: int, q: Any, m: Any, p: Any, s: Any, now: Any, change: float) -> tuple[float, float]:
-    """Return K that the lubricant gains in this cycle: beyond ``change``, and within it, for an effect's sake."""
+def _temperature_gain(kind: int, q: Any, m: Any, p: Any, s: Any, now: Any, change: float) -> tuple[float, float]:
+    """Return K by which an effect changes the lubricant in a cycle: in addition to ``change``, and as a part of it."""
     step = p.cycle_time
     if kind == _HOUSING:
         if m[3] == 0.0:
@@ -89,7 +89,7 @@ def warm_more(hidden: Any, p: Any, s: Any, now: Any, change: float) -> None:
             s.sensed_temperature = m[2]
             shown[i, HEAT] = m[2] - s.temperature
             continue
-        beyond, within = _more(kind, q, m, p, s, now, change)
+        beyond, within = _temperature_gain(kind, q, m, p, s, now, change)
         s.temperature += beyond
         m[DIFFERENCE] += beyond + within - base * m[DIFFERENCE]
         shown[i, HEAT] = m[DIFFERENCE]

@@ -38,7 +38,7 @@ CAMPAIGN = Campaign(
 )
 
 
-class Told(Silent):
+class Notices(Silent):
     """Remembers what was said."""
 
     def __init__(self) -> None:
@@ -171,13 +171,13 @@ class Clock:
 
 def test_a_question_has_an_answer_a_stop_or_an_end() -> None:
     never = threading.Event()
-    assert asked.asked("three", lambda: 3, Clock(), lambda: False) == 3
+    assert asked.ask_sequence("three", lambda: 3, Clock(), lambda: False) == 3
     with pytest.raises(Stopped, match="while waiting for nothing"):
-        asked.asked("nothing", lambda: never.wait(5), Clock(), lambda: True)
+        asked.ask_sequence("nothing", lambda: never.wait(5), Clock(), lambda: True)
     with pytest.raises(SequenceFailed, match=r"nothing did not come within 0\.03 s"):
-        asked.asked("nothing", lambda: never.wait(5), Clock(), lambda: False, patience_s=0.03)
+        asked.ask_sequence("nothing", lambda: never.wait(5), Clock(), lambda: False, patience_s=0.03)
     with pytest.raises(SequenceFailed, match="it failed: ZeroDivisionError: of a sequence"):
-        asked.asked("it", broken, Clock(), lambda: False)
+        asked.ask_sequence("it", broken, Clock(), lambda: False)
     never.set()
 
 
@@ -189,9 +189,9 @@ def test_a_tap_that_fails_is_dropped_and_the_run_goes_on(tmp_path: Path) -> None
         def rows(self, *_: Any) -> None:
             raise ValueError("cannot be shown")
 
-    told = Told()
-    assert run(tmp_path, told, tap=Failing()).end.kind is EndKind.FINISHED
-    assert "live values have stopped, the recording goes on: ValueError: cannot be shown" in told.notices[0]
+    noted = Notices()
+    assert run(tmp_path, noted, tap=Failing()).end.kind is EndKind.FINISHED
+    assert "live values have stopped, the recording goes on: ValueError: cannot be shown" in noted.notices[0]
 
 
 # -- remarks -----------------------------------------------------------------------------------------------------------
@@ -229,10 +229,10 @@ def test_a_remark_that_cannot_be_written_is_told_and_nothing_else(
         honest(self, level, text)
 
     monkeypatch.setattr(Recorder, "event", event)
-    told, directions = Told(), Directions()
+    noted, directions = Notices(), Directions()
     directions.note("oil changed")
-    assert run(tmp_path, told, directions=directions).end.kind is EndKind.FINISHED
-    assert 'the remark "oil changed" could not be written: OSError: no' in told.notices[0]
+    assert run(tmp_path, noted, directions=directions).end.kind is EndKind.FINISHED
+    assert 'the remark "oil changed" could not be written: OSError: no' in noted.notices[0]
 
 
 # -- a disk that fills -------------------------------------------------------------------------------------------------
@@ -240,24 +240,24 @@ def test_a_remark_that_cannot_be_written_is_told_and_nothing_else(
 
 def test_a_disk_that_fills_pauses_the_run_until_there_is_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     full: list[bool] = []
-    directions, told = Directions(), Told()
+    directions, noted = Directions(), Notices()
     monkeypatch.setattr(runner, "shortage", lambda *_: "no room" if full else None)
 
-    class Filling(Told):
+    class Filling(Notices):
         def finished(self, taken: Any) -> None:
-            if not told.pauses:
+            if not noted.pauses:
                 full.append(True)
 
         def paused(self, now: bool, why: str = "") -> None:
-            told.paused(now, why)
+            noted.paused(now, why)
             # going on without room holds again
             directions.go_on()
-            if len(told.pauses) == 3:
+            if len(noted.pauses) == 3:
                 full.clear()
 
     summary = run(tmp_path, Filling(), directions=directions)
     assert (summary.end.kind, len(summary.taken)) == (EndKind.FINISHED, 3)
-    assert told.pauses == ["no room; make room, then go on"] * 3
+    assert noted.pauses == ["no room; make room, then go on"] * 3
 
 
 def test_a_run_nobody_talks_to_ends_and_says_what_was_done(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -284,20 +284,20 @@ def test_a_run_nobody_talks_to_ends_and_says_what_was_done(tmp_path: Path, monke
 def test_a_journal_that_cannot_be_written_holds_the_run(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, act: str
 ) -> None:
-    honest, directions, told, failing = getattr(Journal, act), Directions(), Told(), [True, True]
+    honest, directions, noted, failing = getattr(Journal, act), Directions(), Notices(), [True, True]
 
     def write(self: Journal, taken: Any) -> None:
         if failing:
             raise DeviceError("journal.sqlite cannot be written")
         honest(self, taken)
 
-    class Answering(Told):
+    class Answering(Notices):
         def paused(self, now: bool, why: str = "") -> None:
-            told.paused(now, why)
+            noted.paused(now, why)
             failing.clear()
             directions.go_on()
 
     monkeypatch.setattr(Journal, act, write)
     summary = run(tmp_path, Answering(), directions=directions)
     assert (summary.end.kind, len(summary.taken)) == (EndKind.FINISHED, 3)
-    assert told.pauses == ["journal.sqlite cannot be written; make room, then go on"]
+    assert noted.pauses == ["journal.sqlite cannot be written; make room, then go on"]

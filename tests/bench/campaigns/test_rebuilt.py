@@ -18,7 +18,7 @@ from bench.campaigns.taken import Taken
 from bench.configuration import BenchFile, load_bench, parse_bench
 from bench.cycle.end import EndKind
 from bench.errors import ConfigurationError, DeviceError
-from tests.bench.campaigns.test_failures import CAMPAIGN, Told
+from tests.bench.campaigns.test_failures import CAMPAIGN, Notices
 
 
 @pytest.fixture(scope="module")
@@ -64,10 +64,10 @@ def test_a_journal_that_is_none_is_made_anew(folder: Path, file: BenchFile, dama
 
 def test_the_next_run_repeats_nothing_and_says_so(folder: Path, file: BenchFile) -> None:
     (folder / NAME).write_bytes(b"no database")
-    told = Told()
-    summary = run_campaign(file, CAMPAIGN, folder, told)
+    noted = Notices()
+    summary = run_campaign(file, CAMPAIGN, folder, noted)
     assert (summary.earlier, summary.taken) == (3, [])
-    assert "made anew from 3 recordings" in told.notices[0]
+    assert "made anew from 3 recordings" in noted.notices[0]
 
 
 def test_another_campaign_is_still_refused(folder: Path, file: BenchFile) -> None:

@@ -109,10 +109,10 @@ def test_a_mistyped_path_is_one_sentence(line: str, tmp_path: Path, monkeypatch:
     (tmp_path / "file").touch()
     done = bench(line.split())
     assert done.code == 3, done.err
-    told = [row for row in done.err.splitlines() if row]
-    assert len(told) == 1, done.err
-    assert told[0].startswith("error: ")
-    assert WRONG[line] in told[0]
+    rows = [row for row in done.err.splitlines() if row]
+    assert len(rows) == 1, done.err
+    assert rows[0].startswith("error: ")
+    assert WRONG[line] in rows[0]
 
 
 def test_repair_names_what_is_not_there(app: typer.Typer, tmp_path: Path) -> None:
@@ -136,13 +136,13 @@ def test_a_run_says_what_to_do_next(end: End, said: str, capsys: pytest.CaptureF
     stopped = Taken("0001-x", "0001-x.h5", "x", "x", {}, "1", 1, Status.FAILED, end.text)
     summary = Summary(end=end, taken=[stopped], earlier=1, bench_time_s=10.0, cycles=20000, tare_drift=-0.001)
     _print(summary, Path("first"), None, 2.0, Console(width=80))
-    told = capsys.readouterr().out
-    assert said in told
-    assert "1 recording, 20,000 cycles, 10 s of bench time in 2 s (5 times real time)" in told
-    assert "not repeated: 1 point." in told
-    assert "drifted by 0.00 N·m" in told
+    output = capsys.readouterr().out
+    assert said in output
+    assert "1 recording, 20,000 cycles, 10 s of bench time in 2 s (5 times real time)" in output
+    assert "not repeated: 1 point." in output
+    assert "drifted by 0.00 N·m" in output
     # why it ended is said once
-    assert told.count(end.text or "identify") == 1
+    assert output.count(end.text or "identify") == 1
 
 
 def test_run_refuses_before_anything_is_opened(app: typer.Typer, tmp_path: Path) -> None:

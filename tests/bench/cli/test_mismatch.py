@@ -30,7 +30,7 @@ FINDING: dict[str, Any] = {
 }
 
 
-def _told(capsys: pytest.CaptureFixture[str], channel: dict[str, Any], finding: dict[str, Any]) -> str:
+def _printed(capsys: pytest.CaptureFixture[str], channel: dict[str, Any], finding: dict[str, Any]) -> str:
     recordings = {"rejected": [{"file": "a.h5", "why": "a.h5 is short"}]}
     content = {"findings": [finding], "channels": [channel], "recordings": recordings, "notes": ["a note"]}
     _say(content, "Mismatch: something.", Path("out"))
@@ -38,8 +38,8 @@ def _told(capsys: pytest.CaptureFixture[str], channel: dict[str, Any], finding: 
 
 
 def test_findings_channels_and_what_was_not_used_are_printed(capsys: pytest.CaptureFixture[str]) -> None:
-    out = _told(capsys, CHANNEL, FINDING)
-    for told in (
+    out = _printed(capsys, CHANNEL, FINDING)
+    for text in (
         "Mismatch: something.",
         "Stribeck friction (friction.stribeck): ambiguous, confidence 0.90",
         "in motor torque, below 2 deg/s",
@@ -49,18 +49,18 @@ def test_findings_channels_and_what_was_not_used_are_printed(capsys: pytest.Capt
         "not used: a.h5 is short",
         "note: a note",
     ):
-        assert told in out
+        assert text in out
 
 
 def test_what_is_null_is_said_to_be(capsys: pytest.CaptureFixture[str]) -> None:
     scores = dict.fromkeys(("held_out_rmse_before", "held_out_rmse_after", "in_sample_rmse_as_given"))
     channel = CHANNEL | scores | {"in_sample_rmse_before": 0.06, "in_sample_rmse_after": 0.02}
     values = [{"symbol": "c", "value": None, "unit": "1", "std": None}]
-    out = _told(capsys, channel, FINDING | {"confidence": None, "parameters": values})
+    out = _printed(capsys, channel, FINDING | {"confidence": None, "parameters": values})
     assert "confidence not computed" in out
     assert "c = not computed\n" in out
     assert "after 0.02 (after/floor 1.000), on what was fitted: nothing could be held out" in out
 
 
 def test_a_linear_axis_has_a_force(capsys: pytest.CaptureFixture[str]) -> None:
-    assert "in motor force, below 2 deg/s" in _told(capsys, CHANNEL | {"unit": "N"}, FINDING)
+    assert "in motor force, below 2 deg/s" in _printed(capsys, CHANNEL | {"unit": "N"}, FINDING)

@@ -11,7 +11,7 @@ import pytest
 from rich.table import Table
 from typer.testing import CliRunner
 
-from bench.cli._plain import PlainConsole, line, marked, plain, say
+from bench.cli._plain import PlainConsole, escaped, line, plain, say
 from bench.cli.app import make_app
 from tests.bench.recording import builders
 
@@ -29,9 +29,9 @@ def test_a_console_obeys_only_its_own_styles(terminal: bool) -> None:
     console = PlainConsole(file=out, force_terminal=terminal, width=400, color_system="truecolor", highlight=False)
     table = Table()
     table.add_column("name")
-    table.add_row(marked(HOSTILE))
+    table.add_row(escaped(HOSTILE))
     console.print(table)
-    console.print(f"[bold]{marked(HOSTILE)}[/]")
+    console.print(f"[bold]{escaped(HOSTILE)}[/]")
     console.print(HOSTILE, markup=False)
     shown = out.getvalue().replace("\x1b[1m", "").replace("\x1b[0m", "").replace("\x1b[1;", "")
     assert "\x1b]" not in shown

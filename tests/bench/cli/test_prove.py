@@ -26,9 +26,9 @@ def app(monkeypatch: pytest.MonkeyPatch) -> typer.Typer:
 def test_make_only_seals_and_analyses_nothing(app: typer.Typer, tmp_path: Path) -> None:
     result = CliRunner().invoke(app, ["prove", "--make-only", "--set", "null", "--count", "1", "--out", str(tmp_path)])
     assert result.exit_code == 0, result.output
-    folder, told = result.output.splitlines()
+    folder, notice = result.output.splitlines()
     assert list(Path(folder).glob("*.h5"))
-    truths = Path(told.removeprefix("what is in each: "))
+    truths = Path(notice.removeprefix("what is in each: "))
     (truth,) = (seal.read_truth(path) for path in truths.glob("*.json"))
     assert truth["verdict"] == "match"
     assert truth["folder"] == Path(folder).name

@@ -161,6 +161,6 @@ started_at = 2026-01-02T00:00:00Z
             f"{tmp_path / 'out' / name}-01.h5 to {name}-10.h5: 10 recordings, 2000 rows (20.0 s) of time, load_angle"
         )
         assert said.count(begin) == 1, result.stdout
-    lacks = [own for own in said if "no channel 'motor_torque'" in own]
+    lacks = [sentence for sentence in said if "no channel 'motor_torque'" in sentence]
     assert len(lacks) == 1, result.stdout
     assert lacks[0].startswith("in 2 of 2 files there is no channel 'motor_torque', so there is no ")

@@ -190,8 +190,8 @@ class Pressing(Nobody):
         self.master: Any = None
         self.obedient = obedient
 
-    def tell(self, text: str) -> None:
-        super().tell(text)
+    def show(self, text: str) -> None:
+        super().show(text)
         if self.obedient and text.startswith("Press"):
             self.master.faults.apply("emergency_stop", value=0.1)
         elif text.startswith("Release"):

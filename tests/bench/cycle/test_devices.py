@@ -74,23 +74,23 @@ def slow_bench() -> Any:
 
 def made() -> dict[str, tuple[Any, type]]:
     """A device of each kind that is registered, by name, with what is used of it."""
-    own = assemble(BENCH, seed=0, real_time=False)
+    parts = assemble(BENCH, seed=0, real_time=False)
     apart = assemble(BENCH, seed=0, real_time=True, own_process=True)
     slow = assemble(slow_bench(), seed=0, real_time=False).thermometer
     return {
-        "emulated": (own.master, devices.Master),
-        "emulated, replayed": (own.master, devices.ReplayMaster),
-        "ethercat": (own.block_bus, devices.BlockBus),
+        "emulated": (parts.master, devices.Master),
+        "emulated, replayed": (parts.master, devices.ReplayMaster),
+        "ethercat": (parts.block_bus, devices.BlockBus),
         "ethercat_process": (apart.process_bus, devices.ProcessBus),
-        "cia402, input": (own.input_drive, devices.Drive),
-        "cia402, load": (own.load_drive, devices.Drive),
-        "analog_input": (own.torque_terminal, devices.AnalogInput),
-        "digital_input": (own.safety, devices.SafetyInputs),
-        "pt100_terminal": (own.thermometer, devices.Thermometer),
+        "cia402, input": (parts.input_drive, devices.Drive),
+        "cia402, load": (parts.load_drive, devices.Drive),
+        "analog_input": (parts.torque_terminal, devices.AnalogInput),
+        "digital_input": (parts.safety, devices.SafetyInputs),
+        "pt100_terminal": (parts.thermometer, devices.Thermometer),
         "slow thermometer": (slow, devices.Thermometer),
         "background_reader": (slow._readers[0], devices.Reader),  # type: ignore[attr-defined]
         "a reading": (slow._readers[0].latest(), devices.Reading),  # type: ignore[attr-defined]
-        "a spec": (own.bus.specs[0], devices.SlaveSpec),
+        "a spec": (parts.bus.specs[0], devices.SlaveSpec),
     }
 
 
@@ -208,18 +208,18 @@ def test_the_bench_uses_all_that_it_asks_for() -> None:
 
 
 def test_a_link_and_a_bus_that_do_not_fit_are_refused() -> None:
-    own = assemble(BENCH, seed=0, real_time=False)
+    parts = assemble(BENCH, seed=0, real_time=False)
     apart = assemble(BENCH, seed=0, real_time=True, own_process=True)
     with pytest.raises(DeviceError, match="with a process of its own; this one has none"):
-        AheadLink(BENCH, own)
+        AheadLink(BENCH, parts)
     with pytest.raises(DeviceError, match="should be handed over ahead"):
         Link(BENCH, apart, paced=False)._exchange(1)
     with pytest.raises(DeviceError, match="without a bus"):
-        _ = replace(own, block_bus=None).bus
+        _ = replace(parts, block_bus=None).bus
 
 
 def test_a_master_that_cannot_go_back_is_not_asked_to() -> None:
     master: Any = pysoem.Master()
-    own = replace(assemble(BENCH, seed=0, real_time=False), master=master)
+    parts = replace(assemble(BENCH, seed=0, real_time=False), master=master)
     with pytest.raises(DeviceError, match="cannot be put back"):
-        Link(BENCH, own, paced=False).remember()
+        Link(BENCH, parts, paced=False).remember()

@@ -15,7 +15,7 @@ from bench.cli.app import make_app
 from bench.errors import ConfigurationError
 from bench.exchange import to_fmu
 from bench.exchange.export import WRITERS
-from bench.exchange.written import written
+from bench.exchange.written import formulas_of
 from bench.foreign.fmu import open_fmu
 from bench.simulation.frame import FloatArray
 from bench.simulation.model import Simulation
@@ -38,10 +38,12 @@ def model() -> Simulation:
     )
 
 
-def check(told: dict[str, FloatArray]) -> None:
+def check(exported: dict[str, FloatArray]) -> None:
     for channel in CHANNELS:
-        own = ours(model(), channel, 25.0)
-        np.testing.assert_allclose(told[channel], own, rtol=1e-9, atol=1e-11 * np.abs(own).max(), err_msg=channel)
+        predicted = ours(model(), channel, 25.0)
+        np.testing.assert_allclose(
+            exported[channel], predicted, rtol=1e-9, atol=1e-11 * np.abs(predicted).max(), err_msg=channel
+        )
 
 
 MAIN = """#include "model.h"
@@ -62,7 +64,7 @@ int main(void)
 
 @needs_compiler
 def test_c_does_what_the_prediction_does(tmp_path: Path) -> None:
-    formulas = written(model(), STANDSTILL)
+    formulas = formulas_of(model(), STANDSTILL)
     WRITERS["c"](formulas, tmp_path, "model", "")
     (tmp_path / "main.c").write_text(MAIN, encoding="utf-8")
     strict = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off"]
@@ -81,12 +83,12 @@ def test_an_fmu_is_valid_and_does_what_the_prediction_does(tmp_path: Path, versi
     validation = pytest.importorskip("fmpy.validation", reason="FMPy is not installed")
     model().save(tmp_path / "joint.json")
     arguments = ["export-model", str(tmp_path / "joint.json"), "--to", "fmu", "--fmi", version, "--json"]
-    told = CliRunner().invoke(make_app(), [*arguments, "--out", str(tmp_path)])
-    assert told.exit_code == 0, told.output
-    (file,) = json.loads(told.output)["files"]
+    result = CliRunner().invoke(make_app(), [*arguments, "--out", str(tmp_path)])
+    assert result.exit_code == 0, result.output
+    (file,) = json.loads(result.output)["files"]
     assert validation.validate_fmu(file) == []
     mapping = tmp_path / "joint.toml"
-    rows = [f'"{name}" = "{name}"' for name in json.loads(told.output)["inputs"]]
+    rows = [f'"{name}" = "{name}"' for name in json.loads(result.output)["inputs"]]
     outputs = [f'{name_of(c)} = "{c}"' for c in CHANNELS]
     mapping.write_text("\n".join(['fmu = "joint.fmu"', "[inputs]", *rows, "[outputs]", *outputs]), encoding="utf-8")
     check(open_fmu(mapping).simulator.run(inputs(), {}))
@@ -99,32 +101,32 @@ def test_an_fmu_is_valid_and_does_what_the_prediction_does(tmp_path: Path, versi
 def test_without_a_compiler_it_is_said(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shutil, "which", lambda _: None)
     with pytest.raises(ConfigurationError, match="there is no C compiler here"):
-        WRITERS["fmu"](written(model()), tmp_path, "joint", "2.0")
+        WRITERS["fmu"](formulas_of(model()), tmp_path, "joint", "2.0")
 
 
 def test_modelica_has_all_of_it(tmp_path: Path) -> None:
-    (file,) = WRITERS["modelica"](written(model()), tmp_path, "joint", "")
+    (file,) = WRITERS["modelica"](formulas_of(model()), tmp_path, "joint", "")
     text = file.read_text(encoding="utf-8")
     assert text.startswith("block Joint ")
     assert text.rstrip().endswith("end Joint;")
-    for told in (
+    for fragment in (
         "friction_coulomb_f_c = 0.4",
         "look_up({3, 2}",
         ":= relaxing(pre(",
         ":= integral(pre(",
         "input Real aux_pressure",
     ):
-        assert told in text
+        assert fragment in text
 
 
 def test_what_the_recordings_did_not_show_is_left_out_and_told() -> None:
     # a rig without a load cell and a thermometer: its friction has numbers, what hangs on load and heat has none
     content = {"format": "bench-simulation", "format_version": "1.0", "gearbox": {"ratio": 1.0}}
     coulomb = {"effect": "friction.coulomb", "parameters": {"f_c": {"value": 0.4, "unit": "N*m"}}}
-    formulas = written(Simulation.from_json(content | {"terms": [coulomb]}), STANDSTILL)
+    formulas = formulas_of(Simulation.from_json(content | {"terms": [coulomb]}), STANDSTILL)
     assert list(formulas.outputs) == ["simulated_motor_torque"]
     (note,) = formulas.notes
     assert note.startswith("motor_torque is without friction.viscous, friction.viscous_temperature_linear")
     assert any(why.startswith("load_torque is left out: the simulation has no numbers for") for why in formulas.refused)
     with pytest.raises(ConfigurationError, match=r"nothing can be exported: .* has no numbers for friction\.coulomb"):
-        written(Simulation.from_json(content | {"terms": []}))
+        formulas_of(Simulation.from_json(content | {"terms": []}))

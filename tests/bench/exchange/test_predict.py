@@ -32,10 +32,10 @@ TRUE = {
 
 
 def model(folder: Path) -> Path:
-    own = Simulation.nominal()
+    simulation = Simulation.nominal()
     for effect, values in TRUE.items():
-        own = own.with_term(Term(effect, True, {s: Parameter(v) for s, v in values.items()}))
-    own.save(folder / "model.json")
+        simulation = simulation.with_term(Term(effect, True, {s: Parameter(v) for s, v in values.items()}))
+    simulation.save(folder / "model.json")
     return folder / "model.json"
 
 
@@ -47,8 +47,8 @@ def recording(tmp_path: Path) -> Path:
 
 def test_a_copy_holds_prediction_and_residual_beside_what_was_measured(recording: Path, tmp_path: Path) -> None:
     before, out = recording.read_bytes(), tmp_path / "out"
-    told = CliRunner().invoke(make_app(), ["predict", str(model(tmp_path)), str(recording), "--out", str(out)])
-    assert told.exit_code == 0, told.output
+    result = CliRunner().invoke(make_app(), ["predict", str(model(tmp_path)), str(recording), "--out", str(out)])
+    assert result.exit_code == 0, result.output
     assert recording.read_bytes() == before
     copy = Recording.open(out / "r001.h5")
     measured, simulated, residual = (copy.si(f"{kind}motor_torque") for kind in ("", "simulated/", "residual/"))
@@ -58,14 +58,14 @@ def test_a_copy_holds_prediction_and_residual_beside_what_was_measured(recording
     about = validate(copy.path)
     assert not [text for text in (*about.violations, *about.notes) if "simulated" in text or "residual" in text]
     assert (out / "r001.png").stat().st_size > 5000
-    assert "motor_torque 0.02" in told.output
-    assert "transmission_error is not predicted: model.json has no numbers for te.offset, te.fourier" in told.output
+    assert "motor_torque 0.02" in result.output
+    assert "transmission_error is not predicted: model.json has no numbers for te.offset, te.fourier" in result.output
 
 
 def test_a_table_has_the_same_numbers(recording: Path, tmp_path: Path) -> None:
     arguments = ["predict", str(model(tmp_path)), str(recording), "--out", str(tmp_path), "--to", "csv", "--no-plot"]
-    told = CliRunner().invoke(make_app(), [*arguments, "--json"])
-    row = json.loads(told.output)["recordings"][0]
+    result = CliRunner().invoke(make_app(), [*arguments, "--json"])
+    row = json.loads(result.output)["recordings"][0]
     with open(row["files"][0], encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     left = [float(r["residual/motor_torque [N·m]"]) for r in rows]
@@ -82,9 +82,9 @@ def test_what_cannot_be_predicted_is_refused(recording: Path, tmp_path: Path) ->
 
 
 def test_the_recording_itself_is_never_written(recording: Path, tmp_path: Path) -> None:
-    (told,) = predict_recordings(model(tmp_path), recording)
+    (predicted,) = predict_recordings(model(tmp_path), recording)
     with pytest.raises(RecordingError, match="is the recording itself"):
-        write_copy(told, recording.parent)
+        write_copy(predicted, recording.parent)
 
 
 def test_what_recordings_of_a_folder_lack_alike_is_said_once(tmp_path: Path) -> None:
@@ -93,9 +93,9 @@ def test_what_recordings_of_a_folder_lack_alike_is_said_once(tmp_path: Path) -> 
     for number in (1, 2, 3):
         write(folder, number, seconds=3.0, without=("load_angle",))
     arguments = ["predict", str(model(tmp_path)), str(folder), "--out", str(tmp_path / "out"), "--no-plot"]
-    told = CliRunner().invoke(make_app(), arguments)
-    assert told.exit_code == 0, told.output
-    lines = [line for line in told.output.splitlines() if "transmission_error is not predicted" in line]
+    result = CliRunner().invoke(make_app(), arguments)
+    assert result.exit_code == 0, result.output
+    lines = [line for line in result.output.splitlines() if "transmission_error is not predicted" in line]
     assert lines == [
         "note: transmission_error is not predicted: r001 has no load_angle (the same in 2 other recordings)"
     ]

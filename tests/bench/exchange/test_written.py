@@ -10,7 +10,7 @@ import pytest
 from bench.errors import ConfigurationError
 from bench.exchange.sample import frame_of
 from bench.exchange.to_python import to_python
-from bench.exchange.written import written
+from bench.exchange.written import formulas_of
 from bench.mismatch.given import Given
 from bench.mismatch.series_given import swinging
 from bench.simulation.model import Simulation
@@ -95,7 +95,7 @@ CHANNEL = {
 
 
 def run(simulation: Simulation, name: str) -> np.ndarray[Any, Any]:
-    formulas = written(simulation, STANDSTILL)
+    formulas = formulas_of(simulation, STANDSTILL)
     scope: dict[str, Any] = {}
     exec(to_python(formulas), scope)  # what was written is what is tested
     model, given = scope["Model"](), inputs()
@@ -105,9 +105,13 @@ def run(simulation: Simulation, name: str) -> np.ndarray[Any, Any]:
 
 def same(simulation: Simulation, channel: str) -> None:
     # of a resonance only the steady response is written, and a note says so
-    own = ours(simulation, channel, 25.0) - swinging(Given.of(simulation), FRAME) * (channel == TRANSMISSION_ERROR)
-    assert np.abs(own).max() > 0
-    np.testing.assert_allclose(run(simulation, name_of(channel)), own, rtol=1e-9, atol=1e-11 * np.abs(own).max())
+    predicted = ours(simulation, channel, 25.0) - swinging(Given.of(simulation), FRAME) * (
+        channel == TRANSMISSION_ERROR
+    )
+    assert np.abs(predicted).max() > 0
+    np.testing.assert_allclose(
+        run(simulation, name_of(channel)), predicted, rtol=1e-9, atol=1e-11 * np.abs(predicted).max()
+    )
 
 
 @pytest.mark.parametrize(
@@ -143,12 +147,12 @@ def test_a_resonance_is_written_as_its_steady_response_and_says_so() -> None:
     law = {"effect": "te.resonance", "law": {"form": "second_order", "point": [0.2, 0.1, 0.7], "orders": [3.0]}}
     simulation = with_rows(*MADE["series"], law)
     assert np.abs(swinging(Given.of(simulation), FRAME)).max() > 0.0
-    assert any("swings by freely" in note for note in written(simulation).notes)
-    assert not any("swings" in note for note in written(with_rows(*MADE["series"])).notes)
+    assert any("swings by freely" in note for note in formulas_of(simulation).notes)
+    assert not any("swings" in note for note in formulas_of(with_rows(*MADE["series"])).notes)
 
 
 def test_what_cannot_go_out_is_said() -> None:
     with pytest.raises(ConfigurationError, match=r"no numbers for friction.coulomb"):
-        written(Simulation.nominal())
+        formulas_of(Simulation.nominal())
     with pytest.raises(ConfigurationError, match="stands on one from elsewhere"):
-        written(Simulation(extra={"base": {"kind": "fmu"}}))
+        formulas_of(Simulation(extra={"base": {"kind": "fmu"}}))

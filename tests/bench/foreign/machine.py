@@ -45,8 +45,8 @@ def record(folder: Path, stribeck: float = 0.0, simulated: dict[str, float] | No
         values = {"time": time, "motor_angle": angle, "motor_velocity": motion, "motor_torque": torque}
         channels = {name: (v, ChannelSpec.of(name, dtype="float64")) for name, v in values.items()}
         if simulated is not None:
-            own = friction(motion, **simulated)
-            channels["simulated/motor_torque"] = (own, ChannelSpec("simulated/motor_torque", "N·m"))
+            friction_torque = friction(motion, **simulated)
+            channels["simulated/motor_torque"] = (friction_torque, ChannelSpec("simulated/motor_torque", "N·m"))
         header = RecordingHeader(
             recording_id=f"r{number:02d}",
             campaign_id="machine",

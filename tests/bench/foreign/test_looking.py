@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from bench.cli.app import make_app
 from bench.errors import ConfigurationError
 from bench.exchange.to_fmu import write_fmu
-from bench.exchange.written import written
+from bench.exchange.written import formulas_of
 from bench.foreign.fmu import open_fmu
 from bench.foreign.looking import draft, take_inventory
 from bench.simulation.model import Simulation
@@ -36,7 +36,7 @@ NAMES = {
 def joint(tmp_path: Path) -> Path:
     """An FMU whose author calls things by names of his own."""
     made = tmp_path / "ours.fmu"
-    write_fmu(written(Simulation.load(ROOT / "docs/examples/rig_model.json")), made)
+    write_fmu(formulas_of(Simulation.load(ROOT / "docs/examples/rig_model.json")), made)
     target = tmp_path / "joint.fmu"
     with zipfile.ZipFile(made) as source, zipfile.ZipFile(target, "w") as out:
         for item in source.namelist():
@@ -50,7 +50,7 @@ def joint(tmp_path: Path) -> Path:
 
 def test_names_and_units_give_channels_and_each_guess_says_so(joint: Path, tmp_path: Path) -> None:
     found = take_inventory(joint)
-    assert {own.name: own.channel for own in found.variables if own.channel} == {
+    assert {variable.name: variable.channel for variable in found.variables if variable.channel} == {
         "w_rel": "motor_velocity",
         "a_rel": "motor_acceleration",
         "tau_drive": "motor_torque",
@@ -68,10 +68,10 @@ def test_names_and_units_give_channels_and_each_guess_says_so(joint: Path, tmp_p
 def test_the_mapping_is_taken_by_the_comparison(joint: Path) -> None:
     mapping = joint.with_name("mapping.toml")
     arguments = ["import", "--look", str(joint), "--mapping", str(mapping), "--set", "parameters.d_dry={}"]
-    told = CliRunner().invoke(make_app(), arguments)
-    assert told.exit_code == 0, told.output
+    result = CliRunner().invoke(make_app(), arguments)
+    assert result.exit_code == 0, result.output
     base = open_fmu(mapping)
-    assert [(own.name, own.value) for own in base.free] == [("d_dry", 0.28)]
+    assert [(parameter.name, parameter.value) for parameter in base.free] == [("d_dry", 0.28)]
     time = np.arange(50) / 50.0
     given = {"time": time, "motor_velocity": np.full(50, 10.0), "motor_acceleration": np.zeros(50)}
     np.testing.assert_allclose(base.simulator.run(given, {})["motor_torque"], 0.28 + 0.025)
@@ -97,8 +97,8 @@ def test_an_input_that_nothing_was_guessed_for_is_said(joint: Path, tmp_path: Pa
     said = "inputs.u2 has no channel and stays at 0"
     assert said in CliRunner().invoke(make_app(), arguments).output.replace("\n", " ")
     arguments[-1:] = [str(tmp_path / "b.toml"), "--set", "inputs.u2=motor_acceleration"]
-    told = CliRunner().invoke(make_app(), arguments)
-    assert (told.exit_code, said in told.output) == (0, False)
+    result = CliRunner().invoke(make_app(), arguments)
+    assert (result.exit_code, said in result.output) == (0, False)
 
 
 def test_what_cannot_be_is_one_sentence(joint: Path, tmp_path: Path) -> None:
@@ -120,6 +120,6 @@ def test_what_cannot_be_is_one_sentence(joint: Path, tmp_path: Path) -> None:
             open_fmu(wrong)
     target = tmp_path / "there.toml"
     target.write_text("kept = true\n", encoding="utf-8")
-    told = CliRunner().invoke(make_app(), ["import", "--look", str(joint), "--mapping", str(target)])
-    assert told.exit_code != 0
+    result = CliRunner().invoke(make_app(), ["import", "--look", str(joint), "--mapping", str(target)])
+    assert result.exit_code != 0
     assert target.read_text(encoding="utf-8") == "kept = true\n"

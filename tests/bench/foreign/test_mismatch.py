@@ -19,7 +19,7 @@ from bench.mismatch.run import run
 from tests.bench.foreign.machine import F_C, F_V, NOISE, record
 
 
-def told(folder: Path, out: Path, simulation: str) -> dict[str, Any]:
+def report_of(folder: Path, out: Path, simulation: str) -> dict[str, Any]:
     run(folder, out, Path(simulation))
     content: dict[str, Any] = json.loads((out / "report.json").read_text(encoding="utf-8"))
     return content
@@ -27,7 +27,7 @@ def told(folder: Path, out: Path, simulation: str) -> dict[str, Any]:
 
 def test_channels_predicted_elsewhere_are_scored_untouched_and_their_gap_is_named(tmp_path: Path) -> None:
     folder = record(tmp_path / "in", stribeck=0.2, simulated={"f_c": F_C, "f_v": F_V})
-    report = told(folder, tmp_path / "out", "columns")
+    report = report_of(folder, tmp_path / "out", "columns")
     assert report["simulation"] == {"kind": "columns", "file": "columns", "recalibrated": []}
     assert [f["effect"] for f in report["findings"]] == ["friction.stribeck"]
     (row,) = report["channels"]
@@ -42,7 +42,7 @@ def test_channels_predicted_elsewhere_are_scored_untouched_and_their_gap_is_name
 
 def test_a_wrong_parameter_is_a_finding_and_nothing_is_added(tmp_path: Path) -> None:
     folder = record(tmp_path / "in", f_c=1.2 * F_C)
-    report = told(folder, tmp_path / "out", "tests.bench.foreign.machine:joint")
+    report = report_of(folder, tmp_path / "out", "tests.bench.foreign.machine:joint")
     assert report["simulation"]["recalibrated"] == ["f_c", "f_v"]
     (found,) = report["findings"]
     assert found["effect"] == "parameter"
@@ -53,7 +53,7 @@ def test_a_wrong_parameter_is_a_finding_and_nothing_is_added(tmp_path: Path) -> 
     assert row["held_out_rmse_as_given"] > 10 * NOISE
     assert row["held_out_rmse_before"] == pytest.approx(NOISE, rel=0.1)
     assert found["evidence"]["held_out_rmse_before"] > 10 * NOISE
-    again = told(folder, tmp_path / "again", str(tmp_path / "out" / "model.json"))
+    again = report_of(folder, tmp_path / "again", str(tmp_path / "out" / "model.json"))
     assert (again["verdict"], again["findings"]) == ("match", [])
     assert again["channels"][0]["held_out_rmse_as_given"] == pytest.approx(NOISE, rel=0.1)
 

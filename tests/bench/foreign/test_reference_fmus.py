@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from bench.foreign.fmu import Fmu, unpacked
+from bench.foreign.fmu import Fmu, unpack_fmu
 from bench.foreign.mapping import Mapping
 from bench.simulation.frame import FloatArray
 
@@ -26,11 +26,11 @@ GRAVITY, FALL_S = 9.81, 0.4
 
 @pytest.fixture
 def folder(request: pytest.FixtureRequest) -> Path:
-    told = request.config.getoption("--fmus")
-    if told is None:
+    option = request.config.getoption("--fmus")
+    if option is None:
         pytest.skip("no folder of the Reference FMUs is given: --fmus DIR")
     pytest.importorskip("fmpy")
-    return Path(str(told))
+    return Path(str(option))
 
 
 def files(folder: Path, name: str) -> list[Path]:
@@ -43,8 +43,8 @@ def files(folder: Path, name: str) -> list[Path]:
 def run(path: Path, kind: str, variable: str, time: FloatArray) -> FloatArray:
     """A variable of an FMU; it stands for a torque, which needs no inputs."""
     content = {"fmu": path.name, "type": kind, "outputs": {variable: {"channel": "motor_torque", "unit": "N*m"}}}
-    own = Fmu(str(path), str(path.resolve()), Mapping.model_validate(content))
-    return own.run({"time": time}, {})["motor_torque"]
+    fmu = Fmu(str(path), str(path.resolve()), Mapping.model_validate(content))
+    return fmu.run({"time": time}, {})["motor_torque"]
 
 
 def reference(path: Path) -> dict[str, FloatArray]:
@@ -53,18 +53,18 @@ def reference(path: Path) -> dict[str, FloatArray]:
         name = next(n for n in archive.namelist() if n.endswith("_out.csv"))
         head, *rows = csv.reader(io.StringIO(archive.read(name).decode("utf-8")))
     values = np.array(rows, dtype=np.float64)
-    return {own.strip('"'): values[:, k] for k, own in enumerate(head)}
+    return {heading.strip('"'): values[:, k] for k, heading in enumerate(head)}
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_co_simulation_gives_what_its_authors_say(folder: Path, name: str) -> None:
     for path in files(folder, name):
-        told = reference(path)
-        time = told.pop("time")
-        variables = {v.name for v in unpacked(str(path.resolve()))[1].modelVariables if v.causality == "output"}
-        for variable in variables & set(told):
-            own = run(path, "co-simulation", variable, time)
-            np.testing.assert_allclose(own, told[variable], atol=1e-9, err_msg=f"{path}: {variable}")
+        expected = reference(path)
+        time = expected.pop("time")
+        variables = {v.name for v in unpack_fmu(str(path.resolve()))[1].modelVariables if v.causality == "output"}
+        for variable in variables & set(expected):
+            simulated = run(path, "co-simulation", variable, time)
+            np.testing.assert_allclose(simulated, expected[variable], atol=1e-9, err_msg=f"{path}: {variable}")
 
 
 def _van_der_pol(time: FloatArray) -> FloatArray:
@@ -87,5 +87,5 @@ def test_model_exchange_gives_the_solution_of_its_equations(folder: Path, name: 
     variable, until, solution = SOLVED[name]
     time = np.arange(0.0, until + 1e-9, 0.01)
     for path in files(folder, name):
-        own = run(path, "model-exchange", variable, time)
-        np.testing.assert_allclose(own, solution(time), atol=2e-3, err_msg=str(path))
+        simulated = run(path, "model-exchange", variable, time)
+        np.testing.assert_allclose(simulated, solution(time), atol=2e-3, err_msg=str(path))

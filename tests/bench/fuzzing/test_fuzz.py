@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bench.fuzzing import KINDS, fuzz, samples
-from bench.fuzzing.mutations import MUTATIONS, mutated
+from bench.fuzzing.mutations import MUTATIONS, mutate
 from bench.fuzzing.page import page
 from bench.fuzzing.readers import READ, READERS, SILENT, read_recording
 from bench.fuzzing.run import case
@@ -47,7 +47,7 @@ def test_a_case_can_be_repeated_and_is_never_the_valid_file(tmp_path: Path) -> N
     assert case("h5", path, 3, 14) == case("h5", path, 3, 14) != case("h5", path, 3, 15)
     data = bytes(range(200))
     for number in range(200):
-        assert mutated(data, np.random.default_rng(number)) != data
+        assert mutate(data, np.random.default_rng(number)) != data
 
 
 def test_every_mutation_bears_the_shortest_file() -> None:

@@ -59,12 +59,17 @@ class Bench:
     serial: str | None = None
 
     def write(
-        self, torque: float, velocity: float, temperature: float, kind: str = "constant_velocity", turns: float = 1.02
+        self,
+        torque: float,
+        velocity: float,
+        temperature: float,
+        kind: str = "constant_velocity",
+        revolutions: float = 1.02,
     ) -> Path:
-        """Record a ramp, ``turns`` of steady motion and a ramp; N·m, rad/s at the load side, °C."""
+        """Record a ramp, ``revolutions`` of steady motion and a ramp; N·m, rad/s at the load side, °C."""
         rng = np.random.default_rng((self.seed, self.number))
         ramp = 0.5
-        steady = turns * 2.0 * np.pi / abs(velocity)
+        steady = revolutions * 2.0 * np.pi / abs(velocity)
         n = int((2 * ramp + steady) * self.rate)
         t = np.arange(n) / self.rate
         speed = velocity * np.clip(np.minimum(t / ramp, (t[-1] - t) / ramp), 0.0, 1.0)

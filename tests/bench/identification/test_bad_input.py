@@ -87,7 +87,7 @@ def test_less_than_a_revolution_is_skipped_and_its_friction_used(small: Path, tm
     folder = tmp_path / "short"
     shutil.copytree(small, folder)
     bench = Bench(folder, rate=200.0, number=50)
-    bench.write(100.0, float(np.deg2rad(10.0)), 30.0, turns=0.6)
+    bench.write(100.0, float(np.deg2rad(10.0)), 30.0, revolutions=0.6)
     said = _sentences(folder)
     assert any("r051" in s and "0.60 of a revolution; at least one is needed" in s for s in said)
 

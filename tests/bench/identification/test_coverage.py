@@ -38,11 +38,11 @@ def test_truth_is_compared_with_what_was_found(found: Identification) -> None:
         "transmission_error": fourier_to_json(true_model(), series=True)["parameters"],
     }
     truth["transmission_error"]["positive"]["a0"] = true_model().positive.offset.tolist()  # type: ignore[union-attr]
-    told = deviates(to_simulation(found), truth)
+    deviations = deviates(to_simulation(found), truth)
     # the synthetic campaign does not warm: nothing is claimed of C
-    assert set(told["parameters"]) == {"f_c"}
-    assert abs(told["parameters"]["f_c"]["z"]) < 4.0
-    z = np.asarray(told["series"]["positive"]["A"], dtype=float)
+    assert set(deviations["parameters"]) == {"f_c"}
+    assert abs(deviations["parameters"]["f_c"]["z"]) < 4.0
+    z = np.asarray(deviations["series"]["positive"]["A"], dtype=float)
     assert z.size == 200
     assert np.mean(np.abs(z) < LIMIT) > 0.88
 

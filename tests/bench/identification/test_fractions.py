@@ -10,7 +10,7 @@ import pytest
 from bench.cli.identify import parse_ratios
 from bench.errors import BenchError
 from bench.identification import Options, identify_folder
-from bench.identification.samples.fractions import beside, columns, fractions, sums_at
+from bench.identification.samples.fractions import columns, extra_frequencies, fractions, sums_at
 from bench.identification.samples.sums import Shifts, angle_sums, gram, projections
 from bench.identification.validation import BOUND
 from bench.simulation import basis
@@ -29,7 +29,7 @@ def test_sums_with_fractions_are_those_of_the_matrix_that_is_not_built() -> None
     theta, y, highest_order = rng.uniform(-9.0, 9.0, 300), rng.normal(size=300), 20
     orders = np.array([1.0, 2.5, 7.297, 13.0])
     broken = fractions(list(orders))
-    extra = beside(broken, highest_order)
+    extra = extra_frequencies(broken, highest_order)
     unit, both = angle_sums(theta, np.ones(300), y, 2 * highest_order)
     unit = np.concatenate([unit, sums_at(theta, np.ones(300), extra)])
     right = np.concatenate([both[: highest_order + 1], sums_at(theta, y, broken)])
@@ -54,8 +54,8 @@ def test_a_ratio_that_is_no_whole_number_is_identified(tmp_path: Path) -> None:
     bench = Bench(tmp_path, model)
     for torque in (-800.0, 0.0, 800.0):
         for velocity in (0.1, 0.15, 0.2):
-            bench.write(torque, velocity, 30.0, turns=3.02)
-    bench.write(400.0, 0.12, 30.0, kind="validation", turns=3.02)
+            bench.write(torque, velocity, 30.0, revolutions=3.02)
+    bench.write(400.0, 0.12, 30.0, kind="validation", revolutions=3.02)
     found = identify_folder(tmp_path, Options(orders=ORDERS))
     assert found.orders == ORDERS
     k = ORDERS.index(7.297)

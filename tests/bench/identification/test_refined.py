@@ -23,9 +23,9 @@ def _standardised_errors(found: Identification) -> np.ndarray:
         assert fourier.amplitude_std is not None
         assert fourier.phase_std is not None
         assert fourier.offset_std is not None
-        turn = fourier.phase - true.phase
-        turn[:, 9] = (turn[:, 9] + np.pi) % (2.0 * np.pi) - np.pi
-        out += [(fourier.amplitude - true.amplitude) / fourier.amplitude_std, turn / fourier.phase_std]
+        difference = fourier.phase - true.phase
+        difference[:, 9] = (difference[:, 9] + np.pi) % (2.0 * np.pi) - np.pi
+        out += [(fourier.amplitude - true.amplitude) / fourier.amplitude_std, difference / fourier.phase_std]
         out.append(((fourier.offset - true.offset) / fourier.offset_std)[None, :])
     return np.concatenate([z.ravel() for z in out])
 

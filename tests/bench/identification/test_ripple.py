@@ -27,9 +27,9 @@ def test_no_ripple_is_invented(tmp_path: Path) -> None:
 
     bench = Smooth(tmp_path)
     bench.write(100.0, 0.1, 25.0, kind="validation")
-    orders, told = find_ripple(RecordingFolder.open(tmp_path).recordings)
+    orders, reason = find_ripple(RecordingFolder.open(tmp_path).recordings)
     assert orders == ()
-    assert "no steady recording" in told
+    assert "no steady recording" in reason
 
 
 def test_pole_pairs_give_the_orders() -> None:

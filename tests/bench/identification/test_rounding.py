@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from bench.identification.samples.rounding import find_step, rounded_twice, undone
+from bench.identification.samples.rounding import find_step, rounded_twice, with_single_rounding
 from bench.recording import ChannelSpec, Recording, Setpoint
 
 CODE = 0.0175
@@ -67,7 +67,7 @@ def test_the_mean_of_what_is_reported_is_that_of_the_torque_again() -> None:
     for k, level in enumerate(np.arange(0.3, 1.0, 0.05)):
         codes = _codes(np.full(200_000, level), STEP, k)
         off.append((codes * CODE).mean() - level)
-        left.append(undone(codes, _spec(), STEP).mean() - level)
+        left.append(with_single_rounding(codes, _spec(), STEP).mean() - level)
     assert max(np.abs(off)) > 5e-4
     assert max(np.abs(left)) < 0.25 * max(np.abs(off))
 
@@ -79,11 +79,11 @@ def test_only_a_channel_that_is_coarser_than_the_step_has_been_rounded_twice() -
     assert not rounded_twice(None, STEP)
     spec = ChannelSpec("motor_torque", "N*m", "int16", -CODE, 0.5)
     # a code is no further from its value than half a code, whatever scale and offset
-    assert undone(np.array([10, -3], dtype=np.int16), spec, STEP) == pytest.approx(
+    assert with_single_rounding(np.array([10, -3], dtype=np.int16), spec, STEP) == pytest.approx(
         [-10 * CODE + 0.5, 3 * CODE + 0.5], abs=0.5 * CODE
     )
-    assert undone(np.empty(0, dtype=np.int16), spec, STEP).size == 0
+    assert with_single_rounding(np.empty(0, dtype=np.int16), spec, STEP).size == 0
     # a wild code costs no table of all between
-    wild = undone(np.array([10, 2**31 - 1], dtype=np.int32), spec, STEP)
-    assert wild[0] == undone(np.array([10] * 20, dtype=np.int32), spec, STEP)[0]
+    wild = with_single_rounding(np.array([10, 2**31 - 1], dtype=np.int32), spec, STEP)
+    assert wild[0] == with_single_rounding(np.array([10] * 20, dtype=np.int32), spec, STEP)[0]
     assert wild[1] == pytest.approx(-CODE * (2**31 - 1), rel=1e-6)

@@ -176,11 +176,11 @@ def test_a_wrong_channel_is_one_sentence_with_key_and_what_would_be_right(
     try:
         (done,) = builders.run(folder, channels, ratio="50.0")
         assert isinstance(done, Rejected)
-        told = done.why
+        message = done.why
     except ConfigurationError as error:
-        told = str(error)
-    assert sentence in told
-    assert "\n" not in told
+        message = str(error)
+    assert sentence in message
+    assert "\n" not in message
 
 
 def test_axes_and_units_have_to_agree(folder: Path) -> None:
@@ -205,9 +205,9 @@ def test_a_misspelt_channel_is_kept_and_said(folder: Path) -> None:
     channels = 'motor_velocity = {variable = "v", unit = "rpm"}\nmotor_troque = {variable = "i", unit = "N*m"}'
     done = builders.one(folder, channels)
     assert "motor_troque" in done.recording.channels
-    (told,) = done.warnings
-    assert "channels.motor_troque is no channel of the bench" in told
-    assert "did you mean [channels.motor_torque]?" in told
+    (warning,) = done.warnings
+    assert "channels.motor_troque is no channel of the bench" in warning
+    assert "did you mean [channels.motor_torque]?" in warning
     (folder / "out/a.h5").unlink()
     # beside the right one it is another quantity of that name
     both = channels + '\nmotor_torque = {variable = "i", unit = "N*m"}'
@@ -215,8 +215,8 @@ def test_a_misspelt_channel_is_kept_and_said(folder: Path) -> None:
 
 
 def test_a_column_that_is_not_there_is_said_with_its_key(folder: Path) -> None:
-    told = builders.why(folder, 'motor_torque = {variable = "I", unit = "N*m"}')
-    assert f"{folder / 'map.toml'}: channels.motor_torque: {folder / 'a.csv'}: there is no variable 'I'" in told
+    message = builders.why(folder, 'motor_torque = {variable = "I", unit = "N*m"}')
+    assert f"{folder / 'map.toml'}: channels.motor_torque: {folder / 'a.csv'}: there is no variable 'I'" in message
 
 
 def test_a_key_of_a_table_that_is_not_there_names_the_one_that_is_meant(folder: Path) -> None:

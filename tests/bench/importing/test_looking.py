@@ -156,8 +156,8 @@ def test_from_look_to_a_recording_on_the_command_line(tmp_path: Path, monkeypatc
     ):
         assert text in result.output
     assert isinstance(_bench("import", "--look", "rig.csv").exception, ConfigurationError)
-    told = json.loads(_bench("import", "--look", "rig.csv", "--mapping", "b.toml", "--json").stdout)
-    assert told["open"] == ["channels.motor_torque.torque_constant"]
+    printed = json.loads(_bench("import", "--look", "rig.csv", "--mapping", "b.toml", "--json").stdout)
+    assert printed["open"] == ["channels.motor_torque.torque_constant"]
     still_open = _bench("import", "rig.toml", "--out", tmp_path / "out").exception
     assert "torque_constant is still '?', it should be a number in N·m/A" in str(still_open)
     result = _bench(
@@ -235,7 +235,7 @@ def test_of_an_arm_the_joint_that_moves_is_taken(tmp_path: Path) -> None:
     np.savez(tmp_path / "arm.npz", t=_T, q=q, tau=np.cos(q))
     content = _content(_draft(tmp_path / "arm.npz"))
     assert [content["channels"][name]["column"] for name in ("motor_angle", "motor_torque")] == [2, 2]
-    assert [own["column"] for own in content["aux"].values()] == [1, 3, 1, 3]
+    assert [entry["column"] for entry in content["aux"].values()] == [1, 3, 1, 3]
 
 
 def test_of_an_arm_whose_joints_are_numbered_in_their_names_the_one_that_moves_is_taken(tmp_path: Path) -> None:

@@ -46,7 +46,7 @@ temperature = {variable = "T", unit = "degC"}
 """
 
 
-def _told(
+def _warnings(
     folder: Path, without: str = "", channels: str = _CHANNELS, load_share: float = 1.0, **factors: float
 ) -> tuple[str, ...]:
     _machine(folder, load_share, **factors)
@@ -58,16 +58,16 @@ def _told(
 
 
 def test_nothing_is_told_of_a_machine_that_can_be(tmp_path: Path) -> None:
-    assert _told(tmp_path) == ()
+    assert _warnings(tmp_path) == ()
 
 
 @pytest.mark.parametrize("without", ["load", "motor_velocity", "motor_torque", "motor_angle"])
 def test_nor_where_a_channel_is_missing(tmp_path: Path, without: str) -> None:
     if without == "load":
         channels = _CHANNELS.replace("load_torque", "load_torque_setpoint")
-        assert _told(tmp_path, "load_angle", channels) == ()
+        assert _warnings(tmp_path, "load_angle", channels) == ()
     else:
-        assert not any("wrong" in sentence for sentence in _told(tmp_path, without))
+        assert not any("wrong" in sentence for sentence in _warnings(tmp_path, without))
 
 
 @pytest.mark.parametrize(
@@ -93,25 +93,25 @@ def test_nor_where_a_channel_is_missing(tmp_path: Path, without: str) -> None:
 def test_a_wrong_sign_or_scale_is_told_with_the_likely_one(
     tmp_path: Path, factors: dict[str, float], sentences: list[str]
 ) -> None:
-    told = " ".join(_told(tmp_path, **factors))
+    text = " ".join(_warnings(tmp_path, **factors))
     for sentence in sentences:
-        assert sentence in told
+        assert sentence in text
 
 
 def test_negative_inertia_and_friction_are_a_wrong_sign_of_the_torque(tmp_path: Path) -> None:
-    (told,) = _told(tmp_path, "load_torque", load_share=0.1, M=-1.0)
-    assert "map.toml: channels.motor_torque gives a negative inertia (-0.00" in told
-    assert "scale times -1 of motor_torque (or of motor_angle) would be right" in told
+    (warning,) = _warnings(tmp_path, "load_torque", load_share=0.1, M=-1.0)
+    assert "map.toml: channels.motor_torque gives a negative inertia (-0.00" in warning
+    assert "scale times -1 of motor_torque (or of motor_angle) would be right" in warning
 
 
 def test_an_angle_in_degrees_taken_for_radians_turns_too_fast(tmp_path: Path) -> None:
     channels = 'motor_angle = {variable = "q", unit = "rad"}\nmotor_torque = {variable = "M", unit = "N*m"}'
-    told = _told(tmp_path, "", channels, q=57.29578 * 5)
-    assert any("faster than motors do" in sentence for sentence in told)
+    warnings = _warnings(tmp_path, "", channels, q=57.29578 * 5)
+    assert any("faster than motors do" in sentence for sentence in warnings)
 
 
-@pytest.mark.parametrize(("factor", "told"), [(1.0, ""), (1.3, "channels.motor_velocity is 1.3")])
-def test_a_shaking_motion_is_no_wrong_scale(tmp_path: Path, factor: float, told: str) -> None:
+@pytest.mark.parametrize(("factor", "expected"), [(1.0, ""), (1.3, "channels.motor_velocity is 1.3")])
+def test_a_shaking_motion_is_no_wrong_scale(tmp_path: Path, factor: float, expected: str) -> None:
     """To and fro eight times a second: differences of the angle over a twenty-fifth of one are a sixth too small."""
     time = np.arange(3000) / 100.0
     speed = 4.0 * np.cos(2 * np.pi * 8.0 * time)
@@ -119,7 +119,7 @@ def test_a_shaking_motion_is_no_wrong_scale(tmp_path: Path, factor: float, told:
     builders.csv(tmp_path / "a.csv", t=time, q=angle, w=factor * speed)
     both = 'motor_angle = {variable = "q", unit = "rad"}\nmotor_velocity = {variable = "w", unit = "rad/s"}'
     warnings = builders.one(tmp_path, both).warnings
-    assert any(told in own for own in warnings) if told else warnings == ()
+    assert any(expected in warning for warning in warnings) if expected else warnings == ()
 
 
 def test_factors_have_names() -> None:
@@ -130,15 +130,17 @@ def test_factors_have_names() -> None:
 
 def test_of_a_current_the_torque_constant_is_the_other_thing_that_may_be_wrong(tmp_path: Path) -> None:
     current = _CHANNELS.replace('"M", unit = "N*m"', '"M", unit = "A", torque_constant = 0.2')
-    (told,) = _told(tmp_path, channels=current)
+    (warning,) = _warnings(tmp_path, channels=current)
     assert re.search(r"scale times 0\.(2|199|20)\d* would be right of load_torque, or torque_constant times [45]", told)
 
 
 def test_of_a_torque_no_torque_constant_is_spoken_of(tmp_path: Path) -> None:
-    (told,) = _told(tmp_path, M=0.2)
-    assert "of load_torque." in told
+    (warning,) = _warnings(tmp_path, M=0.2)
+    assert "of load_torque." in warning
 
 
 def test_a_wrong_sign_is_not_all_that_it_can_be_where_no_load_was_recorded(tmp_path: Path) -> None:
-    (told,) = _told(tmp_path, "load_torque", load_share=0.1, M=-1.0)
-    assert "both should be positive, unless a load that no channel holds drives the motor: likely a wrong sign" in told
+    (warning,) = _warnings(tmp_path, "load_torque", load_share=0.1, M=-1.0)
+    assert (
+        "both should be positive, unless a load that no channel holds drives the motor: likely a wrong sign" in warning
+    )

@@ -67,8 +67,8 @@ def test_recordings_say_where_they_are_steady_unless_the_mapping_says(tmp_path: 
     done = builders.one(tmp_path / "found", CHANNELS)
     assert [(s.name, s.start, s.stop) for s in done.recording.segments] == [("steady", 0, 6000)]
     assert any("stretches of steady speed, found from the angle" in note for note in done.notes)
-    told = builders.one(tmp_path / "named", CHANNELS, entry='segments = [{name = "dwell", stop = 50}]')
-    assert [(s.name, s.stop) for s in told.recording.segments] == [("dwell", 50)]
+    imported = builders.one(tmp_path / "named", CHANNELS, entry='segments = [{name = "dwell", stop = 50}]')
+    assert [(s.name, s.stop) for s in imported.recording.segments] == [("dwell", 50)]
 
 
 def test_pieces_too_short_for_a_revolution_are_told(tmp_path: Path) -> None:
@@ -76,7 +76,7 @@ def test_pieces_too_short_for_a_revolution_are_told(tmp_path: Path) -> None:
     builders.csv(tmp_path / "a.csv", t=time, q=1.0 * time, M=np.ones(time.size))
     done = builders.run(tmp_path, CHANNELS, top="pieces = {seconds = 5}")
     assert "pieces of 5 s hold 0.8 revolutions of the output at a steady speed" in " ".join(done[0].notes)
-    assert sum(s.stop - s.start for own in done for s in own.recording.segments) == 6000
+    assert sum(s.stop - s.start for piece in done for s in piece.recording.segments) == 6000
 
 
 def test_a_fast_shaft_is_not_steady_at_the_top_of_a_swing() -> None:

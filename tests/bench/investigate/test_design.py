@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from bench.configuration import BenchConfiguration, load_bench
-from bench.investigate.design import LEAST_GAIN, LEAST_POINTS, MOST_POINTS, best, by_rules, wanted
-from bench.investigate.log import came
-from bench.investigate.offer import extended, offered, states
+from bench.investigate.design import LEAST_GAIN, LEAST_POINTS, MOST_POINTS, bench_needs, best, by_rules
+from bench.investigate.log import outcome_of
+from bench.investigate.offer import extended_range, offered_points, states
 from bench.investigate.questions import questions
 from bench.mismatch.report.candidates import Range
 from bench.mismatch.report.finding import Finding, conclude
@@ -50,15 +50,15 @@ def _finding(frame: Frame, rival: str = "friction.stribeck", **more: Any) -> tup
         "motor_torque", "friction.viscous_quadratic", added, ("speed",), simulation_rows=(row,), **(values | more)
     )
     # noise of a sample: a third of the effect at its strongest
-    own = made.outcome(frame, "motor_torque", [found], float(np.abs(added).max()) / 3.0)
-    data = made.dataset(frame, "motor_torque", own.rows)
-    return conclude([own], data)[0], data
+    outcome = made.outcome(frame, "motor_torque", [found], float(np.abs(added).max()) / 3.0)
+    data = made.dataset(frame, "motor_torque", outcome.rows)
+    return conclude([outcome], data)[0], data
 
 
 def test_two_laws_of_speed_are_told_apart_by_slow_points_soon(bench: BenchConfiguration) -> None:
     finding, data = _finding(_fast())
     asked = questions([finding], 0.7)
-    covered = extended(Range.of(data), bench)
+    covered = extended_range(Range.of(data), bench)
     chosen, _ = best(asked, covered, data.ratio, bench, CELSIUS, 8.0)
     assert chosen is not None
     assert LEAST_POINTS <= len(chosen.points) <= MOST_POINTS
@@ -74,8 +74,8 @@ def test_where_the_bench_refuses_every_point_nothing_is_designed_and_it_says_why
 ) -> None:
     finding, data = _finding(_fast())
     asked = questions([finding], 0.7)
-    monkeypatch.setattr("bench.investigate.design.offered", lambda *_: ([], ["the lubricant is too warm"]))
-    chosen, refused = best(asked, extended(Range.of(data), bench), data.ratio, bench, CELSIUS, 8.0)
+    monkeypatch.setattr("bench.investigate.design.offered_points", lambda *_: ([], ["the lubricant is too warm"]))
+    chosen, refused = best(asked, extended_range(Range.of(data), bench), data.ratio, bench, CELSIUS, 8.0)
     assert chosen is None
     assert refused == ["the lubricant is too warm"]
 
@@ -95,26 +95,26 @@ def test_a_path_is_told_from_a_function_of_the_torque_by_a_staircase(bench: Benc
         status="ambiguous",
         rivals=(made.rival("te.hysteresis", None, True),),
     )
-    own = made.outcome(far, "transmission_error", [found], 4e-6)
-    data = made.dataset(far, "transmission_error", own.rows)
-    asked = questions(conclude([own], data), 0.7)
-    chosen, _ = best(asked, extended(Range.of(data), bench), data.ratio, bench, CELSIUS, 8.0)
+    outcome = made.outcome(far, "transmission_error", [found], 4e-6)
+    data = made.dataset(far, "transmission_error", outcome.rows)
+    asked = questions(conclude([outcome], data), 0.7)
+    chosen, _ = best(asked, extended_range(Range.of(data), bench), data.ratio, bench, CELSIUS, 8.0)
     assert chosen is not None
     assert chosen.points[0].sequence == "torque_ramp"
 
 
 def test_an_experiment_beyond_the_budget_is_not_chosen(bench: BenchConfiguration) -> None:
     finding, data = _finding(_fast())
-    covered = extended(Range.of(data), bench)
+    covered = extended_range(Range.of(data), bench)
     assert best(questions([finding], 0.7), covered, data.ratio, bench, CELSIUS, 1e-3)[0] is None
 
 
 def test_points_the_bench_cannot_do_are_not_offered_and_the_refusal_names_the_limit(bench: BenchConfiguration) -> None:
     finding, data = _finding(_fast())
     slow = bench.model_copy(update={"limits": bench.limits.model_copy(update={"load_torque": 500.0})})
-    covered = replace(extended(Range.of(data), bench), torque=1000.0)
+    covered = replace(extended_range(Range.of(data), bench), torque=1000.0)
     state = next(iter(states(covered, slow, CELSIUS)))
-    points, refused = offered(state, slow)
+    points, refused = offered_points(state, slow)
     assert points
     assert max(abs(o.point.torque) for o in points) <= 500.0
     assert any("limits.load_torque" in sentence for sentence in refused)
@@ -123,7 +123,7 @@ def test_points_the_bench_cannot_do_are_not_offered_and_the_refusal_names_the_li
 
 def test_one_direction_and_one_speed_are_no_bounds_of_the_bench(bench: BenchConfiguration) -> None:
     narrow = replace(made.COVERED, slowest=0.1, fastest=0.1, sides=(1.0,), torque_sides=(1.0,))
-    wide = extended(narrow, bench)
+    wide = extended_range(narrow, bench)
     assert wide.sides == wide.torque_sides == (1.0, -1.0)
     assert wide.fastest > narrow.fastest
     assert wide.fastest * bench.gearbox.ratio < bench.limits.motor_speed
@@ -141,14 +141,14 @@ def test_named_but_weaker_than_asked_is_a_question(bench: BenchConfiguration) ->
     finding, _ = _finding(_fast(), status="named", confidence=0.5, rivals=(made.rival("friction.stribeck", None),))
     assert questions([finding], 0.2) == ()
     (asked,) = questions([finding], 0.7)
-    assert asked.rivals == ("friction.stribeck",)
+    assert asked.alternatives == ("friction.stribeck",)
     assert "asked for 0.70" in asked.why
 
 
 def test_what_cannot_be_predicted_is_asked_by_rule_once(bench: BenchConfiguration) -> None:
     finding, data = _finding(made.campaign(), "unknown")
     asked = questions([finding], 0.7)
-    covered = extended(Range.of(data), bench)
+    covered = extended_range(Range.of(data), bench)
     assert best(asked, covered, data.ratio, bench, CELSIUS, 8.0)[0] is None
     ruled = by_rules(asked, covered, bench, CELSIUS, 8.0, set())
     assert ruled is not None
@@ -161,17 +161,17 @@ def test_what_the_bench_would_need_is_a_refusal_that_would_tell(bench: BenchConf
     covered = Range.of(data)
     fastest = covered.fastest * bench.gearbox.ratio
     slow = bench.model_copy(update={"limits": bench.limits.model_copy(update={"motor_speed": 1.1 * fastest})})
-    told = wanted(questions([finding], 0.7), covered, data.ratio, slow, CELSIUS)
-    assert any("limits.motor_speed" in words for words in told)
+    needs = bench_needs(questions([finding], 0.7), covered, data.ratio, slow, CELSIUS)
+    assert any("limits.motor_speed" in words for words in needs)
 
 
 def test_what_came_is_the_change_of_the_loss_of_the_explanation_that_fell() -> None:
     finding, _ = _finding(_fast())
     (asked,) = questions([finding], 0.7)
     after, _ = _finding(_fast(), status="named", rivals=(replace(made.rival("friction.stribeck", None), loss=25.0),))
-    told = came(asked, [after])
-    assert told.gain == pytest.approx(20.0)  # the rival lost 5 before
-    assert told.words == "friction.viscous_quadratic named"
-    gone = came(asked, [])
+    result = outcome_of(asked, [after])
+    assert result.gain == pytest.approx(20.0)  # the rival lost 5 before
+    assert result.words == "friction.viscous_quadratic named"
+    gone = outcome_of(asked, [])
     assert gone.gain is None
     assert "no such finding" in gone.words

@@ -17,16 +17,16 @@ from bench.mismatch.report.candidates import Candidate
 
 def _question() -> Any:
     finding = SimpleNamespace(channel="motor_torque", effect="friction.stribeck")
-    rivals = ("friction.viscous_quadratic",)
+    alternatives = ("friction.viscous_quadratic",)
     key = ("motor_torque", "friction.stribeck", "friction.viscous_quadratic")
-    return SimpleNamespace(finding=finding, rivals=rivals, why="ambiguous", key=key)
+    return SimpleNamespace(finding=finding, alternatives=alternatives, why="ambiguous", key=key)
 
 
 def _step(gain: float | None, hours: float | None = 0.25, came: float | None = 12.0) -> Step:
     points = (Candidate("reversal", 0.0, 0.05, None, (("amplitude", '"2 deg"'), ("cycles", "3"))),)
     experiment = Experiment(points, 0.2, ((_question(), gain),), "a rule", "as found")
-    told = () if hours is None else (Came(came, "friction.stribeck named"),)
-    return Step(1, experiment, "experiment-1.toml", hours, told)
+    results = () if hours is None else (Came(came, "friction.stribeck named"),)
+    return Step(1, experiment, "experiment-1.toml", hours, results)
 
 
 def test_expected_and_what_came_stand_side_by_side_and_hours_add_up(tmp_path: Path) -> None:

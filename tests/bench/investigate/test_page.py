@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 
 from bench.errors import BenchError
-from bench.investigate.loop import settled
-from bench.investigate.proof.page import BEGIN, END, into, tables
+from bench.investigate.loop import reason_to_stop
+from bench.investigate.proof.page import BEGIN, END, insert_tables, tables
 from bench.investigate.proof.picture import draw
-from bench.investigate.proof.run import OPEN, RIGHT, UNSEEN, WAYS, WRONG, drawn, judged
+from bench.investigate.proof.run import OPEN, RIGHT, UNSEEN, WAYS, WRONG, judge_report, random_points
 from bench.mismatch.report.candidates import Candidate
 
 TRUTH = {"effects": [{"effect": "te.hysteresis", "also": ["te.lost_motion"], "channels": ["transmission_error"]}]}
@@ -32,15 +32,15 @@ def _row(way: str, result: str, first: str = OPEN, case: str = "ambiguous-000") 
 
 
 def test_a_report_is_right_wrong_or_open() -> None:
-    def told(*findings: dict[str, Any]) -> str:
-        return judged({"findings": list(findings)}, TRUTH)
+    def judgement(*findings: dict[str, Any]) -> str:
+        return judge_report({"findings": list(findings)}, TRUTH)
 
-    assert told(_finding("te.hysteresis", "named")) == RIGHT
-    assert told(_finding("te.lost_motion", "named")) == WRONG
-    assert told(_finding("te.lost_motion", "ambiguous")) == OPEN
-    assert told(_finding("te.lost_motion", "named"), _finding("unknown", "unknown")) == OPEN
-    assert told(_finding("friction.stribeck", "named", "motor_torque")) == UNSEEN
-    assert told() == UNSEEN
+    assert judgement(_finding("te.hysteresis", "named")) == RIGHT
+    assert judgement(_finding("te.lost_motion", "named")) == WRONG
+    assert judgement(_finding("te.lost_motion", "ambiguous")) == OPEN
+    assert judgement(_finding("te.lost_motion", "named"), _finding("unknown", "unknown")) == OPEN
+    assert judgement(_finding("friction.stribeck", "named", "motor_torque")) == UNSEEN
+    assert judgement() == UNSEEN
 
 
 def test_a_state_in_which_no_point_can_be_run_gives_way_to_another(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -54,14 +54,15 @@ def test_a_state_in_which_no_point_can_be_run_gives_way_to_another(monkeypatch: 
     def only(names: set[str]) -> None:
         points = [SimpleNamespace(point=point)]
         monkeypatch.setattr(
-            "bench.investigate.proof.run.offered", lambda state, _: (points if state.name in names else [], ["warm"])
+            "bench.investigate.proof.run.offered_points",
+            lambda state, _: (points if state.name in names else [], ["warm"]),
         )
 
     for seed in range(8):
         only({"cooled down"})
-        assert drawn(seed)(scene, 0, 4) == (cooled, point)
+        assert random_points(seed)(scene, 0, 4) == (cooled, point)
         only(set())
-        assert drawn(seed)(scene, 0, 4) == ()
+        assert random_points(seed)(scene, 0, 4) == ()
 
 
 def test_plants_that_were_never_open_are_counted_and_not_in_the_shares() -> None:
@@ -86,13 +87,15 @@ def test_a_plant_in_which_nothing_was_found_is_no_question_but_one_of_all_plants
 
 
 def test_an_end_without_a_finding_does_not_say_that_all_is_named() -> None:
-    assert settled(1, "") == "all is named"
-    assert settled(0, "").startswith("nothing is found")
-    assert settled(0, "one recording only") == "undetermined: one recording only"
+    assert reason_to_stop(1, "") == "all is named"
+    assert reason_to_stop(0, "").startswith("nothing is found")
+    assert reason_to_stop(0, "one recording only") == "undetermined: one recording only"
 
 
 def test_nothing_run_claims_nothing_and_the_page_keeps_its_words() -> None:
-    page = into(f"# Words\n\n{BEGIN}\noutdated\n{END}\n\nmore\n", {"campaigns": [], "asked": 9, "command": "c"})
+    page = insert_tables(
+        f"# Words\n\n{BEGIN}\noutdated\n{END}\n\nmore\n", {"campaigns": [], "asked": 9, "command": "c"}
+    )
     assert "| designed | not run | not run | none | not run | not run | not run |" in page
     assert page.startswith("# Words")
     assert page.endswith("more\n")

@@ -37,9 +37,9 @@ options = { revolutions = 0.3 }
 def _bench_with(plant: str, path: Path) -> Path:
     """A bench file whose emulated plant is another."""
     text = load_bench("rh380n").text
-    own = text.replace('plant = "rh380n"', f'plant = "{plant}"')
-    assert own != text
-    path.write_text(own, encoding="utf-8")
+    changed = text.replace('plant = "rh380n"', f'plant = "{plant}"')
+    assert changed != text
+    path.write_text(changed, encoding="utf-8")
     return path
 
 
@@ -73,9 +73,9 @@ def test_an_experiment_is_run_and_looked_at_together_with_the_first_campaign(
     look = json.loads((tmp_path / "look-1" / "report.json").read_text("utf-8"))["recordings"]
     assert len(look["train"]) + len(look["held_out"]) + len(look["rejected"]) == len(before) + len(made)
     assert step["took_h"] == pytest.approx(step["expected_h"], rel=0.5)
-    told = (tmp_path / "investigation.md").read_text("utf-8")
-    assert "expected gain" in told
-    assert "what came" in told
+    page = (tmp_path / "investigation.md").read_text("utf-8")
+    assert "expected gain" in page
+    assert "what came" in page
 
 
 def test_another_gearbox_is_refused_by_name(concealed: tuple[Path, Path]) -> None:

@@ -15,11 +15,11 @@ from bench.configuration import BenchFile, load_bench
 from bench.cycle.round_trip import veth_pair
 from bench.errors import DeviceError
 from bench.matrix import PLANT, ROWS, SETUP, SLOW, WIRE, Outcome, Row, wire
-from bench.matrix.outcome import Envelope, together
+from bench.matrix.outcome import Envelope, combine_tries
 from bench.matrix.plant import Strike
 from bench.matrix.run import RATE_TRIES, run_rows, run_rows_often
 from bench.matrix.shafts import Look, Shafts
-from bench.matrix.store import load, merged, save
+from bench.matrix.store import load, newest_outcomes, save
 from bench.matrix.summary import sources, summary
 from bench.matrix.table import page
 from bench.safety import Cause
@@ -55,7 +55,7 @@ def _marked(row: Row) -> Any:
 def test_row(row: Row, file: BenchFile) -> None:
     (outcome,) = run_rows([row], file)
     assert outcome.problems == []
-    assert outcome.read_back >= (0 if row.told in ("in use", "runs already") else 1)
+    assert outcome.read_back >= (0 if row.expected_text in ("in use", "runs already") else 1)
 
 
 @pytest.mark.parametrize("line", ["modbus", "serial"])
@@ -99,12 +99,12 @@ def test_a_bench_that_does_not_stop_is_not_right(file: BenchFile) -> None:
     deaf = Row("ambient_pt100_open", "nothing", ("MOTOR_SPEED",), kind=PLANT)
     (outcome,) = run_rows([deaf], file)
     assert any("did not stop" in problem for problem in outcome.problems)
-    wrong = Row("emergency_stop", "another cause", ("MOTOR_SPEED",), within_s=0.1, told="banana", kind=PLANT)
+    wrong = Row("emergency_stop", "another cause", ("MOTOR_SPEED",), within_s=0.1, expected_text="banana", kind=PLANT)
     (outcome,) = run_rows([wrong], file)
     text = "; ".join(outcome.problems)
     for part in ("cause found is EMERGENCY_STOP", "banana", "allowed 0.1 s"):
         assert part in text
-    unknown = Row("missing_slave", "the slave is there", (), told="banana", kind=SETUP)
+    unknown = Row("missing_slave", "the slave is there", (), expected_text="banana", kind=SETUP)
     (outcome,) = run_rows([unknown], file)
     assert not outcome.passed
 
@@ -163,15 +163,15 @@ def test_samples_that_are_further_apart_are_told() -> None:
         Outcome(name, "w", WIRE, peaks=(1.0, 1.0, 1.0), sampled_s=apart)
         for name, apart in (("b", 0.03), ("c", 0.0829902))
     ]
-    told = "in 3 rows (in 2 of them on samples up to 83 ms apart, else 0.5 ms), not judged in 0."
-    assert told in summary([looked, *wired])
+    sentence = "in 3 rows (in 2 of them on samples up to 83 ms apart, else 0.5 ms), not judged in 0."
+    assert sentence in summary([looked, *wired])
     assert "(83 ms)" in page(wired, "")
 
 
 def test_several_tries_are_right_only_if_all_are() -> None:
     right = Outcome("frame_late", "late", WIRE, found_s=0.1, rest_s=0.2, off_s=0.3, struck=(0.5, 300.0))
     wrong = Outcome("frame_late", "late", WIRE, rest_s=0.4, off_s=0.1, problems=["it stopped"])
-    both = together([right, wrong, right])
+    both = combine_tries([right, wrong, right])
     assert (both.passed, both.right, both.tries) == (False, 2, 3)
     assert both.problems == ["try 2: it stopped"]
     assert (both.found_s, both.stopped_s) == (None, 0.4)
@@ -218,8 +218,9 @@ def test_rows_of_earlier_runs_keep_their_commit(tmp_path: Path) -> None:
     old = [Outcome(row.name, row.text, row.kind, commit="old", day="2026-01-01") for row in rows]
     save(tmp_path / "f.json", old)
     assert load(tmp_path / "f.json") == old
+    assert '"told"' in (tmp_path / "f.json").read_text("utf-8")
     new = Outcome(rows[1].name, rows[1].text, rows[1].kind, commit="new", day="2026-01-02")
-    shown = merged(load(tmp_path / "f.json"), [new], rows)
+    shown = newest_outcomes(load(tmp_path / "f.json"), [new], rows)
     assert [outcome.commit for outcome in shown] == ["old", "new"]
     said = sources(shown)
     assert said.startswith("Rows are of 2026-01-02, commit new; of 2026-01-01, commit old: `emergency_stop`. Not run: ")

@@ -12,7 +12,7 @@ import pytest
 from bench.exchange.to_c import header
 from bench.exchange.to_modelica import to_modelica
 from bench.exchange.to_python import to_python
-from bench.exchange.written import written
+from bench.exchange.written import formulas_of
 from bench.mismatch.leave_one_out import leave_one_out
 from bench.mismatch.report.report import Report
 from bench.mismatch.run import run
@@ -69,7 +69,7 @@ def test_simulation_file_and_what_is_exported_of_it(analysed: tuple[Report, Path
     assert units["f_v"] == "N*s/m"
     simulation = Simulation.load(model)
     assert simulation.value("motor.inertia", "J") == pytest.approx(MASS, rel=0.05)
-    formulas = written(simulation)
+    formulas = formulas_of(simulation)
     assert {p.name: p.unit for p in formulas.parameters}["motor_inertia_J"] == "kg"
     assert formulas.input("motor_velocity") == ("m/s", "speed of the motor")
     assert formulas.unit_of("motor_torque") == "N"

@@ -101,11 +101,11 @@ def test_a_stop_that_cannot_be_stored_holds_and_is_told(tmp_path: Path) -> None:
     path.parent.write_text("no folder")
     latch = LatchFile(path)
     latch.stopped("MOTOR_SPEED", "too fast", datetime.now(UTC))
-    told = str(latch.settle())
-    assert "could not be stored" in told
+    message = str(latch.settle())
+    assert "could not be stored" in message
     spare = spare_path(path)
     assert spare is not None
-    assert str(spare) in told
+    assert str(spare) in message
     # a process that comes after this one knows it from memory
     latch_file._held.clear()
     assert LatchFile(path).read().text == "too fast"

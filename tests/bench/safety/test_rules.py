@@ -12,12 +12,12 @@ from bench.safety._observe import LOW_PASSES, Signal
 from bench.safety._scan import first_broken
 from bench.safety._slots import STATE_SIZE, Slot
 from bench.safety.causes import describe
-from bench.safety.rules import RULES, Condition, Rule, When, bounds, compiled
+from bench.safety.rules import RULES, Condition, Rule, When, bounds, compile_rules
 from tests.bench.safety.test_judge import DT, healthy, with_limits
 
 ENABLED = 0x1237
 LIMIT = 10.0
-TABLE = compiled()
+TABLE = compile_rules()
 IDS = [rule.cause.name for rule in RULES]
 
 

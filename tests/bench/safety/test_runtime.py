@@ -57,11 +57,11 @@ def test_one_that_others_may_enter_is_refused_or_closed(tmp_path: Path, monkeypa
     # the default one is nobody else's business
     monkeypatch.delenv(RUNTIME)
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    own = tmp_path / f"gearbench-{os.geteuid()}"
-    own.mkdir()
-    own.chmod(0o755)
-    assert runtime_folder() == own
-    assert own.stat().st_mode & 0o777 == 0o700
+    folder = tmp_path / f"gearbench-{os.geteuid()}"
+    folder.mkdir()
+    folder.chmod(0o755)
+    assert runtime_folder() == folder
+    assert folder.stat().st_mode & 0o777 == 0o700
 
 
 def test_a_link_among_its_files_is_not_followed(tmp_path: Path) -> None:

@@ -13,13 +13,13 @@ from bench.errors import LimitError
 from bench.safety import Act, LatchFile, Standing
 from bench.safety.acts import latch_of
 from bench.safety.places import MACHINE, VARIABLE
-from bench.safety.torque_mark import mark_path, marked
+from bench.safety.torque_mark import mark_path, torque_mark
 
 DYING = """
 import os, sys
 from bench.configuration import load_bench, on_interface
-from bench.safety.torque_mark import marked
-with marked(on_interface(load_bench("rh380n"), "test0").configuration, "quick in a folder", print):
+from bench.safety.torque_mark import torque_mark
+with torque_mark(on_interface(load_bench("rh380n"), "test0").configuration, "quick in a folder", print):
     os._exit(9) if sys.argv[1] == "dies" else None
 """
 
@@ -52,7 +52,7 @@ def test_only_a_death_is_a_stop(file: BenchFile, tmp_path: Path, how: str, left:
 
 
 def test_a_run_that_goes_on_is_none(file: BenchFile, tmp_path: Path) -> None:
-    with marked(file.configuration, "here", print):
+    with torque_mark(file.configuration, "here", print):
         assert standing(file, tmp_path) is Standing.CLEAR
         path = mark_path(file.configuration)
         assert path is not None
@@ -84,10 +84,10 @@ def test_a_stop_that_cannot_be_stored_keeps_the_mark(
 
 def test_a_folder_that_takes_no_mark_is_told(file: BenchFile, tmp_path: Path) -> None:
     (tmp_path / "state").write_text("a file, no folder")
-    told: list[str] = []
-    with marked(file.configuration, "here", told.append):
+    messages: list[str] = []
+    with torque_mark(file.configuration, "here", messages.append):
         pass
-    assert "cannot be written" in told[0]
+    assert "cannot be written" in messages[0]
 
 
 def test_a_bench_in_this_process_ends_with_it(tmp_path: Path) -> None:

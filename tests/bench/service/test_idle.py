@@ -93,11 +93,11 @@ def test_the_bench_is_read_between_runs_and_the_process_that_stood_ready_does_th
 
 def test_a_job_is_started_without_a_process_that_stands_ready(tmp_path: Path) -> None:
     assert Standing().take(str(tmp_path / "job.json"), str(tmp_path / "log.txt")) is None
-    told: list[dict[str, Any]] = []
+    messages: list[dict[str, Any]] = []
     order = json.dumps({"job": str(tmp_path / "none.json"), "log": str(tmp_path / "log.txt")})
-    serve(io.StringIO(order + "\n"), told.append)
-    assert told[0]["job"] == str(tmp_path / "none.json")
-    until(lambda: any("exited" in one for one in told))
+    serve(io.StringIO(order + "\n"), messages.append)
+    assert messages[0]["job"] == str(tmp_path / "none.json")
+    until(lambda: any("exited" in one for one in messages))
     assert "none.json" in (tmp_path / "log.txt").read_text()
 
 
@@ -107,9 +107,9 @@ def test_a_job_that_has_come_already_waits_for_no_bench_to_be_read(monkeypatch: 
     until(lambda: order.wait(0.0))
     opened: list[Rig] = []
     monkeypatch.setattr(Rig, "open", opened.append)
-    told: list[dict[str, Any]] = []
-    _watch(Spec("", "rh380n"), order, told.append)
-    assert opened == told == []
+    messages: list[dict[str, Any]] = []
+    _watch(Spec("", "rh380n"), order, messages.append)
+    assert opened == messages == []
 
 
 def test_a_process_that_stood_ready_is_found_by_where_its_link_leads(tmp_path: Path) -> None:

@@ -90,9 +90,9 @@ def test_an_experiment_waits_for_a_yes_and_its_hours_come_back(asking: Client) -
     asking.until(lambda: one(asking)["state"] == "done")
     assert one(asking)["what"] == "all is named"
     assert one(asking)["asks"] == {}
-    told = asking.get(f"analyses/{made}/steps")
-    assert told["log"]["steps"] == [{"number": 1, "took_h": 1.5}]
-    assert told["said"] == ["09:00 looks", "09:30 looks again"]
+    steps = asking.get(f"analyses/{made}/steps")
+    assert steps["log"]["steps"] == [{"number": 1, "took_h": 1.5}]
+    assert steps["said"] == ["09:00 looks", "09:30 looks again"]
 
 
 def test_later_ones_begin_alone_only_where_it_was_asked_for(asking: Client) -> None:
@@ -142,16 +142,16 @@ def test_a_bench_behind_an_interface_asks_each_time_unless_its_file_says_otherwi
 def test_the_lab_asks_with_a_plan_and_takes_the_answer(tmp_path: Path) -> None:
     campaign = tmp_path / "experiment-2.toml"
     campaign.write_text(CAMPAIGN, "utf-8")
-    told: list[dict[str, Any]] = []
+    messages: list[dict[str, Any]] = []
     answers = iter(['{"bench_time_s": 1800.0}\n', '{"problem": "refused by Ann"}\n', ""])
 
-    def tell(what: str, **more: Any) -> None:
-        told.append({"what": what, **more})
+    def report_progress(what: str, **more: Any) -> None:
+        messages.append({"what": what, **more})
 
-    lab = AskingLab(load_bench("rh380n").configuration, tell, lambda: next(answers))
+    lab = AskingLab(load_bench("rh380n").configuration, report_progress, lambda: next(answers))
     assert lab.celsius(40.0) == lab.bench.nominal.ambient_temperature
     assert lab.run(campaign, tmp_path / "experiment-2", AFTER) == 0.5
-    asks = told[0]["asks"]
+    asks = messages[0]["asks"]
     assert (asks["number"], asks["after"]) == (2, "2026-11-03T09:00:00+00:00")
     assert asks["plan"]["points"] == len([task for task in asks["plan"]["tasks"] if not task["preparation"]]) > 0
     with pytest.raises(LimitError, match="experiment 2: refused by Ann"):

@@ -138,7 +138,7 @@ def test_the_band_is_drawn_and_what_lies_in_it_counted(tmp_path: Path) -> None:
     joint[0] = 1e-12 * np.outer(x := np.concatenate([basis(0.0, 0.0, 0.0), np.zeros(10)]), x)
     path = simulation_file(tmp_path / "model.json", covariance=joint)
     content = json.loads(path.read_text("utf-8"))
-    (term,) = (own for own in content["terms"] if own["effect"] == "te.fourier")
+    (term,) = (one for one in content["terms"] if one["effect"] == "te.fourier")
     term["left_rmse"] = {"positive": 3e-6}
     path.write_text(json.dumps(content), "utf-8")
     overlay = Overlay(lambda _: None)
@@ -199,26 +199,26 @@ def rows(first: int, n: int) -> dict[str, np.ndarray]:
 
 
 def test_the_tap_loses_no_spike_and_no_time() -> None:
-    told: list[dict[str, Any]] = []
-    tap = LiveTap(told.append, RATIO)
+    messages: list[dict[str, Any]] = []
+    tap = LiveTap(messages.append, RATIO)
     began = datetime(2026, 11, 21, 12, tzinfo=UTC)
     tap.begin(scaling(), began, "constant_velocity")
     tap.segment(Segment.STEADY)
     for block in range(10):
         tap.rows(rows(1000 * block, 1000))
     tap.close()
-    live = [message for message in told if message["type"] == "live"]
+    live = [message for message in messages if message["type"] == "live"]
     assert live[0]["start"] == began.timestamp()
     assert live[-1]["end"] == pytest.approx(began.timestamp() + 5.0)
     for before, after in itertools.pairwise(live):
         assert after["start"] == pytest.approx(before["end"])
     assert max(message["values"]["load_torque"][1] for message in live) == pytest.approx(7.0)
     assert all(message["values"]["temperature"][2] == pytest.approx(25.0) for message in live)
-    spectra = [message for message in told if message["type"] == "spectrum"]
+    spectra = [message for message in messages if message["type"] == "spectrum"]
     assert spectra
     assert spectra[-1]["share"] > 0.9
     assert len(spectra[-1]["amplitude"]) == 320
-    assert json.dumps(told, allow_nan=False)
+    assert json.dumps(messages, allow_nan=False)
     assert BINS == 2048
 
 

@@ -12,7 +12,7 @@ class Reporter:
     def __init__(self) -> None:
         self.said: list[Any] = []
 
-    def tell(self, phase: str, label: str = "", **more: Any) -> None:
+    def report_status(self, phase: str, label: str = "", **more: Any) -> None:
         self.said.append(phase)
 
     def pausing(self, asked: bool) -> None:

@@ -21,7 +21,7 @@ CLOSING_S = make_plan(load_campaign("quick"), BENCH).tasks[-1].duration_s
 BEGAN = datetime(2026, 11, 21, 6, 0, tzinfo=UTC)
 
 
-class Told:
+class Recorder:
     def __init__(self) -> None:
         self.messages: list[dict[str, Any]] = []
         self.reporter = Reporter(BENCH, self.messages.append)
@@ -36,8 +36,8 @@ def plan() -> Plan:
 
 
 @pytest.fixture
-def told(plan: Plan) -> Told:
-    said = Told()
+def recorder(plan: Plan) -> Recorder:
+    said = Recorder()
     points = [task.point for task in plan.tasks if not task.is_preparation]
     expected = [Expected(number, f"{number:016x}", point, number == 1) for number, point in enumerate(points, 1)]
     said.reporter.planned("quick-1", plan, expected)
@@ -56,76 +56,76 @@ def taken(identity: str, status: Status) -> Taken:
     return Taken("0002-x", "0002-x.h5", "constant_velocity", "", {}, identity, 1, status)
 
 
-def test_the_plan_begins_with_the_first_motion_whenever_the_bench_was_opened(told: Told) -> None:
-    assert "began" not in told.last("plan")
-    told.reporter.motion(BEGAN)
-    told.reporter.motion(BEGAN + timedelta(hours=1))
-    assert told.last("plan")["began"] == BEGAN.timestamp()
-    greeting = told.reporter.greeting()
+def test_the_plan_begins_with_the_first_motion_whenever_the_bench_was_opened(recorder: Recorder) -> None:
+    assert "began" not in recorder.last("plan")
+    recorder.reporter.motion(BEGAN)
+    recorder.reporter.motion(BEGAN + timedelta(hours=1))
+    assert recorder.last("plan")["began"] == BEGAN.timestamp()
+    greeting = recorder.reporter.greeting()
     assert [message["type"] for message in greeting] == ["plan", "status"]
     assert [point["state"] for point in greeting[0]["points"]] == ["done", *["waiting"] * 4]
 
 
-def test_what_is_left_is_what_the_points_still_to_come_are_planned_to_take(told: Told, plan: Plan) -> None:
-    points = told.last("plan")["points"]
-    assert told.last("status")["remaining_s"] == pytest.approx(
+def test_what_is_left_is_what_the_points_still_to_come_are_planned_to_take(recorder: Recorder, plan: Plan) -> None:
+    points = recorder.last("plan")["points"]
+    assert recorder.last("status")["remaining_s"] == pytest.approx(
         CLOSING_S + sum(point["duration_s"] for point in points[1:])
     )
-    told.reporter.started(Task(first(plan, 2)), "0002-x")
-    assert told.last("status")["phase"] == "measuring"
-    assert told.last("point")["state"] == "running"
-    told.reporter.started(Task(first(plan, 3)), "0003-x")
-    states = [point["state"] for point in told.reporter.greeting()[0]["points"]]
+    recorder.reporter.started(Task(first(plan, 2)), "0002-x")
+    assert recorder.last("status")["phase"] == "measuring"
+    assert recorder.last("point")["state"] == "running"
+    recorder.reporter.started(Task(first(plan, 3)), "0003-x")
+    states = [point["state"] for point in recorder.reporter.greeting()[0]["points"]]
     assert states == ["done", "saving", "running", "waiting", "waiting"]
-    told.reporter.finished(taken(f"{2:016x}", Status.DONE))
-    assert told.last("point")["state"] == "done"
-    assert told.last("status")["remaining_s"] == pytest.approx(
+    recorder.reporter.finished(taken(f"{2:016x}", Status.DONE))
+    assert recorder.last("point")["state"] == "done"
+    assert recorder.last("status")["remaining_s"] == pytest.approx(
         CLOSING_S + sum(point["duration_s"] for point in points[2:])
     )
 
 
-def test_a_pause_that_was_asked_for_is_shown_before_it_comes(told: Told, plan: Plan) -> None:
-    told.reporter.started(Task(first(plan, 2)), "0002-x")
-    told.reporter.pausing(True)
-    assert (told.last("status")["phase"], told.last("status")["pausing"]) == ("measuring", True)
-    told.reporter.paused(True)
-    assert (told.last("status")["phase"], told.last("status")["pausing"]) == ("paused", False)
+def test_a_pause_that_was_asked_for_is_shown_before_it_comes(recorder: Recorder, plan: Plan) -> None:
+    recorder.reporter.started(Task(first(plan, 2)), "0002-x")
+    recorder.reporter.pausing(True)
+    assert (recorder.last("status")["phase"], recorder.last("status")["pausing"]) == ("measuring", True)
+    recorder.reporter.paused(True)
+    assert (recorder.last("status")["phase"], recorder.last("status")["pausing"]) == ("paused", False)
     # said again as long as it lasts; what went before is not forgotten
-    told.reporter.paused(True)
-    told.reporter.paused(False)
-    assert told.last("status")["phase"] == "measuring"
+    recorder.reporter.paused(True)
+    recorder.reporter.paused(False)
+    assert recorder.last("status")["phase"] == "measuring"
 
 
-def test_what_the_operator_asks_of_a_point_is_shown_at_once(told: Told, plan: Plan) -> None:
+def test_what_the_operator_asks_of_a_point_is_shown_at_once(recorder: Recorder, plan: Plan) -> None:
     last = f"{5:016x}"
-    told.reporter.asked("skip", last)
-    assert told.last("point")["state"] == "skipped"
-    told.reporter.asked("repeat", last)
-    assert told.last("point")["state"] == "waiting"
-    told.reporter.started(Task(first(plan, 2)), "0002-x")
-    before = len(told.messages)
+    recorder.reporter.asked("skip", last)
+    assert recorder.last("point")["state"] == "skipped"
+    recorder.reporter.asked("repeat", last)
+    assert recorder.last("point")["state"] == "waiting"
+    recorder.reporter.started(Task(first(plan, 2)), "0002-x")
+    before = len(recorder.messages)
     # the one that runs says itself what becomes of it
-    told.reporter.asked("skip", f"{2:016x}")
-    assert len(told.messages) == before
+    recorder.reporter.asked("skip", f"{2:016x}")
+    assert len(recorder.messages) == before
 
 
-def test_a_heating_shows_the_way_the_lubricant_is_expected_to_go(told: Told, plan: Plan) -> None:
-    told.reporter.motion(BEGAN)
+def test_a_heating_shows_the_way_the_lubricant_is_expected_to_go(recorder: Recorder, plan: Plan) -> None:
+    recorder.reporter.motion(BEGAN)
     heating = Task(Point("heating", temperature=30.0), is_preparation=True, prepares=first(plan, 2))
-    told.reporter.started(heating, "heating-x")
-    assert told.last("status")["phase"] == "heating"
-    assert told.last("point")["state"] == "heating"
-    told.reporter.advanced(0.5, 25.0)
-    status = told.last("status")
+    recorder.reporter.started(heating, "heating-x")
+    assert recorder.last("status")["phase"] == "heating"
+    assert recorder.last("point")["state"] == "heating"
+    recorder.reporter.advanced(0.5, 25.0)
+    status = recorder.last("status")
     assert status["target"] == 30.0
     assert status["way"][0] == [pytest.approx(BEGAN.timestamp()), 25.0]
     assert max(degrees for _, degrees in status["way"]) == pytest.approx(30.0 + BENCH.heating.hysteresis, abs=0.05)
     assert status["bench_time"] == pytest.approx(BEGAN.timestamp())
 
 
-def test_a_pause_ends_where_it_began(told: Told, plan: Plan) -> None:
-    told.reporter.started(Task(first(plan, 2)), "0002-x")
-    told.reporter.paused(True)
-    assert told.last("status")["phase"] == "paused"
-    told.reporter.paused(False)
-    assert told.last("status")["phase"] == "measuring"
+def test_a_pause_ends_where_it_began(recorder: Recorder, plan: Plan) -> None:
+    recorder.reporter.started(Task(first(plan, 2)), "0002-x")
+    recorder.reporter.paused(True)
+    assert recorder.last("status")["phase"] == "paused"
+    recorder.reporter.paused(False)
+    assert recorder.last("status")["phase"] == "measuring"

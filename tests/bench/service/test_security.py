@@ -80,8 +80,8 @@ def test_other_sites_change_nothing(more: dict[str, str], status: int) -> None:
     refused = check(Settings(), "POST", "/api/stop", {**JSON, **more}, {})
     assert refused is not None
     assert refused.status == status
-    own = {**JSON, "origin": "http://127.0.0.1:8080", "sec-fetch-site": "same-origin"}
-    assert check(Settings(), "POST", "/api/stop", own, {}) is None
+    same_site = {**JSON, "origin": "http://127.0.0.1:8080", "sec-fetch-site": "same-origin"}
+    assert check(Settings(), "POST", "/api/stop", same_site, {}) is None
 
 
 @given(st.text(max_size=40))

@@ -28,7 +28,7 @@ from bench.service.files.book import Book
 from bench.service.files.disk import Disk
 from bench.service.files.kept import Broken
 from bench.service.files.storage import storage
-from bench.service.runs.allowed import BEGINS, PHASES, RUNNING, Situation, allowed, why_not
+from bench.service.runs.allowed import BEGINS, PHASES, RUNNING, Situation, allowed_acts, why_not
 from bench.service.runs.keeper import Keeper
 from bench.service.watchdog import feed, is_well, notify, writer_lives
 from tests.program import bench
@@ -63,8 +63,8 @@ def test_the_unit_is_one_and_its_watchdog_and_privileges_are_set(
     if verifier is not None:
         file = tmp_path / "gearbench.service"
         file.write_text(done.out)
-        told = subprocess.run([verifier, "verify", str(file)], capture_output=True, text=True)
-        assert (told.returncode, "gearbench" in told.stderr) == (0, False), told.stderr
+        result = subprocess.run([verifier, "verify", str(file)], capture_output=True, text=True)
+        assert (result.returncode, "gearbench" in result.stderr) == (0, False), result.stderr
 
 
 def service_with(folder: Path, alive: bool, phase: str) -> Any:
@@ -112,9 +112,9 @@ def test_a_manager_that_does_not_read_holds_nothing_up(tmp_path: Path, monkeypat
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
         systemd.bind(str(tmp_path / "notify"))
         monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "notify"))
-        told = [notify("WATCHDOG=1") for _ in range(2000)]
-    assert told[0]
-    assert not told[-1]
+        sent = [notify("WATCHDOG=1") for _ in range(2000)]
+    assert sent[0]
+    assert not sent[-1]
 
 
 @pytest.mark.parametrize("cause", [cause.name for cause in Cause if cause is not Cause.NONE])
@@ -142,21 +142,21 @@ def alarms(tmp_path: Path) -> Iterator[Alarms]:
     assert disk.close(10.0)
 
 
-def new_alarms(folder: Path, disk: Disk, told: list[Alarm] | None = None) -> Alarms:
-    tell = (told if told is not None else []).append
+def new_alarms(folder: Path, disk: Disk, raised: list[Alarm] | None = None) -> Alarms:
+    notify = (raised if raised is not None else []).append
     book = Book(folder / "log.jsonl", disk)
-    return Alarms(book, tell, lambda: None, folder / "alarms.json", disk, Broken())
+    return Alarms(book, notify, lambda: None, folder / "alarms.json", disk, Broken())
 
 
 def test_the_same_alarm_is_raised_once_and_told_once(tmp_path: Path) -> None:
-    told: list[Alarm] = []
+    raised: list[Alarm] = []
     disk = Disk()
-    alarms = new_alarms(tmp_path, disk, told)
+    alarms = new_alarms(tmp_path, disk, raised)
     first = alarms.raise_("DIED", "no word", "point 3 of 9")
     assert alarms.raise_("DIED", "no word") is first
     second = alarms.raise_("RECORDER", "full")
     assert [alarm["number"] for alarm in alarms.standing()] == [second.number, first.number]
-    assert [alarm.cause for alarm in told] == ["DIED", "RECORDER"]
+    assert [alarm.cause for alarm in raised] == ["DIED", "RECORDER"]
     assert alarms.to_acknowledge()
     assert alarms.acknowledge(first.number, "Ann") == first
     assert alarms.acknowledge(first.number, "Ann") is None
@@ -180,17 +180,17 @@ def test_an_alarm_that_is_over_goes_by_itself_and_stands_in_the_book(alarms: Ala
 
 @pytest.mark.parametrize(("phase", "patience_s"), [("measuring", 10.0), ("resetting", 180.0), ("opening", 180.0)])
 def test_a_run_is_silent_after_what_its_phase_may_take_and_no_longer_than_it_is(phase: str, patience_s: float) -> None:
-    told: Any = SimpleNamespace(
+    service: Any = SimpleNamespace(
         runs=SimpleNamespace(running=lambda: SimpleNamespace(title="Reset")),
         shown=SimpleNamespace(status={"phase": phase}),
         heard=time.monotonic() - 0.9 * patience_s,
     )
     silent: Any = Keeper.silent
-    assert silent.fget(told) is None
-    told.heard = time.monotonic() - 1.1 * patience_s
-    assert silent.fget(told) == f"the run Reset has sent nothing for {patience_s:.0f} s"
-    told.heard = time.monotonic()
-    assert silent.fget(told) is None
+    assert silent.fget(service) is None
+    service.heard = time.monotonic() - 1.1 * patience_s
+    assert silent.fget(service) == f"the run Reset has sent nothing for {patience_s:.0f} s"
+    service.heard = time.monotonic()
+    assert silent.fget(service) is None
 
 
 @pytest.mark.filterwarnings("ignore:'imghdr' is deprecated:DeprecationWarning")
@@ -199,12 +199,12 @@ def test_alarms_reach_those_who_are_not_there(monkeypatch: pytest.MonkeyPatch) -
     sent: list[dict[str, str]] = []
     monkeypatch.setattr(apprise.Apprise, "notify", lambda self, **message: sent.append(message) or True)
     notifier = Notifier(("json://localhost:1/alarm",))
-    thread = notifier.tell(Alarm(1, "2026-11-21T12:00:00+00:00", "DIED", "it ended", "Look."), "rh380n")
+    thread = notifier.send(Alarm(1, "2026-11-21T12:00:00+00:00", "DIED", "it ended", "Look."), "rh380n")
     assert thread is not None
     thread.join(10)
     assert sent[0]["title"] == "Bench rh380n: died"
     assert "it ended" in sent[0]["body"]
-    assert Notifier(()).tell(Alarm(1, "", "DIED", "", ""), "rh380n") is None
+    assert Notifier(()).send(Alarm(1, "", "DIED", "", ""), "rh380n") is None
     with pytest.raises(ConfigurationError, match="not an address apprise understands"):
         Notifier(("nonsense://x",))
 
@@ -213,7 +213,7 @@ def test_alarms_reach_those_who_are_not_there(monkeypatch: pytest.MonkeyPatch) -
 @pytest.mark.parametrize("due", ["", "acknowledge", "reset", "resume"])
 def test_what_may_be_done_in_every_state(phase: str, due: str) -> None:
     now = Situation(phase, held=True, waiting=True, proposed=True, ended=True, due=due)
-    acts = allowed(now)
+    acts = allowed_acts(now)
     assert {"stop", "withdraw", "queue", "approve"} <= acts
     assert ("start" in acts) == (due in ("", "resume"))
     assert ("again" in acts) == (phase == "free" and due in ("", "resume"))
@@ -225,7 +225,7 @@ def test_what_may_be_done_in_every_state(phase: str, due: str) -> None:
         assert why_not(act, now).startswith(act)
     # as long as an alarm stands that nobody has read, nothing gives torque
     alarmed = replace(now, alarms=True)
-    assert allowed(alarmed) == acts - BEGINS | {"acknowledge"}
+    assert allowed_acts(alarmed) == acts - BEGINS | {"acknowledge"}
     assert all("acknowledge" in why_not(act, alarmed) for act in BEGINS)
 
 

@@ -160,10 +160,10 @@ def test_it_listens_though_its_folder_is_gone(runtime: Path) -> None:
 
 
 def test_a_run_that_lives_says_when_it_is_at_rest(processes: list[subprocess.Popen[str]]) -> None:
-    told: list[str] = []
-    outcome = stop(found(start(processes)), "Ann", 10.0, told.append)
+    messages: list[str] = []
+    outcome = stop(found(start(processes)), "Ann", 10.0, messages.append)
     assert outcome.at_rest
-    assert "run-1" in told[0]
+    assert "run-1" in messages[0]
 
 
 def test_a_run_whose_rest_nobody_saw_is_said_to_be_so(processes: list[subprocess.Popen[str]]) -> None:
@@ -175,9 +175,9 @@ def test_a_run_whose_rest_nobody_saw_is_said_to_be_so(processes: list[subprocess
 def test_a_run_without_ears_is_told_by_a_signal(processes: list[subprocess.Popen[str]], runtime: Path) -> None:
     pid = start(processes, "deaf")
     assert runs() == [Found(pid, ())], "known by the file only"
-    told: list[str] = []
-    outcome = stop(found(pid), "Ann", 10.0, told.append)
-    assert "gets a signal" in told[0]
+    messages: list[str] = []
+    outcome = stop(found(pid), "Ann", 10.0, messages.append)
+    assert "gets a signal" in messages[0]
     assert not outcome.at_rest
 
 
@@ -191,10 +191,10 @@ def test_a_run_that_hangs_is_left_aside_and_its_bus_process_told(
     run = found(pid)
     os.kill(pid, signal.SIGSTOP)
     monkeypatch.setattr("bench.stop_button.press.bus_processes", lambda _: [bus.pid])
-    told: list[str] = []
-    outcome = stop(run, "Ann", 10.0, told.append)
+    messages: list[str] = []
+    outcome = stop(run, "Ann", 10.0, messages.append)
     assert not outcome.at_rest
-    assert "its bus process gets the order" in told[-1]
+    assert "its bus process gets the order" in messages[-1]
     assert bus.wait(5.0) == -signal.SIGTERM
     assert "look at the bench" in outcome.text
 

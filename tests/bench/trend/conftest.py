@@ -32,9 +32,11 @@ def fourier(lift: float = 0.0) -> FourierSet:
     offset[TERM_COUNT - 1], offset[3] = lift, -1.0 / STIFFNESS
     covariance = np.zeros((len(ORDERS), 2 * TERM_COUNT, 2 * TERM_COUNT))
     covariance[:, TERM_COUNT - 1, TERM_COUNT - 1] = STD**2
-    own = np.zeros((TERM_COUNT, TERM_COUNT))
-    own[TERM_COUNT - 1, TERM_COUNT - 1], own[3, 3] = STD**2, (0.001 / STIFFNESS) ** 2
-    return dataclasses.replace(made, amplitude=amplitude, offset=offset, covariance=covariance, offset_covariance=own)
+    offset_covariance = np.zeros((TERM_COUNT, TERM_COUNT))
+    offset_covariance[TERM_COUNT - 1, TERM_COUNT - 1], offset_covariance[3, 3] = STD**2, (0.001 / STIFFNESS) ** 2
+    return dataclasses.replace(
+        made, amplitude=amplitude, offset=offset, covariance=covariance, offset_covariance=offset_covariance
+    )
 
 
 def identified(folder: str, friction: float = 0.6, shift: float = 0.0) -> kept.Identified:

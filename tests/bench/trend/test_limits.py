@@ -18,9 +18,9 @@ def test_a_gearbox_that_stays_as_it_is_stays_within(scatter: float, campaigns: i
     outside = 0
     for _ in range(CHARTS):
         std = rng.uniform(0.5, 2.0, campaigns + 1)
-        told = std * np.sqrt(rng.chisquare(9, std.size) / 9)
+        estimated_std = std * np.sqrt(rng.chisquare(9, std.size) / 9)
         x = rng.normal(0.0, scatter, std.size) + std * rng.normal(size=std.size)
-        *earlier, new = [Value(float(a), float(b), 9.0) for a, b in zip(x, told, strict=True)]
+        *earlier, new = [Value(float(a), float(b), 9.0) for a, b in zip(x, estimated_std, strict=True)]
         limits = limits_from(earlier, new)
         assert limits is not None
         outside += not limits.lower <= new.value <= limits.upper

@@ -145,11 +145,11 @@ def test_a_report_says_what_changed_up_to_its_own_campaign(root: Path) -> None:
 
 
 def test_json_has_the_units_it_names(root: Path, index: Index) -> None:
-    told = trend_of(root, GEARBOX, index).as_dict()
-    (friction,) = [one for one in told["series"] if one["key"] == "friction.5"]
+    content = trend_of(root, GEARBOX, index).as_dict()
+    (friction,) = [one for one in content["series"] if one["key"] == "friction.5"]
     assert friction["unit"] == "mN·m"
     assert [point["value"] for point in friction["points"]] == pytest.approx([600.0, 600.0, 660.0])
-    json.dumps(told, allow_nan=False)
+    json.dumps(content, allow_nan=False)
 
 
 def test_a_value_without_a_standard_deviation_is_no_point() -> None:

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from bench.twin.evidence import BIAS, Evidence, factors, together, weight, weight_after
+from bench.twin.evidence import BIAS, Evidence, combined_log, factors, weight, weight_after
 
 
 def test_weights_of_the_time_of_change_sum_to_one() -> None:
@@ -70,4 +70,4 @@ def test_recordings_without_a_number_lose_no_weight() -> None:
 
 
 def test_together_is_a_mean() -> None:
-    assert together(np.log([3.0, 1.0]), np.array([0.5, 0.5])) == pytest.approx(math.log(2.0))
+    assert combined_log(np.log([3.0, 1.0]), np.array([0.5, 0.5])) == pytest.approx(math.log(2.0))

@@ -30,14 +30,14 @@ def _ids(folder: Path) -> list[str]:
     return [r.recording_id for r in RecordingFolder.open(folder).recordings]
 
 
-def _told(folder: Path, since: str | None) -> None:
+def _write_alarm(folder: Path, since: str | None) -> None:
     alarm = None if since is None else {"since": since}
     (folder / RESULT).write_text(json.dumps({"no_longer_holds": alarm}), "utf-8")
 
 
 def test_the_twin_s_recording_is_the_first_since(folder: Path, tmp_path: Path) -> None:
     ids = _ids(folder)
-    _told(folder, ids[2])
+    _write_alarm(folder, ids[2])
     before, since = halves(folder, tmp_path / "a")
     assert (_ids(before), _ids(since)) == (ids[:2], ids[2:])
     before, since = halves(folder, tmp_path / "b", ids[1])
@@ -47,7 +47,7 @@ def test_the_twin_s_recording_is_the_first_since(folder: Path, tmp_path: Path) -
 def test_where_nothing_can_be_split_it_says_why(folder: Path, tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match="was not watched"):
         halves(folder, tmp_path / "a")
-    _told(folder, None)
+    _write_alarm(folder, None)
     with pytest.raises(ConfigurationError, match="saw no change"):
         halves(folder, tmp_path / "b")
     with pytest.raises(ConfigurationError, match="is the first of"):

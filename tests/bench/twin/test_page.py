@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from bench.twin.proof.campaigns import cases
-from bench.twin.proof.page import BEGIN, END, into, tables
+from bench.twin.proof.page import BEGIN, END, insert_tables, tables
 
 
 def row(change: str, level: str, noticed: int | None, began: int | None = 20) -> dict[str, Any]:
@@ -31,7 +31,7 @@ def test_delays_misses_and_false_alarms_are_counted() -> None:
 
 def test_only_what_stands_between_the_marks_is_replaced() -> None:
     content = {"command": "x", "campaigns": []}
-    page = into(f"before\n{BEGIN}\nold\n{END}\nafter\n", content)
+    page = insert_tables(f"before\n{BEGIN}\nold\n{END}\nafter\n", content)
     assert page.startswith("before\n")
     assert page.endswith("\nafter\n")
     assert "old" not in page
@@ -41,7 +41,7 @@ def test_every_change_comes_clear_and_faint_spread_among_those_without() -> None
     listed = cases(60, 100)
     assert len(listed) == len({case.key for case in listed}) == 160
     with_one = [(case.change, case.level) for case in listed if case.change != "none"]
-    assert {with_one.count(own) for own in with_one} == {5}
+    assert {with_one.count(one) for one in with_one} == {5}
     assert sum(case.change == "none" for case in listed[:80]) == 50
 
 

@@ -24,7 +24,7 @@ def series(joint: np.ndarray | None = None) -> FourierSet:
 
 def test_the_variance_is_that_of_drawn_coefficients() -> None:
     rng = np.random.default_rng(2)
-    own = series()
+    mean = series()
     scale = 1.0 / np.maximum(np.abs(basis(HERE.torque, HERE.velocity, HERE.temperature)), 1e-3)
     scales = np.concatenate([2e-7 * scale, 0.02 * scale])
     mixed = rng.normal(size=(2, 20, 20)) / np.sqrt(20.0)
@@ -33,23 +33,24 @@ def test_the_variance_is_that_of_drawn_coefficients() -> None:
     curves = []
     for _ in range(3000):
         drawn = [
-            np.concatenate([own.amplitude[k], own.phase[k]]) + scales * (mixed[k] @ rng.normal(size=20)) for k in (0, 1)
+            np.concatenate([mean.amplitude[k], mean.phase[k]]) + scales * (mixed[k] @ rng.normal(size=20))
+            for k in (0, 1)
         ]
         amplitude, phase = np.array([d[:10] for d in drawn]), np.array([d[10:] for d in drawn])
-        one = FourierSet(own.orders, amplitude, phase, np.zeros(10))
+        one = FourierSet(mean.orders, amplitude, phase, np.zeros(10))
         curves.append(one.evaluate(theta, HERE.torque, HERE.velocity, HERE.temperature))
     seen = np.var(curves, axis=0)
-    told = variance(series(joint), HERE, BINS)
-    assert np.sqrt(told) == pytest.approx(np.sqrt(seen), rel=0.1)
+    predicted = variance(series(joint), HERE, BINS)
+    assert np.sqrt(predicted) == pytest.approx(np.sqrt(seen), rel=0.1)
 
 
 def written(path: Path, **terms: object) -> Path:
     joint = np.tile(np.eye(20) * 1e-30, (2, 1, 1))
     Simulation.nominal().with_transmission_error(TransmissionErrorModel(series(joint), None)).save(path)
     content = json.loads(path.read_text("utf-8"))
-    for own in content["terms"]:
-        if own["effect"] == "te.fourier":
-            own["left_rmse"] = {"positive": 2e-6}
+    for term in content["terms"]:
+        if term["effect"] == "te.fourier":
+            term["left_rmse"] = {"positive": 2e-6}
     content["terms"] += [{"effect": effect, "enabled": True, **row} for effect, row in terms.items()]  # type: ignore[dict-item]
     path.write_text(json.dumps(content), "utf-8")
     return path
@@ -58,7 +59,7 @@ def written(path: Path, **terms: object) -> Path:
 def test_few_degrees_of_freedom_widen_the_band(tmp_path: Path) -> None:
     path = written(tmp_path / "model.json")
     content = json.loads(path.read_text("utf-8"))
-    (term,) = (own for own in content["terms"] if own["effect"] == "te.fourier")
+    (term,) = (one for one in content["terms"] if one["effect"] == "te.fourier")
     term["covariance"]["positive"] = {key: (1e-12 * np.eye(20) / 10).tolist() for key in term["covariance"]["positive"]}
     path.write_text(json.dumps(content), "utf-8")
     many = RevolutionModel(path).at(HERE, BINS)

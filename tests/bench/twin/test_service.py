@@ -25,11 +25,11 @@ def test_what_the_twin_sees_is_an_alarm_and_a_pause(
 ) -> None:
     wishes: list[tuple[str, Any]] = []
 
-    def tell_run(self: Keeper, wish: str, **more: Any) -> bool:
+    def send_to_run(self: Keeper, wish: str, **more: Any) -> bool:
         wishes.append((wish, more["run"]))
         return True
 
-    monkeypatch.setattr(Keeper, "tell_run", tell_run)
+    monkeypatch.setattr(Keeper, "send_to_run", send_to_run)
     root = tmp_path / "recordings"
     analysis = root / ".service" / "analyses" / "one"
     analysis.mkdir(parents=True)

@@ -36,8 +36,8 @@ def test_two_warm_ups_that_the_model_has_raise_nothing(known: Known) -> None:
     assert found(watch) is None
     assert watch.tested > 15
     assert {s.channel for s in watch.scales} == set(CHANNEL_UNITS)
-    assert max(own.evidence for own in watch.seen) < LIMIT
-    temperatures = [own.recording.setpoint.temperature for own in watch.seen]
+    assert max(seen.evidence for seen in watch.seen) < LIMIT
+    temperatures = [seen.recording.setpoint.temperature for seen in watch.seen]
     assert max(temperatures) - min(temperatures) >= 15.0
 
 
@@ -46,22 +46,22 @@ def test_a_zero_that_walks_is_seen_dated_placed_and_named(known: Known) -> None:
     assert at is not None
     finding = found(watch)
     assert finding is not None
-    ids = [own.recording.recording_id for own in watch.seen]
+    ids = [seen.recording.recording_id for seen in watch.seen]
     assert ids.index(known.since) <= finding.noticed
     # it grows with a quarter of an hour as time constant: a few points may pass before it is more than noise
     assert -2 <= finding.since - ids.index(known.since) <= 8
     assert finding.streams[0].stream.channel == "load_torque"
     names = likely(watch, finding)
-    assert "load.torque_offset" in {own.effect for own in names}
-    assert all(own.share is not None and 0.0 < own.share <= 1.0 for own in names)
+    assert "load.torque_offset" in {cause.effect for cause in names}
+    assert all(cause.share is not None and 0.0 < cause.share <= 1.0 for cause in names)
 
 
 def test_the_process_says_it_and_keeps_it_beside_the_recordings(known: Known) -> None:
-    told = Watching(Job(str(known.walks), str(known.model))).look()
-    (alarm,) = (message for message in told if message["type"] == "no_longer_holds")
+    messages = Watching(Job(str(known.walks), str(known.model))).look()
+    (alarm,) = (message for message in messages if message["type"] == "no_longer_holds")
     assert "likely since" in alarm["text"]
     assert "Quick look, not an analysis" in alarm["text"]
-    looked = [message for message in told if message["type"] == "looked"]
+    looked = [message for message in messages if message["type"] == "looked"]
     assert len(looked) == len(list(known.walks.glob("*.h5")))
     assert looked[-1]["not_watched"] == {}
     kept = json.loads((known.walks / RESULT).read_text("utf-8"))

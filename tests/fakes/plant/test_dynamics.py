@@ -49,14 +49,14 @@ def test_energy_is_neither_made_nor_lost(truth: PlantTruth) -> None:
 def test_steady_torque_is_the_nominal_equation(truth: PlantTruth, omega: float, torque: float) -> None:
     plant = Plant(quiet(truth.without_weak_orders()), seed=1)
     bring_up(plant, omega, torque)
-    turns = max(abs(omega) / 185.0 * 4.0 / (2 * np.pi), 0.2)
+    revolutions = max(abs(omega) / 185.0 * 4.0 / (2 * np.pi), 0.2)
     measured = plant.step(commands(4.0, omega, torque))
     at_flange = torque + np.sign(omega) * truth.load_side.bearing_friction
     expected = float(
         plant.truth.motor_torque(np.array(at_flange), np.array(omega), np.array(plant.state["temperature"]))
     )
     # (1 + TE') modulates the reaction along the angle; over part of a turn it does not average out completely
-    tolerance = 3e-3 + 2e-4 * abs(torque) / 185.0 / turns
+    tolerance = 3e-3 + 2e-4 * abs(torque) / 185.0 / revolutions
     assert float(measured["input_torque"].mean()) == pytest.approx(expected, abs=tolerance)
 
 

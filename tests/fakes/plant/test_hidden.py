@@ -54,9 +54,9 @@ def still(truth: PlantTruth) -> PlantTruth:
 
 @pytest.mark.parametrize("kind", list(KINDS))
 def test_every_kind_replays_and_blocks_equal_single_cycles(truth: PlantTruth, kind: str) -> None:
-    own = replace(truth, hidden=(draw(kind, np.random.default_rng(3)),))
+    with_kind = replace(truth, hidden=(draw(kind, np.random.default_rng(3)),))
     rows = np.concatenate([ramped(0.12, 0.0, 60.0, 0.0, 500.0), ramped(0.12, 60.0, -40.0, 500.0, -400.0)])
-    one, whole = Plant(own, seed=9), Plant(own, seed=9)
+    one, whole = Plant(with_kind, seed=9), Plant(with_kind, seed=9)
     single = np.concatenate([one.step(rows[i : i + 1]) for i in range(rows.size)])
     token = whole.snapshot()
     first = whole.step(rows)
@@ -74,9 +74,9 @@ def measured(plant: Plant) -> dict[str, NDArray[np.float64]]:
     plant.step(commands(0.8, 30.0, 400.0))
     rows = plant.step(commands(1.0, 30.0, 400.0))
     truth = plant.truth
-    turn = 2.0 * np.pi
-    theta = rows["input_position"] * turn / 2.0**truth.input_encoder.bits / truth.gearbox.ratio
-    q = truth.load_drive.polarity * rows["load_position"] * turn / 2.0**truth.load_encoder.bits
+    revolution = 2.0 * np.pi
+    theta = rows["input_position"] * revolution / 2.0**truth.input_encoder.bits / truth.gearbox.ratio
+    q = truth.load_drive.polarity * rows["load_position"] * revolution / 2.0**truth.load_encoder.bits
     sensor = truth.torque_sensor
     return {
         "transmission_error": q - theta,
@@ -98,16 +98,16 @@ def test_what_is_told_of_a_kind_is_what_is_measured(
     with_it = Plant(replace(still, hidden=(hidden,), ledger=str(ledger)), seed=1)
     found, plain = measured(with_it), measured(Plant(still, seed=1))
     channel = hidden.definition.channel
-    told = read_ledger(ledger, 1)["shown"][-2000 // EVERY :, 0, SHOWN.index(channel)].astype(np.float64)
+    ledger_values = read_ledger(ledger, 1)["shown"][-2000 // EVERY :, 0, SHOWN.index(channel)].astype(np.float64)
     difference = found[channel] - plain[channel]
     floor = {"transmission_error": 2e-8, "motor_torque": 2e-3, "load_torque": 0.3, "temperature": 1e-6}[channel]
     if channel == "temperature":
-        assert difference[-1] == pytest.approx(told[-1], rel=0.1, abs=floor)
+        assert difference[-1] == pytest.approx(ledger_values[-1], rel=0.1, abs=floor)
     elif kind in SCATTER:
-        assert np.std(difference) == pytest.approx(np.std(told), rel=0.3, abs=floor)
+        assert np.std(difference) == pytest.approx(np.std(ledger_values), rel=0.3, abs=floor)
     else:
-        assert np.mean(difference) == pytest.approx(np.mean(told), rel=0.12, abs=floor)
-    assert np.max(np.abs(told)) > 2.0 * floor
+        assert np.mean(difference) == pytest.approx(np.mean(ledger_values), rel=0.12, abs=floor)
+    assert np.max(np.abs(ledger_values)) > 2.0 * floor
 
 
 TWISTS = [name for name in KINDS if FIRST <= NUMBER[name] <= LAST]

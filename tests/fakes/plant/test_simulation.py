@@ -225,7 +225,7 @@ def test_terms_with_a_memory_go_on_from_block_to_block_and_from_a_snapshot(tmp_p
     table = {"form": "table", "over": ["since_reversal"], "times": "d*reversed", "knots": [[-5.0, -1.0]]}
     heat = {"form": "table", "over": ["speed"], "times": "1", "knots": [[0.0, 0.1]], "channels": ["temperature"]}
     rows["unknown"] = [{**table, "channels": ["motor_torque"], "values": [0.3, 0.0]}, {**heat, "values": [0.0, 0.2]}]
-    terms = [{"effect": effect, **own[0], "also": own[1:]} for effect, own in rows.items()]
+    terms = [{"effect": effect, **parameters[0], "also": parameters[1:]} for effect, parameters in rows.items()]
     plant = Plant.from_simulation(written(tmp_path, terms), seed=3)
     plant.step(to_and_fro()[:300])
     before = plant.snapshot()
@@ -247,11 +247,11 @@ def test_what_remembers_its_path_shows_by_where_it_came_from(tmp_path: Path) -> 
         if form.name == chosen[effect]
     ]
     plain = Plant.from_simulation(written(tmp_path, []), seed=1)
-    own = Plant.from_simulation(written(tmp_path, terms), seed=1)
+    with_term = Plant.from_simulation(written(tmp_path, terms), seed=1)
 
     def added(rows: NDArray[Any]) -> dict[str, float]:
         """What the terms add at the end of some cycles, over their sizes."""
-        last = {name: own.step(rows)[-50:][name] - plain.step(rows)[-50:][name] for name in UNITS}
+        last = {name: with_term.step(rows)[-50:][name] - plain.step(rows)[-50:][name] for name in UNITS}
         channels = zip(SIZE, UNITS.items(), strict=True)
         return {channel: float(last[name].mean()) * unit / SIZE[channel] for channel, (name, unit) in channels}
 
@@ -298,11 +298,13 @@ def test_a_rate_of_the_temperature_adds_up_and_is_forgotten_by_the_cooling(tmp_p
     folders = [tmp_path / "plain", tmp_path / "own"]
     for folder in folders:
         folder.mkdir()
-    plain, own = (Plant.from_simulation(written(f, t), seed=1) for f, t in zip(folders, ([], [term]), strict=True))
-    for plant in (plain, own):
+    plain, with_term = (
+        Plant.from_simulation(written(f, t), seed=1) for f, t in zip(folders, ([], [term]), strict=True)
+    )
+    for plant in (plain, with_term):
         bring_up(plant, 18.5, 0.0)
     rows = commands(4.0, 18.5, 0.0)
-    first, second = plain.step(rows)["lubricant_temperature"], own.step(rows)["lubricant_temperature"]
+    first, second = plain.step(rows)["lubricant_temperature"], with_term.step(rows)["lubricant_temperature"]
     gained = second - first
     assert gained[-1] - gained[0] == pytest.approx(0.05 * 4.0, rel=0.05)
 

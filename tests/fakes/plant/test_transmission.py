@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from fakes.plant import Plant, PlantTruth, read_plant, shipped
+from fakes.plant import Plant, PlantTruth, read_plant, shipped_plants
 from fakes.plant.transmission import Scale, place, rotate
 from tests.fakes.plant.motion import bring_up, commands, quiet, ramped
 
@@ -54,7 +54,7 @@ def test_orders_and_size_of_the_truth(truth: PlantTruth) -> None:
         assert np.std(whole - part) == pytest.approx(2.5e-5, rel=0.35)
 
 
-@pytest.mark.parametrize("name", shipped())
+@pytest.mark.parametrize("name", shipped_plants())
 def test_amplitudes_stay_positive_in_the_box(name: str) -> None:
     series = read_plant(name).transmission_error
     grids = np.meshgrid(*(np.linspace(low, high, 9) for low, high in series.box.array()), indexing="ij")
@@ -103,13 +103,13 @@ def test_scaled_polynomials_become_raw_ones(
 
 def test_turned_orders_stay_exact() -> None:
     orders = np.array([1.0, 46.0, 276.0, 4440.0])
-    turn = np.zeros((2, 4))
+    sine_cosine = np.zeros((2, 4))
     theta = 1234.5
-    place(turn, orders, theta)
+    place(sine_cosine, orders, theta)
     for change in np.full(20, 5.4e-4):
-        rotate(turn, orders, change)
+        rotate(sine_cosine, orders, change)
         theta += change
-    np.testing.assert_allclose(turn, [np.sin(orders * theta), np.cos(orders * theta)], atol=2e-9)
+    np.testing.assert_allclose(sine_cosine, [np.sin(orders * theta), np.cos(orders * theta)], atol=2e-9)
 
 
 def test_standstill_keeps_the_last_direction(truth: PlantTruth) -> None:

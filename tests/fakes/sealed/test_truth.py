@@ -136,9 +136,9 @@ def test_what_is_drawn_too_small_is_told_apart(tmp_path: Path) -> None:
     rows = samples(3)
     noise = noise_of(rows)
 
-    def told(size: float) -> dict[str, Any]:
+    def effect_of_size(size: float) -> dict[str, Any]:
         path = ledger(tmp_path / f"{size}", rows, 1, lambda one: np.full(COUNT, size * (abs(one["rate"][0]) < 0.05)))
         return dict(truth_of("rh380n?conceal=4&kinds=stribeck&weak=0", path, rows, noise, "t", 1, "x")["effects"][0])
 
-    small, large = told(0.002), told(0.05)
+    small, large = effect_of_size(0.002), effect_of_size(0.05)
     assert (small["too_faint"], large["too_faint"]) == (True, False)

@@ -66,7 +66,7 @@ class Rig:
         return Decoded({"cycle": cycles}, replace(inputs, good=good), None)
 
 
-class Told(NoSink):
+class Texts(NoSink):
     def __init__(self) -> None:
         self.texts: list[str] = []
 
@@ -78,8 +78,8 @@ class Told(NoSink):
 
 
 def stopped(rig: Rig, cause: Cause = Cause.OPERATOR) -> tuple[StopRecord, list[str]]:
-    told = Told()
-    return Stop(rig, BENCH, CYCLE_S, 4000).run(cause, told), told.texts
+    sink = Texts()
+    return Stop(rig, BENCH, CYCLE_S, 4000).run(cause, sink), sink.texts
 
 
 @pytest.mark.parametrize("cycles", [1, 10, 40, 160])
