@@ -93,7 +93,9 @@ _ONE: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
     TRANSMISSION_ERROR: (
         ("torque", ("1",)),
         ("torque", ("p", "n")),
+        ("speed", ("1",)),
         ("speed", ("p", "n")),
+        ("temperature", ("1",)),
         ("temperature", ("p", "n")),
         ("time", ("1",)),
         ("time", ("tau",)),

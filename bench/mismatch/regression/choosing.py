@@ -118,6 +118,9 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
         # a product stands in place of the function that it was made of
         others = without_parts(model.chosen, block.regressor)
         candidate = free_function(search, others, _form_of_a_name(block, others))
+        own = candidate.main.regressor
+        if own is not block.regressor and (search.out(own) or not _still_open(own, taken, whole, more)):
+            continue
         total = float(search.density([*others, candidate]).sum()) - price_of_course(model, block.regressor)
         total -= description(model, candidate)
         if total - start < seen.price or not strength(search.model, candidate).enough:

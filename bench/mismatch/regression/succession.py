@@ -11,6 +11,7 @@ from bench.mismatch.regression.beside import told_from_nothing
 from bench.mismatch.regression.description import description
 from bench.mismatch.regression.heredity import laws, without
 from bench.mismatch.regression.model import ChannelModel, Chosen
+from bench.mismatch.regression.one_way import named_by_course
 from bench.mismatch.regression.refuted import borne_out
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named
 from bench.mismatch.regression.search import next_best
@@ -40,6 +41,7 @@ def settle(search: Search) -> list[Slot]:
 
 def _succeeded(search: Search) -> list[Slot]:
     """The slots of the effects when each has what takes its place."""
+    _name_by_course(search)
     found = slots(search)
     for _ in range(2 * len(search.model.chosen)):
         model = search.model
@@ -47,8 +49,18 @@ def _succeeded(search: Search) -> list[Slot]:
         if chosen is None:
             break
         search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
+        _name_by_course(search)
         found = slots(search)
     return found
+
+
+def _name_by_course(search: Search) -> None:
+    """Tables of the model under the names that their courses have beside all else that was found."""
+    model = search.model
+    chosen = list(model.chosen)
+    for k, own in enumerate(model.chosen):
+        chosen[k] = named_by_course(model, [c for c in chosen if c is not own], own, model.fit)
+    search.model = replace(model, chosen=chosen)
 
 
 def without_empty_laws(search: Search, found: Sequence[Slot]) -> list[Slot]:
