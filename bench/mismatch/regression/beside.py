@@ -14,6 +14,7 @@ from bench.mismatch.regression.bank import Bank, Fit
 from bench.mismatch.regression.candidates import exercised, shape_of
 from bench.mismatch.regression.heredity import laws
 from bench.mismatch.regression.model import Block, Chosen, add_block, fit_blocks, weak_precision, with_shape
+from bench.mismatch.regression.one_way import impossible, named_by_course
 from bench.mismatch.regression.refine import refined, strained
 from bench.mismatch.regression.regressors import Named, Regressor
 from bench.mismatch.regression.state import Search
@@ -35,7 +36,7 @@ def free_function(search: Search, others: Sequence[Chosen], block: Block) -> Cho
     if model.problem.spec.integral:  # its values are rates
         size = float(np.sqrt(np.mean(fitted.of(block.place)[0] ** 2)))
     precision = np.maximum(weak, 1.0 / max(size, 1e-300) ** 2)
-    return Chosen(replace(block, precision=precision))
+    return named_by_course(model, others, Chosen(replace(block, precision=precision)), fitted)
 
 
 def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen | None:
@@ -63,7 +64,9 @@ def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen
     shape = None
     if model.noise.telling is None and all(c.effect != better.effect for c in others):
         shape = shape_of(problem.channel, better.effect, problem.rows.frame.take(train))
-    return with_shape(problem, bank, main, shape, criteria.SHAPE * size)
+    whole = with_shape(problem, bank, main, shape, criteria.SHAPE * size)
+    fitted = fit_blocks(bank, [*beside, *whole.blocks], model.variances)
+    return None if impossible(model, others, whole, fitted) else whole
 
 
 def _own_size(values: FloatArray) -> float:

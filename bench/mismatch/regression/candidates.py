@@ -43,8 +43,8 @@ PATH = "torque_path"
 """variable of terms that depend on whether the torque rises or falls"""
 BY_GEOMETRY = ("motor.load_reaction", "load.reaction")
 """terms without a free parameter: they are taken off the measured channel"""
-KNOTS_OF_SEVERAL = {2: 5, 3: 4}
-"""knots of each quantity in functions of two, and of three"""
+KNOTS_OF_SEVERAL = {2: ((5, 5), (9, 3), (3, 9)), 3: ((4, 4, 4),)}
+"""knots of each quantity in functions of two, and of three: alike, or close in one and coarse in the other"""
 EACH_KNOT = 3
 """recordings to each knot of a function of time, at least: a drift goes through several"""
 _STRAIGHT = ("angle", "time", "elapsed", "load", "torque", "temperature")
@@ -93,7 +93,9 @@ _ONE: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
     TRANSMISSION_ERROR: (
         ("torque", ("1",)),
         ("torque", ("p", "n")),
+        ("speed", ("1",)),
         ("speed", ("p", "n")),
+        ("temperature", ("1",)),
         ("temperature", ("p", "n")),
         ("time", ("1",)),
         ("time", ("tau",)),
@@ -205,10 +207,13 @@ def free_candidates(channel: str, frame: Frame, straight: bool = False) -> Itera
                 by_definition(channel, name, factors),
             )
     for names, times in _MORE[channel]:
-        each = [knots_of(quantity(name, frame), KNOTS_OF_SEVERAL[len(names)]) for name in names]
-        known = tuple(knots for knots in each if knots is not None)
-        if len(known) == len(names):
-            yield Free(channel, (Grid(names, times, known),))
+        made = set()
+        for numbers in KNOTS_OF_SEVERAL[len(names)]:
+            each = [knots_of(quantity(name, frame), n) for name, n in zip(names, numbers, strict=True)]
+            known = tuple(knots for knots in each if knots is not None)
+            if len(known) == len(names) and known not in made:
+                made.add(known)
+                yield Free(channel, (Grid(names, times, known),))
     constant = {part for part, name in FACTOR_OF.items() if knots_of(quantity(name, frame), KNOTS[0]) is None}
     for times in _PRODUCTS[channel]:
         if constant & set(times.split("*")):

@@ -16,6 +16,7 @@ from bench.mismatch.regression.cycles import cycle_of, in_cycles, price_of_perio
 from bench.mismatch.regression.description import description
 from bench.mismatch.regression.heredity import orphaned
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen, unrefined
+from bench.mismatch.regression.products import products, without_parts
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
 from bench.mismatch.regression.scan import Scan
 from bench.mismatch.regression.spells import SIGNS, in_levels, levels_of, price_of_cuts, spell_of, timed
@@ -85,7 +86,8 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
     asked = [k for forms in named.values() for k in forms.values()]
     nameless = [*free.values(), *(k for ways in other.values() for k in ways.values())]
     cycles = _cycles(model)
-    if not cycles and max((seen.gain[k] for k in (*asked, *nameless)), default=-np.inf) < seen.price:
+    made = products(search)
+    if not cycles and not made and max((seen.gain[k] for k in (*asked, *nameless)), default=-np.inf) < seen.price:
         return None
     best: tuple[float, Chosen] | None = None
     nominal = any(LIBRARY[effect].nominal for effect in named)
@@ -108,18 +110,24 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
     functions += [
         b
         for b in (*_levels(model), *cycles)
-        if _still_open(b.regressor, taken, whole, more) and not orphaned(b.regressor, effects, asked_first)
+        if _still_open(b.regressor, taken, whole, more)
+        and not orphaned(b.regressor, effects, asked_first)
+        and not search.out(b.regressor)
     ]
-    for block in functions:
-        candidate = free_function(search, model.chosen, _form_of_a_name(block, model.chosen))
-        total = float(search.density([*model.chosen, candidate]).sum()) - price_of_course(model, block.regressor)
+    for block in (*functions, *made):
+        # a product stands in place of the function that it was made of
+        others = without_parts(model.chosen, block.regressor)
+        candidate = free_function(search, others, _form_of_a_name(block, others))
+        own = candidate.main.regressor
+        if own is not block.regressor and (search.out(own) or not _still_open(own, taken, whole, more)):
+            continue
+        total = float(search.density([*others, candidate]).sum()) - price_of_course(model, block.regressor)
         total -= description(model, candidate)
         if total - start < seen.price or not strength(search.model, candidate).enough:
             continue
-        if model.noise.telling is not None:
-            joint = model.refitted([*model.chosen, candidate])
-            if not sound_beside(search, model.chosen, candidate.main, joint):
-                continue
+        joint = None if model.noise.telling is None else model.refitted([*others, candidate])
+        if joint is not None and not sound_beside(search, others, candidate.main, joint):
+            continue
         # a name says more than a free function, and nature's form of it need not be the library's: the free
         # function has to predict better by more than that to take its place
         handicap = 0.0 if candidate.effect != UNKNOWN and not nominal else criteria.SHAPE**2 * (total - start)

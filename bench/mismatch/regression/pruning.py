@@ -54,6 +54,8 @@ def _kept(search: Search, chosen: list[Chosen], price: float) -> list[Chosen]:
         believed = _believed(search, pruned(search, chosen, price, keep=0))
         tested = _that_add(search, _no_mere_form(search, _above_the_rest(search, believed)))
         kept = not_refuted(search.model, tested)
+        refuted = [c for c in tested if c.effect == UNKNOWN and not any(c is k for k in kept)]
+        search.refuted += [c for c in refuted if not search.out(c.main.regressor)]
         gone = [c for c in believed if not any(c is k for k in kept)]
         functions = [c for c in gone if c.effect == UNKNOWN]
         if len(functions) in (0, len(gone)):

@@ -7,7 +7,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.recordings.rows import error_of_mean
 from bench.mismatch.regression.auxiliary import of_auxiliary
 from bench.mismatch.regression.folds import carried, squares
 from bench.mismatch.regression.heredity import without
@@ -46,25 +45,25 @@ def not_refuted(model: ChannelModel, chosen: Sequence[Chosen]) -> list[Chosen]:
         if not beyond[worst] > 0.0:
             break
         gone, current = current[worst], others[worst]
-        model.notes.append(
+        note = (
             f"{gone.main.regressor.words} gained in likelihood, but points left out of the fit are predicted"
             f" {np.sqrt(ratios[worst]):.3g} times as badly with it: it is not reported"
         )
+        if note not in model.notes:
+            model.notes.append(note)
     return current
 
 
 def borne_out(model: ChannelModel) -> list[Chosen]:
-    """Effects of a model without the functions that have no name and with which recordings held out are predicted no
-    better than without them, where a true one would be seen in them; or else worse by more than the standard error of
-    that, or by so much that it would be structure by itself. The standard error says nothing where a single recording
-    is far off.
+    """Effects of a model without the functions that have no name and with which recordings held out are predicted worse
+    than without them.
 
     A function without a name claims nothing but that it predicts. Which one it is was chosen without these recordings;
     they only decide whether it is told. Names stay: they are told with half the confidence.
     """
     current = list(model.chosen)
     while True:
-        asked = ((c, _worse_with(model, current, c)) for c in current)
+        asked = ((c, worse_with(model, current, c)) for c in current)
         refuted = next(((c, ratio) for c, ratio in asked if ratio is not None), None)
         if refuted is None:
             return current
@@ -77,12 +76,12 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
         current = without(current, own, model.problem.lacking)
 
 
-def _worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> float | None:
+def worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> float | None:
     """How many times as badly recordings held out are predicted with a function without a name beside the others of
     some effects; None where they are not against it.
     """
     problem = model.problem
-    held, frame = problem.held_out, problem.rows.frame
+    held = problem.held_out
     if own.effect != UNKNOWN or of_auxiliary(own.main.regressor) or not held.any():
         return None
     others = without(current, own, problem.lacking)
@@ -90,15 +89,10 @@ def _worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> 
     number = problem.rows.number[held]
     change = left[0] ** 2 - left[1] ** 2
     worse = float(np.average(change, weights=number))
-    error = error_of_mean(change, frame.recording[held], number)
     ratio = np.sqrt(np.average(left[0] ** 2, weights=number) / max(np.average(left[1] ** 2, weights=number), 1e-300))
-    against = ratio > criteria.MORE_THAN_NOISE
-    if error is not None:
-        # a function that is true takes its square off, one that is not adds it: no better is no more likely true than
-        # not, where the difference would be seen
-        seen = float(np.average((left[0] - left[1]) ** 2, weights=number)) > criteria.ONE_ERROR * error
-        against |= worse > (0.0 if seen else criteria.ONE_ERROR * error)
-    return float(ratio) if against else None
+    # a function that is true takes its square off, one that is not adds it: what predicts worse is more likely not
+    # true, however small the difference
+    return float(ratio) if worse > 0.0 else None
 
 
 def _left(model: ChannelModel, chosen: Sequence[Chosen]) -> FloatArray:

@@ -251,6 +251,9 @@ def by_definition(channel: str, name: str, factors: tuple[str, ...]) -> str:
     """The effect that any function of a quantity ``name``, times these factors, is, where one is defined so."""
     asked = {(name, times) for times in factors}
     for term in LIBRARY.values():
-        if term.any_function and asked <= set(term.shape.get(channel, ())):
+        own = set(term.shape.get(channel, ()))
+        # a function that is the same in both directions is one in each
+        alike = {(of, "1") for of, _ in own if {(of, "p"), (of, "n")} <= own}
+        if term.any_function and asked <= own | alike:
             return term.effect
     return UNKNOWN

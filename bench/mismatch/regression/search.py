@@ -30,6 +30,7 @@ from bench.mismatch.regression.model import (
 )
 from bench.mismatch.regression.prior import settled
 from bench.mismatch.regression.problem import ChannelProblem
+from bench.mismatch.regression.products import without_parts
 from bench.mismatch.regression.pruning import concluded, pruned
 from bench.mismatch.regression.regressors import Free, Named, Regressor
 from bench.mismatch.regression.sign_blocks import units
@@ -41,6 +42,8 @@ from bench.simulation.quantities import AUXILIARY
 MOST_EFFECTS = 12
 MOST_PASSED = 3
 """kinds of candidates that gain less than what is left might, and are passed over, before nothing more is looked for"""
+MOST_REFUTED = 4
+"""functions without a name that are refuted before nothing is asked in their place any more"""
 MOST_ROUNDS = 4
 """times that the noise is read afresh from what the model leaves"""
 QUIETER = 0.9
@@ -124,7 +127,7 @@ def searched(problem: ChannelProblem, seed: int = 0) -> Search:
     search = begun(problem, seed)
     _forward(search)
     if search.model.noise.telling is None:
-        return concluded(search)
+        return next_best(concluded(search), 0)
     # only what a model leaves tells the noise: with a better model there is less of it, and more is found
     for _ in range(MOST_ROUNDS):
         again = begun(problem, seed, left_by(search.model))
@@ -133,7 +136,19 @@ def searched(problem: ChannelProblem, seed: int = 0) -> Search:
         if not quieter:
             break
         _forward(search)
-    return concluded(search)
+    return next_best(concluded(search), 0)
+
+
+def next_best(search: Search, known: int) -> Search:
+    """The search with what comes next where functions without a name were refuted, those after the first ``known``:
+    what they stood before is asked like them.
+    """
+    while known < len(search.refuted) < MOST_REFUTED:
+        known = len(search.refuted)
+        search.without_refuted()
+        _forward(search)
+        search = concluded(search)
+    return search
 
 
 def carried_over(search: Search, to: Search) -> Search:
@@ -170,7 +185,7 @@ def _forward(search: Search) -> None:
             continue
         if found is None:
             break
-        chosen = pruned(search, [*model.chosen, found], model.price)
+        chosen = pruned(search, [*without_parts(model.chosen, found.main.regressor), found], model.price)
         if found not in chosen:
             break
         if not _beyond_the_rest(search, chosen, found):

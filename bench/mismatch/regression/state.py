@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from bench.mismatch.regression.bank import Bank, Fit
 from bench.mismatch.regression.folds import predictive
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen, fit_blocks
+from bench.mismatch.regression.regressors import UNKNOWN, Free, Regressor
 from bench.mismatch.regression.scan import LEAST_OWN, Scan, scan
 from bench.mismatch.regression.sign_blocks import Units
 from bench.simulation.frame import FloatArray
@@ -27,6 +28,8 @@ class Search:
     units: Units
     seed: int
     scans: list[Scan]
+    refuted: list[Chosen] = field(default_factory=list)
+    """functions without a name that points left out, or recordings held out, refuted"""
 
     @property
     def bank(self) -> Bank:
@@ -53,9 +56,26 @@ class Search:
         extra, cut, seed = self.extra, self.units, self.seed
         return scan(model.bank, index, precision, fitted.variance, residual, places, extra, cut, seed, shuffled, least)
 
+    def out(self, regressor: Regressor) -> bool:
+        """Whether a function without a name is one of those that were refuted: of the same quantities, times the same
+        factors.
+        """
+        return _of(regressor) in [_of(c.main.regressor) for c in self.refuted]
+
+    def without_refuted(self) -> None:
+        """Let no function that was refuted be a candidate, nor a rival."""
+        keep = [k for k, b in enumerate(self.blocks) if b.regressor.effect != UNKNOWN or not self.out(b.regressor)]
+        self.blocks, self.extra = [self.blocks[k] for k in keep], self.extra[keep]
+
     def close(self) -> None:
         """Let go of what only a search needs, when all is found: from now on effects of the model can be refitted, no
         more.
         """
         self.bank.close([i for b in self.model.blocks() for i in b.place])
         self.blocks, self.scans = [], []
+
+
+def _of(regressor: Regressor) -> tuple[object, ...]:
+    """What a function is of: its effect, and of each of its tables the kind, the quantities and the factor."""
+    grids = tuple((type(g), g.over, g.times) for g in regressor.grids) if isinstance(regressor, Free) else ()
+    return regressor.effect, grids

@@ -11,8 +11,10 @@ from bench.mismatch.regression.beside import told_from_nothing
 from bench.mismatch.regression.description import description
 from bench.mismatch.regression.heredity import laws, without
 from bench.mismatch.regression.model import ChannelModel, Chosen
+from bench.mismatch.regression.one_way import named_by_course
 from bench.mismatch.regression.refuted import borne_out
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named
+from bench.mismatch.regression.search import next_best
 from bench.mismatch.regression.slots import Contender, Slot, slots
 from bench.mismatch.regression.state import Search
 from bench.simulation.terms import LIBRARY
@@ -22,8 +24,24 @@ def settle(search: Search) -> list[Slot]:
     """Let a name take the place of a free function that is less probable than it, or of what says the same with more
     numbers, a free function that of a name or of another function which it leaves next to no probability, and nothing
     that of one less probable than nothing; the slots of the effects that are left and that recordings held out bear
-    out.
+    out. In place of a function that they refute the next best is asked, in the same way.
     """
+    while True:
+        found = _succeeded(search)
+        model = search.model
+        chosen = borne_out(model)
+        gone = [c for c in model.chosen if not any(c is k for k in chosen)]
+        if not gone:
+            return found
+        search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
+        known = len(search.refuted)
+        search.refuted += [c for c in gone if c.effect == UNKNOWN]
+        next_best(search, known)
+
+
+def _succeeded(search: Search) -> list[Slot]:
+    """The slots of the effects when each has what takes its place."""
+    _name_by_course(search)
     found = slots(search)
     for _ in range(2 * len(search.model.chosen)):
         model = search.model
@@ -31,13 +49,18 @@ def settle(search: Search) -> list[Slot]:
         if chosen is None:
             break
         search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
-        found = slots(search)
-    model = search.model
-    chosen = borne_out(model)
-    if len(chosen) < len(model.chosen):
-        search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
+        _name_by_course(search)
         found = slots(search)
     return found
+
+
+def _name_by_course(search: Search) -> None:
+    """Tables of the model under the names that their courses have beside all else that was found."""
+    model = search.model
+    chosen = list(model.chosen)
+    for k, own in enumerate(model.chosen):
+        chosen[k] = named_by_course(model, [c for c in chosen if c is not own], own, model.fit)
+    search.model = replace(model, chosen=chosen)
 
 
 def without_empty_laws(search: Search, found: Sequence[Slot]) -> list[Slot]:

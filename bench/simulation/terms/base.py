@@ -80,6 +80,8 @@ class Term:
     """in each channel, the functions by which nature's form may differ from those here"""
     any_function: bool = False
     """whether a free function of ``shape`` is the effect by definition, whatever it looks like"""
+    one_way: bool = False
+    """whether such a function goes one way, and what comes and goes is another effect"""
     modifies: tuple[str, ...] = ()
     """effects that it is a change of: without one of them it is no law of its own (marginality: Nelder, J. R. Stat.
     Soc. A 140 (1977) 48)

@@ -70,4 +70,5 @@ TERM = Term(
     variables=("time",),
     shape={TRANSMISSION_ERROR: (("time", "1"),)},
     any_function=True,
+    one_way=True,
 )

@@ -128,6 +128,26 @@ def test_a_function_that_predicts_no_better_is_not_told(monkeypatch: pytest.Monk
     assert borne_out(model) == [one]
 
 
+def test_a_function_that_predicts_worse_is_not_told_however_little_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each recording differs by more than all together: that they come out worse still speaks against the function."""
+    frame = campaign()
+    y = 0.5 * frame.direction + np.random.default_rng(5).normal(0.0, 0.01, frame.size)
+    own = replace(problem(frame, y), folds=np.where(np.arange(24) % 3 == 0, -1, np.arange(24)))
+    model = begun(own).model
+    table = Free(MOTOR_TORQUE, (Grid(("temperature",), "1", ((22.0, 26.0, 30.0, 34.0, 40.0),)),))
+    one = Chosen(add_block(own, model.bank, table, 1e-3))
+    model = replace(model, chosen=[one], fit=model.refitted([one]))
+    sign = np.where(frame.recording % 2 == 0, 1.0, -1.0)
+
+    def remaining(better: float) -> object:
+        return lambda _model, chosen: 1.0 + (0.01 * sign - better if chosen else np.zeros(frame.size))
+
+    monkeypatch.setattr(refuted, "_left", remaining(-0.001))
+    assert borne_out(model) == []
+    monkeypatch.setattr(refuted, "_left", remaining(0.001))
+    assert borne_out(model) == [one]
+
+
 def test_a_name_is_asked_again_without_the_function_that_took_it(monkeypatch: pytest.MonkeyPatch) -> None:
     """A name goes beside a function without a name; when points left out refute the function, the name stands."""
     frame = campaign()

@@ -108,6 +108,18 @@ def test_where_no_short_formula_serves_the_table_stays() -> None:
     assert any("no short formula of aux/pressure serves as well as its table" in n for n in search.model.notes)
 
 
+def test_a_formula_with_which_recordings_held_out_are_predicted_worse_is_not_told(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    pytest.importorskip("pyoperon")
+    search, slots, _ = found(LAWS["square"][0])
+    before = search.model.chosen
+    monkeypatch.setattr(formula, "worse_with", lambda _model, _chosen, _own: 1.1)
+    assert formula.in_formulas(search, slots, {"pressure": "bar"}) == slots
+    assert search.model.chosen == before
+    assert any("no formula of aux/pressure is told" in note for note in search.model.notes)
+
+
 def test_the_same_recordings_give_the_same_formula() -> None:
     pytest.importorskip("pyoperon")
     rows = []

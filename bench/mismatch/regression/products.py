@@ -1,0 +1,159 @@
+"""Functions of two quantities that are a product: a function found of one of them, times a function of another.
+
+A table of two quantities that is close in one of them has more values than recordings can tell. A product of two
+tables has the values of each. It is found by alternating least squares (the criss-cross regression of Gabriel and
+Zamir, Technometrics 21 (1979) 489), and stands in the model by what its values may change to first order: each table's
+values with the other's held.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from bench.mismatch.regression.knots import KNOTS, close_knots, knots_of
+from bench.mismatch.regression.model import Block, Chosen
+from bench.mismatch.regression.regressors import UNKNOWN, Free, Regressor
+from bench.mismatch.regression.state import Search
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.quantities import quantity
+from bench.simulation.tables import Grid
+from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR
+
+TURNS = 12
+"""times that each of the two tables is fitted with the other held"""
+MOST_KINDS = 2
+"""quantities of a product"""
+_LEAST = 1e-6
+"""precision of a table's values, over the mean energy of their columns: values that no recording tells stay small"""
+_KIND = {"torque": "load", "load": "load", "load_motor_torque": "load", "speed": "speed", "velocity": "speed"} | {
+    "temperature": "temperature"
+}
+"""what a quantity of the operating point tells: the size of a load is told by the load"""
+_POINT: dict[str, dict[str, str]] = {
+    MOTOR_TORQUE: {"load": "torque", "speed": "speed", "temperature": "temperature"},
+    LOAD_TORQUE: {"load": "load_motor_torque", "speed": "speed", "temperature": "temperature"},
+    TRANSMISSION_ERROR: {"load": "torque", "speed": "speed", "temperature": "temperature"},
+}
+"""quantity of each kind, by channel"""
+_CLOSEST = ("speed", "load", "temperature")
+"""kinds, the one of which a table can be closest first"""
+
+
+def products(search: Search) -> list[Block]:
+    """Products in place of functions without a name in the model, of one or two quantities of the operating point."""
+    if search.model.problem.free:
+        return []  # where a motion is followed, no points of an operation stand apart
+    return [b for b in _products(search) if not search.out(b.regressor)]
+
+
+def _products(search: Search) -> Iterator[Block]:
+    problem = search.model.problem
+    frame = problem.rows.frame.take(problem.train)
+    for one in search.model.chosen:
+        free = one.main.regressor
+        point = _POINT.get(search.model.channel, {})
+        kinds = _kinds(free)
+        if not isinstance(free, Free) or not kinds or len(kinds) > MOST_KINDS:
+            continue
+        first = free.grids
+        if len(kinds) > 1:
+            # both tables close, where one table of both has to be coarse
+            knots = _knots(point[kinds[0]], frame)
+            if knots is None:
+                continue
+            first = tuple(Grid((point[kinds[0]],), grid.times, (knots,)) for grid in free.grids)
+        for kind in kinds[1:] or [k for k in point if k not in kinds]:
+            block = _product(search, replace(free, grids=first), point[kind], frame)
+            if block is not None:
+                yield block
+
+
+def replaced(chosen: Sequence[Chosen], product: Regressor) -> list[Chosen]:
+    """Functions without a name among some effects that a product stands in place of: of no other quantities, times the
+    same.
+    """
+    if not isinstance(product, Free) or not product.mixing:
+        return []
+    kinds, times = {_KIND.get(name) for name in product.variables}, {g.times for g in product.grids}
+    return [c for c in chosen if (own := _kinds(c.main.regressor)) and set(own) <= kinds and _times(c) == times]
+
+
+def without_parts(chosen: Sequence[Chosen], new: Regressor) -> list[Chosen]:
+    """Effects beside a new one: without those that it stands in place of."""
+    gone = replaced(chosen, new)
+    return [c for c in chosen if not any(c is g for g in gone)]
+
+
+def _times(own: Chosen) -> set[str]:
+    free = own.main.regressor
+    return {g.times for g in free.grids} if isinstance(free, Free) else set()
+
+
+def _kinds(regressor: Regressor) -> tuple[str, ...]:
+    """What the tables of a function without a name are of, the one that can be closest first; nothing of any other."""
+    if not isinstance(regressor, Free) or regressor.effect != UNKNOWN or regressor.mixing:
+        return ()
+    if any(type(g) is not Grid or not g.over or g.over != regressor.grids[0].over for g in regressor.grids):
+        return ()
+    kinds = [_KIND.get(name, "") for name in regressor.grids[0].over]
+    return tuple(sorted(kinds, key=_CLOSEST.index)) if all(kinds) else ()
+
+
+def _product(search: Search, first: Free, name: str, frame: Frame) -> Block | None:
+    """A function times a table of a further quantity; None where that is constant."""
+    knots = _knots(name, frame)
+    if knots is None:
+        return None
+    own, further = first.columns(frame), Grid((name,), "1", (knots,)).columns(frame)
+    grids = tuple(Grid((*grid.over, name), grid.times, (*grid.knots, knots)) for grid in first.grids)
+    made = replace(first, grids=grids, mixing=((1.0,),))
+    fitted = _fitted(search, without_parts(search.model.chosen, made), own, further)
+    if fitted is None:
+        return None
+    f, g = fitted
+    # each table's values, the other's held; along the first table's own values the second's say it all
+    across = np.linalg.svd(f[None, :])[2][1:].T
+    mixing = np.hstack([np.kron(f[:, None], np.eye(g.size)), np.kron(across, g[:, None])])
+    made = replace(made, mixing=tuple(tuple(float(v) for v in row) for row in mixing))
+    columns = np.hstack([(own @ f)[:, None] * further, (further @ g)[:, None] * (own @ across)])
+    added = search.bank.add(columns)
+    return Block(made, added, np.zeros(len(added)))
+
+
+def _knots(name: str, frame: Frame) -> tuple[float, ...] | None:
+    values = quantity(name, frame)
+    close = close_knots(values) if name == "speed" else None
+    return knots_of(values, KNOTS[1]) if close is None else close
+
+
+def _fitted(
+    search: Search, others: Sequence[Chosen], first: FloatArray, second: FloatArray
+) -> tuple[FloatArray, FloatArray] | None:
+    """Values of both tables beside other effects, each of unit size: columns ``first`` (n, k) and ``second`` (n, l).
+    None where they follow nothing.
+    """
+    model, bank = search.model, search.bank
+    blocks = model.blocks(others)
+    known = bank.columns.some([i for b in blocks for i in b.place])
+    prior = np.concatenate([np.zeros(0), *(b.precision for b in blocks)])
+    weight = bank.shrunk(model.fit.variance)
+
+    def solved(columns: FloatArray) -> FloatArray:
+        white = np.hstack([known, bank.whitening.apply(columns), bank.y[:, None]])
+        ones = bank.whitening.by_recording(bank.one[:, None] * white)
+        gram = white.T @ white - (weight[:, None] * ones).T @ ones
+        size = np.diag(gram)[:-1].copy()
+        size[size <= 0.0] = 1.0
+        least = _LEAST * float(size[prior.size :].mean())
+        inner = gram[:-1, :-1] + np.diag([*(prior + 1e-9 * size[: prior.size]), *np.full(columns.shape[1], least)])
+        values = np.linalg.solve(inner, gram[:-1, -1])[prior.size :]
+        return np.asarray(values / max(float(np.sqrt(np.mean(values**2))), 1e-300))
+
+    f, g = np.zeros(first.shape[1]), np.ones(second.shape[1])
+    for _ in range(TURNS):
+        f = solved((second @ g)[:, None] * first)
+        g = solved((first @ f)[:, None] * second)
+    return (f, g) if np.isfinite(f).all() and np.isfinite(g).all() and np.any(f) and np.any(g) else None

@@ -1,0 +1,97 @@
+"""What is asked when a function without a name is refuted, and functions of two quantities."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.mismatch.regression import choosing, succession
+from bench.mismatch.regression.model import ChannelModel, Chosen
+from bench.mismatch.regression.problem import ChannelProblem
+from bench.mismatch.regression.regressors import Free
+from bench.mismatch.regression.search import MOST_REFUTED, searched
+from bench.mismatch.regression.succession import settle
+from bench.simulation.frame import FloatArray, Frame
+from tests.bench.mismatch.regression.synthetic import campaign, problem
+
+SIGMA = 0.05
+
+
+def made(frame: Frame, effect: FloatArray) -> ChannelProblem:
+    """Dry friction and an effect, with noise and offsets of the recordings."""
+    rng = np.random.default_rng(1)
+    offsets = rng.normal(scale=0.01, size=int(frame.recording.max()) + 1)[frame.recording]
+    return problem(frame, 0.6 * frame.direction + effect + offsets + rng.normal(scale=SIGMA, size=frame.size))
+
+
+@pytest.fixture
+def timeless(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Levels over the campaign take long to look for, and nothing here has any."""
+    monkeypatch.setattr(choosing, "_levels", lambda _model: [])
+
+
+def humped() -> ChannelProblem:
+    """A hump of the friction at one speed."""
+    frame = campaign(32)
+    return made(frame, 0.25 * frame.direction * np.exp(-((np.log(np.abs(frame.velocity) / 0.03) / 0.3) ** 2)))
+
+
+@pytest.mark.usefixtures("timeless")
+def test_after_a_function_is_refuted_the_next_best_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[list[Chosen]] = []
+
+    def against_the_first(model: ChannelModel) -> list[Chosen]:
+        asked.append(list(model.chosen))
+        return [] if len(asked) == 1 else list(model.chosen)
+
+    monkeypatch.setattr(succession, "borne_out", against_the_first)
+    search = searched(humped())
+    settle(search)
+    (first,) = asked[0]
+    assert search.model.chosen
+    assert len(asked) == 2
+    of = [(c.main.regressor.variables, c.main.regressor.equation) for c in search.model.chosen]
+    assert (first.main.regressor.variables, first.main.regressor.equation) not in of
+
+
+@pytest.mark.usefixtures("timeless")
+def test_it_ends_where_all_are_refuted(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[list[Chosen]] = []
+    monkeypatch.setattr(succession, "borne_out", lambda model: asked.append(list(model.chosen)) or [])
+    search = searched(humped())
+    assert settle(search) == []
+    assert 1 < len(asked) <= MOST_REFUTED + 1
+
+
+@pytest.mark.usefixtures("timeless")
+def test_a_product_of_functions_of_speed_and_load_is_one_function() -> None:
+    """A narrow hump over the speed that a load above 100 N·m brings about: no coarse table has it."""
+    frame = campaign(144)
+    speeds = np.random.default_rng(3).permutation(np.repeat(np.geomspace(0.01, 0.17, 24), 6))
+    velocity = np.sign(frame.velocity) * speeds[frame.recording]
+    frame = replace(frame, velocity=velocity)
+    hump = np.exp(-((np.log(np.abs(velocity) / 0.05) / 0.2) ** 2))
+    loaded = 1.0 / (1.0 + np.exp(-(frame.torque - 100.0) / 80.0))
+    search = searched(made(frame, 0.8 * frame.direction * hump * loaded))
+    settle(search)
+    (own,) = search.model.chosen
+    free = own.main.regressor
+    assert isinstance(free, Free)
+    assert own.effect == "unknown"
+    assert set(free.variables) == {"speed", "torque"}
+    assert {grid.times for grid in free.grids} == {"d"}
+    left = search.model.predict(frame) - 0.6 * frame.direction - 0.8 * frame.direction * hump * loaded
+    assert float(np.sqrt(np.mean(left**2))) < 0.3 * float(np.sqrt(np.mean((0.8 * hump * loaded) ** 2)))
+
+
+@pytest.mark.usefixtures("timeless")
+def test_what_is_close_in_the_load_and_coarse_in_the_temperature_is_one_function() -> None:
+    frame = campaign(72)
+    bump = np.exp(-(((np.abs(frame.torque) - 350.0) / 130.0) ** 2)) * np.tanh((frame.temperature - 31.0) / 3.0)
+    search = searched(made(frame, 0.6 * frame.direction * bump))
+    settle(search)
+    (own,) = search.model.chosen
+    assert own.effect == "unknown"
+    assert set(own.main.regressor.variables) in ({"load", "temperature"}, {"torque", "temperature"})
