@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import NAMED, Discovery
@@ -15,7 +16,7 @@ from bench.mismatch.orders.defects import Defect
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.modulation import Modulation
 from bench.mismatch.orders.periodic import Periodic, Pulse
-from bench.mismatch.orders.sight import Sight
+from bench.mismatch.orders.sight import Sight, known_orders
 from bench.mismatch.orders.weak import MODELS, WeakOrder
 from bench.mismatch.regression.maxima import tail_rate
 from bench.mismatch.regression.strength import active_size
@@ -159,8 +160,11 @@ def of_pulses(model: TransmissionModel, defects: Sequence[Defect]) -> Discovery 
     pulses = tuple(p for d in defects for p in d.form)
     if not pulses:
         return None
-    values = _beyond_orders(model, pulses)
-    if not strong(model, values):
+    assert model.periodic is not None
+    found = [*model.periodic.series.orders, *(w.order for w in model.periodic.weak)]
+    # dozens of orders that were found leave of a pulse a little everywhere; they are no part of the simulation
+    excess = _beyond_orders(model, pulses, known_orders(model))
+    if not strong(model, np.where(_inside(model, defects), excess, 0.0)):
         return None
     term = LIBRARY["te.local_defect"]
     parameters: list[Row] = []
@@ -182,7 +186,8 @@ def of_pulses(model: TransmissionModel, defects: Sequence[Defect]) -> Discovery 
         equation=term.equation,
         variables=("angle",),
         parameters=tuple(parameters),
-        added=values,
+        added=_beyond_orders(model, pulses, found),
+        excess=excess,
         gain=float(sum(d.gain for d in defects)),
         p_value=p_value,
         simulation_rows=tuple(_pulse_row(p) for p in pulses),
@@ -191,11 +196,18 @@ def of_pulses(model: TransmissionModel, defects: Sequence[Defect]) -> Discovery 
     )
 
 
-def _beyond_orders(model: TransmissionModel, pulses: Sequence[Pulse]) -> FloatArray:
-    """Pulses less what the model's orders would take of them if the pulses were not there (n,)."""
-    assert model.periodic is not None
+def _inside(model: TransmissionModel, defects: Sequence[Defect]) -> NDArray[np.bool_]:
+    """Rows (n,) at the angles where defects act."""
     theta = model.rows.frame.theta
-    orders = [*model.periodic.series.orders, *(w.order for w in model.periodic.weak)]
+    out = np.zeros(theta.size, dtype=bool)
+    for begin, end in (d.window for d in defects):
+        out |= np.abs(waves.angle_from(theta, 0.5 * (begin + end))) <= 0.5 * (end - begin)
+    return out
+
+
+def _beyond_orders(model: TransmissionModel, pulses: Sequence[Pulse], orders: Sequence[float]) -> FloatArray:
+    """Pulses less what ``orders`` would take of them if the pulses were not there (n,)."""
+    theta = model.rows.frame.theta
     out = np.asarray(sum((p.evaluate(theta) for p in pulses), np.zeros(theta.size)))
     drawn = sum((p.vectors(np.array(orders)) for p in pulses), np.zeros(len(orders), dtype=np.complex128))
     taken = [
