@@ -103,7 +103,8 @@ def search(
     if stage is None:
         return []
     usable = np.ones(stage.vectors.shape[1], dtype=bool)
-    usable[[0, *(round(f) for f in fitted if f < usable.size - 0.5)]] = False
+    # beside one between two whole orders, that is fitted, either of these may stand as well
+    usable[[0, *(round(f) for f in fitted if f == round(f) and f < usable.size)]] = False
     gain, which = stage.gains(stage.vectors)
     # what is strong leaks into its neighbours until it has been fitted: only summits are taken in one round
     gain = np.where(usable, gain, -np.inf)
