@@ -18,11 +18,9 @@ from scipy.optimize import minimize_scalar
 from bench.mismatch import criteria
 from bench.mismatch.orders.look import PARTS
 from bench.mismatch.orders.turns import HIGHEST_BETWEEN, Seen, Turn
-from bench.mismatch.orders.weak import MODELS, Stage, WeakOrder
+from bench.mismatch.orders.weak import LEAK, MODELS, Stage, WeakOrder
 from bench.simulation.frame import FloatArray
 
-LEAK = 8.0
-"""orders within which what stands between the whole ones may be the leakage of something stronger"""
 SHIFTS = 8
 """to either side of a part of an order at most: enough for 48 revolutions, and of more the search would take long"""
 STEPS = 4.0
@@ -71,7 +69,7 @@ def search_between(
         vectors = _vectors(seen, train, whole, order)
         line = whole.estimated(order, MODELS[which[k]], vectors, float(shape[k]), float(best[k]))
         best[np.abs(grid - order) < LEAK] = -np.inf
-        if whole.power(line) > criteria.LEAST_POWER * floor**2:
+        if whole.power(line) > criteria.LEAST_POWER * floor**2 * whole.share(line.order, fitted) ** 2:
             out.append(line)
     return out
 

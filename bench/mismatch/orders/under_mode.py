@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.orders import modes
-from bench.mismatch.orders.between import LEAK
 from bench.mismatch.orders.borne_out import borne_out
 from bench.mismatch.orders.law_scores import amplitudes
 from bench.mismatch.orders.laws import FoundLaw
@@ -25,7 +24,7 @@ from bench.mismatch.orders.model import ROUNDS, TransmissionModel, calibrated, o
 from bench.mismatch.orders.modes import Mode
 from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.turns import Complex, Seen, directions, looks, passed, seen, states
-from bench.mismatch.orders.weak import Stage, WeakOrder, gain_of
+from bench.mismatch.orders.weak import LEAK, Stage, WeakOrder, gain_of
 from bench.simulation.frame import FloatArray
 from bench.simulation.laws import MODES, Law, resonant
 

@@ -24,6 +24,8 @@ from bench.simulation.waves import Wave
 SURROGATES = 16
 NEIGHBOUR_REVOLUTIONS = 20.0
 """revolutions' worth of evidence that the neighbouring orders give of an order's noise"""
+LEAK = 8.0
+"""orders within which what stands between the whole ones may be the leakage of something stronger"""
 WEAK = 1e-3
 """prior of the vectors, in units of what all revolutions together say of one"""
 MODELS: tuple[tuple[str, ...], ...] = (
@@ -113,7 +115,7 @@ def search(
         if gain[f] < gain[max(f - 2, 0) : f + 3].max():
             continue
         order = stage.estimated(float(f), MODELS[which[f]], stage.vectors[:, f], float(stage.shape[f]), float(gain[f]))
-        if stage.power(order) > criteria.LEAST_POWER * floor**2:
+        if stage.power(order) > criteria.LEAST_POWER * floor**2 * stage.share(order.order, fitted) ** 2:
             out.append(order)
     return sorted(out, key=lambda w: -w.gain)
 
@@ -191,6 +193,19 @@ class Stage:
     def power(self, order: WeakOrder) -> float:
         """Mean square of an order's wave over the revolutions, rad²."""
         return float(0.5 * np.mean(np.abs(order.at(design(order.model, self.turns))) ** 2))
+
+    def share(self, order: float, fitted: Sequence[float]) -> float:
+        """Part of an order's vectors that those of the ``fitted`` orders leave, in the mean over the revolutions.
+
+        Over one revolution a sine is nearly a sum of two at half an order from it, whatever its phase.
+        """
+        near = np.array([order, *(f for f in fitted if f != order and abs(f - order) < LEAK)])
+        if near.size == 1:
+            return 1.0
+        revolutions = np.array([t.duration * abs(t.velocity) for t in self.turns]) / (2.0 * np.pi)
+        alike = np.sinc((near[:, None] - near[None, :]) * revolutions[:, None, None])
+        alike += 1e-9 * np.eye(near.size)
+        return float(np.mean(1.0 / np.linalg.inv(alike)[:, 0, 0]))
 
     def misfit(self, order: WeakOrder, vectors: Complex, sigma: float) -> float:
         """Variance of what an order's model leaves of its vectors, over the noise's."""

@@ -131,7 +131,8 @@ def test_factors_have_names() -> None:
 def test_of_a_current_the_torque_constant_is_the_other_thing_that_may_be_wrong(tmp_path: Path) -> None:
     current = _CHANNELS.replace('"M", unit = "N*m"', '"M", unit = "A", torque_constant = 0.2')
     (warning,) = _warnings(tmp_path, channels=current)
-    assert re.search(r"scale times 0\.(2|199|20)\d* would be right of load_torque, or torque_constant times [45]", warning)
+    right = r"scale times 0\.(2|199|20)\d* would be right of load_torque, or torque_constant times [45]"
+    assert re.search(right, warning)
 
 
 def test_of_a_torque_no_torque_constant_is_spoken_of(tmp_path: Path) -> None:
