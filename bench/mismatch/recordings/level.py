@@ -9,7 +9,6 @@ the load motor's own torque, whose noise is not the sensor's. The share that bot
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,37 +27,21 @@ _FEWEST_MEANS = 20
 """means over :data:`criteria.KEPT_LOAD_S` from which a share can be estimated"""
 
 
-@dataclass(frozen=True, slots=True)
-class Shares:
-    """How far the torque sensor and the load motor confirm each other about a kept load, from 0 to 1.
-
-    ``slow``: of what the sensor reads about the level, second by second, the part that the load motor's torque has as
-    well. ``quick``: of what the load motor reports within the seconds, the part that the sensor reads as well.
-    """
-
-    slow: float = 1.0
-    quick: float = 0.0
-
-
-ALONE = Shares()
-"""of a sensor without a second witness"""
-
-
 def levelled(
     torque: FloatArray,
     label: IntArray,
     rests: NDArray[np.bool_],
     largest: float,
     rate: float,
-    slow: float = 1.0,
-    quick: float = 0.0,
+    confirmed: float = 1.0,
+    beside: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """A torque (n,) with the noise of its sensor kept down where a segment keeps its load, and as the segment's mean.
 
-    The first is the mean, the ``slow`` share of what is about it when it is smoothed over a second, and the ``quick``
-    share of what it does within the seconds, smoothed over a tenth of that. ``label`` (n,) numbers the segments
-    (-1: none), ``rests`` (n,) marks those in which the load may rest at a level, ``largest`` is the folder's largest
-    torque in N·m. Both are unchanged elsewhere.
+    The first is the mean and the ``confirmed`` share of what is about it when it is smoothed over a second; and of what
+    it does within the seconds, smoothed over a tenth of that, the share that a torque measured ``beside`` it (n,) does
+    as well. ``label`` (n,) numbers the segments (-1: none), ``rests`` (n,) marks those in which the load may rest at a
+    level, ``largest`` is the folder's largest torque in N·m. Both are unchanged elsewhere.
     """
     smooth, level = torque.copy(), torque.copy()
     for number in (int(v) for v in np.unique(label) if v >= 0):
@@ -67,46 +50,46 @@ def levelled(
             continue
         part = torque[rows]
         level[rows] = part.mean()
-        seconds = local_quadratic(part, rate, criteria.KEPT_LOAD_S)[0]
-        smooth[rows] = part.mean() + slow * (seconds - part.mean())
-        if quick > 0.0:
-            smooth[rows] += quick * (local_quadratic(part, rate, _HUM * criteria.KEPT_LOAD_S)[0] - seconds)
+        smooth[rows] = part.mean() + confirmed * (local_quadratic(part, rate, criteria.KEPT_LOAD_S)[0] - part.mean())
+        if beside is not None:
+            quick = _within(part, rate)
+            smooth[rows] += _share(_within(beside[rows], rate), quick) * quick
     return smooth, level
 
 
-def shares(recordings: Sequence[Recording], largest: float) -> Shares:
-    """How far both torques confirm each other in the steady segments of some recordings.
+def confirmed(recordings: Sequence[Recording], largest: float) -> float:
+    """Share of what the torque sensor reads about a level, second by second, that the load motor's torque has as well.
 
-    ``slow`` is the slope of the load motor's means over a second on the sensor's, ``quick`` that of what the sensor
-    reads within the seconds on what the load motor reports. As if there were no second witness where too little is
-    there to tell. ``largest``: the folder's largest torque in N·m.
+    The slope of the one on the other in the steady segments of some recordings, from 0 to 1; 1 where there is no second
+    witness or too little to tell. ``largest``: the folder's largest torque in N·m.
     """
     both = [r for r in recordings if {"load_torque", "load_motor_torque"} <= set(r.specs) and r.steady()]
-    slow, quick = np.zeros(2), np.zeros(2)
+    common = energy = 0.0
     number = 0
     for recording in both[:: max(1, len(both) // _LOOKED_AT)]:
-        rate = float(recording.sample_rate)
-        width = max(1, round(criteria.KEPT_LOAD_S * rate))
+        width = max(1, round(criteria.KEPT_LOAD_S * float(recording.sample_rate)))
         for part in recording.steady():
             size = (part.stop - part.start) // width * width
             if size < 3 * width:
                 continue
             values = recording.read_si(("load_torque", "load_motor_torque"), part.start, part.start + size)
             sensor, motor = (repaired(v, spikes(v)) for v in values.values())
+            rate = float(recording.sample_rate)
             if not _kept(sensor, rate, largest) or not _kept(motor, rate, largest):
                 continue
             x, z = (v.reshape(-1, width).mean(axis=1) - v.mean() for v in (sensor, motor))
-            slow += x @ z, x @ x
+            common += float(x @ z)
+            energy += float(x @ x)
             number += x.size - 1
-            x, z = (_within(v, rate) for v in (sensor, motor))
-            quick += x @ z, z @ z
-    if number < _FEWEST_MEANS or slow[1] <= 0.0:
-        return ALONE
-    return Shares(_slope(*slow), _slope(*quick))
+    if number < _FEWEST_MEANS or energy <= 0.0:
+        return 1.0
+    return float(np.clip(common / energy, 0.0, 1.0))
 
 
-def _slope(common: float, energy: float) -> float:
-    return float(np.clip(common / energy, 0.0, 1.0)) if energy > 0.0 else 0.0
+def _share(witness: FloatArray, values: FloatArray) -> float:
+    """Share of some ``values`` (n,), from 0 to 1, that a ``witness`` (n,) has as well: the slope of it on them."""
+    energy = float(values @ values)
+    return float(np.clip(float(witness @ values) / energy, 0.0, 1.0)) if energy > 0.0 else 0.0
 
 
 def _within(torque: FloatArray, rate: float) -> FloatArray:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch import criteria
-from bench.mismatch.recordings.level import ALONE, Shares, shares
+from bench.mismatch.recordings.level import confirmed
 from bench.mismatch.recordings.smoothing import WINDOWS_S, local_quadratic, repaired, span_for, window
 from bench.mismatch.recordings.window import ANGLE, Rates, telling_rates
 from bench.recording import Recording
@@ -22,15 +22,16 @@ class Manner:
 
     ``standstill``: motor speed below which the bench stands, rad/s (a linear axis: m/s); ``smoothing``: window of the
     rates in s; ``torque``: largest load torque of the folder, N·m, to which "hardly moves" is referred; ``confirmed``:
-    how far torque sensor and load motor confirm each other about a level; ``speed``: largest speed of the output,
-    rad/s, by whose parts rows end; ``free``: no recording says what speed it was set to; ``source``: of the rates
+    share of what the torque sensor reads about a level that the load motor confirms
+    (:func:`bench.mismatch.recordings.level.confirmed`); ``speed``: largest speed of the output, rad/s, by whose parts
+    rows end; ``free``: no recording says what speed it was set to; ``source``: of the rates
     (:mod:`bench.mismatch.recordings.window`).
     """
 
     standstill: float
     smoothing: float
     torque: float
-    confirmed: Shares = ALONE
+    confirmed: float = 1.0
     speed: float = 1.0
     free: bool = False
     source: str = ANGLE
@@ -58,7 +59,7 @@ class Manner:
         if free:
             largest = largest or max((_usual_load(r) for r in recordings), default=0.0)
             asked = max((_fastest(r) / float(r.gearbox.ratio or 1.0) for r in recordings), default=0.0)
-        level = shares(recordings, largest)
+        level = confirmed(recordings, largest)
         return cls(standstill, rates.span, largest, level, asked or 1.0, free, rates.source)
 
 

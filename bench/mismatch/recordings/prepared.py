@@ -164,8 +164,9 @@ def prepare(
         acting = np.full(n, asked if np.isfinite(asked) else 0.0)
     torque_rate = local_quadratic(acting, rate, span)[1]
     rests = _rests(recording, thinning, n)
-    torque, torque_level = levelled(acting, label, rests, manner.torque, rate, manner.confirmed.slow)
-    load_motor, load_motor_level = levelled(load_motor, label, rests, manner.torque, rate, quick=manner.confirmed.quick)
+    torque, torque_level = levelled(acting, label, rests, manner.torque, rate, manner.confirmed)
+    witness = load_torque if "load_torque" in signals else None
+    load_motor, load_motor_level = levelled(load_motor, label, rests, manner.torque, rate, beside=witness)
     if "motor_torque" in signals and "load_torque" in signals:  # without it there is no load motor to ripple
         # the ripple acts on the gearbox, so the input motor sees it through the ratio
         wild = signals.wild("motor_torque")

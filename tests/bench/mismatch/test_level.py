@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.mismatch.recordings.level import Shares, levelled, shares
+from bench.mismatch.recordings.level import confirmed, levelled
 from bench.recording import ChannelSpec, Recording, Segment, write_recording
 from tests.bench.recording import builders
 
@@ -44,19 +44,19 @@ def recordings(folder: Path, real: float, noise: float) -> list[Recording]:
 
 
 def test_what_the_load_motor_does_not_feel_is_noise_of_the_sensor(tmp_path: Path) -> None:
-    assert shares(recordings(tmp_path, 0.01, 3.0), LARGEST).slow < 0.1
+    assert confirmed(recordings(tmp_path, 0.01, 3.0), LARGEST) < 0.1
 
 
 def test_a_load_that_wavers_is_kept(tmp_path: Path) -> None:
-    assert shares(recordings(tmp_path, 3.0, 0.1), LARGEST).slow > 0.9
+    assert confirmed(recordings(tmp_path, 3.0, 0.1), LARGEST) > 0.9
 
 
 def test_of_a_load_and_noise_alike_half_is_kept(tmp_path: Path) -> None:
-    assert 0.3 < shares(recordings(tmp_path, 3.0, 3.0), LARGEST).slow < 0.7
+    assert 0.3 < confirmed(recordings(tmp_path, 3.0, 3.0), LARGEST) < 0.7
 
 
 def test_without_a_second_witness_the_sensor_is_believed() -> None:
-    assert shares([], LARGEST) == Shares(1.0, 0.0)
+    assert confirmed([], LARGEST) == 1.0
 
 
 def test_only_the_confirmed_share_is_about_the_level() -> None:
@@ -69,23 +69,19 @@ def test_only_the_confirmed_share_is_about_the_level() -> None:
     assert np.allclose(half - level, 0.5 * (believed - level))
 
 
-def test_what_both_torques_do_within_the_seconds_is_load(tmp_path: Path) -> None:
-    quiet = shares(recordings(tmp_path, 0.01, 3.0), LARGEST).quick
-    wavering = shares(recordings(tmp_path, 3.0, 0.1), LARGEST).quick
-    assert quiet < 0.1
-    # a tenth of a second averages ten samples of the load motor's noise of 1 N·m
-    assert wavering > 0.5
-
-
-def test_the_quick_share_of_a_wavering_is_kept() -> None:
+def test_of_what_a_torque_does_within_the_seconds_only_what_another_does_as_well_is_load() -> None:
     rng = np.random.default_rng(2)
-    wavering = slow(rng, SIZE, 3.0, 0.3)
+    wavering, noise = slow(rng, SIZE, 3.0, 0.3), rng.normal(0.0, 1.0, (2, SIZE))
     label, rests = np.zeros(SIZE, dtype=np.int64), np.ones(SIZE, dtype=bool)
-    left = [
-        float(np.std(wavering - levelled(500.0 + wavering, label, rests, LARGEST, RATE, quick=q)[0] + 500.0))
-        for q in (0.0, 0.5, 1.0)
-    ]
-    assert left[2] < 0.6 * left[1] < 0.6 * 0.8 * left[0]
+
+    def left(load: np.ndarray, beside: np.ndarray | None) -> float:
+        smooth, _ = levelled(500.0 + load + noise[0], label, rests, LARGEST, RATE, beside=beside)
+        return float(np.std(500.0 + load - smooth))
+
+    quiet = np.zeros(SIZE)
+    # the load that wavers is followed, noise that only one of two reads is not
+    assert left(wavering, 500.0 + wavering + noise[1]) < 0.45 * left(wavering, None)
+    assert left(quiet, 500.0 + noise[1]) < 1.2 * left(quiet, None)
 
 
 def test_a_ramp_has_no_level() -> None:
