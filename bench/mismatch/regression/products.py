@@ -44,8 +44,8 @@ _CLOSEST = ("speed", "load", "temperature")
 
 def products(search: Search) -> list[Block]:
     """Products in place of functions without a name in the model, of one or two quantities of the operating point."""
-    if search.model.problem.free:
-        return []  # where a motion is followed, no points of an operation stand apart
+    if search.model.problem.free or search.model.channel not in _POINT:
+        return []  # where a motion is followed, or heat is summed up, no points of an operation stand apart
     return [b for b in _products(search) if not search.out(b.regressor)]
 
 
@@ -54,7 +54,7 @@ def _products(search: Search) -> Iterator[Block]:
     frame = problem.rows.frame.take(problem.train)
     for one in search.model.chosen:
         free = one.main.regressor
-        point = _POINT.get(search.model.channel, {})
+        point = _POINT[search.model.channel]
         kinds = _kinds(free)
         if not isinstance(free, Free) or not kinds or len(kinds) > MOST_KINDS:
             continue

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from bench.mismatch.regression import choosing, succession
-from bench.mismatch.regression.model import ChannelModel, Chosen
+from bench.mismatch.regression.model import Block, ChannelModel, Chosen
 from bench.mismatch.regression.problem import ChannelProblem
+from bench.mismatch.regression.products import products
 from bench.mismatch.regression.regressors import Free
 from bench.mismatch.regression.search import MOST_REFUTED, searched
 from bench.mismatch.regression.succession import settle
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.tables import Grid
 from tests.bench.mismatch.regression.synthetic import campaign, problem
 
 SIGMA = 0.05
@@ -95,3 +99,11 @@ def test_what_is_close_in_the_load_and_coarse_in_the_temperature_is_one_function
     (own,) = search.model.chosen
     assert own.effect == "unknown"
     assert set(own.main.regressor.variables) in ({"load", "temperature"}, {"torque", "temperature"})
+
+
+def test_heat_that_is_summed_up_has_no_products() -> None:
+    knots = (0.01, 0.05, 0.1)
+    table = Free("temperature", (Grid(("load", "speed"), "1", (knots, knots)),))
+    chosen = [Chosen(Block(table, tuple(range(9)), np.zeros(9)))]
+    model = SimpleNamespace(channel="temperature", problem=SimpleNamespace(free=False), chosen=chosen)
+    assert products(cast("Any", SimpleNamespace(model=model, refuted=[]))) == []
