@@ -29,7 +29,7 @@ def made(frame: Frame, effect: FloatArray) -> ChannelProblem:
 @pytest.fixture
 def timeless(monkeypatch: pytest.MonkeyPatch) -> None:
     """Levels over the campaign take long to look for, and nothing here has any."""
-    monkeypatch.setattr(choosing, "_levels", lambda _model: [])
+    monkeypatch.setattr(choosing, "_levels", lambda _search: [])
 
 
 def humped() -> ChannelProblem:
@@ -59,7 +59,12 @@ def test_after_a_function_is_refuted_the_next_best_is_asked(monkeypatch: pytest.
 @pytest.mark.usefixtures("timeless")
 def test_it_ends_where_all_are_refuted(monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[list[Chosen]] = []
-    monkeypatch.setattr(succession, "borne_out", lambda model: asked.append(list(model.chosen)) or [])
+
+    def against_all(model: ChannelModel) -> list[Chosen]:
+        asked.append(list(model.chosen))
+        return []
+
+    monkeypatch.setattr(succession, "borne_out", against_all)
     search = searched(humped())
     assert settle(search) == []
     assert 1 < len(asked) <= MOST_REFUTED + 1
