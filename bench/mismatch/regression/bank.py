@@ -167,9 +167,16 @@ class Bank:
     def gram(self, index: Sequence[int]) -> FloatArray:
         """Products of some columns among themselves (k, k), without offsets."""
         chosen = np.asarray(index, dtype=np.int64)
-        self._crossed(index, False)
         out = np.empty((chosen.size, chosen.size))
+        # most columns that are tried are tried once: they are not multiplied with the whole bank
+        fresh = [k for k, i in enumerate(index) if i not in self._cross]
+        if fresh:
+            part = self.columns.some(index)
+            out[:, fresh] = part.T @ part[:, fresh]
+            out[fresh] = out[:, fresh].T
         for k, i in enumerate(index):
+            if i not in self._cross:
+                continue
             row = self._cross[i]
             # of two columns the one whose products were made last knows the other
             known = chosen < row.size

@@ -109,7 +109,7 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
     functions = [timed(model, search.blocks[k]) for k in nameless if seen.gain[k] >= seen.price]
     functions += [
         b
-        for b in (*_levels(model), *cycles)
+        for b in (*_levels(search), *cycles)
         if _still_open(b.regressor, taken, whole, more)
         and not orphaned(b.regressor, effects, asked_first)
         and not search.out(b.regressor)
@@ -147,11 +147,13 @@ def price_of_course(model: ChannelModel, regressor: Regressor) -> float:
     return price_of_cuts(model, regressor) + price_of_period(regressor)
 
 
-def _levels(model: ChannelModel) -> list[Block]:
-    """Levels that change over the campaign, for each factor that has none yet."""
+def _levels(search: Search) -> list[Block]:
+    """Levels that change over the campaign, for each factor that has none yet and of which none were refuted."""
+    model = search.model
     if overlapping(model.problem.rows.frame.take(model.problem.train)):
         return []
-    known = {levels.times for c in model.chosen if (levels := levels_of(c.main.regressor)) is not None}
+    had = (levels_of(c.main.regressor) for c in (*model.chosen, *search.refuted))
+    known = {levels.times for levels in had if levels is not None}
     return in_levels(model, [times for times in SIGNS if times not in known])
 
 
