@@ -38,12 +38,13 @@ def search_between(
 ) -> list[WeakOrder]:
     """Orders between the whole ones that stand in the training revolutions beside those that are ``fitted``; of those
     that leak into each other the strongest. ``floor`` and ``price`` as in :func:`bench.mismatch.orders.weak.search`;
-    ``shifted``: whether the grid is shifted as well, which takes long.
+    ``shifted``: whether the grid is shifted as well, which takes long, and finds orders in a tone where it is heard at
+    few speeds.
     """
     whole = Stage.of(seen, turns, train)
     if whole is None:
         return []
-    shifts = shifts_of(seen, train)
+    shifts = shifts_of(seen, train) if shifted else np.zeros(1)
     # a wave of less than a period in a revolution's segment is a part of its line
     lowest = 1.0 / min(t.revolutions for t in whole.turns)
     grid = np.arange(HIGHEST_BETWEEN * PARTS + 1) / PARTS

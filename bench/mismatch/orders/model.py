@@ -41,12 +41,13 @@ polynomials of its own"""
 @dataclass(frozen=True, slots=True)
 class Given:
     """What the given simulation has of the transmission error: orders of its series, the ripple's, laws of the
-    series.
+    series; and whether the motion is ``free``, with no set speeds: of a tone, recordings at few speeds make orders.
     """
 
     orders: tuple[float, ...]
     notch: tuple[float, ...] = ()
     laws: tuple[Law, ...] = ()
+    free: bool = False
 
 
 @dataclass(slots=True)
@@ -158,7 +159,7 @@ def _orders(model: TransmissionModel, y: FloatArray, seed: int) -> None:
         model.noise = slow.mixture(now, model.turns, rows, rows.within, _rate(rows))
         fresh = search(now, model.turns, model.train, now.orders, _floor(model), model.price)
         fresh = [w for w in fresh if w.order not in found]
-        for shifted in (False, True):
+        for shifted in (False, True) if given.free else (False,):
             if not fresh:
                 fresh = search_between(now, model.turns, model.train, now.orders, _floor(model), model.price, shifted)
         if not fresh:

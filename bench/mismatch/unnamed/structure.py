@@ -20,7 +20,7 @@ from bench.mismatch.regression.model import unrefined
 from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.strength import added
 from bench.mismatch.unnamed.bursts import Bursts, bursts
-from bench.mismatch.unnamed.scatter import UNITS, Scatter, scatter
+from bench.mismatch.unnamed.scatter import LEAST_LOUDER, UNITS, Scatter, scatter
 from bench.mismatch.unnamed.telegraph import Telegraph, telegraph
 from bench.mismatch.unnamed.tones import Tone, tone
 from bench.simulation.frame import FloatArray
@@ -178,9 +178,23 @@ def _of_telegraph(jumps: Telegraph, outcome: ChannelOutcome) -> Discovery:
 
 
 def _scatter(search: Search, densities: Sequence[Density], seed: int) -> Scatter | None:
+    """The state that scatters most, if what the model leaves scatters there as well: a spectrum of the channel holds
+    what the model says, too.
+    """
     rows = search.model.problem.rows
     settled = search.model.problem.train & settled_rows(rows.frame)
-    return scatter(densities, rows.frame, np.where(settled, rows.number, 0.0), seed)
+    number = np.where(settled, rows.number, 0.0)
+    found = scatter(densities, rows.frame, number, seed)
+    if found is None:
+        return None
+    left = rows.y - search.model.predict(rows.frame)
+    recording = rows.frame.recording
+    count = np.bincount(recording, settled)
+    # of a mean of n samples as much as of one
+    squares = np.bincount(recording, number * left**2) / np.maximum(count, 1.0)
+    louder = np.isin(np.arange(count.size), found.recordings)
+    others = np.median(squares[~louder & (count > 0)])
+    return found if np.median(squares[louder & (count > 0)]) >= LEAST_LOUDER * others else None
 
 
 def _of_scatter(found: Scatter, outcome: ChannelOutcome) -> Discovery:

@@ -72,3 +72,11 @@ def test_an_order_between_the_whole_ones_takes_none_of_them_away(fitted: float, 
     assert whole in [line.order for line in search(now, turns, train, (fitted,), NOISE, PRICE)]
     again, _ = shown(13, 2.0, waves, (fitted, float(whole)))
     assert search(again, turns, train, (fitted, float(whole)), NOISE, PRICE) == []
+
+
+def test_without_shifts_only_parts_of_an_order_are_found() -> None:
+    waves = np.array([(87.0 / 26.0, 20.0 * NOISE, 0.7), (20.0 + 1.0 / 3.0, 20.0 * NOISE, 0.7)])
+    now, turns = shown(13, 2.0, waves)
+    lines = search_between(now, turns, np.ones(13, dtype=bool), (), NOISE, PRICE, False)
+    assert lines
+    assert all(abs(line.order * PARTS - round(line.order * PARTS)) < 1e-9 for line in lines)
