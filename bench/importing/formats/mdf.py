@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections import Counter
 from contextlib import suppress
 from datetime import datetime
@@ -32,6 +33,8 @@ class MdfSource:
         except Exception as error:
             _close_half_built(error)
             raise RecordingError(f"{path}: is not a readable MDF file ({error}).") from error
+        # its own destructor comes too late: the file may be collected before the reader that would close it
+        weakref.finalize(self, self._file.close)
 
     def variables(self) -> list[Variable]:
         """Name the channels; masters first in their group."""

@@ -241,3 +241,15 @@ def test_a_spreadsheet_is_to_be_saved_as_csv(tmp_path: Path) -> None:
     (tmp_path / "rig.xlsx").write_bytes(b"PK\x03\x04" + bytes(50))
     with pytest.raises(RecordingError, match="should be saved as CSV"):
         open_source(tmp_path / "rig.xlsx")
+
+
+@pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::FutureWarning", "ignore::UserWarning")
+def test_an_mdf_file_is_closed_with_its_source(tmp_path: Path) -> None:
+    names = _mdf(tmp_path / "measured.mf4")
+    path = next(tmp_path.iterdir())
+    source: Any = open_source(path)
+    np.testing.assert_array_equal(_read(source, names["q"]), _Q)
+    opened = source._file._mdf._file
+    assert not opened.closed
+    del source
+    assert opened.closed
