@@ -57,13 +57,13 @@ class AfterStop:
             raise NotNow("nothing was run yet, there is nothing to reset")
         self._keeper.held = False
         self._book.write("reset", by, f"reset after: {stopped['text'] or 'no stop on record'}")
-        return self._keeper.add(following(run or self._placeholder_run(), by, resets=True, title="Reset of the bench"))
+        return self._keeper.add(following(run or self._settings_run(), by, resets=True, title="Reset of the bench"))
 
     def _place(self) -> Path:
         run = self._last_ended()
         return self._settings.folder if run is None else Path(run.folder)
 
-    def _placeholder_run(self) -> Run:
+    def _settings_run(self) -> Run:
         """What a reset follows where this service has run nothing."""
         settings = self._settings
         folder = str(settings.folder.absolute())

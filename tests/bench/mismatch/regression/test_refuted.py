@@ -10,7 +10,7 @@ import pytest
 from bench.mismatch.regression import pruning, refuted
 from bench.mismatch.regression.beside import shaped
 from bench.mismatch.regression.folds import carried
-from bench.mismatch.regression.model import Chosen, add_block
+from bench.mismatch.regression.model import ChannelModel, Chosen, add_block
 from bench.mismatch.regression.refuted import borne_out, not_refuted
 from bench.mismatch.regression.regressors import Free, named
 from bench.mismatch.regression.search import begun
@@ -108,15 +108,21 @@ def test_a_function_is_asked_again_without_the_one_that_made_up_for_it(monkeypat
     assert len(model.notes) == 2
 
 
-def test_a_function_that_predicts_no_better_is_not_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Where a true one would be seen to predict better: as good as without it is not enough."""
-    frame = campaign()
+def with_a_table(frame: Frame) -> tuple[ChannelModel, Chosen]:
+    """Dry friction with a function of the temperature beside it; every third recording is held out."""
     y = 0.5 * frame.direction + np.random.default_rng(5).normal(0.0, 0.01, frame.size)
     own = replace(problem(frame, y), folds=np.where(np.arange(24) % 3 == 0, -1, np.arange(24)))
     model = begun(own).model
     table = Free(MOTOR_TORQUE, (Grid(("temperature",), "1", ((22.0, 26.0, 30.0, 34.0, 40.0),)),))
     one = Chosen(add_block(own, model.bank, table, 1e-3))
     model = replace(model, chosen=[one], fit=model.refitted([one]))
+    return model, one
+
+
+def test_a_function_that_predicts_no_better_is_not_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where a true one would be seen to predict better: as good as without it is not enough."""
+    frame = campaign()
+    model, one = with_a_table(frame)
     sign = np.resize([1.0, -1.0], frame.size)
 
     def remaining(better: float) -> object:
@@ -131,12 +137,7 @@ def test_a_function_that_predicts_no_better_is_not_told(monkeypatch: pytest.Monk
 def test_a_function_that_predicts_worse_is_not_told_however_little_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each recording differs by more than all together: that they come out worse still speaks against the function."""
     frame = campaign()
-    y = 0.5 * frame.direction + np.random.default_rng(5).normal(0.0, 0.01, frame.size)
-    own = replace(problem(frame, y), folds=np.where(np.arange(24) % 3 == 0, -1, np.arange(24)))
-    model = begun(own).model
-    table = Free(MOTOR_TORQUE, (Grid(("temperature",), "1", ((22.0, 26.0, 30.0, 34.0, 40.0),)),))
-    one = Chosen(add_block(own, model.bank, table, 1e-3))
-    model = replace(model, chosen=[one], fit=model.refitted([one]))
+    model, one = with_a_table(frame)
     sign = np.where(frame.recording % 2 == 0, 1.0, -1.0)
 
     def remaining(better: float) -> object:
