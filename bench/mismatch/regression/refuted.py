@@ -7,12 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from bench.mismatch import criteria
+from bench.mismatch.recordings.rows import error_of_mean
 from bench.mismatch.regression.auxiliary import of_auxiliary
 from bench.mismatch.regression.folds import carried, squares
 from bench.mismatch.regression.heredity import without
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen, fit_blocks, of_start
 from bench.mismatch.regression.regressors import UNKNOWN
 from bench.simulation.frame import FloatArray
+from bench.simulation.terms import LIBRARY
 
 
 def not_refuted(model: ChannelModel, chosen: Sequence[Chosen]) -> list[Chosen]:
@@ -55,19 +57,21 @@ def not_refuted(model: ChannelModel, chosen: Sequence[Chosen]) -> list[Chosen]:
 
 
 def borne_out(model: ChannelModel) -> list[Chosen]:
-    """Effects of a model without the functions that have no name and with which recordings held out are predicted worse
-    than without them.
+    """Effects of a model without those that recordings held out refute: they are predicted worse than without them.
 
-    A function without a name claims nothing but that it predicts. Which one it is was chosen without these recordings;
-    they only decide whether it is told. Names stay: they are told with half the confidence.
+    A function without a name claims nothing but that it predicts: it goes however little worse they are predicted.
+    A name beside such a function goes where it is worse by more than the standard error of the difference: physics
+    that no name has is met in part by a name that comes near. Other names stay, with half the confidence: what a
+    hysteresis is like at the beginning of a recording, none can predict. Which effects there are was chosen without
+    these recordings; they only decide what is reported.
     """
     current = list(model.chosen)
     while True:
         asked = ((c, worse_with(model, current, c)) for c in current)
-        refuted = next(((c, ratio) for c, ratio in asked if ratio is not None), None)
-        if refuted is None:
+        refuted = [(c, ratio) for c, ratio in asked if ratio is not None]
+        if not refuted:
             return current
-        own, ratio = refuted
+        own, ratio = max(refuted, key=lambda one: one[1])
         model.notes.append(
             f"{own.main.regressor.words} gained in the fit, but recordings held out are predicted"
             f" {ratio:.3g} times as badly with it: it is not reported"
@@ -77,12 +81,14 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
 
 
 def worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> float | None:
-    """How many times as badly recordings held out are predicted with a function without a name beside the others of
-    some effects; None where they are not against it.
+    """How many times as badly recordings held out are predicted with an effect beside the others of some; None where
+    they do not refute it.
     """
     problem = model.problem
     held = problem.held_out
-    if own.effect != UNKNOWN or of_auxiliary(own.main.regressor) or not held.any():
+    if of_auxiliary(own.main.regressor) or not held.any():
+        return None
+    if own.effect != UNKNOWN and (_nominal(own) or not any(_without_a_name(c) for c in current)):
         return None
     others = without(current, own, problem.lacking)
     left = [_left(model, chosen)[held] for chosen in (current, others)]
@@ -91,8 +97,20 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> f
     worse = float(np.average(change, weights=number))
     ratio = np.sqrt(np.average(left[0] ** 2, weights=number) / max(np.average(left[1] ** 2, weights=number), 1e-300))
     # a function that is true takes its square off, one that is not adds it: what predicts worse is more likely not
-    # true, however small the difference
-    return float(ratio) if worse > 0.0 else None
+    # true, however small the difference. Nature's form of a name may differ from the library's
+    allowed = 0.0
+    if own.effect != UNKNOWN:
+        error = error_of_mean(change, problem.rows.frame.recording[held], number)
+        allowed = np.inf if error is None else criteria.ONE_ERROR * error
+    return float(ratio) if worse > allowed else None
+
+
+def _nominal(own: Chosen) -> bool:
+    return own.effect in LIBRARY and LIBRARY[own.effect].nominal
+
+
+def _without_a_name(own: Chosen) -> bool:
+    return own.effect == UNKNOWN and not of_auxiliary(own.main.regressor)
 
 
 def _left(model: ChannelModel, chosen: Sequence[Chosen]) -> FloatArray:

@@ -165,3 +165,22 @@ def test_a_name_is_asked_again_without_the_function_that_took_it(monkeypatch: py
     monkeypatch.setattr(pruning, "not_refuted", lambda _model, chosen: [c for c in chosen if c is not function])
     assert pruning._kept(search, [name, function], 5.0) == [name]
     assert pruning._kept(search, [function], 5.0) == []
+
+
+@pytest.mark.parametrize(("worse", "beside", "goes"), [(-0.1, 1, 0), (0.001, 1, 0), (0.1, 1, 1), (0.1, 0, 0)])
+def test_a_name_beside_a_function_without_one_goes_where_recordings_held_out_are_worse_by_more_than_their_scatter(
+    monkeypatch: pytest.MonkeyPatch, worse: float, beside: int, goes: int
+) -> None:
+    frame = campaign()
+    model, table = with_a_table(frame)
+    churn = Chosen(add_block(model.problem, model.bank, named("friction.viscous_quadratic", MOTOR_TORQUE, "square")))
+    chosen = [churn, *[table][:beside]]
+    model = replace(model, chosen=chosen, fit=model.refitted(chosen))
+    sign = np.where(frame.recording % 2 == 0, 1.0, -1.0)
+
+    def remaining(_model: object, chosen: list[Chosen]) -> FloatArray:
+        return 2.0 + (0.05 * sign + worse if churn in chosen else 0.0 * sign) - (1.0 if table in chosen else 0.0)
+
+    monkeypatch.setattr(refuted, "_left", remaining)
+    assert (churn not in borne_out(model)) == bool(goes)
+    assert len(model.notes) == goes
