@@ -32,6 +32,7 @@ class CaseSpec:
         shape: numbers of the forms to be set rather than drawn.
         elsewhere: another laboratory's bench: other magnitudes and sensors, now and then a lost cycle.
         clutter: the gearbox has sixty to a hundred weak orders beside the nominal ones.
+        least_overlap: share of the effect that those of ``also`` have to say on the bench that is drawn.
     """
 
     name: str
@@ -48,6 +49,7 @@ class CaseSpec:
     shape: tuple[tuple[str, float], ...] = ()
     elsewhere: bool = False
     clutter: bool = False
+    least_overlap: float = 0.0
 
     @property
     def alias(self) -> str:
@@ -221,6 +223,7 @@ def _ambiguous(seed: int, held_back: bool) -> Iterator[CaseSpec]:
             also=pair.also,
             design=pair.design,
             shape=pair.shape,
+            least_overlap=pair.least_overlap,
         )
 
 

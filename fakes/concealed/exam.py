@@ -30,6 +30,11 @@ _ONE_WARM_UP = replace(_STEADY, speeds=(7.5,), warm_ups=1, levels=14, heat_time=
 _NO_SLOW_SPEED = replace(_STEADY, speeds=(5.0, 7.5, 10.0), grid=38, heat_speed=(40.0, 55.0), heat_time=1500.0)
 
 
+#: Share of an effect that another has to say before they count as not told apart: what is left of it has a fifth of its
+#: size, as much as nature's form of either may differ from the one that an analysis knows.
+ALIKE = 0.96
+
+
 @dataclass(frozen=True, slots=True)
 class Confusion:
     """A design that cannot tell ``effect`` from ``also``, checked by the overlap of both after the nominal's refit.
@@ -38,6 +43,8 @@ class Confusion:
         form: the form of ``effect`` to conceal.
         shape: numbers of that form to be set.
         strength: from where it is drawn; fainter where a clear one would be no physical drag any more.
+        least_overlap: share of the effect that the alternative has to say on the bench that is drawn; another bench and
+            other points are drawn until it does. 0 where the design alone decides.
     """
 
     effect: str
@@ -46,6 +53,7 @@ class Confusion:
     design: Design
     shape: tuple[tuple[str, float], ...] = ()
     strength: tuple[float, float] = CLEAR
+    least_overlap: float = 0.0
 
 
 CONFUSIONS: tuple[Confusion, ...] = (
@@ -61,6 +69,7 @@ CONFUSIONS: tuple[Confusion, ...] = (
         "Arrhenius",
         ("friction.run_in",),
         _ONE_WARM_UP,
+        least_overlap=ALIKE,
     ),
     Confusion(
         "friction.viscous_quadratic",
@@ -99,6 +108,7 @@ CONFUSIONS: tuple[Confusion, ...] = (
         "power of distance",
         ("friction.viscous_temperature",),
         _ONE_WARM_UP,
+        least_overlap=ALIKE,
     ),
     Confusion(
         "friction.stribeck",

@@ -13,11 +13,12 @@ import numpy as np
 from fakes.concealed.campaign import Campaign
 from fakes.concealed.catalogue import CaseSpec
 from fakes.concealed.clutter import clutter_truth, draw_clutter, merged
-from fakes.concealed.design import draw_points
+from fakes.concealed.design import Point, draw_points
 from fakes.concealed.effects.base import Effect
 from fakes.concealed.noise import Sensors, draw_sensors, roughen, scaled
+from fakes.concealed.overlap import overlap
 from fakes.concealed.place import placed
-from fakes.concealed.plant import RATIO, draw_plant, elsewhere
+from fakes.concealed.plant import RATIO, Plant, draw_plant, elsewhere
 from fakes.concealed.recordings import MadeRecording, NoiseTally, make_recordings, recording_id
 from fakes.concealed.strength import calibrate, covered
 from fakes.concealed.truth import ConcealedEffect, Location, Status, Truth
@@ -29,6 +30,10 @@ _NOMINAL_CHANNEL = {
     "thermal": "temperature",
     "load": "load_torque",
 }
+
+
+_MOST_DRAWS = 8
+"""benches that are drawn for one case at most"""
 
 
 @dataclass(slots=True)
@@ -68,27 +73,19 @@ class Folder:
 
 def open_folder(spec: CaseSpec) -> Folder:
     """Draw bench, sensors and design of a case and calibrate its effects' strengths."""
-    rng = np.random.default_rng([spec.seed, 5])
-    plant, sensors = draw_plant(rng), draw_sensors(rng)
-    if spec.elsewhere:
-        plant, sensors = elsewhere(plant, rng), scaled(sensors, float(rng.uniform(0.6, 1.7)))
-    sensors = roughen(sensors, spec.nuisance, rng)
-    points = tuple(draw_points(spec.design, rng))
+    bench = _bench(spec)
+    plant, sensors, points, effects, rng = bench.plant, bench.sensors, bench.points, bench.effects, bench.rng
     floor = noise_floor(sensors)
-    effects: list[Effect] = []
     strengths: list[float] = []
     places: list[Location] = []
-    for form, target in zip(spec.forms, spec.strengths, strict=True):
-        effect = form.make(rng)
-        effect.shape.update(spec.shape)
+    for effect, target in zip(effects, spec.strengths, strict=True):
         alone = Campaign(plant, (effect,), points, spec.seed)
         reached, excess = calibrate(alone, effect, target, floor[effect.channels[0]])
         strengths.append(reached)
         places.append(placed(effect.location(), excess, partial(recording_id, spec.seed)))
-        effects.append(effect)
     if len(effects) > 1:
         # one effect may warm the bench that another is found on: the recordings cover what all of them make of it
-        together = Campaign(plant, tuple(effects), points, spec.seed)
+        together = Campaign(plant, effects, points, spec.seed)
         spans = {channel: covered(together, channel) for channel in {e.channels[0] for e in effects}}
         places = [replace(p, span=spans[e.channels[0]]) for p, e in zip(places, effects, strict=True)]
     if spec.clutter:
@@ -113,8 +110,49 @@ def open_folder(spec: CaseSpec) -> Folder:
     ]
     told += [_missing(term) for term in spec.switched_off]
     told = merged(told, clutter_truth(plant, floor["transmission_error"]))
-    campaign = Campaign(plant, tuple(effects), points, spec.seed)
+    campaign = Campaign(plant, effects, points, spec.seed)
     return Folder(spec, campaign, sensors, start, tuple(told), NoiseTally())
+
+
+@dataclass(frozen=True, slots=True)
+class _Bench:
+    """What was drawn for a case, and the generator as it is then."""
+
+    plant: Plant
+    sensors: Sensors
+    points: tuple[Point, ...]
+    effects: tuple[Effect, ...]
+    rng: np.random.Generator
+
+
+def _bench(spec: CaseSpec) -> _Bench:
+    """Draw bench, sensors, points and the effects' numbers; where a case asks for it, until its effect cannot be told
+    from another, or the nearest to that of some draws.
+    """
+    best: tuple[float, _Bench] | None = None
+    for number in range(_MOST_DRAWS):
+        rng = np.random.default_rng([spec.seed, 5, number] if number else [spec.seed, 5])
+        plant, sensors = draw_plant(rng), draw_sensors(rng)
+        if spec.elsewhere:
+            plant, sensors = elsewhere(plant, rng), scaled(sensors, float(rng.uniform(0.6, 1.7)))
+        sensors = roughen(sensors, spec.nuisance, rng)
+        points = tuple(draw_points(spec.design, rng))
+        effects = tuple(form.make(rng) for form in spec.forms)
+        for effect in effects:
+            effect.shape.update(spec.shape)
+        drawn = _Bench(plant, sensors, points, effects, rng)
+        if spec.least_overlap <= 0.0:
+            return drawn
+        # an effect heats the bench that it is found on: it has to have its size
+        campaign, effect = Campaign(plant, effects, points, spec.seed), effects[0]
+        calibrate(campaign, effect, spec.strengths[0], noise_floor(sensors)[effect.channels[0]])
+        share = overlap(campaign, effect, spec.also)
+        if best is None or share > best[0]:
+            best = share, drawn
+        if share >= spec.least_overlap:
+            break
+    assert best is not None
+    return best[1]
 
 
 def noise_floor(sensors: Sensors) -> dict[str, float]:

@@ -14,6 +14,7 @@ from bench.mismatch.regression.heredity import without
 from bench.mismatch.regression.model import Chosen, unrefined
 from bench.mismatch.regression.refuted import not_refuted
 from bench.mismatch.regression.regressors import UNKNOWN
+from bench.mismatch.regression.scan import Scan
 from bench.mismatch.regression.sign_blocks import whole
 from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.strength import Strength, added, strength
@@ -30,20 +31,26 @@ def concluded(search: Search) -> Search:
     may be of another kind than the model has it, and that none of the tests of this file takes away.
     """
     model = search.model
-    # structure that nothing follows is alike for longer than a block: whole recordings are turned as well
-    beside = [*model.chosen, *_trifles(search)]
-    fitted = model.refitted(beside)
-    looks = [search.scan(beside, fitted, shuffled=True)]
-    recordings = whole(search.units)
-    # pieces of one recording share its zero, and the signs of a few recordings are often drawn alike
-    if not model.problem.free or (not model.problem.cut and recordings.recording.size >= FEWEST_UNITS):
-        looks.append(replace(search, units=recordings).scan(beside, fitted, shuffled=True))
-    last = max(looks, key=lambda s: s.price)
+    last = max(shuffled(search, [*model.chosen, *_trifles(search)]), key=lambda s: s.price)
     search.scans.append(last)
     price = max(last.price, model.price)
     chosen = _kept(search, list(model.chosen), price)
     search.model = replace(model, chosen=chosen, fit=model.refitted(chosen), price=price)
     return search
+
+
+def shuffled(search: Search, beside: Sequence[Chosen]) -> list[Scan]:
+    """What candidates gain beside some effects where the signs of the residual are drawn at random: block by block,
+    and, where there are recordings enough, recording by recording, for structure that nothing follows and slow noise
+    are alike for longer than a block.
+    """
+    problem, fitted = search.model.problem, search.model.refitted(beside)
+    looks = [search.scan(beside, fitted, shuffled=True)]
+    recordings = whole(search.units)
+    # pieces of one recording share its zero, and the signs of a few recordings are often drawn alike
+    if not problem.free or (not problem.cut and recordings.recording.size >= FEWEST_UNITS):
+        looks.append(replace(search, units=recordings).scan(beside, fitted, shuffled=True))
+    return looks
 
 
 def _kept(search: Search, chosen: list[Chosen], price: float) -> list[Chosen]:

@@ -17,6 +17,7 @@ from bench.mismatch.discovery import UNKNOWN, UNNAMED, ChannelOutcome, Discovery
 from bench.mismatch.recordings.rows import settled_rows
 from bench.mismatch.recordings.vibration import Density
 from bench.mismatch.regression.model import unrefined
+from bench.mismatch.regression.pruning import shuffled
 from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.strength import added
 from bench.mismatch.unnamed.bursts import Bursts, bursts
@@ -82,11 +83,13 @@ def examine(
 def _mean(search: Search) -> tuple[float, str, float]:
     """Chance of the best remaining gain, what it is of, and its size over a sample's noise.
 
-    Of the gain only what an effect of the least size that is told would not have counts: a gain grows with the square
+    The chance is the larger one of noise that is alike for a block and of noise that is alike for a recording. Of the
+    gain only what an effect of the least size that is told would not have counts: a gain grows with the square
     of the size.
     """
     model = search.model
-    seen = search.scan(model.chosen, model.fit, shuffled=True)
+    looks = shuffled(search, model.chosen)
+    seen = looks[0]
     order = int(np.argmax(seen.gain))
     block = search.blocks[order]
     size = added(search.model, unrefined(search.bank, block))
@@ -94,7 +97,7 @@ def _mean(search: Search) -> tuple[float, str, float]:
     least = max(criteria.LEAST_OVERALL / max(size.overall, 1e-300), acts / max(size.acts, 1e-300))
     beyond = 1.0 - min(1.0, least) ** 2
     gain = float(seen.gain[order]) * beyond if np.isfinite(seen.gain[order]) else 0.0
-    return seen.p_value(gain), block.regressor.words, size.overall
+    return max(look.p_value(gain) for look in looks), block.regressor.words, size.overall
 
 
 def _counts(loud: Bursts, outcome: ChannelOutcome, search: Search) -> bool:
