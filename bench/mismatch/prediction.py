@@ -7,7 +7,7 @@ from which it starts. Nothing of the predicted channel is fitted.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -219,14 +219,18 @@ def predict(
 
 
 def predict_all(
-    model: Simulation | Mapping[str, Any] | str | Path, recordings: Sequence[Recording], only: int | None = None
+    model: Simulation | Mapping[str, Any] | str | Path,
+    recordings: Sequence[Recording],
+    only: int | None = None,
+    channels: Collection[str] = tuple(CHANNELS),
 ) -> Iterator[tuple[Recording, dict[str, FloatArray]]]:
-    """Predict the recordings of a campaign, in the order in which they began; or the one of number ``only``.
+    """Predict ``channels`` of the recordings of a campaign, in the order in which they began; or of the one of number
+    ``only``.
 
     At the orders of the load motor's ripple the simulation is silent (bench-physics, "Nominal simulation" 1): what the
     recording has there stands in the prediction, so that it may be compared with the channel as it was measured.
     """
-    for part, told in told_of(model, recordings, only):
+    for part, told in told_of(model, recordings, only, channels):
         yield part, {channel: own.values for channel, own in told.items()}
 
 
@@ -242,7 +246,10 @@ class Told:
 
 
 def told_of(
-    model: Simulation | Mapping[str, Any] | str | Path, recordings: Sequence[Recording], only: int | None = None
+    model: Simulation | Mapping[str, Any] | str | Path,
+    recordings: Sequence[Recording],
+    only: int | None = None,
+    channels: Collection[str] = tuple(CHANNELS),
 ) -> Iterator[tuple[Recording, dict[str, Told]]]:
     """As :func:`predict_all`, with what a prediction lacks."""
     if isinstance(model, Mapping):
@@ -274,6 +281,8 @@ def told_of(
             travelled.append(float(ready.frame.travel[-1]))
         out = {}
         for channel, spec in CHANNELS.items():
+            if channel not in channels:
+                continue
             if channel in ready.measured and all(name in part.specs for name in spec.made_of):
                 side = compared(ready, channel)
                 frame = zeros.less(ready.frame) if channel == TEMPERATURE else ready.frame

@@ -24,7 +24,9 @@ from bench.errors import BenchError
 from bench.recording import Recording, RecordingFolder
 
 Floats = NDArray[np.float64]
-Predict = Callable[[Mapping[str, Any], Sequence[Recording]], Iterable[tuple[Recording, Mapping[str, Floats]]]]
+Prediction = Iterable[tuple[Recording, Mapping[str, Floats]]]
+Predict = Callable[..., Prediction]
+"""of a model and recordings; where ``channels`` are named, of these"""
 #: Sums of squares of one prediction: channel → recording id → (sum of squared residuals, samples).
 Squares = dict[str, dict[str, tuple[float, int]]]
 
@@ -76,10 +78,15 @@ def predictor() -> Predict | None:
     return predict
 
 
-def squares(predict: Predict, model: Mapping[str, Any], recordings: Sequence[Recording]) -> Squares:
-    """Squared residuals of every recording: over steady samples, of the temperature over all."""
+def squares(
+    predict: Predict, model: Mapping[str, Any], recordings: Sequence[Recording], channel: str | None = None
+) -> Squares:
+    """Squared residuals of every recording, of one ``channel`` or of all: over steady samples, of the temperature over
+    all.
+    """
     out: Squares = {}
-    for recording, predicted in predict(model, recordings):
+    asked: dict[str, Any] = {} if channel is None else {"channels": (channel,)}
+    for recording, predicted in predict(model, recordings, **asked):
         for channel, values in predicted.items():
             measured = measured_channel(recording, channel)
             if measured is None:
@@ -166,7 +173,7 @@ def _shares(
     back: dict[int, float] = {}
     for i, finding in named:
         channel = finding["channel"]
-        less = squares(predict, without(model, finding["effect"]), recordings).get(channel, {})
+        less = squares(predict, without(model, finding["effect"]), recordings, channel).get(channel, {})
         back[i] = sum(s - whole[channel][r][0] for r, (s, _n) in less.items() if r in whole.get(channel, {}))
     out = {}
     for i, finding in named:

@@ -1,7 +1,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -67,7 +67,13 @@ def smoothed(_model: object, recording: Recording) -> dict[str, np.ndarray[Any, 
 
 def each(predict: Callable[[Any, Recording], Mapping[str, Any]]) -> recompute.Predict:
     """A prediction of whole campaigns from one of single recordings."""
-    return lambda model, recordings: ((r, predict(model, r)) for r in recordings)
+
+    def whole(model: Any, recordings: Sequence[Recording], channels: Collection[str] = ()) -> Iterator[Any]:
+        for recording in recordings:
+            out = predict(model, recording)
+            yield recording, {c: v for c, v in out.items() if not channels or c in channels}
+
+    return whole
 
 
 @pytest.fixture
