@@ -1,15 +1,15 @@
-"""Orders that stand between the whole ones: of a wheel or a belt that does not turn so often as the output, nor a whole
-number of times.
+"""Orders that stand between the whole ones: of a cage, a wheel or a belt that does not turn a whole number of times with
+the output.
 
-They are looked for at parts of an order. Where the revolutions follow each other through many turns of the output,
-that grid is too coarse: the phase of a wheel of 26 teeth on one of 87, taken for 10/3 turns, runs off by a third of a
-turn in 26. Then the grid is shifted in steps, and what stands is followed to where it gains most.
+Where they are is not known beforehand. The energy of the revolutions, whatever its phase, shows at parts of an order
+where something stands. There the order is followed: of one that is a little off, the phase runs away with the angle,
+from one revolution to the next. What has a phase of its own in each revolution, a tone, stays no order.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,14 +17,29 @@ from scipy.optimize import minimize_scalar
 
 from bench.mismatch import criteria
 from bench.mismatch.orders.look import PARTS
-from bench.mismatch.orders.turns import HIGHEST_BETWEEN, Seen, Turn
+from bench.mismatch.orders.turns import HIGHEST_BETWEEN, Complex, Seen, Turn
 from bench.mismatch.orders.weak import LEAK, MODELS, Stage, WeakOrder
 from bench.simulation.frame import FloatArray
 
-SHIFTS = 8
-"""to either side of a part of an order at most: enough for 48 revolutions, and of more the search would take long"""
+SIDE_LINES = 1.0
+"""orders about a summit of the energy within which its cause may stand: beside a fitted order a wave is seen at its
+sides
+"""
+LEAST_SHARE = 0.05
+"""of an order that fitted ones leave in a revolution: what is told of less is rounding and the shape of windows"""
 STEPS = 4.0
-"""shifts while the phase of an order runs off by a turn between the first revolution and the last"""
+"""steps while the phase of an order runs off by a turn between the first revolution and the last"""
+MOST_STEPS = 256
+"""to either side of a part of an order: enough for some 1500 revolutions"""
+LEAKS = 1.5
+"""size of what a wave leaks into orders farther off, over the side lobes of a window of the shortest segment's length
+"""
+MOST_SUMMITS = 48
+"""summits of the energy that are looked at in a round"""
+HALF = 0.5
+"""share of what stands at an order, beyond noise, that it says at least where it is an order: the rest is that of its
+neighbours. A tone is heard with another phase in each revolution, and says less of itself
+"""
 
 
 def search_between(
@@ -34,68 +49,144 @@ def search_between(
     fitted: Sequence[float],
     floor: float,
     price: float,
-    shifted: bool,
 ) -> list[WeakOrder]:
     """Orders between the whole ones that stand in the training revolutions beside those that are ``fitted``; of those
-    that leak into each other the strongest. ``floor`` and ``price`` as in :func:`bench.mismatch.orders.weak.search`;
-    ``shifted``: whether the grid is shifted as well, which takes long, and finds orders in a tone where it is heard at
-    few speeds.
+    that leak into each other the strongest. ``floor`` and ``price`` as in :func:`bench.mismatch.orders.weak.search`.
     """
     whole = Stage.of(seen, turns, train)
     if whole is None:
         return []
-    shifts = shifts_of(seen, train) if shifted else np.zeros(1)
     # a wave of less than a period in a revolution's segment is a part of its line
     lowest = 1.0 / min(t.revolutions for t in whole.turns)
     grid = np.arange(HIGHEST_BETWEEN * PARTS + 1) / PARTS
     shape = whole.shape[np.round(grid).astype(np.int64)]
-    best, at, which = np.full(grid.size, -np.inf), np.zeros(grid.size), np.zeros(grid.size, dtype=np.int64)
-    for shift in shifts:
-        usable = (grid + shift > lowest) & ((np.round(grid) != grid) | (shift != 0.0))
-        for f in fitted:
-            usable &= np.abs(grid + shift - f) > 0.5 / PARTS
-        stage = replace(whole, vectors=seen.between(shift)[train] / whole.scale[:, None], shape=shape)
-        gain, number = stage.gains(stage.vectors)
-        # an order that is no part of a whole one asks for more
-        gain = np.where(usable, gain - (criteria.RICHER if shift else 0.0), -np.inf)
-        better = gain > best
-        best[better], at[better], which[better] = gain[better], shift, number[better]
+    usable = (grid > lowest) & (np.round(grid) != grid)
+    for f in fitted:
+        usable &= np.abs(grid - f) > NEXT
+    table = seen.between()[train] / whole.scale[:, None]
+    # of revolutions that are noise each has 2*shape**2
+    power = np.sum(np.abs(table) ** 2, axis=0)
+    for k in np.flatnonzero(usable & near_to(grid, fitted)):
+        power[k] = np.sum(np.abs(table[:, k]) ** 2 / np.maximum(whole.shares(float(grid[k]), fitted), LEAST_SHARE))
+    energy = np.where(usable, power / (2.0 * shape**2) - len(whole.turns), -np.inf)
+    path = Path.of(seen, train)
     out: list[WeakOrder] = []
-    # as many times more are looked at than there are whole orders
-    while best.max() > price + np.log(PARTS * shifts.size):
-        k = int(np.argmax(best))
-        order = float(grid[k] + at[k])
-        if at[k]:
-            order = followed(seen, train, whole, order, float(shifts[1]), float(shape[k]))
-        vectors = _vectors(seen, train, whole, order)
-        line = whole.estimated(order, MODELS[which[k]], vectors, float(shape[k]), float(best[k]))
-        best[np.abs(grid - order) < LEAK] = -np.inf
-        if whole.power(line) > criteria.LEAST_POWER * floor**2 * whole.share(line.order, fitted) ** 2:
+    for _ in range(MOST_SUMMITS):
+        k = int(np.argmax(energy))
+        # an order gains no more than its energy; as many more are looked at than there are whole orders as has steps
+        if not energy[k] > price + np.log(PARTS):
+            break
+        near = np.flatnonzero((np.abs(grid - grid[k]) <= SIDE_LINES) & np.isfinite(energy))
+        line = path.best(whole, grid[near], table[:, near], shape[near], fitted)
+        away = np.abs(grid - grid[k])
+        energy[away < LEAK] = -np.inf
+        energy -= power[k] * (LEAKS * lowest / (np.pi * np.maximum(away, LEAK))) ** 2 / (2.0 * shape**2)
+        if line is None or line.gain <= price + np.log(PARTS):
+            continue
+        energy[np.abs(grid - line.order) < LEAK] = -np.inf
+        if whole.power(line) > criteria.LEAST_POWER * floor**2:
             out.append(line)
     return out
 
 
-def shifts_of(seen: Seen, train: NDArray[np.bool_]) -> FloatArray:
-    """Shifts (k,) of the grid, 0 first: as many as the way from the first training revolution to the last asks for."""
-    theta = [rest.theta for rest, own in zip(seen.rest, train, strict=True) if own]
-    span = (max(float(t.max()) for t in theta) - min(float(t.min()) for t in theta)) / (2.0 * np.pi)
-    number = min(int(STEPS * span / (2 * PARTS)), SHIFTS)
-    steps = np.arange(1, number + 1) / (PARTS * (2 * number + 1))
-    return np.concatenate([[0.0], steps, -steps])
+def near_to(grid: FloatArray, fitted: Sequence[float]) -> NDArray[np.bool_]:
+    """Which of some orders (k,) a fitted one takes a part of."""
+    near = np.zeros(grid.size, dtype=bool)
+    for f in fitted:
+        near |= np.abs(grid - f) < SIDE_LINES
+    return near
 
 
-def followed(seen: Seen, train: NDArray[np.bool_], whole: Stage, order: float, step: float, sigma: float) -> float:
-    """Where within a ``step`` of an order it gains most."""
-
-    def loss(f: float) -> float:
-        vectors = _vectors(seen, train, whole, f)[:, None]
-        return -float(replace(whole, vectors=vectors, shape=np.array([sigma])).gains(vectors)[0][0])
-
-    found = minimize_scalar(loss, bounds=(order - step, order + step), method="bounded", options={"xatol": 0.01 * step})
-    return float(f"{found.x:.6g}")
+def without_leaks(whole: Sequence[WeakOrder], between: Sequence[WeakOrder]) -> list[WeakOrder]:
+    """Of whole orders and such between them those that no other within :data:`SIDE_LINES` gains more than: what stands
+    between two leaks into both, and what is whole into its neighbours.
+    """
+    every = [*whole, *between]
+    return [w for w in every if all(abs(w.order - o.order) > SIDE_LINES or o.gain <= w.gain for o in every)]
 
 
-def _vectors(seen: Seen, train: NDArray[np.bool_], whole: Stage, order: float) -> NDArray[np.complex128]:
-    """Vectors of the residual of the training revolutions at an order, over their scale (turns,)."""
-    values = [rest.at(order) for rest, own in zip(seen.rest, train, strict=True) if own]
-    return np.asarray(np.array(values) / whole.scale)
+NEXT = 0.5 / PARTS
+"""orders from a part of an order to the half way to the next"""
+
+
+@dataclass(frozen=True, slots=True)
+class Path:
+    """Where the training revolutions lie on the way that the output ran: mean angle ``at`` (turns,), and the steps by
+    which an order's phase is followed from one to the next.
+    """
+
+    at: FloatArray
+    step: float
+    steps: FloatArray
+
+    @classmethod
+    def of(cls, seen: Seen, train: NDArray[np.bool_]) -> Path:
+        """The path of the training revolutions."""
+        theta = [rest.theta for rest, own in zip(seen.rest, train, strict=True) if own]
+        span = (max(float(t.max()) for t in theta) - min(float(t.min()) for t in theta)) / (2.0 * np.pi)
+        step = 1.0 / (STEPS * max(span, 1.0))
+        number = min(int(np.ceil(NEXT / step)), MOST_STEPS)
+        return cls(np.array([float(t.mean()) for t in theta]), step, step * np.arange(-number, number + 1))
+
+    def turned(self, vectors: Complex, more: FloatArray) -> Complex:
+        """Vectors (turns,) of an order as those of orders that are ``more`` (k,) higher (turns, k)."""
+        return np.asarray(vectors[:, None] * np.exp(-1j * self.at[:, None] * more))
+
+    def gains(self, one: Stage, more: FloatArray) -> FloatArray:
+        """Gain of orders ``more`` (k,) higher than that of a stage with one; what asks for another number costs it."""
+        own = replace(one, shape=np.full(more.size, one.shape[0]))
+        return own.gains(self.turned(one.vectors[:, 0], more))[0] - np.where(more == 0.0, 0.0, criteria.RICHER)
+
+    def followed(self, one: Stage) -> tuple[float, float]:
+        """How much higher than that of a stage an order gains most, and the gain."""
+        gains = self.gains(one, self.steps)
+        k = int(np.argmax(gains))
+        if self.steps[k] == 0.0:
+            return 0.0, float(gains[k])
+        found = minimize_scalar(
+            lambda d: -float(self.gains(one, np.array([d]))[0]),
+            bounds=(self.steps[k] - self.step, self.steps[k] + self.step),
+            method="bounded",
+            options={"xatol": 0.01 * self.step},
+        )
+        return float(found.x), -float(found.fun)
+
+    def best(
+        self, whole: Stage, orders: FloatArray, vectors: Complex, shape: FloatArray, fitted: Sequence[float]
+    ) -> WeakOrder | None:
+        """The order at or about some ``orders`` (k,), ``vectors`` (turns, k), that gains most; None where it says less
+        than half of what stands there.
+        """
+        stages = [beside(whole, float(f), fitted, vectors[:, i], float(shape[i])) for i, f in enumerate(orders)]
+        found = [self.followed(one) for one in stages]
+        k = int(np.argmax([gain for _, gain in found]))
+        more = found[k][0]
+        order, own = float(orders[k]), stages[k]
+        if more:
+            order = float(f"{orders[k] + more:.6g}")
+            turned = self.turned(vectors[:, k], np.array([more]))[:, 0]
+            own = beside(whole, order, fitted, turned, float(shape[k]))
+        gain = float(own.gains(own.vectors)[0][0]) - (criteria.RICHER if more else 0.0)
+        nearest = int(np.argmin(np.abs(orders - order)))
+        plain = float(stages[nearest].gains(stages[nearest].vectors)[0][0])
+        if plain >= gain:
+            order, own, gain = float(orders[nearest]), stages[nearest], plain
+        _, number = own.gains(own.vectors)
+        line = own.estimated(order, MODELS[number[0]], own.vectors[:, 0], float(own.shape[0]), gain)
+        return line if _says(own, line) >= HALF else None
+
+
+def _says(one: Stage, line: WeakOrder) -> float:
+    """Share of the energy at a stage's one order, beyond that of noise, which a line says."""
+    energy = float(np.sum(np.abs(one.vectors) ** 2))
+    noise = 2.0 * float(one.shape[0]) ** 2 * len(one.turns)
+    left = one.misfit(line, one.vectors[:, 0], float(one.shape[0])) * noise
+    return 1.0 - (left - noise) / max(energy - noise, 1e-300)
+
+
+def beside(whole: Stage, order: float, fitted: Sequence[float], vectors: Complex, sigma: float) -> Stage:
+    """The training revolutions at one order alone, whose residual ``vectors`` (turns,) are what the ``fitted`` orders
+    leave of it: in each as sure as the part that they leave.
+    """
+    left = np.sqrt(np.maximum(whole.shares(order, fitted), LEAST_SHARE))
+    return replace(whole, vectors=(vectors / left)[:, None], scale=whole.scale / left, shape=np.array([sigma]))

@@ -28,6 +28,10 @@ MOSTLY = 0.9
 """share of an order's energy that one vector holds, from which a further multiple of the ratio is the encoder's as
 well: what a report calls a place holds as much
 """
+OF_AN_ORDER = (UNNAMED, "te.temperature_nonlinear", "te.velocity_nonlinear")
+"""laws that say how amplitudes change with the state: of an order that the simulation has not, that is no effect of its
+own
+"""
 MOST_LAWS = 2
 """of one effect"""
 
@@ -108,7 +112,7 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
         if told is not None:
             rest = [f for f in rest if f not in pair.orders]
     plain = _plain(model, sight, rest, teeth)
-    if law is not None and plain is not None and law.effect == UNNAMED and set(law.orders) <= set(plain.orders):
+    if law is not None and plain is not None and law.effect in OF_AN_ORDER and set(law.orders) <= set(plain.orders):
         # how an order that the simulation has not changes with the state is a property of that order
         plain = replace(
             plain, simulation_rows=plain.simulation_rows + law.simulation_rows, numbers=plain.numbers + law.numbers

@@ -37,10 +37,9 @@ class Rest:
     values: FloatArray
     total: float
 
-    def between(self, highest: int, shift: float = 0.0) -> Complex:
-        """Vectors b + j*a at parts of an order, 0 ... ``highest`` of them, each ``shift`` orders higher."""
-        values = self.values if shift == 0.0 else self.values * np.exp(1j * shift * self.theta)
-        return _vectors(spectrum(self.theta / PARTS, values, highest), self.total)
+    def between(self, highest: int) -> Complex:
+        """Vectors b + j*a at parts of an order, 0 ... ``highest`` of them."""
+        return _vectors(spectrum(self.theta / PARTS, self.values, highest), self.total)
 
     def at(self, order: float) -> complex:
         """Vector b + j*a at an order."""

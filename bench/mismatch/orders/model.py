@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.orders import offset_rows as slow
-from bench.mismatch.orders.between import search_between
+from bench.mismatch.orders.between import search_between, without_leaks
 from bench.mismatch.orders.bounds import Bounds
-from bench.mismatch.orders.look import HIGHEST_ORDER
+from bench.mismatch.orders.joint import moved, needless
+from bench.mismatch.orders.look import HIGHEST_ORDER, Look
 from bench.mismatch.orders.partial import refined
 from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.ringing import ringing, rings_for
@@ -33,6 +34,8 @@ from bench.simulation.laws import Law
 from bench.simulation.terms import TRANSMISSION_ERROR
 
 ROUNDS = 24
+SETTLINGS = 3
+"""times that found orders are moved and asked again"""
 FOLLOWED = 2.0
 """variance of what a plain model leaves of an order's vectors, over the noise's, from which the order gets
 polynomials of its own"""
@@ -158,16 +161,44 @@ def _orders(model: TransmissionModel, y: FloatArray, seed: int) -> None:
         assert model.price is not None
         model.noise = slow.mixture(now, model.turns, rows, rows.within, _rate(rows))
         fresh = search(now, model.turns, model.train, now.orders, _floor(model), model.price)
-        fresh = [w for w in fresh if w.order not in found]
-        for shifted in (False, True) if given.free else (False,):
-            if not fresh:
-                fresh = search_between(now, model.turns, model.train, now.orders, _floor(model), model.price, shifted)
+        between = search_between(now, model.turns, model.train, now.orders, _floor(model), model.price)
+        fresh = without_leaks([w for w in fresh if w.order not in found], between)
         if not fresh:
             break
         found |= {w.order: w for w in fresh}
         now = seen(shown, model.turns, y, [*known, *sorted(found)])
+    if model.price is not None:
+        now = _settled(model, y, shown, now, known, found)
     calibrated(model, now, known, found)
     with_noise(model, now)
+
+
+def _settled(
+    model: TransmissionModel,
+    y: FloatArray,
+    shown: Sequence[Look],
+    now: Seen,
+    known: Sequence[float],
+    found: dict[float, WeakOrder],
+) -> Seen:
+    """What the turns show when each of the ``found`` orders, changed here, stands where it gains most beside all others
+    and those that these make needless are gone.
+    """
+    assert model.price is not None
+    for _ in range(SETTLINGS):
+        steps = moved(now, model.turns, model.train, found)
+        for old, new in steps.items():
+            found[new] = replace(found.pop(old), order=new)
+        if steps:
+            now = seen(shown, model.turns, y, [*known, *sorted(found)])
+        gone = needless(now, model.turns, model.train, found, model.price)
+        for order in gone:
+            del found[order]
+        if gone:
+            now = seen(shown, model.turns, y, [*known, *sorted(found)])
+        if not steps and not gone:
+            break
+    return now
 
 
 def with_noise(model: TransmissionModel, now: Seen) -> None:

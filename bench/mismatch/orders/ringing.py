@@ -28,10 +28,13 @@ def rings_for(laws: Sequence[Law], series: Series, noise: float) -> float:
 
 
 def ringing(frame: Frame, seconds: float) -> NDArray[np.bool_]:
-    """Rows (n,) in unsteady motion, or less than some ``seconds`` after it."""
+    """Rows (n,) in unsteady motion, or less than some ``seconds`` after it or after a change of direction: a segment
+    that is called steady may hold a reversal.
+    """
     if not seconds:
         return np.zeros(frame.size, dtype=bool)
-    unsteady = frame.steady <= _ALL_STEADY
+    turned = np.append(False, (np.diff(frame.recording) == 0) & (np.diff(frame.last_direction) != 0.0))
+    unsteady = (frame.steady <= _ALL_STEADY) | turned
     last: FloatArray = np.where(unsteady, frame.elapsed, -np.inf)
     for rows in np.split(np.arange(frame.size), np.flatnonzero(np.diff(frame.recording)) + 1):
         last[rows] = np.maximum.accumulate(last[rows])

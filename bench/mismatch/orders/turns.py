@@ -69,11 +69,9 @@ class Seen:
     white: FloatArray
     rest: tuple[Rest, ...]
 
-    def between(self, shift: float = 0.0) -> Complex:
-        """Vectors of the residual at parts of an order (turns, HIGHEST_BETWEEN*PARTS + 1), each ``shift`` orders
-        higher.
-        """
-        power = np.array([rest.between(HIGHEST_BETWEEN * PARTS, shift) for rest in self.rest])
+    def between(self) -> Complex:
+        """Vectors of the residual at parts of an order (turns, HIGHEST_BETWEEN*PARTS + 1)."""
+        power = np.array([rest.between(HIGHEST_BETWEEN * PARTS) for rest in self.rest])
         return np.asarray(power.reshape(len(self.rest), HIGHEST_BETWEEN * PARTS + 1))
 
     def noise(self, orders: Sequence[float]) -> FloatArray:

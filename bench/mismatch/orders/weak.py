@@ -195,17 +195,23 @@ class Stage:
         return float(0.5 * np.mean(np.abs(order.at(design(order.model, self.turns))) ** 2))
 
     def share(self, order: float, fitted: Sequence[float]) -> float:
-        """Part of an order's vectors that those of the ``fitted`` orders leave, in the mean over the revolutions.
+        """Part of an order's vectors that those of the ``fitted`` orders leave, in the mean over the revolutions."""
+        return float(np.mean(self.shares(order, fitted)))
+
+    def shares(self, order: float, fitted: Sequence[float]) -> FloatArray:
+        """Part of an order's vector that those of the ``fitted`` orders leave in each revolution (turns,).
 
         Over one revolution a sine is nearly a sum of two at half an order from it, whatever its phase.
         """
         near = np.array([order, *(f for f in fitted if f != order and abs(f - order) < LEAK)])
         if near.size == 1:
-            return 1.0
+            return np.ones(len(self.turns))
         revolutions = np.array([t.duration * abs(t.velocity) for t in self.turns]) / (2.0 * np.pi)
-        alike = np.sinc((near[:, None] - near[None, :]) * revolutions[:, None, None])
+        # to a hundredth of a revolution: most segments are equally long
+        each, which = np.unique(np.round(revolutions, 2), return_inverse=True)
+        alike = np.sinc((near[:, None] - near[None, :]) * each[:, None, None])
         alike += 1e-9 * np.eye(near.size)
-        return float(np.mean(1.0 / np.linalg.inv(alike)[:, 0, 0]))
+        return np.asarray((1.0 / np.linalg.inv(alike)[:, 0, 0])[which])
 
     def misfit(self, order: WeakOrder, vectors: Complex, sigma: float) -> float:
         """Variance of what an order's model leaves of its vectors, over the noise's."""

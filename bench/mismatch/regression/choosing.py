@@ -57,6 +57,8 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
     whole = {(c.effect, c.main.regressor.variables) for c in model.chosen if isinstance(c.main.regressor, Free)}
     beside = sum(of_auxiliary(c.main.regressor) for c in free_ones)
     more = len(free_ones) - beside < MOST_UNKNOWN
+    # the columns of a function that the model has already differ from nothing by rounding alone
+    had = {c.main.place for c in model.chosen}
     order = np.argsort(-seen.gain)
     named: dict[str, dict[str, int]] = {}
     free: dict[tuple[str, ...], int] = {}
@@ -65,7 +67,7 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
         if seen.gain[k] < min(seen.price, 0.3 * seen.gain[order[0]]) or not np.isfinite(seen.gain[k]):
             break
         regressor = search.blocks[k].regressor
-        if orphaned(regressor, effects, asked_first) or _kind(regressor) in over:
+        if orphaned(regressor, effects, asked_first) or _kind(regressor) in over or search.blocks[k].place in had:
             continue
         if isinstance(regressor, Named):
             # a term of the nominal simulation that is switched off is always asked

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bench.mismatch.orders.between import search_between, shifts_of
+from bench.mismatch.orders.between import search_between
 from bench.mismatch.orders.look import PARTS, Look
 from bench.mismatch.orders.turns import Seen, Turn, seen
 from bench.mismatch.orders.weak import WeakOrder, search
@@ -37,7 +37,7 @@ def shown(
 def found(number: int, revolutions: float, *waves: tuple[float, float, float]) -> list[WeakOrder]:
     now, turns = shown(number, revolutions, np.array(waves))
     train = np.ones(number, dtype=bool)
-    return search_between(now, turns, train, (), NOISE, PRICE, True)
+    return search_between(now, turns, train, (), NOISE, PRICE)
 
 
 @pytest.mark.parametrize("order", [87.0 / 26.0, 2.0 * 87.0 / 26.0, 13.0 / 24.0 + 20.0])
@@ -58,9 +58,7 @@ def test_a_belt_that_turns_slower_than_the_output_is_found_where_a_segment_has_a
     assert all(line.order > 1.0 for line in found(26, 1.0, wave))
 
 
-def test_a_few_revolutions_ask_for_no_shifts() -> None:
-    now, _ = shown(5, 1.0, np.zeros((0, 3)))
-    assert shifts_of(now, np.ones(5, dtype=bool)).tolist() == [0.0]
+def test_nothing_is_found_in_noise() -> None:
     assert found(13, 2.0) == []
 
 
@@ -72,11 +70,3 @@ def test_an_order_between_the_whole_ones_takes_none_of_them_away(fitted: float, 
     assert whole in [line.order for line in search(now, turns, train, (fitted,), NOISE, PRICE)]
     again, _ = shown(13, 2.0, waves, (fitted, float(whole)))
     assert search(again, turns, train, (fitted, float(whole)), NOISE, PRICE) == []
-
-
-def test_without_shifts_only_parts_of_an_order_are_found() -> None:
-    waves = np.array([(87.0 / 26.0, 20.0 * NOISE, 0.7), (20.0 + 1.0 / 3.0, 20.0 * NOISE, 0.7)])
-    now, turns = shown(13, 2.0, waves)
-    lines = search_between(now, turns, np.ones(13, dtype=bool), (), NOISE, PRICE, False)
-    assert lines
-    assert all(abs(line.order * PARTS - round(line.order * PARTS)) < 1e-9 for line in lines)

@@ -78,5 +78,5 @@ def test_an_order_of_which_fitted_neighbours_take_nearly_all_is_found() -> None:
     floor = 0.9 * size / np.sqrt(2.0 * LEAST_POWER)
     assert stage.share(91.5, fitted) < 0.2
     assert stage.share(60.0, fitted) == 1.0
-    found = search_between(seen, turns, train, fitted, floor, 15.0, False)
+    found = search_between(seen, turns, train, fitted, floor, 15.0)
     assert [w.order for w in found] == [91.5]

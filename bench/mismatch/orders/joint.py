@@ -1,0 +1,73 @@
+"""Found orders once all of them are fitted together: each where it gains most beside the others, or gone where it gains
+next to nothing.
+
+An order was found when others were still missing, and their leakage was part of what it was found in.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.mismatch.orders.between import LEAST_SHARE, Path
+from bench.mismatch.orders.look import PARTS
+from bench.mismatch.orders.turns import Complex, Seen, Turn
+from bench.mismatch.orders.weak import Stage, WeakOrder
+
+APART = 1.0
+"""orders between two that go at once: of two that say the same one may be needed"""
+
+
+def is_between(order: float) -> bool:
+    """Whether an order is no whole number."""
+    return abs(order - round(order)) > 1e-6
+
+
+def moved(
+    seen: Seen, turns: Sequence[Turn], train: NDArray[np.bool_], found: Mapping[float, WeakOrder]
+) -> dict[float, float]:
+    """Found orders between the whole ones that gain clearly more a little beside where they stand: old and new order.
+
+    Of an order that is a little off, the phase runs away with the angle, from one revolution to the next.
+    """
+    whole = Stage.of(seen, turns, train)
+    if whole is None:
+        return {}
+    path = Path.of(seen, train)
+    out = {}
+    for order in filter(is_between, found):
+        more, _ = path.followed(_alone(whole, seen, train, order))
+        if more:
+            out[order] = float(f"{order + more:.6g}")
+    return out
+
+
+def needless(
+    seen: Seen, turns: Sequence[Turn], train: NDArray[np.bool_], found: Mapping[float, WeakOrder], price: float
+) -> list[float]:
+    """Found orders that gain less than noise might beside all others, the least of each neighbourhood."""
+    whole = Stage.of(seen, turns, train)
+    if whole is None:
+        return []
+    gains = {}
+    for order in found:
+        one = _alone(whole, seen, train, order)
+        gains[order] = float(one.gains(one.vectors)[0][0])
+    asked = {f: price + (np.log(PARTS) if is_between(f) else 0.0) for f in gains}
+    out: list[float] = []
+    for order in sorted(gains, key=lambda f: gains[f]):
+        if gains[order] < asked[order] and all(abs(order - gone) > APART for gone in out):
+            out.append(order)
+    return out
+
+
+def _alone(whole: Stage, seen: Seen, train: NDArray[np.bool_], order: float) -> Stage:
+    """The training revolutions at one of the orders that were fitted together, each as sure as the others leave it."""
+    share = np.sqrt(np.maximum(whole.shares(order, seen.orders), LEAST_SHARE))
+    scale = whole.scale / share
+    own: Complex = seen.vectors[train, seen.orders.index(order)]
+    sigma = whole.shape[[min(round(order), whole.shape.size - 1)]]
+    return replace(whole, vectors=(own / scale)[:, None], scale=scale, shape=sigma)
