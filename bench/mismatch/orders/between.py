@@ -21,7 +21,7 @@ from bench.mismatch.orders.turns import HIGHEST_BETWEEN, Complex, Seen, Turn
 from bench.mismatch.orders.weak import LEAK, MODELS, Stage, WeakOrder
 from bench.simulation.frame import FloatArray
 
-SIDE_LINES = 1.0
+SIDE_LINES = 1.5
 """orders about a summit of the energy within which its cause may stand: beside a fitted order a wave is seen at its
 sides
 """
@@ -67,7 +67,9 @@ def search_between(
     # of revolutions that are noise each has 2*shape**2
     power = np.sum(np.abs(table) ** 2, axis=0)
     for k in np.flatnonzero(usable & near_to(grid, fitted)):
-        power[k] = np.sum(np.abs(table[:, k]) ** 2 / np.maximum(whole.shares(float(grid[k]), fitted), LEAST_SHARE))
+        shares = whole.shares(float(grid[k]), fitted)
+        usable[k] = float(np.mean(shares)) > LEAST_SHARE
+        power[k] = np.sum(np.abs(table[:, k]) ** 2 / np.maximum(shares, LEAST_SHARE))
     energy = np.where(usable, power / (2.0 * shape**2) - len(whole.turns), -np.inf)
     path = Path.of(seen, train)
     out: list[WeakOrder] = []
@@ -79,11 +81,11 @@ def search_between(
         near = np.flatnonzero((np.abs(grid - grid[k]) <= SIDE_LINES) & np.isfinite(energy))
         line = path.best(whole, grid[near], table[:, near], shape[near], fitted)
         away = np.abs(grid - grid[k])
-        energy[away < LEAK] = -np.inf
-        energy -= power[k] * (LEAKS * lowest / (np.pi * np.maximum(away, LEAK))) ** 2 / (2.0 * shape**2)
         if line is None or line.gain <= price + np.log(PARTS):
+            energy[away <= SIDE_LINES] = -np.inf
             continue
-        energy[np.abs(grid - line.order) < LEAK] = -np.inf
+        energy[(away < LEAK) | (np.abs(grid - line.order) < LEAK)] = -np.inf
+        energy -= power[k] * (LEAKS * lowest / (np.pi * np.maximum(away, LEAK))) ** 2 / (2.0 * shape**2)
         if whole.power(line) > criteria.LEAST_POWER * floor**2:
             out.append(line)
     return out
@@ -119,6 +121,11 @@ class Path:
     step: float
     steps: FloatArray
 
+    @property
+    def price(self) -> float:
+        """Log-likelihood that an order which is no part of a whole one has to gain more: it is one of many."""
+        return criteria.RICHER + float(np.log(self.steps.size))
+
     @classmethod
     def of(cls, seen: Seen, train: NDArray[np.bool_]) -> Path:
         """The path of the training revolutions."""
@@ -133,9 +140,9 @@ class Path:
         return np.asarray(vectors[:, None] * np.exp(-1j * self.at[:, None] * more))
 
     def gains(self, one: Stage, more: FloatArray) -> FloatArray:
-        """Gain of orders ``more`` (k,) higher than that of a stage with one; what asks for another number costs it."""
+        """Gain of orders ``more`` (k,) higher than that of a stage with one, less the price of so many steps."""
         own = replace(one, shape=np.full(more.size, one.shape[0]))
-        return own.gains(self.turned(one.vectors[:, 0], more))[0] - np.where(more == 0.0, 0.0, criteria.RICHER)
+        return own.gains(self.turned(one.vectors[:, 0], more))[0] - np.where(more == 0.0, 0.0, self.price)
 
     def followed(self, one: Stage) -> tuple[float, float]:
         """How much higher than that of a stage an order gains most, and the gain."""
@@ -166,7 +173,7 @@ class Path:
             order = float(f"{orders[k] + more:.6g}")
             turned = self.turned(vectors[:, k], np.array([more]))[:, 0]
             own = beside(whole, order, fitted, turned, float(shape[k]))
-        gain = float(own.gains(own.vectors)[0][0]) - (criteria.RICHER if more else 0.0)
+        gain = float(own.gains(own.vectors)[0][0]) - (self.price if more else 0.0)
         nearest = int(np.argmin(np.abs(orders - order)))
         plain = float(stages[nearest].gains(stages[nearest].vectors)[0][0])
         if plain >= gain:

@@ -14,6 +14,7 @@ from bench.mismatch import criteria
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.regressors import UNKNOWN, Free, by_definition
+from bench.mismatch.regression.spells import Levels, Spell
 from bench.simulation.frame import FloatArray, recording_starts
 from bench.simulation.tables import Grid
 from bench.simulation.terms import LIBRARY
@@ -24,7 +25,8 @@ def named_by_course(model: ChannelModel, others: Sequence[Chosen], own: Chosen, 
     none. Anything else is as it is.
     """
     free = own.main.regressor
-    if not isinstance(free, Free) or free.mixing or any(type(g) is not Grid or len(g.over) != 1 for g in free.grids):
+    tables = (Grid, Spell, Levels)
+    if not isinstance(free, Free) or free.mixing or any(type(g) not in tables or len(g.over) != 1 for g in free.grids):
         return own
     effect = by_definition(free.channel, free.variables[0], tuple(g.times for g in free.grids))
     if effect == UNKNOWN or not LIBRARY[effect].one_way:

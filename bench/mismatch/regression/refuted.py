@@ -9,6 +9,7 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.recordings.rows import error_of_mean
 from bench.mismatch.regression.auxiliary import of_auxiliary
+from bench.mismatch.regression.candidates import PATH
 from bench.mismatch.regression.folds import carried, squares
 from bench.mismatch.regression.heredity import without
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen, fit_blocks, of_start
@@ -59,11 +60,13 @@ def not_refuted(model: ChannelModel, chosen: Sequence[Chosen]) -> list[Chosen]:
 def borne_out(model: ChannelModel) -> list[Chosen]:
     """Effects of a model without those that recordings held out refute: they are predicted worse than without them.
 
-    A function without a name claims nothing but that it predicts: it goes however little worse they are predicted.
-    A name beside such a function goes where it is worse by more than the standard error of the difference: physics
-    that no name has is met in part by a name that comes near. Other names stay, with half the confidence: what a
-    hysteresis is like at the beginning of a recording, none can predict. Which effects there are was chosen without
-    these recordings; they only decide what is reported.
+    A function without a name claims nothing but that it predicts: it goes however little worse they are predicted, and
+    where they are not predicted better by more than the standard error of the difference, if they should be by twice
+    that. A name beside such a function goes where it is worse by more than the standard error of the difference: physics
+    that no name has is met in part by a name that comes near. A name alone goes where that is more than half of what it
+    adds as well: what has nothing to do with the recordings makes them worse by all it adds. Terms of the torque's path
+    stay: what a hysteresis is like at the beginning of a recording, none can predict. Which effects there are was
+    chosen without these recordings; they only decide what is reported.
     """
     current = list(model.chosen)
     while True:
@@ -88,7 +91,7 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> f
     held = problem.held_out
     if of_auxiliary(own.main.regressor) or not held.any():
         return None
-    if own.effect != UNKNOWN and (_nominal(own) or not any(_without_a_name(c) for c in current)):
+    if own.effect != UNKNOWN and (_nominal(own) or PATH in own.main.regressor.variables):
         return None
     others = without(current, own, problem.lacking)
     left = [_left(model, chosen)[held] for chosen in (current, others)]
@@ -98,10 +101,15 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> f
     ratio = np.sqrt(np.average(left[0] ** 2, weights=number) / max(np.average(left[1] ** 2, weights=number), 1e-300))
     # a function that is true takes its square off, one that is not adds it: what predicts worse is more likely not
     # true, however small the difference. Nature's form of a name may differ from the library's
-    allowed = 0.0
-    if own.effect != UNKNOWN:
-        error = error_of_mean(change, problem.rows.frame.recording[held], number)
-        allowed = np.inf if error is None else criteria.ONE_ERROR * error
+    added = float(np.average((left[0] - left[1]) ** 2, weights=number))
+    found = error_of_mean(change, problem.rows.frame.recording[held], number)
+    error = np.inf if found is None else criteria.ONE_ERROR * found
+    if own.effect == UNKNOWN:
+        allowed = -error if added > 2.0 * error else 0.0
+    elif any(_without_a_name(c) for c in current):
+        allowed = error
+    else:
+        allowed = max(error, criteria.EITHER * added)
     return float(ratio) if worse > allowed else None
 
 

@@ -53,6 +53,8 @@ def test_what_rises_and_falls_by_more_than_its_errors_goes_not_one_way() -> None
     [
         (1.0 - np.exp(-SHARE / 0.2), "te.drift_time"),
         (np.tanh((SHARE - 0.5) / 0.05), "te.drift_time"),
+        ((SHARE > 0.55).astype(float), "te.drift_time"),
+        (((SHARE > 0.3) & (SHARE < 0.7)).astype(float), "unknown"),
         (np.exp(-(((SHARE - 0.5) / 0.15) ** 2)), "unknown"),
     ],
 )

@@ -167,8 +167,10 @@ def test_a_name_is_asked_again_without_the_function_that_took_it(monkeypatch: py
     assert pruning._kept(search, [function], 5.0) == []
 
 
-@pytest.mark.parametrize(("worse", "beside", "goes"), [(-0.1, 1, 0), (0.001, 1, 0), (0.1, 1, 1), (0.1, 0, 0)])
-def test_a_name_beside_a_function_without_one_goes_where_recordings_held_out_are_worse_by_more_than_their_scatter(
+@pytest.mark.parametrize(
+    ("worse", "beside", "goes"), [(-0.1, 1, 0), (0.001, 1, 0), (0.1, 1, 1), (-0.1, 0, 0), (0.1, 0, 1)]
+)
+def test_a_name_goes_where_recordings_held_out_are_worse_by_more_than_their_scatter(
     monkeypatch: pytest.MonkeyPatch, worse: float, beside: int, goes: int
 ) -> None:
     frame = campaign()
