@@ -104,7 +104,7 @@ def _discovery(
         rivals=tuple(_rival(model, r, others, predicted, y) for r in rivals),
         orders=orders,
         angle_windows=angles,
-        time_window=_window(own),
+        time_window=_window(own, frame),
         numbers=regressor.numbers,
     )
 
@@ -162,10 +162,13 @@ def sure_of_name(status: str, at_the_end: bool, coefficients: FloatArray, std: F
     return criteria.EITHER if status == NAMED and not sure else 1.0
 
 
-def _window(own: Chosen) -> tuple[float, float] | None:
-    """Begin and end in s of the campaign of what is there for a spell only."""
+def _window(own: Chosen, frame: Frame) -> tuple[float, float] | None:
+    """Begin and end in s of the campaign, as recorded, of what is there for a spell only."""
     spell = spell_of(own.main.regressor)
-    return None if spell is None else (spell.knots[0][0], spell.knots[0][2])
+    if spell is None:
+        return None
+    begin, end = spell.knots[0][0], spell.knots[0][2]
+    return max(begin, float(frame.time.min())), min(end, float(frame.time.max()))
 
 
 def rows_of(model: ChannelModel, own: Chosen, fitted: Fit | None = None) -> list[dict[str, Any]]:

@@ -32,6 +32,9 @@ SIGNS = ("1", "d")
 SPELL_ENDS = 16
 FEWEST_ENDS = 9
 """moments at which a spell may begin or end, below which none is looked for"""
+NOT_ENDED_S = 1e9
+"""s of the campaign, thirty years: the end of a spell that the last recording has not seen
+"""
 STEEP_S = 1e-3
 """how long a change takes, s: no time"""
 MOST_CUTS = 16
@@ -54,7 +57,8 @@ class Spell(Grid):
     def course(self) -> str:
         """From when to when it is there."""
         begin, end = self.knots[0][1:3]
-        return f"a constant{_times(self)} from {begin:.0f} s to {end:.0f} s of the campaign"
+        until = "on" if end >= NOT_ENDED_S else f"to {end:.0f} s of the campaign"
+        return f"a constant{_times(self)} from {begin:.0f} s {until}"
 
     def places(self) -> FloatArray:
         """The moment at which it begins (1, 1)."""
@@ -128,10 +132,12 @@ def spells(channel: str, frame: Frame, times: str) -> Iterator[Free]:
 
 
 def spell_ends(frame: Frame) -> list[float]:
-    """Moments between the recordings at which a spell may begin or end, and one before and after all of them, s."""
+    """Moments between the recordings at which a spell may begin or end, and one before and after all of them, s: what
+    is there in the last one goes on.
+    """
     first = np.flatnonzero(np.diff(frame.recording, prepend=frame.recording[0] - 1))
     gaps = 0.5 * (frame.time[first[1:] - 1] + frame.time[first[1:]])
-    return [float(frame.time.min()) - 1.0, *(float(g) for g in gaps), float(frame.time.max()) + 1.0]
+    return [min(float(frame.time.min()), 0.0) - 1.0, *(float(g) for g in gaps), NOT_ENDED_S]
 
 
 def spell(channel: str, times: str, begin: float, end: float) -> Free:

@@ -1,0 +1,37 @@
+"""What is there from a moment of the campaign on, or for a part of it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.mismatch.regression.model import Chosen, add_block
+from bench.mismatch.regression.one_way import named_by_course
+from bench.mismatch.regression.search import begun
+from bench.mismatch.regression.spells import spell, spell_ends
+from bench.simulation.terms import TRANSMISSION_ERROR
+from tests.bench.mismatch.regression.test_one_way import FRAME, SHARE, measured
+
+HALF = FRAME.recording < 24
+
+
+def test_what_is_there_in_the_last_recording_goes_on() -> None:
+    ends = spell_ends(FRAME.take(HALF))
+    stays, ended = (spell(TRANSMISSION_ERROR, "1", ends[9], end) for end in (ends[-1], ends[20]))
+    assert stays.columns(FRAME)[~HALF].all()
+    assert not ended.columns(FRAME)[~HALF].any()
+    assert stays.words.endswith(f"from {ends[9]:.0f} s on")
+    assert "on" not in ended.words.split()
+
+
+@pytest.mark.parametrize(("last", "effect"), [(-1, "te.drift_time"), (30, "unknown")])
+def test_a_step_that_stays_is_a_drift_and_a_level_that_comes_and_goes_is_none(last: int, effect: str) -> None:
+    ends = spell_ends(FRAME)
+    own = measured(((FRAME.time > ends[20]) & (FRAME.time <= ends[last])).astype(np.float64))
+    model = begun(own).model
+    step = Chosen(add_block(own, model.bank, spell(TRANSMISSION_ERROR, "1", ends[20], ends[last])))
+    model = replace(model, chosen=[step], fit=model.refitted([step]))
+    assert SHARE[FRAME.time > ends[20]].min() > 0.3
+    assert named_by_course(model, [], step, model.fit).effect == effect
