@@ -1,5 +1,5 @@
-"""Orders that stand between the whole ones: of a cage, a wheel or a belt that does not turn a whole number of times with
-the output.
+"""Orders that stand between the whole ones: of a cage, a wheel or a belt that turns no whole number of times with the
+output.
 
 Where they are is not known beforehand. The energy of the revolutions, whatever its phase, shows at parts of an order
 where something stands. There the order is followed: of one that is a little off, the phase runs away with the angle,

@@ -23,7 +23,7 @@ def test_what_is_there_in_the_last_recording_goes_on() -> None:
     assert stays.columns(FRAME)[~HALF].all()
     assert not ended.columns(FRAME)[~HALF].any()
     assert stays.words.endswith(f"from {ends[9]:.0f} s on")
-    assert "on" not in ended.words.split()
+    assert ended.words.endswith(f"to {ends[20]:.0f} s of the campaign")
 
 
 @pytest.mark.parametrize(("last", "effect"), [(-1, "te.drift_time"), (30, "unknown")])
