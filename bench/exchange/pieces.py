@@ -11,7 +11,7 @@ from bench.exchange import formula
 from bench.exchange.formula import Written, const, lift, make, total
 from bench.simulation.composed import composed
 from bench.simulation.frame import Frame
-from bench.simulation.laws import FUNCTIONS, RESONANCE, Law
+from bench.simulation.laws import EACH, FUNCTIONS, RESONANCE, Law, strengths
 from bench.simulation.quantities import AUXILIARY, FACTORS, QUANTITIES
 from bench.simulation.waves import Wave, angle_from
 
@@ -27,10 +27,13 @@ def law(of: Law, order: float, frame: Frame) -> tuple[Any, Any]:
         size, share = a * a + b * b, (of.point[2] if len(of.point) > 2 else 1.0)
         # H = (a - jb)/size; a base's mode has r²·H in place of H - 1
         real, imaginary = a / size - 1.0, -(b / size)
-        if of.form == "second_order_of_base":
+        if of.form in EACH or of.form == "second_order_of_base":
             real, imaginary = ratio * ratio * a / size, -(ratio * ratio * b / size)
+        if of.form in EACH:
+            each = complex(strengths(of, (order,))[0])
+            return 1.0 + each.real * real - each.imag * imaginary, each.real * imaginary + each.imag * real
         return 1.0 + share * real, share * imaginary
-    strength = dict(zip(of.series, of.strength, strict=True)).get(order, 0.0j)
+    strength = complex(strengths(of, (order,))[0])
     if strength == 0:
         return 1.0, 0.0
     g = FUNCTIONS[of.effect, of.form](speed, frame.torque, frame.temperature, frame.time, of.point, of.reference)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.simulation.frame import FloatArray, Frame, recording_starts
-from bench.simulation.laws import MODES, Law
+from bench.simulation.laws import EACH, MODES, Law, strengths
 
 Complex = NDArray[np.complex128]
 _LATE = 1.5
@@ -37,7 +37,10 @@ def free_oscillation(law: Law, frame: Frame, orders: FloatArray, vectors: Callab
         part = frame.take(slice(int(a), int(b)))
         if part.size < 2 or not touched.size:
             continue
-        jumps = _jumps(part, orders[touched], vectors(part)[:, touched], law, pole)
+        moved = vectors(part)[:, touched]
+        if law.form in EACH:
+            moved = moved * strengths(law, orders[touched].tolist())
+        jumps = _jumps(part, orders[touched], moved, law, pole)
         out[a:b] = _carried(jumps, part.step, pole)
     return (share[0] if share else 1.0) * out
 
@@ -58,7 +61,7 @@ def _jumps(frame: Frame, orders: FloatArray, vectors: Complex, law: Law, pole: c
     form, natural, damping = law.form, law.point[0], law.point[1]
     speed, step = frame.velocity, frame.step
     # force or base: what moves goes on with its place and its rate
-    steady = vectors * (1.0 + MODES[form](speed[:, None] * orders[None, :], natural, damping))
+    steady = vectors * (1.0 + (MODES | EACH)[form](speed[:, None] * orders[None, :], natural, damping))
     rate = steady * (1j * speed[:, None] * orders[None, :])
     both = np.maximum(step[:-1] + step[1:], 1e-300)
     angle = frame.theta[:-1] + np.diff(frame.theta) * step[:-1] / both

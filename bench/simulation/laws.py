@@ -1,8 +1,9 @@
 """Laws that the amplitudes of the known orders may follow: a factor on an order's vector at a state and a time.
 
-A resonance multiplies by 1 + p·G(f·v), with G what its mode adds and v with its sign; every other law by 1 + ε_f·g,
-with g one of the functions of the table below. What g is referred to (begin and length of the campaign, lowest
-temperature, largest torque) is kept with the law, so that it says the same on any rows and in any simulation file.
+A resonance multiplies by 1 + p·G(f·v), with G what its mode adds and v with its sign, or by 1 + ε_f·G(f·v) where each
+order moves the mode with a strength of its own; every other law by 1 + ε_f·g, with g one of the functions of the table
+below. What g is referred to (begin and length of the campaign, lowest temperature, largest torque) is kept with the
+law, so that it says the same on any rows and in any simulation file.
 """
 
 from __future__ import annotations
@@ -26,6 +27,8 @@ MODES: dict[str, Callable[[FloatArray, float, float], Complex]] = {
     "second_order_of_base": by_base,
 }
 """forms of a resonance: what a mode adds at frequencies in rad/s, by its natural frequency and damping"""
+EACH: dict[str, Callable[[FloatArray, float, float], Complex]] = {"second_order_of_base_each": by_base}
+"""the same where each order moves the mode with a strength of its own: what excites it is not what the encoders see"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +74,7 @@ class Law:
         strength = {
             order_key(float(f)): [float(e.real), float(e.imag)]
             for f, e in zip(self.series, self.strength, strict=True)
-            if self.effect != RESONANCE and e != 0
+            if self.form not in MODES and e != 0
         }
         ref = self.reference
         return {
@@ -103,7 +106,7 @@ def from_json(effect: str, row: dict[str, Any]) -> Law:
         raise ConfigurationError(
             f"the simulation's law of {effect} should have form, point, orders, strength and reference ({error!r})"
         ) from error
-    forms = tuple(MODES) if effect == RESONANCE else tuple(form for own, form in FUNCTIONS if own == effect)
+    forms = (*MODES, *EACH) if effect == RESONANCE else tuple(form for own, form in FUNCTIONS if own == effect)
     if law.form not in forms:
         raise ConfigurationError(
             f"the simulation's law of {effect} has the form {law.form!r}, which should be one of {', '.join(forms)}"
@@ -149,9 +152,15 @@ def factor(law: Law, x: FloatArray, time: FloatArray, orders: Sequence[float]) -
     """The law's factor on the vectors of ``orders`` at states (n, 3) and times (n,), (n, orders)."""
     if law.effect == RESONANCE:
         frequency = x[:, 1][:, None] * np.asarray(orders)[None, :]
+        if law.form in EACH:
+            return np.asarray(1.0 + EACH[law.form](frequency, *law.point[:2]) * strengths(law, orders)[None, :])
         touched = np.isin(np.asarray(orders), np.asarray(law.orders))
         return np.where(touched[None, :], resonant(law.form, frequency, law.point), 1.0)
     g = value(law.effect, law.form, law.point, x, time, law.reference)
+    return np.asarray(1.0 + g[:, None] * strengths(law, orders)[None, :])
+
+
+def strengths(law: Law, orders: Sequence[float]) -> Complex:
+    """Strength ε of some orders (k,) in a law, 0 where it does not touch one."""
     own = dict(zip(law.series, law.strength, strict=True))
-    strength = np.array([own.get(float(f), 0.0) for f in orders], dtype=np.complex128)
-    return np.asarray(1.0 + g[:, None] * strength[None, :])
+    return np.array([own.get(float(f), 0.0) for f in orders], dtype=np.complex128)

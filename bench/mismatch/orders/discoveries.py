@@ -22,7 +22,7 @@ from bench.mismatch.orders.reported_law import further, of_law
 from bench.mismatch.orders.sight import Sight, rebuilt
 from bench.mismatch.orders.under_mode import passes, strong, under
 from bench.simulation import Gearbox
-from bench.simulation.laws import RESONANCE
+from bench.simulation.laws import MODES, RESONANCE
 
 MOSTLY = 0.9
 """share of an order's energy that one vector holds, from which a further multiple of the ratio is the encoder's as
@@ -124,7 +124,7 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
 def _mode(model: TransmissionModel, seed: int) -> Discovery | None:
     """A mode so strong that the orders are looked for under it, before anything else is; the model then holds both."""
     found = laws.search(model, seed)
-    if found is None or found.law.effect != RESONANCE or not strong(model, found):
+    if found is None or found.law.form not in MODES or not strong(model, found):
         return None
     before = model.periodic
     assert before is not None
@@ -163,7 +163,7 @@ def _sure(found: laws.FoundLaw) -> bool:
     """Whether some order's strength stands above its own uncertainty; a resonance has none of its own."""
     size = np.abs(found.law.strength)
     measured = found.strength_std > 0.0
-    if found.law.effect == RESONANCE or not measured.any():
+    if found.law.form in MODES or not measured.any():
         return True
     return bool(np.max(size[measured] / found.strength_std[measured]) > criteria.SURE)
 

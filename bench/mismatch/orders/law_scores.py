@@ -13,7 +13,7 @@ from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.series import RELATIVE_NOISE, Series
 from bench.mismatch.orders.turns import Complex, directions, passed, states
 from bench.simulation.frame import FloatArray
-from bench.simulation.laws import MODES, RESONANCE, Law, Reference, value
+from bench.simulation.laws import EACH, MODES, RESONANCE, Law, Reference, value
 
 PRIOR_TURNS = 20.0
 """revolutions' worth of evidence that the noise is that of the spectra"""
@@ -107,17 +107,25 @@ def _law(effect: str, form: str, point: tuple[float, ...], variables: tuple[str,
     return Law(effect, form, point, 0.0, data.orders, ones, variables, data.reference, data.orders)
 
 
-def resonances(data: Amplitudes) -> list[Law]:
+def resonances(data: Amplitudes, forms: Sequence[str] = tuple(MODES)) -> list[Law]:
     """Modes that are tried: natural frequencies the orders pass, dampings, and what moves the mass."""
     frequency = np.abs(data.frequency)
     low, high = max(float(np.percentile(frequency, 10)), 0.05), 1.5 * float(frequency.max())
     naturals = np.geomspace(low, high, 40)
     return [
         _law(RESONANCE, form, (float(w), z, 1.0), ("speed",), data)
-        for form in MODES
+        for form in forms
         for w in naturals
         for z in DAMPINGS
     ]
+
+
+def course(law: Law, data: Amplitudes) -> Complex:
+    """What a law of the form 1 + e*g multiplies the strength of each order by in the turns (turns, orders)."""
+    if law.form in EACH:
+        return EACH[law.form](data.frequency, *law.point[:2])
+    g = value(law.effect, law.form, law.point, data.x, data.time, law.reference)
+    return np.repeat(g[:, None], len(data.orders), axis=1).astype(np.complex128)
 
 
 def factors(data: Amplitudes) -> list[Law]:
@@ -201,9 +209,9 @@ def changes_of(data: Amplitudes, white: Sequence[FloatArray], laws: Sequence[Law
 
 def _moved(data: Amplitudes, smooth: Complex, law: Law) -> FloatArray:
     """What a law's strength does to the vectors ``smooth`` (turns, orders), before whitening: (2*turns, orders, k)."""
-    if law.effect == RESONANCE:
+    if law.form in MODES:
         return stacked(MODES[law.form](data.frequency, law.point[0], law.point[1]) * smooth)[:, :, None]
-    begin = value(law.effect, law.form, law.point, data.x, data.time, law.reference)[:, None] * smooth
+    begin = course(law, data) * smooth
     return np.stack([stacked(begin), stacked(1j * begin)], axis=2)
 
 
@@ -232,7 +240,7 @@ def scores(law: Law, changes: FloatArray, flat: FloatArray) -> Scores:
     def gained(after: FloatArray) -> FloatArray:
         return np.asarray((turns + PRIOR_TURNS) * np.log((before + prior) / (np.maximum(after, 0.0) + prior)))
 
-    if law.effect == RESONANCE:
+    if law.form in MODES:
         energy, product = np.sum(changes[:, :, 0] ** 2, axis=1), product[:, :, 0]
         p = np.minimum(product.sum(axis=1) / max(float(energy.sum()) + 0.01, 1e-300), 1.5)
         each = gained(before - 2.0 * p[:, None] * product + p[:, None] ** 2 * energy)

@@ -20,6 +20,7 @@ from bench.mismatch.orders.law_scores import (
     Amplitudes,
     amplitudes,
     changes_of,
+    course,
     factors,
     resonances,
     scores,
@@ -31,7 +32,7 @@ from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.series import Series, calibrate
 from bench.mismatch.regression.maxima import tail, tail_rate
 from bench.simulation.frame import FloatArray
-from bench.simulation.laws import RESONANCE, Law, factor, value
+from bench.simulation.laws import RESONANCE, Law, factor
 
 SURROGATES = 60
 FEWEST_STATES = 3
@@ -77,7 +78,7 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
         by_effect.setdefault(points[k].effect, k)
     told = dict.fromkeys(by_effect, 0.0) | {e: float(gains[k]) for e, k in by_effect.items()}
     each = {e: scored[k].each[0] for e, k in by_effect.items()}
-    mode = None
+    mode = moved = None
     # the scan's tangent is that of a weak mode: the vectors are asked themselves, and the mode refined, before it is
     # compared with what follows the speed anyhow
     if RESONANCE in told:
@@ -85,13 +86,23 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
         if max(told[RESONANCE], gain) > 0.5 * gains[best]:
             mode = modes.refined(model, data, begin)
             told[RESONANCE], each[RESONANCE] = mode.gain, mode.each
+        # beside a mode that was found, what its numbers leave is none with strengths as they please
+        if model.periodic is not None and all(law.effect != RESONANCE for law in model.periodic.laws):
+            moved = modes.of_each(data)
+        if moved is not None and moved.gain > max(gain, told[RESONANCE]) + criteria.RICHER:
+            told[RESONANCE], each[RESONANCE] = moved.gain, moved.each
+        else:
+            moved = None
     effect = max(told, key=lambda e: told[e])
-    if mode is not None and effect == RESONANCE:
+    std: tuple[float, ...] = ()
+    if moved is not None and effect == RESONANCE:
+        series = calibrated(model, data, moved.law)
+        law, series, strength_std = _strengths(model, replace(data, series=series), moved.law)
+    elif mode is not None and effect == RESONANCE:
         law, std, series, strength_std = mode.law, mode.std, mode.series, np.zeros(len(data.orders))
     else:
         law, told[effect] = _between_points(data, white, flat, points[by_effect[effect]], told[effect])
         law, series, strength_std = _strengths(model, data, law)
-        std = ()
     odds = {e: float(np.exp(min(g - told[effect], 0.0))) for e, g in told.items()}
     whole = sum(odds.values())
     rivals = []
@@ -137,7 +148,7 @@ def _between_points(
 def _strengths(model: TransmissionModel, data: Amplitudes, law: Law) -> tuple[Law, Series, FloatArray]:
     """Strength of a law of the form 1 + e*g in each order that takes part, the series calibrated in turns with it."""
     series = data.series
-    g = value(law.effect, law.form, law.point, data.x, data.time, law.reference)
+    g = course(law, data)
     strength = np.zeros(len(data.orders), dtype=np.complex128)
     std = np.zeros(len(data.orders))
     for _ in range(2):
@@ -146,7 +157,7 @@ def _strengths(model: TransmissionModel, data: Amplitudes, law: Law) -> tuple[La
         # two numbers an order, and any of the orders
         price = float(np.log(2.0 * len(g)) + np.log(len(data.orders)))
         for k, (lower, r) in enumerate(zip(white, flat, strict=True)):
-            own = g * smooth[:, k]
+            own = g[:, k] * smooth[:, k]
             z = solve_triangular(lower, np.column_stack([stacked(own), stacked(1j * own)]), lower=True)
             right = z.T @ r
             inverse = np.linalg.inv(z.T @ z + 0.01 * np.eye(2))
@@ -158,10 +169,15 @@ def _strengths(model: TransmissionModel, data: Amplitudes, law: Law) -> tuple[La
             strength=strength.copy(),
             orders=tuple(f for f, e in zip(data.orders, strength, strict=True) if e != 0.0),
         )
-        answer = factor(law, data.x, data.time, data.orders)
-        series = calibrate(model.own_turns, data.vectors / answer, data.sigma / np.abs(answer), data.orders)
+        series = calibrated(model, data, law)
         data = replace(data, series=series)
     return law, series, std
+
+
+def calibrated(model: TransmissionModel, data: Amplitudes, law: Law) -> Series:
+    """The series calibrated under a law."""
+    answer = factor(law, data.x, data.time, data.orders)
+    return calibrate(model.own_turns, data.vectors / answer, data.sigma / np.abs(answer), data.orders)
 
 
 def joined(whole: Series, own: Series) -> Series:

@@ -22,7 +22,7 @@ from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.series import FIRST_PRIOR, Series, calibrate
 from bench.mismatch.orders.turns import Complex
 from bench.simulation.frame import FloatArray
-from bench.simulation.laws import Law, resonant
+from bench.simulation.laws import EACH, RESONANCE, Law, resonant
 
 PARTICIPATIONS = (0.08, 0.25, 0.75)
 """that are tried of each mode"""
@@ -201,6 +201,99 @@ def refined(
     law = replace(begin, point=at, orders=orders)
     std = tuple(s * v for s, v in zip(_curvature(total, point), at, strict=True))
     return Mode(law, std, now.series, net, np.maximum(each, criteria.SPOILED))
+
+
+@dataclass(frozen=True, slots=True)
+class Moved:
+    """A mode that each order moves with a strength of its own, as a law; the log-likelihood it gains, and what ``each``
+    order gains of it (orders,).
+    """
+
+    law: Law
+    gain: float
+    each: FloatArray
+
+
+def of_each(data: Amplitudes) -> Moved | None:
+    """The mode that best says what some orders have beyond polynomials of the state, each moved as it will; None where
+    no order gains.
+
+    What moves a mode need not be what the encoders see of the same order: its answer is a wave of a size and a phase of
+    its own. All is linear but the mode's two numbers; what the strengths are is integrated out.
+    """
+    form = next(iter(EACH))
+    within = [_Within.of(data, k) for k in range(len(data.orders))]
+    clipped = Bounds.of(data).clipped
+
+    def each(point: Sequence[float]) -> FloatArray:
+        swings = EACH[form](data.frequency, point[0], point[1])
+        return np.array([own.gained(swings[:, k]) for k, own in enumerate(within)])
+
+    def gain(point: Sequence[float]) -> float:
+        return float(np.sum(np.maximum(each(point), 0.0))) - unusual(point[1]) - float(np.log(2.0 * len(data.time)))
+
+    tried = [clipped(np.log([*law.point[:2], 1.0]))[:2] for law in resonances(data, (form,))]
+    begin = max(tried, key=gain)
+    found = lowest(lambda z: -gain(clipped(np.append(z, 0.0))), np.log(begin), STEPS[:2], EVALUATIONS)
+    point = clipped(np.append(found, 0.0))[:2]
+    gains = each(point)
+    taking = [k for k in range(len(within)) if gains[k] > 0.0]
+    if not taking:
+        return None
+    swings = EACH[form](data.frequency, *point)
+    strength = np.zeros(len(within), dtype=np.complex128)
+    for k in taking:
+        strength[k] = within[k].strength(swings[:, k])
+    orders = tuple(data.orders[k] for k in taking)
+    law = Law(RESONANCE, form, point, gain(point), orders, strength, ("speed",), data.reference, data.orders)
+    return Moved(law, gain(point), np.maximum(gains, 0.0))
+
+
+@dataclass(frozen=True, slots=True)
+class _Within:
+    """An order's vectors as polynomials of the state, each direction with its own: factor (turns, turns) of their
+    covariance, the vectors under it (turns,), and their ``level``.
+    """
+
+    lower: FloatArray
+    polynomials: FloatArray
+    left: Complex
+    level: float
+
+    @classmethod
+    def of(cls, data: Amplitudes, k: int) -> _Within:
+        """Those of order number k."""
+        spread = np.append(np.sqrt(0.5 * (1.0 + 1.5**2)) * FIRST_PRIOR, _FREE)
+        level = float(np.median(np.abs(data.vectors[:, k])))
+        covariance = np.zeros((len(data.time), len(data.time)))
+        for side, scaling in data.series.scaling.items():
+            rows = np.flatnonzero(data.direction * side > 0)
+            basis = scaling.monomials(data.x[rows]) * spread
+            covariance[np.ix_(rows, rows)] = level**2 * (basis @ basis.T)
+        lower = np.linalg.cholesky(covariance + np.diag(data.sigma[:, k] ** 2))
+        left = solve_triangular(lower, data.vectors[:, k], lower=True)
+        return cls(np.asarray(lower), covariance, np.asarray(left), level)
+
+    def _under(self, swing: Complex) -> tuple[Complex, float]:
+        own = np.asarray(self.level * solve_triangular(self.lower, swing, lower=True))
+        return own, float(np.sum(np.abs(own) ** 2))
+
+    def gained(self, swing: Complex) -> float:
+        """Log marginal likelihood gained if the vectors have some of a ``swing`` (turns,), of the order's size."""
+        own, power = self._under(swing)
+        prior = 2.0 * PRIOR_TURNS
+        before = float(np.sum(np.abs(self.left) ** 2))
+        after = before - abs(complex(np.vdot(own, self.left))) ** 2 / (1.0 + power)
+        turns = len(self.left) + PRIOR_TURNS
+        return float(turns * np.log((before + prior) / (max(after, 0.0) + prior)) - np.log(1.0 + power))
+
+    def strength(self, swing: Complex) -> complex:
+        """How much of a swing the vectors have, over what they are without it."""
+        own, power = self._under(swing)
+        share = complex(np.vdot(own, self.left)) / (1.0 + power)
+        rest = solve_triangular(self.lower.T, self.left - share * own, lower=False)
+        mean = complex(np.mean(self.polynomials @ rest))
+        return share * self.level / mean if mean else 0.0j
 
 
 def _curvature(loss: Callable[[FloatArray], float], point: FloatArray) -> tuple[float, ...]:

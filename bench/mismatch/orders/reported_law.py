@@ -14,13 +14,16 @@ from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.reported import Row, parameter, probability, strong
 from bench.simulation.frame import FloatArray, IntArray
-from bench.simulation.laws import RESONANCE, Law
+from bench.simulation.laws import EACH, MODES, RESONANCE, Law
 from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR
 
 RESONANT = {
     "second_order": "A_f -> A_f*(1 + p*(H(f*dtheta) - 1)), H(w) = 1/(1 - (w/w_0)**2 + 2j*zeta*w/w_0)",
+    "second_order_of_base_each": "A_f -> A_f*(1 + e_f*r**2*H(r)), H(r) = 1/(1 - r**2 + 2j*zeta*r), r = f*dtheta/w_0",
     "second_order_of_base": "A_f -> A_f*(1 + p*r**2*H(r)), H(r) = 1/(1 - r**2 + 2j*zeta*r), r = f*dtheta/w_0",
 }
+OF_A_MODE = (("w_0", "rad/s"), ("zeta", "1"))
+"""symbols and units of a mode's numbers"""
 _UNITS = {"speed": "rad/s", "temperature": "degC", "torque": "N*m"}
 
 
@@ -64,7 +67,7 @@ def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Disco
         simulation_rows=({"effect": law.effect, "channels": [TRANSMISSION_ERROR], "law": law.to_json()},),
         rivals=rivals,
         orders=touched,
-        numbers=len(law.point) + (0 if law.effect == RESONANCE else 2 * len(law.orders)),
+        numbers=len(law.point) + (0 if law.form in MODES else 2 * len(law.orders)),
         excess=excess,
         everywhere=_beyond(model, law, model.recorded),
     )
@@ -119,13 +122,15 @@ def _moved(model: TransmissionModel, before: Periodic, orders: Sequence[float]) 
 
 def _law_parameters(found: FoundLaw) -> list[Row]:
     law = found.law
-    if law.effect == RESONANCE:
-        names = (("w_0", "rad/s"), ("zeta", "1"), ("p", "1"))
+    if law.form in MODES:
+        names = (*OF_A_MODE, ("p", "1"))
         return [
             parameter(symbol, value, unit, std)
             for (symbol, unit), value, std in zip(names, law.point, found.std, strict=True)
         ]
-    out = [parameter(f"g_{k + 1}", value, _UNITS.get(law.variables[0], "1"), None) for k, value in enumerate(law.point)]
+    unit = _UNITS.get(law.variables[0], "1")
+    names = OF_A_MODE if law.form in EACH else tuple((f"g_{k + 1}", unit) for k in range(len(law.point)))
+    out = [parameter(symbol, value, unit, None) for (symbol, unit), value in zip(names, law.point, strict=True)]
     strongest = int(np.argmax(np.abs(law.strength)))
     std = float(found.strength_std[strongest])
     out.append(parameter("f", law.series[strongest], "1", None))

@@ -136,8 +136,9 @@ def test_what_is_no_term_of_the_bank_is_written_too(what: str) -> None:
         {"effect": "te.drift_time", "law": {**LAW, "form": "creep", "point": [0.3]}},
         {"effect": "te.resonance", "law": {"form": "second_order", "point": [0.2, 0.1, 0.7], "orders": [3.0]}},
         {"effect": "te.resonance", "law": {"form": "second_order_of_base", "point": [0.2, 0.1, 0.7], "orders": [3.0]}},
+        {"effect": "te.resonance", "law": {**LAW, "form": "second_order_of_base_each", "point": [0.2, 0.1]}},
     ],
-    ids=["film", "drift", "resonance", "resonance of the base"],
+    ids=["film", "drift", "resonance", "resonance of the base", "resonance that each order moves as it will"],
 )
 def test_laws_that_orders_follow_are_written(law: dict[str, Any]) -> None:
     same(with_rows(*MADE["series"], law), TRANSMISSION_ERROR)

@@ -78,3 +78,22 @@ def test_at_one_speed_no_resonance_is_looked_for() -> None:
     kept = [p.effect for p in (*laws.resonances(alone), *laws.factors(alone)) if laws._driven(alone, p.variables[0])]
     assert kept
     assert not {RESONANCE, "te.velocity_nonlinear"} & set(kept)
+
+
+def test_a_mode_that_some_orders_move_as_they_will_is_found_with_these() -> None:
+    """What moves the mode is another wave of the same order: it answers in a size and a phase of its own."""
+    names, data = passed("second_order", 7.3, 0.07, 1e-9, 8)
+    rng = np.random.default_rng(5)
+    moved = [ORDERS.index(f) for f in (46.0, 92.0, 138.0)]
+    size = np.sqrt(np.mean(np.abs(data.vectors[:, moved]) ** 2, axis=0))
+    share = 1.5 * size * np.exp(2j * np.pi * rng.random(3))
+    frequency = data.x[:, 1:2] * np.asarray(ORDERS)[moved]
+    swing = (frequency / 7.3) ** 2 / (1.0 - (frequency / 7.3) ** 2 + 0.14j * frequency / 7.3)
+    vectors = data.vectors.copy()
+    vectors[:, moved] += share * swing
+    data = replace(data, vectors=vectors, series=calibrate(names.own_turns, vectors, data.sigma, ORDERS))
+    law = laws.search(model_of(names.own_turns, data), 0)
+    assert law is not None
+    assert law.law.form == "second_order_of_base_each"
+    assert law.law.orders == (46.0, 92.0, 138.0)
+    assert law.law.point == pytest.approx((7.3, 0.07), rel=0.02)
