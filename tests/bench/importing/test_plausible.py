@@ -145,3 +145,24 @@ def test_a_wrong_sign_is_not_all_that_it_can_be_where_no_load_was_recorded(tmp_p
     assert (
         "both should be positive, unless a load that no channel holds drives the motor: likely a wrong sign" in warning
     )
+
+
+def _sprung(folder: Path, stiffness: float, friction: float) -> tuple[str, ...]:
+    """Warnings of a spring with friction that is swung to and fro once a second."""
+    time = np.arange(4000) / 200.0
+    angle = np.sin(2 * np.pi * time) + 0.3 * np.sin(2 * np.pi * 0.31 * time)
+    speed = np.gradient(angle, time)
+    noise = np.random.default_rng(3).normal(0.0, 0.5, time.size)
+    builders.csv(folder / "a.csv", t=time, q=angle, M=stiffness * angle + friction * speed + noise)
+    channels = 'motor_angle = {variable = "q", unit = "rad"}\nmotor_torque = {variable = "M", unit = "N*m"}'
+    return builders.one(folder, channels).warnings
+
+
+def test_a_negative_inertia_may_be_a_spring(tmp_path: Path) -> None:
+    (warning,) = _sprung(tmp_path, 10.0, 1.0)
+    assert "though friction takes power: likely it lags behind motor_angle, unless a spring acts" in warning
+
+
+def test_friction_that_is_positive_is_not_said_to_be_negative(tmp_path: Path) -> None:
+    for warning in _sprung(tmp_path, 10.0, 0.005):
+        assert "both should be positive" not in warning or "friction that takes -" in warning
