@@ -73,6 +73,12 @@ def draft(found: Inventory, mapping: Path) -> Draft:
         name = "motor_angle" if slower is taken["motor_angle"] else "motor_velocity"
         if slower is not None and name.replace("motor", "load") not in taken:
             taken[name.replace("motor", "load")] = taken.pop(name)
+    if "motor_angle" in taken and not {"load_angle", "load_velocity", "motor_velocity"} & taken.keys():
+        first, second = taken["motor_angle"], motion.other_side(taken["motor_angle"], rest if not axes else ())
+        if second is not None and not meanings[first.name].sided:
+            rest.remove(second)
+            slower, faster = sorted((first, second), key=lambda column: abs(column.span[1] - column.span[0]))
+            taken["motor_angle"], taken["load_angle"] = faster, slower
     for name in BY_NAME:
         if name in taken:
             column_meaning = meanings[taken[name].name]

@@ -246,7 +246,8 @@ def test_of_an_arm_whose_joints_are_numbered_in_their_names_the_one_that_moves_i
     # two encoders beside one torque are the two ends of a gearbox and no arm
     own = {"Position1": np.sin(_T), "Position2": 3.0 * np.sin(_T), "Torque": np.cos(_T)}
     builders.csv(tmp_path / "rig.csv", **{"t [s]": _T}, **own)
-    assert _content(_draft(tmp_path / "rig.csv"))["channels"]["motor_angle"]["variable"] == "Position1"
+    channels = _content(_draft(tmp_path / "rig.csv"))["channels"]
+    assert [channels[f"{side}_angle"]["variable"] for side in ("motor", "load")] == ["Position2", "Position1"]
 
 
 def test_what_was_measured_is_taken_and_not_what_was_wanted(tmp_path: Path) -> None:
@@ -328,6 +329,24 @@ def test_a_goal_and_the_controllers_position_are_set_values(tmp_path: Path) -> N
     content = _content(_draft(tmp_path / "a.csv"))
     assert content["channels"]["motor_angle"]["variable"] == "position"
     assert wanted.keys() <= content["channels"].keys()
+
+
+@pytest.mark.parametrize("order", [("encoder A", "encoder B"), ("encoder B", "encoder A")])
+def test_of_two_angles_without_a_side_the_slower_is_the_outputs_and_no_torque_is_needed(
+    tmp_path: Path, order: tuple[str, str]
+) -> None:
+    values = {"encoder A": 1000 * _Q, "encoder B": -1000 * _Q / 1.9375 + 5}
+    builders.csv(tmp_path / "a.csv", **{"t [s]": _T}, **{name: values[name] for name in order})
+    made = _draft(tmp_path / "a.csv")
+    channels = _content(made)["channels"]
+    assert channels["motor_angle"]["variable"] == "encoder A"
+    assert channels["load_angle"]["variable"] == "encoder B"
+    assert made.lacking() == []
+
+
+def test_of_two_angles_that_turn_alike_none_is_the_outputs(tmp_path: Path) -> None:
+    builders.csv(tmp_path / "a.csv", **{"t [s]": _T}, angle_1=_Q, angle_b=1.01 * _Q + 0.1)
+    assert "load_angle" not in _content(_draft(tmp_path / "a.csv"))["channels"]
 
 
 def test_no_rate_is_guessed_of_a_speed_that_is_not_the_angles(tmp_path: Path) -> None:
