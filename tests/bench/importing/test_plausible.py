@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import re
+import shutil
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from typer.testing import CliRunner
 
+from bench.cli.app import make_app
 from bench.importing.plausible.factors import reason
 from tests.bench.importing import builders
 
@@ -166,3 +169,15 @@ def test_a_negative_inertia_may_be_a_spring(tmp_path: Path) -> None:
 def test_friction_that_is_positive_is_not_said_to_be_negative(tmp_path: Path) -> None:
     for warning in _sprung(tmp_path, 10.0, 0.005):
         assert "both should be positive" not in warning or "friction that takes -" in warning
+
+
+def test_a_warning_of_many_files_is_shown_once_with_the_others_names(tmp_path: Path) -> None:
+    _sprung(tmp_path, 10.0, 1.0)
+    shutil.rmtree(tmp_path / "out")
+    shutil.copy(tmp_path / "a.csv", tmp_path / "b.csv")
+    mapping = tmp_path / "map.toml"
+    mapping.write_text(mapping.read_text().replace('file = "a.csv"', 'file = "*.csv"'))
+    done = CliRunner().invoke(make_app(), ["import", str(mapping), "--out", str(tmp_path / "out")])
+    assert done.output.count("WARNING") == 1
+    assert f"the same warning, with other numbers, of b: {mapping}: channels.motor_torque" in done.output
+    assert "a negative inertia (… kg·m²)" in done.output
