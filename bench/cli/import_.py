@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Sequence
 from itertools import groupby
 from pathlib import Path
@@ -16,6 +17,10 @@ from bench.cli.exit_codes import ExitCode
 if TYPE_CHECKING:
     from bench.importing import Imported
     from bench.recording import Rejected
+
+_NAMED = 5
+"""recordings of which a warning that was shown already is told by their names"""
+_NUMBER = re.compile(r"(?<![\w.])-?\d+(\.\d+)?(e[+-]?\d+)?")
 
 
 def register(app: typer.Typer) -> None:
@@ -76,6 +81,7 @@ def _import(mapping: Path, out: Path, data: Path | None, changes: dict[str, Any]
 
     rows: list[dict[str, Any]] = []
     ruled_out: dict[str, int] = {}
+    warned: dict[str, list[str]] = {}
     files = 0
     for _, group in groupby(import_recordings(mapping, out, data, changes), key=_origin):
         pieces: list[Imported] = []
@@ -91,7 +97,11 @@ def _import(mapping: Path, out: Path, data: Path | None, changes: dict[str, Any]
         for sentence in dict.fromkeys(consequence for piece in pieces for consequence in _consequences(piece)):
             ruled_out[sentence] = ruled_out.get(sentence, 0) + 1
         if pieces and not as_json:
-            _print_recordings(pieces)
+            _print_recordings(pieces, warned)
+    for words, (_, *others) in warned.items() if not as_json else ():
+        if others:
+            more = f" and {len(others) - _NAMED} more" if len(others) > _NAMED else ""
+            say(line(f"the same warning, with other numbers, of {', '.join(others[:_NAMED])}{more}: {words}"))
     for sentence, count in ruled_out.items() if not as_json else ():
         say(line(sentence if files == 1 else f"in {count} of {files} files {sentence}"))
     if any("recording" in row for row in rows):
@@ -128,8 +138,11 @@ def _consequences(done: Imported) -> list[str]:
     return [sentence.removeprefix(f"{done.recording.path}: ") for sentence in done.consequences]
 
 
-def _print_recordings(pieces: Sequence[Imported]) -> None:
-    """The recordings made of one file, in a line; what was done to it, and what cannot be."""
+def _print_recordings(pieces: Sequence[Imported], warned: dict[str, list[str]]) -> None:
+    """The recordings made of one file, in a line; what was done to it, and what cannot be.
+
+    ``warned``: of which recordings each warning was given, by its words; it is shown once.
+    """
     recordings = [piece.recording for piece in pieces]
     rows = sum(recording.size for recording in recordings)
     name = str(recordings[0].path)
@@ -138,8 +151,15 @@ def _print_recordings(pieces: Sequence[Imported]) -> None:
     number = f"{len(recordings)} recordings, " if len(recordings) > 1 else ""
     seconds = rows / recordings[0].sample_rate
     say(f"{name}: {number}{rows} rows ({seconds:.1f} s) of {', '.join(recordings[0].channels)}")
-    for sentence in dict.fromkeys(warning for piece in pieces for warning in piece.warnings):
-        say(f"  WARNING: {line(sentence)}")
+    shown: dict[str, str] = {}
+    for sentence in (warning for piece in pieces for warning in piece.warnings):
+        where, _, said = sentence.partition(": ")
+        shown.setdefault(f"{where}: {_NUMBER.sub('…', said)}", sentence)
+    for words, sentence in shown.items():
+        given = warned.setdefault(words, [])
+        given.append(recordings[0].path.stem)
+        if len(given) == 1:
+            say(f"  WARNING: {line(sentence)}")
     for sentence in dict.fromkeys(note for piece in pieces for note in piece.notes):
         say(f"  {line(sentence)}")
 

@@ -95,6 +95,8 @@ def _part(name: str, part: PartMapping, files: Files, where: str, linear: bool |
         raise ConfigurationError(f"{where}: '{part.variable}' holds dates, only 'time' should.")
     if raw.dtype.kind == "f":
         raw = raw.astype(np.float64)
+    if part.signed_bits is not None:
+        raw = _signed(raw, part.signed_bits, where)
     if part.wraps_at is not None:
         raw = _unwrapped(raw, part.wraps_at)
     number, text = _conversion(part, where, linear)
@@ -170,6 +172,19 @@ def _is_current(text: str) -> bool:
         return unit_of(text, "").si == "A"
     except ConfigurationError:
         return False
+
+
+def _signed(raw: NDArray[Any], bits: int, where: str) -> NDArray[Any]:
+    """Integers of so many bits that were read without their sign."""
+    span = 2**bits
+    if not np.all((raw >= 0) & (raw < span)):
+        low, high = float(np.nanmin(raw)), float(np.nanmax(raw))
+        raise RecordingError(
+            f"{where}.signed_bits: the values are {low:g} to {high:g}, of integers without a sign of {bits} bits they "
+            f"should be 0 to {span - 1}; leave it out if they have their sign already."
+        )
+    whole = raw.astype(np.int64)
+    return np.where(whole >= span // 2, whole - span, whole)
 
 
 def _unwrapped(raw: NDArray[Any], period: float) -> NDArray[Any]:

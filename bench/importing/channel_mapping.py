@@ -39,6 +39,8 @@ class PartMapping(Strict):
     counts_per_revolution: float | None = Field(default=None, gt=0)
     times: tuple[str, ...] = ()
     """Variables of the same file it is multiplied with, sample by sample."""
+    signed_bits: Literal[8, 16, 32] | None = None
+    """Of integers that were written as unsigned although they are signed (65535 for -1): how many bits they have."""
     wraps_at: float | None = Field(default=None, gt=0)
     """Raw counts (or angle, in raw units) after which the value starts again; it is unwrapped."""
 

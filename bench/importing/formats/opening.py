@@ -6,6 +6,7 @@ from pathlib import Path
 
 from bench.errors import RecordingError
 from bench.importing.formats.hdf5 import Hdf5Source
+from bench.importing.formats.json_file import JsonSource, is_json
 from bench.importing.formats.matlab import MatlabSource, is_version_4
 from bench.importing.formats.mdf import MdfSource
 from bench.importing.formats.numpy_file import SIGNATURE as NUMPY_SIGNATURE
@@ -52,11 +53,13 @@ def open_source(path: Path, options: TextOptions | None = None) -> Source:
         return MdfSource(path)
     if head.startswith(NUMPY_SIGNATURE) or is_archive(path, head):
         return NumpySource(path)
+    if is_json(head):
+        return JsonSource(path)
     if head.startswith(_UTF16) or b"\0" not in head:
         return TextSource(path, options or TextOptions())
     if path.suffix.lower() in _SHEETS:
         raise RecordingError(f"{path}: is a spreadsheet; each of its sheets should be saved as CSV.")
     raise RecordingError(
-        f"{path}: is none of MAT, HDF5, TDMS, Parquet, MDF, NumPy or text (CSV of any separator); it should be one of "
-        "them."
+        f"{path}: is none of MAT, HDF5, TDMS, Parquet, MDF, NumPy, JSON or text (CSV of any separator); it should be "
+        "one of them."
     )

@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.importing.channel import LINEAR
+from bench.importing.looking.clocks import clock_of, coarse_clock, rate_entry
 from bench.importing.looking.entries import Draft, Entry
 from bench.importing.looking.guesses import (
     overflow,
     rate_of,
-    rises_evenly,
     step_of,
     unit_of_time,
+    unsigned_bits,
 )
 from bench.importing.looking.inventory import NAMELESS, Column, Inventory
 from bench.importing.looking.motion import Motion, values_of
@@ -26,6 +27,7 @@ from bench.signals import BY_NAME
 
 _GUESS = "a guess"
 _FROM_FILE = "the file says so"
+_MOST_AMPERES = 1000.0
 _PAIRS = (
     ("motor_angle", "load_angle"),
     ("motor_velocity", "load_velocity"),
@@ -38,10 +40,13 @@ _PAIRS = (
 def draft(found: Inventory, mapping: Path) -> Draft:
     """Make a mapping of what is in a file; ``mapping`` is where it will stand."""
     meanings = {column.name: meaning(column) for column in found.columns}
-    time = _clock(found, meanings)
+    time = clock_of(found, meanings)
+    coarse = coarse_clock(found, meanings) if time is None else None
     out = Draft({"": {}, "gearbox": {}, "channels.time": {}}, time=time)
     out.tables[""] = {"campaign_id": Entry(plain(found.file.stem), "any name")}
-    out.tables["channels.time"] = _time_entries(found, time, meanings)
+    out.tables["channels.time"] = _time_entries(found, time, meanings) if coarse is None else rate_entry(coarse)
+    if coarse is not None:
+        out.channel_by_column[coarse.name] = "coarser than the samples"
     out.rate = _rate(found, time, out.tables["channels.time"])
     taken: dict[str, Column] = {}
     rest: list[Column] = []
@@ -56,7 +61,7 @@ def draft(found: Inventory, mapping: Path) -> Draft:
 
     for column in sorted(found.columns, key=likely):
         name = channel_of(meanings[column.name])
-        if column is time or column.stamps or column.values.size != _size(found, time) or column.empty:
+        if column in (time, coarse) or column.stamps or column.values.size != _size(found, time) or column.empty:
             continue
         column_meaning = meanings[column.name]
         if name is None or name in taken or column_meaning.setpoint or column.constant or column.name in strangers:
@@ -68,6 +73,12 @@ def draft(found: Inventory, mapping: Path) -> Draft:
         name = "motor_angle" if slower is taken["motor_angle"] else "motor_velocity"
         if slower is not None and name.replace("motor", "load") not in taken:
             taken[name.replace("motor", "load")] = taken.pop(name)
+    if "motor_angle" in taken and not {"load_angle", "load_velocity", "motor_velocity"} & taken.keys():
+        first, second = taken["motor_angle"], motion.other_side(taken["motor_angle"], rest if not axes else ())
+        if second is not None and not meanings[first.name].sided:
+            rest.remove(second)
+            slower, faster = sorted((first, second), key=lambda column: abs(column.span[1] - column.span[0]))
+            taken["motor_angle"], taken["load_angle"] = faster, slower
     for name in BY_NAME:
         if name in taken:
             column_meaning = meanings[taken[name].name]
@@ -88,22 +99,6 @@ def _size(found: Inventory, time: Column | None) -> int:
         return int(time.values.size)
     sizes = [column.values.size for column in found.columns]
     return max(set(sizes), key=lambda size: (sizes.count(size), size))
-
-
-def _clock(found: Inventory, meanings: dict[str, Meaning]) -> Column | None:
-    """The column that is the time: one the file names, one called so, or the first without a meaning whose numbers rise
-    as a clock's do.
-    """
-    clocks = [column.variable.clock for column in found.columns if column.variable.clock]
-    rising = [column for column in found.columns if step_of(column) is not None]
-    named = [column for column in rising if column.name in clocks]
-    called = [column for column in rising if meanings[column.name].quantity == "time"]
-    by_file = sorted(named, key=lambda column: (clocks.count(column.name), column.values.size), reverse=True)
-    by_name = sorted(
-        called, key=lambda column: (column.values.size, column.stamps, meanings[column.name].sure), reverse=True
-    )
-    by_numbers = [column for column in found.columns if not meanings[column.name].quantity and rises_evenly(column)]
-    return next(iter([*by_file, *by_name, *(by_numbers if len(found.columns) > 1 else ())]), None)
 
 
 def _time_entries(found: Inventory, time: Column | None, meanings: dict[str, Meaning]) -> dict[str, Entry]:
@@ -141,7 +136,7 @@ def _place(column: Column) -> dict[str, Entry]:
     """Where a column stands, as a mapping says it."""
     entries: dict[str, Entry] = {}
     if column.file:
-        return {"file": Entry(column.file), "column": Entry(1)}
+        return {"file": Entry(column.file), "column": Entry(column.number or 1)}
     headed = not column.variable.name.startswith((NAMELESS, "row "))
     if headed:
         entries["variable"] = Entry(column.variable.name)
@@ -149,6 +144,10 @@ def _place(column: Column) -> dict[str, Entry]:
         entries["column"] = Entry(int(column.variable.name.split()[1]))
     if column.number is not None:
         entries[column.along] = Entry(column.number)
+    bits = unsigned_bits(column)
+    if bits is not None:
+        why = f"{_GUESS}: all values are near 0 or near {2**bits}, as negative ones are without their sign"
+        entries["signed_bits"] = Entry(bits, why, sure=False)
     return entries
 
 
@@ -169,8 +168,10 @@ def _channel_entries(column: Column, column_meaning: Meaning) -> dict[str, Entry
             wraps if sure else OPEN, f"{_GUESS}, it overflows there" if sure else "of its shaft", sure=False
         )
     elif column_meaning.quantity == "current":
+        # no motor takes a thousand amperes, of which a file does not even say the unit
+        likely = "mA" if max(map(abs, column.span)) > _MOST_AMPERES else "A"
         entries["unit"] = Entry(
-            column_meaning.unit or "A", "" if column_meaning.unit else _GUESS, sure=bool(column_meaning.unit)
+            column_meaning.unit or likely, "" if column_meaning.unit else _GUESS, sure=bool(column_meaning.unit)
         )
         entries["torque_constant"] = Entry(OPEN, 'N·m/A at the motor\'s shaft (a linear axis: "… N/A")', sure=False)
     elif column_meaning.unit:

@@ -41,13 +41,14 @@ class Draft:
         return [key for key, entry in self.entries().items() if entry.value == OPEN]
 
     def lacking(self) -> list[str]:
-        """Sentences of what the analysis needs and no column was taken for."""
+        """Sentences of what the analysis needs and no column was taken for: both angles do without a torque."""
+        both = {"channels.motor_angle", "channels.load_angle"} <= self.tables.keys()
         spare = next((table for table in self.tables if table.startswith("aux.")), "aux.NAME")
         return [
             f"no column was taken for {what}, which the analysis needs: the table of the right one should be renamed,"
             f" as [{spare}] to [channels.{names[0]}], and its unit given"
             for what, names in NEEDED.items()
-            if not any(f"channels.{name}" in self.tables for name in names)
+            if not both and not any(f"channels.{name}" in self.tables for name in names)
         ]
 
     def entries(self) -> dict[str, Entry]:

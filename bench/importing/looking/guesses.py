@@ -20,6 +20,8 @@ _SLOW_STEP = 1.0
 _CLOSE = 0.02
 STRETCH, _TOGETHER = 20, 0.99
 """samples over which an angle and the integral of a speed are compared, and how well they have to go together"""
+_BOTH = 0.01
+"""least share of the samples on either side for numbers to be taken as without their sign"""
 _EVEN, _MOSTLY = 0.25, 0.9
 """how far a clock's step may be from its usual one, and how many of its steps are no farther"""
 
@@ -66,6 +68,19 @@ def overflow(column: Column, unit: str, counted: bool) -> float | None:
         return float(2 ** math.ceil(math.log2(span + 1)))
     revolution = _REVOLUTIONS.get(unit)
     return revolution if revolution is not None and _FULL * revolution < span <= 1.001 * revolution else None
+
+
+def unsigned_bits(column: Column) -> int | None:
+    """Bits of integers that were written without their sign: all are near 0 or near the largest there is, and both."""
+    values = column.values
+    if values.dtype.kind not in "iu" or not values.size or int(values.min()) < 0:
+        return None
+    for bits in (8, 16, 32):
+        span = 2**bits
+        if int(values.max()) < span:
+            high, low = float(np.mean(values >= 0.75 * span)), float(np.mean(values < 0.25 * span))
+            return bits if high + low == 1.0 and min(high, low) >= _BOTH else None
+    return None
 
 
 def rate_of(angle: FloatArray, velocity: FloatArray) -> float | None:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from bench.errors import RecordingError
 from bench.importing.formats import Source, Variable, open_source
 from bench.importing.formats.text_layout import TextOptions
+from bench.importing.looking.words import quantity_of
 
 _MOST_COLUMNS = 40
 _BLOCKS = "▁▂▃▄▅▆▇█"
@@ -28,7 +29,7 @@ class Column:
     """One line of numbers or of time stamps (N,) in a file, and how a mapping names it.
 
     ``number`` counts columns or rows (``along`` says which) of a matrix from 1; ``numeric`` is False for stamps;
-    ``file``: its name, where a file holds this line alone.
+    ``file``: its name, where each file holds one quantity.
     """
 
     variable: Variable
@@ -124,18 +125,27 @@ def take_inventory(file: str | Path, options: TextOptions | None = None) -> Inve
 
 
 def _a_file_each(files: Sequence[Path], options: TextOptions | None) -> tuple[Column, ...]:
-    """A column for each of several files that hold one without a name, all as long; none where they are other files.
+    """The columns of several files that hold one quantity each and no names, all as long; none where they are others.
 
-    The name of the file is the name of what stands in it.
+    The name of the file is the name of what stands in it. Files of several columns, of one for each joint, say, may as
+    well be runs of one machine: they are taken so only where their names are of different quantities.
     """
     columns: list[Column] = []
+    widths: set[int] = set()
     for path in files if len(files) > 1 else ():
         source = open_source(path, options)
         held = source.variables()
-        if len(held) != 1 or not held[0].name.startswith(NAMELESS):
+        if not held or not all(variable.name.startswith(NAMELESS) for variable in held):
             return ()
-        columns.append(Column(replace(held[0], name=path.stem), source.read(held[0].name), file=path.name))
-    return tuple(columns) if len({column.values.size for column in columns}) == 1 else ()
+        widths.add(len(held))
+        for k, variable in enumerate(held, 1):
+            number = k if len(held) > 1 else None
+            named = replace(variable, name=path.stem)
+            columns.append(Column(named, source.read(variable.name), number, file=path.name))
+    quantities = {quantity_of(path.stem.lower()) for path in files} - {""}
+    if len(widths) != 1 or len({column.values.size for column in columns}) != 1:
+        return ()
+    return tuple(columns) if widths == {1} or len(quantities) > 1 else ()
 
 
 def _lines(variable: Variable) -> int | None:

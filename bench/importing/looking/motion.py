@@ -57,6 +57,18 @@ class Motion:
         slower = angle if abs(ratio) > 1.0 else velocity
         return None if self.meanings[slower.name].sided else slower
 
+    def other_side(self, angle: Column, others: Iterable[Column]) -> Column | None:
+        """Another measured angle that turns with this one, farther or less far: that of the gearbox' other side."""
+        for column in others:
+            meaning = self.meanings[column.name]
+            if meaning.quantity != "angle" or meaning.setpoint or column.constant:
+                continue
+            if column.values.size == angle.values.size and meaning.unit == self.meanings[angle.name].unit:
+                ratio = ratio_of(*(values_of(own, self.meanings[own.name]) for own in (angle, column)))
+                if ratio is not None and not 1.0 / _SAME_SIDE < abs(ratio) < _SAME_SIDE:
+                    return column
+        return None
+
     def strangers(self, columns: Iterable[Column]) -> set[str]:
         """Names of angles that turn by themselves where another one turns with the speed: another joint's, say."""
         moving = [column for column in columns if not column.constant and not self.meanings[column.name].setpoint]

@@ -8,23 +8,17 @@ from dataclasses import dataclass
 
 from bench.errors import ConfigurationError
 from bench.importing.looking.inventory import Column
+from bench.importing.looking.words import quantity_of
 from bench.importing.units import split_unit, unit_of
 
-_QUANTITIES: tuple[tuple[str, str], ...] = (
-    ("time", r"^t$|time|zeit|stamp|^date|datum|^x_value$|sekunden|seconds"),
-    ("velocity", r"vel|speed|omega|drehzahl|rpm|geschw|^n$|^n_|^w$|^w_|^v$|^qd\d*$|^dq\d*$|qdot|thetadot"),
-    ("current", r"curr(?!ent_?(pos|ang|vel|speed|torq|temp|time))|^cur\d*$|_cur\d*$|strom|^i$|^i_|_i$|^iq|ampere"),
-    ("torque", r"torq|moment|^m$|^m_|tau|force|kraft|^f$|^f_|^tq|^mot_?m$"),
-    ("temperature", r"temp|thermo|pt100|^t_?oil|^t_?oel"),
-    ("angle", r"pos|angle|winkel|theta|phi|lage|enc|^q\d*$|^q_|^qm$|weg|displ|^x$|stroke|counts|rotation"),
-)
-"""Quantities by what their names look like, the likelier first. A "current position" is the present one."""
 _BY_UNIT = {
     "s": "time", "rad": "angle", "m": "angle", "rad/s": "velocity", "m/s": "velocity", "N·m": "torque", "N": "torque",
     "°C": "temperature", "A": "current", "Hz": "velocity",
 }  # fmt: skip
 _COUNTED = re.compile(r"count|inc|tick|cts|cnt")
-_SETPOINT = re.compile(r"set|ref(?!er)|cmd|command|soll|desired|_des\d*$|target|^qg$|demand")
+_SETPOINT = re.compile(
+    r"set|ref(?!er)|cmd|command|soll|desired|_des\d*$|target|goal|^control_(pos|ang|vel|speed)|^qg$|demand"
+)
 _MEASURED = re.compile(r"meas|actual|_act\d*$|feedback|_fb\d*$|^ist_|_ist\d*$")
 _HUMP = re.compile(r"(?<=[a-z])(?=[A-Z])")
 _LOAD = re.compile(
@@ -62,7 +56,7 @@ def meaning(column: Column) -> Meaning:
     name = bare.rsplit("/", 1)[-1].strip().lower().replace(" ", "_")
     # posDes is pos_des
     words = _HUMP.sub("_", bare.rsplit("/", 1)[-1].strip()).lower().replace(" ", "_")
-    by_name = next((quantity for quantity, form in _QUANTITIES if re.search(form, name)), "")
+    by_name = quantity_of(name)
     by_unit = "time" if column.stamps else _by_unit(unit)
     counted = bool(_COUNTED.search(unit.lower()) or (not unit and _COUNTED.search(name)))
     quantity = by_unit or ("angle" if counted else by_name)

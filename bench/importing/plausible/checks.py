@@ -150,16 +150,17 @@ def _torques(values: dict[str, FloatArray], ratio: float, where: str, *, linear:
         if fit.load * ratio < 0:
             return
     negative_inertia, negative_loss = fit.inertia_t < -_SURE, fit.loss_t < -_SURE
-    if negative_inertia and not (fit.loss_t > _SURE):
+    if negative_inertia and fit.loss < 0.0:
         yield (
             f"{where}: channels.motor_torque gives a negative inertia ({fit.inertia:.4g} {unit}) and "
             f"friction that takes {fit.loss:.4g} W, both should be positive{driven}: likely a wrong sign; scale "
             "times -1 of motor_torque (or of motor_angle) would be right."
         )
     elif negative_inertia:
+        sprung = "" if load is not None else ", unless a spring acts on the motor, which a swing to and fro shows alike"
         yield (
             f"{where}: channels.motor_torque gives a negative inertia ({fit.inertia:.4g} {unit}) though "
-            "friction takes power: likely it lags behind motor_angle; the same filter and clock for both "
+            f"friction takes power: likely it lags behind motor_angle{sprung}; the same filter and clock for both "
             "would be right."
         )
     elif negative_loss:

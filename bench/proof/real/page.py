@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
 from bench.mismatch import criteria
@@ -10,6 +11,7 @@ from bench.mismatch.report.left_out import table as left_out_table
 from bench.proof.real.examine import SURE, Examined
 from bench.proof.real.sets import RealSet
 
+_NUMBER = re.compile(r"(?<![\w.])-?\d+(\.\d+)?(e[+-]?\d+)?")
 _ABOUT = f"""# Recordings of others
 
 This page shows public recordings of other people's machines. Each set is analysed in two ways on the same
@@ -125,9 +127,18 @@ def _section(row: Examined) -> list[str]:
     asked = [own for own in row.left_out if own.outcome != NOT_ASKED and own.channel == real.expert.channel]
     if asked:
         lines += ["", left_out_table(asked)]
-    lines += ["", *(f"At import: {note}" for note in row.notes)] if row.notes else []
+    lines += ["", *_notes(row.notes)] if row.notes else []
     lines += ["", real.remark] if real.remark else []
     return lines
+
+
+def _notes(notes: Sequence[str]) -> list[str]:
+    """What the import said; of sentences that differ in their numbers the first."""
+    alike: dict[str, list[str]] = {}
+    for note in notes:
+        alike.setdefault(_NUMBER.sub("…", note), []).append(note)
+    more = " ({} more recordings: the same with other numbers)".format
+    return [f"At import: {own[0]}" + (more(len(own) - 1) if len(own) > 1 else "") for own in alike.values()]
 
 
 def _expert(row: Examined) -> list[str]:

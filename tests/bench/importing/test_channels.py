@@ -228,3 +228,18 @@ def test_a_key_of_a_table_that_is_not_there_names_the_one_that_is_meant(folder: 
 def test_a_file_of_measurements_is_no_mapping_and_the_way_to_one_is_said(folder: Path) -> None:
     with pytest.raises(ConfigurationError, match=r"a\.csv: is not a readable TOML file .*bench import --look a\.csv"):
         list(import_recordings(folder / "a.csv", folder / "out"))
+
+
+def test_integers_without_their_sign_get_it_back(tmp_path: Path) -> None:
+    whole = np.round(400 * np.sin(5 * _T)).astype(np.int64)
+    builders.csv(tmp_path / "a.csv", t=_T, q=_T, n=whole % 65536)
+    channels = """
+motor_angle = {variable = "q", unit = "rad"}
+motor_torque = {variable = "n", unit = "N*m", scale = 0.01, signed_bits = 16}
+"""
+    recording = builders.one(tmp_path, channels).recording
+    np.testing.assert_allclose(recording.si("motor_torque"), 0.01 * whole, rtol=1e-12)
+    builders.csv(tmp_path / "a.csv", t=_T, q=_T, n=whole)
+    sentence = builders.why(tmp_path, channels)
+    assert "channels.motor_torque.signed_bits: the values are -" in sentence
+    assert "should be 0 to 65535" in sentence

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import json
 import struct
 import sys
 from collections.abc import Callable
@@ -16,6 +17,7 @@ import scipy.io
 
 from bench.errors import RecordingError
 from bench.importing.formats import Source, open_source
+from bench.importing.formats.json_file import is_json
 from bench.importing.looking import take_inventory
 
 _T = np.arange(300) / 100.0
@@ -49,6 +51,23 @@ def _hdf5(path: Path) -> dict[str, str]:
         file["run/table"] = table
         file["run/q"] = np.vstack([np.zeros(300), _Q])
     return {"t": "run/table.t", "q": "run/q row 2"}
+
+
+def _json(path: Path) -> dict[str, str]:
+    records = [{"t": t, "joint": {"q": q}} for t, q in zip(_T.tolist(), _Q.tolist(), strict=True)]
+    path.write_text(json.dumps({"machine": "rig", "log": records}), encoding="utf-8")
+    return {"t": "log.t", "q": "log.joint.q"}
+
+
+def _json_matrix(path: Path) -> dict[str, str]:
+    path.write_text(json.dumps([[t, q] for t, q in zip(_T.tolist(), _Q.tolist(), strict=True)]), encoding="utf-8")
+    return {"t": "array column 1", "q": "array column 2"}
+
+
+def _json_lines(path: Path) -> dict[str, str]:
+    lines = [json.dumps({"t": t, "q": q}) for t, q in zip(_T.tolist(), _Q.tolist(), strict=True)]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return {"t": "t", "q": "q"}
 
 
 def _tdms(path: Path) -> dict[str, str]:
@@ -110,7 +129,10 @@ def _read(source: Source, name: str) -> Any:
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::FutureWarning", "ignore::UserWarning")
-@pytest.mark.parametrize("write", [_mat4, _mat5, _mat73, _hdf5, _tdms, _parquet, _mdf, _npz, _npy, _csv, _rows])
+@pytest.mark.parametrize(
+    "write",
+    [_mat4, _mat5, _mat73, _hdf5, _tdms, _parquet, _mdf, _npz, _npy, _json, _json_matrix, _json_lines, _csv, _rows],
+)
 def test_the_same_numbers_from_every_kind_of_file(tmp_path: Path, write: Callable[[Path], dict[str, str]]) -> None:
     path = tmp_path / "measured"  # no suffix: what a file is, its content says
     names = write(path)
@@ -181,12 +203,16 @@ def test_what_has_to_be_installed_is_said(
     ("content", "sentence"),
     [
         (b"", "is empty, it should hold measurements"),
-        (b"\x01\x02\x00\x05" * 40, "is none of MAT, HDF5, TDMS, Parquet, MDF, NumPy or text"),
+        (b"\x01\x02\x00\x05" * 40, "is none of MAT, HDF5, TDMS, Parquet, MDF, NumPy, JSON or text"),
         (b"PAR1" + bytes(50), "is not a readable Parquet file"),
         (b"MDF     4.10    " + bytes(50), "is not a readable MDF file"),
         (b"TDSm" + bytes(50), "is not a readable TDMS file"),
         (struct.pack("<5i", 0, 10, 1, 0, 2) + b"t\0" + bytes(8), "is not a readable MAT file"),
         (b"\x93NUMPY" + bytes(50), "is not a readable NumPy file"),
+        (b'{"t": [0, 1,', "is not readable as JSON (Expecting value in line 1, column 13)"),
+        (b'{"t": 1}\n{"t": 2', "is not readable as JSON (Extra data in line 2, column 1)"),
+        (b'{"t": "\xff"}', "is not readable as JSON in UTF-8"),
+        (b"[[" * 100_000, "is JSON that is nested too deep to be measurements"),
         (b"hello world\nno table here\n", "holds no table of numbers"),
         (b"# only remarks\n\n", "holds no line of data"),
     ],
@@ -199,6 +225,34 @@ def test_a_file_that_is_no_use_is_one_sentence(tmp_path: Path, content: bytes, s
     assert "\n" not in str(caught.value)
     del caught
     gc.collect()  # a destructor that complains is an error here
+
+
+def test_of_json_records_fields_become_columns_and_texts_say_what_they_are(tmp_path: Path) -> None:
+    at = "2026-03-01T12:00:0{}Z".format
+    entries = [
+        {"n": 1, "on": True, "at": at(0)},
+        {"n": 2.5, "on": False, "at": at(1)},
+        {"on": True, "at": at(2), "extra": 7},
+    ]
+    content = {"mass": 0.5, "unit": "kip", "entries": entries, "empty": [], "rows": [[1, 2], [3]]}
+    (tmp_path / "a.json").write_text(json.dumps(content), encoding="utf-8")
+    source = open_source(tmp_path / "a.json")
+    kinds = {variable.name: (variable.dtype, variable.shape, variable.zoned) for variable in source.variables()}
+    assert kinds["mass"] == ("float64", (1,), False)
+    assert kinds["unit"][0] == "text"
+    assert kinds["entries.at"] == ("time stamps", (3,), True)
+    np.testing.assert_array_equal(source.read("entries.n"), [1.0, 2.5, np.nan])
+    np.testing.assert_array_equal(source.read("entries.extra"), [np.nan, np.nan, 7.0])
+    np.testing.assert_array_equal(source.read("entries.on"), [1, 0, 1])
+    assert source.read("entries.at")[2] == np.datetime64("2026-03-01T12:00:02")
+    for name, sentence in (("unit", r"unit is text \('kip'\), it should be numeric"), ("rows", "should be numeric")):
+        with pytest.raises(RecordingError, match=sentence):
+            source.read(name)
+
+
+@pytest.mark.parametrize("content", ["[Header]\nt;q\n0;1\n1;2\n2;3\n", "[1 2 3]\n[4 5 6]\n", "{0} 1 2\n"])
+def test_a_text_that_begins_with_a_bracket_is_no_json(content: str) -> None:
+    assert not is_json(content.encode())
 
 
 def test_what_is_pickled_is_never_run(tmp_path: Path) -> None:

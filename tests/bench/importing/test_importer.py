@@ -253,7 +253,7 @@ def test_wrong_mapping_is_one_sentence(tmp_path: Path, change: tuple[str, str], 
     ("content", "sentence"),
     [
         (None, "cannot be read (No such file or directory)"),
-        (b"\x00\x01", "is none of MAT, HDF5, TDMS, Parquet, MDF, NumPy or text"),
+        (b"\x00\x01", "is none of MAT, HDF5, TDMS, Parquet, MDF, NumPy, JSON or text"),
         (b"MATLAB 5.0 MAT-file" + bytes(200), "is not a readable MAT file"),
         (b"\x89HDF\r\n\x1a\n" + bytes(600), "cannot be read"),
     ],

@@ -246,7 +246,8 @@ def test_of_an_arm_whose_joints_are_numbered_in_their_names_the_one_that_moves_i
     # two encoders beside one torque are the two ends of a gearbox and no arm
     own = {"Position1": np.sin(_T), "Position2": 3.0 * np.sin(_T), "Torque": np.cos(_T)}
     builders.csv(tmp_path / "rig.csv", **{"t [s]": _T}, **own)
-    assert _content(_draft(tmp_path / "rig.csv"))["channels"]["motor_angle"]["variable"] == "Position1"
+    channels = _content(_draft(tmp_path / "rig.csv"))["channels"]
+    assert [channels[f"{side}_angle"]["variable"] for side in ("motor", "load")] == ["Position2", "Position1"]
 
 
 def test_what_was_measured_is_taken_and_not_what_was_wanted(tmp_path: Path) -> None:
@@ -280,6 +281,72 @@ def test_a_file_for_each_channel_has_its_name(tmp_path: Path) -> None:
     assert content["recordings"] == [{"file": "boom_angle_deg.txt"}]
     np.savetxt(tmp_path / "longer.txt", np.arange(5000.0))
     assert len(take_inventory(tmp_path / "*.txt").columns) == 1
+
+
+def test_a_file_for_each_quantity_with_a_column_for_each_joint(tmp_path: Path) -> None:
+    two = np.column_stack([0.1 * _Q, _Q])
+    for name, values in (("run_ang", two), ("run_torque", -two), ("run_acc", two)):
+        np.savetxt(tmp_path / f"{name}.txt", values)
+    content = _content(draft(take_inventory(tmp_path / "*.txt"), tmp_path / "rig.toml"))
+    assert content["channels"]["motor_angle"] == {"file": "run_ang.txt", "column": 2, "unit": "?"}
+    assert content["channels"]["motor_torque"] == {"file": "run_torque.txt", "column": 2, "unit": "?"}
+    assert content["aux"]["run_acc_column_1"] == {"file": "run_acc.txt", "column": 1}
+
+
+def test_runs_of_several_columns_without_names_are_runs(tmp_path: Path) -> None:
+    for name in ("torque_1", "torque_2"):
+        np.savetxt(tmp_path / f"{name}.txt", np.column_stack([_T, _Q]))
+    assert len(take_inventory(tmp_path / "*.txt").columns) == 2
+
+
+def test_a_clock_that_is_coarser_than_the_samples_gives_their_rate(tmp_path: Path) -> None:
+    builders.csv(tmp_path / "a.csv", TIME=np.floor(_T * 20) / 20, angle=_Q, torque=np.cos(_T))
+    made = _draft(tmp_path / "a.csv")
+    (entry,) = made.tables["channels.time"].values()
+    assert entry.value == pytest.approx(200.0, rel=0.01)
+    assert not entry.sure
+    assert "stamps of TIME are doubled" in entry.why
+    assert made.rate == entry.value
+    assert "TIME" not in _content(made).get("aux", {})
+
+
+def test_numbers_without_their_sign_are_told(tmp_path: Path) -> None:
+    load = np.round(300 * np.sin(_T)).astype(np.int64)
+    builders.csv(tmp_path / "a.csv", **{"t [s]": _T}, angle=_Q, load=load % 65536, count=np.arange(_T.size) * 32)
+    aux = _content(_draft(tmp_path / "a.csv"))["aux"]
+    assert aux["load"]["signed_bits"] == 16
+    assert not any("signed_bits" in table for name, table in aux.items() if name != "load")
+
+
+def test_a_current_of_thousands_is_one_of_milliamperes(tmp_path: Path) -> None:
+    builders.csv(tmp_path / "a.csv", **{"t [s]": _T}, angle=_Q, motor_current=2000 * np.cos(_T))
+    assert _content(_draft(tmp_path / "a.csv"))["channels"]["motor_torque"]["unit"] == "mA"
+
+
+def test_a_goal_and_the_controllers_position_are_set_values(tmp_path: Path) -> None:
+    wanted = {"goal_position": _Q, "CONTROL_POSITION": _Q, "CONTROL_VELOCITY": _Q}
+    builders.csv(tmp_path / "a.csv", **{"t [s]": _T}, **wanted, position=0.5 * _Q, torque=np.cos(_T))
+    content = _content(_draft(tmp_path / "a.csv"))
+    assert content["channels"]["motor_angle"]["variable"] == "position"
+    assert wanted.keys() <= content["channels"].keys()
+
+
+@pytest.mark.parametrize("order", [("encoder A", "encoder B"), ("encoder B", "encoder A")])
+def test_of_two_angles_without_a_side_the_slower_is_the_outputs_and_no_torque_is_needed(
+    tmp_path: Path, order: tuple[str, str]
+) -> None:
+    values = {"encoder A": 1000 * _Q, "encoder B": -1000 * _Q / 1.9375 + 5}
+    builders.csv(tmp_path / "a.csv", **{"t [s]": _T}, **{name: values[name] for name in order})
+    made = _draft(tmp_path / "a.csv")
+    channels = _content(made)["channels"]
+    assert channels["motor_angle"]["variable"] == "encoder A"
+    assert channels["load_angle"]["variable"] == "encoder B"
+    assert made.lacking() == []
+
+
+def test_of_two_angles_that_turn_alike_none_is_the_outputs(tmp_path: Path) -> None:
+    builders.csv(tmp_path / "a.csv", **{"t [s]": _T}, angle_1=_Q, angle_b=1.01 * _Q + 0.1)
+    assert "load_angle" not in _content(_draft(tmp_path / "a.csv"))["channels"]
 
 
 def test_no_rate_is_guessed_of_a_speed_that_is_not_the_angles(tmp_path: Path) -> None:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import re
+import shutil
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from typer.testing import CliRunner
 
+from bench.cli.app import make_app
 from bench.importing.plausible.factors import reason
 from tests.bench.importing import builders
 
@@ -145,3 +148,36 @@ def test_a_wrong_sign_is_not_all_that_it_can_be_where_no_load_was_recorded(tmp_p
     assert (
         "both should be positive, unless a load that no channel holds drives the motor: likely a wrong sign" in warning
     )
+
+
+def _sprung(folder: Path, stiffness: float, friction: float) -> tuple[str, ...]:
+    """Warnings of a spring with friction that is swung to and fro once a second."""
+    time = np.arange(4000) / 200.0
+    angle = np.sin(2 * np.pi * time) + 0.3 * np.sin(2 * np.pi * 0.31 * time)
+    speed = np.gradient(angle, time)
+    noise = np.random.default_rng(3).normal(0.0, 0.5, time.size)
+    builders.csv(folder / "a.csv", t=time, q=angle, M=stiffness * angle + friction * speed + noise)
+    channels = 'motor_angle = {variable = "q", unit = "rad"}\nmotor_torque = {variable = "M", unit = "N*m"}'
+    return builders.one(folder, channels).warnings
+
+
+def test_a_negative_inertia_may_be_a_spring(tmp_path: Path) -> None:
+    (warning,) = _sprung(tmp_path, 10.0, 1.0)
+    assert "though friction takes power: likely it lags behind motor_angle, unless a spring acts" in warning
+
+
+def test_friction_that_is_positive_is_not_said_to_be_negative(tmp_path: Path) -> None:
+    for warning in _sprung(tmp_path, 10.0, 0.005):
+        assert "both should be positive" not in warning or "friction that takes -" in warning
+
+
+def test_a_warning_of_many_files_is_shown_once_with_the_others_names(tmp_path: Path) -> None:
+    _sprung(tmp_path, 10.0, 1.0)
+    shutil.rmtree(tmp_path / "out")
+    shutil.copy(tmp_path / "a.csv", tmp_path / "b.csv")
+    mapping = tmp_path / "map.toml"
+    mapping.write_text(mapping.read_text().replace('file = "a.csv"', 'file = "*.csv"'))
+    done = CliRunner().invoke(make_app(), ["import", str(mapping), "--out", str(tmp_path / "out")])
+    assert done.output.count("WARNING") == 1
+    assert f"the same warning, with other numbers, of b: {mapping}: channels.motor_torque" in done.output
+    assert "a negative inertia (… kg·m²)" in done.output

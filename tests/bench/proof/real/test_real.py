@@ -94,3 +94,12 @@ def test_what_came_out_at_first_sight_stands_in_a_table_of_its_own() -> None:
     assert own.first.said in table
     assert f"| {own.first.ratio:.2f} |" in table
     assert "First sight, before" not in page([Examined(_first_seen_before(), failed="it has no torque")])
+
+
+def test_what_the_import_said_of_many_recordings_is_told_once() -> None:
+    own = all_sets()[0]
+    row = Examined(own, notes=["a gives 1.5 kg", "a gives -2e+05 kg", "b is wrong"], verdict="match")
+    values = np.zeros(len(own.expert.terms))
+    row.regression = Regression(values, values, 1.0, 1.0)
+    text = page([row])
+    assert "At import: a gives 1.5 kg (1 more recordings: the same with other numbers)\nAt import: b is wrong\n" in text

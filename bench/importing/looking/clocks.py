@@ -1,0 +1,53 @@
+"""Which column of a file is the time, and the rate where its stamps are too coarse to be one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from bench.importing.looking.entries import Entry
+from bench.importing.looking.guesses import rises_evenly, step_of, unit_of_time
+from bench.importing.looking.inventory import Column, Inventory
+from bench.importing.looking.names import Meaning
+from bench.importing.mapping import OPEN
+from bench.importing.units import split_unit, unit_of
+
+
+def clock_of(found: Inventory, meanings: Mapping[str, Meaning]) -> Column | None:
+    """The column that is the time: one the file names, one called so, or the first without a meaning whose numbers rise
+    as a clock's do.
+    """
+    clocks = [column.variable.clock for column in found.columns if column.variable.clock]
+    rising = [column for column in found.columns if step_of(column) is not None]
+    named = [column for column in rising if column.name in clocks]
+    called = [column for column in rising if meanings[column.name].quantity == "time"]
+    by_file = sorted(named, key=lambda column: (clocks.count(column.name), column.values.size), reverse=True)
+    by_name = sorted(
+        called, key=lambda column: (column.values.size, column.stamps, meanings[column.name].sure), reverse=True
+    )
+    by_numbers = [column for column in found.columns if not meanings[column.name].quantity and rises_evenly(column)]
+    return next(iter([*by_file, *by_name, *(by_numbers if len(found.columns) > 1 else ())]), None)
+
+
+def coarse_clock(found: Inventory, meanings: Mapping[str, Meaning]) -> Column | None:
+    """A column that is called the time and never falls, though it mostly stays: several samples have one stamp."""
+    for column in found.columns:
+        seconds = column.seconds
+        called = meanings[column.name].quantity == "time" and not column.stamps
+        if called and np.isfinite(seconds).all() and np.all(np.diff(seconds) >= 0.0) and seconds[-1] > seconds[0]:
+            return column
+    return None
+
+
+def rate_entry(coarse: Column) -> dict[str, Entry]:
+    """The rate of samples whose stamps are coarser than they are."""
+    unit_in_file = split_unit(coarse.variable.name)[1] or coarse.variable.unit
+    unit = unit_in_file or unit_of_time(coarse)[0]
+    doubled = int(np.sum(np.diff(coarse.seconds) == 0.0))
+    why = f"{doubled} of {coarse.values.size} stamps of {coarse.name} are doubled, so it is coarser than the samples"
+    if unit == OPEN:
+        return {"rate": Entry(OPEN, f"samples per second: {why}", sure=False)}
+    seconds = float(np.ptp(coarse.seconds)) * unit_of(unit, coarse.name, "s").factor
+    rate = float(f"{(coarse.values.size - 1) / seconds:.6g}")
+    return {"rate": Entry(rate, f"Hz, a guess: {why}; they are taken as even", sure=False)}

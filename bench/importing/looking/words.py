@@ -1,0 +1,23 @@
+"""What a quantity is called in the names of columns and files."""
+
+from __future__ import annotations
+
+import re
+
+_QUANTITIES: tuple[tuple[str, str], ...] = (
+    ("time", r"^t$|time|zeit|stamp|^date|datum|^x_value$|sekunden|seconds"),
+    ("velocity", r"vel|speed|omega|drehzahl|rpm|geschw|^n$|^n_|^w$|^w_|^v$|^qd\d*$|^dq\d*$|qdot|thetadot"),
+    ("current", r"curr(?!ent_?(pos|ang|vel|speed|torq|temp|time))|^cur\d*$|_cur\d*$|strom|^i$|^i_|_i$|^iq|ampere"),
+    ("torque", r"torq|moment|^m$|^m_|tau|force|kraft|^f$|^f_|^tq|^mot_?m$"),
+    ("temperature", r"temp|thermo|pt100|^t_?oil|^t_?oel"),
+    (
+        "angle",
+        r"pos|angle|winkel|theta|phi|lage|enc|(^|_)ang(_|$)|^q\d*$|^q_|^qm$|weg|displ|^x$|stroke|count|rotat",
+    ),
+)
+"""Quantities by what their names look like, the likelier first. A "current position" is the present one."""
+
+
+def quantity_of(name: str) -> str:
+    """The quantity that a name in small letters, with ``_`` between its words, seems to be of; empty where none."""
+    return next((quantity for quantity, form in _QUANTITIES if re.search(form, name)), "")
