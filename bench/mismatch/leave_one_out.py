@@ -14,7 +14,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from bench.mismatch import score, simulation_file
+from bench.mismatch import criteria, score, simulation_file
 from bench.mismatch.analysis import Analysis, analyse
 from bench.mismatch.given import Given
 from bench.mismatch.recordings.dataset import Dataset
@@ -24,7 +24,7 @@ from bench.mismatch.report.finding import Finding, conclude
 from bench.mismatch.report.left_out import AMBIGUOUS, NAMED, NOT_ASKED, NOT_FOUND, OTHERWISE, LeftOut
 from bench.simulation.linear import in_metres
 from bench.simulation.model import NOMINAL_TERMS, Simulation, Term
-from bench.simulation.terms import LIBRARY
+from bench.simulation.terms import CHANNEL_UNITS, LIBRARY
 from bench.simulation.terms import Term as LibraryTerm
 
 _IDLE = 1e-12
@@ -144,9 +144,22 @@ def _row(
         out.why = (
             "what it leaves is part of structure without a name, which these recordings have with the term, too"
             if findings
-            else "the rest of the simulation, calibrated without it, leaves too little to be distinguished from noise"
+            else _nothing_found(rmse["before"], analysis.outcomes[channel].floor, channel)
         )
     return out
+
+
+def _nothing_found(left: float | None, floor: float, channel: str) -> str:
+    """Why a term that was left out was not found, nor anything else: by what is ``left`` of held-out recordings and
+    the noise ``floor``, in the channel's unit.
+    """
+    without = "the rest of the simulation, calibrated without it,"
+    if left is None:
+        return f"{without} leaves nothing that was found"
+    unit = CHANNEL_UNITS[channel]
+    if left <= criteria.MORE_THAN_NOISE * floor:
+        return f"{without} leaves {left:.3g} {unit}, which is not distinguished from noise of {floor:.3g} {unit}"
+    return f"{without} leaves {left:.3g} {unit} beside noise of {floor:.3g} {unit}, and nothing was found in it"
 
 
 def _is(finding: Finding, effect: str) -> bool:
