@@ -154,7 +154,7 @@ class Path:
             lambda d: -float(self.gains(one, np.array([d]))[0]),
             bounds=(self.steps[k] - self.step, self.steps[k] + self.step),
             method="bounded",
-            options={"xatol": 0.01 * self.step},
+            options={"xatol": 0.001 * self.step},
         )
         return float(found.x), -float(found.fun)
 
@@ -170,7 +170,7 @@ class Path:
         more = found[k][0]
         order, own = float(orders[k]), stages[k]
         if more:
-            order = float(f"{orders[k] + more:.6g}")
+            order = rounded(float(orders[k]) + more)
             turned = self.turned(vectors[:, k], np.array([more]))[:, 0]
             own = beside(whole, order, fitted, turned, float(shape[k]))
         gain = float(own.gains(own.vectors)[0][0]) - (self.price if more else 0.0)
@@ -181,6 +181,11 @@ class Path:
         _, number = own.gains(own.vectors)
         line = own.estimated(order, MODELS[number[0]], own.vectors[:, 0], float(own.shape[0]), gain)
         return line if _says(own, line) >= HALF else None
+
+
+def rounded(order: float) -> float:
+    """An order in so many digits that its phase is right to a hundredth after thousands of revolutions."""
+    return float(f"{order:.9g}")
 
 
 def _says(one: Stage, line: WeakOrder) -> float:

@@ -16,6 +16,7 @@ from bench.mismatch import criteria
 from bench.mismatch.discovery import UNNAMED, Discovery
 from bench.mismatch.orders import defects, laws, modulation
 from bench.mismatch.orders.borne_out import borne_out
+from bench.mismatch.orders.joint import is_between
 from bench.mismatch.orders.model import TransmissionModel, with_parts
 from bench.mismatch.orders.reported import modulation_parameters, of_orders, of_pulses, order_p_value, probability
 from bench.mismatch.orders.reported_law import further, of_law
@@ -32,6 +33,7 @@ OF_AN_ORDER = (UNNAMED, "te.temperature_nonlinear", "te.velocity_nonlinear")
 """laws that say how amplitudes change with the state: of an order that the simulation has not, that is no effect of its
 own
 """
+DRIFT = "te.drift_time"
 MOST_LAWS = 2
 """of one effect"""
 
@@ -112,13 +114,22 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
         if told is not None:
             rest = [f for f in rest if f not in pair.orders]
     plain = _plain(model, sight, rest, teeth)
-    if law is not None and plain is not None and law.effect in OF_AN_ORDER and set(law.orders) <= set(plain.orders):
+    if law is not None and plain is not None and _of_new_orders(law, plain):
         # how an order that the simulation has not changes with the state is a property of that order
         plain = replace(
             plain, simulation_rows=plain.simulation_rows + law.simulation_rows, numbers=plain.numbers + law.numbers
         )
         law = None
     return [d for d in (law, *out, plain) if d is not None]
+
+
+def _of_new_orders(law: Discovery, plain: Discovery) -> bool:
+    """Whether a law only says how orders change that the simulation has not; of orders between the whole ones a drift
+    with time is that of a phase whose order is known to so many digits only.
+    """
+    if not set(law.orders) <= set(plain.orders):
+        return False
+    return law.effect in OF_AN_ORDER or (law.effect == DRIFT and all(is_between(f) for f in law.orders))
 
 
 def _mode(model: TransmissionModel, seed: int) -> Discovery | None:

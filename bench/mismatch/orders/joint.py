@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.mismatch.orders.between import LEAST_SHARE, Path
+from bench.mismatch.orders.between import LEAST_SHARE, Path, rounded
 from bench.mismatch.orders.look import PARTS
 from bench.mismatch.orders.turns import Complex, Seen, Turn
 from bench.mismatch.orders.weak import Stage, WeakOrder
@@ -39,9 +39,16 @@ def moved(
     path = Path.of(seen, train)
     out = {}
     for order in filter(is_between, found):
-        more, _ = path.followed(_alone(whole, seen, train, order))
+        one = _alone(whole, seen, train, order)
+        more, gain = path.followed(one)
+        to_whole = round(order) - order
+        if abs(to_whole) <= 1.0 / PARTS and round(order) not in seen.orders:
+            # a whole number is no choice of one of many
+            if float(path.gains(one, np.array([to_whole]))[0]) + path.price >= gain:
+                out[order] = float(round(order))
+                continue
         if more:
-            out[order] = float(f"{order + more:.6g}")
+            out[order] = rounded(order + more)
     return out
 
 

@@ -19,6 +19,8 @@ from bench.mismatch.regression.model import Block
 from bench.mismatch.regression.problem import ChannelProblem
 from bench.simulation.frame import FloatArray
 
+NUISANCE = "nuisance"
+"""effect of the blocks that stand for zeros of sensors"""
 _MONOMIALS = 10
 _GROUPS = ((4, 5), (0, 1, 2, 6, 7, 8))
 """numbers of the monomials that are linear in speed and temperature, and of second order"""
@@ -26,12 +28,54 @@ _SPREADS = np.geomspace(0.003, 30.0, 13)
 """root mean square of what a coefficient contributes, in units of a row's noise, that is tried"""
 
 
+_ZEROS = (1.0, 16.0, 256.0, 4096.0)
+"""times the precision of the sensors' zeros that is tried: they differ from recording to recording by as much as data
+sheets allow, a quarter of that, a sixteenth, or hardly at all
+"""
+
+
+def zeros_settled(
+    problem: ChannelProblem, bank: Bank, base: Sequence[Block], beside: Sequence[Block] = ()
+) -> list[Block]:
+    """The simulation's blocks with the likeliest size of what stands for zeros of sensors, given effects ``beside``.
+
+    Zeros that need not be there cost: beside a free zero of each heating run little is left that tells a heat capacity.
+    Recordings and the stretches of long ones are asked apart.
+    """
+    place = next((k for k, b in enumerate(base) if b.regressor.effect == NUISANCE), None)
+    if place is None:
+        return list(base)
+    block = base[place]
+    given = next(term for term in problem.base if term.regressor is block.regressor).precisions(len(block.place))
+    blocks = [*base, *beside]
+    index = [i for b in blocks for i in b.place]
+    first = sum(len(b.place) for b in base[:place])
+    own = np.arange(first, first + len(block.place))
+    # those of recordings have one precision, those of stretches another
+    kinds = given == given[0]
+    normal = bank.normal(index, bank.variances()[-1])
+    whole = np.concatenate([b.precision for b in blocks])
+    shrunk = np.zeros(whole.size, dtype=bool)
+    shrunk[own] = True
+    best, kept = -np.inf, given
+    for of_recordings in _ZEROS:
+        for of_stretches in _ZEROS if not kinds.all() else (1.0,):
+            tried = given * np.where(kinds, of_recordings, of_stretches)
+            whole[own] = tried
+            found = _evidence(normal.gram, normal.right, normal.squares, whole, shrunk)
+            if found > best:
+                best, kept = found, tried
+    out = list(base)
+    out[place] = replace(block, precision=kept)
+    return out
+
+
 def settled(problem: ChannelProblem, bank: Bank, base: Sequence[Block]) -> list[Block]:
     """The simulation's blocks with the likeliest prior of the offset's coefficients; others as they are.
 
     The recordings' own offsets are bounded by what their means leave.
     """
-    del problem
+    base = zeros_settled(problem, bank, base)
     offset = next((k for k, b in enumerate(base) if b.regressor.effect == "te.offset"), None)
     if offset is None:
         return list(base)

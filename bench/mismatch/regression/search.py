@@ -28,7 +28,7 @@ from bench.mismatch.regression.model import (
     plain_residual,
     prepare_bank,
 )
-from bench.mismatch.regression.prior import settled
+from bench.mismatch.regression.prior import settled, zeros_settled
 from bench.mismatch.regression.problem import ChannelProblem
 from bench.mismatch.regression.products import without_parts
 from bench.mismatch.regression.pruning import concluded, pruned
@@ -126,6 +126,8 @@ def searched(problem: ChannelProblem, seed: int = 0) -> Search:
     """
     search = begun(problem, seed)
     _forward(search)
+    if _zeros_again(search):
+        _forward(search)
     if search.model.noise.telling is None:
         return next_best(concluded(search), 0)
     # only what a model leaves tells the noise: with a better model there is less of it, and more is found
@@ -137,6 +139,25 @@ def searched(problem: ChannelProblem, seed: int = 0) -> Search:
             break
         _forward(search)
     return next_best(concluded(search), 0)
+
+
+def _zeros_again(search: Search) -> bool:
+    """Ask for the size of the sensors' zeros once more beside what was found: what an effect had left looked like such
+    zeros, and beside these its numbers were refined. Whether it has changed; the effects are then refined anew.
+    """
+    model = search.model
+    base = zeros_settled(model.problem, model.bank, model.base, [b for c in model.chosen for b in c.blocks])
+    if not model.chosen or all(np.array_equal(a.precision, b.precision) for a, b in zip(base, model.base, strict=True)):
+        return False
+    own_terms = calibration(model.problem, base, model.noise)
+    search.model = model = replace(model, base=base, calibration=own_terms)
+    for k, own in enumerate(list(model.chosen)):
+        others = [c for i, c in enumerate(model.chosen) if i != k]
+        again = shaped(search, others, own.main.regressor) if isinstance(own.main.regressor, Named) else None
+        if again is not None:
+            model.chosen[k] = again
+    model.fit = model.refitted(model.chosen)
+    return True
 
 
 def next_best(search: Search, known: int) -> Search:
