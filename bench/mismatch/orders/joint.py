@@ -42,12 +42,11 @@ def moved(
         one = _alone(whole, seen, train, order)
         more, gain = path.followed(one)
         to_whole = round(order) - order
-        if abs(to_whole) <= 1.0 / PARTS and round(order) not in seen.orders:
-            # a whole number is no choice of one of many
-            if float(path.gains(one, np.array([to_whole]))[0]) + path.price >= gain:
-                out[order] = float(round(order))
-                continue
-        if more:
+        near = abs(to_whole) <= 1.0 / PARTS and round(order) not in seen.orders
+        # a whole number is no choice of one of many
+        if near and float(path.gains(one, np.array([to_whole]))[0]) + path.price >= gain:
+            out[order] = float(round(order))
+        elif more:
             out[order] = rounded(order + more)
     return out
 

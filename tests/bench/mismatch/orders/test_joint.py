@@ -1,0 +1,35 @@
+"""Orders that were found one after another, once all of them are fitted together."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bench.mismatch.orders.joint import moved, needless
+from bench.mismatch.orders.weak import WeakOrder
+from tests.bench.mismatch.orders.test_between import NOISE, PRICE, shown
+
+TRAIN = np.ones(13, dtype=bool)
+
+
+def of(*orders: float) -> dict[float, WeakOrder]:
+    none = np.zeros(1, dtype=np.complex128)
+    return {f: WeakOrder(f, ("1",), none, np.zeros(1), 0.0) for f in orders}
+
+
+@pytest.mark.parametrize(("true", "fitted"), [(20.46, 20.45), (20.46, 20.475), (12.0, 11.97), (31.0, 31.02)])
+def test_an_order_moves_to_where_it_is(true: float, fitted: float) -> None:
+    seen, turns = shown(13, 2.0, np.array([(true, 20.0 * NOISE, 0.4), (7.0, 20.0 * NOISE, 1.0)]), (7.0, fitted))
+    steps = moved(seen, turns, TRAIN, of(fitted, 7.0))
+    assert steps == {fitted: pytest.approx(true, abs=1e-3)}
+    assert round(true) != true or steps[fitted] == true
+
+
+def test_an_order_that_is_where_it_should_be_stays() -> None:
+    seen, turns = shown(13, 2.0, np.array([(20.25, 20.0 * NOISE, 0.4)]), (20.25,))
+    assert moved(seen, turns, TRAIN, of(20.25)) == {}
+
+
+def test_an_order_that_another_was_mistaken_for_is_needless() -> None:
+    seen, turns = shown(13, 2.0, np.array([(20.25, 20.0 * NOISE, 0.4)]), (20.25, 21.0, 40.5))
+    assert set(needless(seen, turns, TRAIN, of(20.25, 21.0, 40.5), PRICE)) == {21.0, 40.5}
