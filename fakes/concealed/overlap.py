@@ -7,8 +7,8 @@ from collections.abc import Collection
 import numpy as np
 
 from fakes.concealed.campaign import Campaign
-from fakes.concealed.catalogue import FORMS
 from fakes.concealed.effects.base import Effect
+from fakes.concealed.effects.formula import FORMS
 from fakes.concealed.strength import measure
 
 _RATE_HZ = 2.0

@@ -25,7 +25,7 @@ SIDE_LINES = 1.5
 """orders about a summit of the energy within which its cause may stand: beside a fitted order a wave is seen at its
 sides
 """
-LEAST_SHARE = 0.05
+LEAST_SHARE = 0.02
 """of an order that fitted ones leave in a revolution: what is told of less is rounding and the shape of windows"""
 STEPS = 4.0
 """steps while the phase of an order runs off by a turn between the first revolution and the last"""
@@ -66,10 +66,10 @@ def search_between(
     table = seen.between()[train] / whole.scale[:, None]
     # of revolutions that are noise each has 2*shape**2
     power = np.sum(np.abs(table) ** 2, axis=0)
-    for k in np.flatnonzero(usable & near_to(grid, fitted)):
-        shares = whole.shares(float(grid[k]), fitted)
-        usable[k] = float(np.mean(shares)) > LEAST_SHARE
-        power[k] = np.sum(np.abs(table[:, k]) ** 2 / np.maximum(shares, LEAST_SHARE))
+    for near in np.flatnonzero(usable & near_to(grid, fitted)):
+        shares = whole.shares(float(grid[near]), fitted)
+        usable[near] = float(np.mean(shares)) > LEAST_SHARE
+        power[near] = np.sum(np.abs(table[:, near]) ** 2 / np.maximum(shares, LEAST_SHARE))
     energy = np.where(usable, power / (2.0 * shape**2) - len(whole.turns), -np.inf)
     path = Path.of(seen, train)
     out: list[WeakOrder] = []
@@ -78,8 +78,8 @@ def search_between(
         # an order gains no more than its energy; as many more are looked at than there are whole orders as has steps
         if not energy[k] > price + np.log(PARTS):
             break
-        near = np.flatnonzero((np.abs(grid - grid[k]) <= SIDE_LINES) & np.isfinite(energy))
-        line = path.best(whole, grid[near], table[:, near], shape[near], fitted)
+        about = np.flatnonzero((np.abs(grid - grid[k]) <= SIDE_LINES) & np.isfinite(energy))
+        line = path.best(whole, grid[about], table[:, about], shape[about], fitted)
         away = np.abs(grid - grid[k])
         if line is None or line.gain <= price + np.log(PARTS):
             energy[away <= SIDE_LINES] = -np.inf
@@ -133,16 +133,24 @@ class Path:
         span = (max(float(t.max()) for t in theta) - min(float(t.min()) for t in theta)) / (2.0 * np.pi)
         step = 1.0 / (STEPS * max(span, 1.0))
         number = min(int(np.ceil(NEXT / step)), MOST_STEPS)
-        return cls(np.array([float(t.mean()) for t in theta]), step, step * np.arange(-number, number + 1))
+        steps = step * np.arange(-number, number + 1, dtype=np.float64)
+        return cls(np.array([float(t.mean()) for t in theta]), step, steps)
 
     def turned(self, vectors: Complex, more: FloatArray) -> Complex:
         """Vectors (turns,) of an order as those of orders that are ``more`` (k,) higher (turns, k)."""
         return np.asarray(vectors[:, None] * np.exp(-1j * self.at[:, None] * more))
 
     def gains(self, one: Stage, more: FloatArray) -> FloatArray:
-        """Gain of orders ``more`` (k,) higher than that of a stage with one, less the price of so many steps."""
+        """Gain of orders ``more`` (k,) higher than that of a stage with one, less the price of so many steps and of
+        the factors of its model (BIC).
+
+        Recordings before a heating run and after it are apart by many revolutions, and at several orders their phases
+        are alike or nearly so; at all but one the temperature has to turn them.
+        """
         own = replace(one, shape=np.full(more.size, one.shape[0]))
-        return own.gains(self.turned(one.vectors[:, 0], more))[0] - np.where(more == 0.0, 0.0, self.price)
+        gain, which = own.gains(self.turned(one.vectors[:, 0], more))
+        factors = np.array([len(model) for model in MODELS])[which]
+        return gain - np.where(more == 0.0, 0.0, self.price) - (factors - 1) * float(np.log(len(one.turns)))
 
     def followed(self, one: Stage) -> tuple[float, float]:
         """How much higher than that of a stage an order gains most, and the gain."""

@@ -123,10 +123,10 @@ def _moved(model: TransmissionModel, before: Periodic, orders: Sequence[float]) 
 def _law_parameters(found: FoundLaw) -> list[Row]:
     law = found.law
     if law.form in MODES:
-        names = (*OF_A_MODE, ("p", "1"))
+        of_mode = (*OF_A_MODE, ("p", "1"))
         return [
             parameter(symbol, value, unit, std)
-            for (symbol, unit), value, std in zip(names, law.point, found.std, strict=True)
+            for (symbol, unit), value, std in zip(of_mode, law.point, found.std, strict=True)
         ]
     unit = _UNITS.get(law.variables[0], "1")
     names = OF_A_MODE if law.form in EACH else tuple((f"g_{k + 1}", unit) for k in range(len(law.point)))
