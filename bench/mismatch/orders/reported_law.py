@@ -22,7 +22,7 @@ RESONANT = {
     "second_order_of_base_each": "A_f -> A_f*(1 + e_f*r**2*H(r)), H(r) = 1/(1 - r**2 + 2j*zeta*r), r = f*dtheta/w_0",
     "second_order_of_base": "A_f -> A_f*(1 + p*r**2*H(r)), H(r) = 1/(1 - r**2 + 2j*zeta*r), r = f*dtheta/w_0",
 }
-OF_A_MODE = (("w_0", "rad/s"), ("zeta", "1"))
+OF_A_MODE: Sequence[tuple[str, str]] = (("w_0", "rad/s"), ("zeta", "1"))
 """symbols and units of a mode's numbers"""
 _UNITS = {"speed": "rad/s", "temperature": "degC", "torque": "N*m"}
 
@@ -129,8 +129,9 @@ def _law_parameters(found: FoundLaw) -> list[Row]:
             for (symbol, unit), value, std in zip(of_mode, law.point, found.std, strict=True)
         ]
     unit = _UNITS.get(law.variables[0], "1")
-    names = OF_A_MODE if law.form in EACH else tuple((f"g_{k + 1}", unit) for k in range(len(law.point)))
-    out = [parameter(symbol, value, unit, None) for (symbol, unit), value in zip(names, law.point, strict=True)]
+    numbers = [(f"g_{k + 1}", unit) for k in range(len(law.point))]
+    names = OF_A_MODE if law.form in EACH else numbers
+    out = [parameter(symbol, value, of, None) for (symbol, of), value in zip(names, law.point, strict=True)]
     strongest = int(np.argmax(np.abs(law.strength)))
     std = float(found.strength_std[strongest])
     out.append(parameter("f", law.series[strongest], "1", None))

@@ -126,10 +126,8 @@ def searched(problem: ChannelProblem, seed: int = 0) -> Search:
     """
     search = begun(problem, seed)
     _forward(search)
-    if _zeros_again(search):
-        _forward(search)
     if search.model.noise.telling is None:
-        return next_best(concluded(search), 0)
+        return _with_zeros(next_best(concluded(search), 0))
     # only what a model leaves tells the noise: with a better model there is less of it, and more is found
     for _ in range(MOST_ROUNDS):
         again = begun(problem, seed, left_by(search.model))
@@ -141,14 +139,14 @@ def searched(problem: ChannelProblem, seed: int = 0) -> Search:
     return next_best(concluded(search), 0)
 
 
-def _zeros_again(search: Search) -> bool:
-    """Ask for the size of the sensors' zeros once more beside what was found: what an effect had left looked like such
-    zeros, and beside these its numbers were refined. Whether it has changed; the effects are then refined anew.
+def _with_zeros(search: Search) -> Search:
+    """The search with sensors' zeros as large as they are likely to be beside what was found, and its numbers refined
+    anew. Effects are looked for beside zeros as large as data sheets allow: what may be one is no discovery.
     """
     model = search.model
     base = zeros_settled(model.problem, model.bank, model.base, [b for c in model.chosen for b in c.blocks])
-    if not model.chosen or all(np.array_equal(a.precision, b.precision) for a, b in zip(base, model.base, strict=True)):
-        return False
+    if all(np.array_equal(a.precision, b.precision) for a, b in zip(base, model.base, strict=True)):
+        return search
     own_terms = calibration(model.problem, base, model.noise)
     search.model = model = replace(model, base=base, calibration=own_terms)
     for k, own in enumerate(list(model.chosen)):
@@ -157,7 +155,7 @@ def _zeros_again(search: Search) -> bool:
         if again is not None:
             model.chosen[k] = again
     model.fit = model.refitted(model.chosen)
-    return True
+    return search
 
 
 def next_best(search: Search, known: int) -> Search:

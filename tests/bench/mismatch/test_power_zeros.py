@@ -15,6 +15,7 @@ from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression import problem as problems
 from bench.mismatch.regression.model import Block
 from bench.mismatch.regression.noise import MEMORIES_S, Mixture
+from bench.mismatch.regression.prior import zeros_settled
 from bench.mismatch.regression.problem import (
     STRETCH_S,
     BaseTerm,
@@ -24,7 +25,7 @@ from bench.mismatch.regression.problem import (
     zero_precisions,
 )
 from bench.mismatch.regression.regressors import Named
-from bench.mismatch.regression.search import begun
+from bench.mismatch.regression.search import begun, searched
 from bench.mismatch.regression.strength import trusted
 from bench.simulation.frame import ARRAYS, FloatArray, Frame, concatenate
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE
@@ -194,3 +195,31 @@ def test_zeros_differ_as_far_as_the_motor_torque_shows() -> None:
     frame = heated(0.0).frame
     usual, wide = zero_precisions(frame, None)[0], zero_precisions(frame, None, 3.0 * problems.TORQUE_ZERO)[0]
     assert usual == pytest.approx(9.0 * wide)
+
+
+@pytest.mark.parametrize(("size", "smaller"), [(0.0, True), (2.0, False)])
+def test_zeros_are_as_large_as_the_recordings_say(size: float, smaller: bool) -> None:
+    """Heat that a zero of each recording's motor torque makes up, of the size that data sheets allow twice, or none."""
+    rows = heated(0.0)
+    off = size * problems.TORQUE_ZERO * np.random.default_rng(6).normal(size=RECORDINGS_MADE)
+    power = rows.frame.power + (off * SPEED * RATIO)[rows.frame.recording]
+    rows = replace(rows, frame=replace(rows.frame, power=power))
+    plain = problem(rows)
+    term = BaseTerm(WanderingZero(), zero_precisions(rows.frame, None))
+    search = begun(replace(plain, base=(*plain.base, term)))
+    model = search.model
+    (before,) = (b for b in model.base if b.regressor.effect == "nuisance")
+    (after,) = (b for b in zeros_settled(model.problem, model.bank, model.base) if b.regressor.effect == "nuisance")
+    assert bool(np.all(after.precision > before.precision)) is smaller
+    assert smaller or np.array_equal(after.precision, before.precision)
+
+
+def test_a_heat_capacity_is_told_once_the_zeros_are_known_to_be_none() -> None:
+    rows = heated(0.0)
+    plain = problem(rows)
+    term = BaseTerm(WanderingZero(), zero_precisions(rows.frame, None))
+    found = searched(replace(plain, base=(*plain.base, term))).model
+    loss = next(b for b in found.base if b.regressor.effect == "thermal.loss_heating")
+    value, covariance = found.fit.of(loss.place)
+    assert value[0] == pytest.approx(1.0 / CAPACITY, rel=5e-3)
+    assert np.sqrt(covariance[0, 0]) < 3e-3 / CAPACITY
