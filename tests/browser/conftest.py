@@ -28,6 +28,8 @@ CENTRE = "arguments[0].scrollIntoView({block: 'center', behavior: 'instant'})"
 WHERE = """const [element, done] = arguments;
 const where = () => { const {x, y, width, height} = element.getBoundingClientRect(); done([x, y, width, height]); };
 requestAnimationFrame(() => requestAnimationFrame(where));"""
+AN_ANALYSIS = 4.0
+"""deadlines within which an analysis is done: it computes, and on a busy machine gets a third of a processor"""
 DEADLINE_S = float(os.environ.get("BENCH_BROWSER_DEADLINE", "60"))
 
 
@@ -82,8 +84,8 @@ class Browser:
     def view(self, name: str) -> None:
         self.click(f"#tabs [data-view={name}]")
 
-    def until(self, what: Callable[[], Any], text: str = "") -> None:
-        deadline = time.monotonic() + DEADLINE_S
+    def until(self, what: Callable[[], Any], text: str = "", deadlines: float = 1.0) -> None:
+        deadline = time.monotonic() + deadlines * DEADLINE_S
         while not what():
             if time.monotonic() > deadline:
                 self.driver.save_screenshot(str(Path(tempfile.gettempdir()) / "bench-browser-failed.png"))

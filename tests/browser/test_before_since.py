@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.bench.recording.builders import write
-from tests.browser.conftest import Browser, page_over
+from tests.browser.conftest import AN_ANALYSIS, Browser, page_over
 
 SINCE = "0002-x_y"
 ALARM = {
@@ -43,7 +43,7 @@ def test_before_and_since_is_one_click_beside_the_alarm(page: Browser, root: Pat
     card = "#analyses .card:first-child"
     # the recordings are hardly enough for an identification: the answer says so, of the parts that were asked for
     page.until(lambda: f"1 recordings before {SINCE} and 1 since" in page.text(card))
-    page.until(lambda: "✓ done" in page.text(card))
+    page.until(lambda: "✓ done" in page.text(card), deadlines=AN_ANALYSIS)
     (work,) = root.glob(".service/analyses/*/work.json")
     assert json.loads(work.read_text("utf-8"))["asked"] == {"since": SINCE}
 

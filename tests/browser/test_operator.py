@@ -14,7 +14,7 @@ from selenium.webdriver import ActionChains
 
 from bench.configuration import load_bench
 from bench.locks import service_for
-from tests.browser.conftest import Browser, served_apart
+from tests.browser.conftest import AN_ANALYSIS, Browser, served_apart
 
 LEAST_PX = 56
 SMALL_BUTTONS = """return [...document.querySelectorAll('button')]
@@ -232,7 +232,7 @@ def test_recordings_are_plotted_and_identified_and_the_model_is_drawn(ann: Brows
     ann.click("#folder-acts button", "Identify")
     ann.click("#sheet-acts button", "Start")
     ann.until(lambda: ann.text("#analyses .pill") in ("▶ running", "✓ done"))
-    ann.until(lambda: ann.text("#analyses .pill") == "✓ done")
+    ann.until(lambda: ann.text("#analyses .pill") == "✓ done", deadlines=AN_ANALYSIS)
     ann.click("#analyses button", "Draw over the spectrum")
     ann.until(lambda: ann.all("#analyses button") and "Draw no model" in ann.text("#analyses"))
     ann.click("#analyses button", "Read the report")
