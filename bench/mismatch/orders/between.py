@@ -34,8 +34,14 @@ MOST_STEPS = 256
 LEAKS = 1.5
 """size of what a wave leaks into orders farther off, over the side lobes of a window of the shortest segment's length
 """
+CLEAR = 3.0
+"""standard deviations of the energy of noise above what an order has to gain, from which one is followed"""
 MOST_SUMMITS = 48
 """summits of the energy that are looked at in a round"""
+AS_MUCH = 0.85
+"""of what an order between whole ones adds, from which the whole one beside it is taken: a quarter of an order off, a
+wave over a little more than a revolution adds three quarters
+"""
 HALF = 0.5
 """share of what stands at an order, beyond noise, that it says at least where it is an order: the rest is that of its
 neighbours. A tone is heard with another phase in each revolution, and says less of itself
@@ -73,15 +79,19 @@ def search_between(
     energy = np.where(usable, power / (2.0 * shape**2) - len(whole.turns), -np.inf)
     path = Path.of(seen, train)
     out: list[WeakOrder] = []
+    plain, asked = whole.gains_of(table, shape), price + float(np.log(PARTS))
+    clear = asked + CLEAR * float(np.sqrt(len(whole.turns)))
     for _ in range(MOST_SUMMITS):
         k = int(np.argmax(energy))
-        # an order gains no more than its energy; as many more are looked at than there are whole orders as has steps
-        if not energy[k] > price + np.log(PARTS):
+        # an order gains no more than its energy
+        if not energy[k] > asked:
             break
         about = np.flatnonzero((np.abs(grid - grid[k]) <= SIDE_LINES) & np.isfinite(energy))
-        line = path.best(whole, grid[about], table[:, about], shape[about], fitted)
         away = np.abs(grid - grid[k])
-        if line is None or line.gain <= price + np.log(PARTS):
+        # of some thousand parts of an order noise has such an energy at many: where it is no more, one is not followed
+        seen_at_once = energy[k] > clear or plain[about].max() > asked
+        line = path.best(whole, grid[about], table[:, about], shape[about], fitted) if seen_at_once else None
+        if line is None or line.gain <= asked:
             energy[away <= SIDE_LINES] = -np.inf
             continue
         energy[(away < LEAK) | (np.abs(grid - line.order) < LEAK)] = -np.inf
@@ -99,12 +109,28 @@ def near_to(grid: FloatArray, fitted: Sequence[float]) -> NDArray[np.bool_]:
     return near
 
 
-def without_leaks(whole: Sequence[WeakOrder], between: Sequence[WeakOrder]) -> list[WeakOrder]:
-    """Of whole orders and such between them those that no other within :data:`SIDE_LINES` gains more than: what stands
-    between two leaks into both, and what is whole into its neighbours.
+def without_leaks(
+    seen: Seen,
+    turns: Sequence[Turn],
+    train: NDArray[np.bool_],
+    whole: Sequence[WeakOrder],
+    between: Sequence[WeakOrder],
+) -> list[WeakOrder]:
+    """Whole orders and such between them, of those within :data:`SIDE_LINES` only the one that leaks into the others:
+    the whole one, where it adds nearly as much as what stands beside it, for that may follow with its number what an
+    order does with the state.
     """
-    every = [*whole, *between]
-    return [w for w in every if all(abs(w.order - o.order) > SIDE_LINES or o.gain <= w.gain for o in every)]
+    stage = Stage.of(seen, turns, train)
+    if stage is None:
+        return [*whole, *between]
+    power = {line.order: stage.power(line) for line in (*whole, *between)}
+
+    def near(one: WeakOrder, others: Sequence[WeakOrder]) -> list[float]:
+        return [power[other.order] for other in others if abs(other.order - one.order) <= SIDE_LINES]
+
+    out = [w for w in whole if all(power[w.order] >= AS_MUCH * other for other in near(w, between))]
+    out += [b for b in between if all(other < AS_MUCH * power[b.order] for other in near(b, whole))]
+    return out
 
 
 NEXT = 0.5 / PARTS
@@ -152,12 +178,17 @@ class Path:
         factors = np.array([len(model) for model in MODELS])[which]
         return gain - np.where(more == 0.0, 0.0, self.price) - (factors - 1) * float(np.log(len(one.turns)))
 
-    def followed(self, one: Stage) -> tuple[float, float]:
-        """How much higher than that of a stage an order gains most, and the gain."""
+    def stepped(self, one: Stage) -> tuple[int, float]:
+        """The step at which an order gains most, and the gain."""
         gains = self.gains(one, self.steps)
         k = int(np.argmax(gains))
+        return k, float(gains[k])
+
+    def followed(self, one: Stage) -> tuple[float, float]:
+        """How much higher than that of a stage an order gains most, and the gain."""
+        k, gain = self.stepped(one)
         if self.steps[k] == 0.0:
-            return 0.0, float(gains[k])
+            return 0.0, gain
         found = minimize_scalar(
             lambda d: -float(self.gains(one, np.array([d]))[0]),
             bounds=(self.steps[k] - self.step, self.steps[k] + self.step),
@@ -173,9 +204,8 @@ class Path:
         than half of what stands there.
         """
         stages = [beside(whole, float(f), fitted, vectors[:, i], float(shape[i])) for i, f in enumerate(orders)]
-        found = [self.followed(one) for one in stages]
-        k = int(np.argmax([gain for _, gain in found]))
-        more = found[k][0]
+        k = int(np.argmax([self.stepped(one)[1] for one in stages]))
+        more = self.followed(stages[k])[0]
         order, own = float(orders[k]), stages[k]
         if more:
             order = rounded(float(orders[k]) + more)

@@ -162,7 +162,8 @@ def _orders(model: TransmissionModel, y: FloatArray, seed: int) -> None:
         model.noise = slow.mixture(now, model.turns, rows, rows.within, _rate(rows))
         fresh = search(now, model.turns, model.train, now.orders, _floor(model), model.price)
         between = search_between(now, model.turns, model.train, now.orders, _floor(model), model.price)
-        fresh = without_leaks([w for w in fresh if w.order not in found], between)
+        fresh = [w for w in fresh if w.order not in found]
+        fresh = without_leaks(now, model.turns, model.train, fresh, between)
         if not fresh:
             break
         found |= {w.order: w for w in fresh}

@@ -9,7 +9,7 @@ themselves, with the phase of each drawn at random.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -141,6 +141,10 @@ class Stage:
         shape = np.median(sigma, axis=0)
         scale = np.median(sigma / shape, axis=1)
         return cls(trained, seen.left[train] / scale[:, None], scale, shape)
+
+    def gains_of(self, vectors: Complex, shape: FloatArray) -> FloatArray:
+        """Gain (orders,) of orders that are not the stage's own, whose noise has the ``shape`` (orders,)."""
+        return replace(self, vectors=vectors, shape=shape).gains(vectors)[0]
 
     def gains(self, vectors: Complex) -> tuple[FloatArray, NDArray[np.int64]]:
         """Gain of each order's best model on revolutions left out, and which it is (orders,)."""
