@@ -38,13 +38,9 @@ CLEAR = 3.0
 """standard deviations of the energy of noise above what an order has to gain, from which one is followed"""
 MOST_SUMMITS = 48
 """summits of the energy that are looked at in a round"""
-AS_MUCH = 0.85
-"""of what an order between whole ones adds, from which the whole one beside it is taken: a quarter of an order off, a
-wave over a little more than a revolution adds three quarters
-"""
 HALF = 0.5
 """share of what stands at an order, beyond noise, that it says at least where it is an order: the rest is that of its
-neighbours. A tone is heard with another phase in each revolution, and says less of itself
+neighbours. A tone is heard with another phase in each revolution, and says less of itself.
 """
 
 
@@ -107,30 +103,6 @@ def near_to(grid: FloatArray, fitted: Sequence[float]) -> NDArray[np.bool_]:
     for f in fitted:
         near |= np.abs(grid - f) < SIDE_LINES
     return near
-
-
-def without_leaks(
-    seen: Seen,
-    turns: Sequence[Turn],
-    train: NDArray[np.bool_],
-    whole: Sequence[WeakOrder],
-    between: Sequence[WeakOrder],
-) -> list[WeakOrder]:
-    """Whole orders and such between them, of those within :data:`SIDE_LINES` only the one that leaks into the others:
-    the whole one, where it adds nearly as much as what stands beside it, for that may follow with its number what an
-    order does with the state.
-    """
-    stage = Stage.of(seen, turns, train)
-    if stage is None:
-        return [*whole, *between]
-    power = {line.order: stage.power(line) for line in (*whole, *between)}
-
-    def near(one: WeakOrder, others: Sequence[WeakOrder]) -> list[float]:
-        return [power[other.order] for other in others if abs(other.order - one.order) <= SIDE_LINES]
-
-    out = [w for w in whole if all(power[w.order] >= AS_MUCH * other for other in near(w, between))]
-    out += [b for b in between if all(other < AS_MUCH * power[b.order] for other in near(b, whole))]
-    return out
 
 
 NEXT = 0.5 / PARTS

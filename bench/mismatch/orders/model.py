@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.orders import offset_rows as slow
-from bench.mismatch.orders.between import search_between, without_leaks
+from bench.mismatch.orders.between import search_between
 from bench.mismatch.orders.bounds import Bounds
 from bench.mismatch.orders.joint import moved, needless
 from bench.mismatch.orders.look import HIGHEST_ORDER, Look
@@ -161,9 +161,10 @@ def _orders(model: TransmissionModel, y: FloatArray, seed: int) -> None:
         assert model.price is not None
         model.noise = slow.mixture(now, model.turns, rows, rows.within, _rate(rows))
         fresh = search(now, model.turns, model.train, now.orders, _floor(model), model.price)
-        between = search_between(now, model.turns, model.train, now.orders, _floor(model), model.price)
         fresh = [w for w in fresh if w.order not in found]
-        fresh = without_leaks(now, model.turns, model.train, fresh, between)
+        if not fresh:
+            # with its number an order between two follows what a whole one does with the state: whole ones come first
+            fresh = search_between(now, model.turns, model.train, now.orders, _floor(model), model.price)
         if not fresh:
             break
         found |= {w.order: w for w in fresh}
