@@ -157,7 +157,7 @@ def _transmission(data: Dataset, given: Given, rows: Rows, seed: int, banned: Se
     for pulse in given.pulses:
         taken = taken + pulse.evaluate(rows.frame.theta)
     base = base_of(given, TRANSMISSION_ERROR, rows)
-    series = orders.Given(given.orders, data.folder.notch, given.laws, data.folder.manner.free)
+    series = orders.Given(given.orders, data.folder.notch, given.laws)
     off = (*given.switched_off, *banned)
     begun = orders.begun(replace(rows, y=rows.y - taken), data.folds(), series, base, off)
     return orders.analyse(begun, seed)

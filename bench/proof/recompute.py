@@ -79,13 +79,13 @@ def predictor() -> Predict | None:
 
 
 def squares(
-    predict: Predict, model: Mapping[str, Any], recordings: Sequence[Recording], channel: str | None = None
+    predict: Predict, model: Mapping[str, Any], recordings: Sequence[Recording], only: str | None = None
 ) -> Squares:
-    """Squared residuals of every recording, of one ``channel`` or of all: over steady samples, of the temperature over
-    all.
+    """Squared residuals of every recording, of ``only`` one channel or of all: over steady samples, of the temperature
+    over all.
     """
     out: Squares = {}
-    asked: dict[str, Any] = {} if channel is None else {"channels": (channel,)}
+    asked: dict[str, Any] = {} if only is None else {"channels": (only,)}
     for recording, predicted in predict(model, recordings, **asked):
         for channel, values in predicted.items():
             measured = measured_channel(recording, channel)

@@ -25,6 +25,8 @@ SIDE_LINES = 1.5
 """orders about a summit of the energy within which its cause may stand: beside a fitted order a wave is seen at its
 sides
 """
+NEXT = 0.5 / PARTS
+"""orders from a part of an order to the half way to the next"""
 LEAST_SHARE = 0.02
 """of an order that fitted ones leave in a revolution: what is told of less is rounding and the shape of windows"""
 STEPS = 4.0
@@ -63,12 +65,13 @@ def search_between(
     grid = np.arange(HIGHEST_BETWEEN * PARTS + 1) / PARTS
     shape = whole.shape[np.round(grid).astype(np.int64)]
     usable = (grid > lowest) & (np.round(grid) != grid)
-    for f in fitted:
-        usable &= np.abs(grid - f) > NEXT
+    # from each part of an order to the nearest fitted one
+    off = np.min(np.abs(np.subtract.outer(grid, np.asarray(fitted))), axis=1, initial=np.inf)
+    usable &= off > NEXT
     table = seen.between()[train] / whole.scale[:, None]
     # of revolutions that are noise each has 2*shape**2
     power = np.sum(np.abs(table) ** 2, axis=0)
-    for near in np.flatnonzero(usable & near_to(grid, fitted)):
+    for near in np.flatnonzero(usable & (off < SIDE_LINES)):
         shares = whole.shares(float(grid[near]), fitted)
         usable[near] = float(np.mean(shares)) > LEAST_SHARE
         power[near] = np.sum(np.abs(table[:, near]) ** 2 / np.maximum(shares, LEAST_SHARE))
@@ -95,18 +98,6 @@ def search_between(
         if whole.power(line) > criteria.LEAST_POWER * floor**2:
             out.append(line)
     return out
-
-
-def near_to(grid: FloatArray, fitted: Sequence[float]) -> NDArray[np.bool_]:
-    """Which of some orders (k,) a fitted one takes a part of."""
-    near = np.zeros(grid.size, dtype=bool)
-    for f in fitted:
-        near |= np.abs(grid - f) < SIDE_LINES
-    return near
-
-
-NEXT = 0.5 / PARTS
-"""orders from a part of an order to the half way to the next"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,9 +197,14 @@ def _says(one: Stage, line: WeakOrder) -> float:
     return 1.0 - (left - noise) / max(energy - noise, 1e-300)
 
 
+def left_of(whole: Stage, order: float, fitted: Sequence[float]) -> FloatArray:
+    """Share of an order's amplitude that the ``fitted`` orders leave of it in each revolution (turns,)."""
+    return np.asarray(np.sqrt(np.maximum(whole.shares(order, fitted), LEAST_SHARE)))
+
+
 def beside(whole: Stage, order: float, fitted: Sequence[float], vectors: Complex, sigma: float) -> Stage:
     """The training revolutions at one order alone, whose residual ``vectors`` (turns,) are what the ``fitted`` orders
     leave of it: in each as sure as the part that they leave.
     """
-    left = np.sqrt(np.maximum(whole.shares(order, fitted), LEAST_SHARE))
+    left = left_of(whole, order, fitted)
     return replace(whole, vectors=(vectors / left)[:, None], scale=whole.scale / left, shape=np.array([sigma]))

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.mismatch.orders.between import LEAST_SHARE, Path, rounded
+from bench.mismatch.orders.between import Path, left_of, rounded
 from bench.mismatch.orders.look import PARTS
 from bench.mismatch.orders.turns import Complex, Seen, Turn
 from bench.mismatch.orders.weak import Stage, WeakOrder
@@ -72,8 +72,7 @@ def needless(
 
 def _alone(whole: Stage, seen: Seen, train: NDArray[np.bool_], order: float) -> Stage:
     """The training revolutions at one of the orders that were fitted together, each as sure as the others leave it."""
-    share = np.sqrt(np.maximum(whole.shares(order, seen.orders), LEAST_SHARE))
-    scale = whole.scale / share
+    scale = whole.scale / left_of(whole, order, seen.orders)
     own: Complex = seen.vectors[train, seen.orders.index(order)]
     sigma = whole.shape[[min(round(order), whole.shape.size - 1)]]
     return replace(whole, vectors=(own / scale)[:, None], scale=scale, shape=sigma)

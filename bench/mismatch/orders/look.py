@@ -41,12 +41,8 @@ class Rest:
         """Vectors b + j*a at parts of an order, 0 ... ``highest`` of them."""
         return _vectors(spectrum(self.theta / PARTS, self.values, highest), self.total)
 
-    def at(self, order: float) -> complex:
-        """Vector b + j*a at an order."""
-        return complex(_vectors(np.sum(self.values * np.exp(1j * order * self.theta)), self.total))
 
-
-def _vectors(sums: Complex | np.complex128, total: float) -> Complex:
+def _vectors(sums: Complex, total: float) -> Complex:
     """Vectors b + j*a from sums of weighted values times exp(j*f*theta)."""
     return np.asarray(1j * np.conj(2.0 / total * sums))
 

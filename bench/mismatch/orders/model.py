@@ -44,13 +44,12 @@ polynomials of its own"""
 @dataclass(frozen=True, slots=True)
 class Given:
     """What the given simulation has of the transmission error: orders of its series, the ripple's, laws of the
-    series; and whether the motion is ``free``, with no set speeds: of a tone, recordings at few speeds make orders.
+    series.
     """
 
     orders: tuple[float, ...]
     notch: tuple[float, ...] = ()
     laws: tuple[Law, ...] = ()
-    free: bool = False
 
 
 @dataclass(slots=True)

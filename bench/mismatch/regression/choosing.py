@@ -100,7 +100,7 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
             continue
         total = float(search.density([*model.chosen, candidate]).sum()) - handicap_of(search, candidate)
         total -= description(model, candidate)
-        if not _nominal(candidate):
+        if not candidate.nominal:
             # a curve that only comes near a term that every such machine has is no discovery
             total -= criteria.SHAPE**2 * max(total - start, 0.0) * nominal
         if best is None or total > best[0]:
@@ -262,8 +262,3 @@ def _still_open(regressor: Regressor, taken: set[str], whole: set[tuple[str, tup
     if regressor.effect == UNKNOWN:
         return more
     return regressor.effect not in taken and (regressor.effect, regressor.variables) not in whole
-
-
-def _nominal(candidate: Chosen) -> bool:
-    """Whether an effect is a term of the nominal simulation."""
-    return candidate.effect in LIBRARY and LIBRARY[candidate.effect].nominal

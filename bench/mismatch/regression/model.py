@@ -17,6 +17,7 @@ from bench.mismatch.regression.problem import ChannelProblem, starts_and_folds
 from bench.mismatch.regression.regressors import Free, Regressor
 from bench.mismatch.regression.slow_noise import scattered
 from bench.simulation.frame import FloatArray, Frame, IntArray, recording_starts
+from bench.simulation.terms import LIBRARY
 
 WEAK = 1e-6
 """relative to a column's mean energy: prior of free functions, where a design leaves a value of them undetermined"""
@@ -42,6 +43,11 @@ class Chosen:
     def effect(self) -> str:
         """Id of the vocabulary."""
         return self.main.regressor.effect
+
+    @property
+    def nominal(self) -> bool:
+        """Whether it is a term of the nominal simulation."""
+        return self.effect in LIBRARY and LIBRARY[self.effect].nominal
 
     @property
     def blocks(self) -> tuple[Block, ...]:

@@ -15,7 +15,6 @@ from bench.mismatch.regression.heredity import without
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen, fit_blocks, of_start
 from bench.mismatch.regression.regressors import UNKNOWN
 from bench.simulation.frame import FloatArray
-from bench.simulation.terms import LIBRARY
 
 
 def not_refuted(model: ChannelModel, chosen: Sequence[Chosen]) -> list[Chosen]:
@@ -91,7 +90,7 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> f
     held = problem.held_out
     if of_auxiliary(own.main.regressor) or not held.any():
         return None
-    if own.effect != UNKNOWN and (_nominal(own) or PATH in own.main.regressor.variables):
+    if own.effect != UNKNOWN and (own.nominal or PATH in own.main.regressor.variables):
         return None
     others = without(current, own, problem.lacking)
     left = [_left(model, chosen)[held] for chosen in (current, others)]
@@ -106,18 +105,15 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> f
     error = np.inf if found is None else criteria.ONE_ERROR * found
     if own.effect == UNKNOWN:
         allowed = -error if added > 2.0 * error else 0.0
-    elif any(_without_a_name(c) for c in current):
+    elif any(without_a_name(c) for c in current):
         allowed = error
     else:
         allowed = max(error, criteria.EITHER * added)
     return float(ratio) if worse > allowed else None
 
 
-def _nominal(own: Chosen) -> bool:
-    return own.effect in LIBRARY and LIBRARY[own.effect].nominal
-
-
-def _without_a_name(own: Chosen) -> bool:
+def without_a_name(own: Chosen) -> bool:
+    """Whether an effect is a free function of the bench's own quantities."""
     return own.effect == UNKNOWN and not of_auxiliary(own.main.regressor)
 
 

@@ -6,18 +6,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from bench.mismatch import criteria
-from bench.mismatch.regression.auxiliary import of_auxiliary
 from bench.mismatch.regression.beside import told_from_nothing
 from bench.mismatch.regression.description import description
 from bench.mismatch.regression.heredity import laws, without
 from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.one_way import named_by_course
-from bench.mismatch.regression.refuted import borne_out
+from bench.mismatch.regression.refuted import borne_out, without_a_name
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named
 from bench.mismatch.regression.search import next_best
 from bench.mismatch.regression.slots import Contender, Slot, slots
 from bench.mismatch.regression.state import Search
-from bench.simulation.terms import LIBRARY
 
 
 def settle(search: Search) -> list[Slot]:
@@ -103,8 +101,7 @@ def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
 
 def _disowned(slot: Slot, nameless: Contender | None) -> bool:
     """Whether a free function leaves a name too little probability to be told."""
-    effect = slot.chosen.effect
-    if nameless is None or effect == UNKNOWN or (effect in LIBRARY and LIBRARY[effect].nominal):
+    if nameless is None or slot.chosen.effect == UNKNOWN or slot.chosen.nominal:
         return False
     named = slot.weight + sum(r.weight for r in slot.rivals if r.chosen.effect != UNKNOWN)
     return named < criteria.AS_GOOD * nameless.weight
@@ -127,8 +124,7 @@ def _part_of_the_unknown(model: ChannelModel, slot: Slot, nameless: Contender) -
     """Whether a name beside a function without one says no more than a second such function: physics that no name has
     is met in part by a name that comes near. It has to be better by more than the points left out scatter.
     """
-    effect = slot.chosen.effect
-    if effect == UNKNOWN or (effect in LIBRARY and LIBRARY[effect].nominal):
+    if slot.chosen.effect == UNKNOWN or slot.chosen.nominal:
         return False
-    beside = any(c.effect == UNKNOWN and not of_auxiliary(c.main.regressor) for c in model.chosen)
+    beside = any(without_a_name(c) for c in model.chosen)
     return beside and nameless.loss < criteria.BESIDE_UNKNOWN_ERRORS * nameless.error
