@@ -2,7 +2,8 @@
 
 The loss is the difference of two large powers, abs(τ_m·ω_m − τ·q̇) (bench-physics, "Nominal simulation" 3). A torque
 sensor's zero of 3 N·m at heating speed is 3 W of 100; a drive's zero moves a little from recording to recording. The
-simulation's constants τ_0 and z_0, and what the torque models leave of each recording's mean, tell these zeros. Whether
+simulation's constants τ_0 and z_0, and what the torque models leave of each recording's mean, tell these zeros. A gain
+error or a saturation of the reported motor torque, where one was found, makes the loss wrong in the same way. Whether
 heat flows as if they were taken off is asked of the temperature itself.
 """
 
@@ -14,6 +15,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from bench.mismatch.given import Known
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.model import (
     Block,
@@ -35,17 +37,23 @@ EFFECT, KEY = HEATING, LESS
 """term of a simulation file that says what is taken off, and its key there"""
 LOAD, MOTOR, RECORDINGS = LOAD_ZERO, MOTOR_ZERO, "zeros of recordings"
 WHICH = (LOAD, MOTOR, RECORDINGS)
+GAIN = "gain of the motor torque"
+"""the error that :data:`GAIN_ERROR` says of the reported motor torque; asked for only where this was found"""
+GAIN_ERROR = "motor.torque_constant"
 CONSTANT = {MOTOR_TORQUE: "motor.torque_offset", LOAD_TORQUE: "load.torque_offset"}
 """term whose constant is a channel's zero"""
 
 
 @dataclass(frozen=True, slots=True)
 class Zeros:
-    """What is taken off (names of :data:`WHICH`), the constants by channel, each recording's own by channel, N·m."""
+    """What is taken off (names of :data:`WHICH`, or :data:`GAIN`), the constants by channel, each recording's own by
+    channel, N·m; ``gain``: what is wrong with the reported motor torque.
+    """
 
     which: tuple[str, ...] = ()
     constant: Mapping[str, float] = field(default_factory=dict)
     own: Mapping[str, Mapping[int, float]] = field(default_factory=dict)
+    gain: tuple[Known, ...] = ()
 
     def of(self, channel: str, constant: str, frame: Frame) -> FloatArray:
         """Zero of a channel at the rows of a frame (n,), N·m."""
@@ -53,6 +61,10 @@ class Zeros:
         if RECORDINGS in self.which:
             for recording, value in self.own.get(channel, {}).items():
                 out[frame.recording == recording] += value
+        if GAIN in self.which and channel == MOTOR_TORQUE:
+            for known in self.gain:
+                assert known.coefficients is not None
+                out += known.regressor.columns(frame) @ known.coefficients
         return out
 
     def less(self, frame: Frame) -> Frame:
@@ -74,12 +86,14 @@ def chosen(
 
     ``models`` of the torque channels that there are; ``rows`` of the temperature; ``problem`` made of such rows;
     ``found``: effects that are fitted beside the simulation, for what is left without them may drown a zero. The
-    choice is paid for as one of eight, at a log-likelihood that counts a recording as one reading (BIC).
+    choice is paid for as one of those tried, at a log-likelihood that counts a recording as one reading (BIC).
     """
     constant = {c: _constant(m, CONSTANT[c]) for c, m in models.items()}
     own = {c: left_of(m.problem.rows, m.predict(m.problem.rows.frame), m.problem.usable) for c, m in models.items()}
-    sets = [s for n in range(len(WHICH) + 1) for s in itertools.combinations(WHICH, n)]
-    tried = [Zeros(which, constant, own) for which in sets]
+    gain = _gain(models[MOTOR_TORQUE]) if MOTOR_TORQUE in models else ()
+    names = (*WHICH, GAIN) if gain else WHICH
+    sets = [s for n in range(len(names) + 1) for s in itertools.combinations(names, n)]
+    tried = [Zeros(which, constant, own, gain) for which in sets]
     beside = [BaseTerm(block.regressor, tuple(block.precision)) for block in found]
     asked = [problem(replace(rows, frame=zeros.less(rows.frame))) for zeros in tried]
     energy = [_energy(replace(own, base=(*own.base, *beside))) for own in asked]
@@ -87,8 +101,8 @@ def chosen(
     best = int(np.argmin(energy))
     if energy[best] <= 0.0 or energy[0] <= 0.0:
         return tried[0]
-    gain = 0.5 * recordings * float(np.log(energy[0] / energy[best]))
-    return tried[best] if gain > np.log(len(tried)) + 0.5 * np.log(recordings) else tried[0]
+    better = 0.5 * recordings * float(np.log(energy[0] / energy[best]))
+    return tried[best] if better > np.log(len(tried)) + 0.5 * np.log(recordings) else tried[0]
 
 
 def left_of(rows: Rows, said: FloatArray, usable: np.ndarray) -> dict[int, float]:
@@ -104,6 +118,13 @@ def _constant(model: ChannelModel, effect: str) -> float:
         if block.regressor.effect == effect:
             return float(model.fit.of(block.place)[0][0])
     return 0.0
+
+
+def _gain(model: ChannelModel) -> tuple[Known, ...]:
+    """What a model of the motor torque says of an error of the report, found or given."""
+    blocks = [*model.base, *(block for own in model.chosen for block in own.blocks)]
+    asked = [block for block in blocks if block.regressor.effect == GAIN_ERROR]
+    return tuple(Known(block.regressor, model.fit.of(block.place)[0]) for block in asked)
 
 
 def _energy(problem: ChannelProblem) -> float:

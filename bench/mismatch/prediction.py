@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from bench.foreign.opening import base_of
 from bench.mismatch.given import SENSOR, Given, Known
-from bench.mismatch.power_zeros import CONSTANT, EFFECT, KEY, RECORDINGS, Zeros, left_of
+from bench.mismatch.power_zeros import CONSTANT, EFFECT, GAIN_ERROR, KEY, RECORDINGS, Zeros, left_of
 from bench.mismatch.recordings.beginning import START_S, at_start, risen
 from bench.mismatch.recordings.collected import Collected
 from bench.mismatch.recordings.motion import Manner
@@ -73,7 +73,9 @@ class Predictor:
                 part = rows[channel]
                 usable = (part.number > 0) & (part.frame.direction != 0)
                 own[channel] = left_of(part, self.channel(channel, part.frame, None, frames), usable)
-        return Zeros(which, constant, own)
+        known = self.given.known.get(MOTOR_TORQUE, ())
+        gain = tuple(k for k in known if k.regressor.effect == GAIN_ERROR and k.coefficients is not None)
+        return Zeros(which, constant, own, gain)
 
     def missing(self, channel: str, frame: Frame) -> list[str]:
         """Nominal terms in force that matter on a frame and have no coefficients in the file."""

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from bench.mismatch import criteria
-from bench.mismatch.power_zeros import LOAD, RECORDINGS, Zeros, chosen
+from bench.mismatch.given import Known
+from bench.mismatch.power_zeros import GAIN, GAIN_ERROR, LOAD, RECORDINGS, Zeros, chosen
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression import problem as problems
 from bench.mismatch.regression.model import Block
@@ -94,7 +95,7 @@ def torque_model(rows: Rows, effect: str, constant: float) -> Any:
     block = SimpleNamespace(regressor=SimpleNamespace(effect=effect), place=(0,))
     fit = SimpleNamespace(of=lambda _place: (np.array([constant]), np.zeros((1, 1))))
     whole = SimpleNamespace(rows=rows, usable=np.ones(rows.size, dtype=bool))
-    return SimpleNamespace(base=[block], fit=fit, problem=whole, predict=lambda _frame: rows.y)
+    return SimpleNamespace(base=[block], chosen=[], fit=fit, problem=whole, predict=lambda _frame: rows.y)
 
 
 @pytest.mark.parametrize(("zero", "taken"), [(ZERO, True), (0.0, False)])
@@ -223,3 +224,17 @@ def test_a_heat_capacity_is_told_once_the_zeros_are_known_to_be_none() -> None:
     value, covariance = found.fit.of(loss.place)
     assert value[0] == pytest.approx(1.0 / CAPACITY, rel=5e-3)
     assert np.sqrt(covariance[0, 0]) < 3e-3 / CAPACITY
+
+
+@pytest.mark.parametrize("wrong", [0.0, 0.08])
+def test_the_loss_is_that_of_the_torque_and_not_of_its_report(wrong: float) -> None:
+    """An error of the reported motor torque that was found is taken off the loss, if heat flows as if it were."""
+    rows = heated(0.0)
+    frame = rows.frame
+    rows = replace(
+        rows, frame=replace(frame, motor_torque=frame.motor_torque * (1.0 + wrong), power=frame.power * (1.0 + wrong))
+    )
+    found = SimpleNamespace(effect=GAIN_ERROR, columns=lambda own: own.motor_torque[:, None] * wrong / (1.0 + wrong))
+    zeros = Zeros((GAIN,), gain=(Known(cast(Any, found), np.ones(1)),))
+    np.testing.assert_allclose(zeros.less(rows.frame).power, frame.power, rtol=1e-9)
+    assert np.allclose(Zeros((), gain=zeros.gain).less(rows.frame).power, rows.frame.power)
