@@ -63,7 +63,7 @@ def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen
     size = _own_size(effect)
     shape = None
     if model.noise.telling is None and all(c.effect != better.effect for c in others):
-        shape = shape_of(problem.channel, better.effect, problem.rows.frame.take(train))
+        shape = shape_of(problem.channel, better, problem.rows.frame.take(train))
     whole = with_shape(problem, bank, main, shape, criteria.SHAPE * size)
     fitted = fit_blocks(bank, [*beside, *whole.blocks], model.variances)
     return None if impossible(model, others, whole, fitted) else whole

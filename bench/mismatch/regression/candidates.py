@@ -271,11 +271,12 @@ def _of_product(channel: str, times: str) -> str:
     return UNKNOWN
 
 
-def shape_of(channel: str, effect: str, frame: Frame, number: int = KNOTS[-1]) -> Free | None:
-    """The function by which nature's form of an effect may differ from the library's; None where it has none."""
+def shape_of(channel: str, own: Regressor, frame: Frame, number: int = KNOTS[-1]) -> Free | None:
+    """The function by which nature's form of an effect may differ from a name's; None where it has none."""
     grids = []
-    for name, times in LIBRARY[effect].shape.get(channel, ()):
+    form = own.form if isinstance(own, Named) else None
+    for name, times in LIBRARY[own.effect].shape_of(channel, form):
         knots = knots_of(quantity(name, frame), number)
         if knots is not None:
             grids.append(Grid((name,), times, (knots,)))
-    return Free(channel, tuple(grids), effect) if grids else None
+    return Free(channel, tuple(grids), own.effect) if grids else None

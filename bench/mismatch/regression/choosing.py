@@ -252,7 +252,7 @@ def _form_of_a_name(block: Block, chosen: Sequence[Chosen]) -> Block:
         named = isinstance(one.main.regressor, Named)
         if not factors or not named or term is None:
             continue
-        if factors <= {*term.shape.get(free.channel, ()), *term.passing.get(free.channel, ())}:
+        if factors <= term.shapes(free.channel) | {*term.passing.get(free.channel, ())}:
             return replace(block, regressor=replace(free, effect=one.effect))
     return block
 

@@ -17,7 +17,7 @@ from bench.mismatch.regression.regressors import UNKNOWN, Free, by_definition
 from bench.mismatch.regression.spells import Levels, Spell
 from bench.simulation.frame import FloatArray, recording_starts
 from bench.simulation.tables import Grid
-from bench.simulation.terms import LIBRARY
+from bench.simulation.terms import LIBRARY, MOTOR_TORQUE
 
 
 def named_by_course(model: ChannelModel, others: Sequence[Chosen], own: Chosen, fitted: Fit) -> Chosen:
@@ -44,9 +44,15 @@ def impossible(model: ChannelModel, others: Sequence[Chosen], own: Chosen, fitte
 
 
 def goes_one_way(model: ChannelModel, members: Sequence[Chosen], fitted: Fit) -> bool:
-    """Whether what fitted parts of an effect add up to, without a load, goes one way through the campaign."""
+    """Whether what fitted parts of an effect add up to goes one way through the campaign: without a load, and for
+    what is in the friction in one direction at one speed.
+    """
     frame = model.problem.rows.frame
     unloaded = replace(frame, torque=np.zeros(frame.size), torque_level=np.zeros(frame.size))
+    if model.channel == MOTOR_TORQUE:
+        ones = np.ones(frame.size)
+        speed = float(np.mean(np.abs(frame.velocity))) * ones
+        unloaded = replace(unloaded, direction=ones, last_direction=ones, velocity=speed)
     starts = recording_starts(frame)
     rows = np.unique([*starts[:-1], *(starts[1:] - 1)])
     rows = rows[model.problem.train[rows] | np.isin(frame.recording[rows], frame.recording[model.problem.train])]

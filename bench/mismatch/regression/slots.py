@@ -175,7 +175,5 @@ def _of_the_name(free: Free, effects: set[str]) -> bool:
     """
     own = {(name, grid.times) for grid in free.grids for name in grid.over}
     return any(
-        effect == free.effect or own <= set(LIBRARY[effect].shape.get(free.channel, ()))
-        for effect in effects
-        if effect in LIBRARY
+        effect == free.effect or own <= LIBRARY[effect].shapes(free.channel) for effect in effects if effect in LIBRARY
     )

@@ -93,6 +93,9 @@ def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
     nothing = 1.0 - slot.weight - sum(r.weight for r in slot.rivals)
     # whichever function it is: what they say in common is that no name does
     unnamed = slot.weight + (0.0 if nameless is None else nameless.weight)
+    if slot.chosen.effect != UNKNOWN and not slot.chosen.nominal:
+        likeliest = max((r.weight for r in slot.rivals), default=0.0)
+        return others if nothing > max(slot.weight, likeliest) else None
     if slot.chosen.effect != UNKNOWN or unnamed >= max(nothing, 0.0 if best is None else best.weight):
         return None
     others = [c for c in model.chosen if c is not slot.chosen]
@@ -114,7 +117,7 @@ def _drawn_by_the_unknown(model: ChannelModel, own: Chosen) -> bool:
     regressor = own.main.regressor
     if not isinstance(regressor, Named) or regressor.term.nominal:
         return False
-    forms = set(regressor.term.shape.get(model.channel, ()))
+    forms = set(regressor.term.shape_of(model.channel, regressor.form))
     free = (c.main.regressor for c in model.chosen if c.effect == UNKNOWN)
     drawn = [{(name, grid.times) for grid in f.grids for name in grid.over} for f in free if isinstance(f, Free)]
     return bool(forms) and any(forms <= functions for functions in drawn)

@@ -61,6 +61,8 @@ class Form:
     """whether its state goes on from one recording to the next"""
     jumps: bool = False
     """whether it jumps where the motion turns: between the rows of a campaign lies no straight line"""
+    shape: tuple[Shape, ...] = ()
+    """functions by which nature's form may differ from this one, where they are others than the term's"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +90,15 @@ class Term:
     """
     passing: Mapping[str, tuple[Shape, ...]] = field(default_factory=dict)
     """in each channel, the functions that follow from it because something else passes through it"""
+
+    def shapes(self, channel: str) -> set[Shape]:
+        """All functions of a channel by which nature's form may differ from one of the forms here."""
+        own = (form.shape for form in self.forms.get(channel, ()))
+        return {*self.shape.get(channel, ()), *(shape for shapes in own for shape in shapes)}
+
+    def shape_of(self, channel: str, form: Form | None = None) -> tuple[Shape, ...]:
+        """Those of one form; of the term where no form is named, or it has none of its own."""
+        return form.shape if form is not None and form.shape else tuple(self.shape.get(channel, ()))
 
     def form(self, channel: str, name: str | None) -> Form | None:
         """Its form of a name in a channel; None where there is none."""

@@ -52,13 +52,14 @@ TERM = Term(
     forms={
         MOTOR_TORQUE: (
             Form("distance", _by_distance, (F_R,), (S_R,), _distances),
-            Form("time", _by_time, (F_R,), (T_R,), _times),
+            Form("time", _by_time, (F_R,), (T_R,), _times, shape=(("time", "d"),)),
             Form("hyperbolic", _hyperbolic, (F_R,), (S_R,), _distances),
             Form("logarithmic", _logarithmic, (F_R,), (S_R,), _distances),
             Form("viscous", _viscous, (F_RV,), (S_R,), _distances),
         )
     },
     variables=("time",),
+    one_way=True,
     modifies=("friction.coulomb",),
     shape={MOTOR_TORQUE: (("travel", "d"),)},
 )
