@@ -62,8 +62,9 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
     A function without a name claims nothing but that it predicts: it goes however little worse they are predicted, and
     where they are not predicted better by more than the standard error of the difference, if they should be by twice
     that. A name beside such a function goes where it is worse by more than the standard error of the difference:
-    physics that no name has is met in part by a name that comes near. A name alone goes where that is more than half of
-    what it adds as well: what has nothing to do with the recordings makes them worse by all it adds. Terms of the
+    physics that no name has is met in part by a name that comes near. A name alone goes where it is worse by more than
+    chance makes it (1.96 standard errors), and by more than half of what it adds: what has nothing to do with the
+    recordings makes them worse by all it adds. Recordings in which it does not act say nothing of it. Terms of the
     torque's path stay: what a hysteresis is like at the beginning of a recording, none can predict. Which effects there
     are was chosen without these recordings; they only decide what is reported.
     """
@@ -108,7 +109,7 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> f
     elif any(without_a_name(c) for c in current):
         allowed = error
     else:
-        allowed = max(error, criteria.EITHER * added)
+        allowed = max(criteria.TOLD * error, criteria.EITHER * added)
     return float(ratio) if worse > allowed else None
 
 
