@@ -150,7 +150,7 @@ class Campaign:
         # friction heats and heat changes friction: repeated until the temperature agrees with the torque it came from
         for _ in range(_MOST_ROUNDS):
             before = run.temperature
-            self._heat(run, motion, history)
+            self._heat(run, motion, history, torques[0])
             history.lubricant, history.house = start
             for effect, memory in zip(self.effects, memories, strict=True):
                 if memory is not None:
@@ -159,7 +159,7 @@ class Campaign:
             torques = self._torques(run)
             if np.max(np.abs(run.temperature - before)) < _AGREED_K:
                 break
-        power, probe = self._heat(run, motion, history, final=True)
+        power, probe = self._heat(run, motion, history, torques[0], final=True)
         signals = self._read(run, motion, torques, power, probe)
         history.clock = float(run.clock[-1]) + 1.0 / rate_hz
         history.travel = float(run.travel[-1])
@@ -208,9 +208,14 @@ class Campaign:
         run.torque = base
         return behind, before, friction
 
-    def _heat(self, run: Run, motion: Motion, history: _History, final: bool = False) -> tuple[Floats, Floats]:
-        """Integrate the heat balance over the recording; sets the true temperature, returns power and probe (N,)."""
-        power = np.abs(run.motor_torque * run.motor_rate - run.torque * run.rate)
+    def _heat(
+        self, run: Run, motion: Motion, history: _History, behind: Floats, final: bool = False
+    ) -> tuple[Floats, Floats]:
+        """Integrate the heat balance over the recording; sets the true temperature, returns power and probe (N,).
+
+        ``behind`` (N,): what the load side adds behind the torque sensor; its work heats nothing.
+        """
+        power = np.abs(run.motor_torque * run.motor_rate - (run.torque + behind) * run.rate)
         block = max(int(_COARSE_S * run.rate_hz), 1)
         count = -(-run.time.size // block)
         edges = np.arange(count) * block
