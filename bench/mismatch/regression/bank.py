@@ -119,14 +119,30 @@ class Bank:
         What a model lacks inside the recordings may pull its coefficients away from what fits the means, and offsets of
         any size would take the difference. Nothing is ruled out where the means are few.
         """
+        mean, y = self._means(index)
+        least, free = _least_squares(mean, y)
+        if free >= FEWEST_FREE:
+            self.most = least / float(chi2.ppf(chance, free))
+
+    def contradicted(self, index: Sequence[int], coefficients: FloatArray, chance: float) -> bool:
+        """Whether coefficients of columns ``index`` leave more of the recordings' means than chance explains beside
+        what the same columns leave of them when fitted to the means alone.
+
+        Then what is inside the recordings has pulled them away: something acts there that the columns cannot say, and
+        rows that share it were taken for as many independent readings.
+        """
+        mean, y = self._means(index)
+        least, free = _least_squares(mean, y)
+        if free < FEWEST_FREE:
+            return False
+        largest = least / float(chi2.ppf(chance, free)) * float(chi2.isf(chance, y.size))
+        return float(np.sum((y - mean @ coefficients) ** 2)) > largest
+
+    def _means(self, index: Sequence[int]) -> tuple[FloatArray, FloatArray]:
+        """Mean of some columns and of y in each recording (recordings, k), (recordings,)."""
         ones, _ = self.sums()
         driven = self.energy > 0.0
-        mean, y = ones[driven][:, list(index)] / self.energy[driven, None], self._one_y[driven] / self.energy[driven]
-        scale = np.maximum(np.sqrt(np.mean(mean**2, axis=0)), 1e-300)
-        found, _, rank, _ = np.linalg.lstsq(mean / scale, y, rcond=RIDGE)
-        free = int(driven.sum()) - int(rank)
-        if free >= FEWEST_FREE:
-            self.most = float(np.sum((y - mean / scale @ found) ** 2) / chi2.ppf(chance, free))
+        return ones[driven][:, list(index)] / self.energy[driven, None], self._one_y[driven] / self.energy[driven]
 
     def shrunk(self, variance: float) -> FloatArray:
         """What of each recording's mean its offset takes, over its energy (recordings,)."""
@@ -208,6 +224,13 @@ class Bank:
     def residual(self, index: Sequence[int], coefficients: FloatArray) -> FloatArray:
         """Whitened residual (n,) of a model; the recordings' offsets are left in it."""
         return np.asarray(self.y - self.columns.some(index) @ coefficients)
+
+
+def _least_squares(columns: FloatArray, y: FloatArray) -> tuple[float, int]:
+    """Squares that columns (n, k) leave of y (n,), and the degrees of freedom."""
+    scale = np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-300)
+    found, _, rank, _ = np.linalg.lstsq(columns / scale, y, rcond=RIDGE)
+    return float(np.sum((y - columns / scale @ found) ** 2)), y.size - int(rank)
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,12 +7,21 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from bench.mismatch import criteria
 from bench.mismatch.recordings.beginning import at_start, risen
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.bank import Bank, Fit, Whitening, fit
 from bench.mismatch.regression.calibration import Calibration
 from bench.mismatch.regression.course import added
-from bench.mismatch.regression.noise import Mixture, RowNoise, alike, of_free_motion, of_rows, plain_mixture
+from bench.mismatch.regression.noise import (
+    Mixture,
+    RowNoise,
+    alike,
+    alike_for,
+    of_free_motion,
+    of_rows,
+    plain_mixture,
+)
 from bench.mismatch.regression.problem import ChannelProblem, starts_and_folds
 from bench.mismatch.regression.regressors import Free, Regressor
 from bench.mismatch.regression.slow_noise import scattered
@@ -136,8 +145,12 @@ def fit_blocks(bank: Bank, blocks: Sequence[Block], variances: Sequence[float]) 
     return fit(bank, index, variances, precision)
 
 
-def prepare_bank(problem: ChannelProblem, residual: FloatArray) -> tuple[Bank, Mixture, RowNoise, IntArray]:
-    """Whiten a problem's training rows by the noise that a ``residual`` (training rows,) shows."""
+def prepare_bank(
+    problem: ChannelProblem, residual: FloatArray, wider: float = 1.0
+) -> tuple[Bank, Mixture, RowNoise, IntArray]:
+    """Whiten a problem's training rows by the noise that a ``residual`` (training rows,) shows, so many times
+    ``wider``.
+    """
     train = problem.train
     rows = problem.rows.take(train)
     starts, folds = starts_and_folds(rows.frame, problem.folds)
@@ -149,6 +162,7 @@ def prepare_bank(problem: ChannelProblem, residual: FloatArray) -> tuple[Bank, M
         noise = of_free_motion(rows, residual)
     else:
         noise = alike(rows, residual) if unheard else of_rows(rows, samples, residual, doubt)
+    noise = replace(noise, sigma=wider * noise.sigma)
     return Bank(rows.y, Whitening(noise, starts), problem.spec.integral), samples, noise, folds
 
 
@@ -156,6 +170,26 @@ def _of_a_sample(rows: Rows, residual: FloatArray) -> float:
     """Mean square of what a model leaves of a sample: of the rows, and within them. Noise is no more."""
     within = float(np.average(rows.within, weights=rows.number)) if rows.within.size else np.inf
     return within + float(np.average(residual**2, weights=np.maximum(rows.number, 1e-9)))
+
+
+def widened(bank: Bank, blocks: Sequence[Block], fitted: Fit) -> float:
+    """How many times as wide as they are the rows' noise has to be taken for a calibration that the recordings' means
+    contradict, so that a row counts for what it says: its residual is as large as its noise, and rows whose residuals
+    are alike are one reading (effective number of observations). 1 where the means do not contradict it.
+    """
+    index = [i for b in blocks for i in b.place]
+    if not bank.contradicted(index, fitted.coefficients, criteria.ERROR_RATE_OF_A_CHANNEL):
+        return 1.0
+    left = bank.residual(index, fitted.coefficients)
+    left = (
+        left
+        - np.repeat(
+            bank.whitening.by_recording(bank.one * left) / np.maximum(bank.energy, 1e-300),
+            np.diff(bank.whitening.starts),
+        )
+        * bank.one
+    )
+    return float(np.sqrt(max(float(np.mean(left**2)) * alike_for(left, bank.whitening.starts), 1.0)))
 
 
 def left_by(model: ChannelModel) -> FloatArray:

@@ -27,6 +27,7 @@ from bench.mismatch.regression.model import (
     left_by,
     plain_residual,
     prepare_bank,
+    widened,
 )
 from bench.mismatch.regression.prior import settled, zeros_settled
 from bench.mismatch.regression.problem import ChannelProblem
@@ -50,12 +51,12 @@ QUIETER = 0.9
 """noise over that of the last round, below which another round may find more"""
 
 
-def begun(problem: ChannelProblem, seed: int = 0, left: FloatArray | None = None) -> Search:
+def begun(problem: ChannelProblem, seed: int = 0, left: FloatArray | None = None, wider: float = 1.0) -> Search:
     """A search with the calibrated simulation alone; ``left`` (training rows,): the residual that tells the noise, if
-    not the simulation's.
+    not the simulation's; the rows' noise is taken so many times ``wider``.
     """
     residual = plain_residual(problem) if left is None else left
-    bank, samples, noise, folds = prepare_bank(problem, residual)
+    bank, samples, noise, folds = prepare_bank(problem, residual, wider)
     base = settled(problem, bank, add_base(problem, bank))
     variances = (0.0,) if problem.cut and not problem.spec.integral else bank.variances()
     plain = fit_blocks(bank, base, variances)
@@ -125,9 +126,9 @@ def searched(problem: ChannelProblem, seed: int = 0) -> Search:
     the residual itself, whose noise may be of another kind, and what does not pay that price goes again.
     """
     search = begun(problem, seed)
-    _forward(search)
     if search.model.noise.telling is None:
-        return _with_zeros(next_best(concluded(search), 0))
+        return _with_zeros(next_best(concluded(_sought(search)), 0))
+    _forward(search)
     # only what a model leaves tells the noise: with a better model there is less of it, and more is found
     for _ in range(MOST_ROUNDS):
         again = begun(problem, seed, left_by(search.model))
@@ -137,6 +138,35 @@ def searched(problem: ChannelProblem, seed: int = 0) -> Search:
             break
         _forward(search)
     return next_best(concluded(search), 0)
+
+
+def _sought(search: Search) -> Search:
+    """The search with its effects, where points left out tell what a number is worth.
+
+    Where the recordings' means contradict the calibrated simulation, something acts inside the recordings that it
+    cannot say, and would be calibrated by it. Effects are looked for with the rows' noise as wide as that; then the
+    rows count in full again, unless the means contradict what was found as well.
+    """
+    wider = _contradicted(search)
+    if wider > 1.0:
+        wide = begun(search.model.problem, search.seed, None, wider)
+        _forward(wide)
+        search = carried_over(wide, search) if wide.model.chosen else search
+        if _contradicted(search) > 1.0:
+            wide.model.notes.append(
+                f"what is left inside the recordings contradicts their means: their rows are weighted {wider:.2g} times"
+                " less sharply"
+            )
+            return wide
+        search.scans = []
+    _forward(search)
+    return search
+
+
+def _contradicted(search: Search) -> float:
+    """By how much the rows' noise has to be wider for the model that was found; 1 where it need not be."""
+    model = search.model
+    return 1.0 if model.problem.spec.integral else widened(model.bank, model.blocks(), model.fit)
 
 
 def _with_zeros(search: Search) -> Search:

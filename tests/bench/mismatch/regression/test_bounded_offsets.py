@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bench.mismatch.regression.bank import Bank, Whitening
+from bench.mismatch.regression.bank import Bank, Whitening, fit
 from bench.mismatch.regression.noise import RowNoise
 from bench.simulation.frame import FloatArray
 
@@ -40,3 +40,18 @@ def test_few_means_bound_nothing() -> None:
     bank, index = banked(rng.normal(scale=SIGMA, size=ROWS), columns)
     bank.bound_offsets(index, 0.0025)
     assert bank.most == np.inf
+
+
+@pytest.mark.parametrize("inside", [0.0, 40.0])
+def test_what_acts_inside_the_recordings_contradicts_their_means(inside: float) -> None:
+    """A slow wave inside each recording goes with a load that wavers a little there, and with nothing else."""
+    rng = np.random.default_rng(6)
+    level = np.repeat(rng.uniform(-1.0, 1.0, RECORDINGS), EACH)
+    wave = np.tile(np.sin(np.linspace(0.0, 2.0 * np.pi, EACH)), RECORDINGS)
+    load = level + 0.01 * wave
+    y = 2.0 * level + inside * SIGMA * wave + rng.normal(scale=SIGMA, size=ROWS)
+    bank, index = banked(y, np.column_stack([np.ones(ROWS), load]))
+    bank.bound_offsets(index, 0.0025)
+    fitted = fit(bank, index, bank.variances(), np.zeros(2))
+    assert bank.contradicted(index, fitted.coefficients, 0.0025) is bool(inside)
+    assert not bank.contradicted(index, np.array([0.0, 2.0]), 0.0025)
