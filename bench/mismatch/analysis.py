@@ -158,8 +158,8 @@ def _transmission(data: Dataset, given: Given, rows: Rows, seed: int, banned: Se
         taken = taken + pulse.evaluate(rows.frame.theta)
     base = base_of(given, TRANSMISSION_ERROR, rows)
     series = orders.Given(given.orders, data.folder.notch, given.laws)
-    off = (*given.switched_off, *banned)
-    begun = orders.begun(replace(rows, y=rows.y - taken), data.folds(), series, base, off)
+    rows = replace(rows, y=rows.y - taken)
+    begun = orders.begun(rows, data.folds(), series, base, given.switched_off, banned)
     return orders.analyse(begun, seed)
 
 

@@ -135,7 +135,7 @@ def _of_new_orders(law: Discovery, plain: Discovery) -> bool:
 def _mode(model: TransmissionModel, seed: int) -> Discovery | None:
     """A mode so strong that the orders are looked for under it, before anything else is; the model then holds both."""
     found = laws.search(model, seed)
-    if found is None or found.law.form not in MODES or not strong(model, found):
+    if found is None or found.law.form not in MODES or not _sure(found) or not strong(model, found):
         return None
     before = model.periodic
     assert before is not None
@@ -171,9 +171,13 @@ def _law(model: TransmissionModel, seed: int, first: Discovery | None) -> Discov
 
 
 def _sure(found: laws.FoundLaw) -> bool:
-    """Whether some order's strength stands above its own uncertainty; a resonance has none of its own."""
+    """Whether some order's strength stands above its own uncertainty; of a resonance, whether its natural frequency is
+    told from nothing: orders that change in whatever way are no resonance.
+    """
     size = np.abs(found.law.strength)
     measured = found.strength_std > 0.0
+    if found.law.form in MODES and found.std:
+        return found.law.point[0] > criteria.TOLD * found.std[0]
     if found.law.form in MODES or not measured.any():
         return True
     return bool(np.max(size[measured] / found.strength_std[measured]) > criteria.SURE)

@@ -17,13 +17,15 @@ from bench.mismatch.orders.look import PARTS
 from bench.mismatch.orders.turns import Complex, Seen, Turn
 from bench.mismatch.orders.weak import Stage, WeakOrder
 
+EXACT = 1e-6
+"""orders that differ by less are one"""
 APART = 1.0
 """orders between two that go at once: of two that say the same one may be needed"""
 
 
 def is_between(order: float) -> bool:
     """Whether an order is no whole number."""
-    return abs(order - round(order)) > 1e-6
+    return abs(order - round(order)) > EXACT
 
 
 def moved(
@@ -41,11 +43,17 @@ def moved(
     for order in filter(is_between, found):
         one = _alone(whole, seen, train, order)
         more, gain = path.followed(one)
-        to_whole = round(order) - order
+        to_whole, to_part = round(order) - order, round(order * PARTS) / PARTS - order
         near = abs(to_whole) <= 1.0 / PARTS and round(order) not in seen.orders
-        # a whole number is no choice of one of many
+        off = abs(to_part) > EXACT and all(abs(order + to_part - f) > EXACT for f in seen.orders)
+        # where it stands is one of many places too, unless that is a part of an order
+        if abs(to_part) > EXACT and not more:
+            gain -= path.price
+        # a whole number, and next to it a part of an order, is no choice of one of many
         if near and float(path.gains(one, np.array([to_whole]))[0]) + path.price >= gain:
             out[order] = float(round(order))
+        elif off and float(path.gains(one, np.array([to_part]))[0]) + path.price >= gain:
+            out[order] = round(order * PARTS) / PARTS
         elif more:
             out[order] = rounded(order + more)
     return out

@@ -23,7 +23,7 @@ from bench.mismatch.orders.weak import Stage, WeakOrder, search
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.course import added
 from bench.mismatch.regression.maxima import tail
-from bench.mismatch.regression.model import add_base, fit_blocks, plain_residual, prepare_bank
+from bench.mismatch.regression.model import add_base, fit_blocks, plain_residual, prepare_bank, widened
 from bench.mismatch.regression.noise import Mixture
 from bench.mismatch.regression.prior import settled
 from bench.mismatch.regression.problem import BaseTerm, ChannelProblem
@@ -65,6 +65,8 @@ class TransmissionModel:
     folds: IntArray
     base: tuple[BaseTerm, ...]
     switched_off: tuple[str, ...] = ()
+    banned: tuple[str, ...] = ()
+    """effects that are no candidates for the offset"""
     periodic: Periodic | None = None
     plain: Series | None = None
     """the given orders alone"""
@@ -104,6 +106,7 @@ def begun(
     given: Given,
     base: Sequence[BaseTerm],
     switched_off: Sequence[str] = (),
+    banned: Sequence[str] = (),
 ) -> TransmissionModel:
     """A model with nothing calibrated yet."""
     turns = found_in(rows.frame)
@@ -117,7 +120,9 @@ def begun(
         for p in found_in(rows.frame, LEAST_PART, LEAST_TURN)
         if folds[p.recording] >= 0 and bool(inside[p.rows].all()) and bool((rows.number[p.rows] > 0).all())
     )
-    return TransmissionModel(rows, inside, turns, train, given, folds, tuple(base), tuple(switched_off), parts=parts)
+    return TransmissionModel(
+        rows, inside, turns, train, given, folds, tuple(base), tuple(switched_off), tuple(banned), parts=parts
+    )
 
 
 def analyse(model: TransmissionModel, seed: int) -> TransmissionModel:
@@ -170,6 +175,16 @@ def _orders(model: TransmissionModel, y: FloatArray, seed: int) -> None:
         now = seen(shown, model.turns, y, [*known, *sorted(found)])
     if model.price is not None:
         now = _settled(model, y, shown, now, known, found)
+        # several that leak into each other may each be needless beside the others, and not all of them
+        again: set[float] = set()
+        for _ in range(SETTLINGS):
+            fresh = search(now, model.turns, model.train, now.orders, _floor(model), model.price)
+            fresh = [w for w in fresh if w.order not in found and w.order not in again]
+            if not fresh:
+                break
+            again |= {w.order for w in fresh}
+            found |= {w.order: w for w in fresh}
+            now = _settled(model, y, shown, seen(shown, model.turns, y, [*known, *sorted(found)]), known, found)
     calibrated(model, now, known, found)
     with_noise(model, now)
 
@@ -302,16 +317,29 @@ def _problem(model: TransmissionModel, y: FloatArray) -> ChannelProblem:
         # a mode that would swing most of the time says nothing of when the offset may be compared
         usable = quiet if 2 * int(quiet.sum()) >= int(usable.sum()) else usable
     return ChannelProblem(
-        TRANSMISSION_ERROR, rows, usable, model.folds, model.base, model.noise, doubt, model.switched_off
+        TRANSMISSION_ERROR,
+        rows,
+        usable,
+        model.folds,
+        model.base,
+        model.noise,
+        doubt,
+        model.switched_off,
+        model.banned,
     )
 
 
 def offset_alone(model: TransmissionModel, y: FloatArray) -> FloatArray:
     """The simulation's offset calibrated on ``y`` (n,), at the rows."""
     problem = _problem(model, y)
-    bank, _, _, _ = prepare_bank(problem, plain_residual(problem))
-    blocks = settled(problem, bank, add_base(problem, bank))
-    fit = fit_blocks(bank, blocks, bank.variances())
+    wider = 1.0
+    for _ in range(2):
+        bank, _, _, _ = prepare_bank(problem, plain_residual(problem), wider)
+        blocks = settled(problem, bank, add_base(problem, bank))
+        fit = fit_blocks(bank, blocks, bank.variances())
+        wider = widened(bank, blocks, fit)
+        if wider == 1.0:
+            break
     out = np.zeros(y.size)
     for block in blocks:
         out += added(block.regressor, model.rows.frame, fit.of(block.place)[0])

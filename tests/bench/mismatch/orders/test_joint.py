@@ -33,3 +33,10 @@ def test_an_order_that_is_where_it_should_be_stays() -> None:
 def test_an_order_that_another_was_mistaken_for_is_needless() -> None:
     seen, turns = shown(13, 2.0, np.array([(20.25, 20.0 * NOISE, 0.4)]), (20.25, 21.0, 40.5))
     assert set(needless(seen, turns, TRAIN, of(20.25, 21.0, 40.5), PRICE)) == {21.0, 40.5}
+
+
+def test_a_part_of_an_order_is_no_choice_of_one_of_many() -> None:
+    """What was found when its neighbour was missing stands a little beside the twelfth that it is."""
+    lines = np.array([(23.0 / 3.0, 4.0 * NOISE, 0.4)])
+    seen, turns = shown(13, 2.0, lines, (7.664,))
+    assert moved(seen, turns, TRAIN, of(7.664)) == {7.664: pytest.approx(92.0 / 12.0, abs=1e-9)}
