@@ -88,6 +88,10 @@ class Structure:
 
     p_value: float | None
     method: str
+    bursts: float | None = None
+    """chance that the loudest of the blocks in time is noise, however little all of them hold"""
+    tone: float | None = None
+    """chance that the clearest tone is noise, however small it is over all recordings"""
 
 
 @dataclass(slots=True)
@@ -130,10 +134,16 @@ class ChannelOutcome:
         return self.rmse.get("after") if steady is None else steady
 
     @property
+    def altogether(self) -> float | None:
+        """The same over all those samples, a few recordings far off among them."""
+        return self.rmse.get("after_altogether")
+
+    @property
     def of_levels(self) -> float:
         """How much of the mean square of held-out samples the recordings' levels may be, which nothing recorded
         predicts: by the variance that the fitted recordings' levels have, and how well so few tell that of others
-        (F distribution). 0 where held-out recordings leave more than noise about their own means as well: that is no
+        (F distribution); no more than the noise of a sample, for larger ones are no matter of noise.
+        0 where held-out recordings leave more than noise about their own means as well: that is no
         matter of levels.
         """
         inside = self.rmse.get("after_inside")
@@ -144,7 +154,8 @@ class ChannelOutcome:
         fitted = np.unique(self.rows.frame.recording[self.usable & ~self.held_out]).size
         if inside > most or not held or fitted < 2:
             return 0.0
-        return self.levels * float(fdtri(held, fitted - 1, 1.0 - criteria.ERROR_RATE_OF_A_CHANNEL))
+        drawn = float(fdtri(held, fitted - 1, 1.0 - criteria.ERROR_RATE_OF_A_CHANNEL))
+        return min(self.levels * drawn, self.floor**2)
 
     @property
     def left(self) -> FloatArray:

@@ -22,6 +22,8 @@ STEADY = "_steady"
 """ends the name of what is scored in steady motion alone"""
 INSIDE = "_inside"
 """ends the name of what is scored in steady motion alone, about the mean of each recording"""
+ALTOGETHER = "_altogether"
+"""ends the name of what is scored in steady motion alone, over all samples: a few recordings far off count"""
 
 
 @dataclass(slots=True)
@@ -106,6 +108,7 @@ def rmse(
                 name: own[name].rmse(),
                 name + STEADY: steady.usual(),
                 name + INSIDE: steady.usual_inside(),
+                name + ALTOGETHER: steady.rmse(),
             }
             out[channel] |= dict.fromkeys(scores) if (channel, name) in unknown else scores
     return out

@@ -18,6 +18,8 @@ from bench.simulation.terms import CHANNEL_UNITS, LIBRARY, TRANSMISSION_ERROR
 
 LINES = frozenset(PERIODIC) - {"te.resonance"}
 """effects with lines or places of their own in the angle; a resonance is a law of all of them"""
+ORDERS = "te.harmonic"
+"""orders have no form that could leave something of nature's"""
 LOOKED_AT_S = 1.0
 """over which what is left is averaged before it is asked where it lies: ten correlation times of a sensor's noise"""
 
@@ -25,11 +27,13 @@ LOOKED_AT_S = 1.0
 def unexplained(outcome: ChannelOutcome) -> None:
     """Add what an outcome leaves as a discovery without a name, where it is clearly more than the noise floor.
 
-    That is asked of the median recording. Where nothing was found and the test for structure says that what is left of
-    the fitted recordings is no noise, recordings held out are a second witness: all are asked together, a few far off
-    among them, and more than the floor within its uncertainty is enough (not of an integral). Beside a finding they are
-    what its form leaves of nature's. Levels of held-out recordings that differ no more than those of the fitted ones
-    are offsets between recordings.
+    That is asked of the median recording; where nothing but orders was found, of all steady samples as well: what comes
+    and goes leaves the median recording as it is (not of an integral, whose slow noise adds up in some recordings).
+    Where nothing was found and the test for structure says that what is left of the fitted recordings is no noise, or a
+    tone is heard in some, recordings held out are a second witness: all are asked together, a few far off among them,
+    and more than the floor within its uncertainty is enough (not of an integral). Beside a finding they are what its
+    form leaves of nature's. Levels of held-out recordings that differ no more than those of the fitted ones are offsets
+    between recordings, unless blocks of time are too loud for noise.
     """
     p = None if outcome.structure is None else outcome.structure.p_value
     if p is not None and p < criteria.ERROR_RATE_OF_A_CHANNEL:
@@ -38,12 +42,19 @@ def unexplained(outcome: ChannelOutcome) -> None:
     if after is None or outcome.floor_std is None or any(d.effect == UNNAMED for d in outcome.discoveries):
         return
     every = outcome.rmse.get("after")
-    usual, levels = criteria.MORE_THAN_NOISE, outcome.of_levels
-    if not outcome.discoveries and p is not None and p < criteria.ERROR_RATE_OF_A_CHANNEL and every is not None:
-        after = max(after, every)
+    usual, levels, integral = criteria.MORE_THAN_NOISE, outcome.of_levels, CHANNELS[outcome.channel].integral
+    seen = p is not None and p < criteria.ERROR_RATE_OF_A_CHANNEL
+    heard = outcome.structure is not None and _rare(outcome.structure.tone) and not integral
+    if not outcome.discoveries and (seen or heard) and every is not None:
+        # a tone of a few recordings is small over all of them; in steady motion it is no jerk of a start
+        after = max(after, every if seen else outcome.altogether or 0.0)
         # an integral's floor knows nothing of slow noise that adds up in what is integrated
-        usual, levels = usual if CHANNELS[outcome.channel].integral else 1.0, 0.0
+        usual, levels = usual if integral else 1.0, 0.0
+    elif not integral and outcome.altogether is not None and all(d.effect == ORDERS for d in outcome.discoveries):
+        after = max(after, outcome.altogether)
     most = usual * outcome.floor + criteria.FLOOR_ERRORS * outcome.floor_std
+    if outcome.structure is not None and _rare(outcome.structure.bursts) and not integral:
+        most, levels = min(most, criteria.MORE_THAN_NOISE * outcome.floor), 0.0
     # at states that the calibration hardly knows, it may be off by what it says itself
     if after**2 < most**2 + levels + criteria.FLOOR_ERRORS**2 * outcome.doubt:
         return
@@ -77,6 +88,11 @@ def unexplained(outcome: ChannelOutcome) -> None:
             orders=_orders(outcome, left),
         )
     )
+
+
+def _rare(p_value: float | None) -> bool:
+    """Whether a chance is less than what is taken for noise in a channel."""
+    return p_value is not None and p_value < criteria.ERROR_RATE_OF_A_CHANNEL
 
 
 def _whole(discovery: Discovery, outcome: ChannelOutcome) -> Discovery:

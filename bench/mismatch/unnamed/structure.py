@@ -77,7 +77,10 @@ def examine(
     if jumps is not None:
         looks.append(jumps.p_value if jumping else 1.0)
         words += f"; two levels with jumps between them (p {jumps.p_value:.2g})"
-    outcome.structure = Structure(min(1.0, len(looks) * min(looks)), words + "; corrected for the number of looks")
+    words += "; corrected for the number of looks"
+    bursts_p = None if loud is None else loud.p_value
+    tone_p = None if heard is None else heard.p_value
+    outcome.structure = Structure(min(1.0, len(looks) * min(looks)), words, bursts_p, tone_p)
 
 
 def _mean(search: Search) -> tuple[float, str, float]:

@@ -106,7 +106,7 @@ def test_a_function_without_a_name_lies_where_what_it_leaves_lies(p_value: float
     assert more == pytest.approx(4.0 if p_value < 0.01 else 1.0, rel=0.1)
 
 
-@pytest.mark.parametrize(("levels", "inside", "told"), [(0.0, 1.0, 1), (2.0, 1.0, 0), (2.0, 1.6, 1)])
+@pytest.mark.parametrize(("levels", "inside", "told"), [(0.0, 1.0, 1), (0.9, 1.0, 0), (0.9, 1.6, 1)])
 def test_levels_that_differ_as_those_of_the_fitted_recordings_are_offsets(
     levels: float, inside: float, told: int
 ) -> None:
@@ -125,3 +125,52 @@ def test_a_recording_is_scored_about_its_own_mean_as_well() -> None:
     assert total.usual_inside() == pytest.approx(1.0)
     assert total.usual() == pytest.approx(np.sqrt(10.0))
     assert _Sum().usual_inside() is None
+
+
+def test_levels_beyond_the_noise_of_a_sample_are_no_matter_of_noise() -> None:
+    own = made.outcome(made.campaign(), "motor_torque", [], SIGMA)
+    own.levels = 40.0 * own.floor**2
+    own.rmse |= {"after": 2.6 * own.floor, "after_steady": 2.6 * own.floor, "after_inside": own.floor}
+    unexplained(own)
+    assert [d.effect for d in own.discoveries] == ["unknown"]
+
+
+@pytest.mark.parametrize(
+    ("channel", "effects", "told"),
+    [
+        ("transmission_error", (), True),
+        ("transmission_error", ("te.harmonic",), True),
+        ("transmission_error", ("te.lost_motion",), False),
+        ("temperature", (), False),
+    ],
+)
+def test_what_comes_and_goes_is_seen_in_all_steady_samples(channel: str, effects: tuple[str, ...], told: bool) -> None:
+    frame = made.campaign()
+    found = [made.discovery(channel, effect, np.zeros(frame.size), ("angle",)) for effect in effects]
+    own = made.outcome(frame, channel, list(found), SIGMA)
+    own.rmse |= {"after_steady": own.floor, "after_altogether": 1.6 * own.floor, "after": 1.6 * own.floor}
+    unexplained(own)
+    assert ("unknown" in [d.effect for d in own.discoveries]) is told
+
+
+@pytest.mark.parametrize(("bursts", "told"), [(None, False), (0.5, False), (1e-4, True)])
+def test_blocks_too_loud_for_noise_leave_no_room_for_an_uncertain_floor(bursts: float | None, told: bool) -> None:
+    own = made.outcome(made.campaign(), "motor_torque", [], SIGMA)
+    own.floor_std = 0.1 * own.floor
+    own.structure = Structure(1.0, "test", bursts)
+    own.rmse |= {"after": 1.35 * own.floor, "after_steady": 1.35 * own.floor}
+    unexplained(own)
+    assert bool(own.discoveries) is told
+
+
+@pytest.mark.parametrize(
+    ("tone", "left", "told"), [(None, 1.18, False), (0.5, 1.18, False), (1e-4, 1.18, True), (1e-4, 1.01, False)]
+)
+def test_a_tone_of_a_few_recordings_and_more_left_than_noise_are_two_witnesses(
+    tone: float | None, left: float, told: bool
+) -> None:
+    own = made.outcome(made.campaign(), "motor_torque", [], SIGMA)
+    own.structure = Structure(1.0, "test", None, tone)
+    own.rmse |= {"after": left * own.floor, "after_steady": own.floor, "after_altogether": left * own.floor}
+    unexplained(own)
+    assert bool(own.discoveries) is told
