@@ -9,10 +9,12 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.recordings.rows import error_of_mean
 from bench.mismatch.regression.auxiliary import of_auxiliary
+from bench.mismatch.regression.beside import told_from_nothing
 from bench.mismatch.regression.candidates import PATH
 from bench.mismatch.regression.folds import carried, squares
 from bench.mismatch.regression.heredity import without
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen, fit_blocks, of_start
+from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.regressors import UNKNOWN
 from bench.simulation.frame import FloatArray
 
@@ -62,7 +64,8 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
     A function without a name claims nothing but that it predicts: it goes however little worse they are predicted, and
     where they are not predicted better by more than the standard error of the difference, if they should be by twice
     that. A name beside such a function goes where it is worse by more than the standard error of the difference:
-    physics that no name has is met in part by a name that comes near. A name alone goes where it is worse by more than
+    physics that no name has is met in part by a name that comes near. So does one that is at the end of its range, or
+    whose size may be nothing. Any other name goes where it is worse by more than
     chance makes it (1.96 standard errors), and by more than half of what it adds: what has nothing to do with the
     recordings makes them worse by all it adds. Recordings in which it does not act say nothing of it. Terms of the
     torque's path stay: what a hysteresis is like at the beginning of a recording, none can predict. Which effects there
@@ -106,11 +109,17 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> f
     error = np.inf if found is None else criteria.ONE_ERROR * found
     if own.effect == UNKNOWN:
         allowed = -error if added > 2.0 * error else 0.0
-    elif any(without_a_name(c) for c in current):
+    elif any(without_a_name(c) for c in current) or _vague(model, current, own):
         allowed = error
     else:
         allowed = max(criteria.TOLD * error, criteria.EITHER * added)
     return float(ratio) if worse > allowed else None
+
+
+def _vague(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> bool:
+    """Whether an effect of some is at the end of its range, or none of its coefficients is told from nothing."""
+    sure = told_from_nothing(*model.refitted(current).of(own.main.place))
+    return not sure or strained(own.main.regressor, model.problem.rows.frame)
 
 
 def without_a_name(own: Chosen) -> bool:
