@@ -29,11 +29,12 @@ def unexplained(outcome: ChannelOutcome) -> None:
 
     That is asked of the median recording; where nothing but orders was found, of all steady samples as well: what comes
     and goes leaves the median recording as it is (not of an integral, whose slow noise adds up in some recordings).
-    Where nothing was found and the test for structure says that what is left of the fitted recordings is no noise, or a
-    tone is heard in some, recordings held out are a second witness: all are asked together, a few far off among them,
-    and more than the floor within its uncertainty is enough (not of an integral). Beside a finding they are what its
-    form leaves of nature's. Levels of held-out recordings that differ no more than those of the fitted ones are offsets
-    between recordings, unless blocks of time are too loud for noise.
+    Where nothing was found and the test for structure says that what is left of the fitted recordings is no noise,
+    recordings held out are a second witness: all are asked together, a few far off among them, and more than the floor
+    within its uncertainty is enough (not of an integral); where a tone is heard in some, half of the energy that is
+    asked without it. Beside a finding they are what its form leaves of nature's. Levels of held-out recordings that
+    differ no more than those of the fitted ones are offsets between recordings, unless blocks of time are too loud for
+    noise.
     """
     p = None if outcome.structure is None else outcome.structure.p_value
     if p is not None and p < criteria.ERROR_RATE_OF_A_CHANNEL:
@@ -44,17 +45,22 @@ def unexplained(outcome: ChannelOutcome) -> None:
     every = outcome.rmse.get("after")
     usual, levels, integral = criteria.MORE_THAN_NOISE, outcome.of_levels, CHANNELS[outcome.channel].integral
     seen = p is not None and p < criteria.ERROR_RATE_OF_A_CHANNEL
+    clear = np.inf
     heard = outcome.structure is not None and _rare(outcome.structure.tone) and not integral
-    if not outcome.discoveries and (seen or heard) and every is not None:
-        # a tone of a few recordings is small over all of them; in steady motion it is no jerk of a start
-        after = max(after, every if seen else outcome.altogether or 0.0)
+    if not outcome.discoveries and seen and every is not None:
+        after = max(after, every)
         # an integral's floor knows nothing of slow noise that adds up in what is integrated
         usual, levels = usual if integral else 1.0, 0.0
+    elif not outcome.discoveries and heard and outcome.altogether is not None:
+        # a tone of a few recordings is small over all of them: half of the energy that is asked of one witness
+        after, levels = max(after, outcome.altogether), 0.0
+        clear = float(np.sqrt(1.0 + criteria.EITHER * (usual**2 - 1.0))) * outcome.floor
     elif not integral and outcome.altogether is not None and all(d.effect == ORDERS for d in outcome.discoveries):
         after = max(after, outcome.altogether)
     most = usual * outcome.floor + criteria.FLOOR_ERRORS * outcome.floor_std
     if outcome.structure is not None and _rare(outcome.structure.bursts) and not integral:
-        most, levels = min(most, criteria.MORE_THAN_NOISE * outcome.floor), 0.0
+        clear, levels = min(clear, criteria.MORE_THAN_NOISE * outcome.floor), 0.0
+    most = min(most, clear)
     # at states that the calibration hardly knows, it may be off by what it says itself
     if after**2 < most**2 + levels + criteria.FLOOR_ERRORS**2 * outcome.doubt:
         return
