@@ -16,6 +16,7 @@ from scipy.special import fdtri
 from bench.mismatch import criteria
 from bench.mismatch.recordings.rows import Rows
 from bench.simulation.frame import FloatArray
+from bench.simulation.terms import TRANSMISSION_ERROR
 
 NAMED, AMBIGUOUS, UNKNOWN = "named", "ambiguous", "unknown"
 UNNAMED = "unknown"
@@ -142,7 +143,8 @@ class ChannelOutcome:
     def of_levels(self) -> float:
         """How much of the mean square of held-out samples the recordings' levels may be, which nothing recorded
         predicts: by the variance that the fitted recordings' levels have, and how well so few tell that of others
-        (F distribution); no more than the noise of a sample, for larger ones are no matter of noise.
+        (F distribution); of the transmission error no more than the noise of a sample, for larger ones are no matter of
+        noise.
         0 where held-out recordings leave more than noise about their own means as well: that is no
         matter of levels.
         """
@@ -155,7 +157,8 @@ class ChannelOutcome:
         if inside > most or not held or fitted < 2:
             return 0.0
         drawn = float(fdtri(held, fitted - 1, 1.0 - criteria.ERROR_RATE_OF_A_CHANNEL))
-        return min(self.levels * drawn, self.floor**2)
+        most = self.floor**2 if self.channel == TRANSMISSION_ERROR else np.inf
+        return float(min(self.levels * drawn, most))
 
     @property
     def left(self) -> FloatArray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.recordings.rows import error_of_mean
@@ -65,11 +66,11 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
     where they are not predicted better by more than the standard error of the difference, if they should be by twice
     that. A name beside such a function goes where it is worse by more than the standard error of the difference:
     physics that no name has is met in part by a name that comes near. So does one that is at the end of its range, or
-    whose size may be nothing. Any other name goes where it is worse by more than
-    chance makes it (1.96 standard errors), and by more than half of what it adds: what has nothing to do with the
-    recordings makes them worse by all it adds. Recordings in which it does not act say nothing of it. Terms of the
-    torque's path stay: what a hysteresis is like at the beginning of a recording, none can predict. Which effects there
-    are was chosen without these recordings; they only decide what is reported.
+    whose size may be nothing. Any other name goes where it is worse by more than chance makes it (1.96 standard
+    errors), and by more than half of what it adds: what has nothing to do with the recordings makes them worse by all
+    it adds. Where it adds less than half of what it adds to the fitted ones, they say nothing of it: a lag shows in
+    warm-ups. Terms of the torque's path stay: what a hysteresis is like at the beginning of a recording, none can
+    predict. Which effects there are was chosen without these recordings; they only decide what is reported.
     """
     current = list(model.chosen)
     while True:
@@ -97,7 +98,8 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> f
     if own.effect != UNKNOWN and (own.nominal or PATH in own.main.regressor.variables):
         return None
     others = without(current, own, problem.lacking)
-    left = [_left(model, chosen)[held] for chosen in (current, others)]
+    whole = [_left(model, chosen) for chosen in (current, others)]
+    left = [one[held] for one in whole]
     number = problem.rows.number[held]
     change = left[0] ** 2 - left[1] ** 2
     worse = float(np.average(change, weights=number))
@@ -111,9 +113,16 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> f
         allowed = -error if added > 2.0 * error else 0.0
     elif any(without_a_name(c) for c in current) or _vague(model, current, own):
         allowed = error
+    elif added < criteria.EITHER * _added(whole, problem.train, problem.rows.number):
+        return None
     else:
         allowed = max(criteria.TOLD * error, criteria.EITHER * added)
     return float(ratio) if worse > allowed else None
+
+
+def _added(left: Sequence[FloatArray], rows: NDArray[np.bool_], number: FloatArray) -> float:
+    """Mean square of what two models leave (n,) apart, per sample of some rows."""
+    return float(np.average((left[0] - left[1])[rows] ** 2, weights=np.maximum(number[rows], 1e-9)))
 
 
 def _vague(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> bool:

@@ -61,10 +61,14 @@ def gained(discovery: Discovery, outcome: ChannelOutcome) -> float | None:
 
 def against(discovery: Discovery, outcome: ChannelOutcome) -> bool:
     """Whether recordings held out are predicted better without a discovery than with it, by more than the standard
-    error of that (one recording to another).
+    error of that (one recording to another). They say nothing of what adds less than half to them of what it adds to
+    the fitted ones.
     """
     scored, more = Scored.of(outcome), gained(discovery, outcome)
     if not scored.held_out or more is None or more >= 0.0:
+        return False
+    acts = [mean(discovery.added**2, outcome, rows) for rows in (scored.rows, outcome.usable & ~scored.rows)]
+    if (acts[0] or 0.0) < criteria.EITHER * (acts[1] or 0.0):
         return False
     error = _of_recordings((outcome.left + discovery.added) ** 2 - outcome.left**2, outcome, scored.rows)
     return error is None or -more > criteria.ONE_ERROR * error

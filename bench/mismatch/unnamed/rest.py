@@ -27,14 +27,16 @@ LOOKED_AT_S = 1.0
 def unexplained(outcome: ChannelOutcome) -> None:
     """Add what an outcome leaves as a discovery without a name, where it is clearly more than the noise floor.
 
-    That is asked of the median recording; where nothing but orders was found, of all steady samples as well: what comes
-    and goes leaves the median recording as it is (not of an integral, whose slow noise adds up in some recordings).
-    Where nothing was found and the test for structure says that what is left of the fitted recordings is no noise,
-    recordings held out are a second witness: all are asked together, a few far off among them, and more than the floor
-    within its uncertainty is enough (not of an integral); where a tone is heard in some, half of the energy that is
-    asked without it. Beside a finding they are what its form leaves of nature's. Levels of held-out recordings that
-    differ no more than those of the fitted ones are offsets between recordings, unless blocks of time are too loud for
-    noise.
+    That is asked of the median recording. Where nothing was found and the test for structure says that what is left of
+    the fitted recordings is no noise, recordings held out are a second witness: all are asked together, a few far off
+    among them, and more than the floor within its uncertainty is enough (not of an integral). Beside a finding they are
+    what its form leaves of nature's. Levels of held-out recordings that differ no more than those of the fitted ones
+    are offsets between recordings.
+
+    What comes and goes in the transmission error leaves the median recording as it is. Where nothing but orders was
+    found there, all steady samples are asked as well; levels are no offsets where blocks of time are too loud for
+    noise; and where a tone is heard in some recordings, half of the energy is enough. Torques waver with the control
+    loops in some recordings more than in others: of them this says nothing.
     """
     p = None if outcome.structure is None else outcome.structure.p_value
     if p is not None and p < criteria.ERROR_RATE_OF_A_CHANNEL:
@@ -44,23 +46,13 @@ def unexplained(outcome: ChannelOutcome) -> None:
         return
     every = outcome.rmse.get("after")
     usual, levels, integral = criteria.MORE_THAN_NOISE, outcome.of_levels, CHANNELS[outcome.channel].integral
-    seen = p is not None and p < criteria.ERROR_RATE_OF_A_CHANNEL
-    clear = np.inf
-    heard = outcome.structure is not None and _rare(outcome.structure.tone) and not integral
-    if not outcome.discoveries and seen and every is not None:
+    if not outcome.discoveries and p is not None and p < criteria.ERROR_RATE_OF_A_CHANNEL and every is not None:
         after = max(after, every)
         # an integral's floor knows nothing of slow noise that adds up in what is integrated
         usual, levels = usual if integral else 1.0, 0.0
-    elif not outcome.discoveries and heard and outcome.altogether is not None:
-        # a tone of a few recordings is small over all of them: half of the energy that is asked of one witness
-        after, levels = max(after, outcome.altogether), 0.0
-        clear = float(np.sqrt(1.0 + criteria.EITHER * (usual**2 - 1.0))) * outcome.floor
-    elif not integral and outcome.altogether is not None and all(d.effect == ORDERS for d in outcome.discoveries):
-        after = max(after, outcome.altogether)
     most = usual * outcome.floor + criteria.FLOOR_ERRORS * outcome.floor_std
-    if outcome.structure is not None and _rare(outcome.structure.bursts) and not integral:
-        clear, levels = min(clear, criteria.MORE_THAN_NOISE * outcome.floor), 0.0
-    most = min(most, clear)
+    if outcome.channel == TRANSMISSION_ERROR and outcome.altogether is not None:
+        after, most, levels = _coming_and_going(outcome, after, most, levels)
     # at states that the calibration hardly knows, it may be off by what it says itself
     if after**2 < most**2 + levels + criteria.FLOOR_ERRORS**2 * outcome.doubt:
         return
@@ -94,6 +86,22 @@ def unexplained(outcome: ChannelOutcome) -> None:
             orders=_orders(outcome, left),
         )
     )
+
+
+def _coming_and_going(outcome: ChannelOutcome, after: float, most: float, levels: float) -> tuple[float, float, float]:
+    """What is left of the transmission error, how much of it noise may be, and the variance of levels, where what comes
+    and goes is asked as well.
+    """
+    assert outcome.altogether is not None
+    if all(d.effect == ORDERS for d in outcome.discoveries):
+        after = max(after, outcome.altogether)
+    structure, usual = outcome.structure, criteria.MORE_THAN_NOISE
+    if structure is not None and _rare(structure.bursts):
+        most, levels = min(most, usual * outcome.floor), 0.0
+    if structure is not None and _rare(structure.tone) and not outcome.discoveries:
+        half = float(np.sqrt(1.0 + criteria.EITHER * (usual**2 - 1.0)))
+        most, levels = min(most, half * outcome.floor), 0.0
+    return after, most, levels
 
 
 def _rare(p_value: float | None) -> bool:

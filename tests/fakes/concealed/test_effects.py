@@ -71,6 +71,18 @@ def test_what_the_nominal_absorbs_has_no_strength() -> None:
     assert strength(excess, 0.05) < 5e-3
 
 
+@pytest.mark.parametrize("name", ["eddy-current drag of the load motor", "arm behind the torque sensor"])
+def test_what_the_load_side_adds_behind_the_sensor_heats_nothing(name: str) -> None:
+    """The torque sensor tells all that leaves the gearbox, so that the loss is that of the recorded torques."""
+    effect = next(f for f in FORMS if f.name == name).make(np.random.default_rng(5))
+    campaign = small_campaign(effect)
+    for signals in campaign.run(25.0):
+        run = signals.run
+        sensed = signals.load_torque - campaign.plant.load_zero
+        loss = np.abs(run.motor_torque * run.motor_rate - sensed * run.rate)
+        np.testing.assert_allclose(signals.power, loss, atol=1e-9)
+
+
 def test_campaign_is_the_same_at_any_rate() -> None:
     slow, fast = (list(small_campaign().run(rate)) for rate in (25.0, 50.0))
     for a, b in zip(slow, fast, strict=True):

@@ -186,3 +186,22 @@ def test_a_name_goes_where_recordings_held_out_are_worse_by_more_than_their_scat
     monkeypatch.setattr(refuted, "_left", remaining)
     assert (churn not in borne_out(model)) == bool(goes)
     assert len(model.notes) == goes
+
+
+@pytest.mark.parametrize("share", [0.1, 1.0])
+def test_recordings_in_which_a_name_hardly_acts_say_nothing_of_it(
+    monkeypatch: pytest.MonkeyPatch, share: float
+) -> None:
+    """``share``: how large it is in the recordings held out, over what it is in the fitted ones."""
+    frame = campaign()
+    model, _ = with_a_table(frame)
+    churn = Chosen(add_block(model.problem, model.bank, named("friction.viscous_quadratic", MOTOR_TORQUE, "square")))
+    model = replace(model, chosen=[churn], fit=model.refitted([churn]))
+    added = np.where(frame.recording % 3 == 0, share, 1.0)
+
+    def remaining(_model: object, chosen: list[Chosen]) -> FloatArray:
+        return 2.0 + (added if churn in chosen else 0.0 * added)
+
+    monkeypatch.setattr(refuted, "_left", remaining)
+    monkeypatch.setattr(refuted, "_vague", lambda *_: False)
+    assert (churn not in borne_out(model)) is (share == 1.0)
