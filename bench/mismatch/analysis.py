@@ -83,6 +83,8 @@ def analyse(
     tell = progress or (lambda _what, _share: None)
     out = Analysis(given)
     sensor: tuple[Known, ...] = given.known.get(LOAD_TORQUE, ())
+    # not for the transmission error: a delay of the torque channel shows in the angles most of all
+    shown: tuple[str, ...] = ()
     if data.linear:
         banned = (*banned, *TURNING)
     for number, channel in enumerate(c for c in CHANNELS if c in channels):
@@ -103,9 +105,9 @@ def analyse(
             if reaction is not None:
                 rows = replace(rows, y=rows.y - reaction.on_rows(rows.frame))
             if channel == TEMPERATURE:
-                search = _heat(out, data, given, rows, seed, banned)
+                search = _heat(out, data, given, rows, seed, (*banned, *shown))
             else:
-                search = searched(problem_of(data, given, channel, rows, banned), seed)
+                search = searched(problem_of(data, given, channel, rows, (*banned, *shown)), seed)
             out.searches[channel] = search
             out.outcomes[channel] = of_search(search, data, formulas)
             if reaction is not None:
@@ -121,7 +123,7 @@ def analyse(
             search.close()
             if channel == LOAD_TORQUE:
                 sensor = (*sensor, *_sensor_errors(search))
-                banned = (*banned, *_shown_here_first([chosen.effect for chosen in search.model.chosen]))
+                shown = tuple(_shown_here_first([chosen.effect for chosen in search.model.chosen]))
         give_back()
     return out
 
@@ -159,8 +161,6 @@ def _transmission(data: Dataset, given: Given, rows: Rows, seed: int, banned: Se
     base = base_of(given, TRANSMISSION_ERROR, rows)
     series = orders.Given(given.orders, data.folder.notch, given.laws)
     rows = replace(rows, y=rows.y - taken)
-    # a delay of the torque channel shows in the angles most of all: there the torque has changed already
-    banned = [effect for effect in banned if effect != DELAY]
     begun = orders.begun(rows, data.folds(), series, base, given.switched_off, banned)
     return orders.analyse(begun, seed)
 
@@ -202,7 +202,8 @@ def _sensor_errors(search: Search) -> list[Known]:
 
 
 def _shown_here_first(found: Collection[str]) -> list[str]:
-    """Effects that are not looked for elsewhere once the load torque is compared, where some were ``found``.
+    """Effects that are not looked for in the motor torque and the temperature once the load torque is compared, where
+    some were ``found``.
 
     What the sensor reads wrongly shows there first: what goes with the torque elsewhere is something else. A delay of
     its channel that does not show there is none: what goes with the torque's rate elsewhere is a loop's form.

@@ -144,9 +144,8 @@ class ChannelOutcome:
         """How much of the mean square of held-out samples the recordings' levels may be, which nothing recorded
         predicts: by the variance that the fitted recordings' levels have, and how well so few tell that of others
         (F distribution); of the transmission error no more than the noise of a sample, for larger ones are no matter of
-        noise.
-        0 where held-out recordings leave more than noise about their own means as well: that is no
-        matter of levels.
+        noise. 0 where held-out recordings leave more than noise about their own means as well: that is no matter of
+        levels.
         """
         inside = self.rmse.get("after_inside")
         if inside is None or self.floor_std is None:
@@ -157,8 +156,8 @@ class ChannelOutcome:
         if inside > most or not held or fitted < 2:
             return 0.0
         drawn = float(fdtri(held, fitted - 1, 1.0 - criteria.ERROR_RATE_OF_A_CHANNEL))
-        most = self.floor**2 if self.channel == TRANSMISSION_ERROR else np.inf
-        return float(min(self.levels * drawn, most))
+        likely = self.levels * drawn
+        return min(likely, self.floor**2) if self.channel == TRANSMISSION_ERROR else likely
 
     @property
     def left(self) -> FloatArray:

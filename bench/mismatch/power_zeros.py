@@ -20,14 +20,11 @@ from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.model import (
     Block,
     ChannelModel,
-    add_base,
-    fit_blocks,
     of_start,
     plain_residual,
     predicted,
-    prepare_bank,
 )
-from bench.mismatch.regression.prior import settled
+from bench.mismatch.regression.prior import calibrated_alone
 from bench.mismatch.regression.problem import BaseTerm, ChannelProblem
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.heat_rates import HEATING, LESS, LOAD_ZERO, MOTOR_ZERO
@@ -131,8 +128,7 @@ def _energy(problem: ChannelProblem) -> float:
     """Weighted squares that the calibrated simulation, begun at each recording's first reading, leaves of the training
     rows.
     """
-    bank, *_ = prepare_bank(problem, plain_residual(problem))
-    blocks = settled(problem, bank, add_base(problem, bank))
-    said = predicted(blocks, fit_blocks(bank, blocks, bank.variances()), problem.rows.frame)
+    _, blocks, fit = calibrated_alone(problem, plain_residual(problem))
+    said = predicted(blocks, fit, problem.rows.frame)
     left = (problem.rows.y - of_start(problem, said))[problem.train]
     return float(np.sum(problem.rows.number[problem.train] * left**2))

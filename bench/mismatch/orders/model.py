@@ -23,9 +23,9 @@ from bench.mismatch.orders.weak import Stage, WeakOrder, search
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.course import added
 from bench.mismatch.regression.maxima import tail
-from bench.mismatch.regression.model import add_base, fit_blocks, plain_residual, prepare_bank, widened
+from bench.mismatch.regression.model import plain_residual, widened
 from bench.mismatch.regression.noise import Mixture
-from bench.mismatch.regression.prior import settled
+from bench.mismatch.regression.prior import calibrated_alone
 from bench.mismatch.regression.problem import BaseTerm, ChannelProblem
 from bench.mismatch.regression.search import searched
 from bench.mismatch.regression.state import Search
@@ -332,14 +332,11 @@ def _problem(model: TransmissionModel, y: FloatArray) -> ChannelProblem:
 def offset_alone(model: TransmissionModel, y: FloatArray) -> FloatArray:
     """The simulation's offset calibrated on ``y`` (n,), at the rows."""
     problem = _problem(model, y)
-    wider = 1.0
-    for _ in range(2):
-        bank, _, _, _ = prepare_bank(problem, plain_residual(problem), wider)
-        blocks = settled(problem, bank, add_base(problem, bank))
-        fit = fit_blocks(bank, blocks, bank.variances())
-        wider = widened(bank, blocks, fit)
-        if wider == 1.0:
-            break
+    residual = plain_residual(problem)
+    bank, blocks, fit = calibrated_alone(problem, residual)
+    wider = widened(bank, blocks, fit)
+    if wider > 1.0:
+        _, blocks, fit = calibrated_alone(problem, residual, wider)
     out = np.zeros(y.size)
     for block in blocks:
         out += added(block.regressor, model.rows.frame, fit.of(block.place)[0])

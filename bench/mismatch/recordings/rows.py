@@ -14,6 +14,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.mismatch import criteria
 from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.recordings.prepared import Prepared
 from bench.mismatch.recordings.thinning import Measured
@@ -220,6 +221,17 @@ def block_mean(signal: FloatArray, number_of: FloatArray, edges: IntArray) -> tu
     number = np.add.reduceat(number_of, edges)
     total = np.add.reduceat(signal * number_of, edges)
     return total / np.maximum(number, 1.0), number
+
+
+def hardly_acts(added: FloatArray, number: FloatArray, held_out: NDArray[np.bool_], fitted: NDArray[np.bool_]) -> bool:
+    """Whether what something adds (n,), ``number`` samples each, has less than half of the mean square per sample in
+    the rows held out that it has in the fitted ones: these say nothing of it.
+    """
+
+    def size(rows: NDArray[np.bool_]) -> float:
+        return float(np.sum(number[rows] * added[rows] ** 2) / max(float(number[rows].sum()), 1e-300))
+
+    return size(held_out) < criteria.EITHER * size(fitted)
 
 
 def error_of_mean(values: FloatArray, recording: IntArray, number: FloatArray) -> float | None:

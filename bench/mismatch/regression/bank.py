@@ -225,6 +225,14 @@ class Bank:
         """Whitened residual (n,) of a model; the recordings' offsets are left in it."""
         return np.asarray(self.y - self.columns.some(index) @ coefficients)
 
+    def levels(self, residual: FloatArray) -> FloatArray:
+        """Mean of a whitened residual (n,) in each recording (recordings,), before it was whitened."""
+        return np.asarray(self.whitening.by_recording(self.one * residual) / np.maximum(self.energy, 1e-300))
+
+    def about_levels(self, residual: FloatArray) -> FloatArray:
+        """A whitened residual (n,) less the mean of each recording."""
+        return np.asarray(residual - np.repeat(self.levels(residual), np.diff(self.whitening.starts)) * self.one)
+
 
 def _least_squares(columns: FloatArray, y: FloatArray) -> tuple[float, int]:
     """Squares that columns (n, k) leave of y (n,), and the degrees of freedom."""

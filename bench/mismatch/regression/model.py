@@ -180,15 +180,7 @@ def widened(bank: Bank, blocks: Sequence[Block], fitted: Fit) -> float:
     index = [i for b in blocks for i in b.place]
     if not bank.contradicted(index, fitted.coefficients, criteria.ERROR_RATE_OF_A_CHANNEL):
         return 1.0
-    left = bank.residual(index, fitted.coefficients)
-    left = (
-        left
-        - np.repeat(
-            bank.whitening.by_recording(bank.one * left) / np.maximum(bank.energy, 1e-300),
-            np.diff(bank.whitening.starts),
-        )
-        * bank.one
-    )
+    left = bank.about_levels(bank.residual(index, fitted.coefficients))
     return float(np.sqrt(max(float(np.mean(left**2)) * alike_for(left, bank.whitening.starts), 1.0)))
 
 

@@ -14,8 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.regression.bank import Bank
-from bench.mismatch.regression.model import Block
+from bench.mismatch.regression.bank import Bank, Fit
+from bench.mismatch.regression.model import Block, add_base, fit_blocks, prepare_bank
 from bench.mismatch.regression.problem import ChannelProblem
 from bench.simulation.frame import FloatArray
 
@@ -32,6 +32,17 @@ _ZEROS = (1.0, 16.0, 256.0, 4096.0)
 """times the precision of the sensors' zeros that is tried: they differ from recording to recording by as much as data
 sheets allow, a quarter of that, a sixteenth, or hardly at all
 """
+
+
+def calibrated_alone(
+    problem: ChannelProblem, residual: FloatArray, wider: float = 1.0
+) -> tuple[Bank, list[Block], Fit]:
+    """The simulation's blocks with their prior, fitted without any effect, in a bank whitened by the noise that a
+    ``residual`` (training rows,) shows, so many times ``wider``.
+    """
+    bank, *_ = prepare_bank(problem, residual, wider)
+    blocks = settled(problem, bank, add_base(problem, bank))
+    return bank, blocks, fit_blocks(bank, blocks, bank.variances())
 
 
 def zeros_settled(

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.mismatch import criteria
-from bench.mismatch.recordings.rows import error_of_mean
+from bench.mismatch.recordings.rows import error_of_mean, hardly_acts
 from bench.mismatch.regression.auxiliary import of_auxiliary
 from bench.mismatch.regression.beside import told_from_nothing
 from bench.mismatch.regression.candidates import PATH
@@ -113,16 +112,11 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> f
         allowed = -error if added > 2.0 * error else 0.0
     elif any(without_a_name(c) for c in current) or _vague(model, current, own):
         allowed = error
-    elif added < criteria.EITHER * _added(whole, problem.train, problem.rows.number):
+    elif hardly_acts(whole[0] - whole[1], problem.rows.number, held, problem.train):
         return None
     else:
         allowed = max(criteria.TOLD * error, criteria.EITHER * added)
     return float(ratio) if worse > allowed else None
-
-
-def _added(left: Sequence[FloatArray], rows: NDArray[np.bool_], number: FloatArray) -> float:
-    """Mean square of what two models leave (n,) apart, per sample of some rows."""
-    return float(np.average((left[0] - left[1])[rows] ** 2, weights=np.maximum(number[rows], 1e-9)))
 
 
 def _vague(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> bool:

@@ -253,8 +253,7 @@ class _Drawn:
     def of(cls, bank: Bank, residual: FloatArray, blocks: Units, seed: int, fitted: bool) -> _Drawn:
         """Cut a whitened ``residual`` (n,) into offsets and ``blocks``, and draw signs."""
         energy = np.maximum(bank.energy, 1e-300)
-        mean = bank.whitening.by_recording(bank.one * residual) / energy
-        rest = residual - np.repeat(mean, np.diff(bank.whitening.starts)) * bank.one
+        mean, rest = bank.levels(residual), bank.about_levels(residual)
         # what is left has lost its mean in each recording: a degree of freedom of as many as it has blocks
         number = np.bincount(blocks.recording)[blocks.recording].astype(np.float64)
         freed = np.sqrt(number / np.maximum(number - 1.0, 0.5)) if fitted else np.ones(number.size)

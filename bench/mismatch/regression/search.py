@@ -154,8 +154,8 @@ def _sought(search: Search) -> Search:
         search = carried_over(wide, search) if wide.model.chosen else search
         if _contradicted(search) > 1.0:
             wide.model.notes.append(
-                f"what is left inside the recordings contradicts their means: their rows are weighted {wider:.2g} times"
-                " less sharply"
+                "what is left inside the recordings contradicts their means: the noise of their rows is taken to be"
+                f" {wider:.2g} times as large"
             )
             return wide
         search.scans = []

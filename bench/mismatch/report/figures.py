@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import ChannelOutcome, Discovery, Rival
-from bench.mismatch.recordings.rows import error_of_mean
+from bench.mismatch.recordings.rows import error_of_mean, hardly_acts
 from bench.simulation.frame import FloatArray
 
 SMALLEST = 1e-300
@@ -67,8 +67,7 @@ def against(discovery: Discovery, outcome: ChannelOutcome) -> bool:
     scored, more = Scored.of(outcome), gained(discovery, outcome)
     if not scored.held_out or more is None or more >= 0.0:
         return False
-    acts = [mean(discovery.added**2, outcome, rows) for rows in (scored.rows, outcome.usable & ~scored.rows)]
-    if (acts[0] or 0.0) < criteria.EITHER * (acts[1] or 0.0):
+    if hardly_acts(discovery.added, outcome.rows.number, scored.rows, outcome.usable & ~scored.rows):
         return False
     error = _of_recordings((outcome.left + discovery.added) ** 2 - outcome.left**2, outcome, scored.rows)
     return error is None or -more > criteria.ONE_ERROR * error

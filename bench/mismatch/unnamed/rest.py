@@ -39,14 +39,14 @@ def unexplained(outcome: ChannelOutcome) -> None:
     loops in some recordings more than in others: of them this says nothing.
     """
     p = None if outcome.structure is None else outcome.structure.p_value
-    if p is not None and p < criteria.ERROR_RATE_OF_A_CHANNEL:
+    if _rare(p):
         outcome.discoveries = [_whole(d, outcome) for d in outcome.discoveries]
     after = outcome.settled
     if after is None or outcome.floor_std is None or any(d.effect == UNNAMED for d in outcome.discoveries):
         return
     every = outcome.rmse.get("after")
     usual, levels, integral = criteria.MORE_THAN_NOISE, outcome.of_levels, CHANNELS[outcome.channel].integral
-    if not outcome.discoveries and p is not None and p < criteria.ERROR_RATE_OF_A_CHANNEL and every is not None:
+    if not outcome.discoveries and _rare(p) and every is not None:
         after = max(after, every)
         # an integral's floor knows nothing of slow noise that adds up in what is integrated
         usual, levels = usual if integral else 1.0, 0.0

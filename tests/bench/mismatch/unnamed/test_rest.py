@@ -106,7 +106,7 @@ def test_a_function_without_a_name_lies_where_what_it_leaves_lies(p_value: float
     assert more == pytest.approx(4.0 if p_value < 0.01 else 1.0, rel=0.1)
 
 
-@pytest.mark.parametrize(("levels", "inside", "told"), [(0.0, 1.0, 1), (0.9, 1.0, 0), (0.9, 1.6, 1)])
+@pytest.mark.parametrize(("levels", "inside", "told"), [(0.0, 1.0, 1), (2.0, 1.0, 0), (2.0, 1.6, 1)])
 def test_levels_that_differ_as_those_of_the_fitted_recordings_are_offsets(
     levels: float, inside: float, told: int
 ) -> None:
