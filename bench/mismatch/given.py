@@ -19,7 +19,7 @@ from bench.mismatch.regression.regressors import Free, Named, Regressor
 from bench.mismatch.unnamed.formula_regressor import from_row
 from bench.simulation import tables, waves
 from bench.simulation.frame import FloatArray
-from bench.simulation.heat_rates import with_rates
+from bench.simulation.heat_rates import HEATING, LESS, TAKEN_OFF, with_rates
 from bench.simulation.laws import Law
 from bench.simulation.laws import from_json as law_from_json
 from bench.simulation.model import NOMINAL_ORDERS, Simulation, Term
@@ -72,6 +72,7 @@ class Given:
     def of(cls, model: Simulation, base: Base | None = None) -> Given:
         """Read a simulation. Raises ConfigurationError where a term's form or numbers are not the library's."""
         model = with_rates(model)
+        _check_what_is_taken_off(model)
         off = tuple(effect for effect, term in LIBRARY.items() if term.nominal and not model.enabled(effect))
         orders = _series_orders(model, "te.fourier" in off)
         known: dict[str, list[Known]] = {}
@@ -195,6 +196,18 @@ def _channels(effect: str, row: Row) -> list[str]:
     """
     forms = LIBRARY[effect].forms
     return list(row.get("channels", [LOAD_TORQUE] if effect.startswith(SENSOR) and LOAD_TORQUE in forms else forms))
+
+
+def _check_what_is_taken_off(model: Simulation) -> None:
+    """Raise ConfigurationError where the term of the loss names something that cannot be taken off it."""
+    term = model.terms.get(HEATING)
+    named = [] if term is None else term.extra.get(LESS, [])
+    wrong = [name for name in named if name not in TAKEN_OFF] if isinstance(named, list | tuple) else [named]
+    if wrong:
+        raise ConfigurationError(
+            f"the simulation's term {HEATING} has {', '.join(map(repr, wrong))} in '{LESS}', it should be a list of"
+            f" some of {', '.join(map(repr, TAKEN_OFF))}"
+        )
 
 
 def _linear(effect: str, row: Row) -> Iterator[tuple[str, Known]]:

@@ -27,16 +27,15 @@ from bench.mismatch.regression.model import (
 from bench.mismatch.regression.prior import calibrated_alone
 from bench.mismatch.regression.problem import BaseTerm, ChannelProblem
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.heat_rates import HEATING, LESS, LOAD_ZERO, MOTOR_ZERO
+from bench.simulation.heat_rates import HEATING, LESS, TAKEN_OFF
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE
 
 EFFECT, KEY = HEATING, LESS
 """term of a simulation file that says what is taken off, and its key there"""
-LOAD, MOTOR, RECORDINGS = LOAD_ZERO, MOTOR_ZERO, "zeros of recordings"
+LOAD, MOTOR, RECORDINGS, GAIN = TAKEN_OFF
 WHICH = (LOAD, MOTOR, RECORDINGS)
-GAIN = "gain of the motor torque"
-"""the error that :data:`GAIN_ERROR` says of the reported motor torque; asked for only where this was found"""
 GAIN_ERROR = "motor.torque_constant"
+"""the error that :data:`GAIN` is of; that is asked for only where this was found"""
 CONSTANT = {MOTOR_TORQUE: "motor.torque_offset", LOAD_TORQUE: "load.torque_offset"}
 """term whose constant is a channel's zero"""
 

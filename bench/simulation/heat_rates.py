@@ -16,6 +16,12 @@ LESS = "less"
 """key of the term of the loss that names what is taken off it"""
 LOAD_ZERO, MOTOR_ZERO = "load zero", "motor zero"
 """the constants z_0 and tau_0 as zeros of their sensors"""
+OF_RECORDINGS = "zeros of recordings"
+"""what the torque models leave of each recording's mean"""
+MOTOR_GAIN = "gain of the motor torque"
+"""what ``motor.torque_constant`` says of the reported motor torque"""
+TAKEN_OFF = (LOAD_ZERO, MOTOR_ZERO, OF_RECORDINGS, MOTOR_GAIN)
+"""all that may be taken off the loss"""
 HEATING, CONVECTION = "thermal.loss_heating", "thermal.convection"
 
 

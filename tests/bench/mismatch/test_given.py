@@ -70,6 +70,8 @@ def test_pulses_ripples_and_laws_keep_their_numbers() -> None:
         ({"effect": "te.resonance"}, "neither orders nor a law"),
         ({"effect": "te.drift_time", "law": {"form": "cubic", "point": [], "orders": []}}, "should be one of"),
         ({"effect": "te.drift_time", "law": {"form": "linear"}}, "should have form, point"),
+        ({"effect": "thermal.loss_heating", "less": ["gain"]}, "has 'gain' in 'less', it should be a list of some of"),
+        ({"effect": "thermal.loss_heating", "less": "load zero"}, "has 'load zero' in 'less', it should be a list"),
     ],
 )
 def test_what_is_wrong_is_said(term: dict[str, Any], message: str) -> None:
