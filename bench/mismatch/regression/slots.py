@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.regression.beside import free_function, idle, shaped, sound_beside
+from bench.mismatch.regression.beside import free_function, idle, in_its_form, shaped, sound_beside
 from bench.mismatch.regression.choosing import price_of_course
 from bench.mismatch.regression.description import description, prior_of
 from bench.mismatch.regression.equivalent import heirs_of, numbers_of, predict_alike
@@ -83,12 +83,16 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
     found = [c for c in _rivals(search, own, others, seen) if c.effect != own.effect or own.effect == UNKNOWN]
     if model.problem.free:
         found = [c for c in found if sound_beside(search, others, c.main, model.refitted([*others, c]))]
+    # a name and its rivals meet in the form in which each predicts best
+    rated = in_its_form(search, others, own) if any(c.effect != UNKNOWN for c in found) else own
+    whole = whole if rated is own else search.density([*others, rated])
+    found = [in_its_form(search, others, c) for c in found]
     densities = [search.density([*others, c]) for c in found]
     table = np.array([whole, *densities, nothing])
-    # before anything is measured a name is likelier than a free function
+    # before anything is measured a name is in_its_form than a free function
     prior = np.array([_prior(model, c) for c in (own, *found)] + [1.0])
     costs = np.array([description(model, c) for c in (own, *found)] + [0.0])
-    # a loop that was hardly turned is no likelier than the functions of the torque which it is like
+    # a loop that was hardly turned is no in_its_form than the functions of the torque which it is like
     unturned = idle(search, own)
     prior[0] *= np.exp(-criteria.RICHER * unturned)
     share = prior * weights(table, search.seed + number, costs)
@@ -112,7 +116,7 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
         if not near and heirs.get(k + 1) != 0:
             near = called_as_good(own, chosen, float(odds), loss)
             doubtful = chosen.effect != UNKNOWN and criteria.VERY_STRONG <= loss < 2.0 * criteria.VERY_STRONG
-            near = near or (doubtful and predict_alike(model, others, own, chosen))
+            near = near or (doubtful and predict_alike(model, others, rated, chosen))
         rivals.append(Contender(chosen, density, loss, error, float(share[k + 1]), near))
     plainer = rivals[heirs[0] - 1] if 0 in heirs else None
     rivals.sort(key=lambda r: r.loss)

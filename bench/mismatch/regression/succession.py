@@ -11,6 +11,7 @@ from bench.mismatch.regression.description import description
 from bench.mismatch.regression.heredity import laws, without
 from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.one_way import named_by_course
+from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.refuted import borne_out, without_a_name
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named
 from bench.mismatch.regression.search import next_best
@@ -19,10 +20,11 @@ from bench.mismatch.regression.state import Search
 
 
 def settle(search: Search) -> list[Slot]:
-    """Let a name take the place of a free function that is less probable than it, or of what says the same with more
-    numbers, a free function that of a name or of another function which it leaves next to no probability, and nothing
-    that of one less probable than nothing; the slots of the effects that are left and that recordings held out bear
-    out. In place of a function that they refute the next best is asked, in the same way.
+    """Let a name take the place of a free function that is less probable than it, of another name that is far less
+    probable, or of what says the same with more numbers; a free function that of a name or of another function which
+    it leaves next to no probability; and nothing that of one less probable than nothing. The slots of the effects that
+    are left and that recordings held out bear out. In place of a function that they refute the next best is asked, in
+    the same way.
     """
     while True:
         found = _succeeded(search)
@@ -95,7 +97,12 @@ def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
     unnamed = slot.weight + (0.0 if nameless is None else nameless.weight)
     if slot.chosen.effect != UNKNOWN and not slot.chosen.nominal:
         likeliest = max((r.weight for r in slot.rivals), default=0.0)
-        return others if nothing > max(slot.weight, likeliest) else None
+        if nothing > max(slot.weight, likeliest):
+            return others
+        # refined beside all else another name may predict far better than the one that was found first
+        if best is None or strained(best.chosen.main.regressor, model.problem.rows.frame):
+            return None
+        return [*others, best.chosen] if slot.weight < criteria.AS_GOOD * best.weight else None
     if slot.chosen.effect != UNKNOWN or unnamed >= max(nothing, 0.0 if best is None else best.weight):
         return None
     others = [c for c in model.chosen if c is not slot.chosen]

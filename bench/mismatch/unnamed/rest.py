@@ -41,10 +41,12 @@ def unexplained(outcome: ChannelOutcome) -> None:
     p = None if outcome.structure is None else outcome.structure.p_value
     if _rare(p):
         outcome.discoveries = [_whole(d, outcome) for d in outcome.discoveries]
-    after = outcome.settled
-    if after is None or outcome.floor_std is None or any(d.effect == UNNAMED for d in outcome.discoveries):
+    after, every = outcome.settled, outcome.rmse.get("after")
+    if any(d.effect == UNNAMED for d in outcome.discoveries):
+        _with_the_small(outcome, every)
         return
-    every = outcome.rmse.get("after")
+    if after is None or outcome.floor_std is None:
+        return
     usual, levels, integral = criteria.MORE_THAN_NOISE, outcome.of_levels, CHANNELS[outcome.channel].integral
     if not outcome.discoveries and _rare(p) and every is not None:
         after = max(after, every)
@@ -59,14 +61,8 @@ def unexplained(outcome: ChannelOutcome) -> None:
     left = np.where(outcome.usable, outcome.left, 0.0)
     size = float(np.sqrt(after**2 - outcome.floor**2))
     std = float(outcome.floor * outcome.floor_std / size)
-    dwarfed = [_dwarfed(d, outcome, size) for d in outcome.discoveries]
-    part = list(compress(outcome.discoveries, dwarfed))
-    outcome.discoveries = [d for d, small in zip(outcome.discoveries, dwarfed, strict=True) if not small]
+    part = _taken_out(outcome, size)
     left = left + np.where(outcome.usable, sum((d.added for d in part), np.zeros(left.size)), 0.0)
-    outcome.notes += [
-        f"{d.words} gained in likelihood, but is smaller than what is left without an explanation: a part of that"
-        for d in part
-    ]
     outcome.discoveries.append(
         Discovery(
             UNNAMED,
@@ -125,6 +121,37 @@ def _orders(outcome: ChannelOutcome, left: FloatArray) -> tuple[float, ...]:
         return ()
     frame, number = outcome.rows.frame, np.where(outcome.usable, outcome.rows.number, 0.0)
     return windows.orders_of_each(frame.theta, left, number, frame.recording)
+
+
+def _with_the_small(outcome: ChannelOutcome, after: float | None) -> None:
+    """Where something without a name was found and more than noise is left all the same, put the names that are smaller
+    than that with it. ``after``: what is left of the recordings held out.
+
+    Of an integral the floor says too little: slow noise adds up in it.
+    """
+    most = criteria.MORE_THAN_NOISE * outcome.floor
+    if after is None or after <= most or outcome.floor_std is None or CHANNELS[outcome.channel].integral:
+        return
+    part = _taken_out(outcome, float(np.sqrt(after**2 - outcome.floor**2)))
+    place = next(k for k, d in enumerate(outcome.discoveries) if d.effect == UNNAMED)
+    whole = outcome.discoveries[place]
+    rows = (*whole.simulation_rows, *(row for d in part for row in d.simulation_rows))
+    added = sum((d.added for d in part), whole.added)
+    outcome.discoveries[place] = replace(whole, simulation_rows=rows, added=added)
+
+
+def _taken_out(outcome: ChannelOutcome, left: float) -> list[Discovery]:
+    """Take the names out of an outcome that are smaller than what is ``left`` (rms per sample) without an explanation,
+    with a note each.
+    """
+    dwarfed = [_dwarfed(d, outcome, left) for d in outcome.discoveries]
+    part = list(compress(outcome.discoveries, dwarfed))
+    outcome.discoveries = [d for d, small in zip(outcome.discoveries, dwarfed, strict=True) if not small]
+    outcome.notes += [
+        f"{d.words} gained in likelihood, but is smaller than what is left without an explanation: a part of that"
+        for d in part
+    ]
+    return part
 
 
 def _dwarfed(discovery: Discovery, outcome: ChannelOutcome, left: float) -> bool:

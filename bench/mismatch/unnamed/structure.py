@@ -25,7 +25,7 @@ from bench.mismatch.unnamed.scatter import LEAST_LOUDER, UNITS, Scatter, scatter
 from bench.mismatch.unnamed.telegraph import Telegraph, telegraph
 from bench.mismatch.unnamed.tones import Tone, tone
 from bench.simulation.frame import FloatArray
-from bench.simulation.terms import CHANNEL_UNITS
+from bench.simulation.terms import CHANNEL_UNITS, MOTOR_TORQUE
 
 COMES_AND_GOES = "scatter that comes and goes"
 
@@ -193,11 +193,12 @@ def _scatter(search: Search, densities: Sequence[Density], seed: int) -> Scatter
     found = scatter(densities, rows.frame, number, seed)
     if found is None:
         return None
-    left = rows.y - search.model.predict(rows.frame)
+    left = (rows.y - search.model.predict(rows.frame)) ** 2
+    if search.model.channel == MOTOR_TORQUE:
+        left = left + rows.within  # no term is quicker than a row there, and most of what sticks and slips is
     recording = rows.frame.recording
-    count = np.bincount(recording, settled)
-    # of a mean of n samples as much as of one
-    squares = np.bincount(recording, number * left**2) / np.maximum(count, 1.0)
+    count = np.bincount(recording, number)
+    squares = np.bincount(recording, number * left) / np.maximum(count, 1.0)
     louder = np.isin(np.arange(count.size), found.recordings)
     others = np.median(squares[~louder & (count > 0)])
     return found if np.median(squares[louder & (count > 0)]) >= LEAST_LOUDER * others else None

@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from bench.mismatch.regression.beside import shaped
+from bench.mismatch.regression.beside import in_its_form, shaped
 from bench.mismatch.regression.equivalent import _holds, heirs_of, predict_alike
 from bench.mismatch.regression.heredity import without_laws
 from bench.mismatch.regression.model import Block, Chosen, add_block
@@ -189,6 +189,53 @@ def test_a_law_of_no_size_is_not_reported_for_the_sake_of_its_change(viscous: fl
 )
 def test_who_is_as_good(other: str, odds: float, loss: float, as_good: bool) -> None:
     assert called_as_good(chosen("thermal.convection_speed"), chosen(other), odds, loss) is as_good
+
+
+@pytest.mark.parametrize(("bent", "corrected"), [(0.0, False), (0.08, True)])
+def test_a_form_is_corrected_where_the_recordings_ask_for_it(bent: float, corrected: bool) -> None:
+    """A drag with the square of the speed as it is, and one that falls off at the highest speeds."""
+    frame = campaign()
+    size = np.abs(frame.omega)
+    drag = 0.5 * frame.direction + 0.006 * frame.omega + 1e-4 * frame.omega * size * (1.0 - bent * np.sqrt(size))
+    drag = drag + np.random.default_rng(4).normal(0.0, 1e-4, frame.size)
+    search = begun(problem(frame, np.asarray(drag)))
+    own = shaped(search, [], Named(LIBRARY[DRAG], MOTOR_TORQUE, FORMS["square"], ()))
+    assert own is not None
+    assert own.shape is not None
+    assert (in_its_form(search, [], own).shape is not None) is corrected
+
+
+def test_two_names_are_told_apart_by_their_forms_and_not_by_their_corrections() -> None:
+    """Each correction can be the other's form: with them the two predict points left out nearly alike."""
+    frame = campaign()
+    size = np.abs(frame.omega)
+    drag = 0.5 * frame.direction + 0.006 * frame.omega + 4e-4 * frame.direction * size**1.8
+    drag = drag + np.random.default_rng(5).normal(0.0, 0.005, frame.size)
+    search = begun(problem(frame, np.asarray(drag)))
+    stribeck = LIBRARY["friction.stribeck"]
+    form = next(f for f in stribeck.forms[MOTOR_TORQUE] if f.name == "slow_rational")
+    both = (
+        shaped(search, [], Named(LIBRARY[DRAG], MOTOR_TORQUE, FORMS["power"], (1.8,))),
+        shaped(search, [], Named(stribeck, MOTOR_TORQUE, form, (5.0,))),
+    )
+
+    def loss(first: Chosen | None, second: Chosen | None) -> float:
+        assert first is not None
+        assert second is not None
+        return float((search.density([first]) - search.density([second])).sum())
+
+    # by far less than what counts as evidence, and by far more
+    assert loss(*both) < 1.0
+    assert loss(*(in_its_form(search, [], own) for own in both if own is not None)) > 8.0
+
+
+@pytest.mark.parametrize(("other", "taken"), [(0.9, True), (0.3, False)])
+def test_a_name_gives_way_to_one_that_is_far_likelier(other: float, taken: bool) -> None:
+    own, rival = chosen("thermal.convection_speed"), contender("thermal.second_mass", other)
+    asked_of = SimpleNamespace(rows=SimpleNamespace(frame=None), lacking=())
+    model = SimpleNamespace(problem=asked_of, chosen=[own], channel=TEMPERATURE)
+    found = _succession(cast("Any", model), Slot(own, 20.0, 1e-4, 0.95 - other, (rival,)))
+    assert found == ([rival.chosen] if taken else None)
 
 
 @pytest.mark.parametrize(("apart", "alike"), [(0.005, True), (0.02, False)])

@@ -82,6 +82,33 @@ def test_a_name_smaller_than_what_is_left_is_a_part_of_that(size: float, named: 
     assert any("smaller than what is left" in note for note in own.notes) is not named
 
 
+@pytest.mark.parametrize(
+    ("size", "left", "channel", "named"),
+    [
+        (0.3, 2.0, "transmission_error", False),
+        (9.0, 2.0, "transmission_error", True),
+        # what is left is noise
+        (0.3, 1.1, "transmission_error", True),
+        # slow noise adds up in an integral
+        (0.3, 2.0, "temperature", True),
+    ],
+)
+def test_beside_a_function_without_a_name_a_small_name_is_a_part_of_what_is_left(
+    size: float, left: float, channel: str, named: bool
+) -> None:
+    frame = made.campaign()
+    effect = "te.stiffness_nonlinear" if channel == "transmission_error" else "thermal.convection_speed"
+    small = made.discovery(channel, effect, size * SIGMA * np.sign(frame.velocity), ("torque",))
+    free = made.discovery(channel, "unknown", np.full(frame.size, 0.1), ("time",))
+    own = made.outcome(frame, channel, [free, small], SIGMA)
+    own.rmse |= {"after": left * own.floor, "after_steady": own.floor}
+    unexplained(own)
+    assert [d.effect for d in own.discoveries] == ["unknown"] + ([effect] if named else [])
+    taken = () if named else small.simulation_rows
+    assert own.discoveries[0].simulation_rows == (*free.simulation_rows, *taken)
+    assert np.allclose(own.discoveries[0].added, free.added + (0.0 if named else small.added))
+
+
 def test_orders_are_told_beside_whatever_is_left() -> None:
     frame = made.campaign()
     found = made.discovery("transmission_error", "te.harmonic", 1e-9 * np.cos(frame.theta), ("angle",))
