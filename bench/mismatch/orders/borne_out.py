@@ -10,11 +10,12 @@ from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.recordings.rows import error_of_mean
 
 
-def borne_out(model: TransmissionModel, before: Periodic, after: Periodic) -> bool:
-    """Whether the steady rows held out are predicted better ``after`` a law than ``before``, if a true one would be
-    seen in them; or else no worse by more than the standard error of that, from one recording to another.
+def borne_out(model: TransmissionModel, before: Periodic, after: Periodic, doubtful: bool) -> bool:
+    """Whether steady rows held out bear out a law, predicted ``before`` it and ``after`` it.
 
-    As for functions without a name in the other channels (:func:`bench.mismatch.regression.refuted.borne_out`).
+    A ``doubtful`` one has to predict them better, if a true one would be seen in them; or else no worse by more than
+    the standard error of that, from one recording to another. Any other goes where they are worse by more than chance
+    makes it. As in the other channels (:func:`bench.mismatch.regression.refuted.borne_out`).
     """
     frame = model.rows.frame
     rows = np.flatnonzero(steady_rows(model) & (model.folds[frame.recording] < 0) & (model.rows.number > 0))
@@ -27,5 +28,7 @@ def borne_out(model: TransmissionModel, before: Periodic, after: Periodic) -> bo
     error = error_of_mean(gained, part.recording, number)
     if error is None:
         return True
+    if not doubtful:
+        return float(np.average(gained, weights=number)) > -criteria.TOLD * error
     seen = float(np.average((one - other) ** 2, weights=number)) > criteria.ONE_ERROR * error
     return float(np.average(gained, weights=number)) > (0.0 if seen else -criteria.ONE_ERROR * error)

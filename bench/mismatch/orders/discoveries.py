@@ -16,7 +16,6 @@ from bench.mismatch import criteria
 from bench.mismatch.discovery import UNNAMED, Discovery
 from bench.mismatch.orders import defects, laws, modulation
 from bench.mismatch.orders.borne_out import borne_out
-from bench.mismatch.orders.joint import is_between
 from bench.mismatch.orders.model import TransmissionModel, with_parts
 from bench.mismatch.orders.reported import modulation_parameters, of_orders, of_pulses, order_p_value, probability
 from bench.mismatch.orders.reported_law import further, of_law
@@ -33,7 +32,6 @@ OF_AN_ORDER = (UNNAMED, "te.temperature_nonlinear", "te.velocity_nonlinear")
 """laws that say how amplitudes change with the state: of an order that the simulation has not, that is no effect of its
 own
 """
-DRIFT = "te.drift_time"
 MOST_LAWS = 2
 """of one effect"""
 
@@ -124,12 +122,8 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
 
 
 def _of_new_orders(law: Discovery, plain: Discovery) -> bool:
-    """Whether a law only says how orders change that the simulation has not; of orders between the whole ones a drift
-    with time is that of a phase whose order is known to so many digits only.
-    """
-    if not set(law.orders) <= set(plain.orders):
-        return False
-    return law.effect in OF_AN_ORDER or (law.effect == DRIFT and all(is_between(f) for f in law.orders))
+    """Whether a law only says how orders change that the simulation has not."""
+    return law.effect in OF_AN_ORDER and set(law.orders) <= set(plain.orders)
 
 
 def _mode(model: TransmissionModel, seed: int) -> Discovery | None:
@@ -160,9 +154,8 @@ def _law(model: TransmissionModel, seed: int, first: Discovery | None) -> Discov
         joined = laws.joined(before.series, found.series)
         model.periodic = with_parts(model, replace(before, series=joined, laws=(*before.laws, found.law)))
         # a mode may be the leakage of a tone or of orders, and a law without a name claims nothing but that it predicts
-        asked = found.law.effect in (UNNAMED, RESONANCE)
-        refuted = asked and not borne_out(model, before, model.periodic)
-        told = None if refuted else of_law(model, found, before)
+        doubtful = found.law.effect in (UNNAMED, RESONANCE)
+        told = of_law(model, found, before) if borne_out(model, before, model.periodic, doubtful) else None
         if told is None:
             model.periodic = before
             break

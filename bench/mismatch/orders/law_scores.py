@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from bench.mismatch import criteria
+from bench.mismatch.orders.joint import is_between
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.series import RELATIVE_NOISE, Series
 from bench.mismatch.orders.turns import Complex, directions, passed, states
@@ -20,6 +22,8 @@ PRIOR_TURNS = 20.0
 RANK = 1e-3
 """singular values, over the largest, below which the revolutions do not tell two monomials apart"""
 DAMPINGS = (0.03, 0.06, 0.12, 0.25)
+PARTED = 1.0
+"""orders apart from which a revolution tells two of them apart (Rayleigh's criterion)"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +38,16 @@ class Amplitudes:
     orders: tuple[float, ...]
     series: Series
     reference: Reference
+
+    @property
+    def regular(self) -> NDArray[np.bool_]:
+        """Which orders (orders,) are whole ones into which no other kind leaks. Of an order between two whole ones,
+        known to so many digits only, the phase moves with the distance run, and so with time and all that follows it.
+        """
+        orders = np.asarray(self.orders)
+        between = orders[[is_between(f) for f in self.orders]]
+        near = np.abs(orders[:, None] - between[None, :]) < PARTED
+        return np.asarray(~near.any(axis=1))
 
     @property
     def frequency(self) -> FloatArray:
@@ -204,6 +218,9 @@ def changes_of(data: Amplitudes, white: Sequence[FloatArray], laws: Sequence[Law
         # with a weak prior: a law changes an amplitude by less than ten times itself
         prior = np.broadcast_to(0.1 * np.eye(2), (len(change), 2, 2))
         out.append(np.linalg.qr(np.concatenate([change, prior], axis=1))[0][:, :-2])
+    for law, change in zip(laws, out, strict=True):
+        if law.form not in MODES:
+            change[~data.regular] = 0.0
     return out
 
 

@@ -151,6 +151,7 @@ def _strengths(model: TransmissionModel, data: Amplitudes, law: Law) -> tuple[La
     g = course(law, data)
     strength = np.zeros(len(data.orders), dtype=np.complex128)
     std = np.zeros(len(data.orders))
+    regular = data.regular
     for _ in range(2):
         white, flat = whitened(data)
         smooth = data.series.vectors(data.x, data.direction)
@@ -163,7 +164,8 @@ def _strengths(model: TransmissionModel, data: Amplitudes, law: Law) -> tuple[La
             inverse = np.linalg.inv(z.T @ z + 0.01 * np.eye(2))
             found = inverse @ right
             std[k] = float(np.sqrt(0.5 * np.trace(inverse)))
-            strength[k] = found[0] + 1j * found[1] if 0.5 * float(right @ found) > price else 0.0
+            strong = regular[k] and 0.5 * float(right @ found) > price
+            strength[k] = found[0] + 1j * found[1] if strong else 0.0
         law = replace(
             law,
             strength=strength.copy(),

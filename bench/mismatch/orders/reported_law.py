@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.discovery import NAMED, UNKNOWN, Discovery, Rival
+from bench.mismatch.discovery import AMBIGUOUS, NAMED, UNKNOWN, Discovery, Rival
 from bench.mismatch.orders.laws import FoundLaw
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.periodic import Periodic
@@ -51,11 +51,15 @@ def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Disco
         for other, loss, error, share in found.rivals
     )
     real = probability(found.p_value)
+    status, share = UNKNOWN, found.share
+    if term is not None:
+        names = [part for rival, (*_, part) in zip(rivals, found.rivals, strict=True) if _as_good(rival)]
+        status, share = (AMBIGUOUS, share + sum(names)) if names else (NAMED, share)
     touched = _moved(model, before, law.orders)
     return Discovery(
         effect=law.effect,
-        status=NAMED if term is not None else UNKNOWN,
-        confidence=None if real is None else real * found.share,
+        status=status,
+        confidence=None if real is None else real * share,
         channel=TRANSMISSION_ERROR,
         words=_law_words(law, touched),
         equation=RESONANT[law.form] if law.effect == RESONANCE else f"A_f -> A_f*(1 + e_f*g({quantity}))",
@@ -71,6 +75,11 @@ def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Disco
         excess=excess,
         everywhere=_beyond(model, law, model.recorded),
     )
+
+
+def _as_good(rival: Rival) -> bool:
+    """Whether a law of another name is not told apart from the one found."""
+    return rival.as_good and rival.effect in LIBRARY
 
 
 def _beyond(model: TransmissionModel, law: Law, number: FloatArray) -> FloatArray:

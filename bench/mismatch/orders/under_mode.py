@@ -73,7 +73,7 @@ def under(model: TransmissionModel, found: FoundLaw, plain: Periodic) -> tuple[F
         best is not None
         and periodic is not None
         and _left(model, y, periodic) <= least
-        and (before[0] is None or borne_out(model, before[0], periodic))
+        and (before[0] is None or borne_out(model, before[0], periodic, True))
     ):
         model.quiet = y
         with_noise(model, best.seen)

@@ -82,7 +82,7 @@ def without_empty_laws(search: Search, found: Sequence[Slot]) -> list[Slot]:
 def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
     """Effects with what takes a slot's place, or with nothing there; None where the slot's effect stays."""
     others = without(model.chosen, slot.chosen, model.problem.lacking)
-    if slot.needless or _drawn_by_the_unknown(model, slot.chosen):
+    if slot.needless or _drawn_by_the_unknown(model, slot.chosen) or _by_chance(slot):
         return others
     if slot.plainer is not None:
         return [*others, slot.plainer.chosen]
@@ -107,6 +107,13 @@ def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
         return None
     others = [c for c in model.chosen if c is not slot.chosen]
     return [*others, best.chosen] if best is not None and best.weight > nothing else others
+
+
+def _by_chance(slot: Slot) -> bool:
+    """Whether what an effect gains beside all others is no more than noise gains in a search: it was found before they
+    were.
+    """
+    return not slot.chosen.nominal and slot.p_value > criteria.ERROR_RATE
 
 
 def _disowned(slot: Slot, nameless: Contender | None) -> bool:
