@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from bench.mismatch.orders.law_scores import Amplitudes, factors
+from bench.mismatch.orders.law_scores import Amplitudes, changes_of, factors, whitened
 from bench.mismatch.orders.series import calibrate
 from bench.mismatch.orders.turns import Turn
 from bench.simulation.laws import Reference
@@ -35,3 +37,19 @@ def amplitudes(speeds: tuple[float, ...]) -> Amplitudes:
 def test_two_speeds_are_a_straight_line(speeds: tuple[float, ...], asked: bool) -> None:
     tried = {law.effect for law in factors(amplitudes(speeds))}
     assert ("te.velocity_nonlinear" in tried) is asked
+
+
+@pytest.mark.parametrize(
+    ("orders", "regular"),
+    [((1.0, 4.0), [True, True]), ((1.0, 4.5), [True, False]), ((4.0, 4.5), [False, False])],
+)
+def test_laws_are_asked_of_whole_orders_that_nothing_leaks_into(
+    orders: tuple[float, float], regular: list[bool]
+) -> None:
+    """The phase of an order that is known to some digits only moves with the distance run, and so with time."""
+    data = amplitudes((0.02, 0.04, 0.06, 0.09, 0.13, 0.17))
+    data = replace(data, orders=orders, series=replace(data.series, orders=orders))
+    assert data.regular.tolist() == regular
+    law = next(law for law in factors(data) if law.effect == "te.drift_time")
+    (changes,) = changes_of(data, whitened(data)[0], [law])
+    assert (np.abs(changes).max(axis=(1, 2)) > 0.0).tolist() == regular

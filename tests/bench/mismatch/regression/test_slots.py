@@ -17,6 +17,7 @@ from bench.mismatch.regression.regressors import Free, Named, Regressor, named
 from bench.mismatch.regression.search import begun
 from bench.mismatch.regression.slots import Contender, Slot, called_as_good
 from bench.mismatch.regression.succession import (
+    _by_chance,
     _disowned,
     _drawn_by_the_unknown,
     _part_of_the_unknown,
@@ -236,6 +237,19 @@ def test_a_name_gives_way_to_one_that_is_far_likelier(other: float, taken: bool)
     model = SimpleNamespace(problem=asked_of, chosen=[own], channel=TEMPERATURE)
     found = _succession(cast("Any", model), Slot(own, 20.0, 1e-4, 0.95 - other, (rival,)))
     assert found == ([rival.chosen] if taken else None)
+
+
+@pytest.mark.parametrize(
+    ("effect", "p_value", "gone"),
+    [
+        ("thermal.convection_speed", 0.4, True),
+        ("thermal.convection_speed", 0.001, False),
+        # a term of the nominal simulation that was switched off is known to be there
+        ("thermal.convection", 0.4, False),
+    ],
+)
+def test_what_gains_no_more_than_noise_beside_all_others_goes(effect: str, p_value: float, gone: bool) -> None:
+    assert _by_chance(Slot(chosen(effect), 3.0, p_value, 0.9, ())) is gone
 
 
 @pytest.mark.parametrize(("apart", "alike"), [(0.005, True), (0.02, False)])

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 from bench.mismatch.recordings.vibration import Density
+from bench.mismatch.regression.search import begun
 from bench.mismatch.unnamed.scatter import scatter
+from bench.mismatch.unnamed.structure import _scatter as of_search
 from bench.simulation.frame import FloatArray
-from tests.bench.mismatch.regression.synthetic import campaign
+from tests.bench.mismatch.regression.synthetic import campaign, problem
 
 RECORDINGS, SIGMA, RATE, STEP = 30, 0.05, 500.0, 0.1
 FRAME = campaign(RECORDINGS)
@@ -46,6 +48,17 @@ def test_one_recording_that_swings_hides_no_state() -> None:
     found = scatter(densities(factor), FRAME, STEADY, 1)
     assert found is not None
     assert (found.quantity, found.side) == ("load", "above")
+
+
+@pytest.mark.parametrize(("inside", "told"), [(3.0, True), (1.0, False)])
+def test_scatter_of_a_torque_inside_the_rows_counts(inside: float, told: bool) -> None:
+    """What sticks and slips many times in a row leaves the rows' means as they are."""
+    slow = np.where(SPEED < 0.012, inside, 1.0)[FRAME.recording]
+    y = 0.5 * FRAME.direction + np.random.default_rng(6).normal(0.0, 0.1 * SIGMA, FRAME.size)
+    own = problem(FRAME, np.asarray(y))
+    own = replace(own, rows=replace(own.rows, within=SIGMA**2 * slow))
+    found = of_search(begun(own), densities(np.where(SPEED < 0.012, 3.0, 1.0)), 1)
+    assert (found is not None) is told
 
 
 @pytest.mark.parametrize(
