@@ -7,15 +7,16 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.orders.model import TransmissionModel, steady_rows
 from bench.mismatch.orders.periodic import Periodic
-from bench.mismatch.recordings.rows import error_of_mean
+from bench.mismatch.recordings.rows import error_of_mean, hardly_acts
 
 
 def borne_out(model: TransmissionModel, before: Periodic, after: Periodic, doubtful: bool) -> bool:
     """Whether steady rows held out bear out a law, predicted ``before`` it and ``after`` it.
 
     A ``doubtful`` one has to predict them better, if a true one would be seen in them; or else no worse by more than
-    the standard error of that, from one recording to another. Any other goes where they are worse by more than chance
-    makes it. As in the other channels (:func:`bench.mismatch.regression.refuted.borne_out`).
+    the standard error of that, from one recording to another. Any other goes where they are worse, unless it adds less
+    than half to them of what it adds to the fitted ones. As in the other channels
+    (:func:`bench.mismatch.regression.refuted.borne_out`).
     """
     frame = model.rows.frame
     rows = np.flatnonzero(steady_rows(model) & (model.folds[frame.recording] < 0) & (model.rows.number > 0))
@@ -29,6 +30,13 @@ def borne_out(model: TransmissionModel, before: Periodic, after: Periodic, doubt
     if error is None:
         return True
     if not doubtful:
-        return float(np.average(gained, weights=number)) > -criteria.TOLD * error
+        return float(np.average(gained, weights=number)) > 0.0 or _hardly_acts(model, before, after)
     seen = float(np.average((one - other) ** 2, weights=number)) > criteria.ONE_ERROR * error
     return float(np.average(gained, weights=number)) > (0.0 if seen else -criteria.ONE_ERROR * error)
+
+
+def _hardly_acts(model: TransmissionModel, before: Periodic, after: Periodic) -> bool:
+    """Whether a law adds far less to the steady rows held out than to the fitted ones."""
+    rows = steady_rows(model) & (model.rows.number > 0)
+    part, held = model.rows.frame.take(rows), model.folds[model.rows.frame.recording[rows]] < 0
+    return hardly_acts(after.evaluate(part) - before.evaluate(part), model.rows.number[rows], held, ~held)

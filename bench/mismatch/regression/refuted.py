@@ -63,15 +63,12 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
 
     A function without a name claims nothing but that it predicts: it goes however little worse they are predicted, and
     where they are not predicted better by more than the standard error of the difference, if they should be by twice
-    that. A name beside such a function goes where it is worse by more than the standard error of the difference:
-    physics that no name has is met in part by a name that comes near. So does one that is at the end of its range, or
-    whose size may be nothing. Any other name goes where it is worse by more than chance makes it (1.96 standard
-    errors), and by more than half of what it adds: what has nothing to do with the recordings makes them worse by all
-    it adds. Where they are predicted far worse than the fitted ones (not of an integral), that is the calibration's
-    fault and may be the name's: it goes however little worse they are with it. Where it adds less than half of what it
-    adds to the fitted ones, they say nothing of it: a lag shows in warm-ups. Terms of the torque's path stay: what a
-    hysteresis is like at the beginning of a recording, none can predict. Which effects there are was chosen without
-    these recordings; they only decide what is reported.
+    that. A name goes however little worse they are predicted as well: what is true takes its square off, so that it has
+    to be nearly nothing before noise makes it worse. Where it adds less than half of what it adds to the fitted ones,
+    they say nothing of it: a lag shows in warm-ups. It then goes only beside a function without a name, at the end of
+    its range, or if its size may be nothing, and if they are worse by more than the standard error of the difference.
+    Terms of the torque's path stay: what a hysteresis is like at the beginning of a recording, none can predict. Which
+    effects there are was chosen without these recordings; they only decide what is reported.
     """
     current = list(model.chosen)
     while True:
@@ -112,24 +109,13 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> f
     error = np.inf if found is None else criteria.ONE_ERROR * found
     if own.effect == UNKNOWN:
         allowed = -error if added > 2.0 * error else 0.0
+    elif not hardly_acts(whole[0] - whole[1], problem.rows.number, held, problem.train):
+        allowed = 0.0
     elif any(without_a_name(c) for c in current) or _vague(model, current, own):
         allowed = error
-    elif not problem.spec.integral and _predicts_badly(model, whole[0]):
-        allowed = 0.0
-    elif hardly_acts(whole[0] - whole[1], problem.rows.number, held, problem.train):
-        return None
     else:
-        allowed = max(criteria.TOLD * error, criteria.EITHER * added)
+        return None
     return float(ratio) if worse > allowed else None
-
-
-def _predicts_badly(model: ChannelModel, left: FloatArray) -> bool:
-    """Whether what a model leaves (n,) of recordings held out is far more than what it leaves of the fitted ones."""
-    problem = model.problem
-    held, fitted = (
-        float(np.average(left[r] ** 2, weights=problem.rows.number[r])) for r in (problem.held_out, problem.train)
-    )
-    return held > criteria.MORE_THAN_NOISE**2 * fitted
 
 
 def _vague(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> bool:
