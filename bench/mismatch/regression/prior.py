@@ -81,8 +81,9 @@ def zeros_settled(
     return out
 
 
-def settled(problem: ChannelProblem, bank: Bank, base: Sequence[Block]) -> list[Block]:
-    """The simulation's blocks with the likeliest prior of the offset's coefficients; others as they are.
+def settled(problem: ChannelProblem, bank: Bank, base: Sequence[Block], beside: Sequence[Block] = ()) -> list[Block]:
+    """The simulation's blocks with the likeliest prior of the offset's coefficients, given effects ``beside``; others
+    as they are. Without an effect that is there, offsets of the recordings take its place, and coefficients stay small.
 
     The recordings' own offsets are bounded by what their means leave.
     """
@@ -93,11 +94,11 @@ def settled(problem: ChannelProblem, bank: Bank, base: Sequence[Block]) -> list[
     block = base[offset]
     energy = np.array([float(np.mean(bank.columns.column(i) ** 2)) for i in block.place])
     groups = [np.array([k for k in range(len(energy)) if k % _MONOMIALS in g and energy[k] > 0.0]) for g in _GROUPS]
-    index = [i for b in base for i in b.place]
+    index = [i for b in (*base, *beside) for i in b.place]
     bank.bound_offsets(index, criteria.ERROR_RATE_OF_A_CHANNEL)
     first = sum(len(b.place) for b in base[:offset])
     best, kept = -np.inf, np.zeros(len(energy))
-    plain = np.concatenate([b.precision for b in base])
+    plain = np.concatenate([b.precision for b in (*base, *beside)])
     coarse = bank.variances()[::3]
     for variance in coarse:
         normal = bank.normal(index, variance)

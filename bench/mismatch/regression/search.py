@@ -11,6 +11,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.regression.auxiliary import auxiliary_candidates, composed_candidates
+from bench.mismatch.regression.bank import Bank
 from bench.mismatch.regression.beside import shaped
 from bench.mismatch.regression.candidates import free_candidates, named_candidates
 from bench.mismatch.regression.choosing import best_candidate, hidden_pair
@@ -58,7 +59,7 @@ def begun(problem: ChannelProblem, seed: int = 0, left: FloatArray | None = None
     residual = plain_residual(problem) if left is None else left
     bank, samples, noise, folds = prepare_bank(problem, residual, wider)
     base = settled(problem, bank, add_base(problem, bank))
-    variances = (0.0,) if problem.cut and not problem.spec.integral else bank.variances()
+    variances = _variances(problem, bank)
     plain = fit_blocks(bank, base, variances)
     own_terms = calibration(problem, base, noise)
     model = ChannelModel(problem, bank, samples, noise, base, [], plain, variances, folds, own_terms)
@@ -94,6 +95,11 @@ def begun(problem: ChannelProblem, seed: int = 0, left: FloatArray | None = None
     return _settle(Search(model, blocks, extra, units(frame.elapsed, bank.whitening.starts, duration), seed, []))
 
 
+def _variances(problem: ChannelProblem, bank: Bank) -> tuple[float, ...]:
+    """Variances of the recordings' offsets that are tried: pieces of one recording have none."""
+    return (0.0,) if problem.cut and not problem.spec.integral else bank.variances()
+
+
 def _depends(regressor: Regressor, names: Collection[str]) -> bool:
     """Whether a regressor depends on one of some auxiliary quantities."""
     names_of_quantities = (name.removeprefix(AUXILIARY) for name in regressor.variables if name.startswith(AUXILIARY))
@@ -127,7 +133,7 @@ def searched(problem: ChannelProblem, seed: int = 0) -> Search:
     """
     search = begun(problem, seed)
     if search.model.noise.telling is None:
-        return _with_zeros(next_best(concluded(_sought(search)), 0))
+        return _resettled(next_best(concluded(_sought(search)), 0))
     _forward(search)
     # only what a model leaves tells the noise: with a better model there is less of it, and more is found
     for _ in range(MOST_ROUNDS):
@@ -169,16 +175,20 @@ def _contradicted(search: Search) -> float:
     return 1.0 if model.problem.spec.integral else widened(model.bank, model.blocks(), model.fit)
 
 
-def _with_zeros(search: Search) -> Search:
-    """The search with sensors' zeros as large as they are likely to be beside what was found, and its numbers refined
-    anew. Effects are looked for beside zeros as large as data sheets allow: what may be one is no discovery.
+def _resettled(search: Search) -> Search:
+    """The search with sensors' zeros, and the prior of the offset's coefficients, as they are likely to be beside what
+    was found, and its numbers refined anew. Effects are looked for beside zeros as large as data sheets allow: what may
+    be one is no discovery.
     """
     model = search.model
-    base = zeros_settled(model.problem, model.bank, model.base, [b for c in model.chosen for b in c.blocks])
+    problem, bank, beside = model.problem, model.bank, [b for c in model.chosen for b in c.blocks]
+    base = zeros_settled(problem, bank, model.base, beside)
+    if beside:
+        base = settled(problem, bank, base, beside)
     if all(np.array_equal(a.precision, b.precision) for a, b in zip(base, model.base, strict=True)):
         return search
-    own_terms = calibration(model.problem, base, model.noise)
-    search.model = model = replace(model, base=base, calibration=own_terms)
+    own_terms = calibration(problem, base, model.noise)
+    search.model = model = replace(model, base=base, calibration=own_terms, variances=_variances(problem, bank))
     for k, own in enumerate(list(model.chosen)):
         others = [c for i, c in enumerate(model.chosen) if i != k]
         again = shaped(search, others, own.main.regressor) if isinstance(own.main.regressor, Named) else None
