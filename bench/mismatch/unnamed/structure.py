@@ -210,8 +210,12 @@ def _of_scatter(found: Scatter, outcome: ChannelOutcome) -> Discovery:
     where = f"the {found.quantity} is {found.side} {found.limit:.3g} {UNITS[found.quantity]}"
     own = np.array([np.sqrt(found.usual + s) for s in found.squares])
     rms = float(np.sqrt(np.mean(own**2)))
-    size = np.zeros(int(outcome.rows.frame.recording.max(initial=0)) + 1)
+    recording = outcome.rows.frame.recording
+    size = np.zeros(int(recording.max(initial=0)) + 1)
     size[list(found.recordings)] = np.sqrt(found.squares)
+    samples = np.bincount(recording, np.where(outcome.usable, outcome.rows.number, 0.0), size.size)
+    # a slow recording has more samples and is no more of a witness: each counts as much for the range of the state
+    alike = size / np.sqrt(np.maximum(samples, 1.0))
     return Discovery(
         UNNAMED,
         UNKNOWN,
@@ -225,7 +229,8 @@ def _of_scatter(found: Scatter, outcome: ChannelOutcome) -> Discovery:
         0.0,
         found.p_value,
         (),
-        excess=np.asarray(size[outcome.rows.frame.recording]),
+        excess=np.asarray(alike[recording]),
+        everywhere=np.asarray(size[recording]),
         squares=_unchanged(outcome),
     )
 

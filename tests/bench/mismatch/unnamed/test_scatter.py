@@ -9,10 +9,12 @@ import pytest
 
 from bench.mismatch.recordings.vibration import Density
 from bench.mismatch.regression.search import begun
-from bench.mismatch.unnamed.scatter import scatter
+from bench.mismatch.unnamed.scatter import Scatter, scatter
+from bench.mismatch.unnamed.structure import _of_scatter
 from bench.mismatch.unnamed.structure import _scatter as of_search
 from bench.simulation.frame import FloatArray
 from tests.bench.mismatch.regression.synthetic import campaign, problem
+from tests.bench.mismatch.report import made
 
 RECORDINGS, SIGMA, RATE, STEP = 30, 0.05, 500.0, 0.1
 FRAME = campaign(RECORDINGS)
@@ -103,3 +105,19 @@ def test_a_load_that_is_driven_up_and_down_is_no_scatter() -> None:
     found = scatter(densities(factor), replace(FRAME, torque_level=level), STEADY, 1)
     assert found is not None
     assert set(found.recordings) == set(slow[1:])
+
+
+def test_a_long_recording_is_no_more_of_a_witness_for_the_range() -> None:
+    """Of two loud recordings the slow one has nine times the samples; those where it is strongest are told by them."""
+    frame = made.campaign()
+    own = made.outcome(frame, "motor_torque", [], SIGMA)
+    long, short = 0, 1
+    number = np.where(frame.recording == long, 9.0 * own.rows.number, own.rows.number)
+    own = replace(own, rows=replace(own.rows, number=number))
+    found = Scatter("speed", "below", 0.05, (long, short), (SIGMA**2, SIGMA**2), SIGMA**2, 2.0, 1e-4)
+    told = _of_scatter(found, own)
+    assert told.excess is not None
+    assert told.everywhere is not None
+    energy = np.bincount(frame.recording, np.where(own.usable, number * told.excess**2, 0.0))
+    assert energy[long] == pytest.approx(energy[short])
+    assert set(np.unique(told.everywhere)) == {0.0, SIGMA}
