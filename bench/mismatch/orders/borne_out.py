@@ -29,10 +29,11 @@ def borne_out(model: TransmissionModel, before: Periodic, after: Periodic, doubt
     error = error_of_mean(gained, part.recording, number)
     if error is None:
         return True
+    mean = float(np.average(gained, weights=number))
     if not doubtful:
-        return float(np.average(gained, weights=number)) > 0.0 or _hardly_acts(model, before, after)
+        return mean > 0.0 or _hardly_acts(model, before, after)
     seen = float(np.average((one - other) ** 2, weights=number)) > criteria.ONE_ERROR * error
-    return float(np.average(gained, weights=number)) > (0.0 if seen else -criteria.ONE_ERROR * error)
+    return mean > (0.0 if seen else -criteria.ONE_ERROR * error)
 
 
 def _hardly_acts(model: TransmissionModel, before: Periodic, after: Periodic) -> bool:

@@ -69,23 +69,26 @@ def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen
     return None if impossible(model, others, whole, fitted) else whole
 
 
-def in_its_form(search: Search, others: Sequence[Chosen], own: Chosen) -> Chosen:
-    """A name beside other effects with the correction of its form or, refined anew, without it: by which of the two
-    points left out are predicted better.
+def in_its_form(
+    search: Search, others: Sequence[Chosen], own: Chosen, density: FloatArray
+) -> tuple[Chosen, FloatArray]:
+    """A name beside other effects with the correction of its form or, refined anew, without it, by which of the two
+    points left out are predicted better; and the log predictive density of these (folds,), which is ``density`` as it
+    was.
 
     Two names that both are corrected tell themselves apart by little: each correction can be the other's form.
     """
     start = own.main.regressor
     if own.shape is None or not isinstance(start, Named):
-        return own
+        return own, density
     model = search.model
     better = refined(model.problem, model.bank, model.blocks(others), start, model.fit.variance)
     plain = Chosen(add_block(model.problem, model.bank, better))
     fitted = fit_blocks(model.bank, model.blocks([*others, plain]), model.variances)
     if not admissible(better, *fitted.of(plain.main.place)) or impossible(model, others, plain, fitted):
-        return own
-    gain = search.density([*others, plain]) - search.density([*others, own])
-    return plain if float(gain.sum()) >= 0.0 else own
+        return own, density
+    without = search.density([*others, plain])
+    return (plain, without) if float((without - density).sum()) >= 0.0 else (own, density)
 
 
 def _own_size(values: FloatArray) -> float:

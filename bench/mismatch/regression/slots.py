@@ -84,15 +84,16 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
     if model.problem.free:
         found = [c for c in found if sound_beside(search, others, c.main, model.refitted([*others, c]))]
     # a name and its rivals meet in the form in which each predicts best
-    rated = in_its_form(search, others, own) if any(c.effect != UNKNOWN for c in found) else own
-    whole = whole if rated is own else search.density([*others, rated])
-    found = [in_its_form(search, others, c) for c in found]
-    densities = [search.density([*others, c]) for c in found]
+    rated = own
+    if any(c.effect != UNKNOWN for c in found):
+        rated, whole = in_its_form(search, others, own, whole)
+    formed = [in_its_form(search, others, c, search.density([*others, c])) for c in found]
+    found, densities = [c for c, _ in formed], [density for _, density in formed]
     table = np.array([whole, *densities, nothing])
-    # before anything is measured a name is in_its_form than a free function
+    # before anything is measured a name is likelier than a free function
     prior = np.array([_prior(model, c) for c in (own, *found)] + [1.0])
     costs = np.array([description(model, c) for c in (own, *found)] + [0.0])
-    # a loop that was hardly turned is no in_its_form than the functions of the torque which it is like
+    # a loop that was hardly turned is no likelier than the functions of the torque which it is like
     unturned = idle(search, own)
     prior[0] *= np.exp(-criteria.RICHER * unturned)
     share = prior * weights(table, search.seed + number, costs)

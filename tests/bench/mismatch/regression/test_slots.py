@@ -203,7 +203,7 @@ def test_a_form_is_corrected_where_the_recordings_ask_for_it(bent: float, correc
     own = shaped(search, [], Named(LIBRARY[DRAG], MOTOR_TORQUE, FORMS["square"], ()))
     assert own is not None
     assert own.shape is not None
-    assert (in_its_form(search, [], own).shape is not None) is corrected
+    assert (in_its_form(search, [], own, search.density([own]))[0].shape is not None) is corrected
 
 
 def test_two_names_are_told_apart_by_their_forms_and_not_by_their_corrections() -> None:
@@ -227,7 +227,7 @@ def test_two_names_are_told_apart_by_their_forms_and_not_by_their_corrections() 
 
     # by far less than what counts as evidence, and by far more
     assert loss(*both) < 1.0
-    assert loss(*(in_its_form(search, [], own) for own in both if own is not None)) > 8.0
+    assert loss(*(in_its_form(search, [], own, search.density([own]))[0] for own in both if own is not None)) > 8.0
 
 
 @pytest.mark.parametrize(("other", "taken"), [(0.9, True), (0.3, False)])
