@@ -52,9 +52,10 @@ class Discovery:
     of log predictive density on points left out; ``p_value`` against surrogates, None where none were drawn;
     ``simulation_rows``: rows of a simulation file, each with its ``effect``; ``table``: a row an order, where it has
     many; ``alone``: the parameters of a law without the changes of it that were found as well, empty where there are
-    none; ``excess`` (n,): what of it no calibration of the simulation can say, each sample counted alike, where that
-    was worked out: its place is where this lies; ``everywhere`` (n,): the same with the samples that are not compared
-    (at rest, at the slowest speeds), where the channel has a value there.
+    none; ``excess`` (n,): what of it no calibration of the simulation can say, each sample counted alike (of
+    scatter each recording), where that was worked out: its place is where this lies; ``everywhere`` (n,): the same,
+    each sample counted alike, with those that are not compared (at rest, at the slowest speeds), where the channel has
+    a value there.
     """
 
     effect: str

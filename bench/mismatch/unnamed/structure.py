@@ -194,11 +194,14 @@ def _scatter(search: Search, densities: Sequence[Density], seed: int) -> Scatter
     if found is None:
         return None
     left = (rows.y - search.model.predict(rows.frame)) ** 2
-    if search.model.channel == MOTOR_TORQUE:
-        left = left + rows.within  # no term is quicker than a row there, and most of what sticks and slips is
     recording = rows.frame.recording
-    count = np.bincount(recording, number)
+    count = np.bincount(recording, settled)
+    # of a mean of n samples as much as of one
     squares = np.bincount(recording, number * left) / np.maximum(count, 1.0)
+    if search.model.channel == MOTOR_TORQUE:
+        # no term is quicker than a row there, and most of what sticks and slips is: of all samples
+        samples = np.bincount(recording, number)
+        squares = np.bincount(recording, number * (left + rows.within)) / np.maximum(samples, 1.0)
     louder = np.isin(np.arange(count.size), found.recordings)
     others = np.median(squares[~louder & (count > 0)])
     return found if np.median(squares[louder & (count > 0)]) >= LEAST_LOUDER * others else None
@@ -214,8 +217,10 @@ def _of_scatter(found: Scatter, outcome: ChannelOutcome) -> Discovery:
     size = np.zeros(int(recording.max(initial=0)) + 1)
     size[list(found.recordings)] = np.sqrt(found.squares)
     samples = np.bincount(recording, np.where(outcome.usable, outcome.rows.number, 0.0), size.size)
-    # a slow recording has more samples and is no more of a witness: each counts as much for the range of the state
-    alike = size / np.sqrt(np.maximum(samples, 1.0))
+    # a slow recording has more samples and is no more of a witness: each counts as much for the range of the state, all
+    # together as much as they are
+    usual = float(np.sum(samples * size**2) / max(float(np.sum(size**2)), 1e-300))
+    alike = size * np.sqrt(usual / np.maximum(samples, 1.0))
     return Discovery(
         UNNAMED,
         UNKNOWN,

@@ -13,6 +13,7 @@ from bench.mismatch.unnamed.scatter import Scatter, scatter
 from bench.mismatch.unnamed.structure import _of_scatter
 from bench.mismatch.unnamed.structure import _scatter as of_search
 from bench.simulation.frame import FloatArray
+from bench.simulation.terms import LOAD_TORQUE
 from tests.bench.mismatch.regression.synthetic import campaign, problem
 from tests.bench.mismatch.report import made
 
@@ -61,6 +62,19 @@ def test_scatter_of_a_torque_inside_the_rows_counts(inside: float, told: bool) -
     own = replace(own, rows=replace(own.rows, within=SIGMA**2 * slow))
     found = of_search(begun(own), densities(np.where(SPEED < 0.012, 3.0, 1.0)), 1)
     assert (found is not None) is told
+
+
+@pytest.mark.parametrize("louder", [3.0, 1.0])
+def test_of_another_channel_a_mean_of_many_samples_counts_as_much_as_one(louder: float) -> None:
+    """Slow recordings have nine samples where the others have one: their means scatter less, and their samples more."""
+    slow = (SPEED < 0.012)[FRAME.recording]
+    number = np.where(slow, 9.0, 1.0)
+    scale = SIGMA * np.sqrt(np.where(slow, louder, 1.0) / number)
+    own = problem(FRAME, np.asarray(np.random.default_rng(7).normal(0.0, scale)))
+    search = begun(replace(own, rows=replace(own.rows, number=number)))
+    search.model = replace(search.model, problem=replace(search.model.problem, channel=LOAD_TORQUE))
+    found = of_search(search, densities(np.where(SPEED < 0.012, 3.0, 1.0)), 1)
+    assert (found is not None) is (louder > 2.0)
 
 
 @pytest.mark.parametrize(
@@ -120,4 +134,5 @@ def test_a_long_recording_is_no_more_of_a_witness_for_the_range() -> None:
     assert told.everywhere is not None
     energy = np.bincount(frame.recording, np.where(own.usable, number * told.excess**2, 0.0))
     assert energy[long] == pytest.approx(energy[short])
+    assert energy.sum() == pytest.approx(np.sum(np.where(own.usable, number * told.everywhere**2, 0.0)))
     assert set(np.unique(told.everywhere)) == {0.0, SIGMA}
