@@ -113,6 +113,8 @@ def frame_of(inputs: dict[str, Any], ratio: float, standstill: float) -> Frame:
         load_motor_torque=has["load_motor_torque"],
         load_motor_level=has["load_motor_torque"],
         power=np.abs(has["motor_torque"] * omega - torque * has["load_velocity"]),
+        lead=zeros,
+        kinetic=omega * has["motor_acceleration"],
         travel=path,
         reversal_travel=path - path[start],
         reversal_time=time - time[start],

@@ -18,6 +18,7 @@ from bench.mismatch.regression import noise
 from bench.mismatch.regression.course import columns_at
 from bench.mismatch.regression.discoveries import discoveries as of_regression
 from bench.mismatch.regression.model import ChannelModel, of_start
+from bench.mismatch.regression.problem import NUISANCE
 from bench.mismatch.regression.slow_noise import scattered
 from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.succession import settle, without_empty_laws
@@ -124,7 +125,7 @@ def uncertainty(model: ChannelModel, frame: Frame, rows: NDArray[np.bool_], numb
     chosen = np.flatnonzero(rows)[:: max(1, int(rows.sum()) // MOST_ROWS)]
     if chosen.size == 0:
         return 0.0
-    blocks = [b for b in model.blocks() if b.regressor.effect != "nuisance"]
+    blocks = [b for b in model.blocks() if b.regressor.effect != NUISANCE]
     columns = np.hstack([np.zeros((chosen.size, 0)), *(columns_at(b.regressor, frame, chosen) for b in blocks)])
     covariance = model.fit.of([i for b in blocks for i in b.place])[1]
     variance = np.sum(columns @ covariance * columns, axis=1)

@@ -2,15 +2,17 @@
 
 The loss is the difference of two large powers, abs(τ_m·ω_m − τ·q̇) (bench-physics, "Nominal simulation" 3). A torque
 sensor's zero of 3 N·m at heating speed is 3 W of 100; a drive's zero moves a little from recording to recording. The
-simulation's constants τ_0 and z_0, and what the torque models leave of each recording's mean, tell these zeros. A gain
-error or a saturation of the reported motor torque, where one was found, makes the loss wrong in the same way. Whether
-heat flows as if they were taken off is asked of the temperature itself.
+simulation's constants τ_0 and z_0, and what the torque models leave of each recording's mean, tell these zeros. In
+that difference is the power that speeds the motor up, J·ω_m·dω_m/dt, as well, which is no heat. A gain error or a
+saturation of the reported motor torque, where one was found, makes the loss wrong in the same way; so may what was
+found there without a name, if it is an error of the report and no torque. Whether heat flows as if they were taken off
+is asked of the temperature itself.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -26,30 +28,35 @@ from bench.mismatch.regression.model import (
 )
 from bench.mismatch.regression.prior import calibrated_alone
 from bench.mismatch.regression.problem import BaseTerm, ChannelProblem
+from bench.mismatch.regression.regressors import UNKNOWN
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.heat_rates import HEATING, LESS, TAKEN_OFF
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE
 
 EFFECT, KEY = HEATING, LESS
 """term of a simulation file that says what is taken off, and its key there"""
-LOAD, MOTOR, RECORDINGS, GAIN = TAKEN_OFF
-WHICH = (LOAD, MOTOR, RECORDINGS)
-GAIN_ERROR = "motor.torque_constant"
-"""the error that :data:`GAIN` is of; that is asked for only where this was found"""
+LOAD, MOTOR, RECORDINGS, STORED, GAIN, UNNAMED = TAKEN_OFF
+WHICH = (LOAD, MOTOR, RECORDINGS, STORED)
+REPORTED = {GAIN: "motor.torque_constant", UNNAMED: UNKNOWN}
+"""effects that may be errors of the reported motor torque; they are asked for only where they were found"""
 CONSTANT = {MOTOR_TORQUE: "motor.torque_offset", LOAD_TORQUE: "load.torque_offset"}
 """term whose constant is a channel's zero"""
+INERTIA = "motor.inertia"
+"""term whose constant stores energy"""
 
 
 @dataclass(frozen=True, slots=True)
 class Zeros:
-    """What is taken off (names of :data:`WHICH`, or :data:`GAIN`), the constants by channel, each recording's own by
-    channel, N·m; ``gain``: what is wrong with the reported motor torque.
+    """What is taken off (names of :data:`WHICH`, or of :data:`REPORTED`), the constants by channel, each recording's
+    own by channel, N·m; ``reported``: what may be wrong with the reported motor torque, by name of :data:`REPORTED`.
     """
 
     which: tuple[str, ...] = ()
     constant: Mapping[str, float] = field(default_factory=dict)
     own: Mapping[str, Mapping[int, float]] = field(default_factory=dict)
-    gain: tuple[Known, ...] = ()
+    reported: Mapping[str, tuple[Known, ...]] = field(default_factory=dict)
+    inertia: float = 0.0
+    """kg·m² of the motor's shaft, whose energy is :data:`STORED`"""
 
     def of(self, channel: str, constant: str, frame: Frame) -> FloatArray:
         """Zero of a channel at the rows of a frame (n,), N·m."""
@@ -57,8 +64,8 @@ class Zeros:
         if RECORDINGS in self.which:
             for recording, value in self.own.get(channel, {}).items():
                 out[frame.recording == recording] += value
-        if GAIN in self.which and channel == MOTOR_TORQUE:
-            for known in self.gain:
+        if channel == MOTOR_TORQUE:
+            for known in (k for name in self.which for k in self.reported.get(name, ())):
                 assert known.coefficients is not None
                 out += known.regressor.columns(frame) @ known.coefficients
         return out
@@ -69,7 +76,8 @@ class Zeros:
             return frame
         sign = np.sign(frame.motor_torque * frame.omega - frame.torque * frame.velocity)
         motor, load = self.of(MOTOR_TORQUE, MOTOR, frame), self.of(LOAD_TORQUE, LOAD, frame)
-        return replace(frame, power=np.abs(sign * frame.power - motor * frame.omega + load * frame.velocity))
+        stored = self.inertia * frame.kinetic if STORED in self.which else 0.0
+        return replace(frame, power=np.abs(sign * frame.power - motor * frame.omega + load * frame.velocity - stored))
 
 
 def chosen(
@@ -85,11 +93,12 @@ def chosen(
     choice is paid for as one of those tried, at a log-likelihood that counts a recording as one reading (BIC).
     """
     constant = {c: _constant(m, CONSTANT[c]) for c, m in models.items()}
+    inertia = _constant(models[MOTOR_TORQUE], INERTIA) if MOTOR_TORQUE in models else 0.0
     own = {c: left_of(m.problem.rows, m.predict(m.problem.rows.frame), m.problem.usable) for c, m in models.items()}
-    gain = _gain(models[MOTOR_TORQUE]) if MOTOR_TORQUE in models else ()
-    names = (*WHICH, GAIN) if gain else WHICH
+    reported = _reported(models[MOTOR_TORQUE]) if MOTOR_TORQUE in models else {}
+    names = (*(name for name in WHICH if name != STORED or inertia > 0.0), *reported)
     sets = [s for n in range(len(names) + 1) for s in itertools.combinations(names, n)]
-    tried = [Zeros(which, constant, own, gain) for which in sets]
+    tried = [Zeros(which, constant, own, reported, inertia) for which in sets]
     beside = [BaseTerm(block.regressor, tuple(block.precision)) for block in found]
     asked = [problem(replace(rows, frame=zeros.less(rows.frame))) for zeros in tried]
     energy = [_energy(replace(own, base=(*own.base, *beside))) for own in asked]
@@ -116,11 +125,18 @@ def _constant(model: ChannelModel, effect: str) -> float:
     return 0.0
 
 
-def _gain(model: ChannelModel) -> tuple[Known, ...]:
-    """What a model of the motor torque says of an error of the report, found or given."""
+def _reported(model: ChannelModel) -> dict[str, tuple[Known, ...]]:
+    """What a model of the motor torque says that may be an error of the report, found or given: names of
+    :data:`REPORTED`, those that there are.
+    """
     blocks = [*model.base, *(block for own in model.chosen for block in own.blocks)]
-    asked = [block for block in blocks if block.regressor.effect == GAIN_ERROR]
-    return tuple(Known(block.regressor, model.fit.of(block.place)[0]) for block in asked)
+    known = [Known(block.regressor, model.fit.of(block.place)[0]) for block in blocks]
+    return {name: own for name in REPORTED if (own := reported_by(known, name))}
+
+
+def reported_by(known: Iterable[Known], name: str) -> tuple[Known, ...]:
+    """Those of some known terms that may be the error of a ``name`` of :data:`REPORTED`."""
+    return tuple(k for k in known if k.regressor.effect == REPORTED[name] and k.coefficients is not None)
 
 
 def _energy(problem: ChannelProblem) -> float:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from bench.foreign.opening import base_of
 from bench.mismatch.given import SENSOR, Given, Known
-from bench.mismatch.power_zeros import CONSTANT, EFFECT, GAIN_ERROR, KEY, RECORDINGS, Zeros, left_of
+from bench.mismatch.power_zeros import CONSTANT, EFFECT, INERTIA, KEY, RECORDINGS, REPORTED, Zeros, left_of, reported_by
 from bench.mismatch.recordings.beginning import START_S, at_start, risen
 from bench.mismatch.recordings.collected import Collected
 from bench.mismatch.recordings.motion import Manner
@@ -63,9 +63,7 @@ class Predictor:
             return Zeros()
         constant = {}
         for channel, effect in CONSTANT.items():
-            told = self.given.simulation.terms.get(effect)
-            values = [] if told is None or not told.enabled else list(told.parameters.values())
-            constant[channel] = values[0].value if values else 0.0
+            constant[channel] = self._number(effect)
         own = {}
         frames = {channel: part.frame for channel, part in rows.items()}
         for channel in CONSTANT:
@@ -74,8 +72,13 @@ class Predictor:
                 usable = (part.number > 0) & (part.frame.direction != 0)
                 own[channel] = left_of(part, self.channel(channel, part.frame, None, frames), usable)
         known = self.given.known.get(MOTOR_TORQUE, ())
-        gain = tuple(k for k in known if k.regressor.effect == GAIN_ERROR and k.coefficients is not None)
-        return Zeros(which, constant, own, gain)
+        return Zeros(which, constant, own, {name: reported_by(known, name) for name in REPORTED}, self._number(INERTIA))
+
+    def _number(self, effect: str) -> float:
+        """The first number of a term in force; 0 where there is none."""
+        told = self.given.simulation.terms.get(effect)
+        values = [] if told is None or not told.enabled else list(told.parameters.values())
+        return values[0].value if values else 0.0
 
     def missing(self, channel: str, frame: Frame) -> list[str]:
         """Nominal terms in force that matter on a frame and have no coefficients in the file."""

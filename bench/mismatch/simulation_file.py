@@ -22,6 +22,7 @@ from bench.mismatch.power_zeros import EFFECT, KEY
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.discoveries import rows_of
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen
+from bench.mismatch.regression.problem import NUISANCE
 from bench.mismatch.regression.regressors import Free, Named
 from bench.mismatch.regression.sensitivity import PARAMETER
 from bench.simulation.fourier import FourierSet, TransmissionErrorModel
@@ -57,7 +58,7 @@ def _made(analysis: Analysis, found: Sequence[Discovery] | None, gearbox: object
         fit = model.fit if found is not None else model.refitted([])
         for block in model.base:
             effect = block.regressor.effect
-            if effect in ("nuisance", "te.offset", PARAMETER):
+            if effect in (NUISANCE, "te.offset", PARAMETER):
                 continue
             named = block.regressor
             if isinstance(named, Named) and named.term.nominal:

@@ -13,6 +13,7 @@ from bench.mismatch.analysis import Analysis
 from bench.mismatch.discovery import NAMED, Discovery
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.model import Block, ChannelModel
+from bench.mismatch.regression.problem import NUISANCE
 from bench.mismatch.regression.sensitivity import PARAMETER
 from bench.mismatch.standing import models_of, named, parameters_in, values_of, without
 from bench.simulation.frame import FloatArray
@@ -92,7 +93,7 @@ def _predicted(model: ChannelModel, left_out: Block, fit: Fit) -> FloatArray:
     frame = model.problem.rows.frame
     out = np.zeros(frame.size)
     for block in model.blocks():
-        if block is not left_out and block.regressor.effect != "nuisance":
+        if block is not left_out and block.regressor.effect != NUISANCE:
             out += block.regressor.columns(frame) @ fit.of(block.place)[0]
     return out
 

@@ -64,6 +64,12 @@ class Frame:
     """the same, in a steady segment that keeps its load its mean"""
     power: FloatArray
     """loss abs(tau_m*w_m - tau*dq/dt) in W, of smoothed factors"""
+    lead: FloatArray
+    """J by which the mean over a row of the loss's time integral is ahead of trapezoids through the rows' mean losses:
+    what a row of many samples hides of a ramp; 0 where a row is a sample
+    """
+    kinetic: FloatArray
+    """rate of half the square of the motor's speed, (rad/s)²/s: times an inertia the power that speeds it up"""
     travel: FloatArray
     """distance run since the campaign began, rad at the output"""
     reversal_travel: FloatArray

@@ -20,7 +20,11 @@ OF_RECORDINGS = "zeros of recordings"
 """what the torque models leave of each recording's mean"""
 MOTOR_GAIN = "gain of the motor torque"
 """what ``motor.torque_constant`` says of the reported motor torque"""
-TAKEN_OFF = (LOAD_ZERO, MOTOR_ZERO, OF_RECORDINGS, MOTOR_GAIN)
+MOTOR_UNNAMED = "unknown in the motor torque"
+"""what functions without a name say of the motor torque, if that is an error of its report and no torque"""
+KINETIC = "kinetic energy"
+"""what ``motor.inertia`` stores while the motor speeds up, and gives back"""
+TAKEN_OFF = (LOAD_ZERO, MOTOR_ZERO, OF_RECORDINGS, KINETIC, MOTOR_GAIN, MOTOR_UNNAMED)
 """all that may be taken off the loss"""
 HEATING, CONVECTION = "thermal.loss_heating", "thermal.convection"
 

@@ -69,6 +69,16 @@ class Law:
     reference: Reference = Reference()
     series: tuple[float, ...] = ()
 
+    def equation(self) -> str:
+        """g of a law that is no resonance, with its nonlinear parameters g_1, g_2."""
+        ref = self.reference
+        return EQUATIONS[self.effect, self.form].format(
+            start=f"{ref.start:.0f} s",
+            span=f"{ref.span:.0f} s",
+            coldest=f"{ref.coldest:.4g} degC",
+            largest=f"{ref.largest:.0f} N*m",
+        )
+
     def to_json(self) -> dict[str, Any]:
         """The law as a simulation file has it."""
         strength = {
@@ -131,6 +141,22 @@ FUNCTIONS: dict[tuple[str, str], Function] = {
     ("unknown", "amplitude over load"): lambda v, m, c, t, p, r: (m / r.largest) ** 3,
     ("unknown", "amplitude about zero load"): lambda v, m, c, t, p, r: np.tanh(m / (p[0] * r.largest)),
 }
+EQUATIONS: dict[tuple[str, str], str] = {
+    ("te.velocity_nonlinear", "exponential"): "exp(-abs(dtheta)/g_1)",
+    ("te.velocity_nonlinear", "rational"): "1/(1 + abs(dtheta)/g_1)",
+    ("te.temperature_nonlinear", "exponential"): "exp(-(T - {coldest})/g_1)",
+    ("te.temperature_nonlinear", "transition"): "tanh((T - g_1)/g_2)",
+    ("te.velocity_nonlinear", "band"): "exp(-((abs(dtheta) - g_1)/g_2)**2)",
+    ("te.temperature_nonlinear", "band"): "exp(-((T - g_1)/g_2)**2)",
+    ("te.drift_time", "linear"): "(t - {start})/({span})",
+    ("te.drift_time", "creep"): "1 - exp(-max(t - {start}, 0)/({span})/g_1)",
+    ("unknown", "amplitude in a band of load"): "exp(-((tau - g_1)/g_2)**2)",
+    ("unknown", "amplitude in a band of speed"): "exp(-((abs(dtheta) - g_1)/g_2)**2)",
+    ("unknown", "amplitude in a band of temperature"): "exp(-((T - g_1)/g_2)**2)",
+    ("unknown", "amplitude over load"): "(tau/({largest}))**3",
+    ("unknown", "amplitude about zero load"): "tanh(tau/(g_1*({largest})))",
+}
+"""the same for people"""
 
 
 def value(

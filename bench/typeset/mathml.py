@@ -21,10 +21,10 @@ GREEK = {
 }
 _SPEEDS = frozenset({"w_m", "w_s"})
 """Written with a w by programs, and with an ω by people."""
-_UNIT = re.compile(r"(\d+(?:\.\d+)?) (degC|kN\*m|N\*m|rad/s|s|K)(?![\w*])")
+_UNIT = re.compile(r"(\d+(?:\.\d+)?) (degC|kN\*m|N\*m|rad/s|rad|s|K)(?![\w*])")
 _UNITS = {"degC": "°C", "kN*m": "kN·m", "N*m": "N·m"}
 _TOKEN = re.compile(
-    r"\s*(?:(?P<unit>\d+(?:\.\d+)? (?:degC|kN\*m|N\*m|rad/s)(?!\w))"
+    r"\s*(?:(?P<unit>\d+(?:\.\d+)? (?:degC|kN\*m|N\*m|rad/s|rad|s|K)(?!\w))"
     r"|(?P<number>\d+(?:\.\d+)?(?:e[+-]?\d+)?j?)"
     r"|(?P<rate>d2?[A-Za-z]\w*/dt2?(?!\w))"
     r"|(?P<name>[^\W\d]\w*)"

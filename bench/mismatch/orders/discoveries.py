@@ -17,13 +17,27 @@ from bench.mismatch.discovery import UNNAMED, Discovery
 from bench.mismatch.orders import defects, laws, modulation
 from bench.mismatch.orders.borne_out import borne_out
 from bench.mismatch.orders.model import TransmissionModel, with_parts
-from bench.mismatch.orders.reported import modulation_parameters, of_orders, of_pulses, order_p_value, probability
+from bench.mismatch.orders.reported import (
+    AMPLITUDE,
+    modulation_parameters,
+    of_orders,
+    of_pulses,
+    order_p_value,
+    probability,
+)
 from bench.mismatch.orders.reported_law import further, of_law
 from bench.mismatch.orders.sight import Sight, rebuilt
 from bench.mismatch.orders.under_mode import passes, strong, under
 from bench.simulation import Gearbox
 from bench.simulation.laws import MODES, RESONANCE
+from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR
 
+PAIR = ", ".join(
+    [
+        LIBRARY["te.sideband"].forms[TRANSMISSION_ERROR][0].equation,
+        *(AMPLITUDE.format(side) for side in ("_lower", "_upper")),
+    ]
+)
 MOSTLY = 0.9
 """share of an order's energy that one vector holds, from which a further multiple of the ratio is the encoder's as
 well: what a report calls a place holds as much
@@ -105,6 +119,7 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
         extra = {
             "words": f"order {first.carrier:g} modulated {first.modulation:g} times a revolution",
             "parameters": modulation_parameters(model, sight, pair),
+            "equation": PAIR,
         }
         confidence = probability(pair.p_value)
         told = of_orders(model, sight, "te.sideband", pair.orders, teeth, pair.p_value, confidence, extra)

@@ -12,6 +12,7 @@ from bench.mismatch.recordings.output_orders import OutputSpectrum
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.recordings.vibration import ShaftSpectrum
 from bench.simulation.frame import FloatArray, IntArray
+from bench.simulation.quantities import in_words
 from bench.simulation.waves import Wave, evaluate
 
 Parts = Sequence[tuple[Line, tuple[int, ...]]]
@@ -45,9 +46,14 @@ def wave_of(line: Line, k: int) -> Wave:
     return Wave(float(line.order), line.model[k], vector.real, vector.imag, std, std)
 
 
+def times(name: str, text: str) -> str:
+    """A sum times a factor, as equations have it."""
+    return f"{in_words(name)}*({text})" if in_words(name) else f"({text})"
+
+
 def equation(waves: Sequence[Wave]) -> str:
     """Waves as an equation, for people."""
-    parts = [f"{w.times}*({w.cosine:.3g}*cos({w.order:g}*q) + {w.sine:.3g}*sin({w.order:g}*q))" for w in waves[:4]]
+    parts = [times(w.times, f"{w.cosine:.3g}*cos({w.order:g}*q) + {w.sine:.3g}*sin({w.order:g}*q)") for w in waves[:4]]
     return "+= " + " + ".join(parts)
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import NAMED, Discovery
+from bench.mismatch.equations import renamed
 from bench.mismatch.orders.defects import Defect
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.modulation import Modulation
@@ -26,6 +27,9 @@ from bench.simulation.parts import part_of
 from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR
 
 Row = dict[str, Any]
+WAVE = "TE += c*cos(f*theta) + s*sin(f*theta)"
+AMPLITUDE = "a{0} = sqrt(mean(c{0}**2 + s{0}**2))"
+"""of a wave whose amplitude may change with the state"""
 _DEPENDS = {"p": "direction", "tau": "load", "v": "speed", "T": "temperature"}
 
 
@@ -84,13 +88,14 @@ def of_orders(
         rows.append({"effect": effect, "orders": sorted(polynomial)})
     table = tuple(_table_row(model, w, size, gearbox) for w, size in by_size)
     term = LIBRARY[effect]
+    of_motor = ", f = k*u" if effect == "sensor.motor_encoder" else ""
     out = Discovery(
         effect=effect,
         status=NAMED,
         confidence=confidence,
         channel=TRANSMISSION_ERROR,
         words=term.name,
-        equation=term.equation,
+        equation=f"{WAVE}{of_motor}, {AMPLITUDE.format('')}",
         variables=("angle",),
         parameters=tuple(_parameters(by_size[0][0], by_size[0][1])),
         added=values,
@@ -168,6 +173,7 @@ def of_pulses(model: TransmissionModel, defects: Sequence[Defect]) -> Discovery 
         return None
     term = LIBRARY["te.local_defect"]
     parameters: list[Row] = []
+    equations: list[str] = []
     for number, defect in enumerate(defects):
         first, mark = defect.first, f"_{number + 1}" if len(defects) > 1 else ""
         angle, width, height = first.std or (None, None, None)
@@ -176,6 +182,7 @@ def of_pulses(model: TransmissionModel, defects: Sequence[Defect]) -> Discovery 
             parameter(f"theta_p{mark}", first.angle, "rad", angle),
             parameter(f"w_p{mark}", first.width, "rad", width),
         ]
+        equations.append(renamed(term.equation, {name: f"{name}{mark}" for name in ("p", "theta_p", "w_p")}))
     p_value = max(d.p_value for d in defects)
     return Discovery(
         effect="te.local_defect",
@@ -183,7 +190,7 @@ def of_pulses(model: TransmissionModel, defects: Sequence[Defect]) -> Discovery 
         confidence=probability(p_value),
         channel=TRANSMISSION_ERROR,
         words=term.name,
-        equation=term.equation,
+        equation="; ".join(equations),
         variables=("angle",),
         parameters=tuple(parameters),
         added=_beyond_orders(model, pulses, found),

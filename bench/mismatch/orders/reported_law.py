@@ -9,6 +9,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import AMBIGUOUS, NAMED, UNKNOWN, Discovery, Rival
+from bench.mismatch.equations import renamed
 from bench.mismatch.orders.laws import FoundLaw
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.periodic import Periodic
@@ -24,6 +25,7 @@ RESONANT = {
 }
 OF_A_MODE: Sequence[tuple[str, str]] = (("w_0", "rad/s"), ("zeta", "1"))
 """symbols and units of a mode's numbers"""
+FACTOR = "order f: A_f -> A_f*(1 + e_f*g), g = {}"
 _UNITS = {"speed": "rad/s", "temperature": "degC", "torque": "N*m"}
 
 
@@ -62,7 +64,7 @@ def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Disco
         confidence=None if real is None else real * share,
         channel=TRANSMISSION_ERROR,
         words=_law_words(law, touched),
-        equation=RESONANT[law.form] if law.effect == RESONANCE else f"A_f -> A_f*(1 + e_f*g({quantity}))",
+        equation=RESONANT[law.form] if law.effect == RESONANCE else FACTOR.format(law.equation()),
         variables=(quantity,),
         parameters=tuple(_law_parameters(found)),
         added=values,
@@ -98,13 +100,15 @@ def further(model: TransmissionModel, first: Discovery, second: Discovery) -> Di
     still = [f for f in dict.fromkeys((*before.orders, *last.orders)) if f in model.periodic.series.orders]
     both = replace(last, orders=tuple(still))
     number = np.where(model.inside, model.rows.number, 0.0)
-    parameters = tuple({**row, "symbol": f"{row['symbol']}_2"} for row in second.parameters)
+    names = {str(row["symbol"]): f"{row['symbol']}_2" for row in second.parameters}
+    parameters = tuple({**row, "symbol": names[str(row["symbol"])]} for row in second.parameters)
     return replace(
         first,
         added=first.added + second.added,
         excess=_beyond(model, both, number),
         everywhere=_beyond(model, both, model.recorded),
         gain=first.gain + second.gain,
+        equation=f"{first.equation}; {renamed(second.equation, names)}",
         parameters=first.parameters + parameters,
         simulation_rows=first.simulation_rows + second.simulation_rows,
         orders=first.orders + tuple(f for f in second.orders if f not in first.orders),

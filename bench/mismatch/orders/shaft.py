@@ -39,20 +39,32 @@ def over_shaft(seen: Periodicity, seed: int) -> list[Discovery]:
         return []
     torque = np.array([s.torque for s in seen.shaft])
     factors: Mapping[str, FloatArray] = {"1": np.ones(torque.size), "motor_torque": torque}
-    vectors = np.array([s.amplitude for s in seen.shaft])
-    turns = Turns(
-        vectors, np.array([s.sigma for s in seen.shaft]), factors, seen.folds[[s.recording for s in seen.shaft]]
-    )
-    lines = [line for line in standing(turns, SHAFT_MODELS, seed) if line.order * seen.ratio > LOW_ORDERS]
+    sigma = np.array([s.sigma for s in seen.shaft])
+    folds = seen.folds[[s.recording for s in seen.shaft]]
+    turns = Turns(np.array([s.in_band for s in seen.shaft]), sigma, factors, folds)
+    whole = replace(turns, vectors=np.array([s.amplitude for s in seen.shaft]))
+    lines = standing(turns, SHAFT_MODELS, seed)
+    known = {line.order for line in lines}
+    # an order that few recordings are slow enough for is told by the others, in which it is folded
+    lines += [line for line in standing(whole, SHAFT_MODELS, seed) if line.order not in known]
+    lines = sorted((s for s in lines if s.order * seen.ratio > LOW_ORDERS), key=lambda line: -line.gain)
     ripple = [line for line in lines if line.order % PHASES == 0]
     other = [line for line in lines if line.order % PHASES != 0]
     out = []
     for effect, of_effect in ((RIPPLE, ripple), (UNNAMED, other)):
         if of_effect:
-            found = _of_shaft(seen, turns, effect, of_effect)
+            found = _of_shaft(seen, whole, effect, of_effect)
             if found is not None:
                 out.append(found)
     return out
+
+
+def _equation(effect: str, waves: Sequence[Wave], grows: bool) -> str:
+    """Equation of the strongest order, after all orders where they have no name; ``grows``: with the torque."""
+    wave = "a_rc*cos(n*u*theta) + a_rs*sin(n*u*theta)"
+    wave = f"({wave})*tau_m/tau_r" if grows else wave
+    wave += ", a_r = sqrt(a_rc**2 + a_rs**2)"
+    return f"tau_m += {wave}" if effect == RIPPLE else f"{equation(waves)}; order n of the shaft: {wave}"
 
 
 def _of_shaft(seen: Periodicity, turns: Turns, effect: str, lines: Sequence[Line]) -> Discovery | None:
@@ -91,7 +103,7 @@ def _of_shaft(seen: Periodicity, turns: Turns, effect: str, lines: Sequence[Line
         confidence=probability(p_value),
         channel=MOTOR_TORQUE,
         words=words,
-        equation=LIBRARY[RIPPLE].equation if effect == RIPPLE else equation(waves),
+        equation=_equation(effect, waves, bool(main.model != ("1",))),
         variables=("angle",),
         parameters=tuple(parameters),
         added=on_rows(waves, seen.rows),

@@ -15,7 +15,16 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.discovery import AMBIGUOUS, NAMED, UNKNOWN, UNNAMED, Discovery, Rival
 from bench.mismatch.orders.lines import Line, Model, Turns, standing
-from bench.mismatch.orders.periodicity import LOW_ORDERS, Periodicity, equation, on_rows, power, squares_of, wave_of
+from bench.mismatch.orders.periodicity import (
+    LOW_ORDERS,
+    Periodicity,
+    equation,
+    on_rows,
+    power,
+    squares_of,
+    times,
+    wave_of,
+)
 from bench.mismatch.orders.reported import parameter
 from bench.mismatch.orders.shaft import over_shaft
 from bench.mismatch.recordings.output_orders import OutputSpectrum
@@ -117,7 +126,7 @@ def _discovery(
         confidence=confidence,
         channel=seen.channel,
         words=LIBRARY[effect].name if term is not None else _unnamed(main, own),
-        equation=term.equation if term is not None else equation(waves),
+        equation=_equation(seen.channel, effect, main.model[own[0]], waves),
         variables=("angle",) if effect != UNNAMED or main.model == ("1",) else ("angle", "torque"),
         parameters=tuple(_parameters(seen, effect, main, own)),
         added=on_rows(waves, seen.rows),
@@ -129,6 +138,17 @@ def _discovery(
         numbers=2 * len(waves),
         squares=squares,
     )
+
+
+def _equation(channel: str, effect: str, factor: str, waves: Sequence[Wave]) -> str:
+    """Equation of the strongest order, after all orders where they have no name."""
+    if effect == UNBALANCE:
+        own = "m_s*sin(q) + m_c*cos(q)"
+        left = f"tau_m += ({own})/u" if channel == MOTOR_TORQUE else f"{channel} += {own}"
+        return f"{left}, m_u = sqrt(m_s**2 + m_c**2)"
+    if effect == FRICTION:
+        return f"tau_m += {times(factor, 'f_pc*cos(m*q) + f_ps*sin(m*q)')}"
+    return f"{equation(waves)}; order f: {times(factor, 'c*cos(f*q) + s*sin(f*q)')}"
 
 
 def _unnamed(line: Line, terms: tuple[int, ...]) -> str:

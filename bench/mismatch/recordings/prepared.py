@@ -162,7 +162,9 @@ def prepare(
     if "load_torque" not in signals and "load_motor_torque" not in signals:
         asked = recording.setpoint.load_torque
         acting = np.full(n, asked if np.isfinite(asked) else 0.0)
-    torque_rate = local_quadratic(acting, rate, span)[1]
+    # the rate of the sensor's noise looks like a delay of what has that noise, and so does friction that turns with the
+    # motion: neither is in what the load motor reports
+    torque_rate = local_quadratic(load_motor if "load_motor_torque" in signals else acting, rate, span)[1]
     rests = _rests(recording, thinning, n)
     torque, torque_level = levelled(acting, label, rests, manner.torque, rate, manner.confirmed)
     witness = load_torque if "load_torque" in signals else None
@@ -195,6 +197,8 @@ def prepare(
         load_motor_torque=load_motor,
         load_motor_level=load_motor_level,
         power=np.abs(local_quadratic(motor_torque, rate, span)[0] * omega - torque * q_rate),
+        lead=np.zeros(n),
+        kinetic=omega * acceleration,
         travel=travelled + np.cumsum(np.abs(np.diff(theta, prepend=theta[0]))),
         reversal_travel=reversal_travel,
         reversal_time=reversal_time,

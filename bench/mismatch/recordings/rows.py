@@ -19,6 +19,7 @@ from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.recordings.prepared import Prepared
 from bench.mismatch.recordings.thinning import Measured
 from bench.simulation.frame import ARRAYS, FloatArray, Frame, IntArray, concatenate
+from bench.simulation.terms.memory import integral
 
 SLOW_S = 1.0
 """longest block of a torque's rows: noise of a bench forgets itself in about as long"""
@@ -114,7 +115,11 @@ def heat_rows(prepared: Prepared) -> Rows:
     edges = np.arange(0, prepared.frame.size, max(1, round(HEAT_S * prepared.sample_rate)))
     measured = prepared.measured["temperature"]
     mean, number = block_mean(measured.mean, measured.number, edges)
-    return Rows(reduced(prepared.frame, edges), mean, number, _within(measured, mean, edges, number))
+    frame = reduced(prepared.frame, edges)
+    heat = prepared.frame.count * integral(prepared.frame.power, prepared.frame)
+    heat = np.add.reduceat(heat, edges) / frame.count
+    frame = replace(frame, lead=heat - heat[0] - integral(frame.power, frame))
+    return Rows(frame, mean, number, _within(measured, mean, edges, number))
 
 
 def _within(measured: Measured, mean: FloatArray, edges: IntArray, number: FloatArray) -> FloatArray:

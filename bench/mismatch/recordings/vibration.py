@@ -6,7 +6,7 @@ block means: tones of the surroundings, ripple of the motor.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from bench.mismatch.recordings.notch import spectrum
 from bench.mismatch.recordings.prepared import Prepared
 from bench.simulation.frame import FloatArray
-from bench.simulation.terms import LOAD_TORQUE
+from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE
 
 Complex = NDArray[np.complex128]
 
@@ -46,8 +46,10 @@ class Density:
 class ShaftSpectrum:
     """Amplitudes a + j·b of a·cos(nθ_m) + b·sin(nθ_m) in one recording's motor torque, n = 0 … HIGHEST_SHAFT_ORDER.
 
-    Not a number where an order is too fast for the recording's rate. ``sigma``: standard deviation of each part;
-    ``torque``: mean torque of the motor, N·m; ``velocity``: rad/s at the output; ``temperature``: °C.
+    ``sigma``: standard deviation of each part; ``torque``: mean torque of the motor, N·m; ``velocity``: rad/s at the
+    output; ``temperature``: °C; ``too_fast`` (orders,): which come too close to half of the recording's sample rate, or
+    are beyond it. There an order is folded, and its vector over the angle is right all the same, if no filter before
+    the sampling took it.
     """
 
     recording: int
@@ -56,6 +58,12 @@ class ShaftSpectrum:
     torque: float
     velocity: float
     temperature: float
+    too_fast: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+
+    @property
+    def in_band(self) -> Complex:
+        """The amplitudes, not a number where an order is too fast."""
+        return np.where(self.too_fast, np.nan, self.amplitude) if self.too_fast.size else self.amplitude
 
 
 def longest_run(marked: NDArray[np.bool_]) -> tuple[int, int]:
@@ -76,7 +84,8 @@ def density(prepared: Prepared, channel: str, steady: bool = True) -> Density | 
     """Density of a channel's longest ``steady`` run, or of its longest in motion (Welch's method, Hann window); None
     where that is too short.
 
-    That of the load torque is of what the load motor does not report: a load that wavers is no noise.
+    That of the load torque is of what the load motor does not report, that of the motor torque of what is no reaction
+    to the load: a load that wavers is no noise.
     """
     frame, measured, thinning = prepared.frame, prepared.measured[channel], prepared.thinning
     rate = prepared.sample_rate * thinning.group
@@ -90,6 +99,8 @@ def density(prepared: Prepared, channel: str, steady: bool = True) -> Density | 
     signal = measured.samples[a:b]
     if channel == LOAD_TORQUE:
         signal = signal - thinning.spread(frame.load_motor_torque, measured.samples.size)[a:b]
+    elif channel == MOTOR_TORQUE:
+        signal = signal - thinning.spread(frame.torque, measured.samples.size)[a:b] / frame.ratio
     signal = np.where(valid, signal, float(np.median(signal[valid])) if valid.any() else 0.0)
     number = 1 + (b - a - size) // (size // 2)
     parts = np.lib.stride_tricks.sliding_window_view(signal, size)[:: size // 2][:number]
@@ -120,7 +131,6 @@ def shaft_spectrum(prepared: Prepared) -> ShaftSpectrum | None:
     )
     amplitude = 2.0 / rows.sum() * spectrum(angle, inner, HIGHEST_SHAFT_ORDER)
     fastest = float(np.percentile(np.abs(frame.omega[groups]), 95)) * np.arange(HIGHEST_SHAFT_ORDER + 1) / (2.0 * np.pi)
-    amplitude = np.where(fastest < NYQUIST_SHARE * prepared.sample_rate * thinning.group, amplitude, np.nan)
     amplitude[0] = np.nan
     return ShaftSpectrum(
         int(frame.recording[0]),
@@ -129,6 +139,7 @@ def shaft_spectrum(prepared: Prepared) -> ShaftSpectrum | None:
         float(np.mean(frame.motor_torque[groups])),
         float(np.mean(frame.velocity[groups])),
         float(np.mean(frame.temperature[groups])),
+        fastest >= NYQUIST_SHARE * prepared.sample_rate * thinning.group,
     )
 
 

@@ -13,11 +13,13 @@ from bench.mismatch.discovery import AMBIGUOUS, NAMED, Discovery, Rival
 from bench.mismatch.discovery import UNKNOWN as UNKNOWN_STATUS
 from bench.mismatch.regression import windows
 from bench.mismatch.regression.alone import alone
+from bench.mismatch.regression.apart import apart, much_is_left
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.beside import significant
 from bench.mismatch.regression.course import beyond
 from bench.mismatch.regression.excess import excess, levelled
 from bench.mismatch.regression.model import ChannelModel, Chosen, of_start
+from bench.mismatch.regression.problem import NUISANCE
 from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
 from bench.mismatch.regression.slots import Contender, Slot
@@ -105,6 +107,7 @@ def _discovery(
         orders=orders,
         angle_windows=angles,
         time_window=_window(own, frame),
+        apart=status != UNKNOWN_STATUS and much_is_left(model) and apart(search, model.chosen, own),
         numbers=regressor.numbers,
     )
 
@@ -131,7 +134,7 @@ def _over_angle(
 def excess_of(model: ChannelModel, own: Chosen, frame: Frame, number: FloatArray) -> FloatArray:
     """What of an effect's course on the rows of a frame (n,) no calibration of the simulation can say."""
     course = model.contribution(own, frame)
-    base = [b.regressor for b in model.base if b.regressor.effect != "nuisance"]
+    base = [b.regressor for b in model.base if b.regressor.effect != NUISANCE]
     if not model.problem.spec.integral:
         return beyond(course, base, frame, number)
     columns = [levelled(r.columns(frame), frame, number) for r in base]

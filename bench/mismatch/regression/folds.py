@@ -14,6 +14,7 @@ import numpy as np
 
 from bench.mismatch.regression.bank import RIDGE, Bank, Fit
 from bench.mismatch.regression.model import Block
+from bench.mismatch.regression.problem import NUISANCE
 from bench.simulation.frame import FloatArray, IntArray
 
 DRAWS = 2000
@@ -32,18 +33,29 @@ def predictive(bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: f
     return np.asarray(everything - (without - 0.5 * (costs.sum() - costs)))
 
 
-def squares(bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: float) -> FloatArray:
+def squares(
+    bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: float, own_zeros: bool = False
+) -> FloatArray:
     """Squares of what the model, fitted without it, leaves of each fold (folds,), whitened; see :func:`predictive`.
 
-    A density forgives what the model knows it does not know; squares are what a prediction costs.
+    A density forgives what the model knows it does not know; squares are what a prediction costs. With ``own_zeros``
+    the zeros of a sensor in the fold itself, which no other fold tells, are fitted to it, at their prior: they are no
+    matter of what the model predicts.
     """
-    whole, parts, _ = _products(bank, blocks, folds, variance)
+    whole, parts, scale = _products(bank, blocks, folds, variance)
+    zero = np.array([b.regressor.effect == NUISANCE for b in blocks for _ in b.place], dtype=bool)
+    precision = np.concatenate([b.precision for b in blocks]) / scale**2 if blocks else np.zeros(0)
     out = np.empty(len(parts))
     for f, fold in enumerate(parts):
         without = _without(whole, fold)
         beta = np.linalg.solve(without[:-1, :-1], without[:-1, -1])
         residual = np.append(beta, -1.0)[np.append(fold.place, whole.shape[0] - 1)]
-        out[f] = residual @ fold.gram @ residual
+        slope = fold.gram @ residual
+        out[f] = residual @ slope
+        own = np.flatnonzero(zero[fold.place])
+        if own_zeros and own.size:
+            inner = fold.gram[np.ix_(own, own)] + np.diag(precision[fold.place[own]])
+            out[f] -= slope[own] @ np.linalg.solve(inner, slope[own])
     return out
 
 

@@ -22,7 +22,7 @@ from bench.mismatch.regression.noise import (
     of_rows,
     plain_mixture,
 )
-from bench.mismatch.regression.problem import ChannelProblem, starts_and_folds
+from bench.mismatch.regression.problem import NUISANCE, ChannelProblem, starts_and_folds
 from bench.mismatch.regression.regressors import Free, Regressor
 from bench.mismatch.regression.slow_noise import scattered
 from bench.simulation.frame import FloatArray, Frame, IntArray, recording_starts
@@ -116,7 +116,7 @@ class ChannelModel:
 
 def calibration(problem: ChannelProblem, base: Sequence[Block], noise: RowNoise) -> Calibration:
     """What the simulation's blocks can say; zeros of sensors are none of it."""
-    base = [b for b in base if b.regressor.effect != "nuisance"]
+    base = [b for b in base if b.regressor.effect != NUISANCE]
     precision = np.concatenate([np.zeros(0), *(b.precision for b in base)])
     return Calibration.of(problem, [b.regressor for b in base], precision, noise.sigma)
 
@@ -125,7 +125,7 @@ def predicted(blocks: Sequence[Block], fitted: Fit, frame: Frame) -> FloatArray:
     """What fitted blocks say on the rows of a frame (n,), but for those that are no part of a simulation."""
     out = np.zeros(frame.size)
     for block in blocks:
-        if block.regressor.effect != "nuisance":
+        if block.regressor.effect != NUISANCE:
             out += added(block.regressor, frame, fitted.of(block.place)[0])
     return out
 

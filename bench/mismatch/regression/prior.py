@@ -16,11 +16,9 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.regression.bank import Bank, Fit
 from bench.mismatch.regression.model import Block, add_base, fit_blocks, prepare_bank
-from bench.mismatch.regression.problem import ChannelProblem
+from bench.mismatch.regression.problem import NUISANCE, ChannelProblem
 from bench.simulation.frame import FloatArray
 
-NUISANCE = "nuisance"
-"""effect of the blocks that stand for zeros of sensors"""
 _MONOMIALS = 10
 _GROUPS = ((4, 5), (0, 1, 2, 6, 7, 8))
 """numbers of the monomials that are linear in speed and temperature, and of second order"""

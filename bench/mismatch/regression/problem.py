@@ -42,6 +42,8 @@ class ChannelSpec:
     integral: bool = False
 
 
+NUISANCE = "nuisance"
+"""effect of the blocks that stand for zeros of sensors"""
 CHANNELS: dict[str, ChannelSpec] = {
     LOAD_TORQUE: ChannelSpec(LOAD_TORQUE, *INPUTS[LOAD_TORQUE], "load.reaction"),
     TRANSMISSION_ERROR: ChannelSpec(TRANSMISSION_ERROR, *INPUTS[TRANSMISSION_ERROR]),
@@ -150,7 +152,7 @@ class WanderingZero:
     asked for in :mod:`bench.mismatch.power_zeros`).
     """
 
-    effect: str = "nuisance"
+    effect: str = NUISANCE
     words: str = "zero of the motor torque in the heat balance"
     equation: str = "dT/dt += z_r*w_m/C"
     variables: tuple[str, ...] = ()

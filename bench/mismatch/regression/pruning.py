@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from bench.mismatch import criteria
+from bench.mismatch.regression.apart import apart, beyond_noise
 from bench.mismatch.regression.description import description, prior_of
 from bench.mismatch.regression.folds import weights
 from bench.mismatch.regression.heredity import without
@@ -135,16 +136,18 @@ def _above_the_rest(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
     model = search.model
     fitted = model.refitted(chosen)
     rows = model.problem.rows.take(model.problem.train)
-    index = [i for b in model.blocks(chosen) for i in b.place]
-    left = model.bank.residual(index, fitted.coefficients)
-    beyond = max(float(np.mean(left**2)) - 1.0, 0.0)  # whitened: noise alone has 1
+    beyond = beyond_noise(model, chosen, fitted)
     rest = float(np.sqrt(beyond * np.sum(model.noise.sigma**2 * rows.number) / rows.number.sum())) / model.floor
     # in an integral slow noise adds up to more than the noise of a sample
     little = rest < 1.0 or model.problem.spec.integral
     if little and all(c.effect != UNKNOWN for c in chosen):
         return list(chosen)
     least = criteria.OVER_THE_REST * rest
-    return [c for c in chosen if c.effect == UNKNOWN or _strength_among(search, chosen, c).overall > least]
+    return [
+        c
+        for c in chosen
+        if c.effect == UNKNOWN or _strength_among(search, chosen, c).overall > least or apart(search, chosen, c)
+    ]
 
 
 def _no_mere_form(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:

@@ -33,14 +33,17 @@ def not_refuted(model: ChannelModel, chosen: Sequence[Chosen]) -> list[Chosen]:
         blocks = model.blocks(current)
         fitted = fit_blocks(model.bank, blocks, model.variances)
 
-        def left(own: Sequence[Block], at: float = fitted.variance) -> FloatArray:
-            return squares(model.bank, own, model.folds, at)
+        def left(own: Sequence[Block], zeros: bool, at: float = fitted.variance) -> FloatArray:
+            return squares(model.bank, own, model.folds, at, zeros)
 
-        whole = left(blocks)
+        # a name is physics that may show in heating runs alone, whose zeros nothing tells; a function without one is
+        # whatever follows these recordings
+        wholes = {zeros: left(blocks, zeros) for zeros in (False, True)}
         others = [without(current, c, model.problem.lacking) for c in current]
         beyond, ratios = [], []
         for c, own in zip(current, others, strict=True):
-            squared = left(model.blocks(own))
+            zeros = c.effect != UNKNOWN
+            whole, squared = wholes[zeros], left(model.blocks(own), zeros)
             spared = carried(model.bank, blocks, c.main, model.folds, fitted) <= criteria.CANNOT_BE_SPARED
             asked = spared | (whole < squared)
             beyond.append(0.5 * float((whole - squared)[asked].sum()) - model.price)

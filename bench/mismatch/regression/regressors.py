@@ -89,7 +89,7 @@ class Named:
     @property
     def equation(self) -> str:
         """Its equation."""
-        return self.term.equation
+        return self.term.equation_of(self.form)
 
     @property
     def variables(self) -> tuple[str, ...]:
@@ -154,10 +154,11 @@ class Free:
         """Its equation."""
         parts = []
         for number, grid in enumerate(self.grids):
-            name = "f" if len(self.grids) == 1 else f"f_{number + 1}"
+            mark = self._mark(number)
+            name = f"f{mark}"
             times = in_words(grid.times)
             if not grid.over:
-                parts.append(f"c*{times}")
+                parts.append(f"c{mark}*{times}")
                 continue
             own = grid.formula or f"{name}({', '.join(grid.over)})"
             parts.append(f"{times + '*' if times else ''}{own}")
@@ -170,6 +171,10 @@ class Free:
         names = [name for g in self.grids for name in g.over]
         names += [FACTOR_OF[part] for g in self.grids if not g.over for part in g.times.split("*") if part in FACTOR_OF]
         return tuple(dict.fromkeys(names))
+
+    def _mark(self, number: int) -> str:
+        """What tells the symbols of one of several grids from the others'."""
+        return "" if len(self.grids) == 1 else f"_{number + 1}"
 
     @property
     def variables_of_tables(self) -> bool:
@@ -201,9 +206,10 @@ class Free:
             coefficients, std = self.values(coefficients), np.sqrt(np.asarray(self.mixing) ** 2 @ std**2)
         out = []
         at = 0
-        for grid in self.grids:
+        for number, grid in enumerate(self.grids):
             times = in_words(grid.times) if grid.over else ""
-            for symbol in grid.symbols:
+            mark = "" if grid.formula else self._mark(number)
+            for symbol in (s[0] + mark + s[1:] for s in grid.symbols):
                 out.append(
                     {
                         "symbol": symbol + (f"*{times}" if times else ""),

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.regression.beside import free_function, idle, in_its_form, shaped, sound_beside
-from bench.mismatch.regression.choosing import price_of_course
+from bench.mismatch.regression.beside import free_function, handicap_of, idle, in_its_form, shaped, sound_beside
+from bench.mismatch.regression.choosing import MOST_FORMS, price_of_course
 from bench.mismatch.regression.description import description, prior_of
 from bench.mismatch.regression.equivalent import heirs_of, numbers_of, predict_alike
 from bench.mismatch.regression.folds import apart, weights
@@ -148,7 +148,7 @@ def _prior(model: ChannelModel, chosen: Chosen) -> float:
 def _rivals(search: Search, own: Chosen, others: Sequence[Chosen], seen: Scan) -> list[Chosen]:
     """Other explanations that come near, refined beside the other effects."""
     taken = {c.effect for c in others}
-    named: dict[str, int] = {}
+    named: dict[str, dict[str, int]] = {}
     free: dict[tuple[str, ...], int] = {}
     for k in np.argsort(-seen.gain):
         if seen.gain[k] < WORTH_A_LOOK * float(seen.gain.max()) or not np.isfinite(seen.gain[k]):
@@ -157,15 +157,22 @@ def _rivals(search: Search, own: Chosen, others: Sequence[Chosen], seen: Scan) -
         if orphaned(regressor, taken, search.model.problem.lacking):
             continue
         if isinstance(regressor, Named):
-            if regressor.effect not in taken and regressor.effect != own.effect and len(named) < MOST_RIVALS:
-                named.setdefault(regressor.effect, int(k))
+            room = regressor.effect in named or len(named) < MOST_RIVALS
+            if regressor.effect not in taken and regressor.effect != own.effect and room:
+                forms = named.setdefault(regressor.effect, {})
+                # which form is best is known when each has its own parameters: one may end up at the end of its range
+                if len(forms) < MOST_FORMS:
+                    forms.setdefault(regressor.form.name, int(k))
         elif len(free) < 2 and (own.main.regressor.variables != regressor.variables or own.effect != UNKNOWN):
             free.setdefault(regressor.variables, int(k))
     out = []
-    for k in named.values():
-        candidate = shaped(search, others, search.blocks[k].regressor)
-        if candidate is not None:
-            out.append(candidate)
+    for forms in named.values():
+        shapes = [shaped(search, others, search.blocks[k].regressor) for k in forms.values()]
+        candidates = [c for c in shapes if c is not None]
+        if len(candidates) > 1:
+            worth = [float(search.density([*others, c]).sum()) - handicap_of(search, c) for c in candidates]
+            candidates = [candidates[int(np.argmax(worth))]]
+        out += candidates
     for k in free.values():
         block = search.blocks[k]
         if isinstance(block.regressor, Free) and _of_the_name(block.regressor, {own.effect, *taken} - {UNKNOWN}):

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from bench.mismatch import criteria
-from bench.mismatch.regression.beside import told_from_nothing
+from bench.mismatch.regression.beside import in_its_form, told_from_nothing
 from bench.mismatch.regression.description import description
 from bench.mismatch.regression.heredity import laws, without
 from bench.mismatch.regression.model import ChannelModel, Chosen
@@ -42,6 +42,7 @@ def settle(search: Search) -> list[Slot]:
 def _succeeded(search: Search) -> list[Slot]:
     """The slots of the effects when each has what takes its place."""
     _name_by_course(search)
+    _without_needless_corrections(search)
     found = slots(search)
     for _ in range(2 * len(search.model.chosen)):
         model = search.model
@@ -50,8 +51,22 @@ def _succeeded(search: Search) -> list[Slot]:
             break
         search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
         _name_by_course(search)
+        _without_needless_corrections(search)
         found = slots(search)
     return found
+
+
+def _without_needless_corrections(search: Search) -> None:
+    """Names of the model without the corrections of their forms where points left out are predicted as well without:
+    a correction takes from what the term's own numbers say, and widens them.
+    """
+    for k, own in enumerate(list(search.model.chosen)):
+        model = search.model
+        others = [c for i, c in enumerate(model.chosen) if i != k]
+        plain, _ = in_its_form(search, others, own, search.density(model.chosen))
+        if plain is not own:
+            chosen = [*model.chosen[:k], plain, *model.chosen[k + 1 :]]
+            search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
 
 
 def _name_by_course(search: Search) -> None:

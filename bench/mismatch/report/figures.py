@@ -89,12 +89,13 @@ def with_rival(rival: Rival, outcome: ChannelOutcome) -> float | None:
 def share_of_excess(discovery: Discovery, outcome: ChannelOutcome) -> float | None:
     """Part of the held-out residual energy above the noise floor that a discovery explains.
 
-    None where nothing was held out, or what is left without it is no more than the floor.
+    The floor is no more than what is left with all that was found: a part of what was there is at most one. None where
+    nothing was held out, or what is left without it is no more than the floor.
     """
     scored, more = Scored.of(outcome), gained(discovery, outcome)
     if not scored.held_out or scored.after is None or more is None:
         return None
-    excess = scored.after**2 + more - outcome.floor**2
+    excess = scored.after**2 + more - min(outcome.floor, scored.after) ** 2
     return finite(more / excess) if excess > 0.0 else None
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import AMBIGUOUS, NAMED, UNKNOWN, UNNAMED, ChannelOutcome, Discovery, Rival
+from bench.mismatch.equations import together
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.regression.sensitivity import PARAMETER
 from bench.mismatch.report import figures
@@ -211,7 +212,9 @@ def _together(excesses: Sequence[FloatArray | None]) -> FloatArray | None:
 
 
 def _merged(discoveries: Iterable[Discovery]) -> list[Discovery]:
-    """Discoveries of a channel, those of one effect as one: what they add is the sum, the strongest gives the rest."""
+    """Discoveries of a channel, those of one effect as one: what they add is the sum, equations and parameters of all
+    stand together, the strongest gives the rest.
+    """
     groups: dict[object, list[Discovery]] = {}
     for discovery in discoveries:
         groups.setdefault((discovery.effect, _symbol(discovery), _auxiliary(discovery)), []).append(discovery)
@@ -221,12 +224,16 @@ def _merged(discoveries: Iterable[Discovery]) -> list[Discovery]:
         if len(group) == 1:
             out.append(first)
             continue
+        # the strongest keeps its symbols
+        ordered = [first, *(d for d in group if d is not first)]
+        equation, parameters = together([(d.equation, d.parameters) for d in ordered])
         squares = [d.squares for d in group if d.squares is not None]
         more = sum(a - b for a, b in squares)
         out.append(
             replace(
                 first,
-                parameters=tuple(p for d in group for p in d.parameters),
+                equation=equation,
+                parameters=parameters,
                 added=np.sum([d.added for d in group], axis=0),
                 excess=_together([d.excess for d in group]),
                 everywhere=_together([d.everywhere for d in group]),

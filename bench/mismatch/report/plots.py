@@ -173,7 +173,7 @@ def _shaft(finding: Finding, data: Dataset, unit: str) -> Pair | None:
     """Spectrum of the motor torque over the motor's angle, and the same less what of it the finding's orders hold."""
     if not data.shaft:
         return None
-    amplitude = np.array([s.amplitude for s in data.shaft])
+    amplitude = np.array([s.in_band for s in data.shaft])
     held = np.isfinite(amplitude)
     shown = np.flatnonzero(held.any(axis=0))
     squares = np.where(held, np.abs(np.where(held, amplitude, 0.0)) ** 2, 0.0).sum(axis=0)[shown]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import re
 from collections.abc import Iterator
 
 from bench.mismatch.report import reasons
@@ -11,6 +12,8 @@ from bench.mismatch.report.finding import Finding
 from bench.simulation.terms import LIBRARY
 from bench.typeset import engineering, figure, mathml, names_of, plain, symbol
 
+_NUMBER = re.compile(r"_\d+$")
+"""of a symbol that another part of the finding has as well"""
 MOST_PARAMETERS = 12
 """values of a finding on the page; all are in report.json"""
 QUANTITIES: dict[str, str] = {
@@ -73,7 +76,7 @@ def parameters(finding: Finding, linear: bool) -> str:
         doubt = f" ± {spread}" if std is not None else f" (± {_missing(reasons.NO_STD)})"
         text = _missing(reasons.NO_VALUE) if value is None else f"{size}{doubt}"
         name = str(p["symbol"])
-        what = html.escape(known.get(name, ""))
+        what = html.escape(known.get(name) or known.get(_NUMBER.sub("", name), ""))
         rows.append(f"<tr><td>{html.escape(name)}</td><td>{text}</td><td>{html.escape(unit)}</td><td>{what}</td></tr>")
     hidden = len(found) - MOST_PARAMETERS
     more = f'<p class="dim">and {hidden} more in report.json</p>' if hidden > 0 else ""

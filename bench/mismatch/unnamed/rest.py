@@ -27,11 +27,11 @@ LOOKED_AT_S = 1.0
 def unexplained(outcome: ChannelOutcome) -> None:
     """Add what an outcome leaves as a discovery without a name, where it is clearly more than the noise floor.
 
-    That is asked of the median recording. Where nothing was found and the test for structure says that what is left of
-    the fitted recordings is no noise, recordings held out are a second witness: all are asked together, a few far off
-    among them, and more than the floor within its uncertainty is enough (not of an integral). Beside a finding they are
-    what its form leaves of nature's. Levels of held-out recordings that differ no more than those of the fitted ones
-    are offsets between recordings.
+    That is asked of the median recording. Where the test for structure says that what is left of the fitted recordings
+    is no noise, and it is more than what the forms of the findings may leave of nature's, recordings held out are a
+    second witness: all are asked together, a few far off among them. Where nothing was found, more than the floor
+    within its uncertainty is then enough (not of an integral). Levels of held-out recordings that differ no more than
+    those of the fitted ones are offsets between recordings.
 
     What comes and goes in the transmission error leaves the median recording as it is. Where nothing but orders was
     found there, all steady samples are asked as well; levels are no offsets where blocks of time are too loud for
@@ -48,10 +48,10 @@ def unexplained(outcome: ChannelOutcome) -> None:
     if after is None or outcome.floor_std is None:
         return
     usual, levels, integral = criteria.MORE_THAN_NOISE, outcome.of_levels, CHANNELS[outcome.channel].integral
-    if not outcome.discoveries and _rare(p) and every is not None:
+    if _rare(p) and every is not None and every**2 > outcome.floor**2 + _of_forms(outcome):
         after = max(after, every)
         # an integral's floor knows nothing of slow noise that adds up in what is integrated
-        usual, levels = usual if integral else 1.0, 0.0
+        usual, levels = usual if integral or outcome.discoveries else 1.0, 0.0
     most = usual * outcome.floor + criteria.FLOOR_ERRORS * outcome.floor_std
     if outcome.channel == TRANSMISSION_ERROR and outcome.altogether is not None:
         after, most, levels = _coming_and_going(outcome, after, most, levels)
@@ -70,7 +70,7 @@ def unexplained(outcome: ChannelOutcome) -> None:
             None,
             outcome.channel,
             "what is left, more than noise, that nothing recorded predicts",
-            f"{outcome.channel} += what no function of the recorded quantities follows",
+            f"{outcome.channel} += what no function of the recorded quantities follows, rms: its root mean square",
             ("speed", "torque", "temperature"),
             ({"symbol": "rms", "value": size, "unit": CHANNEL_UNITS[outcome.channel], "std": std},),
             left,
@@ -82,6 +82,12 @@ def unexplained(outcome: ChannelOutcome) -> None:
             orders=_orders(outcome, left),
         )
     )
+
+
+def _of_forms(outcome: ChannelOutcome) -> float:
+    """Mean square of what the forms of an outcome's findings may leave of nature's; orders have none."""
+    energy = sum(strength(d, outcome) for d in outcome.discoveries if d.effect != ORDERS)
+    return float(criteria.SHAPE**2 * energy * outcome.floor**2)
 
 
 def _coming_and_going(outcome: ChannelOutcome, after: float, most: float, levels: float) -> tuple[float, float, float]:
@@ -157,11 +163,11 @@ def _taken_out(outcome: ChannelOutcome, left: float) -> list[Discovery]:
 def _dwarfed(discovery: Discovery, outcome: ChannelOutcome, left: float) -> bool:
     """Whether a name is smaller than what is ``left`` (rms per sample, the channel's unit) without an explanation.
 
-    Its gain is then as likely a part of that. Orders and pulses are told by lines and places of their own, which
-    structure elsewhere does not touch.
+    Its gain is then as likely a part of that, unless that depends on other quantities. Orders and pulses are told by
+    lines and places of their own, which structure elsewhere does not touch.
     """
     term = LIBRARY.get(discovery.effect)
-    if term is None or term.nominal or discovery.effect in LINES:
+    if term is None or term.nominal or discovery.effect in LINES or discovery.apart:
         return False
     return bool(np.sqrt(strength(discovery, outcome)) * outcome.floor < left)
 

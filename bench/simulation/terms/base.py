@@ -63,6 +63,8 @@ class Form:
     """whether it jumps where the motion turns: between the rows of a campaign lies no straight line"""
     shape: tuple[Shape, ...] = ()
     """functions by which nature's form may differ from this one, where they are others than the term's"""
+    equation: str = ""
+    """this form's own equation, in its own symbols; empty where it is the term's"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,6 +101,10 @@ class Term:
     def shape_of(self, channel: str, form: Form | None = None) -> tuple[Shape, ...]:
         """Those of one form; of the term where no form is named, or it has none of its own."""
         return form.shape if form is not None and form.shape else tuple(self.shape.get(channel, ()))
+
+    def equation_of(self, form: Form) -> str:
+        """Equation of one of its forms."""
+        return form.equation or self.equation
 
     def form(self, channel: str, name: str | None) -> Form | None:
         """Its form of a name in a channel; None where there is none."""

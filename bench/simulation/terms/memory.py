@@ -17,6 +17,14 @@ NOISE_SHARE = 0.1
 _CODES: dict[Between, int] = {"fresh": 0, "kept": 1, "released": 2}
 
 
+def begins(state: str, between: Between) -> str:
+    """What an equation says of a state between recordings."""
+    if between == "fresh":
+        return f"{state} = 0 before each recording"
+    by_zero = " by way of an input of 0" if between == "released" else ""
+    return f"{state} goes on between recordings{by_zero}"
+
+
 @numba.njit(cache=True)
 def _relaxing(x: FloatArray, starts: np.ndarray, scale: float, between: int) -> FloatArray:
     out = np.empty(x.size)

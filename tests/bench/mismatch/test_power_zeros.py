@@ -11,7 +11,7 @@ import pytest
 
 from bench.mismatch import criteria
 from bench.mismatch.given import Known
-from bench.mismatch.power_zeros import GAIN, GAIN_ERROR, LOAD, RECORDINGS, Zeros, chosen
+from bench.mismatch.power_zeros import GAIN, LOAD, RECORDINGS, REPORTED, UNNAMED, Zeros, chosen
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression import problem as problems
 from bench.mismatch.regression.model import Block
@@ -226,15 +226,18 @@ def test_a_heat_capacity_is_told_once_the_zeros_are_known_to_be_none() -> None:
     assert np.sqrt(covariance[0, 0]) < 3e-3 / CAPACITY
 
 
+@pytest.mark.parametrize("name", [GAIN, UNNAMED])
 @pytest.mark.parametrize("wrong", [0.0, 0.08])
-def test_the_loss_is_that_of_the_torque_and_not_of_its_report(wrong: float) -> None:
+def test_the_loss_is_that_of_the_torque_and_not_of_its_report(wrong: float, name: str) -> None:
     """An error of the reported motor torque that was found is taken off the loss, if heat flows as if it were."""
     rows = heated(0.0)
     frame = rows.frame
     rows = replace(
         rows, frame=replace(frame, motor_torque=frame.motor_torque * (1.0 + wrong), power=frame.power * (1.0 + wrong))
     )
-    found = SimpleNamespace(effect=GAIN_ERROR, columns=lambda own: own.motor_torque[:, None] * wrong / (1.0 + wrong))
-    zeros = Zeros((GAIN,), gain=(Known(cast(Any, found), np.ones(1)),))
+    found = SimpleNamespace(
+        effect=REPORTED[name], columns=lambda own: own.motor_torque[:, None] * wrong / (1.0 + wrong)
+    )
+    zeros = Zeros((name,), reported={name: (Known(cast(Any, found), np.ones(1)),)})
     np.testing.assert_allclose(zeros.less(rows.frame).power, frame.power, rtol=1e-9)
-    assert np.allclose(Zeros((), gain=zeros.gain).less(rows.frame).power, rows.frame.power)
+    assert np.allclose(Zeros((), reported=zeros.reported).less(rows.frame).power, rows.frame.power)

@@ -15,6 +15,10 @@ from bench.typeset import engineering, figure, mathml, names_of, symbol
 def test_every_equation_of_the_library_is_typeset_and_well_formed(effect: str) -> None:
     text = mathml(LIBRARY[effect].equation)
     minidom.parseString(f"<p>{text}</p>")
+    for form in (form for forms in LIBRARY[effect].forms.values() for form in forms):
+        own = mathml(LIBRARY[effect].equation_of(form))
+        minidom.parseString(f"<p>{own}</p>")
+        assert own.startswith("<math>")
     # what is no formula may stay text, as "or a knee" does
     assert "<math>" in text or "(or" in text or "(+" in text or "the same" in text
 

@@ -42,8 +42,22 @@ TERM = Term(
     where="motor_torque over the output angle, changing sign with the direction",
     forms={
         MOTOR_TORQUE: (
-            Form("constant", _modulated, (F_PC, F_PS), (ORDER,), _grid),
-            Form("with_load", _loaded, (F_PLC, F_PLS), (ORDER,), _grid),
+            Form(
+                "constant",
+                _modulated,
+                (F_PC, F_PS),
+                (ORDER,),
+                _grid,
+                equation="tau_m += d*(f_pc*cos(m*q) + f_ps*sin(m*q))",
+            ),
+            Form(
+                "with_load",
+                _loaded,
+                (F_PLC, F_PLS),
+                (ORDER,),
+                _grid,
+                equation="tau_m += d*abs(tau)/(1 kN*m)*(f_plc*cos(m*q) + f_pls*sin(m*q))",
+            ),
         )
     },
     variables=("angle",),

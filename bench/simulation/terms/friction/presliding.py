@@ -15,7 +15,7 @@ from bench.simulation.terms.base import (
     columns,
     logarithmic,
 )
-from bench.simulation.terms.memory import Between, relaxing
+from bench.simulation.terms.memory import Between, begins, relaxing
 
 SHORTEST, LONGEST = 0.05, 40.0
 """rad at the motor: distances of gearboxes and motors; other machines, linear ones above all, have their own"""
@@ -74,6 +74,9 @@ def _linear(frame: Frame, point: Point) -> FloatArray:
 F_D = Symbol("f_d", "N*m", "friction that needs a distance to build up", 0.0)
 S_D = Symbol("s_d", "rad", "distance at the motor shaft over which it builds up", 0.0)
 
+_DAHL = "tau_m += f_d*(z - d), dz = (1 - z*sgn(dx))*dx/s_d, x = phi, nothing at standstill"
+_WAY = "x: way of the motor since the start and each reversal"
+
 TERM = Term(
     effect="friction.presliding",
     name="pre-sliding friction after reversal",
@@ -82,11 +85,34 @@ TERM = Term(
     where="motor_torque in the first moments after a start or reversal",
     forms={
         MOTOR_TORQUE: (
-            Form("dahl", _dahl("fresh"), (F_D,), (S_D,), _grid),
+            Form("dahl", _dahl("fresh"), (F_D,), (S_D,), _grid, equation=f"{_DAHL}, {begins('z', 'fresh')}"),
             # a machine that stands between two recordings is as they left it
-            Form("dahl_kept", _dahl("kept"), (F_D,), (S_D,), _grid, remembers=True, jumps=True),
-            Form("reversal", _since_reversal, (F_D,), (S_D,), _grid),
-            Form("linear", _linear, (F_D,), (S_D,), _grid),
+            Form(
+                "dahl_kept",
+                _dahl("kept"),
+                (F_D,),
+                (S_D,),
+                _grid,
+                remembers=True,
+                jumps=True,
+                equation=f"{_DAHL}, {begins('z', 'kept')}",
+            ),
+            Form(
+                "reversal",
+                _since_reversal,
+                (F_D,),
+                (S_D,),
+                _grid,
+                equation=f"tau_m -= d*f_d*exp(-x/s_d), {_WAY}, nothing before the first reversal",
+            ),
+            Form(
+                "linear",
+                _linear,
+                (F_D,),
+                (S_D,),
+                _grid,
+                equation=f"tau_m -= d*f_d*(1 + r)*max(1 - x/(2*s_d), 0), {_WAY}, r = 1 after a reversal, r = 0 before",
+            ),
         )
     },
     variables=("since_reversal",),

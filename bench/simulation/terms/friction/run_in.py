@@ -51,11 +51,41 @@ TERM = Term(
     where="motor_torque, falling through the campaign whatever the temperature",
     forms={
         MOTOR_TORQUE: (
-            Form("distance", _by_distance, (F_R,), (S_R,), _distances),
-            Form("time", _by_time, (F_R,), (T_R,), _times, shape=(("time", "d"),)),
-            Form("hyperbolic", _hyperbolic, (F_R,), (S_R,), _distances),
-            Form("logarithmic", _logarithmic, (F_R,), (S_R,), _distances),
-            Form("viscous", _viscous, (F_RV,), (S_R,), _distances),
+            Form(
+                "distance",
+                _by_distance,
+                (F_R,),
+                (S_R,),
+                _distances,
+                equation="tau_m += d*f_r*exp(-s/s_r), s: distance run at the output",
+            ),
+            Form(
+                "time", _by_time, (F_R,), (T_R,), _times, shape=(("time", "d"),), equation="tau_m += d*f_r*exp(-t/t_r)"
+            ),
+            Form(
+                "hyperbolic",
+                _hyperbolic,
+                (F_R,),
+                (S_R,),
+                _distances,
+                equation="tau_m += d*f_r/(1 + s/s_r), s: distance run at the output",
+            ),
+            Form(
+                "logarithmic",
+                _logarithmic,
+                (F_R,),
+                (S_R,),
+                _distances,
+                equation="tau_m -= d*f_r*log(1 + s/s_r), s: distance run at the output",
+            ),
+            Form(
+                "viscous",
+                _viscous,
+                (F_RV,),
+                (S_R,),
+                _distances,
+                equation="tau_m += f_rv*w_m*exp(-s/s_r), s: distance run at the output",
+            ),
         )
     },
     variables=("time",),

@@ -44,10 +44,10 @@ TERM = Term(
     where="motor_torque at low speed, sign of the motion",
     forms={
         MOTOR_TORQUE: (
-            Form("exponential", _exponential, (F_S,), (W_S,), _grid),
-            Form("gaussian", _gaussian, (F_S,), (W_S,), _grid),
-            Form("rational", _rational, (F_S,), (W_S,), _grid),
-            Form("slow_rational", _slow_rational, (F_S,), (W_S,), _grid),
+            Form("exponential", _exponential, (F_S,), (W_S,), _grid, equation="tau_m += d*f_s*exp(-abs(w_m)/w_s)"),
+            Form("gaussian", _gaussian, (F_S,), (W_S,), _grid, equation="tau_m += d*f_s*exp(-(abs(w_m)/w_s)**2)"),
+            Form("rational", _rational, (F_S,), (W_S,), _grid, equation="tau_m += d*f_s/(1 + (abs(w_m)/w_s)**2)"),
+            Form("slow_rational", _slow_rational, (F_S,), (W_S,), _grid, equation="tau_m += d*f_s/(1 + abs(w_m)/w_s)"),
         )
     },
     variables=("speed",),

@@ -33,7 +33,14 @@ TERM = Term(
     forms={
         MOTOR_TORQUE: (
             Form("square", _square, (F_Q,)),
-            Form("power", _power, (F_Q,), (EXPONENT,), _powers),
+            Form(
+                "power",
+                _power,
+                (F_Q,),
+                (EXPONENT,),
+                _powers,
+                equation="tau_m += f_q*sgn(w_m)*abs(w_m)**n/(10 rad/s)**(n - 2)",
+            ),
         )
     },
     variables=("speed",),

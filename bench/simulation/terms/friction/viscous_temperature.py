@@ -41,8 +41,22 @@ TERM = Term(
     forms={
         MOTOR_TORQUE: (
             Form("exponential", _exponential, (F_E,), (BETA,), _rates),
-            Form("arrhenius", _arrhenius, (F_E,), (BETA,), _rates),
-            Form("vogel", _vogel, (F_E,), (BETA,), _rates),
+            Form(
+                "arrhenius",
+                _arrhenius,
+                (F_E,),
+                (BETA,),
+                _rates,
+                equation="tau_m += f_e*w_m*exp(beta*(298.15 K)**2*(1/(T + 273.15 K) - 1/(298.15 K)))",
+            ),
+            Form(
+                "vogel",
+                _vogel,
+                (F_E,),
+                (BETA,),
+                _rates,
+                equation="tau_m += f_e*w_m*exp(beta*(85 K)**2*(1/(max(T, -40 degC) + 60 K) - 1/(85 K)))",
+            ),
         )
     },
     variables=("temperature", "speed"),

@@ -26,8 +26,8 @@ TERM = Term(
     reference="equilibrium of moments, m*g*r*sin(q + phi)",
     where="once an output revolution; before the torque sensor in motor_torque, behind it in load_torque",
     forms={
-        LOAD_TORQUE: (Form("gravity", _behind_sensor, (M_S, M_C)),),
-        MOTOR_TORQUE: (Form("gravity", _before_sensor, (M_S, M_C)),),
+        LOAD_TORQUE: (Form("gravity", _behind_sensor, (M_S, M_C), equation="load_torque += m_s*sin(q) + m_c*cos(q)"),),
+        MOTOR_TORQUE: (Form("gravity", _before_sensor, (M_S, M_C), equation="tau_m += (m_s*sin(q) + m_c*cos(q))/u"),),
     },
     variables=("angle",),
 )

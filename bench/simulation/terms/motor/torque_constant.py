@@ -47,9 +47,16 @@ TERM = Term(
     where="motor_torque in proportion to the load, without a trace in load_torque",
     forms={
         MOTOR_TORQUE: (
-            Form("gain", _gain, (G,)),
-            Form("saturation", _saturation, (G, S2), (DRAG,), _drags),
-            Form("cubic", _cubic, (G, S3), (DRAG,), _drags),
+            Form("gain", _gain, (G,), equation="tau_m += g*tau/u"),
+            Form(
+                "saturation",
+                _saturation,
+                (G, S2),
+                (DRAG,),
+                _drags,
+                equation="tau_m += g*x + s_2*x*abs(x), x = tau/u + d*tau_d",
+            ),
+            Form("cubic", _cubic, (G, S3), (DRAG,), _drags, equation="tau_m += g*x + s_3*x**3, x = tau/u + d*tau_d"),
         )
     },
     variables=("torque",),

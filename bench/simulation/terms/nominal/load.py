@@ -29,7 +29,7 @@ def _offset(frame: Frame, _: Point) -> FloatArray:
 REACTION = Term(
     effect="load.reaction",
     name="torque of the load motor",
-    equation="load_torque += load_motor_torque",
+    equation="load_torque += k*load_motor_torque",
     reference=REFERENCE,
     where="load_torque in proportion to the load motor's",
     forms={LOAD_TORQUE: (Form("nominal", _reaction, (Symbol("k", "1", "share, 1 by equilibrium"),)),)},

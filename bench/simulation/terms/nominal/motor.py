@@ -24,7 +24,7 @@ def _offset(frame: Frame, _: Point) -> FloatArray:
 LOAD_REACTION = Term(
     effect="motor.load_reaction",
     name="reaction of the load torque",
-    equation="tau_m += tau/u",
+    equation="tau_m += k*tau/u",
     reference=REFERENCE,
     where="motor_torque in proportion to the load",
     forms={MOTOR_TORQUE: (Form("nominal", _reaction, (Symbol("k", "1", "share of tau/u, 1 by geometry"),)),)},

@@ -10,7 +10,7 @@ REFERENCE = "heat balance of the nominal simulation"
 
 
 def _heating(frame: Frame, _: Point) -> FloatArray:
-    return columns(integral(frame.power, frame))
+    return columns(integral(frame.power, frame) + frame.lead)
 
 
 def _convection(frame: Frame, _: Point) -> FloatArray:
@@ -24,7 +24,16 @@ LOSS_HEATING = Term(
     equation="dT/dt += abs(tau_m*w_m - tau*dq/dt)/C",
     reference=REFERENCE,
     where="temperature, rising with the loss",
-    forms={TEMPERATURE: (Form("nominal", _heating, (Symbol("1/C", "K/J", "one over the heat capacity", 0.0),)),)},
+    forms={
+        TEMPERATURE: (
+            Form(
+                "nominal",
+                _heating,
+                (Symbol("1/C", "K/J", "one over the heat capacity", 0.0),),
+                equation="dT/dt += 1/C*abs(tau_m*w_m - tau*dq/dt)",
+            ),
+        )
+    },
     nominal=True,
     variables=("speed",),
 )
@@ -43,6 +52,7 @@ CONVECTION = Term(
                     Symbol("1/(R*C)", "1/s", "one over the time constant", 0.0),
                     Symbol("(T_amb-25)/(R*C)", "K/s", "surroundings above 25 degC over the time constant"),
                 ),
+                equation="dT/dt += (T_amb-25)/(R*C) - 1/(R*C)*(T - 25 degC)",
             ),
         )
     },

@@ -73,6 +73,7 @@ FOURIER = Term(
                 (Symbol("c", "rad", "cosine amplitude"), Symbol("s", "rad", "sine amplitude")),
                 (Symbol("f", "1", "order per output revolution", 0.0),),
                 _grid,
+                equation="TE += c*cos(f*theta) + s*sin(f*theta)",
             ),
         )
     },

@@ -37,9 +37,9 @@ TERM = Term(
     reference="first-order expansion of a delay",
     where="wherever the load torque changes: torque ramps, reversals",
     forms={
-        LOAD_TORQUE: (Form("delay", _rate, (DELAY,)),),
-        MOTOR_TORQUE: (Form("delay", _motor_rate, (DELAY,)),),
-        TRANSMISSION_ERROR: (Form("delay", _compliance_rate, (DELAY_K,)),),
+        LOAD_TORQUE: (Form("delay", _rate, (DELAY,), equation="load_torque -= delta*dtau/dt"),),
+        MOTOR_TORQUE: (Form("delay", _motor_rate, (DELAY,), equation="tau_m += delta*dtau/dt/u"),),
+        TRANSMISSION_ERROR: (Form("delay", _compliance_rate, (DELAY_K,), equation="TE += delta_over_k*dtau/dt"),),
     },
     variables=("torque_rate",),
 )

@@ -23,8 +23,8 @@ TERM = Term(
     reference="VDI/VDE 2646; data sheets' sensitivity tolerance",
     where="load_torque in proportion to the load, with the opposite trace in motor_torque",
     forms={
-        LOAD_TORQUE: (Form("gain", _gain, (G_S,)),),
-        MOTOR_TORQUE: (Form("gain", _trace, (G_S,)),),
+        LOAD_TORQUE: (Form("gain", _gain, (G_S,), equation="load_torque += g_s*load_motor_torque"),),
+        MOTOR_TORQUE: (Form("gain", _trace, (G_S,), equation="tau_m -= g_s*tau/u"),),
     },
     variables=("torque",),
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms.base import LOAD_TORQUE, Form, Point, Symbol, Term, columns, logarithmic, top
-from bench.simulation.terms.memory import NOISE_SHARE, play, relaxing
+from bench.simulation.terms.memory import NOISE_SHARE, begins, play, relaxing
 
 WIDEST = 0.4
 """of the largest torque: a loop that is wider is hardly turned, and looks like a gain"""
@@ -41,6 +41,12 @@ def _quiet(frame: Frame, width: float) -> FloatArray:
 H_S = Symbol("h_s", "N*m", "half width of the loop")
 W_H = Symbol("w_h", "N*m", "torque over which the loop turns", 0.0)
 
+_PLAY = "load_torque += h_s*(x - y)/w_h, y = max(x - w_h, min(x + w_h, y)), x = load_motor_torque"
+_DAHL = (
+    "load_torque += h_s*z, dz = (1 - z*sgn(dx))*dx/w_h, "
+    f"x = max(l - {NOISE_SHARE:g}*w_h, min(l + {NOISE_SHARE:g}*w_h, x)), l = load_motor_torque"
+)
+
 TERM = Term(
     effect="sensor.torque_hysteresis",
     name="hysteresis of the torque sensor",
@@ -49,10 +55,26 @@ TERM = Term(
     where="load_torque, by whether the load rises or falls",
     forms={
         LOAD_TORQUE: (
-            Form("play", _play, (H_S,), (W_H,), _widths),
-            Form("play_kept", _play_kept, (H_S,), (W_H,), _widths, remembers=True),
-            Form("dahl", _dahl, (H_S,), (W_H,), _widths),
-            Form("dahl_kept", _dahl_kept, (H_S,), (W_H,), _widths, remembers=True),
+            Form("play", _play, (H_S,), (W_H,), _widths, equation=f"{_PLAY}, {begins('y', 'fresh')}"),
+            Form(
+                "play_kept",
+                _play_kept,
+                (H_S,),
+                (W_H,),
+                _widths,
+                remembers=True,
+                equation=f"{_PLAY}, {begins('y', 'kept')}",
+            ),
+            Form("dahl", _dahl, (H_S,), (W_H,), _widths, equation=f"{_DAHL}, {begins('z', 'fresh')}"),
+            Form(
+                "dahl_kept",
+                _dahl_kept,
+                (H_S,),
+                (W_H,),
+                _widths,
+                remembers=True,
+                equation=f"{_DAHL}, {begins('z', 'kept')}",
+            ),
         )
     },
     variables=("torque_path",),

@@ -11,9 +11,14 @@ from bench.simulation.terms.base import LOAD_TORQUE, MOTOR_TORQUE, Form, Point, 
 
 
 def _forms(
-    x: Callable[[Frame], FloatArray], largest: Callable[[Frame], float], share: Callable[[Frame], float]
+    x: Callable[[Frame], FloatArray],
+    largest: Callable[[Frame], float],
+    share: Callable[[Frame], float],
+    shown: Callable[[str], str],
 ) -> tuple[Form, ...]:
-    """Curves of the load ``x`` in kN*m (n,), ``largest`` N*m, times the ``share`` of them that the channel shows."""
+    """Curves of the load ``x`` in kN*m (n,), ``largest`` N*m, times the ``share`` of them that the channel shows;
+    ``shown``: the channel's equation with a curve of x.
+    """
 
     def _square(frame: Frame, _: Point) -> FloatArray:
         return columns(share(frame) * x(frame) ** 2)
@@ -41,13 +46,20 @@ def _forms(
         return columns(share(frame) * np.sign(x(frame)) * beyond)
 
     return (
-        Form("square", _square, (C_2,)),
-        Form("odd_square", _odd_square, (C_1, C_2O)),
-        Form("cubic", _cubic, (C_1, C_3)),
-        Form("odd_square_alone", _odd_square_alone, (C_2O,)),
-        Form("cubic_alone", _cubic_alone, (C_3,)),
-        Form("full", _full, (C_1, C_2, C_3)),
-        Form("knee", _knee, (SLOPE,), (KNEE,), _knees),
+        Form("square", _square, (C_2,), equation=shown("c_2*x**2")),
+        Form("odd_square", _odd_square, (C_1, C_2O), equation=shown("c_1*x + c_2o*x*abs(x)")),
+        Form("cubic", _cubic, (C_1, C_3), equation=shown("c_1*x + c_3*x**3")),
+        Form("odd_square_alone", _odd_square_alone, (C_2O,), equation=shown("c_2o*x*abs(x)")),
+        Form("cubic_alone", _cubic_alone, (C_3,), equation=shown("c_3*x**3")),
+        Form("full", _full, (C_1, C_2, C_3), equation=shown("c_1*x + c_2*x**2 + c_3*x**3")),
+        Form(
+            "knee",
+            _knee,
+            (SLOPE,),
+            (KNEE,),
+            _knees,
+            equation=shown("c_k*sgn(x)*max(abs(x) - tau_k/(1 kN*m), 0)"),
+        ),
     )
 
 
@@ -66,11 +78,17 @@ TERM = Term(
     where="load_torque, curved in the load, with the opposite trace in motor_torque",
     forms={
         LOAD_TORQUE: _forms(
-            lambda frame: frame.load_motor_level / 1000.0, lambda frame: top(frame.load_motor_torque), lambda _: 1.0
+            lambda frame: frame.load_motor_level / 1000.0,
+            lambda frame: top(frame.load_motor_torque),
+            lambda _: 1.0,
+            lambda curve: f"load_torque += {curve}, x = load_motor_torque/(1 kN*m)",
         ),
         # what the sensor reads too much the motor does not give: seen where nothing else says what the load is
         MOTOR_TORQUE: _forms(
-            lambda frame: frame.torque_level / 1000.0, lambda frame: top(frame.torque), lambda frame: -1.0 / frame.ratio
+            lambda frame: frame.torque_level / 1000.0,
+            lambda frame: top(frame.torque),
+            lambda frame: -1.0 / frame.ratio,
+            lambda curve: f"tau_m -= ({curve})/u, x = tau/(1 kN*m)",
         ),
     },
     variables=("torque",),

@@ -29,8 +29,16 @@ TERM = Term(
     reference="VDI/VDE 2646; data sheets' TK0",
     where="load_torque as an offset that follows the temperature",
     forms={
-        LOAD_TORQUE: (Form("linear", _linear, (Z_T,)), Form("quadratic", _quadratic, (Z_T, Z_TT))),
-        MOTOR_TORQUE: (Form("linear", _trace, (Z_T,)),),
+        LOAD_TORQUE: (
+            Form("linear", _linear, (Z_T,)),
+            Form(
+                "quadratic",
+                _quadratic,
+                (Z_T, Z_TT),
+                equation="load_torque += z_T*(T - 25 degC) + z_TT*(T - 25 degC)**2",
+            ),
+        ),
+        MOTOR_TORQUE: (Form("linear", _trace, (Z_T,), equation="tau_m -= z_T*(T - 25 degC)/u"),),
     },
     variables=("temperature",),
     shape={LOAD_TORQUE: (("temperature", "1"),)},

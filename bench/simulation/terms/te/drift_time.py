@@ -59,12 +59,12 @@ TERM = Term(
     where="transmission_error's offset through the campaign",
     forms={
         TRANSMISSION_ERROR: (
-            Form("linear", _linear, (C_T,)),
-            Form("creep", _creep, (C_E,), (T_C,), _scales),
-            Form("logarithmic", _logarithmic, (C_L,), (T_C,), _scales),
-            Form("loosening", _loosening, (C_S,), (T_C,), _steps),
-            Form("distance", _travelled, (C_D,)),
-            Form("compliance", _compliance, (C_T, C_K)),
+            Form("linear", _linear, (C_T,), equation="TE += c_t*t"),
+            Form("creep", _creep, (C_E,), (T_C,), _scales, equation="TE += c_e*(1 - exp(-t/t_c))"),
+            Form("logarithmic", _logarithmic, (C_L,), (T_C,), _scales, equation="TE += c_l*log(1 + t/t_c)"),
+            Form("loosening", _loosening, (C_S,), (T_C,), _steps, equation="TE += c_s, after t = t_c"),
+            Form("distance", _travelled, (C_D,), equation="TE += c_d*s/(100 rad), s: distance run at the output"),
+            Form("compliance", _compliance, (C_T, C_K), equation="TE += c_t*t + c_k*t*tau/(1 kN*m)"),
         )
     },
     variables=("time",),

@@ -48,6 +48,11 @@ _DEPENDENT = tuple(
     for wave in ("c", "s")
 )
 
+_OF_STATES = ", ".join(
+    f"{w} = {w}_1 + {w}_d*d + {w}_tau*tau/(1 kN*m) + {w}_v*dtheta/(0.1 rad/s) + {w}_T*(T - 35 degC)/(15 K)"
+    for w in ("c", "s")
+)
+
 TERM = Term(
     effect="te.harmonic",
     name="harmonic order that the simulation does not have",
@@ -57,7 +62,14 @@ TERM = Term(
     forms={
         TRANSMISSION_ERROR: (
             Form("constant", _constant, (C, S), (F,), _orders),
-            Form("dependent", _dependent, _DEPENDENT, (F,), _orders),
+            Form(
+                "dependent",
+                _dependent,
+                _DEPENDENT,
+                (F,),
+                _orders,
+                equation=f"TE += c*cos(f*theta) + s*sin(f*theta), {_OF_STATES}",
+            ),
         )
     },
     variables=("angle",),

@@ -16,7 +16,7 @@ from bench.simulation.terms.base import (
     logarithmic,
     top,
 )
-from bench.simulation.terms.memory import NOISE_SHARE, Between, play, relaxing
+from bench.simulation.terms.memory import NOISE_SHARE, Between, begins, play, relaxing
 
 BETWEEN: tuple[Between, ...] = ("fresh", "kept", "released")
 SUFFIX = {"fresh": "", "kept": "_kept", "released": "_released"}
@@ -85,7 +85,14 @@ H_STACK = tuple(
 )
 W = Symbol("w", "N*m", "torque over which the loop turns", 0.0)
 S = Symbol("s", "rad", "distance at the output over which the loop turns", 0.0)
-
+_PLAY = "TE += h*(tau - y)/w, y = max(tau - w, min(tau + w, y))"
+_BOUC_WEN = f"TE += h*z, dz = (1 - z*sgn(dx))*dx/w, x = max(tau - {NOISE_SHARE:g}*w, min(tau + {NOISE_SHARE:g}*w, x))"
+_STACK = "TE += {}, y_k = max(tau - w_k, min(tau + w_k, y_k)), {}".format(
+    " + ".join(f"h_{k + 1}*(tau - y_{k + 1})/w_{k + 1}" for k in range(len(STACK))),
+    ", ".join(f"w_{k + 1} = {f'{share:g}*' if share != 1.0 else ''}w" for k, share in enumerate(STACK)),
+)
+_REVERSAL = "TE += h*(z - d), dz = (1 - z*sgn(dx))*dx/s, x = theta, nothing at standstill"
+_ANGLE_PLAY = "TE += h*(z - d), z = 2*(theta - y)/s, y = max(theta - s/2, min(theta + s/2, y))"
 
 TERM = Term(
     effect="te.hysteresis",
@@ -95,19 +102,59 @@ TERM = Term(
     where="transmission_error's offset, by whether the torque rises or falls, or after reversal",
     forms={
         TRANSMISSION_ERROR: (
-            *(Form(f"play{SUFFIX[b]}", _play(b), (H,), (W,), _torques, remembers=b != "fresh") for b in BETWEEN),
             *(
-                Form(f"bouc_wen{SUFFIX[b]}", _bouc_wen(b), (H,), (W,), _torques, remembers=b != "fresh")
+                Form(
+                    f"play{SUFFIX[b]}",
+                    _play(b),
+                    (H,),
+                    (W,),
+                    _torques,
+                    remembers=b != "fresh",
+                    equation=f"{_PLAY}, {begins('y', b)}",
+                )
                 for b in BETWEEN
             ),
             *(
                 Form(
-                    f"stack{SUFFIX[b]}", _stack(b), H_STACK, (W,), _wide_torques, one_sign=True, remembers=b != "fresh"
+                    f"bouc_wen{SUFFIX[b]}",
+                    _bouc_wen(b),
+                    (H,),
+                    (W,),
+                    _torques,
+                    remembers=b != "fresh",
+                    equation=f"{_BOUC_WEN}, {begins('z', b)}",
                 )
                 for b in BETWEEN
             ),
-            Form("reversal", _after_reversal, (H,), (S,), _travels),
-            Form("angle_play", _angle_play, (H,), (S,), _travels),
+            *(
+                Form(
+                    f"stack{SUFFIX[b]}",
+                    _stack(b),
+                    H_STACK,
+                    (W,),
+                    _wide_torques,
+                    one_sign=True,
+                    remembers=b != "fresh",
+                    equation=f"{_STACK}, {begins('y_k', b)}",
+                )
+                for b in BETWEEN
+            ),
+            Form(
+                "reversal",
+                _after_reversal,
+                (H,),
+                (S,),
+                _travels,
+                equation=f"{_REVERSAL}, {begins('z', 'fresh')}",
+            ),
+            Form(
+                "angle_play",
+                _angle_play,
+                (H,),
+                (S,),
+                _travels,
+                equation=f"{_ANGLE_PLAY}, {begins('y', 'fresh')}",
+            ),
         )
     },
     variables=("torque_path", "since_reversal"),

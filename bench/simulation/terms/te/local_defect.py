@@ -39,7 +39,16 @@ TERM = Term(
     forms={
         TRANSMISSION_ERROR: (
             Form("gaussian", _gaussian, (P,), (ANGLE, WIDTH), _places),
-            Form("raised_cosine", _raised_cosine, (P,), (ANGLE, WIDTH), _places),
+            Form(
+                "raised_cosine",
+                _raised_cosine,
+                (P,),
+                (ANGLE, WIDTH),
+                _places,
+                equation=(
+                    "TE += p*(1 + cos(pi*x))/2, x = max(-1, min(1, (theta - theta_p)/(2.5*w_p))), periodic in 2*pi"
+                ),
+            ),
         )
     },
     variables=("angle",),

@@ -38,8 +38,10 @@ TERM = Term(
     forms={
         TRANSMISSION_ERROR: (
             Form("tanh", _tanh, (J,), (TAU_J,), _scales),
-            Form("arctan", _arctan, (J,), (TAU_J,), _scales),
-            Form("piecewise", _piecewise, (J,), (TAU_J,), _scales),
+            Form("arctan", _arctan, (J,), (TAU_J,), _scales, equation="TE -= j_2*2/pi*arctan(tau/tau_j)"),
+            Form(
+                "piecewise", _piecewise, (J,), (TAU_J,), _scales, equation="TE -= j_2*max(-1, min(1, tau/(1.5*tau_j)))"
+            ),
         )
     },
     variables=("torque",),

@@ -58,6 +58,20 @@ TERM = Term(
     equation="A_f -> A_f*H(f*dtheta), H(w) = 1/(1 - (w/w_0)**2 + 2j*zeta*w/w_0)",
     reference="Tuttle and Seering, IEEE Trans. Robot. Autom. 12 (1996) 368",
     where="transmission_error: amplitudes and phases of the orders f with f*dtheta near w_0",
-    forms={TRANSMISSION_ERROR: (Form("second_order", _one_order, (A_C, A_S), (F, W_0, ZETA), _grid),)},
+    forms={
+        TRANSMISSION_ERROR: (
+            Form(
+                "second_order",
+                _one_order,
+                (A_C, A_S),
+                (F, W_0, ZETA),
+                _grid,
+                equation=(
+                    "TE += a_c*Re(W) + a_s*Im(W), W = exp(1j*f*theta)*(H(f*dtheta) - 1), "
+                    "H(w) = 1/(1 - (w/w_0)**2 + 2j*zeta*w/w_0)"
+                ),
+            ),
+        )
+    },
     variables=("order_frequency",),
 )

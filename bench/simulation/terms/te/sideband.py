@@ -30,6 +30,20 @@ TERM = Term(
     equation="TE += c_lower*cos((f-m)*theta) + s_lower*sin((f-m)*theta) + the same at f+m",
     reference="McFadden, Mech. Syst. Signal Process. 1 (1987) 173; Feng and Zuo, J. Sound Vib. 331 (2012) 4919",
     where="transmission_error's order spectrum, a pair about a known order",
-    forms={TRANSMISSION_ERROR: (Form("modulation", _both, (LOWER_C, LOWER_S, UPPER_C, UPPER_S), (F, M), _pairs),)},
+    forms={
+        TRANSMISSION_ERROR: (
+            Form(
+                "modulation",
+                _both,
+                (LOWER_C, LOWER_S, UPPER_C, UPPER_S),
+                (F, M),
+                _pairs,
+                equation=(
+                    "TE += c_lower*cos((f - m)*theta) + s_lower*sin((f - m)*theta) + c_upper*cos((f + m)*theta) "
+                    "+ s_upper*sin((f + m)*theta)"
+                ),
+            ),
+        )
+    },
     variables=("angle",),
 )

@@ -60,11 +60,18 @@ TERM = Term(
     where="transmission_error's offset at high torque",
     forms={
         TRANSMISSION_ERROR: (
-            Form("power", _power, (B_P,), (EXPONENT,), _exponents),
-            Form("cubic", _cubic, (B_3,)),
-            Form("odd_square", _odd_square, (B_2,)),
-            Form("piecewise", _piecewise, (B_K,), (KNEE,), _knees),
-            Form("arctan", _softening, (B_A,), (KNEE,), _soft_scales),
+            Form("power", _power, (B_P,), (EXPONENT,), _exponents, equation="TE += b_p*sgn(tau)*abs(tau/(1 kN*m))**n"),
+            Form("cubic", _cubic, (B_3,), equation="TE += b_3*(tau/(1 kN*m))**3"),
+            Form("odd_square", _odd_square, (B_2,), equation="TE += b_2*tau*abs(tau)/(1 kN*m)**2"),
+            Form(
+                "piecewise",
+                _piecewise,
+                (B_K,),
+                (KNEE,),
+                _knees,
+                equation="TE += b_k*sgn(tau)*max(abs(tau) - tau_k, 0)/(1 kN*m)",
+            ),
+            Form("arctan", _softening, (B_A,), (KNEE,), _soft_scales, equation="TE += b_a*arctan(tau/tau_k)"),
         )
     },
     variables=("torque",),

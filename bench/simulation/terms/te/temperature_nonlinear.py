@@ -57,10 +57,26 @@ TERM = Term(
     where="transmission_error's offset over temperature",
     forms={
         TRANSMISSION_ERROR: (
-            Form("exponential", _exponential, (T_E, T_O), (T_S,), _scales),
-            Form("growing", _growing, (T_E, T_O), (T_S,), _scales),
-            Form("cubic", _cubic, (T_E, T_O)),
-            Form("transition", _transition, (T_E, T_O), (T_M, T_W), _transitions),
+            Form(
+                "exponential",
+                _exponential,
+                (T_E, T_O),
+                (T_S,),
+                _scales,
+                equation="TE += (t_e + d*t_o)*exp(-(T - 25 degC)/T_s)",
+            ),
+            Form(
+                "growing", _growing, (T_E, T_O), (T_S,), _scales, equation="TE += (t_e + d*t_o)*exp((T - 45 degC)/T_s)"
+            ),
+            Form("cubic", _cubic, (T_E, T_O), equation="TE += (t_e + d*t_o)*((T - 35 degC)/(15 K))**3"),
+            Form(
+                "transition",
+                _transition,
+                (T_E, T_O),
+                (T_M, T_W),
+                _transitions,
+                equation="TE += (t_e + d*t_o)*tanh((T - T_m)/T_w)",
+            ),
         )
     },
     variables=("temperature",),

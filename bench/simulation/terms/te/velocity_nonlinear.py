@@ -49,9 +49,25 @@ TERM = Term(
     forms={
         TRANSMISSION_ERROR: (
             Form("exponential", _exponential, (V_E, V_O), (V_S,), _scales),
-            Form("rational", _rational, (V_E, V_O), (V_S,), _scales),
-            Form("elastohydrodynamic", _elastohydrodynamic, (V_E, V_O), (V_S,), _scales),
-            Form("gaussian", _saturating, (V_E, V_O), (V_S,), _scales),
+            Form(
+                "rational", _rational, (V_E, V_O), (V_S,), _scales, equation="TE += (v_e + d*v_o)/(1 + abs(dtheta)/v_s)"
+            ),
+            Form(
+                "elastohydrodynamic",
+                _elastohydrodynamic,
+                (V_E, V_O),
+                (V_S,),
+                _scales,
+                equation=f"TE += (v_e + d*v_o)/(1 + (abs(dtheta)/v_s)**{THICKNESS:g})",
+            ),
+            Form(
+                "gaussian",
+                _saturating,
+                (V_E, V_O),
+                (V_S,),
+                _scales,
+                equation="TE += (v_e + d*v_o)*exp(-(dtheta/v_s)**2)",
+            ),
         )
     },
     variables=("speed",),

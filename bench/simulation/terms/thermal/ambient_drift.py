@@ -51,9 +51,16 @@ TERM = Term(
     where="temperature, by the time of day and not by the bench's state",
     forms={
         TEMPERATURE: (
-            Form("linear", _linear, (D_1,)),
-            Form("quadratic", _quadratic, (D_1, D_2)),
-            Form("wave", _wave, (D_C, D_S), (PERIOD,), _periods),
+            Form("linear", _linear, (D_1,), equation="dT/dt += d_1*t"),
+            Form("quadratic", _quadratic, (D_1, D_2), equation="dT/dt += d_1*t + d_2*t**2"),
+            Form(
+                "wave",
+                _wave,
+                (D_C, D_S),
+                (PERIOD,),
+                _periods,
+                equation="dT/dt += d_c*cos(2*pi*t/period) + d_s*sin(2*pi*t/period)",
+            ),
         )
     },
     variables=("time",),

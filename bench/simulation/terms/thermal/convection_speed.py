@@ -28,6 +28,17 @@ TERM = Term(
     equation="C*dT/dt -= C*h_1*(abs(w_m)/(100 rad/s))**n*(T - T_amb)",
     reference="forced convection, Incropera, Fundamentals of Heat and Mass Transfer, ch. 7",
     where="temperature, while turning fast and warm",
-    forms={TEMPERATURE: (Form("power", _forced, (H_1, H_0), (EXPONENT,), _exponents),)},
+    forms={
+        TEMPERATURE: (
+            Form(
+                "power",
+                _forced,
+                (H_1, H_0),
+                (EXPONENT,),
+                _exponents,
+                equation="dT/dt += (h_1*T_amb - h_1*T)*(abs(w_m)/(100 rad/s))**n",
+            ),
+        )
+    },
     variables=("speed", "temperature"),
 )

@@ -25,6 +25,18 @@ TERM = Term(
     equation="C*dT/dt = P - (T - T_h)/R_h - (T - T_amb)/R, tau_h*dT_h/dt = T - T_h",
     reference="two-node lumped model, Incropera, Fundamentals of Heat and Mass Transfer, ch. 5",
     where="temperature: fast after a change of the loss, slow later",
-    forms={TEMPERATURE: (Form("two_node", _housing, (RATE,), (TAU,), _grid, remembers=True),)},
+    forms={
+        TEMPERATURE: (
+            Form(
+                "two_node",
+                _housing,
+                (RATE,),
+                (TAU,),
+                _grid,
+                remembers=True,
+                equation="dT/dt -= 1/(R_h*C)*(T - T_h), tau_h*dT_h/dt = T - T_h, T_h goes on between recordings",
+            ),
+        )
+    },
     variables=("transient",),
 )

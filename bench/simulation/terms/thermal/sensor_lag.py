@@ -13,16 +13,18 @@ def _grid(_: Frame) -> tuple[Point, ...]:
 
 def _lagging(frame: Frame, point: Point) -> FloatArray:
     # the balance filtered by the sensor: what the lagging power has not yet brought
-    return columns(-integral(frame.power - lag(frame.power, frame, point[0]), frame))
+    return columns(-integral(frame.power - lag(frame.power, frame, point[0]), frame) - frame.lead)
 
 
 def _lagging_on(frame: Frame, point: Point) -> FloatArray:
     # what a warm-up has not yet brought to the sensor comes in the recordings after it
-    return columns(-integral(frame.power - campaign_lag(frame.power, frame, point[0]), frame))
+    return columns(-integral(frame.power - campaign_lag(frame.power, frame, point[0]), frame) - frame.lead)
 
 
 PER_C = Symbol("1/C", "K/J", "one over the heat capacity", 0.0)
 TAU = Symbol("tau_s", "s", "time constant of the sensor", 0.0)
+
+_LAG = "dT/dt -= 1/C*(P - P_s), tau_s*dP_s/dt = P - P_s, P: loss"
 
 TERM = Term(
     effect="thermal.sensor_lag",
@@ -32,8 +34,23 @@ TERM = Term(
     where="temperature in the first minutes after the loss changes",
     forms={
         TEMPERATURE: (
-            Form("first_order", _lagging, (PER_C,), (TAU,), _grid),
-            Form("first_order_kept", _lagging_on, (PER_C,), (TAU,), _grid, remembers=True),
+            Form(
+                "first_order",
+                _lagging,
+                (PER_C,),
+                (TAU,),
+                _grid,
+                equation=f"{_LAG}, P_s = P at the start of each recording",
+            ),
+            Form(
+                "first_order_kept",
+                _lagging_on,
+                (PER_C,),
+                (TAU,),
+                _grid,
+                remembers=True,
+                equation=f"{_LAG}, P_s goes on between recordings",
+            ),
         )
     },
     variables=("transient",),

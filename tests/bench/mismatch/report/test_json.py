@@ -119,6 +119,16 @@ def test_a_share_that_cannot_be_computed_is_null() -> None:
     assert finding.before == pytest.approx(finding.after)
 
 
+def test_a_share_is_no_more_than_all_where_less_than_the_floor_is_left() -> None:
+    frame = made.campaign()
+    found = made.discovery("motor_torque", "friction.stribeck", 0.05 * np.sign(frame.velocity), ("speed",))
+    own = made.outcome(frame, "motor_torque", [found])
+    after = own.rmse["after"]
+    assert after is not None
+    own.floor = 1.2 * after
+    assert conclude([own], made.dataset(frame, "motor_torque", own.rows))[0].share_of_excess == pytest.approx(1.0)
+
+
 def test_one_finding_an_effect_the_strongest_first() -> None:
     frame = made.campaign()
     weak = made.discovery("motor_torque", "load.unbalance", np.full(frame.size, 0.1), ("angle",))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -47,14 +49,26 @@ def test_structure_and_a_few_recordings_far_off_are_two_witnesses(p_value: float
     assert len(own.discoveries) == told
 
 
-def test_beside_a_finding_a_few_recordings_far_off_are_what_its_form_leaves() -> None:
+@pytest.mark.parametrize(("size", "told"), [(20.0, ["friction.stribeck"]), (4.0, ["friction.stribeck", "unknown"])])
+def test_beside_a_finding_what_its_form_may_leave_is_not_told(size: float, told: list[str]) -> None:
+    """A form may be off by a fifth of an effect: of 20 times the noise that is 4 times it, of 4 times less than it."""
     frame = made.campaign()
-    found = made.discovery("motor_torque", "friction.stribeck", np.zeros(frame.size), ("speed",))
+    added = size * SIGMA * np.sign(frame.velocity)
+    found = made.discovery("motor_torque", "friction.stribeck", added, ("speed",))
     own = made.outcome(frame, "motor_torque", [found], SIGMA)
     own.structure = Structure(1e-4, "test")
     own.rmse |= {"after": 2.0 * own.floor, "after_steady": own.floor}
     unexplained(own)
-    assert own.discoveries == [found]
+    assert [d.effect for d in own.discoveries] == told
+
+
+def test_a_small_name_that_depends_on_something_else_is_no_part_of_what_is_left() -> None:
+    frame = made.campaign()
+    found = made.discovery("motor_torque", "load.unbalance", 0.3 * SIGMA * np.sign(frame.velocity), ("angle",))
+    own = made.outcome(frame, "motor_torque", [replace(found, apart=True)], SIGMA)
+    own.rmse |= {"after": 3.0 * own.floor, "after_steady": 3.0 * own.floor}
+    unexplained(own)
+    assert [d.effect for d in own.discoveries] == ["load.unbalance", "unknown"]
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
@@ -79,3 +81,15 @@ def test_symbols_have_units_and_bounds_in_order(term, channel: str, form) -> Non
 def test_channels_list_their_terms(channel: str) -> None:
     listed = {term.effect for term in (*for_channel(channel), *nominal_for(channel))}
     assert listed == {term.effect for term in LIBRARY.values() if channel in term.forms}
+
+
+@pytest.mark.parametrize(("term", "channel", "form"), FORMS)
+def test_the_equation_of_a_form_has_each_of_its_symbols(term, channel: str, form) -> None:
+    shown = term.equation_of(form)
+    missing = [s.symbol for s in (*form.linear, *form.nonlinear) if not stands_in(s.symbol, shown)]
+    assert term.effect == "te.offset" or not missing
+
+
+def stands_in(symbol: str, text: str) -> bool:
+    """Whether a symbol is a whole word of a text."""
+    return re.search(rf"(?<!\w){re.escape(symbol)}(?!\w)", text) is not None

@@ -1,0 +1,71 @@
+"""Whether what is left without an explanation may be what a name stands for: not if it depends on other quantities."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from bench.mismatch import criteria
+from bench.mismatch.regression.bank import Fit
+from bench.mismatch.regression.heredity import without
+from bench.mismatch.regression.model import ChannelModel, Chosen, unrefined
+from bench.mismatch.regression.regressors import Regressor
+from bench.mismatch.regression.state import Search
+
+KINDS: dict[str, frozenset[str]] = {
+    "load": frozenset({"torque", "load", "load_motor_torque", "torque_rate", "torque_path"}),
+    "speed": frozenset({"speed", "velocity", "speeding_up", "acceleration", "order_frequency"}),
+    "angle": frozenset({"angle"}),
+    "course": frozenset(
+        {"temperature", "time", "travel", "seconds", "elapsed", "since_reversal", "distance_since_start", "transient"}
+    ),
+}
+"""quantities that go together in a campaign: what depends on one may pass for a function of another of its kind"""
+MOST_STAND_INS = 2
+"""functions of other kinds of quantities that a name has to hold its gain beside"""
+
+
+def beyond_noise(model: ChannelModel, chosen: Sequence[Chosen], fitted: Fit) -> float:
+    """Mean square that some effects leave of the whitened rows, beyond that of noise, which is 1."""
+    index = [i for b in model.blocks(chosen) for i in b.place]
+    return max(float(np.mean(model.bank.residual(index, fitted.coefficients) ** 2)) - 1.0, 0.0)
+
+
+def much_is_left(model: ChannelModel) -> bool:
+    """Whether a model leaves more of its rows than noise usually is."""
+    return beyond_noise(model, model.chosen, model.fit) > criteria.MORE_THAN_NOISE**2 - 1.0
+
+
+def apart(search: Search, chosen: Sequence[Chosen], one: Chosen) -> bool:
+    """Whether what is left does not depend on what a name depends on: beside the name nothing else of its quantities
+    gains what another form of it would, and beside functions of other quantities the name gains most of what it does
+    without them. An unbalanced mass over the angle is no part of oil that flows back in time.
+    """
+    model = search.model
+    kinds = _kinds(one.main.regressor)
+    if not kinds:
+        return False
+    others = without(chosen, one, model.problem.lacking)
+    gain = float(search.density(chosen).sum() - search.density(others).sum())
+    beside = search.scan(chosen, model.refitted(chosen)).gain
+    others_alike = [b.regressor.effect != one.effect and bool(kinds & _kinds(b.regressor)) for b in search.blocks]
+    alike = beside[np.array(others_alike, dtype=bool)]
+    if alike.max(initial=0.0) > criteria.SHAPE**2 * gain:
+        return False
+    instead = search.scan(others, model.refitted(others))
+    stand_ins = [
+        unrefined(search.bank, search.blocks[k])
+        for k in np.argsort(-instead.gain)
+        if instead.gain[k] > instead.price and not kinds & _kinds(search.blocks[k].regressor)
+    ]
+    for other in stand_ins[:MOST_STAND_INS]:
+        held = float(search.density([*others, other, one]).sum() - search.density([*others, other]).sum())
+        if held < 0.5 * gain:
+            return False
+    return True
+
+
+def _kinds(regressor: Regressor) -> set[str]:
+    """Which kinds of quantities (:data:`KINDS`) a regressor depends on."""
+    return {kind for kind, members in KINDS.items() if members & set(regressor.variables)}
