@@ -14,6 +14,7 @@ from bench.mismatch.discovery import ChannelOutcome
 from bench.mismatch.orders.look import HIGHEST_ORDER
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.output_orders import HIGHEST_OUTPUT_ORDER
+from bench.mismatch.recordings.vibration import HIGHEST_SHAFT_ORDER
 from bench.simulation.terms import CHANNEL_UNITS, LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR
 
 
@@ -42,4 +43,7 @@ def _orders(outcome: ChannelOutcome, data: Dataset) -> Sequence[str]:
     rate = max(m.recording.sample_rate for m in data.members)
     # half the samples of a revolution at the slowest speed
     sampled = np.pi * rate / slowest if 0.0 < slowest < np.inf else highest
-    return [f"orders above {min(highest, sampled):.0f} per output revolution"]
+    shaft = ""
+    if outcome.channel == MOTOR_TORQUE and data.shaft:
+        shaft = f", but for whole orders of the motor's shaft up to {HIGHEST_SHAFT_ORDER}"
+    return [f"orders above {min(highest, sampled):.0f} per output revolution{shaft}"]

@@ -85,11 +85,16 @@ def _discovery(
     wide = std if by_itself is None else by_itself.widened(std)
     course = excess_of(model, own, frame, number)
     angles, orders = _over_angle(regressor, course, frame, number)
+    sure = sure_of_name(status, strained(regressor, model.problem.rows.frame), coefficients, std)
+    if sure < 1.0:
+        model.notes.append(
+            f"{regressor.words}: its numbers stand at an end of their range, or may be nothing by their standard"
+            " deviations; the confidence in the name is halved"
+        )
     return Discovery(
         effect=own.effect,
         status=status,
-        confidence=_confidence(slot, status, as_good)
-        * sure_of_name(status, strained(regressor, model.problem.rows.frame), coefficients, std),
+        confidence=_confidence(slot, status, as_good) * sure,
         channel=model.channel,
         words=regressor.words,
         equation=regressor.equation,

@@ -61,7 +61,7 @@ def _kept(search: Search, chosen: list[Chosen], price: float) -> list[Chosen]:
     while True:
         believed = _believed(search, pruned(search, chosen, price, keep=0))
         tested = _that_add(search, _no_mere_form(search, _above_the_rest(search, believed)))
-        kept = not_refuted(search.model, tested)
+        kept = _asked_again(search, tested, not_refuted(search.model, tested), price)
         refuted = [c for c in tested if c.effect == UNKNOWN and not any(c is k for k in kept)]
         search.refuted += [c for c in refuted if not search.out(c.main.regressor)]
         gone = [c for c in believed if not any(c is k for k in kept)]
@@ -69,6 +69,24 @@ def _kept(search: Search, chosen: list[Chosen], price: float) -> list[Chosen]:
         if len(functions) in (0, len(gone)):
             return kept
         chosen = [c for c in believed if not any(c is f for f in functions)]
+
+
+def _asked_again(search: Search, tested: Sequence[Chosen], kept: list[Chosen], price: float) -> list[Chosen]:
+    """Effects that were not refuted, with the names that were refuted only because another stood beside them that was
+    refuted as well.
+    """
+    gone = [c for c in tested if not any(c is k for k in kept)]
+    if len(gone) < 2:
+        return kept
+    for own in gone:
+        with_it = [*kept, own]
+        if (
+            own.effect != UNKNOWN
+            and own in pruned(search, with_it, price)
+            and not_refuted(search.model, with_it) == with_it
+        ):
+            kept = with_it
+    return kept
 
 
 def pruned(search: Search, chosen: Sequence[Chosen], price: float, keep: int = 1) -> list[Chosen]:

@@ -48,6 +48,8 @@ def unexplained(outcome: ChannelOutcome) -> None:
     if after is None or outcome.floor_std is None:
         return
     usual, levels, integral = criteria.MORE_THAN_NOISE, outcome.of_levels, CHANNELS[outcome.channel].integral
+    if integral:  # its floor has no noise slower than the blocks, which may be as much again
+        usual = float(np.hypot(usual, 1.0))
     if _rare(p) and every is not None and every**2 > outcome.floor**2 + _of_forms(outcome):
         after = max(after, every)
         # an integral's floor knows nothing of slow noise that adds up in what is integrated

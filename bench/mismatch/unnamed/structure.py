@@ -16,7 +16,7 @@ from bench.mismatch import criteria
 from bench.mismatch.discovery import UNKNOWN, UNNAMED, ChannelOutcome, Discovery, Structure
 from bench.mismatch.recordings.rows import settled_rows
 from bench.mismatch.recordings.vibration import Density
-from bench.mismatch.regression.model import unrefined
+from bench.mismatch.regression.model import of_start, unrefined
 from bench.mismatch.regression.pruning import shuffled
 from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.strength import added
@@ -112,7 +112,7 @@ def _counts(loud: Bursts, outcome: ChannelOutcome, search: Search) -> bool:
     if not loud.rows.size:
         return False
     rows = search.model.problem.rows
-    left = rows.y - search.model.predict(rows.frame)
+    left = rows.y - of_start(search.model.problem, search.model.predict(rows.frame))
     number = rows.number[loud.rows]
     overall = float(np.sqrt(np.sum(left[loud.rows] ** 2 * number) / rows.number[search.model.problem.train].sum()))
     alone = float(np.sqrt(np.mean(left[loud.rows] ** 2))) > outcome.floor
@@ -193,7 +193,7 @@ def _scatter(search: Search, densities: Sequence[Density], seed: int) -> Scatter
     found = scatter(densities, rows.frame, number, seed)
     if found is None:
         return None
-    left = (rows.y - search.model.predict(rows.frame)) ** 2
+    left = (rows.y - of_start(search.model.problem, search.model.predict(rows.frame))) ** 2
     recording = rows.frame.recording
     count = np.bincount(recording, settled)
     # of a mean of n samples as much as of one
@@ -256,7 +256,7 @@ def _unchanged(outcome: ChannelOutcome) -> tuple[float, float] | None:
 def _of_bursts(loud: Bursts, outcome: ChannelOutcome, search: Search) -> Discovery | None:
     """The loud blocks as a finding without a name; None where they are no louder than what is told of anything."""
     rows = search.model.problem.rows
-    left = rows.y - search.model.predict(rows.frame)
+    left = rows.y - of_start(search.model.problem, search.model.predict(rows.frame))
     own = np.zeros(rows.size)
     own[loud.rows] = left[loud.rows]
     if float(np.sqrt(np.mean(left[loud.rows] ** 2))) < criteria.LEAST_STRENGTH * outcome.floor:

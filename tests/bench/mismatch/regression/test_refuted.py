@@ -205,3 +205,18 @@ def test_recordings_in_which_a_name_hardly_acts_say_nothing_of_it(
     monkeypatch.setattr(refuted, "_left", remaining)
     monkeypatch.setattr(refuted, "_vague", lambda *_: False)
     assert (churn not in borne_out(model)) is (share == 1.0)
+
+
+def test_a_name_that_another_took_with_it_is_asked_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Beside a second name the first is refuted, and then the second: alone the first stands."""
+    frame = campaign()
+    own = problem(frame, 0.5 * frame.direction + np.random.default_rng(5).normal(0.0, 0.01, frame.size))
+    search = begun(own)
+    first, second = (
+        Chosen(add_block(own, search.model.bank, named(effect, MOTOR_TORQUE, form)))
+        for effect, form in (("friction.viscous_quadratic", "square"), ("load.unbalance", "gravity"))
+    )
+    monkeypatch.setattr(pruning, "pruned", lambda _search, chosen, *_price, **_keep: list(chosen))
+    monkeypatch.setattr(pruning, "not_refuted", lambda _model, chosen: [c for c in chosen if c is first])
+    assert pruning._asked_again(search, [first, second], [], 5.0) == [first]
+    assert pruning._asked_again(search, [second], [], 5.0) == []

@@ -91,7 +91,8 @@ def test_few_loud_rows_are_told_where_they_are_above_the_noise(size: float, rows
     frame = SimpleNamespace()
     y = np.zeros(40_000)
     y[:rows] = size * SIGMA
-    problem_of = SimpleNamespace(rows=SimpleNamespace(y=y, frame=frame, number=np.ones(y.size)), train=y >= 0.0)
+    rows_of = SimpleNamespace(y=y, frame=frame, number=np.ones(y.size))
+    problem_of = SimpleNamespace(rows=rows_of, train=y >= 0.0, spec=SimpleNamespace(integral=False))
     model = SimpleNamespace(problem=problem_of, predict=lambda _: np.zeros(y.size))
     search: Any = SimpleNamespace(model=model)
     outcome: Any = SimpleNamespace(floor=SIGMA)

@@ -31,6 +31,14 @@ def test_without_steady_motion_all_samples_count() -> None:
     assert [d.effect for d in own.discoveries] == ["unknown"]
 
 
+@pytest.mark.parametrize(("size", "told"), [(1.5, 0), (1.8, 1)])
+def test_slow_noise_of_a_thermometer_may_be_as_much_again_as_its_floor(size: float, told: int) -> None:
+    own = made.outcome(made.campaign(), "temperature", [], SIGMA)
+    own.rmse |= {"after": size * own.floor, "after_steady": size * own.floor}
+    unexplained(own)
+    assert len(own.discoveries) == told
+
+
 def test_one_loud_recording_is_not_the_usual_one() -> None:
     total = _Sum()
     for size in (1.0, 1.0, 1.0, 9.0):
