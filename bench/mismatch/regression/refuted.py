@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.recordings.rows import error_of_mean, hardly_acts
 from bench.mismatch.regression.auxiliary import of_auxiliary
 from bench.mismatch.regression.beside import told_from_nothing
 from bench.mismatch.regression.candidates import PATH
-from bench.mismatch.regression.folds import carried, squares
+from bench.mismatch.regression.folds import carried, predictive, squares, weights
 from bench.mismatch.regression.heredity import without
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen, fit_blocks, of_start
+from bench.mismatch.regression.problem import NUISANCE
 from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.regressors import UNKNOWN
 from bench.simulation.frame import FloatArray
@@ -36,29 +38,51 @@ def not_refuted(model: ChannelModel, chosen: Sequence[Chosen]) -> list[Chosen]:
         def left(own: Sequence[Block], zeros: bool, at: float = fitted.variance) -> FloatArray:
             return squares(model.bank, own, model.folds, at, zeros)
 
-        # a name is physics that may show in heating runs alone, whose zeros nothing tells; a function without one is
-        # whatever follows these recordings
-        wholes = {zeros: left(blocks, zeros) for zeros in (False, True)}
-        others = [without(current, c, model.problem.lacking) for c in current]
-        beyond, ratios = [], []
-        for c, own in zip(current, others, strict=True):
-            zeros = c.effect != UNKNOWN
-            whole, squared = wholes[zeros], left(model.blocks(own), zeros)
+        wholes = [left(blocks, zeros) for zeros in (False, True)]
+        found = []
+        for c in current:
+            own = model.blocks(without(current, c, model.problem.lacking))
             spared = carried(model.bank, blocks, c.main, model.folds, fitted) <= criteria.CANNOT_BE_SPARED
-            asked = spared | (whole < squared)
-            beyond.append(0.5 * float((whole - squared)[asked].sum()) - model.price)
-            ratios.append(float(whole[asked].sum()) / max(float(squared[asked].sum()), 1e-300))
-        worst = int(np.argmax(beyond))
-        if not beyond[worst] > 0.0:
+            worse = _worse(wholes[0], left(own, False), spared, model.price)
+            # a name may show in heating runs alone, whose zeros nothing tells: beside these it is asked again if it is
+            # surely better; a function without a name is whatever follows these recordings
+            if worse[0] > 0.0 and c.effect != UNKNOWN and _surely_better(model, blocks, own):
+                worse = _worse(wholes[1], left(own, True), spared, model.price)
+            found.append(worse)
+        worst = int(np.argmax([beyond for beyond, _ in found]))
+        beyond, ratio = found[worst]
+        if not beyond > 0.0:
             break
-        gone, current = current[worst], others[worst]
+        gone, current = current[worst], without(current, current[worst], model.problem.lacking)
         note = (
             f"{gone.main.regressor.words} gained in likelihood, but points left out of the fit are predicted"
-            f" {np.sqrt(ratios[worst]):.3g} times as badly with it: it is not reported"
+            f" {np.sqrt(ratio):.3g} times as badly with it: it is not reported"
         )
         if note not in model.notes:
             model.notes.append(note)
     return current
+
+
+def _worse(whole: FloatArray, squared: FloatArray, spared: NDArray[np.bool_], price: float) -> tuple[float, float]:
+    """Log-likelihood beyond a price by which points left out are predicted worse, of squares (folds,) with an effect
+    and without it; and the ratio of the squares. Points that cannot be spared do not count against the effect.
+    """
+    asked = spared | (whole < squared)
+    ratio = float(whole[asked].sum()) / max(float(squared[asked].sum()), 1e-300)
+    return 0.5 * float((whole - squared)[asked].sum()) - price, ratio
+
+
+def _surely_better(model: ChannelModel, blocks: Sequence[Block], others: Sequence[Block]) -> bool:
+    """Whether some blocks would predict points left out better than others, had these been drawn again, but for the
+    error rate.
+    """
+    if not any(b.regressor.effect == NUISANCE for b in blocks):
+        return False
+    densities = [
+        predictive(model.bank, own, model.folds, fit_blocks(model.bank, own, model.variances).variance)
+        for own in (blocks, others)
+    ]
+    return float(weights(np.array(densities), 0)[0]) >= 1.0 - criteria.ERROR_RATE
 
 
 def borne_out(model: ChannelModel) -> list[Chosen]:

@@ -121,7 +121,12 @@ def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
     if slot.chosen.effect != UNKNOWN or unnamed >= max(nothing, 0.0 if best is None else best.weight):
         return None
     others = [c for c in model.chosen if c is not slot.chosen]
-    return [*others, best.chosen] if best is not None and best.weight > nothing else others
+    if best is None or best.weight <= nothing:
+        return others
+    # beside another function without a name that name would be a part of the unknown again
+    beside = any(without_a_name(c) for c in others)
+    sure = -best.loss >= criteria.BESIDE_UNKNOWN_ERRORS * best.error
+    return [*others, best.chosen] if sure or not beside else None
 
 
 def _by_chance(slot: Slot) -> bool:
