@@ -65,6 +65,8 @@ def formula_frame(ratio: float) -> Frame:
         "motor_torque": has["motor_torque"],
         "load_motor_torque": has["load_motor_torque"],
         "load_motor_level": has["load_motor_torque"],
+        "lead": const(0.0),
+        "kinetic": omega * has["motor_acceleration"],
         "travel": path,
         # since the motion last began
         "reversal_travel": path - formula.node("begun", (path, direction)),

@@ -11,11 +11,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from bench.errors import ConfigurationError
 from bench.exchange import formula, fourier, pieces
-from bench.exchange.formula import Written, columns_of, lift, make, total
+from bench.exchange.formula import Written, columns_of, const, lift, make, total
 from bench.exchange.sample import INPUTS, STANDSTILL, formula_frame, loss
 from bench.mismatch.given import REACTION, SENSOR, Given, Known
+from bench.mismatch.power_zeros import CONSTANT, INERTIA, LOAD, MOTOR, RECORDINGS, REPORTED, STORED, reported_by
+from bench.mismatch.prediction import Predictor
 from bench.mismatch.regression.problem import CHANNELS, nominal_base
 from bench.mismatch.regression.regressors import Free, Named
 from bench.mismatch.unnamed.formula_regressor import Equation
@@ -99,6 +103,11 @@ def formulas_of(simulation: Simulation, standstill: float = 1e-3) -> Formulas:
                 f"{'it' if len(missing) == 1 else 'them'}, and the simulation has no numbers for "
                 f"{'it' if len(missing) == 1 else 'them'}"
             )
+    if RECORDINGS in writer.predictor.takes_zeros and OUTPUT + TEMPERATURE in outputs:
+        notes.append(
+            f"{TEMPERATURE} is without the zeros of single recordings that were taken off the loss: those of a new "
+            "recording are told by its torques alone"
+        )
     if any(law.effect == RESONANCE for law in writer.given.laws) and OUTPUT + TRANSMISSION_ERROR in outputs:
         notes.append(
             f"{TRANSMISSION_ERROR} has a resonance as its steady response: what the mode swings by freely after a "
@@ -131,6 +140,7 @@ class _Writer:
         self.parameters: dict[str, Parameter] = {}
         self._parameter(STANDSTILL, standstill, "rad/s", "motor speed below which it stands")
         self.frame = formula_frame(given.simulation.gearbox.ratio)
+        self.predictor = Predictor(given)
 
     def _parameter(self, name: str, value: float, unit: str, meaning: str) -> Written:
         key = identifier(name)
@@ -166,6 +176,8 @@ class _Writer:
         given, frame = self.given, self.frame
         if channel != LOAD_TORQUE:
             frame = self._corrected(frame)
+        if channel == TEMPERATURE:
+            frame = self._less(frame)
         parts: list[Any] = []
         fixed = CHANNELS[channel].fixed
         if fixed and fixed not in given.switched_off:
@@ -248,6 +260,27 @@ class _Writer:
             return frame
         torque: Any = make("sub", frame.torque, total([self._regressor(k, frame) for k in errors]))
         return replace(frame, torque=torque, torque_level=torque, power=loss(frame, torque))
+
+    def _less(self, frame: Frame) -> Frame:
+        """The frame with the loss less what the simulation takes off it, but for the zeros of single recordings."""
+        which = [name for name in self.predictor.takes_zeros if name != RECORDINGS]
+        if not which:
+            return frame
+        constants = {LOAD: CONSTANT[LOAD_TORQUE], MOTOR: CONSTANT[MOTOR_TORQUE], STORED: INERTIA}
+        zero, acting, inertia = (
+            self._parameter(effect, self.predictor.number_of(effect), unit, LIBRARY[effect].name)
+            if name in which
+            else const(0.0)
+            for (name, effect), unit in zip(constants.items(), ("N*m", "N*m", "kg*m^2"), strict=True)
+        )
+        known = self.given.known.get(MOTOR_TORQUE, ())
+        wrong = [self._regressor(k, frame) for name in which if name in REPORTED for k in reported_by(known, name)]
+        motor = total([acting, *wrong])
+        load_velocity = formula.reference("input", "load_velocity")
+        signed = frame.motor_torque * frame.omega - frame.torque * load_velocity
+        return replace(
+            frame, power=np.abs(signed - motor * frame.omega + zero * frame.velocity - inertia * frame.kinetic)
+        )
 
     def _reaction(self, frame: Frame) -> list[Written]:
         """The load's reaction through the transmission error."""

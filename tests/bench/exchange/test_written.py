@@ -12,9 +12,12 @@ from bench.exchange.sample import frame_of
 from bench.exchange.to_python import to_python
 from bench.exchange.written import formulas_of
 from bench.mismatch.given import Given
+from bench.mismatch.power_zeros import REPORTED, Zeros, reported_by
+from bench.mismatch.prediction import Predictor
 from bench.mismatch.series_given import swinging
+from bench.simulation.heat_rates import OF_RECORDINGS, TAKEN_OFF
 from bench.simulation.model import Simulation
-from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR
+from bench.simulation.terms import LIBRARY, TEMPERATURE, TRANSMISSION_ERROR
 from tests.bench.exchange.samples import RATIO, STANDSTILL, inputs, name_of, ours, row_of, with_rows
 
 FRAME = frame_of(inputs(), RATIO, STANDSTILL)
@@ -150,6 +153,44 @@ def test_a_resonance_is_written_as_its_steady_response_and_says_so() -> None:
     assert np.abs(swinging(Given.of(simulation), FRAME)).max() > 0.0
     assert any("swings by freely" in note for note in formulas_of(simulation).notes)
     assert not any("swings" in note for note in formulas_of(with_rows(*MADE["series"])).notes)
+
+
+LOSS: tuple[dict[str, Any], ...] = (
+    {"effect": "motor.torque_offset", "parameters": {"tau_0": {"value": 0.2, "unit": "N*m"}}},
+    {"effect": "load.torque_offset", "parameters": {"z_0": {"value": 30.0, "unit": "N*m"}}},
+    {"effect": "motor.inertia", "parameters": {"J": {"value": 0.5, "unit": "kg*m^2"}}},
+    {"effect": "motor.torque_constant", "form": "gain", "channels": ["motor_torque"], "parameters": {"g": 0.3}},
+    {
+        "effect": "unknown",
+        "channels": ["motor_torque"],
+        "form": "table",
+        "over": ["speed"],
+        "times": "d",
+        "knots": [[0.0, 0.5]],
+        "values": [0.4, 0.1],
+    },
+)
+
+
+@pytest.mark.parametrize("which", [[], *([name] for name in TAKEN_OFF), [*TAKEN_OFF]])
+def test_what_is_taken_off_the_loss_is_taken_off_in_a_formula(which: list[str]) -> None:
+    heating = {"effect": "thermal.loss_heating", "parameters": {"1/C": {"value": 2e-4, "unit": "K/J"}}, "less": which}
+    simulation = with_rows(heating, *LOSS)
+    predictor = Predictor(Given.of(simulation))
+    frame = Zeros(
+        tuple(name for name in which if name != OF_RECORDINGS),
+        {"motor_torque": 0.2, "load_torque": 30.0},
+        {},
+        {name: reported_by(predictor.given.known["motor_torque"], name) for name in REPORTED},
+        0.5,
+    ).less(FRAME)
+    rise = predictor.channel(TEMPERATURE, frame, np.zeros(1))
+    formulas = formulas_of(simulation, STANDSTILL)
+    np.testing.assert_allclose(run(simulation, name_of(TEMPERATURE)), rise - rise[0] + 25.0, rtol=1e-9)
+    assert any("zeros of single recordings" in note for note in formulas.notes) is (OF_RECORDINGS in which)
+    if which and which != [OF_RECORDINGS]:
+        plain = predictor.channel(TEMPERATURE, FRAME, np.zeros(1))
+        assert np.abs(plain - plain[0] - rise + rise[0]).max() > 1e-6
 
 
 def test_what_cannot_go_out_is_said() -> None:
