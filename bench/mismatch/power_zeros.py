@@ -18,16 +18,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bench.mismatch.given import Known
+from bench.mismatch.recordings.beginning import at_start, risen
 from bench.mismatch.recordings.rows import Rows
-from bench.mismatch.regression.model import (
-    Block,
-    ChannelModel,
-    of_start,
-    plain_residual,
-    predicted,
-)
-from bench.mismatch.regression.prior import calibrated_alone
-from bench.mismatch.regression.problem import BaseTerm, ChannelProblem
+from bench.mismatch.regression.bank import RIDGE
+from bench.mismatch.regression.model import Block, ChannelModel
+from bench.mismatch.regression.problem import NUISANCE, BaseTerm, ChannelProblem
 from bench.mismatch.regression.regressors import UNKNOWN
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.heat_rates import HEATING, LESS, TAKEN_OFF
@@ -86,11 +81,12 @@ def chosen(
     problem: Callable[[Rows], ChannelProblem],
     found: Sequence[Block] = (),
 ) -> Zeros:
-    """Which zeros the temperature of the training recordings wants taken off: none where it cannot tell.
+    """Which zeros the temperature of the training recordings wants taken off.
 
     ``models`` of the torque channels that there are; ``rows`` of the temperature; ``problem`` made of such rows;
-    ``found``: effects that are fitted beside the simulation, for what is left without them may drown a zero. The
-    choice is paid for as one of those tried, at a log-likelihood that counts a recording as one reading (BIC).
+    ``found``: effects that are fitted beside the simulation, for what is left without them may drown a zero. Each
+    recording is left out in turn, and its temperature predicted by the others: fitted to all of them, the heat capacity
+    and the cooling make up for a zero that was not taken off, and are wrong for the next recording.
     """
     constant = {c: _constant(m, CONSTANT[c]) for c, m in models.items()}
     inertia = _constant(models[MOTOR_TORQUE], INERTIA) if MOTOR_TORQUE in models else 0.0
@@ -102,12 +98,7 @@ def chosen(
     beside = [BaseTerm(block.regressor, tuple(block.precision)) for block in found]
     asked = [problem(replace(rows, frame=zeros.less(rows.frame))) for zeros in tried]
     energy = [_energy(replace(own, base=(*own.base, *beside))) for own in asked]
-    recordings = np.unique(rows.frame.recording).size
-    best = int(np.argmin(energy))
-    if energy[best] <= 0.0 or energy[0] <= 0.0:
-        return tried[0]
-    better = 0.5 * recordings * float(np.log(energy[0] / energy[best]))
-    return tried[best] if better > np.log(len(tried)) + 0.5 * np.log(recordings) else tried[0]
+    return tried[int(np.argmin(energy))]
 
 
 def left_of(rows: Rows, said: FloatArray, usable: np.ndarray) -> dict[int, float]:
@@ -140,10 +131,21 @@ def reported_by(known: Iterable[Known], name: str) -> tuple[Known, ...]:
 
 
 def _energy(problem: ChannelProblem) -> float:
-    """Weighted squares that the calibrated simulation, begun at each recording's first reading, leaves of the training
-    rows.
+    """Weighted squares of the training rows' temperatures, each recording predicted from its first readings by the
+    simulation calibrated on the others.
     """
-    _, blocks, fit = calibrated_alone(problem, plain_residual(problem))
-    said = predicted(blocks, fit, problem.rows.frame)
-    left = (problem.rows.y - of_start(problem, said))[problem.train]
-    return float(np.sum(problem.rows.number[problem.train] * left**2))
+    rows, frame = problem.rows, problem.rows.frame
+    columns = [t.regressor.columns(frame) for t in problem.base if t.regressor.effect != NUISANCE]
+    values = np.column_stack([*columns, rows.y])
+    begun = [risen(frame, at_start(frame, v)) for v in values.T]
+    values = (values - np.column_stack(begun))[problem.train]
+    values = values / np.maximum(np.sqrt(np.mean(values**2, axis=0)), 1e-300)
+    weight, recording = rows.number[problem.train], frame.recording[problem.train]
+    parts = {r: values[recording == r].T @ (weight * values.T).T[recording == r] for r in np.unique(recording)}
+    whole = sum(parts.values()) + RIDGE * weight.sum() * np.eye(values.shape[1])
+    total = 0.0
+    for part in parts.values():
+        left = whole - part
+        told = np.append(np.linalg.solve(left[:-1, :-1], left[:-1, -1]), -1.0)
+        total += float(told @ part @ told)
+    return total

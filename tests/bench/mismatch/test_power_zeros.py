@@ -1,4 +1,4 @@
-"""A zero of the torque sensor heats nothing: the temperature says so, and where it cannot, nothing is taken off."""
+"""A zero of the torque sensor heats nothing: the temperature says so."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import pytest
 
 from bench.mismatch import criteria
 from bench.mismatch.given import Known
-from bench.mismatch.power_zeros import GAIN, LOAD, RECORDINGS, REPORTED, UNNAMED, Zeros, chosen
+from bench.mismatch.power_zeros import GAIN, LOAD, RECORDINGS, REPORTED, UNNAMED, Zeros, _energy, chosen
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression import problem as problems
 from bench.mismatch.regression.model import Block
@@ -111,7 +111,7 @@ def test_the_heat_tells_whether_a_constant_is_a_zero(zero: float, taken: bool) -
     assert np.allclose(power, LOSS[rows.frame.recording])
 
 
-def test_a_zero_that_the_surroundings_drown_is_seen_beside_them() -> None:
+def test_a_zero_is_seen_where_the_surroundings_swing_and_beside_them() -> None:
     rows = heated(ZERO, swing=20.0)
     models = {
         LOAD_TORQUE: torque_model(rows, "load.torque_offset", ZERO),
@@ -120,8 +120,16 @@ def test_a_zero_that_the_surroundings_drown_is_seen_beside_them() -> None:
     term = LIBRARY["thermal.ambient_drift"]
     wave = Named(term, TEMPERATURE, next(f for f in term.forms[TEMPERATURE] if f.name == "wave"), (PERIOD_H,))
     drift = Block(wave, (), np.zeros(2))
-    assert LOAD not in chosen(cast("Any", models), rows, problem).which
+    assert LOAD in chosen(cast("Any", models), rows, problem).which
     assert LOAD in chosen(cast("Any", models), rows, problem, [drift]).which
+    less = replace(rows, frame=Zeros((LOAD,), {LOAD_TORQUE: ZERO}).less(rows.frame))
+    plain, without = (problem(one) for one in (rows, less))
+    beside = BaseTerm(drift.regressor, (0.0, 0.0))
+    # beside the swing what is left without the zero is more of what is left with it
+    alone = _energy(plain) / _energy(without)
+    assert _energy(replace(plain, base=(*plain.base, beside))) > alone * _energy(
+        replace(without, base=(*without.base, beside))
+    )
 
 
 def test_each_recording_has_its_own() -> None:
