@@ -33,9 +33,9 @@ STANDSTILL = "standstill"
 """parameter: motor speed below which it stands, rad/s"""
 
 
-def loss(frame: Frame, torque: Any) -> Any:
-    """Power that the gearbox loses, as a formula, at a load torque."""
-    return np.abs(frame.motor_torque * frame.omega - torque * formula.reference("input", "load_velocity"))
+def loss(frame: Frame, torque: Any, less: Any = 0.0) -> Any:
+    """Power that the gearbox loses, as a formula, at a load torque, ``less`` some W of what goes in."""
+    return np.abs(frame.motor_torque * frame.omega - torque * formula.reference("input", "load_velocity") - less)
 
 
 def formula_frame(ratio: float) -> Frame:
@@ -66,7 +66,6 @@ def formula_frame(ratio: float) -> Frame:
         "load_motor_torque": has["load_motor_torque"],
         "load_motor_level": has["load_motor_torque"],
         "lead": const(0.0),
-        "kinetic": omega * has["motor_acceleration"],
         "travel": path,
         # since the motion last began
         "reversal_travel": path - formula.node("begun", (path, direction)),

@@ -11,11 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
 from bench.errors import ConfigurationError
 from bench.exchange import formula, fourier, pieces
-from bench.exchange.formula import Written, columns_of, const, lift, make, total
+from bench.exchange.formula import Written, columns_of, lift, make, total
 from bench.exchange.sample import INPUTS, STANDSTILL, formula_frame, loss
 from bench.mismatch.given import REACTION, SENSOR, Given, Known
 from bench.mismatch.power_zeros import CONSTANT, INERTIA, LOAD, MOTOR, RECORDINGS, REPORTED, STORED, reported_by
@@ -264,23 +262,23 @@ class _Writer:
     def _less(self, frame: Frame) -> Frame:
         """The frame with the loss less what the simulation takes off it, but for the zeros of single recordings."""
         which = [name for name in self.predictor.takes_zeros if name != RECORDINGS]
-        if not which:
-            return frame
-        constants = {LOAD: CONSTANT[LOAD_TORQUE], MOTOR: CONSTANT[MOTOR_TORQUE], STORED: INERTIA}
-        zero, acting, inertia = (
-            self._parameter(effect, self.predictor.number_of(effect), unit, LIBRARY[effect].name)
-            if name in which
-            else const(0.0)
-            for (name, effect), unit in zip(constants.items(), ("N*m", "N*m", "kg*m^2"), strict=True)
-        )
         known = self.given.known.get(MOTOR_TORQUE, ())
-        wrong = [self._regressor(k, frame) for name in which if name in REPORTED for k in reported_by(known, name)]
-        motor = total([acting, *wrong])
-        load_velocity = formula.reference("input", "load_velocity")
-        signed = frame.motor_torque * frame.omega - frame.torque * load_velocity
-        return replace(
-            frame, power=np.abs(signed - motor * frame.omega + zero * frame.velocity - inertia * frame.kinetic)
-        )
+        motor = [k for name in which if name in REPORTED for k in reported_by(known, name)]
+        # the power that speeds the motor up is that of the torque of its inertia
+        constants = {MOTOR: CONSTANT[MOTOR_TORQUE], STORED: INERTIA}
+        motor += [k for name in which if name in constants for k in self._nominal(MOTOR_TORQUE, constants[name])]
+        load = self._nominal(LOAD_TORQUE, CONSTANT[LOAD_TORQUE]) if LOAD in which else []
+        if not motor and not load:
+            return frame
+        into, out = (total([self._regressor(k, frame) for k in own]) for own in (motor, load))
+        return replace(frame, power=loss(frame, frame.torque, into * frame.omega - out * frame.velocity))
+
+    def _nominal(self, channel: str, effect: str) -> list[Known]:
+        """A nominal term of a channel with its coefficients; empty where it is not in force, or has none."""
+        given = self.given
+        named = (t.regressor for t in nominal_base(channel, given.switched_off) if t.regressor.effect == effect)
+        told = [(n, given.nominal_coefficients(n)) for n in named if isinstance(n, Named)]
+        return [Known(n, coefficients) for n, coefficients in told if coefficients is not None]
 
     def _reaction(self, frame: Frame) -> list[Written]:
         """The load's reaction through the transmission error."""

@@ -23,7 +23,7 @@ from bench.mismatch.problems import base_of, periodicity_of, problem_of, usable
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.candidates import TURNING
-from bench.mismatch.regression.problem import CHANNELS, TORQUE_ZERO, ChannelProblem
+from bench.mismatch.regression.problem import CHANNELS, TORQUE_ZERO
 from bench.mismatch.regression.search import searched
 from bench.mismatch.regression.state import Search
 from bench.mismatch.unnamed.structure import examine
@@ -175,16 +175,15 @@ def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, ban
     offsets = models[MOTOR_TORQUE].fit.variance if MOTOR_TORQUE in models else 0.0
     zero = max(TORQUE_ZERO, float(np.sqrt(offsets)) if np.isfinite(offsets) else 0.0)
 
-    def problem(own: Rows) -> ChannelProblem:
-        return problem_of(data, given, TEMPERATURE, own, banned, zero)
-
     def search() -> Search:
-        return searched(problem(replace(rows, frame=out.zeros.less(rows.frame))), seed)
+        less = replace(rows, frame=out.zeros.less(rows.frame))
+        return searched(problem_of(data, given, TEMPERATURE, less, banned, zero), seed)
 
-    out.zeros = zeros_chosen(models, rows, problem)
+    problem = problem_of(data, given, TEMPERATURE, rows, banned, zero)
+    out.zeros = zeros_chosen(models, problem)
     first = search()
     found = [block for own in first.model.chosen for block in own.blocks]
-    again = zeros_chosen(models, rows, problem, found) if found else out.zeros
+    again = zeros_chosen(models, problem, found) if found else out.zeros
     if again.which == out.zeros.which:
         return first
     first.close()

@@ -80,7 +80,7 @@ class Discovery:
     excess: FloatArray | None = field(default=None, repr=False)
     everywhere: FloatArray | None = field(default=None, repr=False)
     alone: tuple[Mapping[str, Any], ...] = ()
-    apart: bool = False
+    independent: bool = False
     """whether what is left without an explanation depends on other quantities than this"""
     squares: tuple[float, float] | None = None
     """mean square per held-out sample without and with it, where rows are too coarse to show it"""

@@ -12,7 +12,7 @@ is asked of the temperature itself.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -75,16 +75,11 @@ class Zeros:
         return replace(frame, power=np.abs(sign * frame.power - motor * frame.omega + load * frame.velocity - stored))
 
 
-def chosen(
-    models: Mapping[str, ChannelModel],
-    rows: Rows,
-    problem: Callable[[Rows], ChannelProblem],
-    found: Sequence[Block] = (),
-) -> Zeros:
+def chosen(models: Mapping[str, ChannelModel], problem: ChannelProblem, found: Sequence[Block] = ()) -> Zeros:
     """Which zeros the temperature of the training recordings wants taken off.
 
-    ``models`` of the torque channels that there are; ``rows`` of the temperature; ``problem`` made of such rows;
-    ``found``: effects that are fitted beside the simulation, for what is left without them may drown a zero. Each
+    ``models`` of the torque channels that there are; ``problem`` of the temperature with the whole loss; ``found``:
+    effects that are fitted beside the simulation, for what is left without them may drown a zero. Each
     recording is left out in turn, and its temperature predicted by the others: fitted to all of them, the heat capacity
     and the cooling make up for a zero that was not taken off, and are wrong for the next recording.
     """
@@ -96,8 +91,8 @@ def chosen(
     sets = [s for n in range(len(names) + 1) for s in itertools.combinations(names, n)]
     tried = [Zeros(which, constant, own, reported, inertia) for which in sets]
     beside = [BaseTerm(block.regressor, tuple(block.precision)) for block in found]
-    asked = [problem(replace(rows, frame=zeros.less(rows.frame))) for zeros in tried]
-    energy = [_energy(replace(own, base=(*own.base, *beside))) for own in asked]
+    whole, rows = replace(problem, base=(*problem.base, *beside)), problem.rows
+    energy = [_energy(replace(whole, rows=replace(rows, frame=zeros.less(rows.frame)))) for zeros in tried]
     return tried[int(np.argmin(energy))]
 
 
@@ -141,10 +136,11 @@ def _energy(problem: ChannelProblem) -> float:
     values = (values - np.column_stack(begun))[problem.train]
     values = values / np.maximum(np.sqrt(np.mean(values**2, axis=0)), 1e-300)
     weight, recording = rows.number[problem.train], frame.recording[problem.train]
-    parts = {r: values[recording == r].T @ (weight * values.T).T[recording == r] for r in np.unique(recording)}
-    whole = sum(parts.values()) + RIDGE * weight.sum() * np.eye(values.shape[1])
+    weighted = weight[:, None] * values
+    parts = [values[own].T @ weighted[own] for own in (recording == r for r in np.unique(recording))]
+    whole = sum(parts) + RIDGE * weight.sum() * np.eye(values.shape[1])
     total = 0.0
-    for part in parts.values():
+    for part in parts:
         left = whole - part
         told = np.append(np.linalg.solve(left[:-1, :-1], left[:-1, -1]), -1.0)
         total += float(told @ part @ told)

@@ -63,7 +63,7 @@ class Predictor:
             return Zeros()
         constant = {}
         for channel, effect in CONSTANT.items():
-            constant[channel] = self.number_of(effect)
+            constant[channel] = self._number(effect)
         own = {}
         frames = {channel: part.frame for channel, part in rows.items()}
         for channel in CONSTANT:
@@ -72,11 +72,9 @@ class Predictor:
                 usable = (part.number > 0) & (part.frame.direction != 0)
                 own[channel] = left_of(part, self.channel(channel, part.frame, None, frames), usable)
         known = self.given.known.get(MOTOR_TORQUE, ())
-        return Zeros(
-            which, constant, own, {name: reported_by(known, name) for name in REPORTED}, self.number_of(INERTIA)
-        )
+        return Zeros(which, constant, own, {name: reported_by(known, name) for name in REPORTED}, self._number(INERTIA))
 
-    def number_of(self, effect: str) -> float:
+    def _number(self, effect: str) -> float:
         """The first number of a term in force; 0 where there is none."""
         told = self.given.simulation.terms.get(effect)
         values = [] if told is None or not told.enabled else list(told.parameters.values())

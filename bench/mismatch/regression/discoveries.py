@@ -13,11 +13,11 @@ from bench.mismatch.discovery import AMBIGUOUS, NAMED, Discovery, Rival
 from bench.mismatch.discovery import UNKNOWN as UNKNOWN_STATUS
 from bench.mismatch.regression import windows
 from bench.mismatch.regression.alone import alone
-from bench.mismatch.regression.apart import apart, much_is_left
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.beside import significant
 from bench.mismatch.regression.course import beyond
 from bench.mismatch.regression.excess import excess, levelled
+from bench.mismatch.regression.independent import independent, much_is_left
 from bench.mismatch.regression.model import ChannelModel, Chosen, of_start
 from bench.mismatch.regression.problem import NUISANCE
 from bench.mismatch.regression.refine import strained
@@ -112,7 +112,7 @@ def _discovery(
         orders=orders,
         angle_windows=angles,
         time_window=_window(own, frame),
-        apart=status != UNKNOWN_STATUS and much_is_left(model) and apart(search, model.chosen, own),
+        independent=status != UNKNOWN_STATUS and much_is_left(model) and independent(search, model.chosen, own),
         numbers=regressor.numbers,
     )
 

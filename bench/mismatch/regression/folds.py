@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.mismatch.regression.bank import RIDGE, Bank, Fit
-from bench.mismatch.regression.model import Block
+from bench.mismatch.regression.model import Block, ChannelModel, fit_blocks
 from bench.mismatch.regression.problem import NUISANCE
 from bench.simulation.frame import FloatArray, IntArray
 
@@ -31,6 +31,11 @@ def predictive(bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: f
     everything = _evidence(whole) - 0.5 * costs.sum()
     without = np.array([_evidence(_without(whole, fold)) for fold in parts])
     return np.asarray(everything - (without - 0.5 * (costs.sum() - costs)))
+
+
+def density(model: ChannelModel, blocks: Sequence[Block]) -> FloatArray:
+    """Log predictive density of each fold (folds,) with some blocks of a channel, offsets of the likeliest variance."""
+    return predictive(model.bank, blocks, model.folds, fit_blocks(model.bank, blocks, model.variances).variance)
 
 
 def squares(

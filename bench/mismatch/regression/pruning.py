@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.regression.apart import apart, beyond_noise
 from bench.mismatch.regression.description import description, prior_of
 from bench.mismatch.regression.folds import weights
 from bench.mismatch.regression.heredity import without
+from bench.mismatch.regression.independent import beyond_noise, independent
 from bench.mismatch.regression.model import Chosen, unrefined
 from bench.mismatch.regression.refuted import not_refuted
 from bench.mismatch.regression.regressors import UNKNOWN
@@ -149,7 +149,8 @@ def _odds(share: FloatArray, chosen: Chosen) -> float:
 
 def _above_the_rest(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
     """Effects without the names that are no larger than a few times what is left without an explanation, where
-    something without a name is there, or more is left than noise: such a name is as likely a part of that as itself.
+    something without a name is there, or more is left than noise: such a name is as likely a part of that as itself,
+    unless it is independent of that.
     """
     model = search.model
     fitted = model.refitted(chosen)
@@ -164,7 +165,7 @@ def _above_the_rest(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
     return [
         c
         for c in chosen
-        if c.effect == UNKNOWN or _strength_among(search, chosen, c).overall > least or apart(search, chosen, c)
+        if c.effect == UNKNOWN or _strength_among(search, chosen, c).overall > least or independent(search, chosen, c)
     ]
 
 

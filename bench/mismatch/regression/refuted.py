@@ -12,7 +12,7 @@ from bench.mismatch.recordings.rows import error_of_mean, hardly_acts
 from bench.mismatch.regression.auxiliary import of_auxiliary
 from bench.mismatch.regression.beside import told_from_nothing
 from bench.mismatch.regression.candidates import PATH
-from bench.mismatch.regression.folds import carried, predictive, squares, weights
+from bench.mismatch.regression.folds import carried, density, squares, weights
 from bench.mismatch.regression.heredity import without
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen, fit_blocks, of_start
 from bench.mismatch.regression.problem import NUISANCE
@@ -35,19 +35,19 @@ def not_refuted(model: ChannelModel, chosen: Sequence[Chosen]) -> list[Chosen]:
         blocks = model.blocks(current)
         fitted = fit_blocks(model.bank, blocks, model.variances)
 
-        def left(own: Sequence[Block], zeros: bool, at: float = fitted.variance) -> FloatArray:
+        def left(own: Sequence[Block], zeros: bool = False, at: float = fitted.variance) -> FloatArray:
             return squares(model.bank, own, model.folds, at, zeros)
 
-        wholes = [left(blocks, zeros) for zeros in (False, True)]
+        whole = left(blocks)
         found = []
         for c in current:
             own = model.blocks(without(current, c, model.problem.lacking))
             spared = carried(model.bank, blocks, c.main, model.folds, fitted) <= criteria.CANNOT_BE_SPARED
-            worse = _worse(wholes[0], left(own, False), spared, model.price)
+            worse = _worse(whole, left(own), spared, model.price)
             # a name may show in heating runs alone, whose zeros nothing tells: beside these it is asked again if it is
             # surely better; a function without a name is whatever follows these recordings
             if worse[0] > 0.0 and c.effect != UNKNOWN and _surely_better(model, blocks, own):
-                worse = _worse(wholes[1], left(own, True), spared, model.price)
+                worse = _worse(left(blocks, True), left(own, True), spared, model.price)
             found.append(worse)
         worst = int(np.argmax([beyond for beyond, _ in found]))
         beyond, ratio = found[worst]
@@ -78,11 +78,8 @@ def _surely_better(model: ChannelModel, blocks: Sequence[Block], others: Sequenc
     """
     if not any(b.regressor.effect == NUISANCE for b in blocks):
         return False
-    densities = [
-        predictive(model.bank, own, model.folds, fit_blocks(model.bank, own, model.variances).variance)
-        for own in (blocks, others)
-    ]
-    return float(weights(np.array(densities), 0)[0]) >= 1.0 - criteria.ERROR_RATE
+    densities = np.array([density(model, own) for own in (blocks, others)])
+    return float(weights(densities, 0)[0]) >= 1.0 - criteria.ERROR_RATE
 
 
 def borne_out(model: ChannelModel) -> list[Chosen]:

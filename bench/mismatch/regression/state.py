@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from bench.mismatch.regression.bank import Bank, Fit
-from bench.mismatch.regression.folds import predictive
-from bench.mismatch.regression.model import Block, ChannelModel, Chosen, fit_blocks
+from bench.mismatch.regression.folds import density
+from bench.mismatch.regression.model import Block, ChannelModel, Chosen
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Regressor
 from bench.mismatch.regression.scan import LEAST_OWN, Scan, scan
 from bench.mismatch.regression.sign_blocks import Units
@@ -38,10 +38,7 @@ class Search:
 
     def density(self, chosen: Sequence[Chosen]) -> FloatArray:
         """Log predictive density of each point left out, with some effects."""
-        model = self.model
-        blocks = model.blocks(chosen)
-        variance = fit_blocks(model.bank, blocks, model.variances).variance
-        return predictive(model.bank, blocks, model.folds, variance)
+        return density(self.model, self.model.blocks(chosen))
 
     def scan(self, chosen: Sequence[Chosen], fitted: Fit, shuffled: bool = False, least: float = LEAST_OWN) -> Scan:
         """Gains of all candidates beside some effects, and their price (``shuffled``: by the residual itself);

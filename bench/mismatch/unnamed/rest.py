@@ -169,7 +169,7 @@ def _dwarfed(discovery: Discovery, outcome: ChannelOutcome, left: float) -> bool
     lines and places of their own, which structure elsewhere does not touch.
     """
     term = LIBRARY.get(discovery.effect)
-    if term is None or term.nominal or discovery.effect in LINES or discovery.apart:
+    if term is None or term.nominal or discovery.effect in LINES or discovery.independent:
         return False
     return bool(np.sqrt(strength(discovery, outcome)) * outcome.floor < left)
 

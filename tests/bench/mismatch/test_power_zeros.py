@@ -105,7 +105,7 @@ def test_the_heat_tells_whether_a_constant_is_a_zero(zero: float, taken: bool) -
         LOAD_TORQUE: torque_model(rows, "load.torque_offset", ZERO),
         MOTOR_TORQUE: torque_model(rows, "motor.torque_offset", 0.0),
     }
-    found = chosen(cast("Any", models), rows, problem)
+    found = chosen(cast("Any", models), problem(rows))
     assert (LOAD in found.which) is taken
     power = found.less(rows.frame).power
     assert np.allclose(power, LOSS[rows.frame.recording])
@@ -120,8 +120,8 @@ def test_a_zero_is_seen_where_the_surroundings_swing_and_beside_them() -> None:
     term = LIBRARY["thermal.ambient_drift"]
     wave = Named(term, TEMPERATURE, next(f for f in term.forms[TEMPERATURE] if f.name == "wave"), (PERIOD_H,))
     drift = Block(wave, (), np.zeros(2))
-    assert LOAD in chosen(cast("Any", models), rows, problem).which
-    assert LOAD in chosen(cast("Any", models), rows, problem, [drift]).which
+    assert LOAD in chosen(cast("Any", models), problem(rows)).which
+    assert LOAD in chosen(cast("Any", models), problem(rows), [drift]).which
     less = replace(rows, frame=Zeros((LOAD,), {LOAD_TORQUE: ZERO}).less(rows.frame))
     plain, without = (problem(one) for one in (rows, less))
     beside = BaseTerm(drift.regressor, (0.0, 0.0))

@@ -91,6 +91,12 @@ _STACK = "TE += {}, y_k = max(tau - w_k, min(tau + w_k, y_k)), {}".format(
     " + ".join(f"h_{k + 1}*(tau - y_{k + 1})/w_{k + 1}" for k in range(len(STACK))),
     ", ".join(f"w_{k + 1} = {f'{share:g}*' if share != 1.0 else ''}w" for k, share in enumerate(STACK)),
 )
+LOOPS = (
+    ("play", _play, (H,), _torques, _PLAY, "y"),
+    ("bouc_wen", _bouc_wen, (H,), _torques, _BOUC_WEN, "z"),
+    ("stack", _stack, H_STACK, _wide_torques, _STACK, "y_k"),
+)
+"""loops over the torque: name, regressors, sizes, grid of widths, equation and its state"""
 _REVERSAL = "TE += h*(z - d), dz = (1 - z*sgn(dx))*dx/s, x = theta, nothing at standstill"
 _ANGLE_PLAY = "TE += h*(z - d), z = 2*(theta - y)/s, y = max(theta - s/2, min(theta + s/2, y))"
 
@@ -104,39 +110,16 @@ TERM = Term(
         TRANSMISSION_ERROR: (
             *(
                 Form(
-                    f"play{SUFFIX[b]}",
-                    _play(b),
-                    (H,),
+                    f"{name}{SUFFIX[b]}",
+                    make(b),
+                    linear,
                     (W,),
-                    _torques,
+                    grid,
+                    one_sign=len(linear) > 1,
                     remembers=b != "fresh",
-                    equation=f"{_PLAY}, {begins('y', b)}",
+                    equation=f"{text}, {begins(state, b)}",
                 )
-                for b in BETWEEN
-            ),
-            *(
-                Form(
-                    f"bouc_wen{SUFFIX[b]}",
-                    _bouc_wen(b),
-                    (H,),
-                    (W,),
-                    _torques,
-                    remembers=b != "fresh",
-                    equation=f"{_BOUC_WEN}, {begins('z', b)}",
-                )
-                for b in BETWEEN
-            ),
-            *(
-                Form(
-                    f"stack{SUFFIX[b]}",
-                    _stack(b),
-                    H_STACK,
-                    (W,),
-                    _wide_torques,
-                    one_sign=True,
-                    remembers=b != "fresh",
-                    equation=f"{_STACK}, {begins('y_k', b)}",
-                )
+                for name, make, linear, grid, text, state in LOOPS
                 for b in BETWEEN
             ),
             Form(

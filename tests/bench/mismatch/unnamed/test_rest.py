@@ -73,7 +73,7 @@ def test_beside_a_finding_what_its_form_may_leave_is_not_told(size: float, told:
 def test_a_small_name_that_depends_on_something_else_is_no_part_of_what_is_left() -> None:
     frame = made.campaign()
     found = made.discovery("motor_torque", "load.unbalance", 0.3 * SIGMA * np.sign(frame.velocity), ("angle",))
-    own = made.outcome(frame, "motor_torque", [replace(found, apart=True)], SIGMA)
+    own = made.outcome(frame, "motor_torque", [replace(found, independent=True)], SIGMA)
     own.rmse |= {"after": 3.0 * own.floor, "after_steady": 3.0 * own.floor}
     unexplained(own)
     assert [d.effect for d in own.discoveries] == ["load.unbalance", "unknown"]

@@ -37,7 +37,7 @@ def much_is_left(model: ChannelModel) -> bool:
     return beyond_noise(model, model.chosen, model.fit) > criteria.MORE_THAN_NOISE**2 - 1.0
 
 
-def apart(search: Search, chosen: Sequence[Chosen], one: Chosen) -> bool:
+def independent(search: Search, chosen: Sequence[Chosen], one: Chosen) -> bool:
     """Whether what is left does not depend on what a name depends on: beside the name nothing else of its quantities
     gains what another form of it would, and beside functions of other quantities the name gains most of what it does
     without them. An unbalanced mass over the angle is no part of oil that flows back in time.
@@ -61,7 +61,7 @@ def apart(search: Search, chosen: Sequence[Chosen], one: Chosen) -> bool:
     ]
     for other in stand_ins[:MOST_STAND_INS]:
         held = float(search.density([*others, other, one]).sum() - search.density([*others, other]).sum())
-        if held < 0.5 * gain:
+        if held < criteria.EITHER * gain:
             return False
     return True
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bench.mismatch.regression.apart import apart
 from bench.mismatch.regression.beside import shaped
+from bench.mismatch.regression.independent import independent
 from bench.mismatch.regression.pruning import _above_the_rest
 from bench.mismatch.regression.regressors import named
 from bench.mismatch.regression.search import begun
@@ -23,7 +23,7 @@ from tests.bench.mismatch.regression.synthetic import campaign, problem
         ("angle", False),
     ],
 )
-def test_a_name_is_apart_from_what_depends_on_other_quantities(hidden: str, told: bool) -> None:
+def test_a_name_is_independent_of_what_depends_on_other_quantities(hidden: str, told: bool) -> None:
     frame = campaign()
     rng = np.random.default_rng(7)
     mass = 0.04 * np.cos(frame.q)
@@ -35,5 +35,5 @@ def test_a_name_is_apart_from_what_depends_on_other_quantities(hidden: str, told
     found = shaped(search, [], named("load.unbalance", MOTOR_TORQUE, "gravity"))
     assert found is not None
     search.model.price = search.scan([], search.model.fit).price
-    assert apart(search, [found], found) is told
+    assert independent(search, [found], found) is told
     assert (_above_the_rest(search, [found]) == [found]) is told
