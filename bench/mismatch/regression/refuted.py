@@ -55,7 +55,7 @@ def not_refuted(model: ChannelModel, chosen: Sequence[Chosen]) -> list[Chosen]:
             break
         gone, current = current[worst], without(current, current[worst], model.problem.lacking)
         note = (
-            f"{gone.main.regressor.words} gained in likelihood, but points left out of the fit are predicted"
+            f"{_gained(gone)} likelihood, but points left out of the fit are predicted"
             f" {np.sqrt(ratio):.3g} times as badly with it: it is not reported"
         )
         if note not in model.notes:
@@ -102,11 +102,24 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
             return current
         own, ratio = max(refuted, key=lambda one: one[1])
         model.notes.append(
-            f"{own.main.regressor.words} gained in the fit, but recordings held out are predicted"
+            f"{_gained(own)} the fit, but recordings held out are predicted"
             f" {ratio:.3g} times as badly with it: it is not reported"
         )
         # what stood beside it may have made up for it: it is asked again
         current = without(current, own, model.problem.lacking)
+
+
+def _gained(own: Chosen) -> str:
+    """How a note begins that says why an effect is not reported."""
+    return f"{own.main.regressor.words} gained in"
+
+
+def forget(model: ChannelModel) -> None:
+    """Take the notes away that say an effect is not reported which the model has after all: it was refuted beside
+    another.
+    """
+    found = tuple(_gained(c) for c in model.chosen)
+    model.notes[:] = [note for note in model.notes if not note.startswith(found)]
 
 
 def worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> float | None:

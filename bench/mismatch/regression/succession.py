@@ -12,7 +12,7 @@ from bench.mismatch.regression.heredity import laws, without
 from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.one_way import named_by_course
 from bench.mismatch.regression.refine import strained
-from bench.mismatch.regression.refuted import borne_out, without_a_name
+from bench.mismatch.regression.refuted import borne_out, forget, without_a_name
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named
 from bench.mismatch.regression.search import next_best
 from bench.mismatch.regression.slots import Contender, Slot, slots
@@ -32,6 +32,7 @@ def settle(search: Search) -> list[Slot]:
         chosen = borne_out(model)
         gone = [c for c in model.chosen if not any(c is k for k in chosen)]
         if not gone:
+            forget(model)
             return found
         search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
         known = len(search.refuted)

@@ -220,3 +220,18 @@ def test_a_name_that_another_took_with_it_is_asked_again(monkeypatch: pytest.Mon
     monkeypatch.setattr(pruning, "not_refuted", lambda _model, chosen: [c for c in chosen if c is first])
     assert pruning._asked_again(search, [first, second], [], 5.0) == [first]
     assert pruning._asked_again(search, [second], [], 5.0) == []
+
+
+def test_of_an_effect_that_is_reported_no_note_says_that_it_is_not() -> None:
+    frame = campaign()
+    search, found = churning(frame, measured(frame, 0))
+    model = search.model
+    said = [
+        f"{words} gained in likelihood, but: it is not reported" for words in (found.main.regressor.words, "a mass")
+    ]
+    model.notes[:] = list(said)
+    refuted.forget(model)
+    assert model.notes == said
+    model.chosen = [found]
+    refuted.forget(model)
+    assert model.notes == said[1:]
