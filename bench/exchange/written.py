@@ -103,8 +103,8 @@ def formulas_of(simulation: Simulation, standstill: float = 1e-3) -> Formulas:
             )
     if RECORDINGS in writer.predictor.takes_zeros and OUTPUT + TEMPERATURE in outputs:
         notes.append(
-            f"{TEMPERATURE} is without the zeros of single recordings that were taken off the loss: those of a new "
-            "recording are told by its torques alone"
+            f"{TEMPERATURE} is without the zeros of single recordings that the analysis took off the loss: they belong "
+            "to those recordings, and a new one has others"
         )
     if any(law.effect == RESONANCE for law in writer.given.laws) and OUTPUT + TRANSMISSION_ERROR in outputs:
         notes.append(
