@@ -65,6 +65,8 @@ def formula_frame(ratio: float) -> Frame:
         "motor_torque": has["motor_torque"],
         "load_motor_torque": has["load_motor_torque"],
         "load_motor_level": has["load_motor_torque"],
+        "torque_shift": const(0.0),
+        "level_shift": const(0.0),
         "lead": const(0.0),
         "travel": path,
         # since the motion last began
@@ -108,6 +110,8 @@ def frame_of(inputs: dict[str, Any], ratio: float, standstill: float) -> Frame:
         last_direction=last,
         torque=torque,
         torque_level=torque,
+        torque_shift=zeros,
+        level_shift=zeros,
         torque_rate=has["load_torque_rate"],
         temperature=has["temperature"],
         motor_torque=has["motor_torque"],

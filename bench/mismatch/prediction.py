@@ -164,16 +164,20 @@ def evaluated(known: Known, frame: Frame, campaign: Frame | None) -> FloatArray:
 
 def corrected(frame: Frame, sensor: Sequence[Known], campaign: Frame | None = None) -> Frame:
     """The frame with the load torque less the errors of its sensor; ``campaign``: see :meth:`Predictor.channel`."""
-    off = np.zeros(frame.size)
-    for known in sensor:
-        if known.regressor.effect.startswith(SENSOR) and known.coefficients is not None:
-            off += evaluated(known, frame, campaign)
+    errors = [k for k in sensor if k.regressor.effect.startswith(SENSOR) and k.coefficients is not None]
+
+    def error(shift: FloatArray) -> FloatArray:
+        there = replace(frame, temperature=frame.temperature + shift)
+        return np.asarray(sum((evaluated(known, there, campaign) for known in errors), np.zeros(frame.size)))
+
+    off = error(frame.torque_shift)
     if not off.any():
         return frame
+    level = error(frame.level_shift) if frame.level_shift.any() else off
     # the loss follows the torque: its sign before it was taken is that of the power the motor puts in beyond the load's
     sign = np.sign(frame.motor_torque * frame.omega - frame.torque * frame.velocity)
     power = np.abs(sign * frame.power + off * frame.velocity)
-    return replace(frame, torque=frame.torque - off, torque_level=frame.torque_level - off, power=power)
+    return replace(frame, torque=frame.torque - off, torque_level=frame.torque_level - level, power=power)
 
 
 @dataclass(frozen=True, slots=True)

@@ -54,6 +54,12 @@ class Frame:
     """load_torque of the sensor, where it keeps its level smoothed: the simulation's input tau"""
     torque_level: FloatArray
     """the same, in a steady segment that keeps its load its mean: noise of the sensor is no place on a curve"""
+    torque_shift: FloatArray
+    """K by which the temperature that belongs to ``torque`` is above that of the row: a kept load has the torque of its
+    segment, and so is the zero of the sensor in it; 0 elsewhere
+    """
+    level_shift: FloatArray
+    """the same of ``torque_level``"""
     torque_rate: FloatArray
     """rate of the load torque, N·m/s"""
     temperature: FloatArray

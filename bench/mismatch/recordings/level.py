@@ -27,28 +27,34 @@ _FEWEST_MEANS = 20
 """means over :data:`criteria.KEPT_LOAD_S` from which a share can be estimated"""
 
 
+def kept_segments(
+    torque: FloatArray, label: IntArray, rests: NDArray[np.bool_], largest: float, rate: float
+) -> list[IntArray]:
+    """Samples of each segment in which a torque (n,) is kept at a level.
+
+    ``label`` (n,) numbers the segments (-1: none), ``rests`` (n,) marks those in which the load may rest at a level,
+    ``largest`` is the folder's largest torque in N·m.
+    """
+    segments = [np.flatnonzero((label == number) & rests) for number in np.unique(label) if number >= 0]
+    return [rows for rows in segments if rows.size > 1 and _kept(torque[rows], rate, largest)]
+
+
 def levelled(
-    torque: FloatArray,
-    label: IntArray,
-    rests: NDArray[np.bool_],
-    largest: float,
+    values: FloatArray,
+    kept: Sequence[IntArray],
     rate: float,
     confirmed: float = 1.0,
     beside: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """A torque (n,) with the noise of its sensor kept down where a segment keeps its load, and as the segment's mean.
+    """A torque (n,) with the noise of its sensor kept down in the segments that are ``kept``, and as their means.
 
     The first is the mean and the ``confirmed`` share of what is about it when it is smoothed over a second; and of what
     it does within the seconds, smoothed over a tenth of that, the share that a torque measured ``beside`` it (n,) does
-    as well. ``label`` (n,) numbers the segments (-1: none), ``rests`` (n,) marks those in which the load may rest at a
-    level, ``largest`` is the folder's largest torque in N·m. Both are unchanged elsewhere.
+    as well. Both are unchanged elsewhere. What the sensor's error depends on is taken in the same way.
     """
-    smooth, level = torque.copy(), torque.copy()
-    for number in (int(v) for v in np.unique(label) if v >= 0):
-        rows = np.flatnonzero((label == number) & rests)
-        if rows.size < 2 or not _kept(torque[rows], rate, largest):
-            continue
-        part = torque[rows]
+    smooth, level = values.copy(), values.copy()
+    for rows in kept:
+        part = values[rows]
         level[rows] = part.mean()
         smooth[rows] = part.mean() + confirmed * (local_quadratic(part, rate, criteria.KEPT_LOAD_S)[0] - part.mean())
         if beside is not None:

@@ -107,6 +107,18 @@ def test_a_torque_is_corrected_by_what_its_sensor_adds() -> None:
     assert corrected(read, []) is read
 
 
+def test_the_torque_of_a_segment_has_the_zero_of_the_segment() -> None:
+    """A sensor whose zero drifts by 0.5 N·m/K while the bench warms up: the load, which is kept, does not drift."""
+    rows = at_loads_and_speeds(np.linspace(0.1, 1.0, 50), (400.0,), (0.1,))
+    temperature = np.linspace(25.0, 45.0, rows.size)
+    drift = 0.5 * (temperature - 25.0)
+    zero = Known(named("sensor.torque_zero_temperature", LOAD_TORQUE, "linear"), np.array([0.5]))
+    read = replace(rows, temperature=temperature, torque=rows.torque + drift, torque_level=rows.torque + drift.mean())
+    read = replace(read, level_shift=temperature.mean() - temperature)
+    assert corrected(read, [zero]).torque == pytest.approx(rows.torque)
+    assert corrected(read, [zero]).torque_level == pytest.approx(rows.torque)
+
+
 def test_an_error_of_the_sensor_is_taken_off_once() -> None:
     """The channels beyond its own are predicted from the corrected torque."""
     gain = {"effect": "sensor.torque_gain", "parameters": {"g_s": 0.02}}

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.mismatch.recordings.level import confirmed, levelled
+from bench.mismatch.recordings.level import confirmed, kept_segments, levelled
 from bench.recording import ChannelSpec, Recording, Segment, write_recording
 from tests.bench.recording import builders
 
@@ -63,8 +63,9 @@ def test_only_the_confirmed_share_is_about_the_level() -> None:
     rng = np.random.default_rng(1)
     torque = 500.0 + slow(rng, SIZE, 3.0, 5.0)
     label, rests = np.zeros(SIZE, dtype=np.int64), np.ones(SIZE, dtype=bool)
-    believed, level = levelled(torque, label, rests, LARGEST, RATE)
-    half, _ = levelled(torque, label, rests, LARGEST, RATE, 0.5)
+    kept = kept_segments(torque, label, rests, LARGEST, RATE)
+    believed, level = levelled(torque, kept, RATE)
+    half, _ = levelled(torque, kept, RATE, 0.5)
     assert np.ptp(level) == 0.0
     assert np.allclose(half - level, 0.5 * (believed - level))
 
@@ -75,7 +76,8 @@ def test_of_what_a_torque_does_within_the_seconds_only_what_another_does_as_well
     label, rests = np.zeros(SIZE, dtype=np.int64), np.ones(SIZE, dtype=bool)
 
     def left(load: np.ndarray, beside: np.ndarray | None) -> float:
-        smooth, _ = levelled(500.0 + load + noise[0], label, rests, LARGEST, RATE, beside=beside)
+        torque = 500.0 + load + noise[0]
+        smooth, _ = levelled(torque, kept_segments(torque, label, rests, LARGEST, RATE), RATE, beside=beside)
         return float(np.std(500.0 + load - smooth))
 
     quiet = np.zeros(SIZE)
@@ -87,7 +89,7 @@ def test_of_what_a_torque_does_within_the_seconds_only_what_another_does_as_well
 def test_a_ramp_has_no_level() -> None:
     torque = np.linspace(0.0, 900.0, SIZE)
     label, rests = np.zeros(SIZE, dtype=np.int64), np.ones(SIZE, dtype=bool)
-    believed, level = levelled(torque, label, rests, LARGEST, RATE, 0.0)
+    believed, level = levelled(torque, kept_segments(torque, label, rests, LARGEST, RATE), RATE, 0.0)
     assert np.array_equal(level, torque)
     assert np.array_equal(believed, torque)
 
@@ -95,7 +97,7 @@ def test_a_ramp_has_no_level() -> None:
 def test_a_shaft_that_hums_keeps_its_load() -> None:
     hum = 50.0 * np.sin(2.0 * np.pi * 17.4 * np.arange(SIZE) / RATE)
     label, rests = np.zeros(SIZE, dtype=np.int64), np.ones(SIZE, dtype=bool)
-    level = levelled(500.0 + hum, label, rests, LARGEST, RATE)[1]
+    level = levelled(500.0 + hum, kept_segments(500.0 + hum, label, rests, LARGEST, RATE), RATE)[1]
     assert np.ptp(level) == 0.0
     ramp = np.linspace(0.0, 900.0, SIZE) + hum
-    assert np.array_equal(levelled(ramp, label, rests, LARGEST, RATE)[1], ramp)
+    assert np.array_equal(levelled(ramp, kept_segments(ramp, label, rests, LARGEST, RATE), RATE)[1], ramp)

@@ -51,6 +51,8 @@ def _recording(number: int, speed: float, temperature: float, reverses: bool = F
         "load_motor_torque": torque - 8.0 * direction,
         "power": np.abs(0.5 * velocity * 185.0) * np.where(elapsed > elapsed[-1] / 3, 1.5, 1.0),
         "lead": zeros,
+        "torque_shift": zeros,
+        "level_shift": zeros,
         "kinetic": zeros,
         "travel": 5.0 * number + np.cumsum(np.abs(velocity)) * STEP_S,
         "reversal_travel": np.abs(velocity) * since,
