@@ -18,11 +18,12 @@ from bench.mismatch.orders.turns import found_in
 from bench.mismatch.outcomes import of_search, of_transmission
 from bench.mismatch.power_zeros import Zeros
 from bench.mismatch.power_zeros import chosen as zeros_chosen
-from bench.mismatch.prediction import corrected
+from bench.mismatch.prediction import LOAD, corrected
 from bench.mismatch.problems import base_of, periodicity_of, problem_of, usable
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.candidates import TURNING
+from bench.mismatch.regression.model import fit_blocks
 from bench.mismatch.regression.problem import CHANNELS, TORQUE_ZERO
 from bench.mismatch.regression.search import searched
 from bench.mismatch.regression.state import Search
@@ -82,18 +83,18 @@ def analyse(
     """
     tell = progress or (lambda _what, _share: None)
     out = Analysis(given)
-    sensor: tuple[Known, ...] = given.known.get(LOAD_TORQUE, ())
-    # not for the transmission error: a delay of the torque channel shows in the angles most of all
+    acting: tuple[Known, ...] = given.known.get(LOAD_TORQUE, ())
     shown: tuple[str, ...] = ()
+    in_angles: tuple[str, ...] = ()
     if data.linear:
         banned = (*banned, *TURNING)
     for number, channel in enumerate(c for c in CHANNELS if c in channels):
         tell(f"searching the {channel.replace('_', ' ')}", number / len(channels))
         rows = data.rows[channel]
         if channel != LOAD_TORQUE:
-            rows = replace(rows, frame=corrected(rows.frame, sensor))
+            rows = replace(rows, frame=corrected(rows.frame, acting))
         if channel == TRANSMISSION_ERROR:
-            out.transmission = _transmission(data, given, rows, seed, banned)
+            out.transmission = _transmission(data, given, rows, seed, (*banned, *in_angles))
             out.outcomes[channel] = of_transmission(out.transmission, data, seed, formulas)
             assert out.transmission.offset is not None
             heard, moving = data.density.get(channel, ()), data.unsteady.get(channel, ())
@@ -120,9 +121,11 @@ def analyse(
             # the gearbox's orders are felt in the torques as well, most of all those that a mode makes large
             known = () if channel == TEMPERATURE else _orders_of(out)
             examine(out.outcomes[channel], search, heard, seed, known, moving)
+            if channel == LOAD_TORQUE:
+                in_angles = _told_here(search)
             search.close()
             if channel == LOAD_TORQUE:
-                sensor = (*sensor, *_sensor_errors(search))
+                acting = (*acting, *_known_of(search))
                 shown = tuple(_shown_here_first([chosen.effect for chosen in search.model.chosen]))
         give_back()
     return out
@@ -191,13 +194,28 @@ def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, ban
     return search()
 
 
-def _sensor_errors(search: Search) -> list[Known]:
+def _known_of(search: Search) -> list[Known]:
     model = search.model
     out = []
     for chosen in model.chosen:
-        if chosen.effect.startswith(SENSOR):
+        if chosen.effect.startswith((SENSOR, LOAD)):
             out += [Known(block.regressor, model.fit.of(block.place)[0]) for block in chosen.blocks]
     return out
+
+
+def _told_here(search: Search) -> tuple[str, ...]:
+    """A delay of the torque channel, if the load torque itself tells it to within a sample: what follows the torque's
+    rate in the angles is something else then. A load torque that hardly changed tells less than the angles do.
+    """
+    model, frame = search.model, search.model.problem.rows.frame
+    sample = float(np.median(frame.step[frame.step > 0.0] / frame.count[frame.step > 0.0]))
+    own = [b for b in (*model.blocks(), *search.blocks) if b.regressor.effect == DELAY][:1]
+    for block in own:
+        beside = [b for b in model.blocks() if b is not block]
+        variance = fit_blocks(model.bank, [*beside, block], model.variances).of(block.place)[1][0, 0]
+        if np.sqrt(variance) < sample:
+            return (DELAY,)
+    return ()
 
 
 def _shown_here_first(found: Collection[str]) -> list[str]:

@@ -20,6 +20,7 @@ from bench.mismatch.given import SENSOR, Given, Known
 from bench.mismatch.power_zeros import CONSTANT, EFFECT, INERTIA, KEY, RECORDINGS, REPORTED, Zeros, left_of, reported_by
 from bench.mismatch.recordings.beginning import START_S, at_start, risen
 from bench.mismatch.recordings.collected import Collected
+from bench.mismatch.recordings.level import means_of_segments
 from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.recordings.notch import notched, ripple_orders
 from bench.mismatch.recordings.prepared import Folder, Prepared, prepare
@@ -33,6 +34,8 @@ from bench.simulation.frame import FloatArray, Frame, concatenate, recording_sta
 from bench.simulation.model import Simulation
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 
+LOAD = "load."
+"""how the effects begin that turn the shaft at the torque sensor"""
 SLIGHT = 1e-12
 """largest column of a nominal term from which recordings depend on it"""
 
@@ -162,22 +165,29 @@ def evaluated(known: Known, frame: Frame, campaign: Frame | None) -> FloatArray:
     return out
 
 
-def corrected(frame: Frame, sensor: Sequence[Known], campaign: Frame | None = None) -> Frame:
-    """The frame with the load torque less the errors of its sensor; ``campaign``: see :meth:`Predictor.channel`."""
-    errors = [k for k in sensor if k.regressor.effect.startswith(SENSOR) and k.coefficients is not None]
+def corrected(frame: Frame, known: Sequence[Known], campaign: Frame | None = None) -> Frame:
+    """The frame with the load torque less the errors of its sensor, of what is ``known`` of that torque.
 
-    def error(shift: FloatArray) -> FloatArray:
-        there = replace(frame, temperature=frame.temperature + shift)
-        return np.asarray(sum((evaluated(known, there, campaign) for known in errors), np.zeros(frame.size)))
+    Where the load is kept at a level, the torque is smoothed, and so is what is taken off it: the zero of a segment is
+    one, however the temperature drifts in it. And what is known to turn the shaft there, an unbalance, is put back.
+    ``campaign``: see :meth:`Predictor.channel`.
+    """
 
-    off = error(frame.torque_shift)
-    if not off.any():
+    def sum_of(kind: str) -> FloatArray:
+        own = [k for k in known if k.regressor.effect.startswith(kind) and k.coefficients is not None]
+        return np.asarray(sum((evaluated(k, frame, campaign) for k in own), np.zeros(frame.size)))
+
+    read, real = sum_of(SENSOR), sum_of(LOAD)
+    if not (read.any() or real.any()):
         return frame
-    level = error(frame.level_shift) if frame.level_shift.any() else off
+    mean, level = means_of_segments(read, frame), means_of_segments(real, frame)
+    off = np.where(frame.kept > 0, mean + frame.followed * (read - mean), read)
+    back = real - level
     # the loss follows the torque: its sign before it was taken is that of the power the motor puts in beyond the load's
     sign = np.sign(frame.motor_torque * frame.omega - frame.torque * frame.velocity)
     power = np.abs(sign * frame.power + off * frame.velocity)
-    return replace(frame, torque=frame.torque - off, torque_level=frame.torque_level - level, power=power)
+    torque = frame.torque - off + np.where(frame.kept > 0, 1.0 - frame.followed, 0.0) * back
+    return replace(frame, torque=torque, torque_level=frame.torque_level - mean + back, power=power)
 
 
 @dataclass(frozen=True, slots=True)

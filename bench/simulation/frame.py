@@ -54,12 +54,10 @@ class Frame:
     """load_torque of the sensor, where it keeps its level smoothed: the simulation's input tau"""
     torque_level: FloatArray
     """the same, in a steady segment that keeps its load its mean: noise of the sensor is no place on a curve"""
-    torque_shift: FloatArray
-    """K by which the temperature that belongs to ``torque`` is above that of the row: a kept load has the torque of its
-    segment, and so is the zero of the sensor in it; 0 elsewhere
-    """
-    level_shift: FloatArray
-    """the same of ``torque_level``"""
+    kept: FloatArray
+    """number of the segment, from 1, in which the load is kept at a level and ``torque`` is smoothed; 0 elsewhere"""
+    followed: FloatArray
+    """share of what the sensor reads about the level of such a segment that ``torque`` follows"""
     torque_rate: FloatArray
     """rate of the load torque, N·m/s"""
     temperature: FloatArray

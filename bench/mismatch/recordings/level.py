@@ -17,7 +17,7 @@ from bench.identification.samples.spikes import spikes
 from bench.mismatch import criteria
 from bench.mismatch.recordings.smoothing import local_quadratic, repaired
 from bench.recording import Recording
-from bench.simulation.frame import FloatArray, IntArray
+from bench.simulation.frame import FloatArray, Frame, IntArray
 
 _LOOKED_AT = 6
 """recordings in which both witnesses are compared"""
@@ -39,6 +39,23 @@ def kept_segments(
     return [rows for rows in segments if rows.size > 1 and _kept(torque[rows], rate, largest)]
 
 
+def numbered(kept: Sequence[IntArray], size: int) -> FloatArray:
+    """Number of the segment, from 1, that each of so many samples belongs to (n,); 0 for none."""
+    out = np.zeros(size)
+    for number, rows in enumerate(kept, start=1):
+        out[rows] = number
+    return out
+
+
+def means_of_segments(values: FloatArray, frame: Frame) -> FloatArray:
+    """Some values (n,) as the mean of their segment where a frame's load is kept at a level, elsewhere as they are."""
+    key = np.stack([frame.recording, frame.kept.astype(np.int64)], axis=1)
+    _, which = np.unique(key, axis=0, return_inverse=True)
+    which = which.ravel()
+    mean = np.bincount(which, frame.count * values) / np.maximum(np.bincount(which, frame.count), 1e-300)
+    return np.where(frame.kept > 0, mean[which], values)
+
+
 def levelled(
     values: FloatArray,
     kept: Sequence[IntArray],
@@ -50,7 +67,7 @@ def levelled(
 
     The first is the mean and the ``confirmed`` share of what is about it when it is smoothed over a second; and of what
     it does within the seconds, smoothed over a tenth of that, the share that a torque measured ``beside`` it (n,) does
-    as well. Both are unchanged elsewhere. What the sensor's error depends on is taken in the same way.
+    as well. Both are unchanged elsewhere.
     """
     smooth, level = values.copy(), values.copy()
     for rows in kept:

@@ -18,7 +18,7 @@ from bench.foreign.base import BY, Base
 from bench.foreign.inputs import inputs_of
 from bench.identification.samples.spikes import spikes
 from bench.mismatch import criteria
-from bench.mismatch.recordings.level import kept_segments, levelled
+from bench.mismatch.recordings.level import kept_segments, levelled, numbered
 from bench.mismatch.recordings.motion import Manner, corners, directions, since_change
 from bench.mismatch.recordings.notch import notched
 from bench.mismatch.recordings.smoothing import local_quadratic, repaired, smoothed
@@ -166,11 +166,8 @@ def prepare(
     # motion: neither is in what the load motor reports
     torque_rate = local_quadratic(load_motor if "load_motor_torque" in signals else acting, rate, span)[1]
     rests = _rests(recording, thinning, n)
-    # without a thermometer nothing can depend on temperature: the value to which the nominal terms are referred
-    temperature = signals.mean("temperature") if "temperature" in signals else np.full(n, criteria.REFERENCE_CELSIUS)
     kept = kept_segments(acting, label, rests, manner.torque, rate)
     torque, torque_level = levelled(acting, kept, rate, manner.confirmed)
-    shifts = [of_torque - temperature for of_torque in levelled(temperature, kept, rate, manner.confirmed)]
     witness = load_torque if "load_torque" in signals else None
     reported = kept_segments(load_motor, label, rests, manner.torque, rate)
     load_motor, load_motor_level = levelled(load_motor, reported, rate, beside=witness)
@@ -179,6 +176,8 @@ def prepare(
         wild = signals.wild("motor_torque")
         taken["motor_torque"] = notched(q, motor_torque - torque / ratio, direction, wild, folder.notch)
         motor_torque = motor_torque - taken["motor_torque"]
+    # without a thermometer nothing can depend on temperature: the value to which the nominal terms are referred
+    temperature = signals.mean("temperature") if "temperature" in signals else np.full(n, criteria.REFERENCE_CELSIUS)
     frame = Frame(
         ratio=ratio,
         recording=np.full(n, index, dtype=np.int64),
@@ -194,8 +193,8 @@ def prepare(
         last_direction=last,
         torque=torque,
         torque_level=torque_level,
-        torque_shift=shifts[0],
-        level_shift=shifts[1],
+        kept=numbered(kept, n),
+        followed=np.full(n, manner.confirmed),
         torque_rate=torque_rate,
         temperature=temperature,
         motor_torque=motor_torque,

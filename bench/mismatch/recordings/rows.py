@@ -202,7 +202,7 @@ def blocks(
     return out[:number]
 
 
-_FIRST = ("recording", "direction", "last_direction", "steady", "reversed_before")
+_FIRST = ("recording", "direction", "last_direction", "kept", "steady", "reversed_before")
 
 
 def reduced(frame: Frame, edges: IntArray) -> Frame:

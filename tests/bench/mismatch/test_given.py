@@ -110,13 +110,30 @@ def test_a_torque_is_corrected_by_what_its_sensor_adds() -> None:
 def test_the_torque_of_a_segment_has_the_zero_of_the_segment() -> None:
     """A sensor whose zero drifts by 0.5 N·m/K while the bench warms up: the load, which is kept, does not drift."""
     rows = at_loads_and_speeds(np.linspace(0.1, 1.0, 50), (400.0,), (0.1,))
+    rows = replace(rows, recording=np.zeros(rows.size, dtype=np.int64), torque=np.full(rows.size, 400.0))
     temperature = np.linspace(25.0, 45.0, rows.size)
-    drift = 0.5 * (temperature - 25.0)
     zero = Known(named("sensor.torque_zero_temperature", LOAD_TORQUE, "linear"), np.array([0.5]))
-    read = replace(rows, temperature=temperature, torque=rows.torque + drift, torque_level=rows.torque + drift.mean())
-    read = replace(read, level_shift=temperature.mean() - temperature)
-    assert corrected(read, [zero]).torque == pytest.approx(rows.torque)
-    assert corrected(read, [zero]).torque_level == pytest.approx(rows.torque)
+    level = np.full(rows.size, 400.0 + 0.5 * 10.0)
+    read = replace(rows, temperature=temperature, torque=level, torque_level=level, followed=np.zeros(rows.size))
+    kept = corrected(replace(read, kept=np.ones(rows.size)), [zero])
+    assert kept.torque == pytest.approx(400.0)
+    assert kept.torque_level == pytest.approx(400.0)
+    assert np.ptp(corrected(read, [zero]).torque) == pytest.approx(10.0)
+
+
+def test_an_unbalance_turns_the_shaft_where_the_load_is_smoothed() -> None:
+    """The load motor does not feel it, so the smoothed torque does not show it: it is put back about the level."""
+    rows = at_loads_and_speeds(np.linspace(0.1, 1.0, 50), (400.0,), (0.1,))
+    rows = replace(rows, recording=np.zeros(rows.size, dtype=np.int64), q=np.linspace(0.0, 4.0 * np.pi, rows.size))
+    level = np.full(rows.size, 400.0)
+    read = replace(rows, torque=level, torque_level=level, kept=np.ones(rows.size), followed=np.zeros(rows.size))
+    unbalance = named("load.unbalance", LOAD_TORQUE, LIBRARY["load.unbalance"].forms[LOAD_TORQUE][0].name)
+    known = Known(unbalance, np.array([5.0, 3.0]))
+    wave = unbalance.columns(rows) @ np.array([5.0, 3.0])
+    put_back = 400.0 + wave - np.average(wave, weights=rows.count)
+    assert corrected(read, [known]).torque == pytest.approx(put_back)
+    assert corrected(read, [known]).torque_level == pytest.approx(put_back)
+    assert corrected(replace(read, followed=np.ones(rows.size)), [known]).torque == pytest.approx(400.0)
 
 
 def test_an_error_of_the_sensor_is_taken_off_once() -> None:

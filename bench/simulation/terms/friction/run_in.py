@@ -30,6 +30,10 @@ def _hyperbolic(frame: Frame, point: Point) -> FloatArray:
     return columns(frame.direction / (1.0 + frame.travel / point[0]))
 
 
+def _root(frame: Frame, point: Point) -> FloatArray:
+    return columns(frame.direction / np.sqrt(1.0 + frame.travel / point[0]))
+
+
 def _viscous(frame: Frame, point: Point) -> FloatArray:
     return columns(frame.omega * np.exp(-frame.travel / point[0]))
 
@@ -69,6 +73,14 @@ TERM = Term(
                 (S_R,),
                 _distances,
                 equation="tau_m += d*f_r/(1 + s/s_r), s: distance run at the output",
+            ),
+            Form(
+                "root",
+                _root,
+                (F_R,),
+                (S_R,),
+                _distances,
+                equation="tau_m += d*f_r/sqrt(1 + s/s_r), s: distance run at the output",
             ),
             Form(
                 "logarithmic",

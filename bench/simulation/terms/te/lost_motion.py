@@ -22,6 +22,10 @@ def _arctan(frame: Frame, point: Point) -> FloatArray:
     return columns(-2.0 / np.pi * np.arctan(frame.torque_level / point[0]))
 
 
+def _algebraic(frame: Frame, point: Point) -> FloatArray:
+    return columns(-frame.torque_level / np.sqrt(frame.torque_level**2 + point[0] ** 2))
+
+
 def _piecewise(frame: Frame, point: Point) -> FloatArray:
     return columns(-np.clip(frame.torque_level / (1.5 * point[0]), -1.0, 1.0))
 
@@ -39,6 +43,7 @@ TERM = Term(
         TRANSMISSION_ERROR: (
             Form("tanh", _tanh, (J,), (TAU_J,), _scales),
             Form("arctan", _arctan, (J,), (TAU_J,), _scales, equation="TE -= j_2*2/pi*arctan(tau/tau_j)"),
+            Form("algebraic", _algebraic, (J,), (TAU_J,), _scales, equation="TE -= j_2*tau/sqrt(tau**2 + tau_j**2)"),
             Form(
                 "piecewise", _piecewise, (J,), (TAU_J,), _scales, equation="TE -= j_2*max(-1, min(1, tau/(1.5*tau_j)))"
             ),
