@@ -49,7 +49,11 @@ def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen
     better = refined(problem, bank, beside, start, variance)
     main = add_block(problem, bank, better)
     fitted = fit_blocks(bank, [*beside, main], model.variances)
-    if not admissible(better, *fitted.of(main.place)):
+    if not _shares(main, beside, fitted):
+        better = refined(problem, bank, beside, start, variance, tied=True)
+        main = add_block(problem, bank, better)
+        fitted = fit_blocks(bank, [*beside, main], model.variances)
+    if not (admissible(better, *fitted.of(main.place)) and _shares(main, beside, fitted)):
         return None
     if problem.free and not (sound_beside(search, others, main, fitted) and not _taking(search, main, others, fitted)):
         return None
@@ -120,6 +124,21 @@ def admissible(named: Named, coefficients: FloatArray, covariance: FloatArray) -
     if np.any(coefficients + doubt < low) or np.any(coefficients - doubt > high):
         return False
     return not (named.form.one_sign and np.any(coefficients > doubt) and np.any(coefficients < -doubt))
+
+
+def _shares(own: Block, blocks: Sequence[Block], fitted: Fit) -> bool:
+    """Whether a term's coefficient is that of the term it shares it with, but for a factor of two and the standard
+    errors of both: nature's lag is not of first order, and late by what cools as well.
+    """
+    term = own.regressor
+    assert isinstance(term, Named)
+    for other in (b for b in blocks if term.form.shares and b.regressor.effect == term.form.shares):
+        values, covariance = fitted.of([own.place[0], other.place[0]])
+        difference = np.array([1.0, -1.0])
+        most = criteria.EITHER * float(np.abs(values).max())
+        if abs(float(difference @ values)) > most + BEYOND_BOUNDS * np.sqrt(difference @ covariance @ difference):
+            return False
+    return True
 
 
 def sound_beside(search: Search, others: Sequence[Chosen], by: Block, fitted: Fit) -> bool:

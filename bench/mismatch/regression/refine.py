@@ -77,14 +77,17 @@ def projector(bank: Bank, blocks: Sequence[Block], variance: float) -> _Projecto
     return _Projector(bank, shrink, basis)
 
 
-def refined(problem: ChannelProblem, bank: Bank, others: Sequence[Block], start: Named, variance: float) -> Named:
+def refined(
+    problem: ChannelProblem, bank: Bank, others: Sequence[Block], start: Named, variance: float, tied: bool = False
+) -> Named:
     """The term with its nonlinear parameters where they fit best beside ``others``, and their standard deviations; as
-    it is where it has none.
+    it is where it has none. ``tied``: with the very coefficient of the term it shares it with.
     """
     if not start.point:
         return start
-    frame, train = problem.rows.frame, problem.train
-    project = projector(bank, others, variance)
+    frame = problem.rows.frame
+    course = _Course(problem, start.form, tuple(b for b in others if tied and b.regressor.effect == start.form.shares))
+    project = projector(bank, [b for b in others if not any(b is own for own in course.shared)], variance)
     target = project(bank.y)
     lower, upper = bounds(start.form, frame)
     positive = bool(np.all(lower > 0))
@@ -93,8 +96,7 @@ def refined(problem: ChannelProblem, bank: Bank, others: Sequence[Block], start:
 
     def left(x: FloatArray) -> FloatArray:
         point = tuple(float(v) for v in (np.exp(x) if positive else x))
-        columns = start.form.columns(frame, point)[train]
-        white = project(bank.whitening.apply(np.where(np.isfinite(columns), columns, 0.0)))
+        white = project(bank.whitening.apply(course.columns(point)))
         scale = np.sqrt(np.maximum(np.sum(white**2, axis=0), 1e-300))
         white = white / scale
         normal = white.T @ white + 1e-9 * np.eye(white.shape[1])
@@ -111,24 +113,37 @@ def refined(problem: ChannelProblem, bank: Bank, others: Sequence[Block], start:
     better = start
     if 2.0 * found.cost < float(np.sum(left(first) ** 2)):
         better = replace(start, point=tuple(float(v) for v in (np.exp(found.x) if positive else found.x)))
-    return replace(better, deviation=_deviation(better, problem, project, target))
+    return replace(better, deviation=_deviation(better, course, project, target))
 
 
-def _deviation(
-    term: Named, problem: ChannelProblem, project: _Projector, target: FloatArray
-) -> tuple[float | None, ...]:
+@dataclass(frozen=True, slots=True)
+class _Course:
+    """Columns of a form at the training rows; of one that shares its coefficient with a block, those of both."""
+
+    problem: ChannelProblem
+    form: Form
+    shared: tuple[Block, ...]
+
+    def columns(self, point: Sequence[float] | FloatArray) -> FloatArray:
+        """Columns (n, k) for nonlinear parameters."""
+        frame, train = self.problem.rows.frame, self.problem.train
+        columns = self.form.columns(frame, tuple(float(v) for v in point))[train]
+        for block in self.shared:
+            columns = columns + block.regressor.columns(frame)[train]
+        return np.where(np.isfinite(columns), columns, 0.0)
+
+
+def _deviation(term: Named, course: _Course, project: _Projector, target: FloatArray) -> tuple[float | None, ...]:
     """Standard deviation of each nonlinear parameter in its own unit, everything linear and the other parameters free.
 
     None where one stands at the end of its range, and where the recordings do not tell it within that range.
     """
-    frame, train = problem.rows.frame, problem.train
-    lower, upper = bounds(term.form, frame)
+    lower, upper = bounds(term.form, course.problem.rows.frame)
     point = np.asarray(term.point)
     free = np.flatnonzero(~_at_end(point, lower, upper))
 
     def white(at: FloatArray) -> FloatArray:
-        columns = term.form.columns(frame, tuple(float(v) for v in at))[train]
-        return project(project.bank.whitening.apply(np.where(np.isfinite(columns), columns, 0.0)))
+        return project(project.bank.whitening.apply(course.columns(at)))
 
     own = white(point)
     own = own / np.sqrt(np.maximum(np.sum(own**2, axis=0), 1e-300))

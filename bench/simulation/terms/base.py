@@ -65,6 +65,8 @@ class Form:
     """functions by which nature's form may differ from this one, where they are others than the term's"""
     equation: str = ""
     """this form's own equation, in its own symbols; empty where it is the term's"""
+    shares: str = ""
+    """nominal term whose first coefficient its own is; empty where it is free"""
 
 
 @dataclass(frozen=True, slots=True)

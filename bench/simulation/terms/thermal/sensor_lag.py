@@ -8,7 +8,7 @@ from bench.simulation.terms.memory import campaign_lag, integral, lag
 
 
 def _grid(_: Frame) -> tuple[Point, ...]:
-    return logarithmic(3.0, 400.0, 12)
+    return logarithmic(1.0, 400.0, 14)
 
 
 def _lagging(frame: Frame, point: Point) -> FloatArray:
@@ -24,6 +24,8 @@ def _lagging_on(frame: Frame, point: Point) -> FloatArray:
 PER_C = Symbol("1/C", "K/J", "one over the heat capacity", 0.0)
 TAU = Symbol("tau_s", "s", "time constant of the sensor", 0.0)
 
+HEATING = "thermal.loss_heating"
+"""the sensor is late by what heats, so the heat capacity is that of the lubricant"""
 _LAG = "dT/dt -= 1/C*(P - P_s), tau_s*dP_s/dt = P - P_s, P: loss"
 
 TERM = Term(
@@ -41,6 +43,7 @@ TERM = Term(
                 (TAU,),
                 _grid,
                 equation=f"{_LAG}, P_s = P at the start of each recording",
+                shares=HEATING,
             ),
             Form(
                 "first_order_kept",
@@ -50,6 +53,7 @@ TERM = Term(
                 _grid,
                 remembers=True,
                 equation=f"{_LAG}, P_s goes on between recordings",
+                shares=HEATING,
             ),
         )
     },
