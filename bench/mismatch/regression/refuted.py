@@ -91,8 +91,9 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
     to be nearly nothing before noise makes it worse. Where it adds less than half of what it adds to the fitted ones,
     they say nothing of it: a lag shows in warm-ups. It then goes only beside a function without a name, at the end of
     its range, or if its size may be nothing, and if they are worse by more than the standard error of the difference.
-    Terms of the torque's path stay: what a hysteresis is like at the beginning of a recording, none can predict. Which
-    effects there are was chosen without these recordings; they only decide what is reported.
+    What a hysteresis is like at the beginning of a recording, none can predict: terms of the torque's path go only if
+    they are worse by more than that as well. Which effects there are was chosen without these recordings; they only
+    decide what is reported.
     """
     current = list(model.chosen)
     while True:
@@ -130,7 +131,7 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> f
     held = problem.held_out
     if of_auxiliary(own.main.regressor) or not held.any():
         return None
-    if own.effect != UNKNOWN and (own.nominal or PATH in own.main.regressor.variables):
+    if own.effect != UNKNOWN and own.nominal:
         return None
     others = without(current, own, problem.lacking)
     whole = [_left(model, chosen) for chosen in (current, others)]
@@ -146,6 +147,8 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> f
     error = np.inf if found is None else criteria.ONE_ERROR * found
     if own.effect == UNKNOWN:
         allowed = -error if added > 2.0 * error else 0.0
+    elif PATH in own.main.regressor.variables:
+        allowed = error
     elif not hardly_acts(whole[0] - whole[1], problem.rows.number, held, problem.train):
         allowed = 0.0
     elif any(without_a_name(c) for c in current) or _vague(model, current, own):
