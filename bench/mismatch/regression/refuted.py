@@ -18,7 +18,7 @@ from bench.mismatch.regression.model import Block, ChannelModel, Chosen, fit_blo
 from bench.mismatch.regression.problem import NUISANCE
 from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.regressors import UNKNOWN
-from bench.simulation.frame import FloatArray
+from bench.simulation.frame import FloatArray, IntArray
 
 
 def not_refuted(model: ChannelModel, chosen: Sequence[Chosen]) -> list[Chosen]:
@@ -91,6 +91,7 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
     to be nearly nothing before noise makes it worse. Where it adds less than half of what it adds to the fitted ones,
     they say nothing of it: a lag shows in warm-ups. It then goes only beside a function without a name, at the end of
     its range, or if its size may be nothing, and if they are worse by more than the standard error of the difference.
+    A name that predicts better within recordings stays: their levels differ by themselves.
     What a hysteresis is like at the beginning of a recording, none can predict: terms of the torque's path go only if
     they are worse by more than that as well. Which effects there are was chosen without these recordings; they only
     decide what is reported.
@@ -136,14 +137,14 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> f
     others = without(current, own, problem.lacking)
     whole = [_left(model, chosen) for chosen in (current, others)]
     left = [one[held] for one in whole]
-    number = problem.rows.number[held]
+    number, recording = problem.rows.number[held], problem.rows.frame.recording[held]
     change = left[0] ** 2 - left[1] ** 2
     worse = float(np.average(change, weights=number))
     ratio = np.sqrt(np.average(left[0] ** 2, weights=number) / max(np.average(left[1] ** 2, weights=number), 1e-300))
     # a function that is true takes its square off, one that is not adds it: what predicts worse is more likely not
     # true, however small the difference. Nature's form of a name may differ from the library's
     added = float(np.average((left[0] - left[1]) ** 2, weights=number))
-    found = error_of_mean(change, problem.rows.frame.recording[held], number)
+    found = error_of_mean(change, recording, number)
     error = np.inf if found is None else criteria.ONE_ERROR * found
     if own.effect == UNKNOWN:
         allowed = -error if added > 2.0 * error else 0.0
@@ -155,7 +156,21 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> f
         allowed = error
     else:
         return None
+    if own.effect != UNKNOWN and not problem.spec.integral and _better_within(left, recording, number):
+        return None
     return float(ratio) if worse > allowed else None
+
+
+def _better_within(left: Sequence[FloatArray], recording: IntArray, number: FloatArray) -> bool:
+    """Whether the first of two predictions leaves less than the second (n, each) about the levels of recordings, by
+    more than the standard error: levels differ from one to the next by themselves, and a few of them may speak against
+    an effect that comes and goes within recordings.
+    """
+    samples = np.maximum(np.bincount(recording, number), 1e-300)
+    first, second = (one - (np.bincount(recording, number * one) / samples)[recording] for one in left)
+    change = first**2 - second**2
+    error = error_of_mean(change, recording, number)
+    return error is not None and float(np.average(change, weights=number)) < -criteria.ONE_ERROR * error
 
 
 def _vague(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> bool:
