@@ -37,6 +37,8 @@ def _lost(rng: Rng, name: str, profile: str) -> Effect:
             return -x / np.sqrt(1.0 + x**2)
         if profile == "erf":
             return -np.asarray(erf(x))
+        if profile == "slow":
+            return -np.sign(x) * (1.0 - (1.0 + np.abs(x)) ** -2.0)
         return -np.sign(x) * (1.0 - np.exp(-np.abs(x)))
 
     place = Location(conditions={"load_torque": [-3.0 * t0, 3.0 * t0]}, core={"load_torque": [-t0, t0]})
@@ -68,9 +70,14 @@ def _lost_erf(rng: Rng) -> Effect:
     return _lost(rng, "error function", "erf")
 
 
-@form("te.lost_motion", "algebraic sigmoid", held_back=True)
+@form("te.lost_motion", "algebraic sigmoid", in_library=True)
 def _lost_root(rng: Rng) -> Effect:
     return _lost(rng, "x/sqrt(1+x²)", "root")
+
+
+@form("te.lost_motion", "rational approach", held_back=True)
+def _lost_slowly(rng: Rng) -> Effect:
+    return _lost(rng, "1-1/(1+x)²", "slow")
 
 
 def _stiff(rng: Rng, name: str, profile: str) -> Effect:

@@ -60,7 +60,7 @@ def _rows() -> tuple[Kind, ...]:
         row("cage", "unknown", te, "amplitude order slip load", "cage that slips where the load is small"),
         # transmission error: twist that the torque makes
         row("lost_arctan", "te.lost_motion", te, "amplitude torque", "lost motion, arctan of torque", True),
-        row("lost_root", "te.lost_motion", te, "amplitude torque", "lost motion, τ/√(τ² + τ_c²)"),
+        row("lost_root", "te.lost_motion", te, "amplitude torque", "lost motion, τ/√(τ² + τ_c²)", True),
         row("hardening", "te.stiffness_nonlinear", te, "amplitude torque", "softening, cube of torque", True),
         row("second_spring", "te.stiffness_nonlinear", te, "amplitude torque", "spring that gives beyond a torque"),
         row("play_pair", "te.hysteresis", te, "amplitude narrow wide", "Maxwell slip: two plays in torque"),

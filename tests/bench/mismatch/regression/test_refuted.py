@@ -188,6 +188,24 @@ def test_a_name_goes_where_recordings_held_out_are_predicted_worse(
     assert len(model.notes) == goes
 
 
+@pytest.mark.parametrize("within", [0.0, 0.5])
+def test_levels_of_recordings_refute_no_name_that_predicts_better_within_them(
+    monkeypatch: pytest.MonkeyPatch, within: float
+) -> None:
+    """``within``: by how much what is left swings less about the level of each recording, which lies further off."""
+    frame = campaign()
+    model, _ = with_a_table(frame)
+    churn = Chosen(add_block(model.problem, model.bank, named("friction.viscous_quadratic", MOTOR_TORQUE, "square")))
+    model = replace(model, chosen=[churn], fit=model.refitted([churn]))
+    swing = np.resize([1.0, -1.0], frame.size)
+
+    def remaining(_model: object, chosen: list[Chosen]) -> FloatArray:
+        return np.asarray(3.0 + (1.0 - within) * swing if chosen else 2.0 + swing)
+
+    monkeypatch.setattr(refuted, "_left", remaining)
+    assert borne_out(model) == ([churn] if within else [])
+
+
 @pytest.mark.parametrize("share", [0.1, 1.0])
 def test_recordings_in_which_a_name_hardly_acts_say_nothing_of_it(
     monkeypatch: pytest.MonkeyPatch, share: float
