@@ -24,6 +24,7 @@ from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.candidates import TURNING
 from bench.mismatch.regression.model import fit_blocks
+from bench.mismatch.regression.nameless_heat import nameless_heat
 from bench.mismatch.regression.problem import CHANNELS, TORQUE_ZERO
 from bench.mismatch.regression.search import searched
 from bench.mismatch.regression.state import Search
@@ -179,8 +180,9 @@ def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, ban
     zero = max(TORQUE_ZERO, float(np.sqrt(offsets)) if np.isfinite(offsets) else 0.0)
 
     def search() -> Search:
-        less = replace(rows, frame=out.zeros.less(rows.frame))
-        return searched(problem_of(data, given, TEMPERATURE, less, banned, zero), seed)
+        less = problem_of(data, given, TEMPERATURE, replace(rows, frame=out.zeros.less(rows.frame)), banned, zero)
+        nameless = nameless_heat(models[MOTOR_TORQUE]) if MOTOR_TORQUE in models else ()
+        return searched(replace(less, base=(*less.base, *nameless)), seed)
 
     problem = problem_of(data, given, TEMPERATURE, rows, banned, zero)
     out.zeros = zeros_chosen(models, problem)

@@ -1,0 +1,40 @@
+"""What the motor torque has without a name may be an error of its report: the heat is asked beside it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from bench.mismatch.regression.model import Chosen, add_block
+from bench.mismatch.regression.nameless_heat import nameless_heat
+from bench.mismatch.regression.problem import NUISANCE
+from bench.mismatch.regression.regressors import Free, named
+from bench.mismatch.regression.search import begun
+from bench.simulation.tables import Grid
+from bench.simulation.terms import MOTOR_TORQUE
+from tests.bench.mismatch.regression.synthetic import campaign, problem
+
+
+def test_heat_without_a_name_is_that_of_the_function_and_of_what_is_left() -> None:
+    frame = campaign()
+    report = 0.1 * np.sign(frame.temperature - 30.0)
+    y = 0.5 * frame.direction + report + np.random.default_rng(1).normal(0.0, 0.001, frame.size)
+    frame = replace(frame, motor_torque=y, torque=np.zeros(frame.size))
+    own = problem(frame, y)
+    search = begun(own)
+    table = Free(MOTOR_TORQUE, (Grid(("temperature",), "1", ((22.0, 26.0, 29.9, 30.1, 34.0, 40.0),)),))
+    function = Chosen(add_block(own, search.model.bank, table, 1e-3))
+    churn = Chosen(add_block(own, search.model.bank, named("friction.viscous_quadratic", MOTOR_TORQUE, "square")))
+    model = replace(search.model, chosen=[function, churn], fit=search.model.refitted([function, churn]))
+    (term,) = nameless_heat(model)
+    assert term.regressor.effect == NUISANCE
+    told, left = term.regressor.columns(frame).T
+    sign = np.sign(y * frame.omega)
+    for number in (0, 7, 23):
+        rows = frame.recording == number
+        power = (sign * model.contribution(function, frame) * frame.omega)[rows]
+        heat = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * frame.step[rows][1:])])
+        assert np.allclose(told[rows], heat)
+    assert np.abs(left).max() < 0.1 * np.abs(told).max()
+    assert nameless_heat(replace(model, chosen=[churn], fit=model.refitted([churn]))) == ()
