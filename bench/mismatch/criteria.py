@@ -23,8 +23,8 @@ ERROR_RATE = 0.01
 ERROR_RATE_OF_A_CHANNEL = ERROR_RATE / 4.0
 """the same in one of four channels"""
 SHAPE = 0.2
-"""how far nature's form of an effect may be from the library's, over the effect's own size: standard deviation of the
-correction that stands beside each name"""
+"""how far nature's form of an effect may be from the library's, over the effect's own size beyond what the simulation
+absorbs: standard deviation of the correction that stands beside each name"""
 BLOCK_S = 5.0
 """length of the blocks whose signs are drawn, some correlation times of a bench's noise"""
 BLOCK_MEMORIES = 3.0

@@ -15,7 +15,7 @@ from bench.mismatch.regression.candidates import exercised, shape_of
 from bench.mismatch.regression.heredity import laws
 from bench.mismatch.regression.model import Block, Chosen, add_block, fit_blocks, weak_precision, with_shape
 from bench.mismatch.regression.one_way import impossible, named_by_course
-from bench.mismatch.regression.refine import refined, strained
+from bench.mismatch.regression.refine import projector, refined, strained
 from bench.mismatch.regression.regressors import Named, Regressor
 from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray
@@ -64,13 +64,23 @@ def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen
             return None
     train = problem.train
     effect = better.columns(problem.rows.frame)[train] @ fitted.of(main.place)[0]
-    size = _own_size(effect)
+    size = _own_size(effect) * _beyond(search, effect, variance)
     shape = None
     if model.noise.telling is None and all(c.effect != better.effect for c in others):
         shape = shape_of(problem.channel, better, problem.rows.frame.take(train))
     whole = with_shape(problem, bank, main, shape, criteria.SHAPE * size)
     fitted = fit_blocks(bank, [*beside, *whole.blocks], model.variances)
     return None if impossible(model, others, whole, fitted) else whole
+
+
+def _beyond(search: Search, effect: FloatArray, variance: float) -> float:
+    """Share of an effect at the training rows (n,), as a root mean square, that the calibrated simulation cannot say:
+    by so much of it nature's form may be told from the library's.
+    """
+    model = search.model
+    white = model.bank.whitening.apply(effect[:, None])[:, 0]
+    left = projector(model.bank, model.base, variance)(white)
+    return float(np.linalg.norm(left)) / max(float(np.linalg.norm(white)), 1e-300)
 
 
 def in_its_form(

@@ -5,11 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from bench.mismatch.regression.beside import _beyond
 from bench.mismatch.regression.choosing import _form_of_a_name, _still_open
 from bench.mismatch.regression.model import Block, Chosen
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
+from bench.mismatch.regression.search import begun
 from bench.simulation.tables import Grid
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, TRANSMISSION_ERROR
+from tests.bench.mismatch.regression.synthetic import campaign, problem
 
 KNOTS = (-900.0, 0.0, 900.0)
 
@@ -62,3 +65,23 @@ def test_what_passes_through_a_curved_sensor_is_no_second_effect(times: str, eff
     curved = Chosen(block(Named(term, LOAD_TORQUE, term.forms[LOAD_TORQUE][0])))
     free = Free(LOAD_TORQUE, (Grid(("load_motor_torque",), times, (KNOTS,)),))
     assert _form_of_a_name(block(free), [curved]).regressor.effect == effect
+
+
+@pytest.mark.parametrize(
+    ("effect", "least", "most"), [("square", 0.05, 0.6), ("viscous", 0.0, 0.01), ("bump", 0.8, 1.0)]
+)
+def test_a_form_is_corrected_by_a_share_of_what_the_simulation_cannot_say(
+    effect: str, least: float, most: float
+) -> None:
+    """Drag with the square of the speed is mostly viscous friction; a bump over the temperature is nothing of it."""
+    frame = campaign()
+    omega = frame.omega
+    y = 0.5 * frame.direction + 0.006 * omega + np.random.default_rng(1).normal(0.0, 0.01, frame.size)
+    search = begun(problem(frame, y))
+    courses = {
+        "square": 4e-4 * np.sign(omega) * omega**2,
+        "viscous": 0.003 * omega,
+        "bump": 0.1 * np.exp(-(((frame.temperature - 30.0) / 1.0) ** 2)) * np.sign(np.sin(50.0 * frame.time)),
+    }
+    share = _beyond(search, courses[effect][search.model.problem.train], 0.0)
+    assert least <= share <= most
