@@ -66,7 +66,10 @@ def test_what_the_other_points_are_predicted_worse_with_is_not_told() -> None:
     noise = rng.normal(0.0, 0.001, frame.size) + np.repeat(rng.normal(0.0, 0.2, 24), EACH) * (frame.recording % 8 == 7)
     search, found = churning(frame, 0.5 * frame.direction + 0.006 * frame.omega + noise)
     search.model.variances = (1e-12,)
-    assert not_refuted(search.model, [found]) == []
+    assert found.shape is not None
+    # a correction that may go wherever the fitted points lie
+    wild = replace(found, shape=replace(found.shape, precision=1e-4 * found.shape.precision))
+    assert not_refuted(search.model, [wild]) == []
     assert "not reported" in search.model.notes[-1]
 
 
