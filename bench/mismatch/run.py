@@ -97,7 +97,7 @@ def _run(
             unexplained(outcome)
             outcome.notes.append(limits(outcome, data))
         anew = () if base is None else tuple(p.name for p in base.free)
-        report.simulation = replace(report.simulation, recalibrated=(*_calibrated(made, given), *anew))
+        report.simulation = replace(report.simulation, recalibrated=(*_changed_values(made, given), *anew))
         findings = conclude(report.outcomes, data)
         report.findings = proposed(findings, data, out)
         report.verdict, report.why = judged(report.outcomes, report.findings)
@@ -161,7 +161,7 @@ def _stages(
         yield (name,), replace(data, folder=replace(data.folder, base=base.at(values[name])))
 
 
-def _calibrated(made: Simulation, given: Simulation) -> tuple[str, ...]:
+def _changed_values(made: Simulation, given: Simulation) -> tuple[str, ...]:
     """Symbols of nominal terms whose values are not those of the given simulation."""
     out = []
     for effect, term in made.terms.items():

@@ -96,7 +96,7 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
     effect = max(told, key=lambda e: told[e])
     std: tuple[float, ...] = ()
     if moved is not None and effect == RESONANCE:
-        series = calibrated(model, data, moved.law)
+        series = calibrated_under(model, data, moved.law)
         law, series, strength_std = _strengths(model, replace(data, series=series), moved.law)
     elif mode is not None and effect == RESONANCE:
         law, std, series, strength_std = mode.law, mode.std, mode.series, np.zeros(len(data.orders))
@@ -171,12 +171,12 @@ def _strengths(model: TransmissionModel, data: Amplitudes, law: Law) -> tuple[La
             strength=strength.copy(),
             orders=tuple(f for f, e in zip(data.orders, strength, strict=True) if e != 0.0),
         )
-        series = calibrated(model, data, law)
+        series = calibrated_under(model, data, law)
         data = replace(data, series=series)
     return law, series, std
 
 
-def calibrated(model: TransmissionModel, data: Amplitudes, law: Law) -> Series:
+def calibrated_under(model: TransmissionModel, data: Amplitudes, law: Law) -> Series:
     """The series calibrated under a law."""
     answer = factor(law, data.x, data.time, data.orders)
     return calibrate(model.own_turns, data.vectors / answer, data.sigma / np.abs(answer), data.orders)

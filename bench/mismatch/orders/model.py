@@ -185,7 +185,7 @@ def _orders(model: TransmissionModel, y: FloatArray, seed: int) -> None:
             again |= {w.order for w in fresh}
             found |= {w.order: w for w in fresh}
             now = _settled(model, y, shown, seen(shown, model.turns, y, [*known, *sorted(found)]), known, found)
-    calibrated(model, now, known, found)
+    calibrate_all(model, now, known, found)
     with_noise(model, now)
 
 
@@ -236,7 +236,7 @@ def _floor(model: TransmissionModel) -> float:
     return float(np.sqrt(model.noise.variance))
 
 
-def calibrated(model: TransmissionModel, now: Seen, known: Sequence[float], found: dict[float, WeakOrder]) -> None:
+def calibrate_all(model: TransmissionModel, now: Seen, known: Sequence[float], found: dict[float, WeakOrder]) -> None:
     """Calibrate the series and the further orders on what the turns show of them all."""
     stage = Stage.of(now, model.turns, model.train)
     # what is found under a law follows it, as the series does

@@ -111,17 +111,21 @@ class Bounds:
         return w, float(np.clip(damping, least, DAMPED[1])), float(np.clip(p, 0.005, 1.5))
 
 
+def _spread() -> FloatArray:
+    """Prior spread of each monomial's coefficient in an order's vectors, in units of their usual size."""
+    return np.append(np.sqrt(0.5 * (1.0 + 1.5**2)) * FIRST_PRIOR, _FREE)
+
+
 def _smoothness(data: Amplitudes, answer: Complex) -> FloatArray:
     """Log marginal likelihood (orders,) of the vectors if they are polynomials that have passed ``answer`` (turns,
     orders), each direction with its own.
     """
-    spread = np.append(np.sqrt(0.5 * (1.0 + 1.5**2)) * FIRST_PRIOR, _FREE)
     size = np.abs(answer)
     before = data.vectors / answer
     out = -2.0 * np.sum(np.log(size), axis=0)
     for side, scaling in data.series.scaling.items():
         on_side = data.direction * side > 0
-        basis = scaling.monomials(data.x[on_side]) * spread
+        basis = scaling.monomials(data.x[on_side]) * _spread()
         level = np.median(np.abs(before[on_side]), axis=0)
         noise = (data.sigma[on_side] / size[on_side]) ** 2
         covariance = (level**2)[:, None, None] * (basis @ basis.T)[None]
@@ -263,12 +267,11 @@ class _Within:
     @classmethod
     def of(cls, data: Amplitudes, k: int) -> _Within:
         """Those of order number k."""
-        spread = np.append(np.sqrt(0.5 * (1.0 + 1.5**2)) * FIRST_PRIOR, _FREE)
         level = float(np.median(np.abs(data.vectors[:, k])))
         covariance = np.zeros((len(data.time), len(data.time)))
         for side, scaling in data.series.scaling.items():
             rows = np.flatnonzero(data.direction * side > 0)
-            basis = scaling.monomials(data.x[rows]) * spread
+            basis = scaling.monomials(data.x[rows]) * _spread()
             covariance[np.ix_(rows, rows)] = level**2 * (basis @ basis.T)
         lower = np.linalg.cholesky(covariance + np.diag(data.sigma[:, k] ** 2))
         left = solve_triangular(lower, data.vectors[:, k], lower=True)

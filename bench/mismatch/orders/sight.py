@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.mismatch.orders.model import TransmissionModel, calibrated
+from bench.mismatch.orders.model import TransmissionModel, calibrate_all
 from bench.mismatch.orders.periodic import Periodic, Pulse
 from bench.mismatch.orders.turns import Complex, Seen
 from bench.mismatch.orders.weak import MODELS, Stage, WeakOrder, search
@@ -139,7 +139,7 @@ def rebuilt(model: TransmissionModel, pulses: Sequence[Pulse]) -> None:
     now = Seen(
         (*base.orders, *whole), np.hstack([base.vectors, base.left[:, orders]]), left, base.sigma, base.white, base.rest
     )
-    calibrated(model, now, known, found)
+    calibrate_all(model, now, known, found)
     assert model.periodic is not None
     model.periodic = replace(model.periodic, pulses=tuple(pulses))
 

@@ -20,7 +20,7 @@ from bench.mismatch.orders.borne_out import borne_out
 from bench.mismatch.orders.law_scores import amplitudes
 from bench.mismatch.orders.laws import FoundLaw
 from bench.mismatch.orders.look import PARTS, Look
-from bench.mismatch.orders.model import ROUNDS, TransmissionModel, calibrated, offset_alone, steady_rows, with_noise
+from bench.mismatch.orders.model import ROUNDS, TransmissionModel, calibrate_all, offset_alone, steady_rows, with_noise
 from bench.mismatch.orders.modes import Mode
 from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.turns import Complex, Seen, directions, looks, passed, seen, states
@@ -127,14 +127,14 @@ class _Search:
         orders = self._orders(y, law)
         now = seen(self.shown, model.turns, y, [*known, *orders])
         model.laws = ()
-        calibrated(model, now, known, orders)
+        calibrate_all(model, now, known, orders)
         without, mode = model.periodic, self._mode(now, orders, law)
         if mode is None or without is None:
             return None
         every = tuple(f for f in now.orders if f not in model.given.notch)
         none = np.zeros(len(every), dtype=np.complex128)
         model.laws = (replace(mode.law, orders=every, series=every, strength=none),)
-        calibrated(model, now, known, orders)
+        calibrate_all(model, now, known, orders)
         return _Under(mode, now, without)
 
     def _orders(self, y: FloatArray, law: Law) -> dict[float, WeakOrder]:

@@ -159,7 +159,7 @@ def _auxiliaries(variables: Sequence[str]) -> tuple[str, ...]:
 def _finding(found: Sequence[Discovery], outcome: ChannelOutcome, data: Dataset) -> Finding:
     scored, without = figures.Scored.of(outcome), figures.without(found[0], outcome)
     against = figures.against(found[0], outcome)
-    first = calibrated(found[0], against)
+    first = with_earned_confidence(found[0], against)
     also = dict.fromkeys(c for d in found for c in (d.channel, *d.also_in) if c != first.channel)
     where = place(first, outcome, data)
     return Finding(
@@ -178,7 +178,7 @@ def _finding(found: Sequence[Discovery], outcome: ChannelOutcome, data: Dataset)
     )
 
 
-def calibrated(found: Discovery, against: bool = False) -> Discovery:
+def with_earned_confidence(found: Discovery, against: bool = False) -> Discovery:
     """A discovery with the confidence that findings of its weight have earned; half of it where the recordings held
     out are ``against`` it.
     """
