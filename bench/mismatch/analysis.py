@@ -26,6 +26,7 @@ from bench.mismatch.regression.candidates import TURNING
 from bench.mismatch.regression.model import fit_blocks
 from bench.mismatch.regression.nameless_heat import nameless_heat
 from bench.mismatch.regression.problem import CHANNELS, TORQUE_ZERO
+from bench.mismatch.regression.regressors import UNKNOWN
 from bench.mismatch.regression.search import searched
 from bench.mismatch.regression.state import Search
 from bench.mismatch.unnamed.structure import examine
@@ -172,7 +173,8 @@ def _transmission(data: Dataset, given: Given, rows: Rows, seed: int, banned: Se
 def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, banned: Sequence[str]) -> Search:
     """The search of the temperature, with the loss less the zeros of the torques that it wants taken off.
 
-    They are asked for again beside what was found: surroundings that warm up drown a zero of a sensor.
+    They are asked for again beside the names that were found: surroundings that warm up drown a zero of a sensor. A
+    function without a name may be the zero itself.
     """
     models = {c: out.searches[c].model for c in (LOAD_TORQUE, MOTOR_TORQUE) if c in out.searches}
 
@@ -187,7 +189,7 @@ def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, ban
     problem = problem_of(data, given, TEMPERATURE, rows, banned, zero)
     out.zeros = zeros_chosen(models, problem)
     first = search()
-    found = [block for own in first.model.chosen for block in own.blocks]
+    found = [block for own in first.model.chosen if own.effect != UNKNOWN for block in own.blocks]
     again = zeros_chosen(models, problem, found) if found else out.zeros
     if again.which == out.zeros.which:
         return first

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from bench.mismatch import criteria
 from bench.mismatch.given import Known
 from bench.mismatch.recordings.beginning import at_start, risen
 from bench.mismatch.recordings.rows import Rows
@@ -92,8 +93,24 @@ def chosen(models: Mapping[str, ChannelModel], problem: ChannelProblem, found: S
     tried = [Zeros(which, constant, own, reported, inertia) for which in sets]
     beside = [BaseTerm(block.regressor, tuple(block.precision)) for block in found]
     whole, rows = replace(problem, base=(*problem.base, *beside)), problem.rows
-    energy = [_energy(replace(whole, rows=replace(rows, frame=zeros.less(rows.frame)))) for zeros in tried]
-    return tried[int(np.argmin(energy))]
+    energies = [_energies(replace(whole, rows=replace(rows, frame=zeros.less(rows.frame)))) for zeros in tried]
+    return tried[_likeliest(sets, energies)]
+
+
+def _likeliest(sets: Sequence[Sequence[str]], energies: Sequence[FloatArray]) -> int:
+    """Which of some sets of zeros is taken, by the squares that each leaves of the recordings (recordings,).
+
+    Of those that leave no more than the best beyond the standard error of the difference, one with the zero of the load
+    torque, which is the sensor's (bench-physics, "Nominal simulation" 4), and of these the one with the fewest others.
+    """
+    best = int(np.argmin([own.sum() for own in energies]))
+
+    def beyond(own: FloatArray) -> float:
+        more = own - energies[best]
+        return float(more.sum()) - criteria.ONE_ERROR * float(np.std(more) * more.size / np.sqrt(max(more.size - 1, 1)))
+
+    near = [k for k, own in enumerate(energies) if k == best or beyond(own) <= 0.0]
+    return min(near, key=lambda k: (LOAD not in sets[k], len(sets[k]), float(energies[k].sum())))
 
 
 def left_of(rows: Rows, said: FloatArray, usable: np.ndarray) -> dict[int, float]:
@@ -125,7 +142,7 @@ def reported_by(known: Iterable[Known], name: str) -> tuple[Known, ...]:
     return tuple(k for k in known if k.regressor.effect == REPORTED[name] and k.coefficients is not None)
 
 
-def _energy(problem: ChannelProblem) -> float:
+def _energies(problem: ChannelProblem) -> FloatArray:
     """Weighted squares of the training rows' temperatures, each recording predicted from its first readings by the
     simulation calibrated on the others.
     """
@@ -139,9 +156,9 @@ def _energy(problem: ChannelProblem) -> float:
     weighted = weight[:, None] * values
     parts = [values[own].T @ weighted[own] for own in (recording == r for r in np.unique(recording))]
     whole = sum(parts) + RIDGE * weight.sum() * np.eye(values.shape[1])
-    total = 0.0
+    out = []
     for part in parts:
         left = whole - part
         told = np.append(np.linalg.solve(left[:-1, :-1], left[:-1, -1]), -1.0)
-        total += float(told @ part @ told)
-    return total
+        out.append(float(told @ part @ told))
+    return np.array(out)

@@ -11,7 +11,7 @@ import pytest
 
 from bench.mismatch import criteria
 from bench.mismatch.given import Known
-from bench.mismatch.power_zeros import GAIN, LOAD, RECORDINGS, REPORTED, UNNAMED, Zeros, _energy, chosen
+from bench.mismatch.power_zeros import GAIN, LOAD, RECORDINGS, REPORTED, UNNAMED, Zeros, _energies, _likeliest, chosen
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression import problem as problems
 from bench.mismatch.regression.model import Block
@@ -126,10 +126,23 @@ def test_a_zero_is_seen_where_the_surroundings_swing_and_beside_them() -> None:
     plain, without = (problem(one) for one in (rows, less))
     beside = BaseTerm(drift.regressor, (0.0, 0.0))
     # beside the swing what is left without the zero is more of what is left with it
-    alone = _energy(plain) / _energy(without)
-    assert _energy(replace(plain, base=(*plain.base, beside))) > alone * _energy(
-        replace(without, base=(*without.base, beside))
-    )
+    alone = _energies(plain).sum() / _energies(without).sum()
+    both = [_energies(replace(own, base=(*own.base, beside))).sum() for own in (plain, without)]
+    assert both[0] > alone * both[1]
+
+
+@pytest.mark.parametrize(
+    ("plain", "taken"),
+    # what each of four recordings leaves without the zero of the load torque; with it: 3, 1, 3, 1
+    [((1.0, 2.0, 1.0, 2.0), (LOAD,)), ((1.0, 0.5, 1.0, 0.5), ()), ((9.0, 9.0, 9.0, 9.0), (LOAD,))],
+)
+def test_the_zero_of_the_sensor_is_taken_off_unless_the_recordings_say_no(
+    plain: tuple[float, ...], taken: tuple[str, ...]
+) -> None:
+    """Two recordings better and two worse are no evidence against it; all of them are."""
+    sets = [(), (LOAD,), (LOAD, RECORDINGS)]
+    left = [np.array(plain), np.array([3.0, 1.0, 3.0, 1.0]), np.array([2.9, 1.1, 3.0, 1.0])]
+    assert sets[_likeliest(sets, left)] == taken
 
 
 def test_each_recording_has_its_own() -> None:
