@@ -133,7 +133,20 @@ def admissible(named: Named, coefficients: FloatArray, covariance: FloatArray) -
     high = np.array([s.upper for s in named.form.linear])
     if np.any(coefficients + doubt < low) or np.any(coefficients - doubt > high):
         return False
+    if named.form.ratio is not None and not _of_that_ratio(named.form.ratio, coefficients, covariance):
+        return False
     return not (named.form.one_sign and np.any(coefficients > doubt) and np.any(coefficients < -doubt))
+
+
+def _of_that_ratio(ratio: tuple[float, float], coefficients: FloatArray, covariance: FloatArray) -> bool:
+    """Whether the second of two coefficients lies between two multiples of the first, but for their standard errors:
+    cooling towards 130 degC is none.
+    """
+    for factor, side in zip(ratio, (1.0, -1.0), strict=True):
+        beyond = side * np.array([-factor, 1.0])
+        if float(beyond @ coefficients[:2]) < -BEYOND_BOUNDS * float(np.sqrt(beyond @ covariance[:2, :2] @ beyond)):
+            return False
+    return True
 
 
 def _shares(own: Block, blocks: Sequence[Block], fitted: Fit) -> bool:

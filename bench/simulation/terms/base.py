@@ -65,6 +65,8 @@ class Form:
     """functions by which nature's form may differ from this one, where they are others than the term's"""
     equation: str = ""
     """this form's own equation, in its own symbols; empty where it is the term's"""
+    ratio: tuple[float, float] | None = None
+    """least and most of the second coefficient over the first, where the first is positive; None where it may be any"""
     shares: str = ""
     """nominal term whose first coefficient its own is; empty where it is free"""
 

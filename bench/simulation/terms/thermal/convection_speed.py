@@ -18,6 +18,8 @@ def _forced(frame: Frame, point: Point) -> FloatArray:
     return columns(-integral(speed * frame.temperature, frame), integral(speed, frame))
 
 
+SURROUNDINGS_C = (-40.0, 60.0)
+"""degC of air about a bench: the widest that industrial gear units are specified for"""
 H_1 = Symbol("h_1", "1/s", "cooling at 100 rad/s of the motor over the heat capacity", 0.0)
 H_0 = Symbol("h_1*T_amb", "K/s", "the same times the temperature of the surroundings")
 EXPONENT = Symbol("n", "1", "exponent of the speed", 0.1, 3.0)
@@ -36,6 +38,7 @@ TERM = Term(
                 (H_1, H_0),
                 (EXPONENT,),
                 _exponents,
+                ratio=SURROUNDINGS_C,
                 equation="dT/dt += (h_1*T_amb - h_1*T)*(abs(w_m)/(100 rad/s))**n",
             ),
         )

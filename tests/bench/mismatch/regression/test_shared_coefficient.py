@@ -1,4 +1,4 @@
-"""A lag of the thermometer is late by the very heat that warms up: its heat capacity is that of the heating."""
+"""A lag of the thermometer has the heat capacity of the heating, and cooling is towards surroundings that there are."""
 
 from __future__ import annotations
 
@@ -45,3 +45,23 @@ def test_a_term_that_shares_nothing_is_free() -> None:
     _, heating, fit = fitted(PER_C, 0.0)
     other = Block(named("thermal.convection_speed", TEMPERATURE, "power", (0.5,)), (0,), np.zeros(1))
     assert beside._shares(other, [heating], fit)
+
+
+@pytest.mark.parametrize(
+    ("surroundings", "h_1", "std", "physical"),
+    [
+        (21.0, 4e-5, 0.01, True),
+        (135.0, 4e-5, 0.01, False),
+        (135.0, 4e-5, 1.0, True),
+        (-90.0, 4e-5, 0.01, False),
+        # cooling that falls with the speed
+        (337.0, -4e-6, 0.3, False),
+    ],
+)
+def test_cooling_is_towards_surroundings_that_there_are(
+    surroundings: float, h_1: float, std: float, physical: bool
+) -> None:
+    """``std``: relative standard error of both coefficients."""
+    term = named("thermal.convection_speed", TEMPERATURE, "power", (0.5,))
+    found = np.array([h_1, h_1 * surroundings])
+    assert beside.admissible(term, found, np.diag((std * found) ** 2)) is physical
