@@ -171,7 +171,16 @@ def _dwarfed(discovery: Discovery, outcome: ChannelOutcome, left: float) -> bool
     term = LIBRARY.get(discovery.effect)
     if term is None or term.nominal or discovery.effect in LINES or discovery.independent:
         return False
-    return bool(np.sqrt(strength(discovery, outcome)) * outcome.floor < left)
+    return bool(np.sqrt(strength(discovery, outcome)) * outcome.floor < left) and not _above_it(discovery, outcome)
+
+
+def _above_it(discovery: Discovery, outcome: ChannelOutcome) -> bool:
+    """Whether a name stands above what is left without an explanation where it acts: friction after reversals is large
+    there, however little it is over all samples.
+    """
+    weight = np.where(outcome.usable, outcome.rows.number, 0.0) * discovery.added**2
+    own, left = (float(weight @ values**2) for values in (discovery.added, np.where(outcome.usable, outcome.left, 0.0)))
+    return own > criteria.OVER_THE_REST**2 * left
 
 
 def averaged(left: FloatArray, outcome: ChannelOutcome) -> FloatArray:

@@ -104,6 +104,19 @@ def test_a_name_smaller_than_what_is_left_is_a_part_of_that(size: float, named: 
     assert any("smaller than what is left" in note for note in own.notes) is not named
 
 
+@pytest.mark.parametrize(("left", "named"), [(1.0, True), (6.0, False)])
+def test_a_name_that_stands_above_what_is_left_where_it_acts_is_no_part_of_that(left: float, named: bool) -> None:
+    """Friction after reversals: eight times the noise in one row of a hundred, beside ``left`` times it there."""
+    frame = made.campaign()
+    acts = np.arange(frame.size) % 100 == 0
+    found = made.discovery("motor_torque", "friction.presliding", 8.0 * SIGMA * acts, ("reversal_travel",))
+    own = made.outcome(frame, "motor_torque", [found], SIGMA)
+    own = replace(own, rows=replace(own.rows, y=own.whole + np.where(acts, left, 3.0) * SIGMA))
+    own.rmse |= {"after": 3.0 * own.floor, "after_steady": 3.0 * own.floor}
+    unexplained(own)
+    assert [d.effect for d in own.discoveries] == (["friction.presliding"] if named else []) + ["unknown"]
+
+
 @pytest.mark.parametrize(
     ("size", "left", "channel", "named"),
     [
