@@ -115,7 +115,7 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
         near = unturned and _of_the_torque(chosen) and loss < gain - loss
         # what says with more numbers what the effect says is no other explanation
         if not near and heirs.get(k + 1) != 0:
-            near = called_as_good(own, chosen, float(odds), loss)
+            near = called_as_good(own, chosen, float(odds), loss, error)
             doubtful = chosen.effect != UNKNOWN and criteria.VERY_STRONG <= loss < 2.0 * criteria.VERY_STRONG
             near = near or (doubtful and predict_alike(model, others, rated, chosen))
         rivals.append(Contender(chosen, density, loss, error, float(share[k + 1]), near))
@@ -125,14 +125,17 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
     return Slot(own, gain, last.p_value(gain), float(share[0]), tuple(rivals), plainer, needless)
 
 
-def called_as_good(own: Chosen, other: Chosen, odds: float, loss: float) -> bool:
+def called_as_good(own: Chosen, other: Chosen, odds: float, loss: float, error: float = 0.0) -> bool:
     """Whether another explanation is not told apart from an effect: its ``odds`` against it, and its ``loss`` of log
-    density at points left out.
+    density at points left out with the standard ``error``.
 
-    Between two names a small loss may be that of two forms, of which nature has neither.
+    Between two names a small loss may be that of two forms, of which nature has neither; and one that a few points may
+    have made by chance has to be twice as large.
     """
+    by_chance = loss < criteria.BESIDE_UNKNOWN_ERRORS * error
+    enough = (2.0 if by_chance else 1.0) * criteria.VERY_STRONG
     both_named = UNKNOWN not in (own.effect, other.effect)
-    return odds > criteria.AS_GOOD or (both_named and loss < criteria.VERY_STRONG)
+    return odds > criteria.AS_GOOD or (both_named and loss < enough)
 
 
 def _of_the_torque(own: Chosen) -> bool:

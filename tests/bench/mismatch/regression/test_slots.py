@@ -178,19 +178,22 @@ def test_a_law_of_no_size_is_not_reported_for_the_sake_of_its_change(viscous: fl
 
 
 @pytest.mark.parametrize(
-    ("other", "odds", "loss", "as_good"),
+    ("other", "odds", "loss", "error", "as_good"),
     [
-        ("thermal.second_mass", 0.3, 8.0, True),
+        ("thermal.second_mass", 0.3, 8.0, 1.0, True),
         # forty to one, but the forms of two names differ by as much from nature's
-        ("thermal.second_mass", 0.025, 3.7, True),
-        ("thermal.second_mass", 0.006, 5.1, False),
+        ("thermal.second_mass", 0.025, 3.7, 1.0, True),
+        ("thermal.second_mass", 0.006, 5.1, 1.0, False),
+        # a few points make such a difference by chance
+        ("thermal.second_mass", 0.006, 7.0, 4.0, True),
+        ("thermal.second_mass", 0.006, 11.0, 6.0, False),
         # a function without a name has no form that could be another
-        ("unknown", 0.025, 3.7, False),
-        ("unknown", 0.3, 1.2, True),
+        ("unknown", 0.025, 3.7, 4.0, False),
+        ("unknown", 0.3, 1.2, 1.0, True),
     ],
 )
-def test_who_is_as_good(other: str, odds: float, loss: float, as_good: bool) -> None:
-    assert called_as_good(chosen("thermal.convection_speed"), chosen(other), odds, loss) is as_good
+def test_who_is_as_good(other: str, odds: float, loss: float, error: float, as_good: bool) -> None:
+    assert called_as_good(chosen("thermal.convection_speed"), chosen(other), odds, loss, error) is as_good
 
 
 @pytest.mark.parametrize(("bent", "corrected"), [(0.0, False), (0.08, True)])
