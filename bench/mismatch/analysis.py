@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bench.mismatch.discovery import ChannelOutcome
-from bench.mismatch.given import ENCODER, SENSOR, Given, Known
+from bench.mismatch.given import ENCODER, LOAD_SIDE, SENSOR, Given, Known
 from bench.mismatch.memory import give_back
 from bench.mismatch.orders import model as orders
 from bench.mismatch.orders.model import TransmissionModel
@@ -18,7 +18,7 @@ from bench.mismatch.orders.turns import found_in
 from bench.mismatch.outcomes import of_search, of_transmission
 from bench.mismatch.power_zeros import Zeros
 from bench.mismatch.power_zeros import chosen as zeros_chosen
-from bench.mismatch.prediction import LOAD, corrected
+from bench.mismatch.prediction import corrected
 from bench.mismatch.problems import base_of, periodicity_of, problem_of, usable
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.rows import Rows
@@ -124,11 +124,10 @@ def analyse(
             known = () if channel == TEMPERATURE else _orders_of(out)
             examine(out.outcomes[channel], search, heard, seed, known, moving)
             if channel == LOAD_TORQUE:
-                in_angles = _told_here(search)
-            search.close()
-            if channel == LOAD_TORQUE:
                 acting = (*acting, *_known_of(search))
+                in_angles = _told_here(search)
                 shown = tuple(_shown_here_first([chosen.effect for chosen in search.model.chosen]))
+            search.close()
         give_back()
     return out
 
@@ -202,7 +201,7 @@ def _known_of(search: Search) -> list[Known]:
     model = search.model
     out = []
     for chosen in model.chosen:
-        if chosen.effect.startswith((SENSOR, LOAD)):
+        if chosen.effect.startswith((SENSOR, LOAD_SIDE)):
             out += [Known(block.regressor, model.fit.of(block.place)[0]) for block in chosen.blocks]
     return out
 
@@ -212,14 +211,15 @@ def _told_here(search: Search) -> tuple[str, ...]:
     rate in the angles is something else then. A load torque that hardly changed tells less than the angles do.
     """
     model, frame = search.model, search.model.problem.rows.frame
-    sample = float(np.median(frame.step[frame.step > 0.0] / frame.count[frame.step > 0.0]))
-    own = [b for b in (*model.blocks(), *search.blocks) if b.regressor.effect == DELAY][:1]
-    for block in own:
-        beside = [b for b in model.blocks() if b is not block]
-        variance = fit_blocks(model.bank, [*beside, block], model.variances).of(block.place)[1][0, 0]
-        if np.sqrt(variance) < sample:
-            return (DELAY,)
-    return ()
+    blocks = model.blocks()
+    block = next((b for b in (*blocks, *search.blocks) if b.regressor.effect == DELAY), None)
+    if block is None:
+        return ()
+    beside = [b for b in blocks if b is not block]
+    variance = fit_blocks(model.bank, [*beside, block], model.variances).of(block.place)[1][0, 0]
+    within = frame.step > 0.0
+    sample = float(np.median(frame.step[within] / frame.count[within]))
+    return (DELAY,) if np.sqrt(variance) < sample else ()
 
 
 def _shown_here_first(found: Collection[str]) -> list[str]:

@@ -32,6 +32,8 @@ REACTION = ("motor.load_reaction", "k_te")
 ENCODER = "sensor.motor_encoder"
 SENSOR = "sensor.torque"
 """begins the ids of errors of the torque sensor: what it reads beyond the torque is taken off before others use it"""
+LOAD_SIDE = "load."
+"""begins the ids of what turns the shaft at the torque sensor"""
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,6 +22,7 @@ from bench.mismatch.given import Known
 from bench.mismatch.recordings.beginning import at_start, risen
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.bank import RIDGE
+from bench.mismatch.regression.folds import apart
 from bench.mismatch.regression.model import Block, ChannelModel
 from bench.mismatch.regression.problem import NUISANCE, BaseTerm, ChannelProblem
 from bench.mismatch.regression.regressors import UNKNOWN
@@ -103,13 +104,9 @@ def _likeliest(sets: Sequence[Sequence[str]], energies: Sequence[FloatArray]) ->
     Of those that leave no more than the best beyond the standard error of the difference, one with the zero of the load
     torque, which is the sensor's (bench-physics, "Nominal simulation" 4), and of these the one with the fewest others.
     """
-    best = int(np.argmin([own.sum() for own in energies]))
-
-    def beyond(own: FloatArray) -> float:
-        more = own - energies[best]
-        return float(more.sum()) - criteria.ONE_ERROR * float(np.std(more) * more.size / np.sqrt(max(more.size - 1, 1)))
-
-    near = [k for k, own in enumerate(energies) if k == best or beyond(own) <= 0.0]
+    best = energies[int(np.argmin([own.sum() for own in energies]))]
+    more = [apart(own, best) for own in energies]
+    near = [k for k, (beyond, error) in enumerate(more) if beyond <= criteria.ONE_ERROR * error]
     return min(near, key=lambda k: (LOAD not in sets[k], len(sets[k]), float(energies[k].sum())))
 
 

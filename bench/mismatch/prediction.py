@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.foreign.opening import base_of
-from bench.mismatch.given import SENSOR, Given, Known
+from bench.mismatch.given import LOAD_SIDE, SENSOR, Given, Known
 from bench.mismatch.power_zeros import CONSTANT, EFFECT, INERTIA, KEY, RECORDINGS, REPORTED, Zeros, left_of, reported_by
 from bench.mismatch.recordings.beginning import START_S, at_start, risen
 from bench.mismatch.recordings.collected import Collected
@@ -34,8 +34,6 @@ from bench.simulation.frame import FloatArray, Frame, concatenate, recording_sta
 from bench.simulation.model import Simulation
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 
-LOAD = "load."
-"""how the effects begin that turn the shaft at the torque sensor"""
 SLIGHT = 1e-12
 """largest column of a nominal term from which recordings depend on it"""
 
@@ -177,16 +175,16 @@ def corrected(frame: Frame, known: Sequence[Known], campaign: Frame | None = Non
         own = [k for k in known if k.regressor.effect.startswith(kind) and k.coefficients is not None]
         return np.asarray(sum((evaluated(k, frame, campaign) for k in own), np.zeros(frame.size)))
 
-    read, real = sum_of(SENSOR), sum_of(LOAD)
+    read, real = sum_of(SENSOR), sum_of(LOAD_SIDE)
     if not (read.any() or real.any()):
         return frame
-    mean, level = means_of_segments(read, frame), means_of_segments(real, frame)
-    off = np.where(frame.kept > 0, mean + frame.followed * (read - mean), read)
-    back = real - level
+    mean = means_of_segments(read, frame)
+    off = mean + frame.followed * (read - mean)
+    back = real - means_of_segments(real, frame)
     # the loss follows the torque: its sign before it was taken is that of the power the motor puts in beyond the load's
     sign = np.sign(frame.motor_torque * frame.omega - frame.torque * frame.velocity)
     power = np.abs(sign * frame.power + off * frame.velocity)
-    torque = frame.torque - off + np.where(frame.kept > 0, 1.0 - frame.followed, 0.0) * back
+    torque = frame.torque - off + (1.0 - frame.followed) * back
     return replace(frame, torque=torque, torque_level=frame.torque_level - mean + back, power=power)
 
 

@@ -27,8 +27,16 @@ from bench.simulation.terms import TRANSMISSION_ERROR
 
 INSIDE = 0.95
 """share of a revolution that should lie in the band"""
-_STEADY = {"count": 1.0, "steady": 1.0, "step": 0.0, "acceleration": 0.0, "load_acceleration": 0.0, "torque_rate": 0.0}
-_STEADY |= {"kept": 0.0, "followed": 1.0}
+_STEADY = {
+    "count": 1.0,
+    "steady": 1.0,
+    "step": 0.0,
+    "acceleration": 0.0,
+    "load_acceleration": 0.0,
+    "torque_rate": 0.0,
+    "kept": 0.0,
+    "followed": 1.0,
+}
 
 
 @dataclass(frozen=True, slots=True)

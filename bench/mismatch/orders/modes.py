@@ -35,6 +35,8 @@ SWINGS = 3.0
 """time constants of a mode in a revolution at the usual speed: a twentieth of its swing is left after three"""
 _FREE = 10.0
 """spread of an order's mean vector, in units of its size"""
+_SPREAD = np.append(np.sqrt(0.5 * (1.0 + 1.5**2)) * FIRST_PRIOR, _FREE)
+"""prior spread of each monomial's coefficient in an order's vectors, in units of their usual size"""
 _NOTHING = (1e9, 0.5, 1.0)
 """a mode that no order comes near"""
 
@@ -111,11 +113,6 @@ class Bounds:
         return w, float(np.clip(damping, least, DAMPED[1])), float(np.clip(p, 0.005, 1.5))
 
 
-def _spread() -> FloatArray:
-    """Prior spread of each monomial's coefficient in an order's vectors, in units of their usual size."""
-    return np.append(np.sqrt(0.5 * (1.0 + 1.5**2)) * FIRST_PRIOR, _FREE)
-
-
 def _smoothness(data: Amplitudes, answer: Complex) -> FloatArray:
     """Log marginal likelihood (orders,) of the vectors if they are polynomials that have passed ``answer`` (turns,
     orders), each direction with its own.
@@ -125,7 +122,7 @@ def _smoothness(data: Amplitudes, answer: Complex) -> FloatArray:
     out = -2.0 * np.sum(np.log(size), axis=0)
     for side, scaling in data.series.scaling.items():
         on_side = data.direction * side > 0
-        basis = scaling.monomials(data.x[on_side]) * _spread()
+        basis = scaling.monomials(data.x[on_side]) * _SPREAD
         level = np.median(np.abs(before[on_side]), axis=0)
         noise = (data.sigma[on_side] / size[on_side]) ** 2
         covariance = (level**2)[:, None, None] * (basis @ basis.T)[None]
@@ -271,7 +268,7 @@ class _Within:
         covariance = np.zeros((len(data.time), len(data.time)))
         for side, scaling in data.series.scaling.items():
             rows = np.flatnonzero(data.direction * side > 0)
-            basis = scaling.monomials(data.x[rows]) * _spread()
+            basis = scaling.monomials(data.x[rows]) * _SPREAD
             covariance[np.ix_(rows, rows)] = level**2 * (basis @ basis.T)
         lower = np.linalg.cholesky(covariance + np.diag(data.sigma[:, k] ** 2))
         left = solve_triangular(lower, data.vectors[:, k], lower=True)

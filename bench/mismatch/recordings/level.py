@@ -49,9 +49,8 @@ def numbered(kept: Sequence[IntArray], size: int) -> FloatArray:
 
 def means_of_segments(values: FloatArray, frame: Frame) -> FloatArray:
     """Some values (n,) as the mean of their segment where a frame's load is kept at a level, elsewhere as they are."""
-    key = np.stack([frame.recording, frame.kept.astype(np.int64)], axis=1)
-    _, which = np.unique(key, axis=0, return_inverse=True)
-    which = which.ravel()
+    kept = frame.kept.astype(np.int64)
+    which = frame.recording * (1 + kept.max(initial=0)) + kept
     mean = np.bincount(which, frame.count * values) / np.maximum(np.bincount(which, frame.count), 1e-300)
     return np.where(frame.kept > 0, mean[which], values)
 

@@ -63,11 +63,12 @@ def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen
         if isinstance(term, Named) and not admissible(term, *fitted.of(other.main.place)):
             return None
     train = problem.train
-    effect = better.columns(problem.rows.frame)[train] @ fitted.of(main.place)[0]
-    size = _own_size(effect) * _beyond(search, effect, variance)
-    shape = None
+    shape, size = None, 0.0
     if model.noise.telling is None and all(c.effect != better.effect for c in others):
         shape = shape_of(problem.channel, better, problem.rows.frame.take(train))
+    if shape is not None:
+        effect = better.columns(problem.rows.frame)[train] @ fitted.of(main.place)[0]
+        size = _own_size(effect) * _beyond(search, effect, variance)
     whole = with_shape(problem, bank, main, shape, criteria.SHAPE * size)
     fitted = fit_blocks(bank, [*beside, *whole.blocks], model.variances)
     return None if impossible(model, others, whole, fitted) else whole

@@ -157,7 +157,7 @@ def weights(densities: FloatArray, seed: int, costs: FloatArray | None = None) -
 
 
 def apart(first: FloatArray, second: FloatArray) -> tuple[float, float]:
-    """By how much ``first`` predicts better than ``second`` (folds,), and the standard error of that."""
+    """By how much ``first`` is more than ``second`` (folds,) in all, and the standard error of that."""
     difference = first - second
     error = float(np.std(difference, ddof=1) * np.sqrt(difference.size)) if difference.size > 1 else np.inf
     return float(difference.sum()), error

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.mismatch.regression.model import ChannelModel, Chosen
-from bench.mismatch.regression.problem import CAPACITY, NUISANCE, BaseTerm, fixed_part
+from bench.mismatch.regression.problem import CAPACITY, BaseTerm, Untold, fixed_part
 from bench.mismatch.regression.regressors import UNKNOWN
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms import MOTOR_TORQUE
@@ -15,20 +15,17 @@ from bench.simulation.terms.memory import integral
 
 
 @dataclass(frozen=True, slots=True)
-class NamelessHeat:
+class NamelessHeat(Untold):
     """Power of what the motor torque has without a name, and of what its model leaves, integrated over each recording.
 
     A drive whose magnets weaken reports a torque that it does not give. Nothing tells it from friction, which heats, so
-    an effect in the temperature is looked for beside either. Not a finding, and not part of any simulation file.
+    an effect in the temperature is looked for beside either.
     """
 
     model: ChannelModel
     nameless: tuple[Chosen, ...]
-    effect: str = NUISANCE
     words: str = "heat of what the motor torque has without a name"
     equation: str = "dT/dt += dtau_m*w_m/C"
-    variables: tuple[str, ...] = ()
-    numbers: int = 0
 
     def columns(self, frame: Frame) -> FloatArray:
         """Integrals of both powers (n, 2)."""
@@ -37,16 +34,6 @@ class NamelessHeat:
         left = np.where(frame.direction != 0, frame.motor_torque - fixed - self.model.predict(frame), 0.0)
         sign = np.sign(frame.motor_torque * frame.omega - frame.torque * frame.velocity)
         return np.column_stack([integral(sign * torque * frame.omega, frame) for torque in (told, left)])
-
-    def parameters(self, coefficients: FloatArray, std: FloatArray) -> list[dict[str, object]]:
-        """None: it is told to nobody."""
-        del coefficients, std
-        return []
-
-    def row(self, coefficients: FloatArray, std: FloatArray) -> dict[str, object]:
-        """Empty: it stands in no file."""
-        del coefficients, std
-        return {}
 
 
 def nameless_heat(model: ChannelModel) -> tuple[BaseTerm, ...]:

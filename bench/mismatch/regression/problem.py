@@ -142,21 +142,35 @@ def fixed_part(channel: str, frame: Frame, switched_off: Sequence[str]) -> Float
     return np.asarray(LIBRARY[effect].forms[channel][0].columns(frame, ())[:, 0])
 
 
+class Untold:
+    """A regressor that stands for what sensors may be wrong by: no finding, and no part of any simulation file."""
+
+    effect = NUISANCE
+    variables: tuple[str, ...] = ()
+    numbers = 0
+
+    def parameters(self, coefficients: FloatArray, std: FloatArray) -> list[dict[str, object]]:
+        """None: it is told to nobody."""
+        del coefficients, std
+        return []
+
+    def row(self, coefficients: FloatArray, std: FloatArray) -> dict[str, object]:
+        """Empty: it stands in no file."""
+        del coefficients, std
+        return {}
+
+
 @dataclass(frozen=True, slots=True)
-class WanderingZero:
+class WanderingZero(Untold):
     """Heat that never was: the zero of the motor's torque, integrated over the speed, is a recording's own.
 
-    One regressor for each recording, and one for each stretch of a long one. Not a finding, and not part of any
-    simulation file: zeros of another day are others. None is common to all: beside heating runs at one torque it could
-    not be separated from the heat capacity, and what no file holds is missing from every prediction (a constant zero is
-    asked for in :mod:`bench.mismatch.power_zeros`).
+    One regressor for each recording, and one for each stretch of a long one: zeros of another day are others. None is
+    common to all: beside heating runs at one torque it could not be separated from the heat capacity, and what no file
+    holds is missing from every prediction (a constant zero is asked for in :mod:`bench.mismatch.power_zeros`).
     """
 
-    effect: str = NUISANCE
     words: str = "zero of the motor torque in the heat balance"
     equation: str = "dT/dt += z_r*w_m/C"
-    variables: tuple[str, ...] = ()
-    numbers: int = 0
 
     def columns(self, frame: Frame) -> FloatArray:
         """Integral of the motor's speed over each recording alone (zero elsewhere); then over each
@@ -170,16 +184,6 @@ class WanderingZero:
         for k, (rows, stretch) in enumerate(parts):
             out[rows, k] = integral(np.where(stretch, omega[rows], 0.0), frame.take(rows))
         return out
-
-    def parameters(self, coefficients: FloatArray, std: FloatArray) -> list[dict[str, object]]:
-        """None: it is told to nobody."""
-        del coefficients, std
-        return []
-
-    def row(self, coefficients: FloatArray, std: FloatArray) -> dict[str, object]:
-        """Empty: it stands in no file."""
-        del coefficients, std
-        return {}
 
 
 def _recordings(frame: Frame) -> list[slice]:

@@ -12,13 +12,14 @@ from bench.mismatch.recordings.rows import error_of_mean, hardly_acts
 from bench.mismatch.regression.auxiliary import of_auxiliary
 from bench.mismatch.regression.beside import told_from_nothing
 from bench.mismatch.regression.candidates import PATH
+from bench.mismatch.regression.excess import levelled
 from bench.mismatch.regression.folds import carried, density, squares, weights
 from bench.mismatch.regression.heredity import without
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen, fit_blocks, of_start
 from bench.mismatch.regression.problem import NUISANCE
 from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.regressors import UNKNOWN
-from bench.simulation.frame import FloatArray, IntArray
+from bench.simulation.frame import FloatArray, Frame
 
 
 def not_refuted(model: ChannelModel, chosen: Sequence[Chosen]) -> list[Chosen]:
@@ -156,20 +157,23 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> f
         allowed = error
     else:
         return None
-    if own.effect != UNKNOWN and not problem.spec.integral and _better_within(left, recording, number):
+    if (
+        own.effect != UNKNOWN
+        and not problem.spec.integral
+        and _better_within(left, problem.rows.frame.take(held), number)
+    ):
         return None
     return float(ratio) if worse > allowed else None
 
 
-def _better_within(left: Sequence[FloatArray], recording: IntArray, number: FloatArray) -> bool:
+def _better_within(left: Sequence[FloatArray], frame: Frame, number: FloatArray) -> bool:
     """Whether the first of two predictions leaves less than the second (n, each) about the levels of recordings, by
     more than the standard error: levels differ from one to the next by themselves, and a few of them may speak against
     an effect that comes and goes within recordings.
     """
-    samples = np.maximum(np.bincount(recording, number), 1e-300)
-    first, second = (one - (np.bincount(recording, number * one) / samples)[recording] for one in left)
+    first, second = (levelled(one, frame, number) for one in left)
     change = first**2 - second**2
-    error = error_of_mean(change, recording, number)
+    error = error_of_mean(change, frame.recording, number)
     return error is not None and float(np.average(change, weights=number)) < -criteria.ONE_ERROR * error
 
 

@@ -125,7 +125,7 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
     return Slot(own, gain, last.p_value(gain), float(share[0]), tuple(rivals), plainer, needless)
 
 
-def called_as_good(own: Chosen, other: Chosen, odds: float, loss: float, error: float = 0.0) -> bool:
+def called_as_good(own: Chosen, other: Chosen, odds: float, loss: float, error: float) -> bool:
     """Whether another explanation is not told apart from an effect: its ``odds`` against it, and its ``loss`` of log
     density at points left out with the standard ``error``.
 

@@ -19,7 +19,7 @@ def _forced(frame: Frame, point: Point) -> FloatArray:
 
 
 SURROUNDINGS_C = (-40.0, 60.0)
-"""degC of air about a bench: the widest that industrial gear units are specified for"""
+"""degC of the air about a bench: wider than any room one stands in, to refuse only what cannot be"""
 H_1 = Symbol("h_1", "1/s", "cooling at 100 rad/s of the motor over the heat capacity", 0.0)
 H_0 = Symbol("h_1*T_amb", "K/s", "the same times the temperature of the surroundings")
 EXPONENT = Symbol("n", "1", "exponent of the speed", 0.1, 3.0)

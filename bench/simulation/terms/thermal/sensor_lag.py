@@ -5,6 +5,7 @@ from __future__ import annotations
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms.base import TEMPERATURE, Form, Point, Symbol, Term, columns, logarithmic
 from bench.simulation.terms.memory import campaign_lag, integral, lag
+from bench.simulation.terms.nominal.thermal import LOSS_HEATING
 
 
 def _grid(_: Frame) -> tuple[Point, ...]:
@@ -24,8 +25,7 @@ def _lagging_on(frame: Frame, point: Point) -> FloatArray:
 PER_C = Symbol("1/C", "K/J", "one over the heat capacity", 0.0)
 TAU = Symbol("tau_s", "s", "time constant of the sensor", 0.0)
 
-HEATING = "thermal.loss_heating"
-"""the sensor is late by what heats, so the heat capacity is that of the lubricant"""
+# the sensor is late by what heats, so the heat capacity is that of the lubricant
 _LAG = "dT/dt -= 1/C*(P - P_s), tau_s*dP_s/dt = P - P_s, P: loss"
 
 TERM = Term(
@@ -43,7 +43,7 @@ TERM = Term(
                 (TAU,),
                 _grid,
                 equation=f"{_LAG}, P_s = P at the start of each recording",
-                shares=HEATING,
+                shares=LOSS_HEATING.effect,
             ),
             Form(
                 "first_order_kept",
@@ -53,7 +53,7 @@ TERM = Term(
                 _grid,
                 remembers=True,
                 equation=f"{_LAG}, P_s goes on between recordings",
-                shares=HEATING,
+                shares=LOSS_HEATING.effect,
             ),
         )
     },

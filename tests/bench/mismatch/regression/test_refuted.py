@@ -122,6 +122,13 @@ def with_a_table(frame: Frame) -> tuple[ChannelModel, Chosen]:
     return model, one
 
 
+def with_churning(frame: Frame) -> tuple[ChannelModel, Chosen]:
+    """The same dry friction with churning beside it."""
+    model, _ = with_a_table(frame)
+    churn = Chosen(add_block(model.problem, model.bank, named("friction.viscous_quadratic", MOTOR_TORQUE, "square")))
+    return replace(model, chosen=[churn], fit=model.refitted([churn])), churn
+
+
 def test_a_function_that_predicts_no_better_is_not_told(monkeypatch: pytest.MonkeyPatch) -> None:
     """Where a true one would be seen to predict better: as good as without it is not enough."""
     frame = campaign()
@@ -197,9 +204,7 @@ def test_levels_of_recordings_refute_no_name_that_predicts_better_within_them(
 ) -> None:
     """``within``: by how much what is left swings less about the level of each recording, which lies further off."""
     frame = campaign()
-    model, _ = with_a_table(frame)
-    churn = Chosen(add_block(model.problem, model.bank, named("friction.viscous_quadratic", MOTOR_TORQUE, "square")))
-    model = replace(model, chosen=[churn], fit=model.refitted([churn]))
+    model, churn = with_churning(frame)
     swing = np.resize([1.0, -1.0], frame.size)
 
     def remaining(_model: object, chosen: list[Chosen]) -> FloatArray:
@@ -215,9 +220,7 @@ def test_recordings_in_which_a_name_hardly_acts_say_nothing_of_it(
 ) -> None:
     """``share``: how large it is in the recordings held out, over what it is in the fitted ones."""
     frame = campaign()
-    model, _ = with_a_table(frame)
-    churn = Chosen(add_block(model.problem, model.bank, named("friction.viscous_quadratic", MOTOR_TORQUE, "square")))
-    model = replace(model, chosen=[churn], fit=model.refitted([churn]))
+    model, churn = with_churning(frame)
     added = np.where(frame.recording % 3 == 0, share, 1.0)
 
     def remaining(_model: object, chosen: list[Chosen]) -> FloatArray:
