@@ -207,16 +207,14 @@ def _known_of(search: Search) -> list[Known]:
 
 
 def _told_here(search: Search) -> tuple[str, ...]:
-    """A delay of the torque channel, if the load torque itself tells it to within a sample: what follows the torque's
-    rate in the angles is something else then. A load torque that hardly changed tells less than the angles do.
+    """A delay of the torque channel, if the load torque has none and tells that to within a sample: what follows the
+    torque's rate in the angles is something else then. A load torque that hardly changed tells less than the angles do.
     """
     model, frame = search.model, search.model.problem.rows.frame
-    blocks = model.blocks()
-    block = next((b for b in (*blocks, *search.blocks) if b.regressor.effect == DELAY), None)
-    if block is None:
+    block = next((b for b in search.blocks if b.regressor.effect == DELAY), None)
+    if block is None or any(chosen.effect == DELAY for chosen in model.chosen):
         return ()
-    beside = [b for b in blocks if b is not block]
-    variance = fit_blocks(model.bank, [*beside, block], model.variances).of(block.place)[1][0, 0]
+    variance = fit_blocks(model.bank, [*model.blocks(), block], model.variances).of(block.place)[1][0, 0]
     within = frame.step > 0.0
     sample = float(np.median(frame.step[within] / frame.count[within]))
     return (DELAY,) if np.sqrt(variance) < sample else ()
