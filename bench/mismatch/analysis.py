@@ -19,7 +19,7 @@ from bench.mismatch.outcomes import of_search, of_transmission
 from bench.mismatch.power_zeros import Zeros
 from bench.mismatch.power_zeros import chosen as zeros_chosen
 from bench.mismatch.prediction import corrected
-from bench.mismatch.problems import base_of, periodicity_of, problem_of, usable
+from bench.mismatch.problems import base_of, capacity_of, periodicity_of, problem_of, usable
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.candidates import TURNING
@@ -182,7 +182,8 @@ def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, ban
 
     def search() -> Search:
         less = problem_of(data, given, TEMPERATURE, replace(rows, frame=out.zeros.less(rows.frame)), banned, zero)
-        nameless = nameless_heat(models[MOTOR_TORQUE]) if MOTOR_TORQUE in models else ()
+        capacity = capacity_of(data, given, less.rows)
+        nameless = nameless_heat(models[MOTOR_TORQUE], capacity) if MOTOR_TORQUE in models else ()
         return searched(replace(less, base=(*less.base, *nameless)), seed)
 
     problem = problem_of(data, given, TEMPERATURE, rows, banned, zero)

@@ -22,6 +22,7 @@ from bench.mismatch.regression.problem import (
     ChannelProblem,
     WanderingZero,
     fixed_part,
+    heat_capacity,
     nominal_base,
     zero_precisions,
 )
@@ -47,6 +48,12 @@ def base_of(given: Given, channel: str, rows: Rows) -> list[BaseTerm]:
     return base + [BaseTerm(known.regressor) for known in given.known.get(channel, ())]
 
 
+def capacity_of(data: Dataset, given: Given, rows: Rows) -> float:
+    """Heat capacity (J/K) that the fitted rows of the temperature show."""
+    fitted = usable(TEMPERATURE, rows) & (np.asarray(data.folds())[rows.frame.recording] >= 0)
+    return heat_capacity(rows, base_of(given, TEMPERATURE, rows), fitted)
+
+
 def problem_of(
     data: Dataset, given: Given, channel: str, rows: Rows, banned: Sequence[str], zero: float = TORQUE_ZERO
 ) -> ChannelProblem:
@@ -57,7 +64,8 @@ def problem_of(
     base = base_of(given, channel, rows)
     if channel == TEMPERATURE:
         torque = noise.mixture(data.density.get(MOTOR_TORQUE, []))
-        base.append(BaseTerm(WanderingZero(), zero_precisions(rows.frame, torque, zero)))
+        capacity = capacity_of(data, given, rows)
+        base.append(BaseTerm(WanderingZero(), zero_precisions(rows.frame, torque, zero, capacity)))
     taken = fixed_part(channel, rows.frame, given.switched_off)
     own = given.waves.get(channel, ())
     if own:

@@ -19,6 +19,7 @@ from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.ringing import ringing, rings_for
 from bench.mismatch.orders.series import Series, calibrate
 from bench.mismatch.orders.turns import LEAST_PART, LEAST_TURN, Seen, Turn, found_in, looks, passed, seen
+from bench.mismatch.orders.unsure import unsure
 from bench.mismatch.orders.weak import Stage, WeakOrder, search
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.course import added
@@ -26,7 +27,7 @@ from bench.mismatch.regression.maxima import tail
 from bench.mismatch.regression.model import plain_residual, widened
 from bench.mismatch.regression.noise import Mixture
 from bench.mismatch.regression.prior import calibrated_alone
-from bench.mismatch.regression.problem import BaseTerm, ChannelProblem
+from bench.mismatch.regression.problem import NUISANCE, BaseTerm, ChannelProblem
 from bench.mismatch.regression.search import searched
 from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray, IntArray
@@ -303,7 +304,7 @@ def _wavering(model: TransmissionModel, y: FloatArray) -> FloatArray:
 
 def _problem(model: TransmissionModel, y: FloatArray) -> ChannelProblem:
     rows, usable, _ = slow.offset_rows(model.rows, y, model.inside)
-    doubt = None
+    doubt, base = None, model.base
     if model.periodic is not None:
         frame = rows.frame
         x = np.column_stack([frame.torque, frame.velocity, frame.temperature])
@@ -316,17 +317,39 @@ def _problem(model: TransmissionModel, y: FloatArray) -> ChannelProblem:
         quiet = usable & ~ringing(frame, rings_for(model.periodic.laws, model.periodic.series, noise))
         # a mode that would swing most of the time says nothing of when the offset may be compared
         usable = quiet if 2 * int(quiet.sum()) >= int(usable.sum()) else usable
+        doubt, base = _unsure(model, rows, x, usable)
     return ChannelProblem(
         TRANSMISSION_ERROR,
         rows,
         usable,
         model.folds,
-        model.base,
+        base,
         model.noise,
         doubt,
         model.switched_off,
         model.banned,
     )
+
+
+def _unsure(
+    model: TransmissionModel, rows: Rows, states: FloatArray, usable: NDArray[np.bool_]
+) -> tuple[FloatArray, tuple[BaseTerm, ...]]:
+    """Variance of the rows (n,) at ``states`` (n, 3) by what the series is unsure of, and the base with what of it all
+    rows share.
+    """
+    assert model.periodic is not None
+    frame, rate, series = rows.frame, _rate(model.rows), model.periodic.series
+    duration = frame.count / rate
+    doubt = series.variance(states, frame.last_direction, np.abs(frame.velocity) * duration)
+    if model.noise is None:
+        return doubt, model.base
+    asked = usable & (model.folds[frame.recording] >= 0) & (rows.number > 0)
+    shared = unsure(series, model.periodic.laws, rate, frame, model.noise.of_means(rows.number, duration), asked)
+    if shared is None:
+        return doubt, model.base
+    columns = shared.columns(frame)
+    doubt = np.maximum(doubt - np.sum(columns**2, axis=1), 0.0)
+    return doubt, (*model.base, BaseTerm(shared, (1.0,) * columns.shape[1]))
 
 
 def offset_alone(model: TransmissionModel, y: FloatArray) -> FloatArray:
@@ -339,7 +362,8 @@ def offset_alone(model: TransmissionModel, y: FloatArray) -> FloatArray:
         _, blocks, fit = calibrated_alone(problem, residual, wider)
     out = np.zeros(y.size)
     for block in blocks:
-        out += added(block.regressor, model.rows.frame, fit.of(block.place)[0])
+        if block.regressor.effect != NUISANCE:
+            out += added(block.regressor, model.rows.frame, fit.of(block.place)[0])
     return out
 
 

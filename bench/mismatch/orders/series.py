@@ -81,11 +81,12 @@ class Series:
                 out[rows] = (basis @ self.amplitude[side].T) * turned(basis @ self.phase[side].T)
         return out
 
-    def variance(self, x: FloatArray, direction: FloatArray) -> FloatArray:
+    def variance(self, x: FloatArray, direction: FloatArray, span: FloatArray | None = None) -> FloatArray:
         """Variance (n,) of the series at states (n, 3), over all angles, by what its coefficients are known to,
-        rad².
+        rad²; of its means over angles ``span`` (n,), rad, where they are given.
         """
         out = np.zeros(len(x))
+        over = np.zeros(len(x)) if span is None else span
         for side in self.amplitude:
             rows = direction * side > 0
             if not rows.any():
@@ -96,7 +97,8 @@ class Series:
                 of_amplitude = np.einsum("ni,ij,nj->n", basis, self.covariance[side][k, :10, :10], basis)
                 of_phase = np.einsum("ni,ij,nj->n", basis, self.covariance[side][k, 10:, 10:], basis)
                 # a phase that is not known at all turns a wave by its own size at most
-                out[rows] += 0.5 * (of_amplitude + amplitude[:, k] ** 2 * np.minimum(of_phase, 2.0))
+                smear = np.sinc(self.orders[k] * over[rows] / (2.0 * np.pi)) ** 2
+                out[rows] += 0.5 * smear * (of_amplitude + amplitude[:, k] ** 2 * np.minimum(of_phase, 2.0))
         return out
 
     def less(self, orders: Collection[float]) -> Series:

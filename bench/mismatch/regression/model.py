@@ -178,7 +178,8 @@ def widened(bank: Bank, blocks: Sequence[Block], fitted: Fit) -> float:
     are alike are one reading (effective number of observations). 1 where the means do not contradict it.
     """
     index = [i for b in blocks for i in b.place]
-    if not bank.contradicted(index, fitted.coefficients, criteria.ERROR_RATE_OF_A_CHANNEL):
+    calibrated = [i for b in blocks if b.regressor.effect != NUISANCE for i in b.place]
+    if not bank.contradicted(calibrated, fitted.of(calibrated)[0], criteria.ERROR_RATE_OF_A_CHANNEL):
         return 1.0
     left = bank.about_levels(bank.residual(index, fitted.coefficients))
     return float(np.sqrt(max(float(np.mean(left**2)) * alike_for(left, bank.whitening.starts), 1.0)))
@@ -200,7 +201,8 @@ def plain_residual(problem: ChannelProblem) -> FloatArray:
     """
     train = problem.train
     rows = problem.rows.take(train)
-    blocks = [b.regressor.columns(problem.rows.frame)[train] for b in problem.base]
+    terms = [t for t in problem.base if problem.spec.integral or t.regressor.effect != NUISANCE]
+    blocks = [t.regressor.columns(problem.rows.frame)[train] for t in terms]
     columns = np.hstack(blocks) if blocks else np.zeros((rows.size, 0))
     starts = recording_starts(rows.frame)
     weight = np.maximum(rows.number, 0.0)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.mismatch.regression.model import ChannelModel, Chosen
-from bench.mismatch.regression.problem import CAPACITY, BaseTerm, Untold, fixed_part
+from bench.mismatch.regression.problem import BaseTerm, Untold, fixed_part
 from bench.mismatch.regression.regressors import UNKNOWN
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms import MOTOR_TORQUE
@@ -36,9 +36,11 @@ class NamelessHeat(Untold):
         return np.column_stack([integral(sign * torque * frame.omega, frame) for torque in (told, left)])
 
 
-def nameless_heat(model: ChannelModel) -> tuple[BaseTerm, ...]:
-    """The base term of the temperature for a model of the motor torque; none where all that it has is named."""
+def nameless_heat(model: ChannelModel, capacity: float) -> tuple[BaseTerm, ...]:
+    """The base term of the temperature for a model of the motor torque and a heat capacity (J/K); none where all that
+    the torque has is named.
+    """
     nameless = tuple(own for own in model.chosen if own.effect == UNKNOWN)
     if not nameless:
         return ()
-    return (BaseTerm(NamelessHeat(model, nameless), (CAPACITY**2, CAPACITY**2)),)
+    return (BaseTerm(NamelessHeat(model, nameless), (capacity**2, capacity**2)),)

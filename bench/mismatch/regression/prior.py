@@ -52,7 +52,7 @@ def zeros_settled(
     Recordings and the stretches of long ones are asked apart.
     """
     place = next((k for k, b in enumerate(base) if b.regressor.effect == NUISANCE), None)
-    if place is None:
+    if place is None or not problem.spec.integral:
         return list(base)
     block = base[place]
     given = next(term for term in problem.base if term.regressor is block.regressor).precisions(len(block.place))
@@ -93,7 +93,8 @@ def settled(problem: ChannelProblem, bank: Bank, base: Sequence[Block], beside: 
     energy = np.array([float(np.mean(bank.columns.column(i) ** 2)) for i in block.place])
     groups = [np.array([k for k in range(len(energy)) if k % _MONOMIALS in g and energy[k] > 0.0]) for g in _GROUPS]
     index = [i for b in (*base, *beside) for i in b.place]
-    bank.bound_offsets(index, criteria.ERROR_RATE_OF_A_CHANNEL)
+    means = [i for b in (*base, *beside) if b.regressor.effect != NUISANCE for i in b.place]
+    bank.bound_offsets(means, criteria.ERROR_RATE_OF_A_CHANNEL)
     first = sum(len(b.place) for b in base[:offset])
     best, kept = -np.inf, np.zeros(len(energy))
     plain = np.concatenate([b.precision for b in (*base, *beside)])

@@ -26,7 +26,10 @@ STRETCH_S = 100.0
 random walk of the predicted temperature
 """
 CAPACITY = 2.0e4
-"""J/K, only to turn that into a rate of the temperature"""
+"""J/K, to turn that into a rate of the temperature where the recordings do not tell the heat capacity"""
+SURE_OF_HEATING = 3.0
+"""standard errors by which the rate of heating per watt is above 0, from which the recordings tell the heat capacity"""
+HEATING = "thermal.loss_heating"
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,16 +205,43 @@ def _stretches(frame: Frame) -> list[tuple[slice, NDArray[np.bool_]]]:
     return out
 
 
-def zero_precisions(frame: Frame, torque: Mixture | None, zero: float = TORQUE_ZERO) -> tuple[float, ...]:
+def heat_capacity(rows: Rows, base: Sequence[BaseTerm], fitted: NDArray[np.bool_]) -> float:
+    """Heat capacity (J/K) that the ``fitted`` rows (n,) of the temperature show: the nominal balance by least squares,
+    the level of each recording free; :data:`CAPACITY` where they do not tell it.
+    """
+    terms = [t for t in base if t.regressor.effect != NUISANCE]
+    place = next((k for k, t in enumerate(terms) if t.regressor.effect == HEATING), None)
+    if place is None or not fitted.any():
+        return CAPACITY
+    columns = np.hstack([t.regressor.columns(rows.frame)[fitted] for t in terms])
+    first = sum(t.regressor.columns(rows.frame.take(np.arange(1))).shape[1] for t in terms[:place])
+    starts = recording_starts(rows.frame.take(np.flatnonzero(fitted)))
+    values = np.column_stack([columns, rows.y[fitted]])
+    mean = np.add.reduceat(values, starts[:-1], axis=0) / np.diff(starts)[:, None]
+    values -= np.repeat(mean, np.diff(starts), axis=0)
+    scale = np.maximum(np.sqrt(np.mean(values[:, :-1] ** 2, axis=0)), 1e-300)
+    beta, _, rank, _ = np.linalg.lstsq(values[:, :-1] / scale, values[:, -1], rcond=1e-9)
+    if rank < scale.size:
+        return CAPACITY
+    inner = np.linalg.inv((values[:, :-1] / scale).T @ (values[:, :-1] / scale))
+    left = values[:, -1] - values[:, :-1] @ (beta / scale)
+    # rows of one recording are no independent readings
+    error = np.sqrt(inner[first, first] * float(np.sum(left**2)) / max(starts.size - 1, 1))
+    return float(scale[first] / beta[first]) if beta[first] > SURE_OF_HEATING * error else CAPACITY
+
+
+def zero_precisions(
+    frame: Frame, torque: Mixture | None, zero: float = TORQUE_ZERO, capacity: float = CAPACITY
+) -> tuple[float, ...]:
     """Prior precisions of the wandering zero's coefficients: of each recording, then of each stretch.
 
     ``zero``: how far it differs from recording to recording, N·m; ``torque``: noise of a sample of the motor torque;
     its mean over a stretch is heat that never was. None: not known, and a stretch is taken to be as wrong as a data
-    sheet lets a recording be.
+    sheet lets a recording be. ``capacity``: heat capacity, J/K.
     """
     recordings, stretches = len(_recordings(frame)), len(_stretches(frame))
     squared = zero**2
     if torque is not None:
         squared = float(torque.of_means(np.array([torque.rate * STRETCH_S]), np.array([STRETCH_S]))[0])
-    constant, each = (CAPACITY / zero) ** 2, CAPACITY**2 / max(squared, 1e-12)
+    constant, each = (capacity / zero) ** 2, capacity**2 / max(squared, 1e-12)
     return (*([constant] * recordings), *([each] * stretches))

@@ -9,6 +9,7 @@ is left may jump between two levels.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,8 +17,10 @@ from bench.mismatch import criteria
 from bench.mismatch.discovery import UNKNOWN, UNNAMED, ChannelOutcome, Discovery, Structure
 from bench.mismatch.recordings.rows import settled_rows
 from bench.mismatch.recordings.vibration import Density
+from bench.mismatch.regression.maxima import tail_probability
 from bench.mismatch.regression.model import of_start, unrefined
 from bench.mismatch.regression.pruning import shuffled
+from bench.mismatch.regression.scan import Scan
 from bench.mismatch.regression.state import Search
 from bench.mismatch.regression.strength import added
 from bench.mismatch.unnamed.bursts import Bursts, bursts
@@ -28,6 +31,10 @@ from bench.simulation.frame import FloatArray
 from bench.simulation.terms import CHANNEL_UNITS, MOTOR_TORQUE
 
 COMES_AND_GOES = "scatter that comes and goes"
+MORE_SURROGATES = 9
+"""times as many surrogates as at first where a chance is rare: a rate of 0.25 % over three looks is then counted"""
+SURELY = 1e-6
+"""chance by a law through the first surrogates, below which their number does not matter"""
 
 
 def examine(
@@ -100,7 +107,23 @@ def _mean(search: Search) -> tuple[float, str, float]:
     least = max(criteria.LEAST_OVERALL / max(size.overall, 1e-300), acts / max(size.acts, 1e-300))
     beyond = 1.0 - min(1.0, least) ** 2
     gain = float(seen.gain[order]) * beyond if np.isfinite(seen.gain[order]) else 0.0
-    return max(look.p_value(gain) for look in looks), block.regressor.words, size.overall
+    return _chance(search, looks, gain), block.regressor.words, size.overall
+
+
+def _chance(search: Search, looks: Sequence[Scan], gain: float) -> float:
+    """Chance of a gain in noise: the larger one of noise that is alike for a block and of noise that is alike for a
+    recording. Where a law through the first surrogates makes it rare, and not by far, more are drawn: what decides
+    is then counted.
+    """
+    drawn = [[look.surrogate] for look in looks]
+    seeds = np.random.default_rng([search.seed, 2]).integers(1 << 31, size=MORE_SURROGATES)
+    rare = max(tail_probability(values[0], gain, 0.0) for values in drawn)
+    if SURELY < rare < criteria.ERROR_RATE_OF_A_CHANNEL:
+        for seed in seeds:
+            further = shuffled(replace(search, seed=int(seed)), search.model.chosen)
+            for values, look in zip(drawn, further, strict=True):
+                values.append(look.surrogate)
+    return max(tail_probability(np.concatenate(values), gain) for values in drawn)
 
 
 def _counts(loud: Bursts, outcome: ChannelOutcome, search: Search) -> bool:

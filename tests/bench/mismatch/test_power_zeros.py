@@ -262,3 +262,20 @@ def test_the_loss_is_that_of_the_torque_and_not_of_its_report(wrong: float, name
     zeros = Zeros((name,), reported={name: (Known(cast(Any, found), np.ones(1)),)})
     np.testing.assert_allclose(zeros.less(rows.frame).power, frame.power, rtol=1e-9)
     assert np.allclose(Zeros((), reported=zeros.reported).less(rows.frame).power, rows.frame.power)
+
+
+def test_the_heat_capacity_is_that_of_the_recordings() -> None:
+    rows = heated(0.0)
+    everywhere = np.ones(rows.size, dtype=bool)
+    base = problem(rows).base
+    assert problems.heat_capacity(rows, base, everywhere) == pytest.approx(CAPACITY, rel=0.02)
+    # a gearbox that was never warmed up does not tell
+    cold = replace(rows, y=np.random.default_rng(3).normal(20.0, 0.01, rows.size))
+    assert problems.heat_capacity(cold, base, everywhere) == problems.CAPACITY
+    assert problems.heat_capacity(rows, (), everywhere) == problems.CAPACITY
+
+
+def test_zeros_heat_a_light_gearbox_more() -> None:
+    frame = heated(0.0).frame
+    heavy, light = (zero_precisions(frame, None, capacity=c)[0] for c in (2.0e4, 5.0e3))
+    assert heavy == pytest.approx(16.0 * light)

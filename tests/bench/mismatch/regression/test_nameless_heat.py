@@ -27,7 +27,7 @@ def test_heat_without_a_name_is_that_of_the_function_and_of_what_is_left() -> No
     function = Chosen(add_block(own, search.model.bank, table, 1e-3))
     churn = Chosen(add_block(own, search.model.bank, named("friction.viscous_quadratic", MOTOR_TORQUE, "square")))
     model = replace(search.model, chosen=[function, churn], fit=search.model.refitted([function, churn]))
-    (term,) = nameless_heat(model)
+    (term,) = nameless_heat(model, 2.0e4)
     assert term.regressor.effect == NUISANCE
     told, left = term.regressor.columns(frame).T
     sign = np.sign(y * frame.omega)
@@ -37,4 +37,4 @@ def test_heat_without_a_name_is_that_of_the_function_and_of_what_is_left() -> No
         heat = np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * frame.step[rows][1:])])
         assert np.allclose(told[rows], heat)
     assert np.abs(left).max() < 0.1 * np.abs(told).max()
-    assert nameless_heat(replace(model, chosen=[churn], fit=model.refitted([churn]))) == ()
+    assert nameless_heat(replace(model, chosen=[churn], fit=model.refitted([churn])), 2.0e4) == ()

@@ -1,0 +1,124 @@
+"""What the revolutions leave unknown of the series, beside the offset: an error of one coefficient is the same error
+in every recording.
+
+A series that steady revolutions calibrated is extrapolated to slow passages and ramps. By its covariance it may be off
+there by more than the noise of a row, and its low orders are off alike over half a revolution and in all recordings at
+one state, so that their error looks like a function of speed or travel. The few directions of the coefficients that
+matter are fitted beside the offset, with the covariance as their prior (marginalised as in Rasmussen and Williams,
+Gaussian Processes, 2006, 2.7); what is left is noise of the rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.mismatch.orders.series import Series
+from bench.mismatch.regression.noise import ALIKE_RAD
+from bench.mismatch.regression.problem import Untold
+from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.laws import Law, factor
+
+MOST = 24
+"""directions that are fitted at most"""
+TELLING = 1.0
+"""variance that a direction adds to the rows, over that of their noise and summed, from which it is fitted"""
+
+Place = tuple[int, int]
+"""direction of the motion and number of an order"""
+
+
+@dataclass(frozen=True, slots=True)
+class Unsure(Untold):
+    """Directions of a series' coefficients, ``mixing`` (20, directions) for each direction of motion and order: one
+    column each, as large as its standard deviation. ``rate``: samples a second.
+    """
+
+    series: Series
+    laws: tuple[Law, ...]
+    rate: float
+    mixing: Mapping[Place, FloatArray]
+    words: str = "what the revolutions leave unknown of the harmonic orders"
+    equation: str = "TE += sum of dA*sin(f*theta + phi) + A*dphi*cos(f*theta + phi)"
+
+    def columns(self, frame: Frame) -> FloatArray:
+        """Each direction at the rows of a frame (n, directions), rad."""
+        number = next(iter(self.mixing.values())).shape[1]
+        out = np.zeros((frame.size, number), order="F")
+        for place, rows, slopes in _slopes(self.series, self.laws, self.rate, frame, self.mixing):
+            out[rows] += slopes @ self.mixing[place]
+        return out
+
+
+def unsure(
+    series: Series, laws: Sequence[Law], rate: float, frame: Frame, noise: FloatArray, chosen: NDArray[np.bool_]
+) -> Unsure | None:
+    """The directions that matter at the ``chosen`` rows (n,) of a frame, whose means have a variance ``noise`` (n,);
+    None where none does.
+    """
+    low = [k for k, f in enumerate(series.orders) if f * ALIKE_RAD < 2.0 * np.pi]
+    places = [(side, k) for side in series.amplitude for k in low]
+    own = frame.take(np.flatnonzero(chosen))
+    spread = np.sqrt(noise[chosen])
+    parts: dict[Place, tuple[FloatArray, FloatArray]] = {}
+    for place, rows, slopes in _slopes(series, tuple(laws), rate, own, places):
+        side, k = place
+        root = _root(series.covariance[side][k])
+        seen = np.zeros((own.size, root.shape[1]))
+        seen[rows] = (slopes @ root) / spread[rows, None]
+        turned, large = _largest(seen, TELLING / max(len(places), 1))
+        if large.size:
+            parts[place] = root @ turned, seen @ turned
+    if not parts:
+        return None
+    together = np.hstack([columns for _, columns in parts.values()])
+    turned, large = _largest(together, TELLING)
+    if not large.size:
+        return None
+    first = 0
+    mixing: dict[Place, FloatArray] = {}
+    for place, (root, columns) in parts.items():
+        mixing[place] = root @ turned[first : first + columns.shape[1]]
+        first += columns.shape[1]
+    return Unsure(series, tuple(laws), rate, mixing)
+
+
+def _largest(columns: FloatArray, least: float) -> tuple[FloatArray, FloatArray]:
+    """Directions (k, m) of columns (n, k) whose squares sum to more than ``least``, the largest :data:`MOST`, and these
+    sums (m,).
+    """
+    values, vectors = np.linalg.eigh(columns.T @ columns)
+    keep = np.flatnonzero(values > least)[::-1][:MOST]
+    return vectors[:, keep], values[keep]
+
+
+def _root(covariance: FloatArray) -> FloatArray:
+    """R (20, m) with R*R' the covariance, m its rank."""
+    spread = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    values, vectors = np.linalg.eigh(covariance / np.outer(spread, spread))
+    keep = values > 1e-9
+    return np.asarray(spread[:, None] * vectors[:, keep] * np.sqrt(values[keep]))
+
+
+def _slopes(
+    series: Series, laws: Sequence[Law], rate: float, frame: Frame, places: Iterable[Place]
+) -> Iterator[tuple[Place, NDArray[np.intp], FloatArray]]:
+    """How an order moves the rows' means with its coefficients: place, rows of its direction, slopes (rows, 20)."""
+    for side, k in places:
+        rows = np.flatnonzero(frame.last_direction * side > 0)
+        if not rows.size:
+            continue
+        own = frame.take(rows)
+        x = np.column_stack([own.torque, own.velocity, own.temperature])
+        basis = series.scaling[side].monomials(x)
+        order = series.orders[k]
+        turn = np.exp(1j * (order * own.theta + basis @ series.phase[side][k]))
+        for law in laws:
+            turn = turn * factor(law, x, own.time, [order])[:, 0]
+        # a row is a mean over the angle that it turns through
+        turn = turn * np.sinc(order * np.abs(own.velocity) * own.count / rate / (2.0 * np.pi))
+        amplitude = basis @ series.amplitude[side][k]
+        yield (side, k), rows, np.hstack([basis * turn.imag[:, None], basis * (amplitude * turn.real)[:, None]])
