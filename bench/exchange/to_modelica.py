@@ -59,16 +59,19 @@ _FUNCTIONS = """
     extends State;
     input Real scale;
     input Real from_zero;
+    input Real rate;
   protected
     Real step;
+    Real share;
     Real target;
   algorithm
     y := if z[1] > 0 then z else {1, if from_zero > 0 then 0 else x, 0};
     step := x - y[2];
     y[2] := x;
-    if abs(step) > 0 then
-      target := if step > 0 then 1 else -1;
-      y[3] := target + (y[3] - target)*exp(-abs(step)/scale);
+    share := abs(step)/scale;
+    if share + rate*dt > 0 then
+      target := sign(step)*share/(share + rate*dt);
+      y[3] := target + (y[3] - target)*exp(-share - rate*dt);
     end if;
   end relaxing;
 

@@ -46,13 +46,14 @@ def _table(knots, values, places):
 # States: each is called once a sample with what it keeps (a list), the step of time, and its input.
 
 
-def _relaxing(s, dt, x, scale, from_zero):
+def _relaxing(s, dt, x, scale, from_zero, rate):
     if not s:
         s += [0.0 if from_zero else x, 0.0]
     step, s[0] = x - s[0], x
-    if step != 0.0:
-        target = 1.0 if step > 0 else -1.0
-        s[1] = target + (s[1] - target) * math.exp(-abs(step) / scale)
+    share, forgotten = abs(step) / scale, rate * dt
+    if share + forgotten > 0.0:
+        target = math.copysign(share, step) / (share + forgotten)
+        s[1] = target + (s[1] - target) * math.exp(-share - forgotten)
     return s[1]
 
 

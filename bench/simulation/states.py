@@ -10,20 +10,27 @@ FloatArray = NDArray[np.float64]
 
 
 @numba.njit(cache=True)
-def relax(z: float, step: float, scale: float) -> float:
-    """The relaxing state after a step of its input."""
-    target = 1.0 if step > 0 else -1.0
-    return float(target + (z - target) * np.exp(-abs(step) / scale))
+def relax(z: float, step: float, scale: float, forgotten: float = 0.0) -> float:
+    """The relaxing state after a step of its input; ``forgotten``: rate of forgetting times the step's duration."""
+    share = abs(step) / scale
+    if share + forgotten == 0.0:
+        return float(z)
+    target = (1.0 if step > 0 else -1.0) * share / (share + forgotten)
+    return float(target + (z - target) * np.exp(-share - forgotten))
 
 
 @numba.njit(cache=True)
-def relax_along(x: FloatArray, out: FloatArray, z: float, previous: float, scale: float) -> tuple[float, float]:
-    """Fill ``out`` (n,) with the state along x, from a state and the input before it; both as they are at the end."""
+def relax_along(
+    x: FloatArray, dt: FloatArray, out: FloatArray, z: float, previous: float, scale: float, rate: float
+) -> tuple[float, float]:
+    """Fill ``out`` (n,) with the state along x, from a state and the input before it; both as they are at the end.
+
+    ``dt`` (n,): time since the row before, s; ``rate`` of forgetting, 1/s.
+    """
     for i in range(x.size):
         step = x[i] - previous
         previous = x[i]
-        if step != 0.0:
-            z = relax(z, step, scale)
+        z = relax(z, step, scale, rate * dt[i])
         out[i] = z
     return z, previous
 
@@ -52,12 +59,12 @@ class Memory:
         """Begin with the first state again: the next frame's terms ask in the same order."""
         self._asked = 0
 
-    def relaxing(self, x: FloatArray, scale: float) -> FloatArray:
-        """The relaxing state along x (n,), as it goes on."""
+    def relaxing(self, x: FloatArray, dt: FloatArray, scale: float, rate: float) -> FloatArray:
+        """The relaxing state along x (n,), as it goes on; ``dt`` (n,) s between rows, ``rate`` of forgetting, 1/s."""
         own, out = self._next(), np.empty(x.size)
         if np.isnan(own[0]):
             own[:] = 0.0, x[0]
-        own[:] = relax_along(x, out, own[0], own[1], scale)
+        own[:] = relax_along(x, dt, out, own[0], own[1], scale, rate)
         return out
 
     def play(self, x: FloatArray, half_width: float) -> FloatArray:

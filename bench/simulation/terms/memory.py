@@ -14,6 +14,10 @@ Between = Literal["fresh", "kept", "released"]
 """what a state does between recordings: begins at 0 in each; stays; or follows the input to 0 and on from there"""
 NOISE_SHARE = 0.1
 """of the width of a loop: play that keeps a sensor's noise from turning it"""
+RATES = (0.2, 0.8, 3.0)
+"""1/s at which a loop forgets where its input wavers: a control loop's wavering of a few hertz by a hundredth to a
+tenth of the loop's width
+"""
 _CODES: dict[Between, int] = {"fresh": 0, "kept": 1, "released": 2}
 
 
@@ -26,7 +30,7 @@ def begins(state: str, between: Between) -> str:
 
 
 @numba.njit(cache=True)
-def _relaxing(x: FloatArray, starts: np.ndarray, scale: float, between: int) -> FloatArray:
+def _relaxing(x: FloatArray, dt: FloatArray, starts: np.ndarray, scale: float, between: int, rate: float) -> FloatArray:
     out = np.empty(x.size)
     z = 0.0
     previous = 0.0
@@ -40,7 +44,7 @@ def _relaxing(x: FloatArray, starts: np.ndarray, scale: float, between: int) -> 
             previous = 0.0
         else:
             previous = x[a]
-        z, previous = relax_along(x[a:b], out[a:b], z, previous, scale)
+        z, previous = relax_along(x[a:b], dt[a:b], out[a:b], z, previous, scale, rate)
     return out
 
 
@@ -70,13 +74,20 @@ def _lag(x: FloatArray, dt: FloatArray, starts: np.ndarray, constant: float) -> 
     return out
 
 
-def relaxing(x: FloatArray, frame: Frame, scale: float, between: Between = "fresh") -> FloatArray:
-    """State z that relaxes to the sign of dx over a distance ``scale``: dz = (1 − z·sgn dx)·dx/scale (Dahl, i = 1)."""
+def relaxing(x: FloatArray, frame: Frame, scale: float, between: Between = "fresh", rate: float = 0.0) -> FloatArray:
+    """State z that relaxes to the sign of dx over a distance ``scale`` and is forgotten at a ``rate`` (1/s):
+    dz = (1 − z·sgn dx)·dx/scale − z·rate·dt (Dahl, i = 1).
+
+    An input that wavers to and fro by less than a row shows makes the state forget: of what it turns through,
+    |dx|, z loses z·|dx|/scale.
+    """
     if not isinstance(x, np.ndarray):
-        return x.remembered("relaxing", scale, float(between == "released"))
+        return x.remembered("relaxing", scale, float(between == "released"), rate)
+    dt = np.ascontiguousarray(np.broadcast_to(frame.step, x.shape), dtype=np.float64)
     if frame.memory is not None:
-        return frame.memory.relaxing(np.ascontiguousarray(x), scale)
-    return np.asarray(_relaxing(np.ascontiguousarray(x), recording_starts(frame), scale, _CODES[between]))
+        return frame.memory.relaxing(np.ascontiguousarray(x), dt, scale, rate)
+    starts = recording_starts(frame)
+    return np.asarray(_relaxing(np.ascontiguousarray(x), dt, starts, scale, _CODES[between], rate))
 
 
 def play(x: FloatArray, frame: Frame, half_width: float, between: Between = "fresh") -> FloatArray:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms.base import LOAD_TORQUE, Form, Point, Symbol, Term, columns, logarithmic, top
-from bench.simulation.terms.memory import NOISE_SHARE, begins, play, relaxing
+from bench.simulation.terms.memory import NOISE_SHARE, RATES, begins, play, relaxing
 
 WIDEST = 0.4
 """of the largest torque: a loop that is wider is hardly turned, and looks like a gain"""
@@ -33,12 +33,23 @@ def _dahl_kept(frame: Frame, point: Point) -> FloatArray:
     return columns(relaxing(_quiet(frame, point[0]), frame, point[0], "kept"))
 
 
+def _forgetting(frame: Frame, point: Point) -> FloatArray:
+    return columns(relaxing(_quiet(frame, point[0]), frame, point[0], "fresh", point[1]))
+
+
+def _forgetting_points(frame: Frame) -> tuple[Point, ...]:
+    largest = top(frame.load_motor_torque)
+    widths = logarithmic(0.06 * largest, WIDEST * largest, 4)
+    return tuple((w, rate) for (w,) in widths for rate in RATES)
+
+
 def _quiet(frame: Frame, width: float) -> FloatArray:
     """Load torque without the noise that would turn the relaxing state to and fro."""
     return play(frame.load_motor_level, frame, NOISE_SHARE * width)
 
 
 H_S = Symbol("h_s", "N*m", "half width of the loop")
+RATE = Symbol("r", "1/s", "rate at which the loop forgets, for the load wavers to and fro", 0.0)
 W_H = Symbol("w_h", "N*m", "torque over which the loop turns", 0.0)
 
 _PLAY = "load_torque += h_s*(x - y)/w_h, y = max(x - w_h, min(x + w_h, y)), x = load_motor_torque"
@@ -46,6 +57,8 @@ _DAHL = (
     "load_torque += h_s*z, dz = (1 - z*sgn(dx))*dx/w_h, "
     f"x = max(l - {NOISE_SHARE:g}*w_h, min(l + {NOISE_SHARE:g}*w_h, x)), l = load_motor_torque"
 )
+
+_FORGETTING = _DAHL.replace("*dx/w_h,", "*dx/w_h - r*z*dt,")
 
 TERM = Term(
     effect="sensor.torque_hysteresis",
@@ -74,6 +87,14 @@ TERM = Term(
                 _widths,
                 remembers=True,
                 equation=f"{_DAHL}, {begins('z', 'kept')}",
+            ),
+            Form(
+                "forgetting",
+                _forgetting,
+                (H_S,),
+                (W_H, RATE),
+                _forgetting_points,
+                equation=f"{_FORGETTING}, {begins('z', 'fresh')}",
             ),
         )
     },

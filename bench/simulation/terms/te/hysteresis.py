@@ -16,7 +16,7 @@ from bench.simulation.terms.base import (
     logarithmic,
     top,
 )
-from bench.simulation.terms.memory import NOISE_SHARE, Between, begins, play, relaxing
+from bench.simulation.terms.memory import NOISE_SHARE, RATES, Between, begins, play, relaxing
 
 BETWEEN: tuple[Between, ...] = ("fresh", "kept", "released")
 SUFFIX = {"fresh": "", "kept": "_kept", "released": "_released"}
@@ -63,6 +63,14 @@ def _bouc_wen(between: Between) -> Columns:
     return regressors
 
 
+def _forgetting(frame: Frame, point: Point) -> FloatArray:
+    return columns(relaxing(_quiet(frame, point[0]), frame, point[0], "fresh", point[1]))
+
+
+def _forgetting_points(frame: Frame) -> tuple[Point, ...]:
+    return tuple((w, rate) for (w,) in _wide_torques(frame) for rate in RATES)
+
+
 def _travels(_: Frame) -> tuple[Point, ...]:
     # shorter than a tenth of a degree is over within the smoothing of the speed
     return logarithmic(2.5e-3, 0.3, 10)
@@ -84,6 +92,7 @@ H_STACK = tuple(
     Symbol(f"h_{k + 1}", "rad", f"half width of the loop of the play of {w:g}*w") for k, w in enumerate(STACK)
 )
 W = Symbol("w", "N*m", "torque over which the loop turns", 0.0)
+RATE = Symbol("r", "1/s", "rate at which the loop forgets, for the torque wavers to and fro", 0.0)
 S = Symbol("s", "rad", "distance at the output over which the loop turns", 0.0)
 _PLAY = "TE += h*(tau - y)/w, y = max(tau - w, min(tau + w, y))"
 _BOUC_WEN = f"TE += h*z, dz = (1 - z*sgn(dx))*dx/w, x = max(tau - {NOISE_SHARE:g}*w, min(tau + {NOISE_SHARE:g}*w, x))"
@@ -91,6 +100,7 @@ _STACK = "TE += {}, y_k = max(tau - w_k, min(tau + w_k, y_k)), {}".format(
     " + ".join(f"h_{k + 1}*(tau - y_{k + 1})/w_{k + 1}" for k in range(len(STACK))),
     ", ".join(f"w_{k + 1} = {f'{share:g}*' if share != 1.0 else ''}w" for k, share in enumerate(STACK)),
 )
+_FORGETTING = _BOUC_WEN.replace("*dx/w,", "*dx/w - r*z*dt,")
 LOOPS = (
     ("play", _play, (H,), _torques, _PLAY, "y"),
     ("bouc_wen", _bouc_wen, (H,), _torques, _BOUC_WEN, "z"),
@@ -121,6 +131,14 @@ TERM = Term(
                 )
                 for name, make, linear, grid, text, state in LOOPS
                 for b in BETWEEN
+            ),
+            Form(
+                "forgetting",
+                _forgetting,
+                (H,),
+                (W, RATE),
+                _forgetting_points,
+                equation=f"{_FORGETTING}, {begins('z', 'fresh')}",
             ),
             Form(
                 "reversal",

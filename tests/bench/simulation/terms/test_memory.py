@@ -69,3 +69,15 @@ def test_a_released_state_follows_its_input_to_zero_between_recordings() -> None
     fresh, kept, released = (play(x, frame, 2.0, between)[50] for between in BETWEEN)
     # 10 leaves the play at 8, released at 2; then 3 is within two of 2 and of neither other
     assert (fresh, kept, released) == (1.0, 5.0, 2.0)
+
+
+@given(scale=st.floats(0.05, 10.0), rate=st.floats(0.01, 3.0))
+def test_a_state_that_forgets_is_smaller_in_motion_and_gone_at_rest(scale: float, rate: float) -> None:
+    speed, turn = 0.3, ROWS // 2
+    x = speed * np.minimum(FRAME.elapsed, FRAME.elapsed[turn])
+    z = relaxing(x, FRAME, scale, "fresh", rate)[:ROWS]
+    share = speed / scale
+    moving = share / (share + rate) * (1.0 - np.exp(-(share + rate) * FRAME.elapsed[: turn + 1]))
+    assert z[: turn + 1] == pytest.approx(moving, abs=1e-9)
+    resting = z[turn] * np.exp(-rate * (FRAME.elapsed[turn:ROWS] - FRAME.elapsed[turn]))
+    assert z[turn:] == pytest.approx(resting, abs=1e-9)
