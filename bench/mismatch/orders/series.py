@@ -36,6 +36,12 @@ ROUNDS = 4
 """in which orders tell the prior and the prior the orders"""
 RELATIVE_NOISE = 1e-3
 """of an order's size: what no polynomial is asked to follow"""
+LEAST_SPREADS = np.array([1.0, 1e-3, 0.3])
+"""N·m, rad/s and K over which states of revolutions count as varied"""
+LEAST_VARIED = 0.1
+"""share of the largest torque or speed from which revolutions count as run at several: by less, a control loop and the
+noise of the speed vary them, and a polynomial through that says nothing of another speed
+"""
 WILD = 4.0
 """variance over the noise's from which an order's polynomials are begun afresh"""
 
@@ -46,6 +52,13 @@ class Scaling:
 
     centre: FloatArray
     spread: FloatArray
+
+    @classmethod
+    def of(cls, x: FloatArray) -> Scaling:
+        """Of states (n, 3): torque, velocity, temperature."""
+        least = np.maximum(LEAST_VARIED * np.max(np.abs(x), axis=0), LEAST_SPREADS)
+        least[2] = LEAST_SPREADS[2]  # a temperature has no zero that means anything
+        return cls(x.mean(axis=0), np.maximum(x.std(axis=0), least))
 
     def monomials(self, x: FloatArray) -> FloatArray:
         """The ten monomials (n, 10) of scaled states (n, 3), constant last."""
@@ -157,7 +170,7 @@ def calibrate(
     scalings: dict[int, Scaling] = {}
     for side in sides:
         rows = direction * side > 0
-        scalings[side] = Scaling(x[rows].mean(axis=0), np.maximum(x[rows].std(axis=0), [1.0, 1e-3, 0.3]))
+        scalings[side] = Scaling.of(x[rows])
     number = len(orders)
     amplitude = {s: np.zeros((number, 10)) for s in sides}
     phase = {s: np.zeros((number, 10)) for s in sides}
