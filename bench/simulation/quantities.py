@@ -10,6 +10,7 @@ import numpy as np
 from bench.errors import ConfigurationError
 from bench.simulation.composed import composed
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.memory import campaign_lag
 
 AUXILIARY = "aux/"
 """begins the name of a quantity that is no channel of the bench"""
@@ -17,6 +18,10 @@ SHORTEST_TRAVEL = 1e-5
 """rad at the output: distances since a reversal count by their order of magnitude from here on"""
 GENTLE = 0.3
 """rad/s² at the motor, above which accelerations count by their order of magnitude"""
+WARMING_S = 400.0
+"""over which the temperature is averaged (first-order lag) that the lubricant is compared with: housings of gearboxes
+follow their lubricant in two to ten minutes
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +40,11 @@ QUANTITIES: dict[str, Quantity] = {
     "load": Quantity("size of the load torque", "N*m", lambda f: np.abs(f.torque_level)),
     "load_motor_torque": Quantity("load motor's torque", "N*m", lambda f: f.load_motor_level),
     "temperature": Quantity("temperature", "degC", lambda f: f.temperature),
+    "warming": Quantity(
+        "temperature above that of the last minutes",
+        "K",
+        lambda f: f.temperature - campaign_lag(f.temperature, f, WARMING_S),
+    ),
     "time": Quantity("time", "s", lambda f: f.time),
     "travel": Quantity("distance run", "rad", lambda f: f.travel),
     "angle": Quantity("output angle", "rad", lambda f: np.mod(f.q, 2.0 * np.pi)),

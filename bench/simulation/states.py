@@ -44,6 +44,23 @@ def play_along(x: FloatArray, out: FloatArray, p: float, half_width: float) -> f
     return p
 
 
+@numba.njit(cache=True)
+def lag_along(x: FloatArray, dt: FloatArray, out: FloatArray, y: float, previous: float, constant: float) -> float:
+    """Fill ``out`` (n,) with a first-order lag of x, from its value and the input before it; its value at the end.
+
+    Over ``dt`` (n,) s since the row before x runs straight from one value to the next.
+    """
+    for i in range(x.size):
+        if dt[i] > 0.0:
+            slope = (x[i] - previous) / dt[i]
+            # exact response of the lag to a ramp
+            steady = x[i] - slope * constant
+            y = steady + (y - previous + slope * constant) * np.exp(-dt[i] / constant)
+        previous = x[i]
+        out[i] = y
+    return y
+
+
 class Memory:
     """States of a frame's terms that go on in the next frame: a row each, in the order in which the terms ask for them.
 
@@ -71,6 +88,14 @@ class Memory:
         """The play along x (n,), as it goes on."""
         own, out = self._next(), np.empty(x.size)
         own[:] = play_along(x, out, 0.0 if np.isnan(own[0]) else own[0], half_width), x[-1]
+        return out
+
+    def lag(self, x: FloatArray, dt: FloatArray, constant: float) -> FloatArray:
+        """The lag of x (n,) as it goes on; ``dt`` (n,) s between rows."""
+        own, out = self._next(), np.empty(x.size)
+        if np.isnan(own[0]):
+            own[:] = x[0]
+        own[:] = lag_along(x, dt, out, own[0], own[1], constant), x[-1]
         return out
 
     def _next(self) -> FloatArray:

@@ -19,7 +19,7 @@ from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.recordings.prepared import Prepared
 from bench.mismatch.recordings.thinning import Measured
 from bench.simulation.frame import ARRAYS, FloatArray, Frame, IntArray, concatenate
-from bench.simulation.terms.memory import integral
+from bench.simulation.memory import integral
 
 SLOW_S = 1.0
 """longest block of a torque's rows: noise of a bench forgets itself in about as long"""

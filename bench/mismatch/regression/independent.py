@@ -18,7 +18,17 @@ KINDS: dict[str, frozenset[str]] = {
     "speed": frozenset({"speed", "velocity", "speeding_up", "acceleration", "order_frequency"}),
     "angle": frozenset({"angle"}),
     "course": frozenset(
-        {"temperature", "time", "travel", "seconds", "elapsed", "since_reversal", "distance_since_start", "transient"}
+        {
+            "temperature",
+            "warming",
+            "time",
+            "travel",
+            "seconds",
+            "elapsed",
+            "since_reversal",
+            "distance_since_start",
+            "transient",
+        }
     ),
 }
 """quantities that go together in a campaign: what depends on one may pass for a function of another of its kind"""

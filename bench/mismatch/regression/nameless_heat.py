@@ -10,8 +10,8 @@ from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.problem import BaseTerm, Untold, fixed_part
 from bench.mismatch.regression.regressors import UNKNOWN
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.memory import integral
 from bench.simulation.terms import MOTOR_TORQUE
-from bench.simulation.terms.memory import integral
 
 
 @dataclass(frozen=True, slots=True)

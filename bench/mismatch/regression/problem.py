@@ -14,8 +14,8 @@ from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.noise import Mixture
 from bench.mismatch.regression.regressors import Named, Regressor
 from bench.simulation.frame import FloatArray, Frame, IntArray, recording_starts
+from bench.simulation.memory import integral
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
-from bench.simulation.terms.memory import integral
 
 TORQUE_ZERO = 0.01
 """N·m at the motor: how far the zero of a torque may differ from recording to recording, by data sheets; further where

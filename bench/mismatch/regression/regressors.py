@@ -12,10 +12,10 @@ from typing import Any, Protocol
 import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.memory import integral
 from bench.simulation.quantities import FACTOR_OF, QUANTITIES, in_words, label
 from bench.simulation.tables import Grid
 from bench.simulation.terms import CHANNEL_UNITS, LIBRARY, TEMPERATURE, Form, Point, Term
-from bench.simulation.terms.memory import integral
 
 UNKNOWN = "unknown"
 STRAIGHT = 2

@@ -11,8 +11,8 @@ from bench.mismatch import criteria
 from bench.mismatch.regression.model import ChannelModel, Chosen, fit_blocks
 from bench.simulation.frame import FloatArray
 from bench.simulation.heat_rates import HEATING
+from bench.simulation.memory import integral
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE
-from bench.simulation.terms.memory import integral
 
 
 @dataclass(frozen=True, slots=True)

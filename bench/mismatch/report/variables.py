@@ -50,6 +50,12 @@ VARIABLES: dict[str, Variable] = {
         "", "change of the load torque / (N·m/s)", lambda f: f.torque_rate, words="where the load changes"
     ),
     "temperature": Variable(TEMPERATURE, "lubricant temperature / °C", lambda f: f.temperature),
+    "warming": Variable(
+        "",
+        "temperature above that of the last minutes / K",
+        lambda f: quantity("warming", f),
+        words="while the gearbox warms up or cools down",
+    ),
     "time": Variable(TIME, "time since the campaign began / h", lambda f: f.time / SECONDS_AN_HOUR),
     "travel": Variable(TIME, "distance run / revolutions", lambda f: f.travel / (2.0 * np.pi)),
     "angle": Variable(ANGLE, "output angle / deg", lambda f: _degrees(np.mod(f.theta, 2.0 * np.pi))),

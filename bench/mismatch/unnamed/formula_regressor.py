@@ -14,9 +14,9 @@ from bench.mismatch.unnamed.formula_parts import Constant
 from bench.simulation import formulas
 from bench.simulation.formulas import Formula
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.memory import integral
 from bench.simulation.quantities import AUXILIARY, FACTOR_OF, in_words, label
 from bench.simulation.terms import TEMPERATURE
-from bench.simulation.terms.memory import integral
 
 PLAIN = {"since_reversal": "distance_since_start", "elapsed": "seconds"}
 """quantities that tables have by their order of magnitude, as formulas have them"""

@@ -194,7 +194,7 @@ WITH_MEMORY = [
     for channel, forms in LIBRARY[effect].forms.items()
     for form in forms
 ]
-WIDTH = {"w": 60.0, "w_h": 60.0, "s": 0.004, "s_d": 2.0}
+WIDTH = {"w": 60.0, "w_h": 60.0, "s": 0.004, "s_d": 2.0, "r": 0.5}
 SIZE = {"transmission_error": 2e-5, "motor_torque": 0.2, "load_torque": 20.0}
 UNITS = {"load_position": -(2 * np.pi) / 2**25, "input_torque": 1.0, "torque_adc": 10e3 / 32768}
 """what of the measurements each of these channels is, in its unit"""
@@ -224,7 +224,12 @@ def test_terms_with_a_memory_go_on_from_block_to_block_and_from_a_snapshot(tmp_p
         rows.setdefault(effect, []).append(remembering(effect, channel, form))
     table = {"form": "table", "over": ["since_reversal"], "times": "d*reversed", "knots": [[-5.0, -1.0]]}
     heat = {"form": "table", "over": ["speed"], "times": "1", "knots": [[0.0, 0.1]], "channels": ["temperature"]}
-    rows["unknown"] = [{**table, "channels": ["motor_torque"], "values": [0.3, 0.0]}, {**heat, "values": [0.0, 0.2]}]
+    warm = {"form": "table", "over": ["warming"], "times": "1", "knots": [[-1.0, 1.0]], "channels": ["load_torque"]}
+    rows["unknown"] = [
+        {**table, "channels": ["motor_torque"], "values": [0.3, 0.0]},
+        {**heat, "values": [0.0, 0.2]},
+        {**warm, "values": [-500.0, 500.0]},
+    ]
     terms = [{"effect": effect, **parameters[0], "also": parameters[1:]} for effect, parameters in rows.items()]
     plant = Plant.from_simulation(written(tmp_path, terms), seed=3)
     plant.step(to_and_fro()[:300])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.memory import Between, begins, relaxing
 from bench.simulation.terms.base import (
     MOTOR_TORQUE,
     Columns,
@@ -15,7 +16,6 @@ from bench.simulation.terms.base import (
     columns,
     logarithmic,
 )
-from bench.simulation.terms.memory import Between, begins, relaxing
 
 SHORTEST, LONGEST = 0.05, 40.0
 """rad at the motor: distances of gearboxes and motors; other machines, linear ones above all, have their own"""

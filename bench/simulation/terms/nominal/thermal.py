@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.memory import integral
 from bench.simulation.terms.base import TEMPERATURE, Form, Point, Symbol, Term, columns
-from bench.simulation.terms.memory import integral
 
 REFERENCE = "heat balance of the nominal simulation"
 

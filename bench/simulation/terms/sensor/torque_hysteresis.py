@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.memory import NOISE_SHARE, RATES, begins, play, relaxing
 from bench.simulation.terms.base import LOAD_TORQUE, Form, Point, Symbol, Term, columns, logarithmic, top
-from bench.simulation.terms.memory import NOISE_SHARE, RATES, begins, play, relaxing
 
 WIDEST = 0.4
 """of the largest torque: a loop that is wider is hardly turned, and looks like a gain"""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.memory import NOISE_SHARE, RATES, Between, begins, play, relaxing
 from bench.simulation.terms.base import (
     TRANSMISSION_ERROR,
     Columns,
@@ -16,7 +17,6 @@ from bench.simulation.terms.base import (
     logarithmic,
     top,
 )
-from bench.simulation.terms.memory import NOISE_SHARE, RATES, Between, begins, play, relaxing
 
 BETWEEN: tuple[Between, ...] = ("fresh", "kept", "released")
 SUFFIX = {"fresh": "", "kept": "_kept", "released": "_released"}

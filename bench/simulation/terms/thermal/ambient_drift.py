@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.memory import integral
 from bench.simulation.terms.base import TEMPERATURE, Form, Point, Symbol, Term, columns
-from bench.simulation.terms.memory import integral
 
 CYCLES = (0.5, 0.83, 1.25, 2.0, 2.5, 3.0, 3.5, 4.0, 4.5, 5.0, 5.5, 6.0)
 """periods of the surroundings in a campaign that are tried, half a cycle apart: from half a day to an air conditioning

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.memory import integral
 from bench.simulation.terms.base import TEMPERATURE, Form, Point, Symbol, Term, columns
-from bench.simulation.terms.memory import integral
 
 
 def _exponents(_: Frame) -> tuple[Point, ...]:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.memory import campaign_lag, integral
 from bench.simulation.terms.base import TEMPERATURE, Form, Point, Symbol, Term, columns, logarithmic
-from bench.simulation.terms.memory import campaign_lag, integral
 
 
 def _grid(_: Frame) -> tuple[Point, ...]:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from bench.simulation.frame import FloatArray, Frame
+from bench.simulation.memory import campaign_lag, integral, lag
 from bench.simulation.terms.base import TEMPERATURE, Form, Point, Symbol, Term, columns, logarithmic
-from bench.simulation.terms.memory import campaign_lag, integral, lag
 from bench.simulation.terms.nominal.thermal import LOSS_HEATING
 
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from bench.simulation.frame import FloatArray
+from bench.simulation.memory import integral
 from bench.simulation.terms import LIBRARY, TEMPERATURE
 from bench.simulation.terms.base import Form
-from bench.simulation.terms.memory import integral
 from tests.bench.simulation.terms.frames import ROWS, STEP_S, frame
 
 LOSS_W, CAPACITY, TAU_S = 300.0, 2.5e4, 8.0

@@ -8,7 +8,7 @@ import numba
 import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame, recording_starts
-from bench.simulation.states import play_along, relax, relax_along
+from bench.simulation.states import lag_along, play_along, relax, relax_along
 
 Between = Literal["fresh", "kept", "released"]
 """what a state does between recordings: begins at 0 in each; stays; or follows the input to 0 and on from there"""
@@ -123,21 +123,16 @@ def campaign_lag(x: FloatArray, frame: Frame, constant: float) -> FloatArray:
     """First-order lag that goes on between recordings: over a gap x runs straight from one value to the next."""
     if not isinstance(x, np.ndarray):
         return x.remembered("campaign_lag", constant)
+    if frame.memory is not None:
+        dt = np.ascontiguousarray(np.broadcast_to(frame.step, x.shape), dtype=np.float64)
+        return frame.memory.lag(np.ascontiguousarray(x), dt, constant)
     return np.asarray(_campaign_lag(np.ascontiguousarray(x), frame.time, constant))
 
 
 @numba.njit(cache=True)
 def _campaign_lag(x: FloatArray, time: FloatArray, constant: float) -> FloatArray:
     out = np.empty(x.size)
-    y = x[0]
-    out[0] = y
-    for i in range(1, x.size):
-        dt = time[i] - time[i - 1]
-        if dt > 0.0:
-            slope = (x[i] - x[i - 1]) / dt
-            # exact response of the lag to a ramp
-            steady = x[i] - slope * constant
-            begin = x[i - 1] - slope * constant
-            y = steady + (y - begin) * np.exp(-dt / constant)
-        out[i] = y
+    dt = np.zeros(x.size)
+    dt[1:] = time[1:] - time[:-1]
+    lag_along(x, dt, out, x[0], x[0], constant)
     return out
