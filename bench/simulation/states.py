@@ -64,7 +64,8 @@ def lag_along(x: FloatArray, dt: FloatArray, out: FloatArray, y: float, previous
 class Memory:
     """States of a frame's terms that go on in the next frame: a row each, in the order in which the terms ask for them.
 
-    A bench that runs has no recordings: what happens between two of them happens to the states as well.
+    A bench that runs has no recordings: what happens between two of them happens to the states as well. A frame begins
+    with the row at which the bench stood: states have seen it, or begin there.
     """
 
     def __init__(self) -> None:
@@ -81,7 +82,8 @@ class Memory:
         own, out = self._next(), np.empty(x.size)
         if np.isnan(own[0]):
             own[:] = 0.0, x[0]
-        own[:] = relax_along(x, dt, out, own[0], own[1], scale, rate)
+        out[0] = own[0]
+        own[:] = relax_along(x[1:], dt[1:], out[1:], own[0], own[1], scale, rate)
         return out
 
     def play(self, x: FloatArray, half_width: float) -> FloatArray:
@@ -95,7 +97,8 @@ class Memory:
         own, out = self._next(), np.empty(x.size)
         if np.isnan(own[0]):
             own[:] = x[0]
-        own[:] = lag_along(x, dt, out, own[0], own[1], constant), x[-1]
+        out[0] = own[0]
+        own[:] = lag_along(x[1:], dt[1:], out[1:], own[0], own[1], constant), x[-1]
         return out
 
     def _next(self) -> FloatArray:
