@@ -23,7 +23,7 @@ from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANS
 SPELLS: dict[str, tuple[str, ...]] = {
     MOTOR_TORQUE: ("d", "1"),
     LOAD_TORQUE: ("1", "d", "load_motor"),
-    TRANSMISSION_ERROR: ("1",),
+    TRANSMISSION_ERROR: ("1", "tau"),
     TEMPERATURE: (),
 }
 """what may be there for a spell of the campaign's time only"""
