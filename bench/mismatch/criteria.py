@@ -4,6 +4,10 @@ from bench.identification.samples import spikes
 
 STANDSTILL_RAD_S = 0.3
 """motor speed below which the bench counts as standing; a fifth of one count of a 13-bit encoder at 2 kHz"""
+SURELY_MOVING_RAD_S = 1.5
+"""motor speed from which any bench counts as moving: one count of a 13-bit encoder at 2 kHz (bench-physics,
+"Notation"). While it passes the speeds below, another bench may count as standing, and its friction have no direction
+"""
 SPEED_NOISE = 2e-3
 """noise of the speed, over the speed of standstill, below which a shorter smoothing window is taken"""
 SPIKE = spikes.SIGMA

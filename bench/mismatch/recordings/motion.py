@@ -117,6 +117,15 @@ def corners(acceleration: FloatArray, rate: float, span: float) -> NDArray[np.bo
     return np.asarray(spread > 0.5)
 
 
+def passing(omega: FloatArray, steady: FloatArray, manner: Manner) -> NDArray[np.bool_]:
+    """Mark samples that pass the speeds at which one bench counts as standing and another as moving; a steady motion
+    that slow is meant to be one. Only where speeds were set: a motion of its own may be no faster.
+    """
+    if manner.free or manner.standstill < criteria.STANDSTILL_RAD_S:
+        return np.zeros(omega.size, dtype=bool)
+    return np.asarray((np.abs(omega) < criteria.SURELY_MOVING_RAD_S) & (steady < 0.5))
+
+
 def directions(omega: FloatArray, standstill: float) -> tuple[FloatArray, FloatArray]:
     """Sign of the motion, 0 at standstill; and of the last motion, which at standstill is the one before."""
     direction = np.where(np.abs(omega) > standstill, np.sign(omega), 0.0)

@@ -19,7 +19,7 @@ from bench.foreign.inputs import inputs_of
 from bench.identification.samples.spikes import spikes
 from bench.mismatch import criteria
 from bench.mismatch.recordings.level import kept_segments, levelled, numbered
-from bench.mismatch.recordings.motion import Manner, corners, directions, since_change
+from bench.mismatch.recordings.motion import Manner, corners, directions, passing, since_change
 from bench.mismatch.recordings.notch import notched
 from bench.mismatch.recordings.smoothing import local_quadratic, repaired, smoothed
 from bench.mismatch.recordings.thinning import Measured, Thinning, group_of
@@ -47,7 +47,8 @@ class Prepared:
     ``frame`` has a row a group; ``measured`` the compared channels in SI units (those the file has); ``swept`` variance
     of the input angle inside each group, times its valid samples; ``leaning`` the same of input angle and transmission
     error together, rad²; ``angle`` input angle of every sample, rad at the output; ``label`` number of each group's
-    segment (-1: none); ``corner`` where the acceleration jumps; ``dead`` channels that hold no number at all.
+    segment (-1: none); ``corner`` where the acceleration jumps, or the motor passes speeds at which one bench stands
+    and another moves; ``dead`` channels that hold no number at all.
     """
 
     kind: str
@@ -211,7 +212,7 @@ def prepare(
         step=np.diff(time, prepend=time[0]),
         aux=_auxiliary(signals, rate, span, whole),
     )
-    corner = corners(acceleration, rate, span)
+    corner = corners(acceleration, rate, span) | passing(omega, steady, manner)
     given = _told(recording, folder)
     by = {SIMULATED + name: thinning.mean(values) for name, values in given.items() if BY in name}
     frame = replace(frame, aux={**frame.aux, **by})

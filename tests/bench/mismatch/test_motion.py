@@ -1,8 +1,11 @@
-"""Corners of a speed profile."""
+"""Corners of a speed profile, and the speeds at which one bench stands and another moves."""
+
+from dataclasses import replace
 
 import numpy as np
 
-from bench.mismatch.recordings.motion import corners
+from bench.mismatch import criteria
+from bench.mismatch.recordings.motion import Manner, corners, passing
 
 RATE = 500.0
 
@@ -23,3 +26,14 @@ def test_a_recording_that_begins_on_a_ramp_begins_with_a_corner() -> None:
     assert marked[300]
     assert not marked[150]
     assert not corners(acceleration(0.0, 0.0, 60.0, 0.0), RATE, 0.06)[0]
+
+
+def test_passing_a_crawl_says_nothing_of_friction_and_a_steady_crawl_does() -> None:
+    set_speeds = Manner(criteria.STANDSTILL_RAD_S, 0.06, 1000.0)
+    ramp = np.linspace(-4.0, 4.0, 801)
+    slow = np.abs(ramp) < criteria.SURELY_MOVING_RAD_S
+    assert np.array_equal(passing(ramp, np.zeros(ramp.size), set_speeds), slow)
+    assert not passing(ramp, np.ones(ramp.size), set_speeds).any()
+    # a motion that nobody set, or a machine that is hardly faster
+    assert not passing(ramp, np.zeros(ramp.size), replace(set_speeds, free=True)).any()
+    assert not passing(ramp, np.zeros(ramp.size), replace(set_speeds, standstill=0.05)).any()
