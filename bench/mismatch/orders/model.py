@@ -308,7 +308,7 @@ def _problem(model: TransmissionModel, y: FloatArray) -> ChannelProblem:
     if model.periodic is not None:
         frame = rows.frame
         x = np.column_stack([frame.torque, frame.velocity, frame.temperature])
-        doubt = model.periodic.series.variance(x, frame.last_direction)
+        doubt, base = _unsure(model, rows, x, usable)
         # where the series, at a state that no revolution has shown, is as uncertain as a sample is noisy, it says
         # nothing; a series that is so everywhere still has a mean
         sure = usable & (doubt < _floor(model) ** 2)
@@ -317,7 +317,6 @@ def _problem(model: TransmissionModel, y: FloatArray) -> ChannelProblem:
         quiet = usable & ~ringing(frame, rings_for(model.periodic.laws, model.periodic.series, noise))
         # a mode that would swing most of the time says nothing of when the offset may be compared
         usable = quiet if 2 * int(quiet.sum()) >= int(usable.sum()) else usable
-        doubt, base = _unsure(model, rows, x, usable)
     return ChannelProblem(
         TRANSMISSION_ERROR,
         rows,
