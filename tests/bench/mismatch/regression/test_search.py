@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bench.mismatch.regression import search as search_of_a_channel
 from bench.mismatch.regression.folds import squares
 from bench.mismatch.regression.problem import ChannelProblem
 from bench.mismatch.regression.search import searched
@@ -104,3 +105,13 @@ def test_squares_of_points_left_out_are_those_of_a_fit_without_them() -> None:
         beta = np.linalg.lstsq(columns[fold != out], model.bank.y[fold != out], rcond=None)[0]
         left = model.bank.y[fold == out] - columns[fold == out] @ beta
         assert told[out] == pytest.approx(float(left @ left), rel=1e-4)
+
+
+@pytest.mark.parametrize("explained", [True, False])
+def test_rows_in_full_are_asked_where_wide_ones_find_nothing(monkeypatch: pytest.MonkeyPatch, explained: bool) -> None:
+    """The means contradict the calibrated simulation, and what is found with full rows or not even that."""
+    monkeypatch.setattr(search_of_a_channel, "_contradicted", lambda s: 1.0 if explained and s.model.chosen else 60.0)
+    hump = 0.4 * np.exp(-((np.abs(FRAME.velocity) / 0.02) ** 2)) * FRAME.direction
+    model = searched(made(hump)).model
+    assert bool(model.chosen) is explained
+    assert any("60 times as large" in note for note in model.notes) is not explained
