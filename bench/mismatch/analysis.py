@@ -25,7 +25,8 @@ from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.candidates import TURNING
 from bench.mismatch.regression.model import fit_blocks
 from bench.mismatch.regression.nameless_heat import nameless_heat
-from bench.mismatch.regression.problem import CHANNELS, TORQUE_ZERO
+from bench.mismatch.regression.nameless_load import nameless_load
+from bench.mismatch.regression.problem import CHANNELS, TORQUE_ZERO, BaseTerm
 from bench.mismatch.regression.regressors import UNKNOWN
 from bench.mismatch.regression.search import searched
 from bench.mismatch.regression.state import Search
@@ -96,7 +97,8 @@ def analyse(
         if channel != LOAD_TORQUE:
             rows = replace(rows, frame=corrected(rows.frame, acting))
         if channel == TRANSMISSION_ERROR:
-            out.transmission = _transmission(data, given, rows, seed, (*banned, *in_angles))
+            unnamed = nameless_load(out.searches[LOAD_TORQUE].model) if LOAD_TORQUE in out.searches else ()
+            out.transmission = _transmission(data, given, rows, seed, (*banned, *in_angles), unnamed)
             out.outcomes[channel] = of_transmission(out.transmission, data, seed, formulas)
             assert out.transmission.offset is not None
             heard, moving = data.density.get(channel, ()), data.unsteady.get(channel, ())
@@ -155,14 +157,16 @@ def _reaction(out: Analysis, data: Dataset, given: Given, channels: Sequence[str
     return reaction_of(acting, whole.rows.frame, whole.inside, train, given.reaction, seed)
 
 
-def _transmission(data: Dataset, given: Given, rows: Rows, seed: int, banned: Sequence[str]) -> TransmissionModel:
+def _transmission(
+    data: Dataset, given: Given, rows: Rows, seed: int, banned: Sequence[str], unnamed: Sequence[BaseTerm]
+) -> TransmissionModel:
     taken = np.zeros(rows.size)
     own = given.waves.get(TRANSMISSION_ERROR, ())
     if own:
         taken = taken + waves.evaluate(own, rows.frame.theta, rows.frame)
     for pulse in given.pulses:
         taken = taken + pulse.evaluate(rows.frame.theta)
-    base = base_of(given, TRANSMISSION_ERROR, rows)
+    base = [*base_of(given, TRANSMISSION_ERROR, rows), *unnamed]
     series = orders.Given(given.orders, data.folder.notch, given.laws)
     rows = replace(rows, y=rows.y - taken)
     begun = orders.begun(rows, data.folds(), series, base, given.switched_off, banned)

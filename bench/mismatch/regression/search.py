@@ -151,8 +151,8 @@ def _sought(search: Search) -> Search:
 
     Where the recordings' means contradict the calibrated simulation, something acts inside the recordings that it
     cannot say, and would be calibrated by it. Effects are looked for with the rows' noise as wide as that; then the
-    rows count in full again, unless the means contradict what was found as well. Then rows that count in full are asked
-    once: where they find what the means do not contradict, it is that which acts.
+    rows count in full again, unless the means contradict what was found as well. Where nothing was found, rows in full
+    are asked once: if they find what the means do not contradict, it is that which acts.
     """
     wider = _contradicted(search)
     if wider > 1.0:
@@ -162,7 +162,8 @@ def _sought(search: Search) -> Search:
         search = carried_over(wide, search) if wide.model.chosen else search
         if _contradicted(search) > 1.0:
             plain = begun(problem, seed)
-            _forward(plain)
+            if not wide.model.chosen:
+                _forward(plain)
             if plain.model.chosen and _contradicted(plain) == 1.0:
                 return plain
             wide.model.notes.append(
