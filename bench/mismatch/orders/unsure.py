@@ -61,13 +61,13 @@ def unsure(
     """
     low = [k for k, f in enumerate(series.orders) if f * ALIKE_RAD < 2.0 * np.pi]
     places = [(side, k) for side in series.amplitude for k in low]
-    own = frame.take(np.flatnonzero(chosen))
+    part = frame.take(np.flatnonzero(chosen))
     spread = np.sqrt(noise[chosen])
     parts: dict[Place, tuple[FloatArray, FloatArray]] = {}
-    for place, rows, slopes in _slopes(series, tuple(laws), rate, own, places):
+    for place, rows, slopes in _slopes(series, tuple(laws), rate, part, places):
         side, k = place
         root = _root(series.covariance[side][k])
-        seen = np.zeros((own.size, root.shape[1]))
+        seen = np.zeros((part.size, root.shape[1]))
         seen[rows] = (slopes @ root) / spread[rows, None]
         turned, large = _largest(seen, TELLING / max(len(places), 1))
         if large.size:
@@ -111,14 +111,14 @@ def _slopes(
         rows = np.flatnonzero(frame.last_direction * side > 0)
         if not rows.size:
             continue
-        own = frame.take(rows)
-        x = np.column_stack([own.torque, own.velocity, own.temperature])
+        part = frame.take(rows)
+        x = np.column_stack([part.torque, part.velocity, part.temperature])
         basis = series.scaling[side].monomials(x)
         order = series.orders[k]
-        turn = np.exp(1j * (order * own.theta + basis @ series.phase[side][k]))
+        turn = np.exp(1j * (order * part.theta + basis @ series.phase[side][k]))
         for law in laws:
-            turn = turn * factor(law, x, own.time, [order])[:, 0]
+            turn = turn * factor(law, x, part.time, [order])[:, 0]
         # a row is a mean over the angle that it turns through
-        turn = turn * np.sinc(order * np.abs(own.velocity) * own.count / rate / (2.0 * np.pi))
+        turn = turn * np.sinc(order * np.abs(part.velocity) * part.count / rate / (2.0 * np.pi))
         amplitude = basis @ series.amplitude[side][k]
         yield (side, k), rows, np.hstack([basis * turn.imag[:, None], basis * (amplitude * turn.real)[:, None]])

@@ -25,11 +25,11 @@ class NamelessLoad(Untold):
 
     def columns(self, frame: Frame) -> FloatArray:
         """Sum of the functions without a name at the rows of a frame (n, 1)."""
-        told = sum((self.model.contribution(own, frame) for own in self.nameless), np.zeros(frame.size))
-        return np.asarray(told)[:, None]
+        parts = (self.model.contribution(effect, frame) for effect in self.nameless)
+        return np.asarray(sum(parts, np.zeros(frame.size)))[:, None]
 
 
 def nameless_load(model: ChannelModel) -> tuple[BaseTerm, ...]:
     """The base term of the transmission error for a model of the load torque; none where all that it has is named."""
-    nameless = tuple(own for own in model.chosen if own.effect == UNKNOWN)
+    nameless = tuple(effect for effect in model.chosen if effect.effect == UNKNOWN)
     return (BaseTerm(NamelessLoad(model, nameless)),) if nameless else ()
