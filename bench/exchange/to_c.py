@@ -46,7 +46,7 @@ static double relaxing(double *z, double dt, double x, double scale, double from
     double step = x - z[1];
     z[1] = x;
     double share = fabs(step) / scale, forgotten = rate * dt;
-    if (share + forgotten > 0.0) {
+    if (share + forgotten != 0.0) {
         double target = sign(step) * share / (share + forgotten);
         z[2] = target + (z[2] - target) * exp(-share - forgotten);
     }

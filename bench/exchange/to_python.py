@@ -51,7 +51,7 @@ def _relaxing(s, dt, x, scale, from_zero, rate):
         s += [0.0 if from_zero else x, 0.0]
     step, s[0] = x - s[0], x
     share, forgotten = abs(step) / scale, rate * dt
-    if share + forgotten > 0.0:
+    if share + forgotten != 0.0:
         target = math.copysign(share, step) / (share + forgotten)
         s[1] = target + (s[1] - target) * math.exp(-share - forgotten)
     return s[1]

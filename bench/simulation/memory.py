@@ -83,11 +83,10 @@ def relaxing(x: FloatArray, frame: Frame, scale: float, between: Between = "fres
     """
     if not isinstance(x, np.ndarray):
         return x.remembered("relaxing", scale, float(between == "released"), rate)
-    dt = np.ascontiguousarray(np.broadcast_to(frame.step, x.shape), dtype=np.float64)
     if frame.memory is not None:
-        return frame.memory.relaxing(np.ascontiguousarray(x), dt, scale, rate)
+        return frame.memory.relaxing(np.ascontiguousarray(x), frame.step, scale, rate)
     starts = recording_starts(frame)
-    return np.asarray(_relaxing(np.ascontiguousarray(x), dt, starts, scale, _CODES[between], rate))
+    return np.asarray(_relaxing(np.ascontiguousarray(x), frame.step, starts, scale, _CODES[between], rate))
 
 
 def play(x: FloatArray, frame: Frame, half_width: float, between: Between = "fresh") -> FloatArray:
@@ -124,8 +123,7 @@ def campaign_lag(x: FloatArray, frame: Frame, constant: float) -> FloatArray:
     if not isinstance(x, np.ndarray):
         return x.remembered("campaign_lag", constant)
     if frame.memory is not None:
-        dt = np.ascontiguousarray(np.broadcast_to(frame.step, x.shape), dtype=np.float64)
-        return frame.memory.lag(np.ascontiguousarray(x), dt, constant)
+        return frame.memory.campaign_lag(np.ascontiguousarray(x), frame.step, constant)
     return np.asarray(_campaign_lag(np.ascontiguousarray(x), frame.time, constant))
 
 

@@ -22,6 +22,8 @@ WARMING_S = 400.0
 """over which the temperature is averaged (first-order lag) that the lubricant is compared with: housings of gearboxes
 follow their lubricant in two to ten minutes
 """
+REMEMBERED = frozenset({"warming"})
+"""quantities with a state that goes on from one recording to the next"""
 
 
 @dataclass(frozen=True, slots=True)

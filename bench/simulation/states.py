@@ -64,8 +64,8 @@ def lag_along(x: FloatArray, dt: FloatArray, out: FloatArray, y: float, previous
 class Memory:
     """States of a frame's terms that go on in the next frame: a row each, in the order in which the terms ask for them.
 
-    A bench that runs has no recordings: what happens between two of them happens to the states as well. A frame begins
-    with the row at which the bench stood: states have seen it, or begin there.
+    A bench that runs has no recordings: what happens between two of them happens to the states as well. The first row
+    of a frame is a copy of the second, at which the states begin if they have not: it is passed over.
     """
 
     def __init__(self) -> None:
@@ -92,7 +92,7 @@ class Memory:
         own[:] = play_along(x, out, 0.0 if np.isnan(own[0]) else own[0], half_width), x[-1]
         return out
 
-    def lag(self, x: FloatArray, dt: FloatArray, constant: float) -> FloatArray:
+    def campaign_lag(self, x: FloatArray, dt: FloatArray, constant: float) -> FloatArray:
         """The lag of x (n,) as it goes on; ``dt`` (n,) s between rows."""
         own, out = self._next(), np.empty(x.size)
         if np.isnan(own[0]):

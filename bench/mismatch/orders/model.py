@@ -338,17 +338,16 @@ def _unsure(
     """
     assert model.periodic is not None
     frame, rate, series = rows.frame, _rate(model.rows), model.periodic.series
+    assert model.noise is not None
     duration = frame.count / rate
-    doubt = series.variance(states, frame.last_direction, np.abs(frame.velocity) * duration)
-    if model.noise is None:
-        return doubt, model.base
+    span = np.abs(frame.velocity) * duration
+    doubt = series.variance(states, frame.last_direction, span)
     asked = usable & (model.folds[frame.recording] >= 0) & (rows.number > 0)
     shared = unsure(series, model.periodic.laws, rate, frame, model.noise.of_means(rows.number, duration), asked)
     if shared is None:
         return doubt, model.base
-    columns = shared.columns(frame)
-    doubt = np.maximum(doubt - np.sum(columns**2, axis=1), 0.0)
-    return doubt, (*model.base, BaseTerm(shared, (1.0,) * columns.shape[1]))
+    doubt = np.maximum(doubt - shared.explained(states, frame.last_direction, span), 0.0)
+    return doubt, (*model.base, BaseTerm(shared, (1.0,) * shared.size))
 
 
 def offset_alone(model: TransmissionModel, y: FloatArray) -> FloatArray:

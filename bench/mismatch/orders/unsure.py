@@ -22,10 +22,15 @@ from bench.mismatch.regression.problem import Untold
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.laws import Law, factor
 
+SURE_OF_PHASE = 0.1
+"""variance of an order's phase in rad² up to which its error is linear in the phase: beyond, it is no direction"""
 MOST = 24
 """directions that are fitted at most"""
 TELLING = 1.0
 """variance that a direction adds to the rows, over that of their noise and summed, from which it is fitted"""
+
+LEAST_NOISE = 1e-12
+"""rad: simulated recordings may have no noise at all"""
 
 Place = tuple[int, int]
 """direction of the motion and number of an order"""
@@ -44,12 +49,34 @@ class Unsure(Untold):
     words: str = "what the revolutions leave unknown of the harmonic orders"
     equation: str = "TE += sum of dA*sin(f*theta + phi) + A*dphi*cos(f*theta + phi)"
 
+    @property
+    def size(self) -> int:
+        """Number of directions."""
+        return int(next(iter(self.mixing.values())).shape[1])
+
     def columns(self, frame: Frame) -> FloatArray:
         """Each direction at the rows of a frame (n, directions), rad."""
-        number = next(iter(self.mixing.values())).shape[1]
-        out = np.zeros((frame.size, number), order="F")
+        out = np.zeros((frame.size, self.size), order="F")
         for place, rows, slopes in _slopes(self.series, self.laws, self.rate, frame, self.mixing):
             out[rows] += slopes @ self.mixing[place]
+        return out
+
+    def explained(self, states: FloatArray, direction: FloatArray, span: FloatArray) -> FloatArray:
+        """Variance (n,) of the series that the directions hold at ``states`` (n, 3), over all angles and for means over
+        angles ``span`` (n,), rad²; nothing of an order whose phase is not known there.
+        """
+        out = np.zeros(len(states))
+        for (side, k), mixing in self.mixing.items():
+            rows = np.flatnonzero(direction * side > 0)
+            if not rows.size:
+                continue
+            basis = self.series.scaling[side].monomials(states[rows])
+            phase = np.einsum("ni,ij,nj->n", basis, self.series.covariance[side][k, 10:, 10:], basis)
+            amplitude = basis @ self.series.amplitude[side][k]
+            squares = np.sum((basis @ mixing[:10]) ** 2, axis=1)
+            squares += amplitude**2 * np.sum((basis @ mixing[10:]) ** 2, axis=1)
+            smear = np.sinc(self.series.orders[k] * span[rows] / (2.0 * np.pi)) ** 2
+            out[rows] += np.where(phase < SURE_OF_PHASE, 0.5 * smear * squares, 0.0)
         return out
 
 
@@ -62,7 +89,7 @@ def unsure(
     low = [k for k, f in enumerate(series.orders) if f * ALIKE_RAD < 2.0 * np.pi]
     places = [(side, k) for side in series.amplitude for k in low]
     part = frame.take(np.flatnonzero(chosen))
-    spread = np.sqrt(noise[chosen])
+    spread = np.sqrt(np.maximum(noise[chosen], LEAST_NOISE**2))
     parts: dict[Place, tuple[FloatArray, FloatArray]] = {}
     for place, rows, slopes in _slopes(series, tuple(laws), rate, part, places):
         side, k = place

@@ -117,13 +117,19 @@ def corners(acceleration: FloatArray, rate: float, span: float) -> NDArray[np.bo
     return np.asarray(spread > 0.5)
 
 
-def passing(omega: FloatArray, steady: FloatArray, manner: Manner) -> NDArray[np.bool_]:
+SHARE_OF_FASTEST = 0.1
+"""of the largest speed that was set, up to which a motor may be passing a crawl"""
+
+
+def passing(omega: FloatArray, steady: FloatArray, manner: Manner, ratio: float) -> NDArray[np.bool_]:
     """Mark samples that pass the speeds at which one bench counts as standing and another as moving; a steady motion
-    that slow is meant to be one. Only where speeds were set: a motion of its own may be no faster.
+    that slow is meant to be one. Only where speeds were set, and no more than a tenth of the largest (a linear axis:
+    m/s): other motions may be no faster.
     """
     if manner.free or manner.standstill < criteria.STANDSTILL_RAD_S:
         return np.zeros(omega.size, dtype=bool)
-    return np.asarray((np.abs(omega) < criteria.SURELY_MOVING_RAD_S) & (steady < 0.5))
+    limit = min(criteria.SURELY_MOVING_RAD_S, SHARE_OF_FASTEST * manner.speed * ratio)
+    return np.asarray((np.abs(omega) < limit) & (steady < 0.5))
 
 
 def directions(omega: FloatArray, standstill: float) -> tuple[FloatArray, FloatArray]:

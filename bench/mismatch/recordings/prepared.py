@@ -212,7 +212,7 @@ def prepare(
         step=np.diff(time, prepend=time[0]),
         aux=_auxiliary(signals, rate, span, whole),
     )
-    corner = corners(acceleration, rate, span) | passing(omega, steady, manner)
+    corner = corners(acceleration, rate, span) | passing(omega, steady, manner, ratio)
     given = _told(recording, folder)
     by = {SIMULATED + name: thinning.mean(values) for name, values in given.items() if BY in name}
     frame = replace(frame, aux={**frame.aux, **by})

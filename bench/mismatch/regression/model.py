@@ -23,7 +23,7 @@ from bench.mismatch.regression.noise import (
     plain_mixture,
 )
 from bench.mismatch.regression.problem import NUISANCE, ChannelProblem, starts_and_folds
-from bench.mismatch.regression.regressors import Free, Regressor
+from bench.mismatch.regression.regressors import UNKNOWN, Free, Regressor
 from bench.mismatch.regression.slow_noise import scattered
 from bench.simulation.frame import FloatArray, Frame, IntArray, recording_starts
 from bench.simulation.terms import LIBRARY
@@ -109,6 +109,15 @@ class ChannelModel:
             out += added(block.regressor, frame, used.of(block.place)[0])
         return out
 
+    @property
+    def nameless(self) -> tuple[Chosen, ...]:
+        """Effects without a name."""
+        return tuple(chosen for chosen in self.chosen if chosen.effect == UNKNOWN)
+
+    def sum_of(self, effects: Sequence[Chosen], frame: Frame) -> FloatArray:
+        """What some effects add together at the rows of a frame (n,)."""
+        return sum((self.contribution(effect, frame) for effect in effects), np.zeros(frame.size))
+
     def predict(self, frame: Frame, chosen: Sequence[Chosen] | None = None, fitted: Fit | None = None) -> FloatArray:
         """The channel, less what is fixed, as the model says on the rows of a frame (n,)."""
         return predicted(self.blocks(chosen), self.fit if fitted is None else fitted, frame)
@@ -119,6 +128,19 @@ def calibration(problem: ChannelProblem, base: Sequence[Block], noise: RowNoise)
     base = [b for b in base if b.regressor.effect != NUISANCE]
     precision = np.concatenate([np.zeros(0), *(b.precision for b in base)])
     return Calibration.of(problem, [b.regressor for b in base], precision, noise.sigma)
+
+
+def explained(model: ChannelModel) -> FloatArray:
+    """What a model says of its own rows (n,), with what stands for errors of sensors and of the calibration; of an
+    integral without, for its zeros are levels that each recording begins with.
+    """
+    frame, out = model.problem.rows.frame, model.predict(model.problem.rows.frame)
+    if model.problem.spec.integral:
+        return out
+    for block in model.blocks():
+        if block.regressor.effect == NUISANCE:
+            out += added(block.regressor, frame, model.fit.of(block.place)[0])
+    return out
 
 
 def predicted(blocks: Sequence[Block], fitted: Fit, frame: Frame) -> FloatArray:
@@ -178,11 +200,18 @@ def widened(bank: Bank, blocks: Sequence[Block], fitted: Fit) -> float:
     are alike are one reading (effective number of observations). 1 where the means do not contradict it.
     """
     index = [i for b in blocks for i in b.place]
-    calibrated = [i for b in blocks if b.regressor.effect != NUISANCE for i in b.place]
+    calibrated = [i for b in blocks if not kept_small(b) for i in b.place]
     if not bank.contradicted(calibrated, fitted.of(calibrated)[0], criteria.ERROR_RATE_OF_A_CHANNEL):
         return 1.0
     left = bank.about_levels(bank.residual(index, fitted.coefficients))
     return float(np.sqrt(max(float(np.mean(left**2)) * alike_for(left, bank.whitening.starts), 1.0)))
+
+
+def kept_small(block: Block) -> bool:
+    """Whether a block stands for what sensors or a calibration may be wrong by, and a prior keeps it small: it is no
+    part of what the recordings' means are compared with.
+    """
+    return block.regressor.effect == NUISANCE and bool(np.any(block.precision))
 
 
 def left_by(model: ChannelModel) -> FloatArray:
@@ -201,7 +230,7 @@ def plain_residual(problem: ChannelProblem) -> FloatArray:
     """
     train = problem.train
     rows = problem.rows.take(train)
-    terms = [t for t in problem.base if problem.spec.integral or t.regressor.effect != NUISANCE]
+    terms = [t for t in problem.base if problem.spec.integral or t.regressor.effect != NUISANCE or not t.precision]
     blocks = [t.regressor.columns(problem.rows.frame)[train] for t in terms]
     columns = np.hstack(blocks) if blocks else np.zeros((rows.size, 0))
     starts = recording_starts(rows.frame)

@@ -8,7 +8,6 @@ import numpy as np
 
 from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.problem import BaseTerm, Untold, fixed_part
-from bench.mismatch.regression.regressors import UNKNOWN
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.memory import integral
 from bench.simulation.terms import MOTOR_TORQUE
@@ -29,7 +28,7 @@ class NamelessHeat(Untold):
 
     def columns(self, frame: Frame) -> FloatArray:
         """Integrals of both powers (n, 2)."""
-        told = sum((self.model.contribution(own, frame) for own in self.nameless), np.zeros(frame.size))
+        told = self.model.sum_of(self.nameless, frame)
         fixed = fixed_part(MOTOR_TORQUE, frame, self.model.problem.switched_off)
         left = np.where(frame.direction != 0, frame.motor_torque - fixed - self.model.predict(frame), 0.0)
         sign = np.sign(frame.motor_torque * frame.omega - frame.torque * frame.velocity)
@@ -40,7 +39,7 @@ def nameless_heat(model: ChannelModel, capacity: float) -> tuple[BaseTerm, ...]:
     """The base term of the temperature for a model of the motor torque and a heat capacity (J/K); none where all that
     the torque has is named.
     """
-    nameless = tuple(own for own in model.chosen if own.effect == UNKNOWN)
+    nameless = model.nameless
     if not nameless:
         return ()
     return (BaseTerm(NamelessHeat(model, nameless), (capacity**2, capacity**2)),)

@@ -15,7 +15,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.regression.bank import Bank, Fit
-from bench.mismatch.regression.model import Block, add_base, fit_blocks, prepare_bank
+from bench.mismatch.regression.model import Block, add_base, fit_blocks, kept_small, prepare_bank
 from bench.mismatch.regression.problem import NUISANCE, ChannelProblem
 from bench.simulation.frame import FloatArray
 
@@ -93,7 +93,7 @@ def settled(problem: ChannelProblem, bank: Bank, base: Sequence[Block], beside: 
     energy = np.array([float(np.mean(bank.columns.column(i) ** 2)) for i in block.place])
     groups = [np.array([k for k in range(len(energy)) if k % _MONOMIALS in g and energy[k] > 0.0]) for g in _GROUPS]
     index = [i for b in (*base, *beside) for i in b.place]
-    means = [i for b in (*base, *beside) if b.regressor.effect != NUISANCE for i in b.place]
+    means = [i for b in (*base, *beside) if not kept_small(b) for i in b.place]
     bank.bound_offsets(means, criteria.ERROR_RATE_OF_A_CHANNEL)
     first = sum(len(b.place) for b in base[:offset])
     best, kept = -np.inf, np.zeros(len(energy))

@@ -14,6 +14,7 @@ from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.noise import Mixture
 from bench.mismatch.regression.regressors import Named, Regressor
 from bench.simulation.frame import FloatArray, Frame, IntArray, recording_starts
+from bench.simulation.heat_rates import HEATING
 from bench.simulation.memory import integral
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 
@@ -29,7 +30,6 @@ CAPACITY = 2.0e4
 """J/K, to turn that into a rate of the temperature where the recordings do not tell the heat capacity"""
 SURE_OF_HEATING = 3.0
 """standard errors by which the rate of heating per watt is above 0, from which the recordings tell the heat capacity"""
-HEATING = "thermal.loss_heating"
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,8 +213,9 @@ def heat_capacity(rows: Rows, base: Sequence[BaseTerm], fitted: NDArray[np.bool_
     place = next((k for k, t in enumerate(terms) if t.regressor.effect == HEATING), None)
     if place is None or not fitted.any():
         return CAPACITY
-    columns = np.hstack([t.regressor.columns(rows.frame)[fitted] for t in terms])
-    first = sum(t.regressor.columns(rows.frame.take(np.arange(1))).shape[1] for t in terms[:place])
+    each = [t.regressor.columns(rows.frame)[fitted] for t in terms]
+    columns, first = np.hstack(each), sum(part.shape[1] for part in each[:place])
+    columns = np.where(np.isfinite(columns), columns, 0.0)
     starts = recording_starts(rows.frame.take(np.flatnonzero(fitted)))
     values = np.column_stack([columns, rows.y[fitted]])
     mean = np.add.reduceat(values, starts[:-1], axis=0) / np.diff(starts)[:, None]

@@ -77,7 +77,7 @@ def _surely_better(model: ChannelModel, blocks: Sequence[Block], others: Sequenc
     """Whether some blocks would predict points left out better than others, had these been drawn again, but for the
     error rate.
     """
-    if not any(b.regressor.effect == NUISANCE for b in blocks):
+    if not model.problem.spec.integral or not any(b.regressor.effect == NUISANCE for b in blocks):
         return False
     densities = np.array([density(model, own) for own in (blocks, others)])
     return float(weights(densities, 0)[0]) >= 1.0 - criteria.ERROR_RATE

@@ -159,13 +159,13 @@ def _sought(search: Search) -> Search:
         problem, seed = search.model.problem, search.seed
         wide = begun(problem, seed, None, wider)
         _forward(wide)
-        search = carried_over(wide, search) if wide.model.chosen else search
-        if _contradicted(search) > 1.0:
-            plain = begun(problem, seed)
-            if not wide.model.chosen:
-                _forward(plain)
-            if plain.model.chosen and _contradicted(plain) == 1.0:
-                return plain
+        if wide.model.chosen:
+            search = carried_over(wide, search)
+        else:
+            _forward(search)
+            if search.model.chosen and _contradicted(search) == 1.0:
+                return search
+        if not wide.model.chosen or _contradicted(search) > 1.0:
             wide.model.notes.append(
                 "what is left inside the recordings contradicts their means: the noise of their rows is taken to be"
                 f" {wider:.2g} times as large"

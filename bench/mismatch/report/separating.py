@@ -10,7 +10,7 @@ raises the least gain over all pairs most. σ² is the mean square of what the f
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -94,6 +94,8 @@ class Measured:
         base: list[Regressor] = [t.regressor for t in nominal_base(finding.channel, (effect,))]
         variance = float(np.mean(outcome.left[fitted] ** 2)) if fitted.any() else outcome.floor**2
         frame = outcome.rows.frame.take(slice(None, None, stride))
+        same = np.append(False, frame.recording[1:] == frame.recording[:-1])
+        frame = replace(frame, step=np.where(same, np.diff(frame.elapsed, prepend=0.0), 0.0))
         rows = fitted[::stride].astype(np.float64)
         return cls(finding.channel, frame, tuple(base), rows, float(stride), max(variance, 1e-300))
 

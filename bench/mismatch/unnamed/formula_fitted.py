@@ -11,6 +11,7 @@ from bench.mismatch.regression.bank import Bank
 from bench.mismatch.regression.model import Block
 from bench.mismatch.regression.problem import ChannelProblem
 from bench.mismatch.regression.refine import projector
+from bench.mismatch.regression.regressors import remembers
 from bench.mismatch.unnamed.formula_regressor import Equation
 from bench.simulation.frame import FloatArray
 from bench.simulation.quantities import quantity
@@ -36,7 +37,9 @@ def tuned(problem: ChannelProblem, bank: Bank, beside: Sequence[Block], start: E
     if not start.constants:
         return start
     frame, train = problem.rows.frame, problem.train
-    rows = frame if problem.spec.integral else frame.take(train)
+    # an integral, and a quantity that remembers, run through all rows
+    whole = problem.spec.integral or remembers(start)
+    rows = frame if whole else frame.take(train)
     project = projector(bank, beside, variance)
     target = project(bank.y)
     positive = np.array([c.positive for c in start.constants])
@@ -47,7 +50,7 @@ def tuned(problem: ChannelProblem, bank: Bank, beside: Sequence[Block], start: E
     def left(x: FloatArray) -> FloatArray:
         own = start.with_values(np.where(positive, np.exp(x), size * x))
         columns = own.columns(rows)
-        columns = columns[train] if problem.spec.integral else columns
+        columns = columns[train] if whole else columns
         white = project(bank.whitening.apply(np.where(np.abs(columns) < LARGEST, columns, 0.0)))
         scale = np.sqrt(np.maximum(np.sum(white**2, axis=0), 1e-300))
         white = white / scale

@@ -18,7 +18,7 @@ from bench.mismatch.discovery import UNKNOWN, UNNAMED, ChannelOutcome, Discovery
 from bench.mismatch.recordings.rows import settled_rows
 from bench.mismatch.recordings.vibration import Density
 from bench.mismatch.regression.maxima import tail_probability
-from bench.mismatch.regression.model import of_start, unrefined
+from bench.mismatch.regression.model import explained, of_start, unrefined
 from bench.mismatch.regression.pruning import shuffled
 from bench.mismatch.regression.scan import Scan
 from bench.mismatch.regression.state import Search
@@ -32,7 +32,7 @@ from bench.simulation.terms import CHANNEL_UNITS, MOTOR_TORQUE
 
 COMES_AND_GOES = "scatter that comes and goes"
 MORE_SURROGATES = 9
-"""times as many surrogates as at first where a chance is rare: a rate of 0.25 % over three looks is then counted"""
+"""times as many surrogates as at first where a chance is rare: a rate of 0.25 % over five looks is then counted"""
 SURELY = 1e-6
 """chance by a law through the first surrogates, below which their number does not matter"""
 
@@ -115,6 +115,8 @@ def _chance(search: Search, looks: Sequence[Scan], gain: float) -> float:
     recording. Where a law through the first surrogates makes it rare, and not by far, more are drawn: what decides
     is then counted.
     """
+    if not all(np.isfinite(look.surrogate).all() for look in looks):  # no candidate has anything beside the model
+        return 1.0
     drawn = [[look.surrogate] for look in looks]
     seeds = np.random.default_rng([search.seed, 2]).integers(1 << 31, size=MORE_SURROGATES)
     rare = max(tail_probability(values[0], gain, 0.0) for values in drawn)
@@ -135,7 +137,7 @@ def _counts(loud: Bursts, outcome: ChannelOutcome, search: Search) -> bool:
     if not loud.rows.size:
         return False
     rows = search.model.problem.rows
-    left = rows.y - of_start(search.model.problem, search.model.predict(rows.frame))
+    left = rows.y - of_start(search.model.problem, explained(search.model))
     number = rows.number[loud.rows]
     overall = float(np.sqrt(np.sum(left[loud.rows] ** 2 * number) / rows.number[search.model.problem.train].sum()))
     alone = float(np.sqrt(np.mean(left[loud.rows] ** 2))) > outcome.floor
@@ -216,7 +218,7 @@ def _scatter(search: Search, densities: Sequence[Density], seed: int) -> Scatter
     found = scatter(densities, rows.frame, number, seed)
     if found is None:
         return None
-    left = (rows.y - of_start(search.model.problem, search.model.predict(rows.frame))) ** 2
+    left = (rows.y - of_start(search.model.problem, explained(search.model))) ** 2
     recording = rows.frame.recording
     count = np.bincount(recording, settled)
     # of a mean of n samples as much as of one
@@ -279,7 +281,7 @@ def _unchanged(outcome: ChannelOutcome) -> tuple[float, float] | None:
 def _of_bursts(loud: Bursts, outcome: ChannelOutcome, search: Search) -> Discovery | None:
     """The loud blocks as a finding without a name; None where they are no louder than what is told of anything."""
     rows = search.model.problem.rows
-    left = rows.y - of_start(search.model.problem, search.model.predict(rows.frame))
+    left = rows.y - of_start(search.model.problem, explained(search.model))
     own = np.zeros(rows.size)
     own[loud.rows] = left[loud.rows]
     if float(np.sqrt(np.mean(left[loud.rows] ** 2))) < criteria.LEAST_STRENGTH * outcome.floor:

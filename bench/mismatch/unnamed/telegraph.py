@@ -17,6 +17,7 @@ from scipy.special import logsumexp
 
 from bench.mismatch import criteria
 from bench.mismatch.recordings.rows import settled_rows
+from bench.mismatch.regression.model import explained
 from bench.mismatch.regression.state import Search
 from bench.mismatch.unnamed.binned import BIN_S, Pieces, binned
 from bench.mismatch.unnamed.gaussian_noise import best_likelihood
@@ -52,7 +53,7 @@ def telegraph(search: Search) -> Telegraph | None:
         return None
     rows = np.flatnonzero(problem.train & settled_rows(problem.rows.frame))
     frame = problem.rows.frame.take(rows)
-    left = (problem.rows.y - search.model.predict(problem.rows.frame))[rows]
+    left = (problem.rows.y - explained(search.model))[rows]
     number = np.asarray(problem.rows.number[rows], dtype=np.float64)
     looks: list[Telegraph] = []
     for times in FACTORS:

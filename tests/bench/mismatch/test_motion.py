@@ -29,11 +29,13 @@ def test_a_recording_that_begins_on_a_ramp_begins_with_a_corner() -> None:
 
 
 def test_passing_a_crawl_says_nothing_of_friction_and_a_steady_crawl_does() -> None:
-    set_speeds = Manner(criteria.STANDSTILL_RAD_S, 0.06, 1000.0)
+    set_speeds = Manner(criteria.STANDSTILL_RAD_S, 0.06, 1000.0, speed=0.17)
     ramp = np.linspace(-4.0, 4.0, 801)
     slow = np.abs(ramp) < criteria.SURELY_MOVING_RAD_S
-    assert np.array_equal(passing(ramp, np.zeros(ramp.size), set_speeds), slow)
-    assert not passing(ramp, np.ones(ramp.size), set_speeds).any()
+    changing, steady = np.zeros(ramp.size), np.ones(ramp.size)
+    assert np.array_equal(passing(ramp, changing, set_speeds, 185.0), slow)
+    assert not passing(ramp, steady, set_speeds, 185.0).any()
     # a motion that nobody set, or a machine that is hardly faster
-    assert not passing(ramp, np.zeros(ramp.size), replace(set_speeds, free=True)).any()
-    assert not passing(ramp, np.zeros(ramp.size), replace(set_speeds, standstill=0.05)).any()
+    assert not passing(ramp, changing, replace(set_speeds, free=True), 185.0).any()
+    assert not passing(ramp, changing, replace(set_speeds, standstill=0.05), 185.0).any()
+    assert np.array_equal(passing(ramp, changing, replace(set_speeds, speed=4.0), 1.0), np.abs(ramp) < 0.4)

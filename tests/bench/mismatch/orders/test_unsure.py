@@ -25,6 +25,12 @@ def slow(count: float = 10.0) -> Frame:
     return Frame(ratio=185.0, **values)  # type: ignore[arg-type]
 
 
+def at(frame: Frame) -> tuple[FloatArray, FloatArray]:
+    """States (n, 3) and angles that the rows turn through (n,), rad."""
+    states = np.column_stack([frame.torque, frame.velocity, frame.temperature])
+    return states, np.abs(frame.velocity) * frame.count / RATE
+
+
 def drawn(series: Series, rng: np.random.Generator) -> Series:
     """The series with coefficients drawn from their covariance."""
     off = np.array([rng.multivariate_normal(np.zeros(20), own) for own in series.covariance[1]])
@@ -44,9 +50,30 @@ def test_a_few_directions_hold_what_the_series_may_be_wrong_by() -> None:
     # the rest is of second order in the phase, and of directions below the noise
     assert np.sqrt(np.mean(np.square(left))) < 0.15 * np.sqrt(np.mean(np.square(errors)))
     # each column is as large as its standard deviation
-    x = np.column_stack([frame.torque, frame.velocity, frame.temperature])
-    variance = series.variance(x, frame.last_direction, np.abs(frame.velocity) * frame.count / RATE)
+    states, span = at(frame)
+    variance = series.variance(states, frame.last_direction, span)
     assert float(np.mean(np.sum(columns**2, axis=1))) == pytest.approx(float(np.mean(variance)), rel=0.1)
+    # and what is left of the doubt is less than a row's noise, whatever the angle
+    rest = variance - shared.explained(states, frame.last_direction, span)
+    assert np.all(np.abs(rest) < 0.1 * NOISE**2)
+
+
+def test_an_order_of_unknown_phase_keeps_its_doubt() -> None:
+    series, frame = calibrated(), slow()
+    wild = {1: series.covariance[1].copy()}
+    wild[1][0, 19, 19] = 4.0
+    doubtful = replace(series, covariance=wild)
+    shared = unsure(doubtful, (), RATE, frame, np.full(ROWS, NOISE**2), np.ones(ROWS, dtype=bool))
+    assert shared is not None
+    states, span = at(frame)
+    alone = doubtful.less(series.orders[1:])
+    rest = doubtful.variance(states, frame.last_direction, span) - shared.explained(states, frame.last_direction, span)
+    assert np.all(rest > 0.9 * alone.variance(states, frame.last_direction, span))
+
+
+def test_simulated_rows_without_noise_are_no_trouble() -> None:
+    frame = slow()
+    assert unsure(calibrated(), (), RATE, frame, np.zeros(ROWS), np.ones(ROWS, dtype=bool)) is not None
 
 
 def test_nothing_is_fitted_where_the_series_is_known_better_than_the_rows() -> None:

@@ -57,3 +57,7 @@ def test_no_more_are_drawn_where_the_first_say_enough(monkeypatch: pytest.Monkey
     first = scans(np.random.default_rng(0).gumbel(3.0, 1.2, 300))
     p = structure._chance(cast(Any, Asked()), first, gain)
     assert p == criteria.LEAST_P if gain > GAIN else p > 0.1
+
+
+def test_where_no_candidate_has_anything_beside_the_model_nothing_is_rare() -> None:
+    assert structure._chance(cast(Any, Asked()), scans([-np.inf] * 300), GAIN) == 1.0
