@@ -93,7 +93,7 @@ def test_few_loud_rows_are_told_where_they_are_above_the_noise(size: float, rows
     y[:rows] = size * SIGMA
     rows_of = SimpleNamespace(y=y, frame=frame, number=np.ones(y.size))
     problem_of = SimpleNamespace(rows=rows_of, train=y >= 0.0, spec=SimpleNamespace(integral=False))
-    model = SimpleNamespace(problem=problem_of, predict=lambda _: np.zeros(y.size))
+    model = SimpleNamespace(problem=problem_of, blocks=list, predict=lambda _: np.zeros(y.size))
     search: Any = SimpleNamespace(model=model)
     outcome: Any = SimpleNamespace(floor=SIGMA)
     assert _counts(Bursts(np.arange(rows), 1e-4, 3.0), outcome, search) is told

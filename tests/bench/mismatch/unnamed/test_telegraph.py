@@ -20,7 +20,9 @@ FRAME = campaign(24)
 
 
 def looked(left: FloatArray) -> Telegraph | None:
-    model: Any = SimpleNamespace(problem=problem(FRAME, left), predict=lambda frame: np.zeros(frame.size), floor=SIGMA)
+    model: Any = SimpleNamespace(
+        problem=problem(FRAME, left), blocks=list, predict=lambda frame: np.zeros(frame.size), floor=SIGMA
+    )
     search: Any = SimpleNamespace(model=model)
     return telegraph(search)
 
