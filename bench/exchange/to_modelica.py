@@ -63,15 +63,17 @@ _FUNCTIONS = """
   protected
     Real step;
     Real share;
+    Real forgotten;
     Real target;
   algorithm
     y := if z[1] > 0 then z else {1, if from_zero > 0 then 0 else x, 0};
     step := x - y[2];
     y[2] := x;
     share := abs(step)/scale;
-    if share + rate*dt > 0 then
-      target := sign(step)*share/(share + rate*dt);
-      y[3] := target + (y[3] - target)*exp(-share - rate*dt);
+    forgotten := rate*dt;
+    if share + forgotten > 0 then
+      target := sign(step)*share/(share + forgotten);
+      y[3] := target + (y[3] - target)*exp(-share - forgotten);
     end if;
   end relaxing;
 

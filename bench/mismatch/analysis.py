@@ -19,7 +19,7 @@ from bench.mismatch.outcomes import of_search, of_transmission
 from bench.mismatch.power_zeros import Zeros
 from bench.mismatch.power_zeros import chosen as zeros_chosen
 from bench.mismatch.prediction import corrected
-from bench.mismatch.problems import base_of, capacity_of, periodicity_of, problem_of, usable
+from bench.mismatch.problems import base_of, capacity_of, periodicity_of, problem_of, usable, wandering_zero
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.candidates import TURNING
@@ -185,12 +185,13 @@ def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, ban
     zero = max(TORQUE_ZERO, float(np.sqrt(offsets)) if np.isfinite(offsets) else 0.0)
 
     def search() -> Search:
-        less = problem_of(data, given, TEMPERATURE, replace(rows, frame=out.zeros.less(rows.frame)), banned, zero)
-        capacity = capacity_of(data, given, less.rows)
+        less = replace(rows, frame=out.zeros.less(rows.frame))
+        capacity = capacity_of(data, given, less)
         nameless = nameless_heat(models[MOTOR_TORQUE], capacity) if MOTOR_TORQUE in models else ()
-        return searched(replace(less, base=(*less.base, *nameless)), seed)
+        nuisances = (wandering_zero(data, less, zero, capacity), *nameless)
+        return searched(problem_of(data, given, TEMPERATURE, less, banned, nuisances), seed)
 
-    problem = problem_of(data, given, TEMPERATURE, rows, banned, zero)
+    problem = problem_of(data, given, TEMPERATURE, rows, banned)
     out.zeros = zeros_chosen(models, problem)
     first = search()
     found = [block for own in first.model.chosen if own.effect != UNKNOWN for block in own.blocks]

@@ -17,7 +17,6 @@ from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.recordings.vibration import ShaftSpectrum
 from bench.mismatch.regression import noise
 from bench.mismatch.regression.problem import (
-    TORQUE_ZERO,
     BaseTerm,
     ChannelProblem,
     WanderingZero,
@@ -54,18 +53,27 @@ def capacity_of(data: Dataset, given: Given, rows: Rows) -> float:
     return heat_capacity(rows, base_of(given, TEMPERATURE, rows), fitted)
 
 
-def problem_of(
-    data: Dataset, given: Given, channel: str, rows: Rows, banned: Sequence[str], zero: float = TORQUE_ZERO
-) -> ChannelProblem:
-    """Return what the regression of a channel is given; effects that are ``banned`` are no candidates.
+def wandering_zero(data: Dataset, rows: Rows, zero: float, capacity: float) -> BaseTerm:
+    """The zeros of the motor torque in the heat balance.
 
-    ``zero``: how far the zero of the motor torque differs from recording to recording, N·m.
+    ``zero``: how far they differ from recording to recording, N·m; ``capacity``: heat capacity, J/K.
     """
-    base = base_of(given, channel, rows)
-    if channel == TEMPERATURE:
-        torque = noise.mixture(data.density.get(MOTOR_TORQUE, []))
-        capacity = capacity_of(data, given, rows)
-        base.append(BaseTerm(WanderingZero(), zero_precisions(rows.frame, torque, zero, capacity)))
+    torque = noise.mixture(data.density.get(MOTOR_TORQUE, []))
+    return BaseTerm(WanderingZero(), zero_precisions(rows.frame, torque, zero, capacity))
+
+
+def problem_of(
+    data: Dataset,
+    given: Given,
+    channel: str,
+    rows: Rows,
+    banned: Sequence[str],
+    nuisances: Sequence[BaseTerm] = (),
+) -> ChannelProblem:
+    """Return what the regression of a channel is given; effects that are ``banned`` are no candidates, ``nuisances``
+    stand beside the simulation.
+    """
+    base = [*base_of(given, channel, rows), *nuisances]
     taken = fixed_part(channel, rows.frame, given.switched_off)
     own = given.waves.get(channel, ())
     if own:

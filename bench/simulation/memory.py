@@ -18,6 +18,8 @@ RATES = (0.2, 0.8, 3.0)
 """1/s at which a loop forgets where its input wavers: a control loop's wavering of a few hertz by a hundredth to a
 tenth of the loop's width
 """
+FORGETS = " - r*z*dt"
+"""what the equation of a relaxing state has more where it forgets at a rate r"""
 _CODES: dict[Between, int] = {"fresh": 0, "kept": 1, "released": 2}
 
 

@@ -54,8 +54,8 @@ def lag_along(x: FloatArray, dt: FloatArray, out: FloatArray, y: float, previous
         if dt[i] > 0.0:
             slope = (x[i] - previous) / dt[i]
             # exact response of the lag to a ramp
-            steady = x[i] - slope * constant
-            y = steady + (y - previous + slope * constant) * np.exp(-dt[i] / constant)
+            steady, begin = x[i] - slope * constant, previous - slope * constant
+            y = steady + (y - begin) * np.exp(-dt[i] / constant)
         previous = x[i]
         out[i] = y
     return y

@@ -18,6 +18,11 @@ ROWS_AT_ONCE = 1 << 12
 """a hundred orders at these stay in a processor's cache"""
 
 
+def kept_by_mean(order: Any, span: Any) -> FloatArray:
+    """Share of a wave that its mean over an angle ``span`` (rad) keeps, for numbers or arrays that go together."""
+    return np.asarray(np.sinc(order * span / (2.0 * np.pi)))
+
+
 @dataclass(frozen=True, slots=True)
 class Wave:
     """``factor * (cosine*cos(order*angle) + sine*sin(order*angle))``; ``order`` per output revolution."""

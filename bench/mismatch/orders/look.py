@@ -20,7 +20,7 @@ from bench.mismatch.recordings.notch import ACCURACY, spectrum
 from bench.mismatch.recordings.rows import ANGLE_STEP
 from bench.mismatch.regression.noise import robust_spread
 from bench.simulation.frame import FloatArray
-from bench.simulation.waves import of_orders
+from bench.simulation.waves import kept_by_mean, of_orders
 
 Complex = NDArray[np.complex128]
 
@@ -86,13 +86,13 @@ class Look:
             weight = np.where(far, 0.0, weight)
             beta = self._fit(values, weight, orders)
             residual = values - self._sum(beta, orders)
-        smear = np.sinc(orders * ANGLE_STEP / (2.0 * np.pi))
+        smear = kept_by_mean(orders, ANGLE_STEP)
         k = orders.size
         vectors = (beta[2 + k :] + 1j * beta[2 : 2 + k]) / smear
         weight = np.where(self._whole, weight, 0.0)
         rest = Rest(self.theta, residual * weight, max(float(weight.sum()), 1e-12))
         left = _vectors(self._spectrum(rest.values, HIGHEST_ORDER), rest.total)
-        left /= np.maximum(np.sinc(np.arange(HIGHEST_ORDER + 1.0) * ANGLE_STEP / (2.0 * np.pi)), 0.2)
+        left /= np.maximum(kept_by_mean(np.arange(HIGHEST_ORDER + 1.0), ANGLE_STEP), 0.2)
         return Shown(np.asarray(vectors, dtype=np.complex128), left, spread, rest)
 
     def _spectrum(self, values: FloatArray, highest: int, parts: int = 1) -> Complex:

@@ -19,7 +19,7 @@ from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.ringing import ringing, rings_for
 from bench.mismatch.orders.series import Series, calibrate
 from bench.mismatch.orders.turns import LEAST_PART, LEAST_TURN, Seen, Turn, found_in, looks, passed, seen
-from bench.mismatch.orders.unsure import unsure
+from bench.mismatch.orders.unsure import turned_through, unsure
 from bench.mismatch.orders.weak import Stage, WeakOrder, search
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.course import added
@@ -337,13 +337,13 @@ def _unsure(
     rows share.
     """
     assert model.periodic is not None
-    frame, rate, series = rows.frame, _rate(model.rows), model.periodic.series
     assert model.noise is not None
-    duration = frame.count / rate
-    span = np.abs(frame.velocity) * duration
+    frame, rate, series = rows.frame, _rate(model.rows), model.periodic.series
+    span = turned_through(frame, rate)
     doubt = series.variance(states, frame.last_direction, span)
     asked = usable & (model.folds[frame.recording] >= 0) & (rows.number > 0)
-    shared = unsure(series, model.periodic.laws, rate, frame, model.noise.of_means(rows.number, duration), asked)
+    noise = model.noise.of_means(rows.number, frame.count / rate)
+    shared = unsure(series, model.periodic.laws, rate, frame, noise, asked)
     if shared is None:
         return doubt, model.base
     doubt = np.maximum(doubt - shared.explained(states, frame.last_direction, span), 0.0)

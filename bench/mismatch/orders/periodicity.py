@@ -13,7 +13,7 @@ from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.recordings.vibration import ShaftSpectrum
 from bench.simulation.frame import FloatArray, IntArray
 from bench.simulation.quantities import in_words
-from bench.simulation.waves import Wave, evaluate
+from bench.simulation.waves import Wave, evaluate, kept_by_mean
 
 Parts = Sequence[tuple[Line, tuple[int, ...]]]
 """orders, with the numbers of those of their factors that belong to an effect"""
@@ -62,8 +62,7 @@ def on_rows(waves: Sequence[Wave], rows: Rows) -> FloatArray:
     out = np.zeros(rows.size)
     turned = np.abs(rows.frame.velocity) * rows.frame.step
     for wave in waves:
-        # the mean of a wave over the angle that a row turns through
-        out += evaluate([wave], rows.frame.q, rows.frame) * np.sinc(wave.order * turned / (2.0 * np.pi))
+        out += evaluate([wave], rows.frame.q, rows.frame) * kept_by_mean(wave.order, turned)
     return out
 
 

@@ -17,7 +17,7 @@ from bench.identification.series.polar import fit_polynomials, mean_size
 from bench.mismatch.orders.turns import Complex, Turn, directions, states
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.sines import summed, turned
-from bench.simulation.waves import ROWS_AT_ONCE
+from bench.simulation.waves import ROWS_AT_ONCE, kept_by_mean
 
 FIRST_PRIOR = np.array([0.3, 0.3, 0.3, 0.6, 0.6, 0.6, 0.3, 0.3, 0.3])
 """spread of the polynomials' coefficients before anything is known: of the amplitude (relative); of the phase half as
@@ -110,7 +110,7 @@ class Series:
                 of_amplitude = np.einsum("ni,ij,nj->n", basis, self.covariance[side][k, :10, :10], basis)
                 of_phase = np.einsum("ni,ij,nj->n", basis, self.covariance[side][k, 10:, 10:], basis)
                 # a phase that is not known at all turns a wave by its own size at most
-                smear = np.sinc(self.orders[k] * over[rows] / (2.0 * np.pi)) ** 2
+                smear = kept_by_mean(self.orders[k], over[rows]) ** 2
                 out[rows] += 0.5 * smear * (of_amplitude + amplitude[:, k] ** 2 * np.minimum(of_phase, 2.0))
         return out
 

@@ -21,6 +21,7 @@ from bench.mismatch.regression.noise import ALIKE_RAD
 from bench.mismatch.regression.problem import Untold
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.laws import Law, factor
+from bench.simulation.waves import kept_by_mean
 
 SURE_OF_PHASE = 0.1
 """variance of an order's phase in rad² up to which its error is linear in the phase: beyond, it is no direction"""
@@ -28,7 +29,6 @@ MOST = 24
 """directions that are fitted at most"""
 TELLING = 1.0
 """variance that a direction adds to the rows, over that of their noise and summed, from which it is fitted"""
-
 LEAST_NOISE = 1e-12
 """rad: simulated recordings may have no noise at all"""
 
@@ -75,7 +75,7 @@ class Unsure(Untold):
             amplitude = basis @ self.series.amplitude[side][k]
             squares = np.sum((basis @ mixing[:10]) ** 2, axis=1)
             squares += amplitude**2 * np.sum((basis @ mixing[10:]) ** 2, axis=1)
-            smear = np.sinc(self.series.orders[k] * span[rows] / (2.0 * np.pi)) ** 2
+            smear = kept_by_mean(self.series.orders[k], span[rows]) ** 2
             out[rows] += np.where(phase < SURE_OF_PHASE, 0.5 * smear * squares, 0.0)
         return out
 
@@ -113,6 +113,11 @@ def unsure(
     return Unsure(series, tuple(laws), rate, mixing)
 
 
+def turned_through(frame: Frame, rate: float) -> FloatArray:
+    """Angle (n,) that each row is a mean over, rad; ``rate``: samples a second."""
+    return np.asarray(np.abs(frame.velocity) * frame.count / rate)
+
+
 def _largest(columns: FloatArray, least: float) -> tuple[FloatArray, FloatArray]:
     """Directions (k, m) of columns (n, k) whose squares sum to more than ``least``, the largest :data:`MOST`, and these
     sums (m,).
@@ -145,7 +150,6 @@ def _slopes(
         turn = np.exp(1j * (order * part.theta + basis @ series.phase[side][k]))
         for law in laws:
             turn = turn * factor(law, x, part.time, [order])[:, 0]
-        # a row is a mean over the angle that it turns through
-        turn = turn * np.sinc(order * np.abs(part.velocity) * part.count / rate / (2.0 * np.pi))
+        turn = turn * kept_by_mean(order, turned_through(part, rate))
         amplitude = basis @ series.amplitude[side][k]
         yield (side, k), rows, np.hstack([basis * turn.imag[:, None], basis * (amplitude * turn.real)[:, None]])

@@ -15,6 +15,9 @@ from bench.mismatch.recordings.window import ANGLE, Rates, telling_rates
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray
 
+SHARE_OF_FASTEST = 0.1
+"""of the largest speed that was set, up to which a motor may be passing a crawl"""
+
 
 @dataclass(frozen=True, slots=True)
 class Manner:
@@ -115,10 +118,6 @@ def corners(acceleration: FloatArray, rate: float, span: float) -> NDArray[np.bo
         return np.zeros(acceleration.size, dtype=bool)
     spread = np.convolve(marked.astype(np.float64), np.ones(2 * (half // 2) + 1), mode="same")
     return np.asarray(spread > 0.5)
-
-
-SHARE_OF_FASTEST = 0.1
-"""of the largest speed that was set, up to which a motor may be passing a crawl"""
 
 
 def passing(omega: FloatArray, steady: FloatArray, manner: Manner, ratio: float) -> NDArray[np.bool_]:

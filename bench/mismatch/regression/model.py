@@ -13,6 +13,7 @@ from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.bank import Bank, Fit, Whitening, fit
 from bench.mismatch.regression.calibration import Calibration
 from bench.mismatch.regression.course import added
+from bench.mismatch.regression.excess import levelled
 from bench.mismatch.regression.noise import (
     Mixture,
     RowNoise,
@@ -22,10 +23,10 @@ from bench.mismatch.regression.noise import (
     of_rows,
     plain_mixture,
 )
-from bench.mismatch.regression.problem import NUISANCE, ChannelProblem, starts_and_folds
+from bench.mismatch.regression.problem import NUISANCE, BaseTerm, ChannelProblem, starts_and_folds
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Regressor
 from bench.mismatch.regression.slow_noise import scattered
-from bench.simulation.frame import FloatArray, Frame, IntArray, recording_starts
+from bench.simulation.frame import FloatArray, Frame, IntArray
 from bench.simulation.terms import LIBRARY
 
 WEAK = 1e-6
@@ -207,21 +208,18 @@ def widened(bank: Bank, blocks: Sequence[Block], fitted: Fit) -> float:
     return float(np.sqrt(max(float(np.mean(left**2)) * alike_for(left, bank.whitening.starts), 1.0)))
 
 
-def kept_small(block: Block) -> bool:
-    """Whether a block stands for what sensors or a calibration may be wrong by, and a prior keeps it small: it is no
-    part of what the recordings' means are compared with.
+def kept_small(part: Block | BaseTerm) -> bool:
+    """Whether a part of a model stands for what sensors or a calibration may be wrong by, and a prior keeps it small:
+    it is no part of what the recordings' means are compared with.
     """
-    return block.regressor.effect == NUISANCE and bool(np.any(block.precision))
+    return part.regressor.effect == NUISANCE and bool(np.any(part.precision))
 
 
 def left_by(model: ChannelModel) -> FloatArray:
     """What a model leaves of the training rows (n,), less the mean of each recording."""
     problem = model.problem
     rows = problem.rows.take(problem.train)
-    left = rows.y - model.predict(problem.rows.frame)[problem.train]
-    recording = rows.frame.recording
-    count = np.maximum(np.bincount(recording, rows.number), 1e-9)
-    return np.asarray(left - (np.bincount(recording, left * rows.number) / count)[recording])
+    return levelled(rows.y - model.predict(problem.rows.frame)[problem.train], rows.frame, rows.number)
 
 
 def plain_residual(problem: ChannelProblem) -> FloatArray:
@@ -230,22 +228,15 @@ def plain_residual(problem: ChannelProblem) -> FloatArray:
     """
     train = problem.train
     rows = problem.rows.take(train)
-    terms = [t for t in problem.base if problem.spec.integral or t.regressor.effect != NUISANCE or not t.precision]
+    terms = [t for t in problem.base if problem.spec.integral or not kept_small(t)]
     blocks = [t.regressor.columns(problem.rows.frame)[train] for t in terms]
     columns = np.hstack(blocks) if blocks else np.zeros((rows.size, 0))
-    starts = recording_starts(rows.frame)
     weight = np.maximum(rows.number, 0.0)
-    count = np.maximum(np.add.reduceat(weight, starts[:-1]), 1e-9)
-
-    def centred(values: FloatArray) -> FloatArray:
-        mean = np.add.reduceat(values * weight[:, None], starts[:-1], axis=0) / count[:, None]
-        return np.asarray(values - np.repeat(mean, np.diff(starts), axis=0))
-
-    y = centred(rows.y[:, None])[:, 0]
+    y = levelled(rows.y, rows.frame, weight)
     if columns.shape[1] == 0:
         return y
     scale = np.maximum(np.sqrt(np.mean(columns**2, axis=0)), 1e-300)
-    inner = centred(columns / scale)
+    inner = levelled(columns / scale, rows.frame, weight)
     left = inner * np.sqrt(weight)[:, None]
     normal = left.T @ left
     normal[np.diag_indices_from(normal)] += 1e-6 * float(np.trace(normal)) / left.shape[1]

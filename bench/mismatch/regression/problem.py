@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from bench.mismatch.recordings.comparable import INPUTS
 from bench.mismatch.recordings.rows import Rows
+from bench.mismatch.regression.excess import levelled
 from bench.mismatch.regression.noise import Mixture
 from bench.mismatch.regression.regressors import Named, Regressor
 from bench.simulation.frame import FloatArray, Frame, IntArray, recording_starts
@@ -216,18 +217,16 @@ def heat_capacity(rows: Rows, base: Sequence[BaseTerm], fitted: NDArray[np.bool_
     each = [t.regressor.columns(rows.frame)[fitted] for t in terms]
     columns, first = np.hstack(each), sum(part.shape[1] for part in each[:place])
     columns = np.where(np.isfinite(columns), columns, 0.0)
-    starts = recording_starts(rows.frame.take(np.flatnonzero(fitted)))
-    values = np.column_stack([columns, rows.y[fitted]])
-    mean = np.add.reduceat(values, starts[:-1], axis=0) / np.diff(starts)[:, None]
-    values -= np.repeat(mean, np.diff(starts), axis=0)
-    scale = np.maximum(np.sqrt(np.mean(values[:, :-1] ** 2, axis=0)), 1e-300)
-    beta, _, rank, _ = np.linalg.lstsq(values[:, :-1] / scale, values[:, -1], rcond=1e-9)
+    frame, alike = rows.frame.take(np.flatnonzero(fitted)), np.ones(len(columns))
+    x, y = levelled(columns, frame, alike), levelled(rows.y[fitted], frame, alike)
+    scale = np.maximum(np.sqrt(np.mean(x**2, axis=0)), 1e-300)
+    x /= scale
+    beta, _, rank, _ = np.linalg.lstsq(x, y, rcond=1e-9)
     if rank < scale.size:
         return CAPACITY
-    inner = np.linalg.inv((values[:, :-1] / scale).T @ (values[:, :-1] / scale))
-    left = values[:, -1] - values[:, :-1] @ (beta / scale)
     # rows of one recording are no independent readings
-    error = np.sqrt(inner[first, first] * float(np.sum(left**2)) / max(starts.size - 1, 1))
+    recordings = recording_starts(frame).size - 1
+    error = np.sqrt(np.linalg.inv(x.T @ x)[first, first] * float(np.sum((y - x @ beta) ** 2)) / recordings)
     return float(scale[first] / beta[first]) if beta[first] > SURE_OF_HEATING * error else CAPACITY
 
 

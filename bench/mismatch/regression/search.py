@@ -156,21 +156,20 @@ def _sought(search: Search) -> Search:
     """
     wider = _contradicted(search)
     if wider > 1.0:
-        problem, seed = search.model.problem, search.seed
-        wide = begun(problem, seed, None, wider)
+        wide = begun(search.model.problem, search.seed, None, wider)
         _forward(wide)
         if wide.model.chosen:
             search = carried_over(wide, search)
         else:
             _forward(search)
-            if search.model.chosen and _contradicted(search) == 1.0:
-                return search
-        if not wide.model.chosen or _contradicted(search) > 1.0:
+        if not search.model.chosen or _contradicted(search) > 1.0:
             wide.model.notes.append(
                 "what is left inside the recordings contradicts their means: the noise of their rows is taken to be"
                 f" {wider:.2g} times as large"
             )
             return wide
+        if not wide.model.chosen:
+            return search
         search.scans = []
     _forward(search)
     return search

@@ -118,10 +118,9 @@ def _chance(search: Search, looks: Sequence[Scan], gain: float) -> float:
     if not all(np.isfinite(look.surrogate).all() for look in looks):  # no candidate has anything beside the model
         return 1.0
     drawn = [[look.surrogate] for look in looks]
-    seeds = np.random.default_rng([search.seed, 2]).integers(1 << 31, size=MORE_SURROGATES)
     rare = max(tail_probability(values[0], gain, 0.0) for values in drawn)
     if SURELY < rare < criteria.ERROR_RATE_OF_A_CHANNEL:
-        for seed in seeds:
+        for seed in np.random.default_rng([search.seed, 2]).integers(1 << 31, size=MORE_SURROGATES):
             further = shuffled(replace(search, seed=int(seed)), search.model.chosen)
             for values, look in zip(drawn, further, strict=True):
                 values.append(look.surrogate)

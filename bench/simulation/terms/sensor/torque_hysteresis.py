@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.memory import NOISE_SHARE, RATES, begins, play, relaxing
+from bench.simulation.memory import FORGETS, NOISE_SHARE, RATES, begins, play, relaxing
 from bench.simulation.terms.base import LOAD_TORQUE, Form, Point, Symbol, Term, columns, logarithmic, top
 
 WIDEST = 0.4
@@ -53,12 +53,11 @@ RATE = Symbol("r", "1/s", "rate at which the loop forgets, for the load wavers t
 W_H = Symbol("w_h", "N*m", "torque over which the loop turns", 0.0)
 
 _PLAY = "load_torque += h_s*(x - y)/w_h, y = max(x - w_h, min(x + w_h, y)), x = load_motor_torque"
-_DAHL = (
-    "load_torque += h_s*z, dz = (1 - z*sgn(dx))*dx/w_h, "
+_DAHL, _FORGETTING = (
+    f"load_torque += h_s*z, dz = (1 - z*sgn(dx))*dx/w_h{forgets}, "
     f"x = max(l - {NOISE_SHARE:g}*w_h, min(l + {NOISE_SHARE:g}*w_h, x)), l = load_motor_torque"
+    for forgets in ("", FORGETS)
 )
-
-_FORGETTING = _DAHL.replace("*dx/w_h,", "*dx/w_h - r*z*dt,")
 
 TERM = Term(
     effect="sensor.torque_hysteresis",

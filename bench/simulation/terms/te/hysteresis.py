@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.memory import NOISE_SHARE, RATES, Between, begins, play, relaxing
+from bench.simulation.memory import FORGETS, NOISE_SHARE, RATES, Between, begins, play, relaxing
 from bench.simulation.terms.base import (
     TRANSMISSION_ERROR,
     Columns,
@@ -95,12 +95,14 @@ W = Symbol("w", "N*m", "torque over which the loop turns", 0.0)
 RATE = Symbol("r", "1/s", "rate at which the loop forgets, for the torque wavers to and fro", 0.0)
 S = Symbol("s", "rad", "distance at the output over which the loop turns", 0.0)
 _PLAY = "TE += h*(tau - y)/w, y = max(tau - w, min(tau + w, y))"
-_BOUC_WEN = f"TE += h*z, dz = (1 - z*sgn(dx))*dx/w, x = max(tau - {NOISE_SHARE:g}*w, min(tau + {NOISE_SHARE:g}*w, x))"
+_BOUC_WEN, _FORGETTING = (
+    f"TE += h*z, dz = (1 - z*sgn(dx))*dx/w{forgets}, x = max(tau - {NOISE_SHARE:g}*w, min(tau + {NOISE_SHARE:g}*w, x))"
+    for forgets in ("", FORGETS)
+)
 _STACK = "TE += {}, y_k = max(tau - w_k, min(tau + w_k, y_k)), {}".format(
     " + ".join(f"h_{k + 1}*(tau - y_{k + 1})/w_{k + 1}" for k in range(len(STACK))),
     ", ".join(f"w_{k + 1} = {f'{share:g}*' if share != 1.0 else ''}w" for k, share in enumerate(STACK)),
 )
-_FORGETTING = _BOUC_WEN.replace("*dx/w,", "*dx/w - r*z*dt,")
 LOOPS = (
     ("play", _play, (H,), _torques, _PLAY, "y"),
     ("bouc_wen", _bouc_wen, (H,), _torques, _BOUC_WEN, "z"),
