@@ -5,8 +5,8 @@ sensor's zero of 3 N·m at heating speed is 3 W of 100; a drive's zero moves a l
 simulation's constants τ_0 and z_0, and what the torque models leave of each recording's mean, tell these zeros. In
 that difference is the power that speeds the motor up, J·ω_m·dω_m/dt, as well, which is no heat. A gain error or a
 saturation of the reported motor torque, where one was found, makes the loss wrong in the same way; so may what was
-found there without a name, if it is an error of the report and no torque. Whether heat flows as if they were taken off
-is asked of the temperature itself.
+found there without a name, if it is an error of the report and no torque; and what lifts an unbalanced mass is given
+back. Whether heat flows as if they were taken off is asked of the temperature itself.
 """
 
 from __future__ import annotations
@@ -32,10 +32,12 @@ from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE
 
 EFFECT, KEY = HEATING, LESS
 """term of a simulation file that says what is taken off, and its key there"""
-LOAD, MOTOR, RECORDINGS, STORED, GAIN, UNNAMED = TAKEN_OFF
+LOAD, MOTOR, RECORDINGS, STORED, GAIN, UNNAMED, LIFTED = TAKEN_OFF
 WHICH = (LOAD, MOTOR, RECORDINGS, STORED)
-REPORTED = {GAIN: "motor.torque_constant", UNNAMED: UNKNOWN}
-"""effects that may be errors of the reported motor torque; they are asked for only where they were found"""
+REPORTED = {GAIN: "motor.torque_constant", UNNAMED: UNKNOWN, LIFTED: "load.unbalance"}
+"""effects that may be errors of the reported motor torque, or lift a mass: no part of it that is lost. They are asked
+for only where they were found
+"""
 CONSTANT = {MOTOR_TORQUE: "motor.torque_offset", LOAD_TORQUE: "load.torque_offset"}
 """term whose constant is a channel's zero"""
 INERTIA = "motor.inertia"

@@ -24,7 +24,9 @@ MOTOR_UNNAMED = "unknown in the motor torque"
 """what functions without a name say of the motor torque, if that is an error of its report and no torque"""
 KINETIC = "kinetic energy"
 """what ``motor.inertia`` stores while the motor speeds up, and gives back"""
-TAKEN_OFF = (LOAD_ZERO, MOTOR_ZERO, OF_RECORDINGS, KINETIC, MOTOR_GAIN, MOTOR_UNNAMED)
+LIFTED = "unbalance"
+"""what ``load.unbalance`` stores while its mass is lifted, and gives back"""
+TAKEN_OFF = (LOAD_ZERO, MOTOR_ZERO, OF_RECORDINGS, KINETIC, MOTOR_GAIN, MOTOR_UNNAMED, LIFTED)
 """all that may be taken off the loss"""
 HEATING, CONVECTION = "thermal.loss_heating", "thermal.convection"
 

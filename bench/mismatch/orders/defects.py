@@ -4,7 +4,7 @@ A gearbox full of orders draws any curve, so a pulse has to say more with three 
 At every whole order the mean vector of the revolutions is noise about the pulse's vector, or, with the share of orders
 that stand in this spectrum, an order of its own beside it; both densities are known from the spectrum, so the gain of
 log-likelihood of a pulse is that of description length. How much the best pulse gains where there is none is measured
-on the same spectrum with the phase of each order drawn at random.
+on the same spectrum with the phase of each order drawn at random; beside a pulse that was found, on what it leaves.
 """
 
 from __future__ import annotations
@@ -60,14 +60,12 @@ def search(sight: Sight, seed: int) -> list[Defect]:
     none = np.zeros(line.orders.size, dtype=np.complex128)
     before = none
     found: list[_Found] = []
-    nulls: FloatArray | None = None
     while len(found) < MOST_PLACES:
         best = line.best(before, STARTS)
         # three numbers of a mean of as many orders cost half their logarithm each (BIC): less is nothing anyway
         if best is None or best[0] < 1.5 * np.log(2.0 * line.orders.size):
             break
-        if nulls is None:
-            nulls = _without_phase(sight, seed)
+        nulls = _without_phase(sight, line, before, seed)
         if best[0] < tail(nulls, criteria.ERROR_RATE_OF_A_CHANNEL):
             break
         form = form_of(line, before, best[1])
@@ -111,14 +109,17 @@ def _drawn(line: Mean, pulses: Sequence[Pulse]) -> Complex:
     return sum((p.vectors(line.orders) for p in pulses), np.zeros(line.orders.size, dtype=np.complex128))
 
 
-def _without_phase(sight: Sight, seed: int) -> FloatArray:
-    """What the best pulse gains where each order has a phase of its own (SURROGATES,)."""
+def _without_phase(sight: Sight, line: Mean, before: Complex, seed: int) -> FloatArray:
+    """What the best pulse gains beside others that give ``before`` (k,) of a line, where what they leave of each order
+    has a phase of its own (SURROGATES,).
+    """
     rng = np.random.default_rng([seed, 2])
+    known = np.zeros(sight.mean.size, dtype=np.complex128)
+    known[line.orders.astype(np.int64)] = before
     out = []
     for _ in range(SURROGATES):
-        drawn = sight.mean * np.exp(2j * np.pi * rng.random(sight.mean.size))
-        line = Mean.of(sight, drawn)
-        best = line.best(np.zeros(line.orders.size, dtype=np.complex128), 1)
+        drawn = known + (sight.mean - known) * np.exp(2j * np.pi * rng.random(sight.mean.size))
+        best = Mean.of(sight, drawn).best(before, 1)
         out.append(best[0] if best is not None else 0.0)
     return np.asarray(out)
 

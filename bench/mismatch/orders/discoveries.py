@@ -7,6 +7,7 @@ stays one list of orders, ``te.harmonic``.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Protocol
 
@@ -29,8 +30,10 @@ from bench.mismatch.orders.reported_law import further, of_law
 from bench.mismatch.orders.sight import Sight, rebuilt
 from bench.mismatch.orders.under_mode import passes, strong, under
 from bench.simulation import Gearbox
+from bench.simulation.frame import FloatArray
 from bench.simulation.laws import MODES, RESONANCE
 from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR
+from bench.simulation.waves import angle_from
 
 PAIR = ", ".join(
     [
@@ -46,6 +49,8 @@ OF_AN_ORDER = (UNNAMED, "te.temperature_nonlinear", "te.velocity_nonlinear")
 """laws that say how amplitudes change with the state: of an order that the simulation has not, that is no effect of its
 own
 """
+ANGLES = 8192
+"""of a revolution, at which the sum of orders is looked at"""
 MOST_LAWS = 2
 """of one effect"""
 
@@ -89,6 +94,7 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
         return []
     teeth = Gearbox(float(gearbox.ratio or 1.0), gearbox.z1, gearbox.z2, gearbox.z3, gearbox.z4)
     out: list[Discovery | None] = []
+    pulses: Discovery | None = None
     law = _mode(model, seed)
     if law is not None:
         sight = Sight.of(model)
@@ -97,10 +103,9 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
     places = [] if model.laws else defects.search(sight, seed)
     if places:
         rebuilt(model, defects.all_pulses(places))
-        told = of_pulses(model, places)
-        if told is None:
+        pulses = of_pulses(model, places)
+        if pulses is None:
             rebuilt(model, ())
-        out.append(told)
         sight = Sight.of(model)
         assert sight is not None
     law = _law(model, seed, law)
@@ -133,7 +138,35 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
             plain, simulation_rows=plain.simulation_rows + law.simulation_rows, numbers=plain.numbers + law.numbers
         )
         law = None
-    return [d for d in (law, *out, plain) if d is not None]
+    if pulses is not None and plain is not None and _of_pulses(sight, places, plain.orders):
+        pulses = replace(
+            pulses,
+            words=f"{pulses.words}, whose form {len(plain.orders)} orders complete",
+            added=pulses.added + plain.added,
+            simulation_rows=pulses.simulation_rows + plain.simulation_rows,
+            numbers=pulses.numbers + plain.numbers,
+        )
+        plain = None
+    return [d for d in (law, pulses, *out, plain) if d is not None]
+
+
+def _of_pulses(sight: Sight, places: Sequence[defects.Defect], orders: Sequence[float]) -> bool:
+    """Whether orders are what the form of pulses leaves of nature's: of the energy of their sum, less what would lie
+    there by chance, most lies at the places of the pulses, within half their width of these. Orders of a gearbox act
+    over all of the revolution.
+    """
+    whole = [round(f) for f in orders if f == round(f)]
+    if len(whole) < len(orders):
+        return False
+    table = np.zeros(ANGLES // 2 + 1, dtype=np.complex128)
+    table[whole] = sight.mean[whole].imag - 1j * sight.mean[whole].real
+    course = np.fft.irfft(table, ANGLES)
+    theta: FloatArray = np.arange(ANGLES, dtype=np.float64) * (2.0 * np.pi / ANGLES)
+    inside = np.zeros(ANGLES, dtype=bool)
+    for begin, end in (place.window for place in places):
+        inside |= np.abs(angle_from(theta, 0.5 * (begin + end))) <= end - begin
+    share, chance = float(np.sum(course[inside] ** 2) / np.sum(course**2)), float(np.mean(inside))
+    return share - chance > 0.5 * (1.0 - chance)
 
 
 def _of_new_orders(law: Discovery, plain: Discovery) -> bool:

@@ -165,12 +165,16 @@ def prepare(
         acting = np.full(n, asked if np.isfinite(asked) else 0.0)
     # the rate of the sensor's noise looks like a delay of what has that noise, and so does friction that turns with the
     # motion: neither is in what the load motor reports
-    torque_rate = local_quadratic(load_motor if "load_motor_torque" in signals else acting, rate, span)[1]
+    changing = load_motor if "load_motor_torque" in signals else acting
+    torque_rate = local_quadratic(changing, rate, span)[1]
     rests = _rests(recording, thinning, n)
     kept = kept_segments(acting, label, rests, manner.torque, rate)
     torque, torque_level = levelled(acting, kept, rate, manner.confirmed)
     witness = load_torque if "load_torque" in signals else None
     reported = kept_segments(load_motor, label, rests, manner.torque, rate)
+    for rows in reported if "load_motor_torque" in signals else kept:
+        # about a level most of the rate over a short span is the sensor's noise
+        torque_rate[rows] = local_quadratic(changing[rows], rate, criteria.KEPT_LOAD_S)[1]
     load_motor, load_motor_level = levelled(load_motor, reported, rate, beside=witness)
     if "motor_torque" in signals and "load_torque" in signals:  # without it there is no load motor to ripple
         # the ripple acts on the gearbox, so the input motor sees it through the ratio
@@ -212,11 +216,12 @@ def prepare(
         step=np.diff(time, prepend=time[0]),
         aux=_auxiliary(signals, rate, span, whole),
     )
-    corner = corners(acceleration, rate, span) | passing(omega, steady, manner, ratio)
+    passed = passing(omega, steady, manner, ratio)
+    corner = corners(acceleration, rate, span) | passed
     given = _told(recording, folder)
     by = {SIMULATED + name: thinning.mean(values) for name, values in given.items() if BY in name}
     frame = replace(frame, aux={**frame.aux, **by})
-    measured, swept, leaning = _measured(signals, thinning, ratio, taken, corner, given)
+    measured, swept, leaning = _measured(signals, thinning, ratio, taken, corner, passed, given)
     simulated = {name: thinning.mean(values) for name, values in given.items() if name in measured}
     dead = frozenset(name for name, marked in signals.bad.items() if marked.all())
     angle = (
@@ -255,6 +260,7 @@ def _measured(
     ratio: float,
     taken: dict[str, FloatArray],
     corner: NDArray[np.bool_],
+    passed: NDArray[np.bool_],
     given: dict[str, FloatArray],
 ) -> tuple[dict[str, Measured], FloatArray, FloatArray]:
     """The compared channels, less what is ``given`` of them sample by sample; and how input angle and transmission
@@ -266,7 +272,8 @@ def _measured(
         angle = signals.samples["motor_angle"] / ratio
         error = signals.samples["load_angle"] - angle - given.get("transmission_error", 0.0)
         good = ~(signals.bad["motor_angle"] | signals.bad["load_angle"] | spikes(error))
-        out["transmission_error"] = thinning.measured(error, good)
+        # an offset and a series of the one direction are not those of the other
+        out["transmission_error"] = thinning.measured(error, good).without(passed)
         swept, leaning = thinning.inner(angle, angle, good), thinning.inner(angle, error, good)
     for name in ("motor_torque", "temperature", "load_torque"):
         if name in signals:

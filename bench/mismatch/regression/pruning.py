@@ -25,6 +25,14 @@ FEWEST_UNITS = 10
 """recordings whose signs, drawn at random, are alike less often than :data:`criteria.ERROR_RATE_OF_A_CHANNEL`"""
 MOST_TRIFLES = 2
 """functions too small to be reported that are set beside a model when the noise of its residual is looked at"""
+UNSIGNED = {
+    "torque": "load",
+    "load_motor_torque": "load",
+    "torque_path": "load",
+    "motor_torque": "load",
+    "velocity": "speed",
+}
+"""quantities that are another one with its sign: a form that is off in the one is off in the other"""
 
 
 def concluded(search: Search) -> Search:
@@ -179,14 +187,19 @@ def _no_mere_form(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
     def size(one: Chosen) -> float:
         return _strength_among(search, chosen, one).acts
 
-    named = [(set(c.main.regressor.variables), size(c)) for c in chosen if c.effect != UNKNOWN]
+    named = [(_quantities(c), size(c)) for c in chosen if c.effect != UNKNOWN]
     out = []
     for one in chosen:
-        variables_of_one = set(one.main.regressor.variables)
+        variables_of_one = _quantities(one)
         largest = max((s for variables, s in named if variables & variables_of_one), default=0.0)
         if one.effect != UNKNOWN or largest == 0.0 or size(one) >= criteria.SHAPE * largest:
             out.append(one)
     return out
+
+
+def _quantities(one: Chosen) -> set[str]:
+    """What an effect depends on, loads and speeds without their signs."""
+    return {UNSIGNED.get(name, name) for name in one.main.regressor.variables}
 
 
 def _that_add(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:

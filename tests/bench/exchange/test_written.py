@@ -161,6 +161,12 @@ LOSS: tuple[dict[str, Any], ...] = (
     {"effect": "motor.inertia", "parameters": {"J": {"value": 0.5, "unit": "kg*m^2"}}},
     {"effect": "motor.torque_constant", "form": "gain", "channels": ["motor_torque"], "parameters": {"g": 0.3}},
     {
+        "effect": "load.unbalance",
+        "form": "gravity",
+        "channels": ["motor_torque"],
+        "parameters": {"m_s": {"value": 40.0, "unit": "N*m"}, "m_c": {"value": -25.0, "unit": "N*m"}},
+    },
+    {
         "effect": "unknown",
         "channels": ["motor_torque"],
         "form": "table",

@@ -11,7 +11,18 @@ import pytest
 
 from bench.mismatch import criteria
 from bench.mismatch.given import Known
-from bench.mismatch.power_zeros import GAIN, LOAD, RECORDINGS, REPORTED, UNNAMED, Zeros, _energies, _likeliest, chosen
+from bench.mismatch.power_zeros import (
+    GAIN,
+    LIFTED,
+    LOAD,
+    RECORDINGS,
+    REPORTED,
+    UNNAMED,
+    Zeros,
+    _energies,
+    _likeliest,
+    chosen,
+)
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression import problem as problems
 from bench.mismatch.regression.model import Block
@@ -247,7 +258,7 @@ def test_a_heat_capacity_is_told_once_the_zeros_are_known_to_be_none() -> None:
     assert np.sqrt(covariance[0, 0]) < 3e-3 / CAPACITY
 
 
-@pytest.mark.parametrize("name", [GAIN, UNNAMED])
+@pytest.mark.parametrize("name", [GAIN, UNNAMED, LIFTED])
 @pytest.mark.parametrize("wrong", [0.0, 0.08])
 def test_the_loss_is_that_of_the_torque_and_not_of_its_report(wrong: float, name: str) -> None:
     """An error of the reported motor torque that was found is taken off the loss, if heat flows as if it were."""

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from bench.mismatch.orders import defects, pulse_mean
+from bench.mismatch.orders.defects import Defect
+from bench.mismatch.orders.discoveries import _of_pulses
 from bench.mismatch.orders.periodic import Pulse
 from bench.mismatch.orders.pulse_forms import extent
 from bench.mismatch.orders.sight import Sight
@@ -106,6 +108,27 @@ def test_many_orders_are_no_pulse() -> None:
     stand = stand[~np.isin(stand, [46, 92])]
     mean[stand] = 2e-6 * np.exp(0.8 * rng.normal(size=stand.size) + 2j * np.pi * rng.random(stand.size))
     assert defects.search(sight(mean, tuple(float(f) for f in np.sort(stand))), 0) == []
+
+
+def test_a_second_smaller_pulse_is_found_beside_the_first() -> None:
+    """What chance makes of the spectrum of the first says nothing of what it makes beside the first."""
+    pulses = [Pulse(4.875, 0.02, -1e-4), Pulse(6.12, 0.02, -1.5e-5)]
+    mean = np.asarray(sum(p.vectors(np.arange(ORDERS, dtype=np.float64)) for p in pulses))
+    drawn = tuple(float(f) for f in range(1, 130) if f not in (3, 46, 92))
+    found = defects.search(sight(mean, drawn), 0)
+    assert [f.first.angle for f in found] == [pytest.approx(p.angle, abs=0.01) for p in pulses]
+
+
+@pytest.mark.parametrize("at_the_pulse", [True, False])
+def test_orders_that_lie_at_a_pulse_are_of_its_form(at_the_pulse: bool) -> None:
+    places = [Defect(Pulse(2.1, 0.03, 2e-5), (Pulse(2.1, 0.03, 2e-5),), 400.0, 1e-4)]
+    orders = np.arange(ORDERS, dtype=np.float64)
+    left = Pulse(2.13 if at_the_pulse else 2.9, 0.02, 8e-6).vectors(orders)
+    assert _of_pulses(sight(left, ()), places, tuple(orders[1:100])) == at_the_pulse
+    rng = np.random.default_rng(7)
+    spread = np.abs(left) * np.exp(2j * np.pi * rng.random(ORDERS))
+    assert not _of_pulses(sight(spread, ()), places, tuple(orders[1:100]))
+    assert not _of_pulses(sight(left, ()), places, (4.5,))
 
 
 def test_a_pulse_with_corners_far_above_the_noise_is_one_place() -> None:

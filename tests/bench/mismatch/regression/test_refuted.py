@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -175,6 +176,23 @@ def test_a_name_is_asked_again_without_the_function_that_took_it(monkeypatch: py
     monkeypatch.setattr(pruning, "not_refuted", lambda _model, chosen: [c for c in chosen if c is not function])
     assert pruning._kept(search, [name, function], 5.0) == [name]
     assert pruning._kept(search, [function], 5.0) == []
+
+
+@pytest.mark.parametrize(("size", "stays"), [(0.1, False), (0.5, True)])
+def test_a_small_function_of_the_load_beside_a_name_of_the_torque_is_its_form(
+    monkeypatch: pytest.MonkeyPatch, size: float, stays: bool
+) -> None:
+    """A saturation of the motor's torque that is another than the library's leaves something over the load's size."""
+    frame = campaign()
+    y = 0.5 * frame.direction + np.random.default_rng(5).normal(0.0, 0.01, frame.size)
+    search = begun(problem(frame, y))
+    table = Free(MOTOR_TORQUE, (Grid(("load",), "d", ((0.0, 200.0, 500.0, 1000.0),)),))
+    function = Chosen(add_block(search.model.problem, search.model.bank, table, 1e-3))
+    gain = named("motor.torque_constant", MOTOR_TORQUE, "gain")
+    name = Chosen(add_block(search.model.problem, search.model.bank, gain))
+    sizes = {id(function): size, id(name): 1.0}
+    monkeypatch.setattr(pruning, "_strength_among", lambda _s, _c, one: SimpleNamespace(acts=sizes[id(one)]))
+    assert (function in pruning._no_mere_form(search, [name, function])) == stays
 
 
 @pytest.mark.parametrize(
