@@ -44,7 +44,8 @@ class Confusion:
         shape: numbers of that form to be set.
         strength: from where it is drawn; fainter where a clear one would be no physical drag any more.
         least_overlap: share of the effect that the alternative has to say on the bench that is drawn; another bench and
-            other points are drawn until it does. 0 where the design alone decides.
+            other points are drawn until it does; where none of some draws does, the effect is to be named. 0 where the
+            design alone decides.
     """
 
     effect: str

@@ -72,8 +72,13 @@ class Folder:
 
 
 def open_folder(spec: CaseSpec) -> Folder:
-    """Draw bench, sensors and design of a case and calibrate its effects' strengths."""
+    """Draw bench, sensors and design of a case and calibrate its effects' strengths.
+
+    Where no bench that was drawn makes the effect as like its alternative as the case asks for, the recordings tell the
+    two apart: the effect is to be named.
+    """
     bench = _bench(spec)
+    alike = bench.overlap >= spec.least_overlap
     plant, sensors, points, effects, rng = bench.plant, bench.sensors, bench.points, bench.effects, bench.rng
     floor = noise_floor(sensors)
     strengths: list[float] = []
@@ -97,13 +102,13 @@ def open_folder(spec: CaseSpec) -> Folder:
     told = [
         ConcealedEffect(
             effect=e.effect,
-            status=cast(Status, spec.status),
+            status=cast(Status, spec.status if alike else "named"),
             form=e.form,
             channels=e.channels,
             strength=round(s, 3),
             location=place,
             parameters=e.parameters(),
-            also=spec.also,
+            also=spec.also if alike else (),
             in_library=form.in_library,
         )
         for form, e, s, place in zip(spec.forms, effects, strengths, places, strict=True)
@@ -123,13 +128,15 @@ class _Bench:
     points: tuple[Point, ...]
     effects: tuple[Effect, ...]
     rng: np.random.Generator
+    overlap: float = 1.0
+    """share of the effect that its alternatives hold, where the case asks for it"""
 
 
 def _bench(spec: CaseSpec) -> _Bench:
     """Draw bench, sensors, points and the effects' numbers; where a case asks for it, until its effect cannot be told
     from another, or the nearest to that of some draws.
     """
-    best: tuple[float, _Bench] | None = None
+    best: _Bench | None = None
     for number in range(_MOST_DRAWS):
         rng = np.random.default_rng([spec.seed, 5, number] if number else [spec.seed, 5])
         plant, sensors = draw_plant(rng), draw_sensors(rng)
@@ -147,12 +154,12 @@ def _bench(spec: CaseSpec) -> _Bench:
         campaign, effect = Campaign(plant, effects, points, spec.seed), effects[0]
         calibrate(campaign, effect, spec.strengths[0], noise_floor(sensors)[effect.channels[0]])
         share = overlap(campaign, effect, spec.also)
-        if best is None or share > best[0]:
-            best = share, drawn
+        if best is None or share > best.overlap:
+            best = replace(drawn, overlap=share)
         if share >= spec.least_overlap:
             break
     assert best is not None
-    return best[1]
+    return best
 
 
 def noise_floor(sensors: Sensors) -> dict[str, float]:

@@ -10,6 +10,7 @@ import pytest
 
 import fakes.concealed
 from fakes.concealed import cases, open_folder
+from fakes.concealed.exam import ALIKE
 from fakes.concealed.noise import NUISANCE_NAMES, Noise, draw_sensors, roughen
 from fakes.concealed.recordings import NoiseTally, make_recordings
 from tests.fakes.concealed.test_effects import SMALL
@@ -75,6 +76,17 @@ def test_a_null_hides_nothing_and_its_noise_is_as_told() -> None:
     assert truth.effects == ()
     sensor = folder.sensors.motor_torque
     assert truth.noise_rms["motor_torque"] == pytest.approx(np.hypot(sensor.sigma, sensor.step / 12**0.5), rel=0.1)
+
+
+@pytest.mark.parametrize(("alike", "status"), [(0.95, "named"), (0.97, "ambiguous")])
+def test_what_the_recordings_tell_apart_is_to_be_named(
+    monkeypatch: pytest.MonkeyPatch, alike: float, status: str
+) -> None:
+    monkeypatch.setattr("fakes.concealed.folder.overlap", lambda *_: alike)
+    (case,) = [c for c in cases("ambiguous", 2) if c.least_overlap == ALIKE][:1]
+    (effect,) = open_folder(replace(case, design=SMALL)).truth().effects
+    assert effect.status == status
+    assert bool(effect.also) == (status == "ambiguous")
 
 
 def test_a_cut_file_is_open_and_shorter() -> None:
