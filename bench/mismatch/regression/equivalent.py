@@ -41,14 +41,14 @@ def heirs_of(
     names = sorted((k for k, c in enumerate(contenders) if c.effect != UNKNOWN), key=lambda k: numbers[k])
     out: dict[int, int] = {}
     for k, own in enumerate(said):
-        plainer = (i for i in names if numbers[i] < numbers[k] and _holds(problem, contenders[k], contenders[i]))
+        plainer = (i for i in names if numbers[i] < numbers[k] and holds(problem, contenders[k], contenders[i]))
         heir = next((i for i in plainer if same(own, said[i])), None)
         if heir is not None:
             out[k] = heir
     return out, same(said[0], predicted(others))
 
 
-def _holds(problem: ChannelProblem, richer: Chosen, plain: Chosen) -> bool:
+def holds(problem: ChannelProblem, richer: Chosen, plain: Chosen) -> bool:
     """Whether a name is a case of another explanation: of a function without a name, of another form of the effect, of
     an effect whose columns draw its own exactly and more.
 

@@ -16,7 +16,7 @@ from bench.mismatch import criteria
 from bench.mismatch.regression.beside import free_function, handicap_of, idle, in_its_form, shaped, sound_beside
 from bench.mismatch.regression.choosing import MOST_FORMS, price_of_course
 from bench.mismatch.regression.description import description, prior_of
-from bench.mismatch.regression.equivalent import heirs_of, numbers_of, predict_alike
+from bench.mismatch.regression.equivalent import heirs_of, holds, numbers_of, predict_alike
 from bench.mismatch.regression.folds import apart, weights
 from bench.mismatch.regression.heredity import orphaned, without
 from bench.mismatch.regression.model import ChannelModel, Chosen
@@ -115,7 +115,8 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
         near = unturned and _of_the_torque(chosen) and loss < gain - loss
         # what says with more numbers what the effect says is no other explanation
         if not near and heirs.get(k + 1) != 0:
-            near = called_as_good(own, chosen, float(odds), loss, error)
+            at_its_end = strained(rated.main.regressor, model.problem.rows.frame)
+            near = called_as_good(own, chosen, float(odds), loss, error, at_its_end)
             doubtful = chosen.effect != UNKNOWN and criteria.VERY_STRONG <= loss < 2.0 * criteria.VERY_STRONG
             near = near or (doubtful and predict_alike(model, others, rated, chosen))
         rivals.append(Contender(chosen, density, loss, error, float(share[k + 1]), near))
@@ -125,17 +126,20 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
     return Slot(own, gain, last.p_value(gain), float(share[0]), tuple(rivals), plainer, needless)
 
 
-def called_as_good(own: Chosen, other: Chosen, odds: float, loss: float, error: float) -> bool:
+def called_as_good(
+    own: Chosen, other: Chosen, odds: float, loss: float, error: float, at_its_end: bool = False
+) -> bool:
     """Whether another explanation is not told apart from an effect: its ``odds`` against it, and its ``loss`` of log
     density at points left out with the standard ``error``.
 
     Between two names a small loss may be that of two forms, of which nature has neither; and one that a few points may
-    have made by chance has to be twice as large.
+    have made by chance has to be twice as large. Of a name ``at_its_end``, the end of its range, where it turns into
+    another, whatever a few points may have made by chance says nothing.
     """
     by_chance = loss < criteria.BESIDE_UNKNOWN_ERRORS * error
     enough = (2.0 if by_chance else 1.0) * criteria.VERY_STRONG
     both_named = UNKNOWN not in (own.effect, other.effect)
-    return odds > criteria.AS_GOOD or (both_named and loss < enough)
+    return odds > criteria.AS_GOOD or (both_named and (loss < enough or (by_chance and at_its_end)))
 
 
 def _of_the_torque(own: Chosen) -> bool:
@@ -173,8 +177,8 @@ def _rivals(search: Search, own: Chosen, others: Sequence[Chosen], seen: Scan) -
         shapes = [shaped(search, others, search.blocks[k].regressor) for k in forms.values()]
         candidates = [c for c in shapes if c is not None]
         if len(candidates) > 1:
-            worth = [float(search.density([*others, c]).sum()) - handicap_of(search, c) for c in candidates]
-            candidates = [candidates[int(np.argmax(worth))]]
+            worth = np.array([float(search.density([*others, c]).sum()) - handicap_of(search, c) for c in candidates])
+            candidates = [candidates[_meeting(search, own, candidates, worth)]]
         out += candidates
     for k in free.values():
         block = search.blocks[k]
@@ -182,6 +186,18 @@ def _rivals(search: Search, own: Chosen, others: Sequence[Chosen], seen: Scan) -
             continue
         out.append(free_function(search, others, block))
     return out
+
+
+def _meeting(search: Search, own: Chosen, forms: Sequence[Chosen], worth: FloatArray) -> int:
+    """In which of its forms, of a ``worth`` (n,) in log density each, a name meets an effect: the best, or one nearly
+    as good that says something else. A form of which the effect is a case is no other explanation.
+    """
+    best = int(np.argmax(worth))
+    others = [k for k, c in enumerate(forms) if not holds(search.model.problem, c, own)]
+    if best in others or not others:
+        return best
+    second = max(others, key=lambda k: worth[k])
+    return second if worth[best] - worth[second] < criteria.VERY_STRONG else best
 
 
 def _of_the_name(free: Free, effects: set[str]) -> bool:

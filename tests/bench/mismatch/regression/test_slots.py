@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from bench.mismatch import criteria
+from bench.mismatch.regression import slots
 from bench.mismatch.regression.beside import in_its_form, shaped
-from bench.mismatch.regression.equivalent import _holds, heirs_of, predict_alike
+from bench.mismatch.regression.equivalent import heirs_of, predict_alike
 from bench.mismatch.regression.heredity import without_laws
 from bench.mismatch.regression.model import Block, Chosen, add_block
 from bench.mismatch.regression.regressors import Free, Named, Regressor, named
@@ -137,7 +138,7 @@ def test_the_plainer_name_stands_where_no_transducer_tells_the_two_apart(
 
 
 @pytest.mark.parametrize(
-    ("richer", "form", "point", "plain", "holds"),
+    ("richer", "form", "point", "plain", "inside"),
     [
         ("motor.torque_constant", "cubic", (0.0,), "sensor.torque_gain", True),
         ("friction.position_dependent", "constant", (1.0,), "load.unbalance", False),
@@ -145,7 +146,7 @@ def test_the_plainer_name_stands_where_no_transducer_tells_the_two_apart(
     ],
 )
 def test_two_effects_are_one_only_where_one_is_a_case_of_the_other(
-    richer: str, form: str, point: tuple[float, ...], plain: str, holds: bool
+    richer: str, form: str, point: tuple[float, ...], plain: str, inside: bool
 ) -> None:
     """In one direction an unbalance and a friction over the angle are alike to rounding, and still two things."""
     frame = campaign()
@@ -157,7 +158,7 @@ def test_two_effects_are_one_only_where_one_is_a_case_of_the_other(
         chosen = next((f for f in term.forms[MOTOR_TORQUE] if f.name == form), term.forms[MOTOR_TORQUE][0])
         return Chosen(Block(Named(term, MOTOR_TORQUE, chosen, point), (), np.zeros(0)))
 
-    assert _holds(own, alone(richer, form, point), alone(plain, "", ())) is holds
+    assert holds(own, alone(richer, form, point), alone(plain, "", ())) is inside
 
 
 @pytest.mark.parametrize(("viscous", "effects"), [(0.0, ["unknown"]), (VISCOUS, ["friction.viscous", "unknown"])])
@@ -194,6 +195,25 @@ def test_a_law_of_no_size_is_not_reported_for_the_sake_of_its_change(viscous: fl
 )
 def test_who_is_as_good(other: str, odds: float, loss: float, error: float, as_good: bool) -> None:
     assert called_as_good(chosen("thermal.convection_speed"), chosen(other), odds, loss, error) is as_good
+
+
+def test_of_a_name_at_the_end_of_its_range_chance_tells_no_other_apart() -> None:
+    own, other = chosen("thermal.second_mass"), chosen("thermal.convection_speed")
+    assert not called_as_good(own, other, 0.006, 16.0, 10.0)
+    assert called_as_good(own, other, 0.006, 16.0, 10.0, at_its_end=True)
+    assert not called_as_good(own, other, 0.006, 30.0, 10.0, at_its_end=True)
+    assert not called_as_good(own, chosen("unknown"), 0.006, 16.0, 10.0, at_its_end=True)
+
+
+@pytest.mark.parametrize(("worth", "taken"), [((10.0, 9.0), 1), ((10.0, 4.0), 0), ((9.0, 10.0), 1)])
+def test_a_name_meets_an_effect_in_a_form_of_which_the_effect_is_no_case(
+    monkeypatch: pytest.MonkeyPatch, worth: tuple[float, float], taken: int
+) -> None:
+    """A cubic with a linear part says what a gain error says and more; the cubic alone is another explanation."""
+    forms = [chosen("thermal.second_mass"), chosen("thermal.second_mass")]
+    monkeypatch.setattr(slots, "holds", lambda _problem, form, _own: form is forms[0])
+    search = SimpleNamespace(model=SimpleNamespace(problem=None))
+    assert slots._meeting(cast(Any, search), chosen("thermal.convection_speed"), forms, np.array(worth)) == taken
 
 
 @pytest.mark.parametrize(("bent", "corrected"), [(0.0, False), (0.08, True)])
