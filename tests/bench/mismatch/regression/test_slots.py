@@ -12,7 +12,7 @@ import pytest
 from bench.mismatch import criteria
 from bench.mismatch.regression import slots
 from bench.mismatch.regression.beside import in_its_form, shaped
-from bench.mismatch.regression.equivalent import heirs_of, predict_alike
+from bench.mismatch.regression.equivalent import heirs_of, holds, predict_alike
 from bench.mismatch.regression.heredity import without_laws
 from bench.mismatch.regression.model import Block, Chosen, add_block
 from bench.mismatch.regression.regressors import Free, Named, Regressor, named
