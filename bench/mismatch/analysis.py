@@ -23,15 +23,17 @@ from bench.mismatch.problems import base_of, capacity_of, periodicity_of, proble
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.candidates import TURNING
-from bench.mismatch.regression.model import fit_blocks
+from bench.mismatch.regression.model import ChannelModel, fit_blocks
 from bench.mismatch.regression.nameless_heat import nameless_heat
 from bench.mismatch.regression.nameless_load import nameless_load
 from bench.mismatch.regression.problem import CHANNELS, TORQUE_ZERO, BaseTerm
-from bench.mismatch.regression.regressors import UNKNOWN
+from bench.mismatch.regression.regressors import UNKNOWN, Named
 from bench.mismatch.regression.search import searched
 from bench.mismatch.regression.state import Search
 from bench.mismatch.unnamed.structure import examine
 from bench.simulation import waves
+from bench.simulation.frame import FloatArray
+from bench.simulation.memory import campaign_lag, lag
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE, TEMPERATURE, TRANSMISSION_ERROR
 
 Progress = Callable[[str, float], None]
@@ -113,24 +115,76 @@ def analyse(
                 search = _heat(out, data, given, rows, seed, (*banned, *shown))
             else:
                 search = searched(problem_of(data, given, channel, rows, (*banned, *shown)), seed)
-            out.searches[channel] = search
-            out.outcomes[channel] = of_search(search, data, formulas)
-            if reaction is not None:
-                out.outcomes[channel].notes.append(reaction.words)
-            if channel in (LOAD_TORQUE, MOTOR_TORQUE) and not data.linear:
-                out.outcomes[channel].discoveries += torque_discoveries(
-                    periodicity_of(data, given, search, reaction), seed
-                )
-            heard, moving = data.density.get(channel, ()), data.unsteady.get(channel, ())
-            # the gearbox's orders are felt in the torques as well, most of all those that a mode makes large
-            known = () if channel == TEMPERATURE else _orders_of(out)
-            examine(out.outcomes[channel], search, heard, seed, known, moving)
+            _settle(out, data, given, search, formulas, seed)
             if channel == LOAD_TORQUE:
                 acting = (*acting, *_known_of(search))
                 in_angles = _told_here(search)
                 shown = tuple(_shown_here_first([chosen.effect for chosen in search.model.chosen]))
+            if channel == TEMPERATURE and MOTOR_TORQUE in out.searches:
+                _as_warm_as_it_is(out, data, given, search, formulas, seed)
             search.close()
         give_back()
+    return out
+
+
+def _settle(out: Analysis, data: Dataset, given: Given, search: Search, formulas: bool, seed: int) -> None:
+    """What a search of a torque or of the temperature says, and what is left of that channel."""
+    channel = search.model.channel
+    reaction = out.reaction if channel == MOTOR_TORQUE else None
+    out.searches[channel] = search
+    out.outcomes[channel] = of_search(search, data, formulas)
+    if reaction is not None:
+        out.outcomes[channel].notes.append(reaction.words)
+    if channel in (LOAD_TORQUE, MOTOR_TORQUE) and not data.linear:
+        out.outcomes[channel].discoveries += torque_discoveries(periodicity_of(data, given, search, reaction), seed)
+    heard, moving = data.density.get(channel, ()), data.unsteady.get(channel, ())
+    # the gearbox's orders are felt in the torques as well, most of all those that a mode makes large
+    known = () if channel == TEMPERATURE else _orders_of(out)
+    examine(out.outcomes[channel], search, heard, seed, known, moving)
+
+
+def _as_warm_as_it_is(out: Analysis, data: Dataset, given: Given, heat: Search, formulas: bool, seed: int) -> None:
+    """Search the motor torque again where it has something without a name and the temperature's sensor lags: the
+    gearbox is warmer than that reads while it warms, and its friction less. If nothing without a name is left then, it
+    was the lag's.
+    """
+    first = out.searches[MOTOR_TORQUE]
+    behind = behind_of(heat.model)
+    if behind is None or not first.model.nameless:
+        return
+    problem, told = first.model.problem, out.outcomes[MOTOR_TORQUE]
+    frame = problem.rows.frame
+    warmer = frame.temperature + np.interp(frame.time, heat.model.problem.rows.frame.time, behind)
+    rows = replace(problem.rows, frame=replace(frame, temperature=warmer))
+    again = searched(replace(problem, rows=rows), seed)
+    if again.model.nameless:
+        again.close()
+        return
+    _settle(out, data, given, again, formulas, seed)
+    if any(d.effect == UNKNOWN for d in out.outcomes[MOTOR_TORQUE].discoveries):
+        out.searches[MOTOR_TORQUE], out.outcomes[MOTOR_TORQUE] = first, told
+    else:
+        out.outcomes[MOTOR_TORQUE].notes.append(
+            "what the motor torque had without a name is the lag of the temperature's sensor: with the temperature that"
+            " the gearbox has nothing without a name is left there"
+        )
+    again.close()
+
+
+def behind_of(model: ChannelModel) -> FloatArray | None:
+    """By how much the gearbox is warmer than its sensor reads (n,), K, at the rows of a model of the temperature; None
+    where it has no lag. The reading rises by P_s/C, the gearbox by P/C (P_s: the loss that the sensor has followed).
+    """
+    frame = model.problem.rows.frame
+    found = [c.main for c in model.chosen if c.effect == LAG and isinstance(c.main.regressor, Named)]
+    if not found:
+        return None
+    out = np.zeros(frame.size)
+    for block in found:
+        assert isinstance(block.regressor, Named)
+        follow = campaign_lag if block.regressor.form.remembers else lag
+        constant, per_capacity = block.regressor.point[0], float(model.fit.of(block.place)[0][0])
+        out += constant * per_capacity * follow(frame.power, frame, constant)
     return out
 
 
@@ -239,3 +293,5 @@ def _shown_here_first(found: Collection[str]) -> list[str]:
 
 DELAY = "sensor.timing_skew"
 """id of the delay of the torque channel"""
+LAG = "thermal.sensor_lag"
+"""id of the lag of the temperature's sensor"""
