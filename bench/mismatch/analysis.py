@@ -115,7 +115,7 @@ def analyse(
                 search = _heat(out, data, given, rows, seed, (*banned, *shown))
             else:
                 search = searched(problem_of(data, given, channel, rows, (*banned, *shown)), seed)
-            _settle(out, data, given, search, formulas, seed)
+            out.searches[channel], out.outcomes[channel] = search, _said(out, data, given, search, formulas, seed)
             if channel == LOAD_TORQUE:
                 acting = (*acting, *_known_of(search))
                 in_angles = _told_here(search)
@@ -127,20 +127,20 @@ def analyse(
     return out
 
 
-def _settle(out: Analysis, data: Dataset, given: Given, search: Search, formulas: bool, seed: int) -> None:
+def _said(out: Analysis, data: Dataset, given: Given, search: Search, formulas: bool, seed: int) -> ChannelOutcome:
     """What a search of a torque or of the temperature says, and what is left of that channel."""
     channel = search.model.channel
     reaction = out.reaction if channel == MOTOR_TORQUE else None
-    out.searches[channel] = search
-    out.outcomes[channel] = of_search(search, data, formulas)
+    outcome = of_search(search, data, formulas)
     if reaction is not None:
-        out.outcomes[channel].notes.append(reaction.words)
+        outcome.notes.append(reaction.words)
     if channel in (LOAD_TORQUE, MOTOR_TORQUE) and not data.linear:
-        out.outcomes[channel].discoveries += torque_discoveries(periodicity_of(data, given, search, reaction), seed)
+        outcome.discoveries += torque_discoveries(periodicity_of(data, given, search, reaction), seed)
     heard, moving = data.density.get(channel, ()), data.unsteady.get(channel, ())
     # the gearbox's orders are felt in the torques as well, most of all those that a mode makes large
     known = () if channel == TEMPERATURE else _orders_of(out)
-    examine(out.outcomes[channel], search, heard, seed, known, moving)
+    examine(outcome, search, heard, seed, known, moving)
+    return outcome
 
 
 def _as_warm_as_it_is(out: Analysis, data: Dataset, given: Given, heat: Search, formulas: bool, seed: int) -> None:
@@ -148,26 +148,22 @@ def _as_warm_as_it_is(out: Analysis, data: Dataset, given: Given, heat: Search, 
     gearbox is warmer than that reads while it warms, and its friction less. If nothing without a name is left then, it
     was the lag's.
     """
-    first = out.searches[MOTOR_TORQUE]
+    model = out.searches[MOTOR_TORQUE].model
     behind = behind_of(heat.model)
-    if behind is None or not first.model.nameless:
+    if behind is None or not model.nameless:
         return
-    problem, told = first.model.problem, out.outcomes[MOTOR_TORQUE]
-    frame = problem.rows.frame
+    frame = model.problem.rows.frame
     warmer = frame.temperature + np.interp(frame.time, heat.model.problem.rows.frame.time, behind)
-    rows = replace(problem.rows, frame=replace(frame, temperature=warmer))
-    again = searched(replace(problem, rows=rows), seed)
-    if again.model.nameless:
-        again.close()
-        return
-    _settle(out, data, given, again, formulas, seed)
-    if any(d.effect == UNKNOWN for d in out.outcomes[MOTOR_TORQUE].discoveries):
-        out.searches[MOTOR_TORQUE], out.outcomes[MOTOR_TORQUE] = first, told
-    else:
-        out.outcomes[MOTOR_TORQUE].notes.append(
-            "what the motor torque had without a name is the lag of the temperature's sensor: with the temperature that"
-            " the gearbox has nothing without a name is left there"
-        )
+    rows = replace(model.problem.rows, frame=replace(frame, temperature=warmer))
+    again = searched(replace(model.problem, rows=rows), seed)
+    if not again.model.nameless:
+        outcome = _said(out, data, given, again, formulas, seed)
+        if all(d.effect != UNKNOWN for d in outcome.discoveries):
+            outcome.notes.append(
+                "what the motor torque had without a name is the lag of the temperature's sensor: with the temperature"
+                " that the gearbox has nothing without a name is left there"
+            )
+            out.searches[MOTOR_TORQUE], out.outcomes[MOTOR_TORQUE] = again, outcome
     again.close()
 
 
@@ -176,15 +172,13 @@ def behind_of(model: ChannelModel) -> FloatArray | None:
     where it has no lag. The reading rises by P_s/C, the gearbox by P/C (P_s: the loss that the sensor has followed).
     """
     frame = model.problem.rows.frame
-    found = [c.main for c in model.chosen if c.effect == LAG and isinstance(c.main.regressor, Named)]
-    if not found:
-        return None
-    out = np.zeros(frame.size)
-    for block in found:
-        assert isinstance(block.regressor, Named)
-        follow = campaign_lag if block.regressor.form.remembers else lag
-        constant, per_capacity = block.regressor.point[0], float(model.fit.of(block.place)[0][0])
-        out += constant * per_capacity * follow(frame.power, frame, constant)
+    out: FloatArray | None = None
+    for own in model.chosen:
+        regressor = own.main.regressor
+        if own.effect == LAG and isinstance(regressor, Named):
+            follow = campaign_lag if regressor.form.remembers else lag
+            rate = float(model.fit.of(own.main.place)[0][0]) * follow(frame.power, frame, regressor.point[0])
+            out = regressor.point[0] * rate + (0.0 if out is None else out)
     return out
 
 

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.orders.periodic import Pulse
@@ -22,6 +23,7 @@ from bench.mismatch.orders.sight import Sight
 from bench.mismatch.orders.turns import Complex
 from bench.mismatch.regression.maxima import tail, tail_rate
 from bench.simulation.frame import FloatArray
+from bench.simulation.waves import angle_from
 
 SURROGATES = 24
 STARTS = 4
@@ -127,3 +129,13 @@ def _without_phase(sight: Sight, line: Mean, before: Complex, seed: int) -> Floa
 def all_pulses(defects: Sequence[Defect]) -> tuple[Pulse, ...]:
     """Pulses of all places."""
     return tuple(p for d in defects for p in d.form)
+
+
+def at_places(defects: Sequence[Defect], theta: FloatArray, widths: float = 0.5) -> NDArray[np.bool_]:
+    """Which output angles (n,), rad, are no farther than so many widths of a place from its middle: by half a width
+    those where it acts.
+    """
+    out = np.zeros(theta.size, dtype=bool)
+    for begin, end in (d.window for d in defects):
+        out |= np.abs(angle_from(theta, 0.5 * (begin + end))) <= widths * (end - begin)
+    return out

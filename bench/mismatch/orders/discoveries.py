@@ -30,10 +30,8 @@ from bench.mismatch.orders.reported_law import further, of_law
 from bench.mismatch.orders.sight import Sight, rebuilt
 from bench.mismatch.orders.under_mode import passes, strong, under
 from bench.simulation import Gearbox
-from bench.simulation.frame import FloatArray
 from bench.simulation.laws import MODES, RESONANCE
 from bench.simulation.terms import LIBRARY, TRANSMISSION_ERROR
-from bench.simulation.waves import angle_from
 
 PAIR = ", ".join(
     [
@@ -161,10 +159,7 @@ def _of_pulses(sight: Sight, places: Sequence[defects.Defect], orders: Sequence[
     table = np.zeros(ANGLES // 2 + 1, dtype=np.complex128)
     table[whole] = sight.mean[whole].imag - 1j * sight.mean[whole].real
     course = np.fft.irfft(table, ANGLES)
-    theta: FloatArray = np.arange(ANGLES, dtype=np.float64) * (2.0 * np.pi / ANGLES)
-    inside = np.zeros(ANGLES, dtype=bool)
-    for begin, end in (place.window for place in places):
-        inside |= np.abs(angle_from(theta, 0.5 * (begin + end))) <= end - begin
+    inside = defects.at_places(places, np.arange(ANGLES, dtype=np.float64) * (2.0 * np.pi / ANGLES), 1.0)
     share, chance = float(np.sum(course[inside] ** 2) / np.sum(course**2)), float(np.mean(inside))
     return share - chance > 0.5 * (1.0 - chance)
 

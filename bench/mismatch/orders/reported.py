@@ -8,12 +8,11 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import NAMED, Discovery
 from bench.mismatch.equations import renamed
-from bench.mismatch.orders.defects import Defect
+from bench.mismatch.orders.defects import Defect, at_places
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.modulation import Modulation
 from bench.mismatch.orders.periodic import Periodic, Pulse
@@ -169,7 +168,7 @@ def of_pulses(model: TransmissionModel, defects: Sequence[Defect]) -> Discovery 
     found = [*model.periodic.series.orders, *(w.order for w in model.periodic.weak)]
     # dozens of orders that were found leave of a pulse a little everywhere; they are no part of the simulation
     excess = _beyond_orders(model, pulses, known_orders(model))
-    if not strong(model, np.where(_inside(model, defects), excess, 0.0)):
+    if not strong(model, np.where(at_places(defects, model.rows.frame.theta), excess, 0.0)):
         return None
     term = LIBRARY["te.local_defect"]
     parameters: list[Row] = []
@@ -201,15 +200,6 @@ def of_pulses(model: TransmissionModel, defects: Sequence[Defect]) -> Discovery 
         angle_windows=tuple(d.window for d in defects),
         numbers=3 * len(pulses),
     )
-
-
-def _inside(model: TransmissionModel, defects: Sequence[Defect]) -> NDArray[np.bool_]:
-    """Rows (n,) at the angles where defects act."""
-    theta = model.rows.frame.theta
-    out = np.zeros(theta.size, dtype=bool)
-    for begin, end in (d.window for d in defects):
-        out |= np.abs(waves.angle_from(theta, 0.5 * (begin + end))) <= 0.5 * (end - begin)
-    return out
 
 
 def _beyond_orders(model: TransmissionModel, pulses: Sequence[Pulse], orders: Sequence[float]) -> FloatArray:

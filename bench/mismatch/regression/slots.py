@@ -108,6 +108,7 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
         turned = strained(chosen.main.regressor, model.problem.rows.frame)
         return probability * (criteria.EITHER if turned else 1.0)
 
+    at_its_end = strained(rated.main.regressor, model.problem.rows.frame)
     rivals: list[Contender] = []
     for k, (chosen, density) in enumerate(zip(found, densities, strict=True)):
         loss, error = apart(whole, density)
@@ -115,7 +116,6 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
         near = unturned and _of_the_torque(chosen) and loss < gain - loss
         # what says with more numbers what the effect says is no other explanation
         if not near and heirs.get(k + 1) != 0:
-            at_its_end = strained(rated.main.regressor, model.problem.rows.frame)
             near = called_as_good(own, chosen, float(odds), loss, error, at_its_end)
             doubtful = chosen.effect != UNKNOWN and criteria.VERY_STRONG <= loss < 2.0 * criteria.VERY_STRONG
             near = near or (doubtful and predict_alike(model, others, rated, chosen))

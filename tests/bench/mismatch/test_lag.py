@@ -70,10 +70,6 @@ def test_what_the_lag_explains_of_the_motor_torque_goes(monkeypatch: pytest.Monk
         seen.append(problem.rows.frame)
         return again
 
-    def settle(_out: object, _data: object, _given: object, own: Any, *_: object) -> None:
-        out.searches[MOTOR_TORQUE] = own
-        out.outcomes[MOTOR_TORQUE] = SimpleNamespace(discoveries=[], notes=[])
-
     def changed(one: Any, **parts: Any) -> Any:
         return (
             Frame(**{**{n: getattr(one, n) for n in Frame.__dataclass_fields__}, **parts})
@@ -82,16 +78,10 @@ def test_what_the_lag_explains_of_the_motor_torque_goes(monkeypatch: pytest.Monk
         )
 
     monkeypatch.setattr(analysis, "searched", searched)
-    monkeypatch.setattr(analysis, "_settle", settle)
+    monkeypatch.setattr(analysis, "_said", lambda *_: SimpleNamespace(discoveries=[], notes=[]))
     monkeypatch.setattr(analysis, "replace", changed)
-    analysis._as_warm_as_it_is(
-        cast(Any, out),
-        cast(Any, None),
-        cast(Any, None),
-        SimpleNamespace(model=heat()),
-        True,
-        0,  # type: ignore[arg-type]
-    )
+    nothing, of_heat = cast(Any, None), cast(Any, SimpleNamespace(model=heat()))
+    analysis._as_warm_as_it_is(cast(Any, out), nothing, nothing, of_heat, True, 0)
     assert seen[0].temperature[-1] == pytest.approx(CONSTANT * PER_CAPACITY * LOSS, rel=1e-3)
     assert closed == ["again"]
     assert (out.searches[MOTOR_TORQUE] is again) == explained
