@@ -16,7 +16,7 @@ from bench.mismatch.orders.reaction import Reaction, reaction_of
 from bench.mismatch.orders.torques import torque_discoveries
 from bench.mismatch.orders.turns import found_in
 from bench.mismatch.outcomes import of_search, of_transmission
-from bench.mismatch.power_zeros import Zeros
+from bench.mismatch.power_zeros import UNNAMED, Zeros
 from bench.mismatch.power_zeros import chosen as zeros_chosen
 from bench.mismatch.prediction import corrected
 from bench.mismatch.problems import base_of, capacity_of, periodicity_of, problem_of, usable, wandering_zero
@@ -146,11 +146,11 @@ def _said(out: Analysis, data: Dataset, given: Given, search: Search, formulas: 
 def _as_warm_as_it_is(out: Analysis, data: Dataset, given: Given, heat: Search, formulas: bool, seed: int) -> None:
     """Search the motor torque again where it has something without a name and the temperature's sensor lags: the
     gearbox is warmer than that reads while it warms, and its friction less. If nothing without a name is left then, it
-    was the lag's.
+    was the lag's. Not where it is taken off the loss that heats: the temperature was fitted with it.
     """
     model = out.searches[MOTOR_TORQUE].model
     behind = behind_of(heat.model)
-    if behind is None or not model.nameless:
+    if behind is None or not model.nameless or UNNAMED in out.zeros.which:
         return
     frame = model.problem.rows.frame
     warmer = frame.temperature + np.interp(frame.time, heat.model.problem.rows.frame.time, behind)

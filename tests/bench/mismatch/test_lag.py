@@ -10,6 +10,7 @@ import pytest
 
 from bench.mismatch import analysis
 from bench.mismatch.analysis import LAG, behind_of
+from bench.mismatch.power_zeros import UNNAMED, Zeros
 from bench.mismatch.regression.model import Block, Chosen
 from bench.mismatch.regression.regressors import UNKNOWN, Named
 from bench.simulation.frame import ARRAYS, FloatArray, Frame
@@ -51,9 +52,13 @@ def test_a_sensor_without_a_lag_is_not_behind() -> None:
     assert behind_of(heat("thermal.second_mass")) is None
 
 
-@pytest.mark.parametrize("explained", [True, False])
-def test_what_the_lag_explains_of_the_motor_torque_goes(monkeypatch: pytest.MonkeyPatch, explained: bool) -> None:
-    """The motor torque is searched again at the gearbox's temperature, and what had no name goes if none is left."""
+@pytest.mark.parametrize(("explained", "taken_off"), [(True, False), (False, False), (True, True)])
+def test_what_the_lag_explains_of_the_motor_torque_goes(
+    monkeypatch: pytest.MonkeyPatch, explained: bool, taken_off: bool
+) -> None:
+    """The motor torque is searched again at the gearbox's temperature, and what had no name goes if none is left; not
+    where the temperature was fitted with a loss less that.
+    """
     closed: list[str] = []
     seen: list[Frame] = []
 
@@ -64,7 +69,8 @@ def test_what_the_lag_explains_of_the_motor_torque_goes(monkeypatch: pytest.Monk
 
     first, again = search("first", ("a function",)), search("again", () if explained else ("a function",))
     outcome = SimpleNamespace(discoveries=[SimpleNamespace(effect=UNKNOWN)], notes=[])
-    out = SimpleNamespace(searches={MOTOR_TORQUE: first}, outcomes={MOTOR_TORQUE: outcome})
+    zeros = Zeros((UNNAMED,) if taken_off else ())
+    out = SimpleNamespace(searches={MOTOR_TORQUE: first}, outcomes={MOTOR_TORQUE: outcome}, zeros=zeros)
 
     def searched(problem: Any, _seed: int) -> Any:
         seen.append(problem.rows.frame)
@@ -82,6 +88,9 @@ def test_what_the_lag_explains_of_the_motor_torque_goes(monkeypatch: pytest.Monk
     monkeypatch.setattr(analysis, "replace", changed)
     nothing, of_heat = cast(Any, None), cast(Any, SimpleNamespace(model=heat()))
     analysis._as_warm_as_it_is(cast(Any, out), nothing, nothing, of_heat, True, 0)
+    if taken_off:
+        assert (seen, out.searches[MOTOR_TORQUE], out.outcomes[MOTOR_TORQUE]) == ([], first, outcome)
+        return
     assert seen[0].temperature[-1] == pytest.approx(CONSTANT * PER_CAPACITY * LOSS, rel=1e-3)
     assert closed == ["again"]
     assert (out.searches[MOTOR_TORQUE] is again) == explained
