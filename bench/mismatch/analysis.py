@@ -160,8 +160,8 @@ def _as_warm_as_it_is(out: Analysis, data: Dataset, given: Given, heat: Search, 
         outcome = _said(out, data, given, again, formulas, seed)
         if all(d.effect != UNKNOWN for d in outcome.discoveries):
             outcome.notes.append(
-                "what the motor torque had without a name is the lag of the temperature's sensor: with the temperature"
-                " that the gearbox has nothing without a name is left there"
+                "what the motor torque had without a name comes from the lag of the temperature sensor: calculated with"
+                " the temperature of the gearbox itself, nothing without a name is left"
             )
             out.searches[MOTOR_TORQUE], out.outcomes[MOTOR_TORQUE] = again, outcome
     again.close()
