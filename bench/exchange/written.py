@@ -285,11 +285,10 @@ class _Writer:
         given = self.given
         if not given.reaction:
             return []
-        known = [w for w in given.waves.get(TRANSMISSION_ERROR, ()) if w.order not in given.misread]
         slope = total(
             [
                 *fourier.slope(given, frame),
-                *(pieces.wave(wave.slope, frame.theta, frame) for wave in known),
+                *(pieces.wave(wave.slope, frame.theta, frame) for wave in given.acting_waves),
                 *(pieces.pulse_slope(p.angle, p.width, p.height, frame) for p in given.pulses),
             ]
         )

@@ -8,11 +8,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bench.mismatch.discovery import ChannelOutcome
-from bench.mismatch.given import ENCODER, LOAD_SIDE, SENSOR, Given, Known
+from bench.mismatch.given import LOAD_SIDE, SENSOR, Given, Known
 from bench.mismatch.memory import give_back
 from bench.mismatch.orders import model as orders
+from bench.mismatch.orders.discoveries import multiples
+from bench.mismatch.orders.misread import ENCODER, asked
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.reaction import Reaction, reaction_of
+from bench.mismatch.orders.sight import known_orders
 from bench.mismatch.orders.torques import torque_discoveries
 from bench.mismatch.orders.turns import found_in
 from bench.mismatch.outcomes import of_search, of_transmission
@@ -101,12 +104,15 @@ def analyse(
         if channel == TRANSMISSION_ERROR:
             unnamed = nameless_load(out.searches[LOAD_TORQUE].model) if LOAD_TORQUE in out.searches else ()
             out.transmission = _transmission(data, given, rows, seed, (*banned, *in_angles), unnamed)
+            reacts = _reacts(out, data, given, channels)
+            if reacts:
+                _ask_whose(out.transmission, data, given, seed)
             out.outcomes[channel] = of_transmission(out.transmission, data, seed, formulas)
             assert out.transmission.offset is not None
             heard, moving = data.density.get(channel, ()), data.unsteady.get(channel, ())
             examine(out.outcomes[channel], out.transmission.offset, heard, seed, _orders_of(out), moving)
             out.transmission.offset.close()
-            out.reaction = _reaction(out, data, given, channels, seed)
+            out.reaction = _reaction(out, data, given, seed) if reacts else None
         else:
             reaction = out.reaction if channel == MOTOR_TORQUE else None
             if reaction is not None:
@@ -188,21 +194,45 @@ def _orders_of(out: Analysis) -> tuple[float, ...]:
     return () if periodic is None else (*periodic.series.orders, *(w.order for w in periodic.weak))
 
 
-def _reaction(out: Analysis, data: Dataset, given: Given, channels: Sequence[str], seed: int) -> Reaction | None:
-    """The load's reaction through all that is periodic in the transmission error and that no encoder misreads."""
-    whole = out.transmission
+def _reacts(out: Analysis, data: Dataset, given: Given, channels: Sequence[str]) -> bool:
+    """Whether the load's reaction through the transmission error can be looked for in the motor torque."""
     made = {MOTOR_TORQUE, TRANSMISSION_ERROR} & data.simulated  # a simulation from elsewhere has a reaction of its own
     off = CHANNELS[MOTOR_TORQUE].fixed in given.switched_off
-    if whole is None or whole.periodic is None or MOTOR_TORQUE not in channels or data.linear or made or off:
-        return None
-    misread = [f for d in out.outcomes[TRANSMISSION_ERROR].discoveries if d.effect == ENCODER for f in d.orders]
-    known = given.waves.get(TRANSMISSION_ERROR, ())
-    periodic = replace(
-        whole.periodic, waves=(*whole.periodic.waves, *known), pulses=(*whole.periodic.pulses, *given.pulses)
+    found = out.transmission is not None and out.transmission.periodic is not None
+    return found and MOTOR_TORQUE in channels and not (data.linear or made or off)
+
+
+def _reaction(out: Analysis, data: Dataset, given: Given, seed: int) -> Reaction | None:
+    """The load's reaction through all that is periodic in the transmission error and that no encoder misreads."""
+    whole = out.transmission
+    assert whole is not None
+    assert whole.periodic is not None
+    found = [d for d in out.outcomes[TRANSMISSION_ERROR].discoveries if d.effect == ENCODER]
+    beside = [m for m in whole.asked.found if m.beside and any(m.order in d.orders for d in found)]
+    misread = {f for d in found for f in d.orders} - {m.order for m in beside}
+    acting = whole.periodic.less({*misread, *given.misread})
+    acting = replace(
+        acting,
+        waves=(*acting.waves, *given.acting_waves, *(m.taken_off for m in beside)),
+        pulses=(*acting.pulses, *given.pulses),
     )
-    train = data.folds() >= 0
-    acting = periodic.less({*misread, *given.misread})
-    return reaction_of(acting, whole.rows.frame, whole.inside, train, given.reaction, seed)
+    return reaction_of(acting, whole.rows.frame, whole.inside, data.folds() >= 0, given.reaction, seed)
+
+
+def _ask_whose(model: TransmissionModel, data: Dataset, given: Given, seed: int) -> None:
+    """Ask the motor torque whose the multiples of the ratio are that were found in the transmission error."""
+    ratio, seen, periodic = float(data.gearbox.ratio or 1.0), model.seen, model.periodic
+    assert periodic is not None
+    orders = () if seen is None else multiples([f for f in seen.orders if f not in known_orders(model)], ratio)
+    if seen is None or not orders:
+        return
+    others = periodic.less({*orders, *given.misread})
+    folds = data.folds()
+    reaction = reaction_of(others, model.rows.frame, model.inside, folds >= 0, 0.0, seed)
+    if reaction is None or reaction.std is None:
+        return
+    fitted = frozenset(np.flatnonzero(folds >= 0).tolist())
+    model.asked = asked(seen, model.turns, fitted, data.shaft, ratio, (reaction.share, reaction.std), orders)
 
 
 def _transmission(

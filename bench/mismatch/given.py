@@ -14,6 +14,7 @@ import numpy as np
 
 from bench.errors import ConfigurationError
 from bench.foreign.base import Base
+from bench.mismatch.orders.misread import ENCODER
 from bench.mismatch.orders.periodic import Pulse
 from bench.mismatch.regression.regressors import Free, Named, Regressor
 from bench.mismatch.unnamed.formula_regressor import from_row
@@ -29,7 +30,6 @@ from bench.simulation.waves import Wave
 Row = Mapping[str, Any]
 REACTION = ("motor.load_reaction", "k_te")
 """term and symbol of how much of the load's reaction through the transmission error the motor torque holds"""
-ENCODER = "sensor.motor_encoder"
 SENSOR = "sensor.torque"
 """begins the ids of errors of the torque sensor: what it reads beyond the torque is taken off before others use it"""
 LOAD_SIDE = "load."
@@ -66,9 +66,16 @@ class Given:
     reaction: float = 0.0
     """share of tau/u*dTE/dtheta that the motor torque holds (:mod:`bench.mismatch.orders.reaction`)"""
     misread: tuple[float, ...] = ()
-    """orders of the transmission error that an encoder reads and the gearbox does not make"""
+    """orders of the transmission error's series that an encoder reads and the gearbox does not make"""
+    misread_waves: tuple[Wave, ...] = ()
+    """waves of the transmission error that it reads so; of a series's order they are the encoder's part"""
     base: Base | None = None
     """a simulation from elsewhere on which the terms stand; its channels are taken off when recordings are read"""
+
+    @property
+    def acting_waves(self) -> tuple[Wave, ...]:
+        """Waves of the transmission error that the gearbox makes."""
+        return tuple(w for w in self.waves.get(TRANSMISSION_ERROR, ()) if w not in self.misread_waves)
 
     @classmethod
     def of(cls, model: Simulation, base: Base | None = None) -> Given:
@@ -127,7 +134,7 @@ class Given:
             tuple(ripples),
             {channel: tuple(own) for channel, own in unsettled.items()},
             model.value(*REACTION) or 0.0,
-            _misread(model),
+            *_misread(model),
             base,
         )
 
@@ -136,14 +143,15 @@ class Given:
         return _coefficients(named, self.simulation.terms.get(named.effect))
 
 
-def _misread(model: Simulation) -> tuple[float, ...]:
-    """Orders of the rows of the motor encoder's error."""
+def _misread(model: Simulation) -> tuple[tuple[float, ...], tuple[waves.Wave, ...]]:
+    """Orders of the series, and waves, of the rows of the motor encoder's error."""
     term = model.terms.get(ENCODER)
     if term is None or not term.enabled:
-        return ()
+        return (), ()
     rows = list(term.rows())
-    told = [float(f) for row in rows for f in row.get("orders", ())]
-    return tuple(told + [float(wave["order"]) for row in rows for wave in row.get("waves", ())])
+    where = f"the simulation's term {ENCODER}"
+    own = [wave for row in rows for wave in waves.from_json(row.get("waves", ()), where)]
+    return tuple(float(f) for row in rows for f in row.get("orders", ())), tuple(own)
 
 
 def _coefficients(named: Named, term: Term | None) -> FloatArray | None:

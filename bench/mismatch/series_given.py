@@ -15,7 +15,6 @@ from bench.simulation.free_oscillation import Complex, free_oscillation, over_an
 from bench.simulation.laws import RESONANCE, factor
 from bench.simulation.polynomial import basis
 from bench.simulation.sines import summed
-from bench.simulation.terms import TRANSMISSION_ERROR
 from bench.simulation.waves import ROWS_AT_ONCE
 
 
@@ -65,7 +64,7 @@ def slope(given: Given, frame: Frame) -> FloatArray:
         orders = _orders(own)
         steeper = amplitude * np.where(np.isin(orders, given.misread), 0.0, orders)[:, None]
         out[part] = summed(frame.theta[part], orders, steeper, phase + 0.5 * np.pi)
-    further = [w.slope for w in given.waves.get(TRANSMISSION_ERROR, ()) if w.order not in given.misread]
+    further = [w.slope for w in given.acting_waves]
     if further:
         out = out + waves.evaluate(further, frame.theta, frame)
     for pulse in given.pulses:

@@ -17,10 +17,13 @@ from bench.mismatch import criteria
 from bench.mismatch.discovery import UNNAMED, Discovery
 from bench.mismatch.orders import defects, laws, modulation
 from bench.mismatch.orders.borne_out import borne_out
+from bench.mismatch.orders.misread import ENCODER
 from bench.mismatch.orders.model import TransmissionModel, with_parts
 from bench.mismatch.orders.reported import (
     AMPLITUDE,
+    MOVES_NOTHING,
     modulation_parameters,
+    of_encoder,
     of_orders,
     of_pulses,
     order_p_value,
@@ -108,14 +111,8 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
         assert sight is not None
     law = _law(model, seed, law)
     shaft = _of_motor(model, sight, teeth.ratio)
-    rest = [f for f in sight.found if f not in shaft]
-    if shaft:
-        gain = max(sight.gains(sight.at(model, f), f)[0] for f in shaft)
-        p_value = order_p_value(model, gain)
-        words = {"words": "the motor's encoder: multiples of the ratio, the same at every load, speed and temperature"}
-        told = of_orders(model, sight, "sensor.motor_encoder", shaft, teeth, p_value, probability(p_value), words)
-        out.append(told)
-        rest += [] if told is not None else list(shaft)
+    encoder = _encoder(model, sight, shaft, teeth)
+    rest = [f for f in sight.found if encoder is None or f not in shaft]
     pair = modulation.search(model, sight, shaft, seed)
     if pair is not None:
         first = pair.pairs[0]
@@ -130,6 +127,7 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
         if told is not None:
             rest = [f for f in rest if f not in pair.orders]
     plain = _plain(model, sight, rest, teeth)
+    encoder = _with_what_is_beside(model, encoder, plain)
     if law is not None and plain is not None and _of_new_orders(law, plain):
         # how an order that the simulation has not changes with the state is a property of that order
         plain = replace(
@@ -145,7 +143,7 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
             numbers=pulses.numbers + plain.numbers,
         )
         plain = None
-    return [d for d in (law, pulses, *out, plain) if d is not None]
+    return [d for d in (law, pulses, encoder, *out, plain) if d is not None]
 
 
 def _of_pulses(sight: Sight, places: Sequence[defects.Defect], orders: Sequence[float]) -> bool:
@@ -219,17 +217,59 @@ def _sure(found: laws.FoundLaw) -> bool:
     return bool(np.max(size[measured] / found.strength_std[measured]) > criteria.SURE)
 
 
+def _encoder(model: TransmissionModel, sight: Sight, shaft: Sequence[float], teeth: Gearbox) -> Discovery | None:
+    """Orders that are the motor encoder's as a whole."""
+    if not shaft:
+        return None
+    words = {"words": "the motor's encoder: multiples of the ratio, the same at every load, speed and temperature"}
+    by_reaction = [m for m in model.asked.found if m.order in shaft]
+    if by_reaction:
+        p_value: float | None = min(m.p_value for m in by_reaction)
+        words = {"words": MOVES_NOTHING}
+    else:
+        p_value = order_p_value(model, max(sight.gains(sight.at(model, f), f)[0] for f in shaft))
+    return of_orders(model, sight, ENCODER, shaft, teeth, p_value, probability(p_value), words)
+
+
+def _with_what_is_beside(
+    model: TransmissionModel, encoder: Discovery | None, plain: Discovery | None
+) -> Discovery | None:
+    """The encoder's error with its parts of orders that the gearbox has as well, which ``plain`` holds."""
+    if plain is None:
+        return encoder
+    parts = of_encoder(model, [m for m in model.asked.found if m.beside and m.order in plain.orders], MOVES_NOTHING)
+    if encoder is None or parts is None:
+        return encoder or parts
+    return replace(
+        encoder,
+        added=encoder.added + parts.added,
+        gain=encoder.gain + parts.gain,
+        simulation_rows=encoder.simulation_rows + parts.simulation_rows,
+        orders=encoder.orders + parts.orders,
+        table=encoder.table + parts.table,
+        numbers=encoder.numbers + parts.numbers,
+    )
+
+
+def multiples(orders: Sequence[float], ratio: float) -> tuple[float, ...]:
+    """Those of the orders that are multiples of the ratio: the motor turns so."""
+    return tuple(f for f in orders if ratio > 1.0 and _multiple(f / ratio))
+
+
 def _of_motor(model: TransmissionModel, sight: Sight, ratio: float) -> tuple[float, ...]:
-    """Found orders that are multiples of the ratio and have one vector whatever the direction, load, speed,
-    temperature; and, where there is such an order, further multiples that are nearly so: a disc has several.
+    """Found orders that are the motor encoder's and not the gearbox's.
+
+    Where the motor's torque says whose they are, those of which it says so. Of the others the multiples of the ratio
+    that have one vector whatever the direction, load, speed, temperature; and, where there is such an order, further
+    multiples that are nearly so: a disc has several.
     """
-    multiples = [f for f in sight.found if ratio > 1.0 and _multiple(f / ratio)]
+    whole = [m.order for m in model.asked.found if not m.beside]
+    left = [f for f in multiples(sight.found, ratio) if f not in model.asked.orders]
     if model.laws:
-        multiples = [f for f in multiples if not passes(model, sight.stage, f)]
-    constant = [f for f in multiples if sight.gains(sight.at(model, f), f)[1] == 0]
-    if not constant:
-        return ()
-    return tuple(f for f in multiples if f in constant or _share_of_mean(model, sight, f) >= MOSTLY)
+        left = [f for f in left if not passes(model, sight.stage, f)]
+    constant = [f for f in left if sight.gains(sight.at(model, f), f)[1] == 0]
+    further = [f for f in left if f in constant or (constant and _share_of_mean(model, sight, f) >= MOSTLY)]
+    return tuple(f for f in sight.found if f in whole or f in further)
 
 
 def _multiple(times: float) -> bool:

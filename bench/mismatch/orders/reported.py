@@ -13,6 +13,7 @@ from bench.mismatch import criteria
 from bench.mismatch.discovery import NAMED, Discovery
 from bench.mismatch.equations import renamed
 from bench.mismatch.orders.defects import Defect, at_places
+from bench.mismatch.orders.misread import ENCODER, Misread
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.modulation import Modulation
 from bench.mismatch.orders.periodic import Periodic, Pulse
@@ -29,6 +30,8 @@ Row = dict[str, Any]
 WAVE = "TE += c*cos(f*theta) + s*sin(f*theta)"
 AMPLITUDE = "a{0} = sqrt(mean(c{0}**2 + s{0}**2))"
 """of a wave whose amplitude may change with the state"""
+OF_MOTOR = ", f = k*u"
+MOVES_NOTHING = "the motor's encoder: multiples of the ratio, without the load's reaction in the motor torque"
 _DEPENDS = {"p": "direction", "tau": "load", "v": "speed", "T": "temperature"}
 
 
@@ -74,7 +77,9 @@ def of_orders(
     if not orders:
         return None
     by_size = sorted((_order(model, sight, f) for f in orders), key=lambda w: -w[1])
+    misread = [m for m in model.asked.found if m.beside and m.order in orders]
     values = _evaluated(model, orders)
+    values = values + waves.evaluate([m.taken_off for m in misread], model.rows.frame.theta, model.rows.frame)
     if not strong(model, values):
         return None
     rows: list[Row] = []
@@ -85,9 +90,12 @@ def of_orders(
         rows.append({"effect": effect, "channels": [TRANSMISSION_ERROR], "waves": told_waves})
     if polynomial:
         rows.append({"effect": effect, "orders": sorted(polynomial)})
+        taken_off = [m.taken_off.to_json() for m in misread if m.order in polynomial]
+        if taken_off:
+            rows.append({"effect": effect, "channels": [TRANSMISSION_ERROR], "waves": taken_off})
     table = tuple(_table_row(model, w, size, gearbox) for w, size in by_size)
     term = LIBRARY[effect]
-    of_motor = ", f = k*u" if effect == "sensor.motor_encoder" else ""
+    of_motor = OF_MOTOR if effect == ENCODER else ""
     out = Discovery(
         effect=effect,
         status=NAMED,
@@ -108,15 +116,58 @@ def of_orders(
     return replace(out, **extra)
 
 
+def of_encoder(model: TransmissionModel, parts: Sequence[Misread], words: str) -> Discovery | None:
+    """The motor encoder's parts of orders that the gearbox has as well, as a discovery; None if they are weak."""
+    values = waves.evaluate([m.wave for m in parts], model.rows.frame.theta, model.rows.frame)
+    if not parts or not strong(model, values):
+        return None
+    by_size = sorted(parts, key=lambda m: -abs(m.vector))
+    first, p_value = by_size[0], min(m.p_value for m in parts)
+    table = [
+        {"order": m.order, "amplitude": abs(m.vector), "unit": "rad", "std": m.std}
+        | {"part": "motor encoder", "depends_on": "nothing"}
+        for m in by_size
+    ]
+    row = {"effect": ENCODER, "channels": [TRANSMISSION_ERROR], "waves": [m.wave.to_json() for m in by_size]}
+    return Discovery(
+        effect=ENCODER,
+        status=NAMED,
+        confidence=probability(p_value),
+        channel=TRANSMISSION_ERROR,
+        words=words,
+        equation=f"{WAVE}{OF_MOTOR}, {AMPLITUDE.format('')}",
+        variables=("angle",),
+        parameters=(
+            parameter("f", first.order, "1", None),
+            parameter("a", abs(first.vector), "rad", first.std),
+            parameter("c", first.vector.imag, "rad", first.std),
+            parameter("s", first.vector.real, "rad", first.std),
+        ),
+        added=values,
+        gain=float(sum(m.gain for m in parts)),
+        p_value=p_value,
+        simulation_rows=(row,),
+        orders=tuple(m.order for m in by_size),
+        table=tuple(table),
+        numbers=2 * len(parts),
+    )
+
+
 def _order(model: TransmissionModel, sight: Sight, order: float) -> tuple[WeakOrder, float]:
-    """An order as waves, and its root mean square amplitude over the training turns (rad)."""
+    """An order as waves, and its root mean square amplitude over the training turns (rad), without what the motor's
+    encoder misreads of it.
+    """
     assert model.periodic is not None
     vectors = sight.at(model, order)
     gain, which = sight.gains(vectors, order)
     estimate = next((w for w in model.periodic.weak if w.order == order), None)
     estimate = estimate or sight.estimated(vectors, order, which, gain)
     estimate = replace(estimate, gain=gain)
-    shown = model.periodic.at_turns(model.own_turns, [order])[:, 0]
+    misread = model.asked.beside(order)
+    if misread:
+        constant = np.array([times in ("1", "p", "n") for times in estimate.model])
+        estimate = replace(estimate, vectors=np.where(constant, estimate.vectors - misread, estimate.vectors))
+    shown = model.periodic.at_turns(model.own_turns, [order])[:, 0] - misread
     return estimate, float(np.sqrt(np.mean(np.abs(shown) ** 2)))
 
 

@@ -1,0 +1,164 @@
+"""What the motor's encoder misreads, told from what the gearbox does by the load's reaction in the motor's torque.
+
+A multiple of the ratio in the transmission error is the motor encoder's, or the gearbox turns so once a revolution of
+the motor. The gearbox's own order passes its share tau/u*dTE/dtheta of the load to the motor
+(:mod:`bench.mismatch.orders.reaction`), an encoder's error passes none: it moves nothing. What the drive's loop makes
+of the error goes with the speed and its square, not with the load.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from bench.mismatch import criteria
+from bench.mismatch.orders.turns import Complex, Seen, Turn
+from bench.mismatch.recordings.vibration import ShaftSpectrum
+from bench.simulation.frame import FloatArray
+from bench.simulation.waves import Wave
+
+ENCODER = "sensor.motor_encoder"
+HALF = 0.5
+"""of an order, which the first that is told must be the encoder's: the loop may answer an order by a part more or less
+than it answers the others"""
+NUISANCES = 3
+"""parts of an order that go with the speed: level, slope, square"""
+
+
+@dataclass(frozen=True, slots=True)
+class Misread:
+    """The encoder's part of an order: vector b + j*a in rad, standard deviation of either component, chance that an
+    order of the gearbox alone looks so, gain of log-likelihood, whether the gearbox has the order ``beside`` it.
+    """
+
+    order: float
+    vector: complex
+    std: float
+    p_value: float
+    gain: float
+    beside: bool
+
+    @property
+    def wave(self) -> Wave:
+        """It as a wave of a simulation file."""
+        return Wave(self.order, "1", self.vector.imag, self.vector.real, self.std, self.std)
+
+    @property
+    def taken_off(self) -> Wave:
+        """What is taken off the order as a whole to have the gearbox's part of it."""
+        return Wave(self.order, "1", -self.vector.imag, -self.vector.real)
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """``orders`` of which the motor's torque says whose they are, and the encoder's parts that were ``found``."""
+
+    orders: tuple[float, ...] = ()
+    found: tuple[Misread, ...] = ()
+
+    def beside(self, order: float) -> complex:
+        """The encoder's part of an order that is the gearbox's as well (rad), 0 where there is none."""
+        return next((m.vector for m in self.found if m.order == order and m.beside), 0j)
+
+
+def asked(
+    seen: Seen,
+    turns: Sequence[Turn],
+    recordings: frozenset[int],
+    shaft: Sequence[ShaftSpectrum],
+    ratio: float,
+    share: tuple[float, float],
+    orders: Sequence[float],
+) -> Asked:
+    """Ask the motor's torque in ``recordings`` (their indices) about ``orders``, multiples of the ``ratio``.
+
+    ``share`` of the load's reaction that the other orders have in the motor torque, with its standard deviation.
+    """
+    told: dict[float, Misread] = {}
+    done = []
+    for order in orders:
+        points = _points(seen, turns, recordings, shaft, ratio, order)
+        if points is not None:
+            done.append(order)
+            told[order] = _estimated(points, share)
+    rate = criteria.ERROR_RATE_OF_A_CHANNEL / max(len(done), 1)
+    sure = [
+        m for m, size in ((told[f], _size(seen, f)) for f in done) if m.p_value < rate and abs(m.vector) > HALF * size
+    ]
+    found = [told[f] for f in done if told[f].p_value < rate] if sure else []
+    return Asked(tuple(done), tuple(found))
+
+
+def _size(seen: Seen, order: float) -> float:
+    """Root mean square of an order's amplitude over the turns."""
+    return float(np.sqrt(np.mean(np.abs(seen.vectors[:, seen.orders.index(order)]) ** 2)))
+
+
+@dataclass(frozen=True, slots=True)
+class _Points:
+    """An order in each recording (n,): vectors a + j*b of it in the motor's torque and of the whole reaction,
+    what an error of one radian takes off that, relative speed, standard deviation of a component, vectors b + j*a in
+    the transmission error.
+    """
+
+    order: float
+    torque: Complex
+    reaction: Complex
+    unit: Complex
+    speed: FloatArray
+    sigma: FloatArray
+    vectors: Complex
+
+
+def _points(
+    seen: Seen,
+    turns: Sequence[Turn],
+    recordings: frozenset[int],
+    shaft: Sequence[ShaftSpectrum],
+    ratio: float,
+    order: float,
+) -> _Points | None:
+    """None where too few recordings show the order in both."""
+    times = round(order / ratio)
+    column = seen.vectors[:, seen.orders.index(order)]
+    recording = np.array([t.recording for t in turns])
+    reach = np.array([t.torque for t in turns]) / ratio * -1j * order  # derivative of a + j*b is -j*f*(a + j*b)
+    rows = []
+    for one in shaft:
+        own = np.flatnonzero(recording == one.recording)
+        if one.recording not in recordings or not own.size or times >= one.amplitude.size:
+            continue
+        at = one.in_band[times]
+        if np.isfinite(at):
+            whole = np.mean(reach[own] * 1j * np.conj(column[own]))
+            rows.append((at, whole, np.mean(reach[own]), one.velocity, one.sigma, np.mean(column[own])))
+    if len(rows) < criteria.FEWEST_RECORDINGS + 1 + NUISANCES:
+        return None
+    torque, reaction, unit, velocity, sigma, vectors = (np.array(c) for c in zip(*rows, strict=True))
+    return _Points(order, torque, reaction, unit, velocity.real / np.abs(velocity).max(), sigma.real, vectors)
+
+
+def _estimated(points: _Points, share: tuple[float, float]) -> Misread:
+    """The encoder's part by least squares, its scatter by leaving out one recording after another."""
+    of_speed = [np.ones(points.speed.size), points.speed, points.speed**2]
+    design = np.column_stack([-share[0] * points.unit, *of_speed]) / points.sigma[:, None]
+    left = (points.torque - share[0] * points.reaction) / points.sigma
+    size = left.size
+    without, _, _, _ = np.linalg.lstsq(design[:, 1:], left, rcond=None)
+    whole, _, _, _ = np.linalg.lstsq(design, left, rcond=None)
+    others = [np.arange(size) != k for k in range(size)]
+    parts = np.array([np.linalg.lstsq(design[kept], left[kept], rcond=None)[0][0] for kept in others])
+    variance = float(np.sum(np.abs(parts - parts.mean()) ** 2)) * (size - 1) / size / 2.0
+    variance += (share[1] / share[0]) ** 2 * float(np.mean(np.abs(points.vectors) ** 2)) / 2.0
+    vector = complex(1j * np.conj(whole[0]))
+    freedom = 2 * (size - 1 - NUISANCES)
+    p_value = float(stats.f.sf(abs(vector) ** 2 / (2.0 * variance), 2, freedom))
+    before, after = (float(np.sum(np.abs(left - design[:, k:] @ c) ** 2)) for k, c in ((1, without), (0, whole)))
+    rest = float(np.mean(np.abs(points.vectors - vector) ** 2))
+    beside = rest > criteria.SURE**2 * 2.0 * variance
+    return Misread(
+        points.order, vector, float(np.sqrt(variance)), p_value, size * float(np.log(before / after)), beside
+    )

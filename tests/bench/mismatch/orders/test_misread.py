@@ -1,0 +1,98 @@
+"""What the motor's encoder misreads, told by the reaction that it does not have."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bench.mismatch.given import Given
+from bench.mismatch.orders.misread import Asked, asked
+from bench.mismatch.orders.turns import Seen, Turn
+from bench.mismatch.recordings.vibration import HIGHEST_SHAFT_ORDER, ShaftSpectrum
+from bench.mismatch.series_given import slope
+from bench.simulation import Simulation
+from bench.simulation.waves import Wave
+from tests.bench.mismatch.orders.test_reaction import frame
+
+RATIO, SHARE, NOISE = 185.0, 1.06, 1e-4
+RECORDINGS = 30
+EVERY = frozenset(range(RECORDINGS))
+RNG = np.random.default_rng(5)
+LOAD = RNG.uniform(-800.0, 800.0, RECORDINGS)
+SPEED = np.where(np.arange(RECORDINGS) % 2 == 0, 1.0, -1.0) * RNG.choice([0.05, 0.1, 0.17], RECORDINGS)
+GEARBOX = (-4.0 + 3.0j) * 1e-6 * (1.0 + 0.1 * LOAD / 800.0)
+"""b + j*a of order 185, which follows the load a little"""
+ENCODER = (5.0 + 8.0j) * 1e-6
+
+
+def bench(gearbox: complex | np.ndarray, encoder: complex) -> tuple[Seen, list[Turn], list[ShaftSpectrum]]:
+    """Revolutions that show both, and a motor torque that feels the gearbox alone; its loop follows the encoder."""
+    gearbox = gearbox * np.ones(RECORDINGS)
+    vectors = (gearbox + encoder)[:, None]
+    sizes = np.ones(RECORDINGS)
+    seen = Seen((RATIO,), vectors, np.zeros((RECORDINGS, 400), dtype=np.complex128), sizes, sizes, None)
+    turns = [
+        Turn(k, slice(0, 1), float(LOAD[k]), float(SPEED[k]), 30.0, 60.0 * k, float(np.sign(SPEED[k])), 1.1, 40.0)
+        for k in range(RECORDINGS)
+    ]
+    shaft = []
+    for k in range(RECORDINGS):
+        amplitude = NOISE * (RNG.normal(size=HIGHEST_SHAFT_ORDER + 1) + 1j * RNG.normal(size=HIGHEST_SHAFT_ORDER + 1))
+        # the torque that d/dtheta of a*cos + b*sin takes of the load, as a + j*b
+        cosine, sine = gearbox[k].imag, gearbox[k].real
+        amplitude[1] += SHARE * LOAD[k] / RATIO * RATIO * (sine - 1j * cosine)
+        amplitude[1] += 0.3 * encoder * RATIO * (SPEED[k] / 0.17) ** 2
+        shaft.append(ShaftSpectrum(k, amplitude, NOISE, float(LOAD[k] / RATIO), float(SPEED[k]), 30.0))
+    return seen, turns, shaft
+
+
+def ask(gearbox: complex | np.ndarray, encoder: complex, recordings: frozenset[int] = EVERY) -> Asked:
+    return asked(*bench(gearbox, encoder)[:2], recordings, bench(gearbox, encoder)[2], RATIO, (SHARE, 0.01), [RATIO])
+
+
+def test_its_part_is_found_beside_the_gearboxs_own_order() -> None:
+    (part,) = ask(GEARBOX, ENCODER).found
+    assert abs(part.vector - ENCODER) < 4.0 * part.std
+    assert 0.0 < part.std < 0.05 * abs(ENCODER)
+    assert part.beside
+    assert part.p_value < 1e-6
+    assert part.wave == Wave(RATIO, "1", part.vector.imag, part.vector.real, part.std, part.std)
+
+
+def test_an_order_of_its_own_has_nothing_beside_it() -> None:
+    (part,) = ask(0.0, ENCODER).found
+    assert not part.beside
+    assert ask(0.0, ENCODER).beside(RATIO) == 0.0
+
+
+def test_an_order_of_the_gearbox_is_not_the_encoders() -> None:
+    told = ask(GEARBOX, 0.0)
+    assert told.orders == (RATIO,)
+    assert not told.found
+
+
+@pytest.mark.parametrize("size", [0.0, 0.15])
+def test_a_loop_that_answers_this_order_a_little_differently_is_no_encoder(size: float) -> None:
+    """A part of the order that has no reaction, but less than half of it."""
+    assert not ask(GEARBOX, -size * (-4.0 + 3.0j) * 1e-6).found
+
+
+def test_too_few_recordings_are_not_asked() -> None:
+    assert ask(GEARBOX, ENCODER, frozenset(range(8))) == Asked()
+
+
+def test_a_simulation_file_keeps_the_gearboxs_part_of_an_order() -> None:
+    """The encoder's wave is in the transmission error and in no reaction; a wave of the same order beside it is."""
+    own, encoder = Wave(46.0, "1", 2e-6, 1e-6), Wave(46.0, "1", 5e-6, 8e-6)
+    document = Simulation.nominal().to_json()
+    channels = ["transmission_error"]
+    document["terms"] += [
+        {"effect": "te.harmonic", "enabled": True, "channels": channels, "waves": [own.to_json()]},
+        {"effect": "sensor.motor_encoder", "enabled": True, "channels": channels, "waves": [encoder.to_json()]},
+    ]
+    both = Given.of(Simulation.from_json(document))
+    document["terms"].pop()
+    alone = Given.of(Simulation.from_json(document))
+    assert both.acting_waves == alone.acting_waves == (own,)
+    assert both.waves["transmission_error"] == (own, encoder)
+    assert np.array_equal(slope(both, frame()), slope(alone, frame()))
