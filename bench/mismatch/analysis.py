@@ -127,8 +127,8 @@ def analyse(
                 in_angles = _told_here(search)
                 shown = tuple(_shown_here_first([chosen.effect for chosen in search.model.chosen]))
             if channel == TEMPERATURE and MOTOR_TORQUE in out.searches:
-                _as_warm_as_it_is(out, data, given, search, formulas, seed)
-            search.close()
+                _as_warm_as_it_is(out, data, given, rows, formulas, seed, (*banned, *shown))
+            out.searches[channel].close()
         give_back()
     return out
 
@@ -149,28 +149,51 @@ def _said(out: Analysis, data: Dataset, given: Given, search: Search, formulas: 
     return outcome
 
 
-def _as_warm_as_it_is(out: Analysis, data: Dataset, given: Given, heat: Search, formulas: bool, seed: int) -> None:
+def _as_warm_as_it_is(
+    out: Analysis, data: Dataset, given: Given, rows: Rows, formulas: bool, seed: int, banned: Sequence[str]
+) -> None:
     """Search the motor torque again where it has something without a name and the temperature's sensor lags: the
     gearbox is warmer than that reads while it warms, and its friction less. If nothing without a name is left then, it
-    was the lag's. Not where it is taken off the loss that heats: the temperature was fitted with it.
+    was the lag's, provided that the temperature has that lag beside the new model of the motor torque as well. ``rows``
+    of the temperature, and the effects ``banned`` there.
     """
+    heat = out.searches[TEMPERATURE]
     model = out.searches[MOTOR_TORQUE].model
     behind = behind_of(heat.model)
-    if behind is None or not model.nameless or UNNAMED in out.zeros.which:
+    if behind is None or not model.nameless:
         return
     frame = model.problem.rows.frame
     warmer = frame.temperature + np.interp(frame.time, heat.model.problem.rows.frame.time, behind)
-    rows = replace(model.problem.rows, frame=replace(frame, temperature=warmer))
-    again = searched(replace(model.problem, rows=rows), seed)
-    if not again.model.nameless:
-        outcome = _said(out, data, given, again, formulas, seed)
-        if all(d.effect != UNKNOWN for d in outcome.discoveries):
-            outcome.notes.append(
-                "what the motor torque had without a name comes from the lag of the temperature sensor: calculated with"
-                " the temperature of the gearbox itself, nothing without a name is left"
-            )
-            out.searches[MOTOR_TORQUE], out.outcomes[MOTOR_TORQUE] = again, outcome
+    moved = replace(model.problem.rows, frame=replace(frame, temperature=warmer))
+    again = searched(replace(model.problem, rows=moved), seed)
+    other = replace(out, searches={**out.searches, MOTOR_TORQUE: again}, outcomes=dict(out.outcomes))
+    if not again.model.nameless and _holds_with(other, data, given, rows, formulas, seed, banned):
+        out.searches, out.outcomes, out.zeros = other.searches, other.outcomes, other.zeros
+        if out.searches[TEMPERATURE] is not heat:
+            heat.close()
     again.close()
+
+
+def _holds_with(
+    out: Analysis, data: Dataset, given: Given, rows: Rows, formulas: bool, seed: int, banned: Sequence[str]
+) -> bool:
+    """Whether nothing without a name is left in the motor torque, and the temperature still shows a lag with it."""
+    outcome = _said(out, data, given, out.searches[MOTOR_TORQUE], formulas, seed)
+    if any(d.effect == UNKNOWN for d in outcome.discoveries):
+        return False
+    outcome.notes.append(
+        "what the motor torque had without a name comes from the lag of the temperature sensor: calculated with"
+        " the temperature of the gearbox itself, nothing without a name is left"
+    )
+    if UNNAMED in out.zeros.which:
+        # the temperature was fitted with what is no more
+        search = _heat(out, data, given, rows, seed, banned)
+        if behind_of(search.model) is None:
+            search.close()
+            return False
+        out.searches[TEMPERATURE], out.outcomes[TEMPERATURE] = search, _said(out, data, given, search, formulas, seed)
+    out.outcomes[MOTOR_TORQUE] = outcome
+    return True
 
 
 def behind_of(model: ChannelModel) -> FloatArray | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -52,47 +53,60 @@ def test_a_sensor_without_a_lag_is_not_behind() -> None:
     assert behind_of(heat("thermal.second_mass")) is None
 
 
-@pytest.mark.parametrize(("explained", "taken_off"), [(True, False), (False, False), (True, True)])
+@pytest.mark.parametrize(
+    ("explained", "taken_off", "lag_again", "accepted"),
+    [
+        (True, False, None, True),
+        (False, False, None, False),
+        # the temperature was fitted with a loss less the function without a name: it is searched again without
+        (True, True, LAG, True),
+        (True, True, "thermal.second_mass", False),
+    ],
+)
 def test_what_the_lag_explains_of_the_motor_torque_goes(
-    monkeypatch: pytest.MonkeyPatch, explained: bool, taken_off: bool
+    monkeypatch: pytest.MonkeyPatch, explained: bool, taken_off: bool, lag_again: str | None, accepted: bool
 ) -> None:
-    """The motor torque is searched again at the gearbox's temperature, and what had no name goes if none is left; not
-    where the temperature was fitted with a loss less that.
+    """The motor torque is searched again at the gearbox's temperature, and what had no name goes if none is left and
+    the temperature still has the lag with that.
     """
     closed: list[str] = []
     seen: list[Frame] = []
 
-    def search(name: str, nameless: tuple[str, ...]) -> Any:
+    def search(name: str, nameless: tuple[str, ...], channel: str = MOTOR_TORQUE) -> Any:
         rows = SimpleNamespace(frame=frame())
-        model = SimpleNamespace(nameless=nameless, problem=SimpleNamespace(rows=rows), channel=MOTOR_TORQUE)
+        model = SimpleNamespace(nameless=nameless, problem=SimpleNamespace(rows=rows), channel=channel)
         return SimpleNamespace(model=model, close=lambda: closed.append(name))
 
+    def of_heat(name: str, effect: str) -> Any:
+        return SimpleNamespace(model=heat(effect), close=lambda: closed.append(name))
+
     first, again = search("first", ("a function",)), search("again", () if explained else ("a function",))
-    outcome = SimpleNamespace(discoveries=[SimpleNamespace(effect=UNKNOWN)], notes=[])
-    zeros = Zeros((UNNAMED,) if taken_off else ())
-    out = SimpleNamespace(searches={MOTOR_TORQUE: first}, outcomes={MOTOR_TORQUE: outcome}, zeros=zeros)
+    warm = of_heat("heat", LAG)
+    outcome: Any = SimpleNamespace(discoveries=[SimpleNamespace(effect=UNKNOWN)], notes=[])
+    out = analysis.Analysis(
+        cast(Any, None),
+        searches={MOTOR_TORQUE: first, TEMPERATURE: warm},
+        outcomes={MOTOR_TORQUE: outcome},
+        zeros=Zeros((UNNAMED,) if taken_off else ()),
+    )
 
     def searched(problem: Any, _seed: int) -> Any:
         seen.append(problem.rows.frame)
         return again
 
     def changed(one: Any, **parts: Any) -> Any:
-        return (
-            Frame(**{**{n: getattr(one, n) for n in Frame.__dataclass_fields__}, **parts})
-            if isinstance(one, Frame)
-            else SimpleNamespace(**{**vars(one), **parts})
-        )
+        return SimpleNamespace(**{**vars(one), **parts}) if isinstance(one, SimpleNamespace) else replace(one, **parts)
 
     monkeypatch.setattr(analysis, "searched", searched)
     monkeypatch.setattr(analysis, "_said", lambda *_: SimpleNamespace(discoveries=[], notes=[]))
+    monkeypatch.setattr(analysis, "_heat", lambda *_: of_heat("heat again", str(lag_again)))
     monkeypatch.setattr(analysis, "replace", changed)
-    nothing, of_heat = cast(Any, None), cast(Any, SimpleNamespace(model=heat()))
-    analysis._as_warm_as_it_is(cast(Any, out), nothing, nothing, of_heat, True, 0)
-    if taken_off:
-        assert (seen, out.searches[MOTOR_TORQUE], out.outcomes[MOTOR_TORQUE]) == ([], first, outcome)
-        return
+    nothing = cast(Any, None)
+    analysis._as_warm_as_it_is(out, nothing, nothing, nothing, True, 0, ())
     assert seen[0].temperature[-1] == pytest.approx(CONSTANT * PER_CAPACITY * LOSS, rel=1e-3)
-    assert closed == ["again"]
-    assert (out.searches[MOTOR_TORQUE] is again) == explained
-    assert [d.effect for d in out.outcomes[MOTOR_TORQUE].discoveries] == ([] if explained else [UNKNOWN])
-    assert bool(out.outcomes[MOTOR_TORQUE].notes) == explained
+    assert (out.searches[MOTOR_TORQUE] is again) == accepted
+    assert (out.searches[TEMPERATURE] is warm) == (not (accepted and taken_off))
+    assert [d.effect for d in out.outcomes[MOTOR_TORQUE].discoveries] == ([] if accepted else [UNKNOWN])
+    assert bool(out.outcomes[MOTOR_TORQUE].notes) == accepted
+    of_the_heat = [] if not (explained and taken_off) else ["heat"] if accepted else ["heat again"]
+    assert closed == [*of_the_heat, "again"]
