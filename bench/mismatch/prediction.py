@@ -25,6 +25,7 @@ from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.recordings.notch import notched, ripple_orders
 from bench.mismatch.recordings.prepared import Folder, Prepared, prepare
 from bench.mismatch.recordings.rows import Rows, join
+from bench.mismatch.recordings.source import of_one_campaign
 from bench.mismatch.regression.problem import CHANNELS, fixed_part, nominal_base
 from bench.mismatch.regression.regressors import Named, remembers
 from bench.mismatch.series_given import periodic_part, slope
@@ -276,7 +277,8 @@ def told_of(
     whole = sorted(recordings, key=lambda r: r.started_at) if only is None else list(recordings)
     beside = Path(model).resolve().parent if isinstance(model, str | Path) else Path.cwd()
     base = base_of(simulation.extra, beside)
-    own = Folder(whole[0].started_at.timestamp(), Manner.of(whole), ripple_orders(whole), base)
+    begin = of_one_campaign(whole)[0].started_at.timestamp()
+    own = Folder(begin, Manner.of(whole), ripple_orders(whole), base)
     predictor = Predictor(Given.of(simulation))
     travelled = [0.0]
     rows = Collected()

@@ -26,7 +26,7 @@ from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.course import added
 from bench.mismatch.regression.maxima import tail
 from bench.mismatch.regression.model import plain_residual, widened
-from bench.mismatch.regression.noise import Mixture
+from bench.mismatch.regression.noise import Mixture, usual_rate
 from bench.mismatch.regression.prior import calibrated_alone
 from bench.mismatch.regression.problem import NUISANCE, BaseTerm, ChannelProblem
 from bench.mismatch.regression.search import searched
@@ -149,11 +149,6 @@ def offset_anew(model: TransmissionModel, seed: int) -> None:
     model.offset = searched(_problem(model, model.rows.y - periodic), seed)
 
 
-def _rate(rows: Rows) -> float:
-    frame = rows.frame
-    return float(np.sum(frame.count) / max(float(np.sum(frame.step)), 1e-9))
-
-
 def _orders(model: TransmissionModel, y: FloatArray, seed: int) -> None:
     """Find and calibrate everything periodic in ``y`` (n,): the rows without their offset."""
     rows, given = model.rows, model.given
@@ -167,7 +162,7 @@ def _orders(model: TransmissionModel, y: FloatArray, seed: int) -> None:
         model.price = tail(model.nulls, criteria.ERROR_RATE_OF_A_CHANNEL)
     for _ in range(ROUNDS if model.price is not None else 0):
         assert model.price is not None
-        model.noise = slow.mixture(now, model.turns, rows, rows.within, _rate(rows))
+        model.noise = slow.mixture(now, model.turns, rows, rows.within, usual_rate(rows.frame))
         fresh = search(now, model.turns, model.train, now.orders, _floor(model), model.price)
         fresh = [w for w in fresh if w.order not in found]
         if not fresh:
@@ -227,7 +222,7 @@ def with_noise(model: TransmissionModel, now: Seen) -> None:
     slope = model.periodic.slope(model.rows.frame.take(steady_rows(model)))
     own = model.rows.take(steady_rows(model))
     inner = np.maximum(own.within - 2.0 * slope * own.lean + slope**2 * own.sweep, 0.0)
-    model.noise = slow.mixture(now, model.turns, own, inner, _rate(model.rows))
+    model.noise = slow.mixture(now, model.turns, own, inner, usual_rate(model.rows.frame))
 
 
 def steady_rows(model: TransmissionModel) -> NDArray[np.bool_]:
@@ -341,7 +336,7 @@ def _unsure(
     """
     assert model.periodic is not None
     assert model.noise is not None
-    frame, rate, series = rows.frame, _rate(model.rows), model.periodic.series
+    frame, rate, series = rows.frame, usual_rate(model.rows.frame), model.periodic.series
     span = turned_through(frame, rate)
     doubt = series.variance(states, frame.last_direction, span)
     asked = usable & (model.folds[frame.recording] >= 0) & (rows.number > 0)

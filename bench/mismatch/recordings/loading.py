@@ -18,7 +18,7 @@ from bench.mismatch.recordings.notch import ripple_orders
 from bench.mismatch.recordings.pieces import Piece, pieces
 from bench.mismatch.recordings.prepared import Folder, prepare
 from bench.mismatch.recordings.rows import join
-from bench.mismatch.recordings.source import Paths, folders_of, gathered, names_of
+from bench.mismatch.recordings.source import Paths, folders_of, gathered, names_of, of_one_campaign
 from bench.mismatch.recordings.split import point_of, split, split_blocks
 from bench.recording import Recording
 
@@ -46,6 +46,7 @@ def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Bas
         first = f": {rejected[0][1]}" if rejected else ""
         raise RecordingError(f"{_named(path)} holds no recording that can be compared{first}")
     usable.sort(key=lambda r: r.started_at)
+    usable = _of_one_campaign(usable, rejected)
     usable = _of_one_gearbox(usable, rejected)
     held, fold = split(usable)
     parts, note = pieces(usable, held.count(False))
@@ -106,6 +107,19 @@ def _usable(recording: Recording) -> str | None:
             " temperature); the mapping of the import should name one"
         )
     return None
+
+
+def _of_one_campaign(recordings: list[Recording], rejected: list[tuple[str, str]]) -> list[Recording]:
+    """The recordings of one campaign; those whose clock was not set are rejected."""
+    out = of_one_campaign(recordings)
+    for recording in recordings:
+        if recording not in out:
+            why = (
+                f"{recording.path.name} says it was started on {recording.started_at.date()}, years from most of the"
+                f" folder ({out[0].started_at.date()}): was the clock set? With the right started_at it is compared"
+            )
+            rejected.append((recording.path.name, why))
+    return out
 
 
 def _named(path: Paths) -> str:

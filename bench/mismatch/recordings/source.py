@@ -15,6 +15,9 @@ _SAME: tuple[tuple[str, str, Callable[[Recording], str | None]], ...] = (
 )
 """what all folders have in common that are one data set: in words, as headers call it, as a recording has it"""
 
+LONGEST_CAMPAIGN_S = 3.0 * 365.0 * 86400.0
+"""to either side of the middle recording: a gearbox is not measured for longer, a clock that was not set is at 1970"""
+
 
 def folders_of(paths: Paths) -> list[Path]:
     """The folders as a list."""
@@ -51,6 +54,13 @@ def gathered(paths: Paths) -> tuple[list[Recording], list[tuple[str, str]]]:
     rejected = [(str(r.file), r.why) for source in sources for r in source.rejected]
     recordings = [r for source in sources for r in source.recordings]
     return sorted(recordings, key=lambda r: (r.started_at, r.recording_id)), rejected
+
+
+def of_one_campaign(recordings: Sequence[Recording]) -> list[Recording]:
+    """Recordings, in order of time, without those that are years from the one in the middle."""
+    ordered = sorted(recordings, key=lambda r: r.started_at)
+    middle = ordered[len(ordered) // 2].started_at
+    return [r for r in ordered if abs((r.started_at - middle).total_seconds()) <= LONGEST_CAMPAIGN_S]
 
 
 def names_of(recordings: Sequence[Recording]) -> list[str]:

@@ -21,6 +21,9 @@ SHORTEST_S = 60.0
 """a minute: what is quicker changes within one recording, and is a tone"""
 FEWEST_PERIODS = 2.0
 """periods in the campaign, below which a cycle is a drift"""
+MOST_PERIODS = 2000.0
+"""periods in the campaign over which no heating or air conditioning keeps its phase: of campaigns of months only slower
+cycles are tried"""
 FINENESS = 3.0
 """frequencies that are tried to each that the campaign tells apart"""
 ALIKE = 1e-9
@@ -124,7 +127,8 @@ def in_cycles(model: ChannelModel, factors: Sequence[str]) -> Iterator[Block]:
 
 def _frequencies(span: float) -> FloatArray:
     """Frequencies (Hz) of the cycles that a campaign of ``span`` seconds can show; none where it is too short."""
-    low, high = FEWEST_PERIODS / max(span, 1e-9), 1.0 / SHORTEST_S
+    span = max(span, 1e-9)
+    low, high = FEWEST_PERIODS / span, min(1.0 / SHORTEST_S, MOST_PERIODS / span)
     if low >= high:
         return np.zeros(0)
     return np.arange(low, high, 1.0 / (FINENESS * span))

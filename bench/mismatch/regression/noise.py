@@ -138,6 +138,21 @@ def kinds(frame: Frame) -> IntArray:
     return np.asarray(np.where(lively(frame) & (frame.steady < 0.5), 2, out), dtype=np.int64)
 
 
+def usual_rate(frame: Frame) -> float:
+    """Samples a second in the recording that the middle one of all samples is in: some are recorded more slowly."""
+    samples = np.bincount(frame.recording, frame.count)
+    rates = samples / np.maximum(np.bincount(frame.recording, frame.step), 1e-9)
+    order = np.argsort(rates)
+    return float(rates[order][np.searchsorted(np.cumsum(samples[order]), 0.5 * float(samples.sum()))])
+
+
+def middle_variance(variance: FloatArray, freedom: FloatArray) -> float:
+    """Median of estimates of a variance (n,), each over that of a chi-square with its own degrees of freedom (n,): the
+    median of few is below their mean (Wilson and Hilferty, PNAS 17 (1931) 684).
+    """
+    return float(np.median(variance / (1.0 - 2.0 / (9.0 * freedom)) ** 3)) if variance.size else 0.0
+
+
 def robust_spread(values: FloatArray) -> float:
     """Standard deviation of the bulk: values beyond four spreads (by the median) are clipped to that."""
     if values.size < 4:
@@ -156,8 +171,7 @@ def plain_mixture(rows: Rows, residual: FloatArray) -> Mixture:
     Spatial Data, 1993, ch. 2).
     """
     frame = rows.frame
-    span = float(np.sum(frame.step)) or 1.0
-    rate = float(np.sum(frame.count)) / span
+    rate = usual_rate(frame)
     number = float(np.median(rows.number)) or 1.0
     step = number / rate
     differ = []

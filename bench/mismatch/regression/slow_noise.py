@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from bench.mismatch.regression.noise import middle_variance
 from bench.mismatch.regression.problem import ChannelProblem
 from bench.simulation.frame import FloatArray
 
@@ -19,12 +20,13 @@ def scattered(problem: ChannelProblem) -> tuple[float, float | None]:
     """
     rows = problem.rows
     usable = problem.usable & (rows.number > 1.5)
-    variance = rows.within * rows.number / np.maximum(rows.number - 1.0, 0.5)
+    freedom = np.maximum(rows.number - 1.0, 0.5)
+    variance = rows.within * rows.number / freedom
     recordings = rows.frame.recording
     level = []
     for r in np.unique(recordings[usable]):
         chosen = usable & (recordings == r)
-        level.append(float(np.median(variance[chosen])) + _about_parabolas(rows.y[chosen]))
+        level.append(middle_variance(variance[chosen], freedom[chosen]) + _about_parabolas(rows.y[chosen]))
     squares = np.asarray(level)
     spread = float(1.4826 * np.median(np.abs(squares - np.median(squares))) / np.sqrt(max(squares.size, 1)))
     floor = float(np.sqrt(np.median(squares)))
@@ -39,4 +41,5 @@ def _about_parabolas(y: FloatArray) -> float:
     basis = np.linalg.qr(np.column_stack([np.ones(WINDOW), line, line**2]))[0]
     parts = np.lib.stride_tricks.sliding_window_view(y, WINDOW)[:: WINDOW // 2]
     left = parts - parts @ basis @ basis.T
-    return float(np.median(np.sum(left**2, axis=1)) / (WINDOW - 3))
+    squares = np.sum(left**2, axis=1) / (WINDOW - 3)
+    return middle_variance(squares, np.full(squares.size, WINDOW - 3.0))

@@ -115,6 +115,18 @@ def test_truncated_and_odd_files_are_rejected_with_their_reason(tmp_path: Path) 
     assert "names no gear ratio" in told
 
 
+def test_a_recording_whose_clock_was_not_set_is_rejected(tmp_path: Path) -> None:
+    """Time of the campaign would begin in 1970, and drifts be looked for over half a century."""
+    for number in range(6):
+        write(tmp_path, number)
+    write(tmp_path, 6, started_at=datetime(1970, 1, 1, 0, 3, tzinfo=UTC))
+    data = load(tmp_path)
+    assert data.folder.start == BEGIN.timestamp()
+    ((name, why),) = data.rejected
+    assert name == "r006.h5"
+    assert "started on 1970-01-01, years from most of the folder (2026-01-01)" in why
+
+
 def test_a_wrong_simulation_is_not_put_on_the_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = tmp_path / "r"
     folder.mkdir()
