@@ -26,7 +26,7 @@ from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.course import added
 from bench.mismatch.regression.maxima import tail
 from bench.mismatch.regression.model import plain_residual, widened
-from bench.mismatch.regression.noise import Mixture, usual_rate
+from bench.mismatch.regression.noise import Mixture, durations, usual_rate
 from bench.mismatch.regression.prior import calibrated_alone
 from bench.mismatch.regression.problem import NUISANCE, BaseTerm, ChannelProblem
 from bench.mismatch.regression.search import searched
@@ -340,7 +340,7 @@ def _unsure(
     span = turned_through(frame, rate)
     doubt = series.variance(states, frame.last_direction, span)
     asked = usable & (model.folds[frame.recording] >= 0) & (rows.number > 0)
-    noise = model.noise.of_means(rows.number, frame.count / rate)
+    noise = model.noise.of_means(rows.number, durations(frame))
     shared = unsure(series, model.periodic.laws, rate, frame, noise, asked)
     if shared is None:
         return doubt, model.base

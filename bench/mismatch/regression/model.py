@@ -177,7 +177,7 @@ def prepare_bank(
     train = problem.train
     rows = problem.rows.take(train)
     starts, folds = starts_and_folds(rows.frame, problem.folds)
-    samples = problem.noise or plain_mixture(rows, residual)
+    samples = problem.noise or plain_mixture(rows, residual, problem.spec.integral)
     doubt = None if problem.doubt is None else problem.doubt[train]
     unheard = problem.noise is None and problem.doubt is None and not problem.spec.integral
     if problem.free:

@@ -140,10 +140,24 @@ def kinds(frame: Frame) -> IntArray:
 
 def usual_rate(frame: Frame) -> float:
     """Samples a second in the recording that the middle one of all samples is in: some are recorded more slowly."""
-    samples = np.bincount(frame.recording, frame.count)
-    rates = samples / np.maximum(np.bincount(frame.recording, frame.step), 1e-9)
+    samples, rates = _rates(frame)
     order = np.argsort(rates)
     return float(rates[order][np.searchsorted(np.cumsum(samples[order]), 0.5 * float(samples.sum()))])
+
+
+def durations(frame: Frame) -> FloatArray:
+    """How long each row lasts (n,), s, at the rate of its own recording."""
+    return np.asarray(frame.count / _rates(frame)[1][frame.recording])
+
+
+def _rates(frame: Frame) -> tuple[FloatArray, FloatArray]:
+    """Samples of each recording by its index, and samples a second."""
+    within = np.ones(frame.size, dtype=bool)
+    within[recording_starts(frame)[:-1]] = False  # there a step is from the recording before
+    samples = np.bincount(frame.recording, frame.count)
+    counted, seconds = (np.bincount(frame.recording, np.where(within, v, 0.0)) for v in (frame.count, frame.step))
+    usual = float(counted.sum()) / max(float(seconds.sum()), 1e-9)
+    return samples, np.where(seconds > 0.0, counted / np.maximum(seconds, 1e-9), usual)
 
 
 def middle_variance(variance: FloatArray, freedom: FloatArray) -> float:
@@ -164,16 +178,18 @@ def robust_spread(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(np.clip(values - middle, -4.0 * spread, 4.0 * spread) ** 2)))
 
 
-def plain_mixture(rows: Rows, residual: FloatArray) -> Mixture:
+def plain_mixture(rows: Rows, residual: FloatArray, slow: bool = False) -> Mixture:
     """Noise from how much rows a few steps apart differ: where recordings are too short, or too slow, for spectra.
 
     What changes slowly, physics above all, hardly differs over a few rows (structure function, Cressie, Statistics for
-    Spatial Data, 1993, ch. 2).
+    Spatial Data, 1993, ch. 2). ``slow``: the channel changes so slowly that samples in a row differ by noise alone.
+    Then their scatter says how quickly it forgets itself, which rows a few steps apart do not: rows of a recording
+    with fewer samples are as sure as others, if that is slower than its samples.
     """
     frame = rows.frame
     rate = usual_rate(frame)
     number = float(np.median(rows.number)) or 1.0
-    step = number / rate
+    step = float(np.median(durations(frame)))
     differ = []
     for lag in _LAGS:
         near = frame.recording[lag:] == frame.recording[:-lag]
@@ -194,8 +210,15 @@ def plain_mixture(rows: Rows, residual: FloatArray) -> Mixture:
     # the slow rest of a residual grows with the square of the lag: it is fitted beside the noise
     columns.append(np.asarray(_LAGS, dtype=np.float64) ** 2 * float(np.nanmax(measured)))
     design = np.column_stack(columns)[good] / measured[good, None]
+    inside = rows.number > 1.5
+    if slow and inside.any():
+        freedom = rows.number[inside] - 1.0
+        scatter = middle_variance(rows.within[inside] * rows.number[inside] / freedom, freedom)
+        sample = float(measured[good][0]) + scatter
+        of_sample = np.append(np.ones(1 + len(MEMORIES_S)), 0.0) / max(sample, 1e-300)
+        design = np.vstack([design, of_sample])
     scale = np.maximum(np.abs(design).max(axis=0), 1e-300)
-    found = nnls(design / scale, np.ones(int(good.sum())))[0] / scale
+    found = nnls(design / scale, np.ones(len(design)))[0] / scale
     return Mixture(float(found[0]), tuple(float(v) for v in found[1:-1]), rate)
 
 
@@ -207,7 +230,7 @@ def of_rows(rows: Rows, noise: Mixture, residual: FloatArray, doubt: FloatArray 
     """
     frame = rows.frame
     starts = recording_starts(frame)
-    duration = frame.count / noise.rate
+    duration = durations(frame)
     variance = noise.of_means(rows.number, duration)
     gap = np.zeros(frame.size)
     gap[1:] = np.maximum(np.diff(frame.elapsed) - 0.5 * (duration[1:] + duration[:-1]), 0.0)
