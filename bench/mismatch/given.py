@@ -96,6 +96,8 @@ class Given:
             for row in term.rows():
                 if "law" in row:
                     laws.append(law_from_json(effect, row["law"]))
+                elif row.get("form") == "ripple" or (effect == "motor.torque_ripple" and "waves" not in row):
+                    ripples += _ripple(effect, row, model.gearbox.ratio)
                 elif "waves" in row:
                     where = f"the simulation's term {effect}"
                     for channel in row.get("channels", [TRANSMISSION_ERROR]):
@@ -103,8 +105,6 @@ class Given:
                 elif effect == "te.local_defect":
                     p = numbers(effect, row, ("theta_p", "w_p", "p"))
                     pulses.append(Pulse(p[0], p[1], p[2]))
-                elif row.get("form") == "ripple" or effect == "motor.torque_ripple":
-                    ripples += _ripple(effect, row, model.gearbox.ratio)
                 elif row.get("form") == "table":
                     grid, values = tables.from_json(row, f"the simulation's term {effect}")
                     for channel in row.get("channels", []):
@@ -192,6 +192,9 @@ def _own_orders(row: Row) -> list[float]:
 
 
 def _ripple(effect: str, row: Row, ratio: float) -> list[Wave]:
+    """Waves over the motor's angle: of one vector, or of several in proportion to what it changes with."""
+    if "waves" in row:
+        return list(waves.from_json(row["waves"], f"the simulation's term {effect}"))
     n, cosine, sine = numbers(effect, row, ("n", "a_rc", "a_rs"))
     at = float(row["parameters"].get("tau_r", 0.0))
     order = n * ratio

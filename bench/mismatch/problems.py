@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bench.mismatch.given import Given
 from bench.mismatch.orders.periodicity import Periodicity, on_rows
 from bench.mismatch.orders.reaction import Reaction
+from bench.mismatch.orders.shaft import factors
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.output_orders import OutputSpectrum
 from bench.mismatch.recordings.rows import Rows
@@ -140,5 +141,5 @@ def _less_ripple(seen: ShaftSpectrum, known: Sequence[Wave], ratio: float) -> Sh
     for wave in known:
         order = round(wave.order / ratio)
         if order < amplitude.size:
-            amplitude[order] -= complex(wave.cosine, wave.sine) * (seen.torque if wave.times == "motor_torque" else 1.0)
+            amplitude[order] -= complex(wave.cosine, wave.sine) * float(factors([seen], [wave.times])[wave.times][0])
     return replace(seen, amplitude=amplitude)

@@ -77,10 +77,12 @@ FACTORS: dict[str, Callable[[Frame], FloatArray]] = {
     "load_motor": lambda f: f.load_motor_level / 1000.0,
     "v": lambda f: f.velocity / 0.1,
     "abs_v": lambda f: np.abs(f.velocity) / 0.1,
+    "slowness": lambda f: 1.0 / (1.0 + np.abs(f.velocity) / 0.1),
     "T": lambda f: (f.temperature - 35.0) / 15.0,
     "reversed": lambda f: f.reversed_before,
     "per_ratio": lambda f: np.full(f.size, 1.0 / f.ratio),
     "motor_torque": lambda f: f.motor_torque,
+    "abs_motor_torque": lambda f: np.abs(f.motor_torque),
     "power": lambda f: f.power / 100.0,
 }
 """factors of the order of one; a product is written with ``*``, such as ``d*abs_tau``"""
@@ -96,10 +98,12 @@ FACTOR_WORDS: dict[str, str] = {
     "load_motor": "load_motor_torque/(1 kN*m)",
     "v": "dtheta/(0.1 rad/s)",
     "abs_v": "abs(dtheta)/(0.1 rad/s)",
+    "slowness": "1/(1 + abs(dtheta)/(0.1 rad/s))",
     "T": "(T - 35 degC)/(15 K)",
     "reversed": "[after a reversal]",
     "per_ratio": "1/u",
     "motor_torque": "tau_m",
+    "abs_motor_torque": "abs(tau_m)",
     "power": "loss/(100 W)",
 }
 
@@ -110,6 +114,7 @@ FACTOR_OF: dict[str, str] = {
     "load_motor": "load_motor_torque",
     "v": "velocity",
     "abs_v": "speed",
+    "slowness": "speed",
     "T": "temperature",
 }
 """the quantity that a factor is made of"""

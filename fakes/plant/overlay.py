@@ -44,7 +44,8 @@ def value(effect: Effect, frame: Frame) -> NDArray[np.float64]:
     if effect.formula is not None:
         return np.asarray(effect.formula.columns(frame) @ np.array(effect.linear))
     if effect.waves:
-        return waves.evaluate(effect.waves, frame.theta if effect.channel == TRANSMISSION_ERROR else frame.q, frame)
+        of_motor = effect.channel == TRANSMISSION_ERROR or effect.form == "ripple"
+        return waves.evaluate(effect.waves, frame.theta if of_motor else frame.q, frame)
     form = LIBRARY[effect.effect].form(effect.channel, effect.form)
     if form is None:
         raise PlantError(f"{effect.effect} has no form {effect.form} in {effect.channel}")

@@ -180,7 +180,8 @@ def _effect(effect: str, row: dict[str, Any], where: str) -> Effect:
     """Find the library's form that has the row's parameters (and its ``form``, where the file names one)."""
     channels = row.get("channels", [])
     if "waves" in row and len(channels) == 1:
-        return Effect(effect, channels[0], "waves", (), waves=waves.from_json(row["waves"], f"{where}: {effect}"))
+        kind = str(row.get("form", "waves"))
+        return Effect(effect, channels[0], kind, (), waves=waves.from_json(row["waves"], f"{where}: {effect}"))
     beside = next((name for name in row.get("over", ()) if name.startswith(AUXILIARY)), None)
     if beside is not None:
         raise PlantError(f"{where}: {effect} cannot be played by a plant: it has no quantity '{beside}'")

@@ -27,6 +27,10 @@ NEIGHBOURS = 9
 """orders whose median tells the noise at an order"""
 NEIGHBOUR_REVOLUTIONS = 20.0
 """revolutions' worth of evidence that they give of it"""
+APART = 0.1
+"""smallest singular value of factors of length one that revolutions tell apart: each of them is said to act"""
+SOLVABLE = 1e-3
+"""the same of a polynomial, of which the whole is said alone"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +102,8 @@ def _basis(turns: Turns, train: NDArray[np.bool_], model: Model) -> FloatArray |
     unit = np.sqrt(np.sum(x**2, axis=0))
     if np.any(unit == 0.0) or len(x) < 2 * x.shape[1] + 2:
         return None
-    if np.linalg.svd(x / unit, compute_uv=False)[-1] < 0.1:
+    apart = APART if len(model) <= 2 else SOLVABLE
+    if np.linalg.svd(x / unit, compute_uv=False)[-1] < apart:
         return None
     return np.asarray(x)
 

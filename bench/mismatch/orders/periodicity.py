@@ -57,12 +57,12 @@ def equation(waves: Sequence[Wave]) -> str:
     return "+= " + " + ".join(parts)
 
 
-def on_rows(waves: Sequence[Wave], rows: Rows) -> FloatArray:
-    """Waves of a torque averaged over the rows (n,)."""
+def on_rows(waves: Sequence[Wave], rows: Rows, angle: FloatArray | None = None) -> FloatArray:
+    """Waves of a torque averaged over the rows (n,); over the output angle, or over an ``angle`` (n,) that is given."""
     out = np.zeros(rows.size)
     turned = np.abs(rows.frame.velocity) * rows.frame.step
     for wave in waves:
-        out += evaluate([wave], rows.frame.q, rows.frame) * kept_by_mean(wave.order, turned)
+        out += evaluate([wave], rows.frame.q if angle is None else angle, rows.frame) * kept_by_mean(wave.order, turned)
     return out
 
 

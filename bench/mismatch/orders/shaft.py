@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -22,13 +22,29 @@ from bench.mismatch.orders.periodicity import (
     wave_of,
 )
 from bench.mismatch.orders.reported import parameter, probability
+from bench.mismatch.recordings.vibration import ShaftSpectrum
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms import LIBRARY, MOTOR_TORQUE
 from bench.simulation.waves import Wave
 
 Row = dict[str, Any]
 RIPPLE = "motor.torque_ripple"
-SHAFT_MODELS: tuple[Model, ...] = (("1",), ("motor_torque",))
+SHAFT_MODELS: tuple[Model, ...] = (
+    ("1",),
+    ("motor_torque",),
+    ("1", "abs_motor_torque"),
+    tuple(
+        f"{way}{power}" for power in ("*slowness", "*slowness*slowness", "*slowness*slowness*slowness") for way in "pn"
+    ),
+)
+"""what an order's vector is in proportion to. The last one stands for the drive's loop: what a torque reports of a
+ripple inside the loop is the loop's answer at that frequency, which falls as it rises, and its phase turns the other
+way in the other direction
+"""
+PLAIN: tuple[Model, ...] = SHAFT_MODELS[:2]
+"""of one vector, which the form of the library has"""
+VARIES: Mapping[Model, tuple[str, ...]] = {SHAFT_MODELS[2]: ("torque",), SHAFT_MODELS[3]: ("speed",)}
+"""what an order changes with beside the motor torque that it is in proportion to"""
 PHASES = 6
 """an electrical period has so many commutations or phase changes: ripple stands at multiples of them"""
 
@@ -37,12 +53,16 @@ def over_shaft(seen: Periodicity, seed: int) -> list[Discovery]:
     """Ripple of the motor, and orders of its shaft that have no name."""
     if not seen.shaft:
         return []
-    torque = np.array([s.torque for s in seen.shaft])
-    factors: Mapping[str, FloatArray] = {"1": np.ones(torque.size), "motor_torque": torque}
-    sigma = np.array([s.sigma for s in seen.shaft])
-    folds = seen.folds[[s.recording for s in seen.shaft]]
-    turns = Turns(np.array([s.in_band for s in seen.shaft]), sigma, factors, folds)
-    whole = replace(turns, vectors=np.array([s.amplitude for s in seen.shaft]))
+    shaft = [s for s in seen.shaft if s.one_way] or list(seen.shaft)
+    sigma = np.array([s.sigma for s in shaft])
+    folds = seen.folds[[s.recording for s in shaft]]
+    turns = Turns(
+        np.array([s.in_band for s in shaft]),
+        sigma,
+        factors(shaft, {name for model in SHAFT_MODELS for name in model}),
+        folds,
+    )
+    whole = replace(turns, vectors=np.array([s.amplitude for s in shaft]))
     lines = standing(turns, SHAFT_MODELS, seed)
     known = {line.order for line in lines}
     # an order that few recordings are slow enough for is told by the others, in which it is folded
@@ -59,16 +79,52 @@ def over_shaft(seen: Periodicity, seed: int) -> list[Discovery]:
     return out
 
 
-def _equation(effect: str, waves: Sequence[Wave], grows: bool) -> str:
-    """Equation of the strongest order, after all orders where they have no name; ``grows``: with the torque."""
+def factors(shaft: Sequence[ShaftSpectrum], names: Collection[str]) -> Mapping[str, FloatArray]:
+    """Factors of waves by name, as :data:`bench.simulation.quantities.FACTORS` has them, in each recording
+    (recordings,).
+    """
+    torque, velocity = np.array([s.torque for s in shaft]), np.array([s.velocity for s in shaft])
+    values = {"1": np.ones(torque.size), "motor_torque": torque, "abs_motor_torque": np.abs(torque)}
+    values |= {"p": (velocity > 0.0).astype(np.float64), "n": (velocity <= 0.0).astype(np.float64)}
+    values["slowness"] = 1.0 / (1.0 + np.abs(velocity) / 0.1)
+    return {name: np.prod([values[part] for part in name.split("*")], axis=0) for name in names}
+
+
+def _equation(effect: str, waves: Sequence[Wave], main: Line) -> str:
+    """Equation of the strongest order, after all orders where they have no name or more than one vector."""
     wave = "a_rc*cos(n*u*theta) + a_rs*sin(n*u*theta)"
-    wave = f"({wave})*tau_m/tau_r" if grows else wave
+    wave = f"({wave})*tau_m/tau_r" if main.model == PLAIN[1] else wave
     wave += ", a_r = sqrt(a_rc**2 + a_rs**2)"
+    if main.model not in PLAIN:
+        return f"tau_m {equation(waves)}; order n of the shaft: a_r its root mean square amplitude"
     return f"tau_m += {wave}" if effect == RIPPLE else f"{equation(waves)}; order n of the shaft: {wave}"
 
 
+def _words(effect: str, main: Line) -> str:
+    grows = {PLAIN[0]: "", PLAIN[1]: " in proportion to the torque", SHAFT_MODELS[2]: " that grows with the torque"}
+    how = grows.get(main.model, " as the drive's loop answers it at each speed")
+    return f"{LIBRARY[RIPPLE].name}{how}" if effect == RIPPLE else f"order {main.order} of the motor's shaft{how}"
+
+
+def _of_line(line: Line, turns: Turns, typical: float) -> tuple[list[Row], list[Row]]:
+    """An order's parameters of one vector, if it has one (at the ``typical`` torque, where it grows with that); and all
+    that a report says of it.
+    """
+    n = parameter("n", float(line.order), "1", None)
+    if line.model not in PLAIN:
+        size = float(np.sqrt(np.mean(np.abs(line.at({k: v[turns.train] for k, v in turns.factors.items()})) ** 2)))
+        mean = np.mean(np.column_stack([turns.factors[t][turns.train] ** 2 for t in line.model]), axis=0)
+        std = float(np.sqrt(np.sum(mean * line.variance)))
+        return [], [parameter("a_r", size, "N*m", std), n]
+    at = typical if line.model == PLAIN[1] else 0.0
+    vector, std = complex(line.amplitude[0]) * (at or 1.0), float(np.sqrt(line.variance[0])) * (at or 1.0)
+    own = [parameter("a_rc", vector.real, "N*m", std), parameter("a_rs", vector.imag, "N*m", std), n]
+    own += [parameter("tau_r", at, "N*m", None)] if at else []
+    return own, [parameter("a_r", abs(vector), "N*m", std), *own]
+
+
 def _of_shaft(seen: Periodicity, turns: Turns, effect: str, lines: Sequence[Line]) -> Discovery | None:
-    parts = [(line, (0,)) for line in lines]
+    parts = [(line, tuple(range(len(line.model)))) for line in lines]
     least = criteria.LEAST_STRENGTH * (1.0 if effect == RIPPLE else criteria.NAMELESS)
     if np.sqrt(power(turns, parts)) < least * seen.floor:
         return None
@@ -78,40 +134,33 @@ def _of_shaft(seen: Periodicity, turns: Turns, effect: str, lines: Sequence[Line
     waves: list[Wave] = []
     parameters: list[Row] = []
     for line in lines:
-        at = typical if line.model == ("motor_torque",) else 0.0
-        vector, std = complex(line.amplitude[0]) * (at or 1.0), float(np.sqrt(line.variance[0])) * (at or 1.0)
-        waves.append(replace(wave_of(line, 0), order=line.order * seen.ratio))
-        amplitudes = [
-            parameter("a_rc", vector.real, "N*m", std),
-            parameter("a_rs", vector.imag, "N*m", std),
-            parameter("n", float(line.order), "1", None),
-        ]
-        amplitudes += [parameter("tau_r", at, "N*m", None)] if at else []
+        own = [replace(wave_of(line, k), order=line.order * seen.ratio) for k in range(len(line.model))]
+        waves += own
+        of_form, told = _of_line(line, turns, typical)
         if line is main:
-            parameters = [parameter("a_r", abs(vector), "N*m", std), *amplitudes]
-        by_symbol = {str(p["symbol"]): {"value": p["value"], "unit": p["unit"], "std": p["std"]} for p in amplitudes}
-        if effect == RIPPLE:
+            parameters = told
+        if effect == RIPPLE and of_form:
+            by_symbol = {str(p["symbol"]): {"value": p["value"], "unit": p["unit"], "std": p["std"]} for p in of_form}
             rows.append({"effect": effect, "form": "ripple", "channels": [MOTOR_TORQUE], "parameters": by_symbol})
-    if effect != RIPPLE:
-        rows.append({"effect": effect, "channels": [MOTOR_TORQUE], "waves": [w.to_json() for w in waves]})
+        else:
+            told_waves = [w.to_json() for w in own]
+            rows.append({"effect": effect, "form": "ripple", "channels": [MOTOR_TORQUE], "waves": told_waves})
     p_value = max(line.p_value for line in lines)
-    grows = " in proportion to the torque" if main.model != ("1",) else ""
-    words = f"{LIBRARY[RIPPLE].name}{grows}" if effect == RIPPLE else f"order {main.order} of the motor's shaft{grows}"
     return Discovery(
         effect=effect,
         status=NAMED if effect == RIPPLE else UNKNOWN,
         confidence=probability(p_value),
         channel=MOTOR_TORQUE,
-        words=words,
-        equation=_equation(effect, waves, bool(main.model != ("1",))),
-        variables=("angle",),
+        words=_words(effect, main),
+        equation=_equation(effect, waves, main),
+        variables=("angle", *VARIES.get(main.model, ())),
         parameters=tuple(parameters),
-        added=on_rows(waves, seen.rows),
+        added=on_rows(waves, seen.rows, seen.rows.frame.theta),
         excess=loudness(waves, seen.rows),
         gain=float(sum(line.gain for line in lines)),
         p_value=p_value,
         simulation_rows=tuple(rows),
         orders=tuple(line.order * seen.ratio for line in lines),
-        numbers=2 * len(lines),
+        numbers=2 * sum(len(line.model) for line in lines),
         squares=squares_of(seen, turns, parts),
     )

@@ -23,6 +23,8 @@ SEGMENTS_S = (10.0, 5.0, 2.0)
 """lengths of the segments that are averaged, the longest that fits; 10 s give bins of a tenth of a hertz"""
 HIGHEST_SHAFT_ORDER = 120
 """per motor revolution: 6k for twenty pole pairs"""
+ONE_WAY = 0.9
+"""of the mean size of a velocity, which its mean has to be: the rest is how a recording starts"""
 NYQUIST_SHARE = 0.42
 """of the sample rate: orders that come closer to half of it are not looked at"""
 
@@ -46,10 +48,11 @@ class Density:
 class ShaftSpectrum:
     """Amplitudes a + j·b of a·cos(nθ_m) + b·sin(nθ_m) in one recording's motor torque, n = 0 … HIGHEST_SHAFT_ORDER.
 
-    ``sigma``: standard deviation of each part; ``torque``: mean torque of the motor, N·m; ``velocity``: rad/s at the
-    output; ``temperature``: °C; ``too_fast`` (orders,): which come too close to half of the recording's sample rate, or
-    are beyond it. There an order is folded, and its vector over the angle is right all the same, if no filter before
-    the sampling took it.
+    ``sigma``: standard deviation of each part, by the orders about which nothing stands; ``torque``: mean torque of the
+    motor, N·m; ``velocity``: rad/s at the output; ``temperature``: °C; ``too_fast`` (orders,): which come too close to
+    half of the recording's sample rate, or are beyond it. There an order is folded, and its vector over the angle is
+    right all the same, if no filter before the sampling took it. ``speed``: mean size of the velocity, more than that
+    of its mean where the recording reverses.
     """
 
     recording: int
@@ -59,6 +62,12 @@ class ShaftSpectrum:
     velocity: float
     temperature: float
     too_fast: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+    speed: float = 0.0
+
+    @property
+    def one_way(self) -> bool:
+        """Whether the recording turns one way only, but for a start."""
+        return abs(self.velocity) >= ONE_WAY * self.speed
 
     @property
     def in_band(self) -> Complex:
@@ -132,14 +141,18 @@ def shaft_spectrum(prepared: Prepared) -> ShaftSpectrum | None:
     amplitude = 2.0 / rows.sum() * spectrum(angle, inner, HIGHEST_SHAFT_ORDER)
     fastest = float(np.percentile(np.abs(frame.omega[groups]), 95)) * np.arange(HIGHEST_SHAFT_ORDER + 1) / (2.0 * np.pi)
     amplitude[0] = np.nan
+    too_fast = fastest >= NYQUIST_SHARE * prepared.sample_rate * thinning.group
+    # the middle of the squares of a component's two parts is ln 2 of their mean
+    middle = np.sqrt(np.median(np.abs(amplitude[1:]) ** 2) / (2.0 * np.log(2.0)))
     return ShaftSpectrum(
         int(frame.recording[0]),
         amplitude,
-        float(np.std(inner)) / np.sqrt(float(rows.sum())),
+        float(min(middle, np.std(inner) / np.sqrt(float(rows.sum())))),
         float(np.mean(frame.motor_torque[groups])),
         float(np.mean(frame.velocity[groups])),
         float(np.mean(frame.temperature[groups])),
-        fastest >= NYQUIST_SHARE * prepared.sample_rate * thinning.group,
+        too_fast,
+        float(np.mean(np.abs(frame.velocity[groups]))),
     )
 
 

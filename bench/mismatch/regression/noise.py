@@ -13,6 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import nnls
 from scipy.special import chdtri
 
@@ -33,6 +34,8 @@ CLASSES = 3
 """kinds of motion with a scatter of their own: steady, changing, just after a start or reversal"""
 _FEWEST = 30
 _LAGS = (1, 2, 3, 4, 6)
+_OF_ROWS = 0.1
+"""share of the rows that those of about as many samples are at least: others are the ends of recordings"""
 _RUNNING = 9
 """rows of a running mean, and rows of a kind from which its scatter is estimated separately"""
 
@@ -157,7 +160,7 @@ def _rates(frame: Frame) -> tuple[FloatArray, FloatArray]:
     samples = np.bincount(frame.recording, frame.count)
     counted, seconds = (np.bincount(frame.recording, np.where(within, v, 0.0)) for v in (frame.count, frame.step))
     usual = float(counted.sum()) / max(float(seconds.sum()), 1e-9)
-    return samples, np.where(seconds > 0.0, counted / np.maximum(seconds, 1e-9), usual)
+    return np.asarray(samples, dtype=np.float64), np.where(seconds > 0.0, counted / np.maximum(seconds, 1e-9), usual)
 
 
 def middle_variance(variance: FloatArray, freedom: FloatArray) -> float:
@@ -189,37 +192,51 @@ def plain_mixture(rows: Rows, residual: FloatArray, slow: bool = False) -> Mixtu
     frame = rows.frame
     rate = usual_rate(frame)
     number = float(np.median(rows.number)) or 1.0
-    step = float(np.median(durations(frame)))
+    alike = np.round(np.log2(np.maximum(rows.number, 1.0)))
+    sizes = [k for k in np.unique(alike) if np.mean(alike == k) >= _OF_ROWS]
+    equations = [e for k in sizes if (e := _differences(rows, residual, alike == k)) is not None]
+    if not equations:
+        spread = robust_spread(np.diff(residual)) ** 2 / 2.0 if residual.size > 1 else 1.0
+        return Mixture(max(spread * number, 1e-300), (0.0,) * len(MEMORIES_S), rate)
+    design = np.vstack([design / measured[:, None] for design, measured in equations])
+    inside = rows.number > 1.5
+    if slow and inside.any():
+        freedom = rows.number[inside] - 1.0
+        scatter = middle_variance(rows.within[inside] * rows.number[inside] / freedom, freedom)
+        sample = float(np.median([measured[0] for _, measured in equations])) + scatter
+        of_sample = np.append(np.ones(1 + len(MEMORIES_S)), 0.0) / max(sample, 1e-300)
+        design = np.vstack([design, of_sample])
+    scale = np.maximum(np.abs(design).max(axis=0), 1e-300)
+    found = nnls(design / scale, np.ones(len(design)))[0] / scale
+    return Mixture(float(found[0]), tuple(float(v) for v in found[1:-1]), rate)
+
+
+def _differences(rows: Rows, residual: FloatArray, chosen: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray] | None:
+    """By how much the ``chosen`` rows, of about as many samples, differ over a few rows: the equations of a mixture's
+    parts and of what is slow beside them (lags, 2 + parts), and half the mean square that was measured (lags,). None
+    where they are too few.
+    """
+    frame = rows.frame
+    number, step = float(np.median(rows.number[chosen])), float(np.median(durations(frame)[chosen]))
     differ = []
     for lag in _LAGS:
-        near = frame.recording[lag:] == frame.recording[:-lag]
+        near = (frame.recording[lag:] == frame.recording[:-lag]) & chosen[lag:] & chosen[:-lag]
         near &= np.abs(frame.elapsed[lag:] - frame.elapsed[:-lag] - lag * step) < 0.5 * step
         change = (residual[lag:] - residual[:-lag])[near]
         differ.append(0.5 * robust_spread(change) ** 2 if change.size >= _FEWEST else np.nan)
     measured = np.asarray(differ)
     good = np.isfinite(measured) & (measured > 0.0)
     if good.sum() < 3:
-        spread = robust_spread(np.diff(residual)) ** 2 / 2.0 if residual.size > 1 else 1.0
-        return Mixture(max(spread * number, 1e-300), (0.0,) * len(MEMORIES_S), rate)
+        return None
     duration = np.full(len(_LAGS), step)
     columns = [np.full(len(_LAGS), 1.0 / number)]
     for k in range(len(MEMORIES_S)):
-        alone = Mixture(0.0, tuple(float(j == k) for j in range(len(MEMORIES_S))), rate)
+        alone = Mixture(0.0, tuple(float(j == k) for j in range(len(MEMORIES_S))), 1.0)
         variance = alone.of_means(np.full(1, number), np.full(1, step))[0]
         columns.append(variance - alone.across(duration, duration, (np.asarray(_LAGS) - 1.0) * step))
     # the slow rest of a residual grows with the square of the lag: it is fitted beside the noise
     columns.append(np.asarray(_LAGS, dtype=np.float64) ** 2 * float(np.nanmax(measured)))
-    design = np.column_stack(columns)[good] / measured[good, None]
-    inside = rows.number > 1.5
-    if slow and inside.any():
-        freedom = rows.number[inside] - 1.0
-        scatter = middle_variance(rows.within[inside] * rows.number[inside] / freedom, freedom)
-        sample = float(measured[good][0]) + scatter
-        of_sample = np.append(np.ones(1 + len(MEMORIES_S)), 0.0) / max(sample, 1e-300)
-        design = np.vstack([design, of_sample])
-    scale = np.maximum(np.abs(design).max(axis=0), 1e-300)
-    found = nnls(design / scale, np.ones(len(design)))[0] / scale
-    return Mixture(float(found[0]), tuple(float(v) for v in found[1:-1]), rate)
+    return np.column_stack(columns)[good], measured[good]
 
 
 def of_rows(rows: Rows, noise: Mixture, residual: FloatArray, doubt: FloatArray | None = None) -> RowNoise:

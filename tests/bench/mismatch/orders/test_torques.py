@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
+from bench.mismatch.given import Given
 from bench.mismatch.orders.periodicity import LOW_ORDERS, Periodicity, loudness, on_rows
+from bench.mismatch.orders.shaft import factors
 from bench.mismatch.orders.torques import torque_discoveries
 from bench.mismatch.recordings.output_orders import HIGHEST_OUTPUT_ORDER, OutputSpectrum
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.recordings.vibration import ShaftSpectrum
+from bench.simulation import Simulation
 from bench.simulation.frame import Frame
 from bench.simulation.terms import MOTOR_TORQUE
 from bench.simulation.waves import Wave
@@ -53,6 +59,59 @@ def test_a_low_order_takes_no_higher_one_with_it() -> None:
 def test_behind_a_gearbox_both_orders_of_the_shaft_are_told() -> None:
     (ripple,) = [d for d in torque_discoveries(seen(185.0), 0) if d.effect == "motor.torque_ripple"]
     assert set(ripple.orders) == {185.0 * LOW, 185.0 * HIGH}
+
+
+def through_a_loop(falls: float) -> Periodicity:
+    """A ripple whose vector falls with the speed and turns the other way in the other direction, or (0) one that stays;
+    a recording that reverses is in between.
+    """
+    rng = np.random.default_rng(9)
+    plain = seen(185.0)
+    shaft = []
+    for k in range(30):
+        speed = (-1.0) ** k * (0.05, 0.1, 0.17)[k % 3]
+        size = HIGHEST_OUTPUT_ORDER + 1
+        amplitude = NOISE * (rng.normal(size=size) + 1j * rng.normal(size=size))
+        turned = 1.0 / (1.0 + falls * (0.2j * np.sign(speed) + abs(speed) / 0.1) ** 2)
+        amplitude[HIGH] += 0.05j * turned
+        shaft.append(ShaftSpectrum(k, amplitude, NOISE, 1.0, speed, 25.0, speed=abs(speed)))
+    shaft.append(replace(shaft[-1], recording=30, velocity=0.0, amplitude=np.full(size, 1.0 + 1.0j)))
+    return replace(plain, shaft=shaft, output=[], folds=np.arange(31, dtype=np.int64))
+
+
+@pytest.mark.parametrize("falls", [0.0, 2.0])
+def test_a_ripple_inside_a_loop_is_one_all_the_same(falls: float) -> None:
+    """The drive answers it less the quicker it is; where it does not, one vector is all that is told."""
+    given = through_a_loop(falls)
+    (ripple,) = torque_discoveries(given, 0)
+    assert ripple.effect == "motor.torque_ripple"
+    (row,) = ripple.simulation_rows
+    assert ("waves" in row) == (falls > 0.0)
+    assert ripple.words.endswith("as the drive's loop answers it at each speed") == (falls > 0.0)
+    # the file's waves come back as what was put in, in each recording
+    term = {"enabled": True, **row}
+    document = Simulation.nominal().to_json()
+    known = Given.of(Simulation.from_json({**document, "terms": [*document["terms"], term]})).ripples
+    at = factors(given.shaft[:30], {w.times for w in known})
+    for k, one in enumerate(given.shaft[:30]):
+        told = sum(complex(w.cosine, w.sine) * at[w.times][k] for w in known)
+        assert abs(told - one.amplitude[HIGH]) < 6.0 * NOISE
+
+
+def test_an_order_that_grows_with_the_size_of_the_torque() -> None:
+    """Recordings in which it is strong are no noisier for it: quiet ones do not outweigh them."""
+    rng = np.random.default_rng(10)
+    plain = seen(185.0)
+    shaft = []
+    for k, one in enumerate(plain.shaft):
+        torque = rng.uniform(-6.0, 6.0)
+        amplitude = NOISE * (rng.normal(size=one.amplitude.size) + 1j * rng.normal(size=one.amplitude.size))
+        amplitude[1] += (0.02 + 0.03j) * max(abs(torque) - 1.8, 0.0)
+        shaft.append(replace(one, recording=k, amplitude=amplitude, torque=torque))
+    (found,) = torque_discoveries(replace(plain, shaft=shaft, output=[]), 0)
+    assert found.effect == "unknown"
+    assert found.orders == (185.0,)
+    assert "torque" in found.variables
 
 
 def test_a_wave_too_quick_for_the_rows_is_as_loud_as_it_is() -> None:

@@ -4,8 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
-from bench.mismatch.regression.noise import MEMORIES_S, Mixture, mixture
+from bench.mismatch.recordings.rows import Rows
+from bench.mismatch.regression.noise import (
+    MEMORIES_S,
+    Mixture,
+    durations,
+    middle_variance,
+    mixture,
+    plain_mixture,
+    usual_rate,
+)
+from bench.simulation.frame import ARRAYS, FloatArray, Frame
 from tests.bench.mismatch.spectra import densities
 
 
@@ -49,3 +60,55 @@ def test_means_scatter_as_the_mixture_says() -> None:
 
 def test_too_few_spectra_tell_nothing() -> None:
     assert mixture(densities(1, recordings=2)) is None
+
+
+def mixed(rng: np.random.Generator, memory: float, quick: float = 250.0, slow: float = 5.0) -> Rows:
+    """Rows of two seconds: ten recordings at a quick rate, two long ones at a slow one; noise of 1 with a memory (s).
+    A minute lies between the recordings, which the first step of each has.
+    """
+    parts: list[dict[str, FloatArray]] = []
+    for k in range(12):
+        rate, seconds = (quick, 60) if k < 10 else (slow, 1200)
+        n = int(rate * seconds)
+        keep = np.exp(-1.0 / (rate * memory)) if memory else 0.0
+        noise = lfilter([np.sqrt(1.0 - keep**2)], [1.0, -keep], rng.normal(size=n))
+        blocks = noise.reshape(seconds // 2, -1)
+        count = np.full(len(blocks), float(blocks.shape[1]))
+        parts.append(
+            {
+                "y": blocks.mean(axis=1),
+                "within": blocks.var(axis=1),
+                "count": count,
+                "step": np.append(60.0, np.full(len(blocks) - 1, 2.0)),
+                "elapsed": np.arange(len(blocks)) * 2.0,
+                "recording": np.full(len(blocks), float(k)),
+            }
+        )
+    joined = {name: np.concatenate([p[name] for p in parts]) for name in parts[0]}
+    zeros = {name: np.zeros(joined["y"].size) for name in ARRAYS}
+    own = {name: joined[name] for name in ("count", "step", "elapsed")}
+    frame = Frame(ratio=185.0, **{**zeros, **own, "recording": joined["recording"].astype(np.int64)})  # type: ignore[arg-type]
+    return Rows(frame, joined["y"], joined["count"], joined["within"])
+
+
+def test_the_rate_is_that_of_most_samples_and_each_row_lasts_as_long_as_it_does() -> None:
+    rows = mixed(np.random.default_rng(0), 0.5)
+    assert usual_rate(rows.frame) == pytest.approx(250.0)
+    assert np.allclose(durations(rows.frame), 2.0)
+
+
+@pytest.mark.parametrize("memory", [0.5, 0.0])
+def test_rows_of_a_slow_recording_are_as_sure_as_the_noise_lets_them(memory: float) -> None:
+    """Noise slower than the slow samples is averaged as much by ten of them as by five hundred; white noise is not."""
+    rows = mixed(np.random.default_rng(1), memory)
+    noise = plain_mixture(rows, rows.y, slow=True)
+    variance = noise.of_means(rows.number, durations(rows.frame))
+    slow = rows.frame.recording >= 10
+    for own in (slow, ~slow):
+        assert variance[own][0] == pytest.approx(float(np.var(rows.y[own])), rel=0.4)
+
+
+@pytest.mark.parametrize("number", [2, 3, 5, 30])
+def test_the_middle_of_few_samples_scatter_is_the_variance_all_the_same(number: int) -> None:
+    drawn = np.random.default_rng(2).normal(0.0, 3.0, (4000, number)).var(axis=1, ddof=1)
+    assert middle_variance(drawn, np.full(4000, number - 1.0)) == pytest.approx(9.0, rel=0.06)
