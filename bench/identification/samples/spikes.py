@@ -10,12 +10,21 @@ FloatArray = NDArray[np.float64]
 
 SIGMA = 9.0
 """standard deviations of the difference to a running median from which a sample is wild; chance: 1 in 1e18"""
+LONGEST_RUN = 8
+"""samples of a disturbance that are wild together: a shaft's torque takes longer"""
+NEARLY_ALL = 99.0
+"""percent of the samples whose reach is the range of a channel"""
+FAR = 3.0
+"""times that range from its middle, beyond which nothing measured lies for moments"""
+ENOUGH_TO_TELL = 500
+"""samples from which a range is told"""
 ENOUGH_SAMPLES = 1 << 13
 """samples from which the usual size of a deviation is read: more of a long recording say no more"""
 
 
 def spikes(signal: FloatArray, floor: float = 0.0) -> NDArray[np.bool_]:
-    """Mark samples that are no number or (at most two in a row) stand far off a running median of five.
+    """Mark samples that are no number or (at most two in a row) stand far off a running median of five; and short runs
+    far out of the range of all others.
 
     ``floor`` is the least standard deviation of what they stand off, in the signal's unit: quantisation is no spike.
     """
@@ -27,7 +36,28 @@ def spikes(signal: FloatArray, floor: float = 0.0) -> NDArray[np.bool_]:
     above = sample[sample > 0]
     scale = 1.4826 * float(np.median(above)) if above.size else 0.0
     spread = max(scale, 0.5 * float(np.percentile(sample, 95)), floor, 1e-300)
-    return np.asarray((off > SIGMA * spread) | bad)
+    return np.asarray((off > SIGMA * spread) | bad | _out_of_range(signal, bad, SIGMA * spread))
+
+
+def _out_of_range(signal: FloatArray, bad: NDArray[np.bool_], least: float) -> NDArray[np.bool_]:
+    """Short runs of samples (n,) that lie by more than ``least`` and far beyond all others, such as at the end of an
+    amplifier's range.
+    """
+    step = max(1, signal.size // ENOUGH_SAMPLES)
+    good = signal[::step][~bad[::step]]
+    out = np.zeros(signal.size, dtype=bool)
+    if good.size < ENOUGH_TO_TELL:
+        return out
+    middle = float(np.median(good))
+    reach = float(np.percentile(np.abs(good - middle), NEARLY_ALL))
+    with np.errstate(invalid="ignore"):
+        far = np.abs(signal - middle) > max(FAR * reach, reach + least)
+    if not far.any() or float(far.mean()) > 1.0 - NEARLY_ALL / 100.0:
+        return out
+    edges = np.flatnonzero(np.diff(np.concatenate(([0], far.astype(np.int8), [0])))).reshape(-1, 2)
+    for a, b in edges[np.diff(edges, axis=1)[:, 0] <= LONGEST_RUN].tolist():
+        out[a:b] = True
+    return out
 
 
 @njit(cache=True)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import groupby
 
 from bench.errors import RecordingError
@@ -13,6 +13,7 @@ from bench.mismatch.memory import give_back
 from bench.mismatch.recordings.collected import Collected
 from bench.mismatch.recordings.comparable import Comparable
 from bench.mismatch.recordings.dataset import Dataset, Member, is_linear
+from bench.mismatch.recordings.faulty import of_other_sign
 from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.recordings.notch import ripple_orders
 from bench.mismatch.recordings.pieces import Piece, pieces
@@ -48,6 +49,7 @@ def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Bas
     usable.sort(key=lambda r: r.started_at)
     usable = _of_one_campaign(usable, rejected)
     usable = _of_one_gearbox(usable, rejected)
+    usable = _of_one_sign(usable, rejected)
     held, fold = split(usable)
     parts, note = pieces(usable, held.count(False))
     called = {str(r.path): name for r, name in zip(usable, names_of(usable), strict=True)}
@@ -80,6 +82,11 @@ def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Bas
         for number, part in task.pieces:
             title = called[str(recording.path)] + part.name.removeprefix(recording.recording_id)
             data.members.append(Member(number, recording, point_of(recording), held[number], fold[number], title))
+        notes += [
+            f"{recording.recording_id}: {name} stays at one value while the other encoder turns, {share:.2g} of the"
+            " samples: not compared there"
+            for name, share in read.stands.items()
+        ]
         if read.dead:
             told = f"{recording.recording_id} holds no number in {', '.join(sorted(read.dead))}"
             notes.append(f"{told}: not compared where it is needed")
@@ -152,6 +159,7 @@ class _Read:
     dead: frozenset[str] = frozenset()
     why: str = ""
     simulated: frozenset[str] = frozenset()
+    stands: Mapping[str, float] = field(default_factory=dict)
 
 
 def _read(task: _Task) -> _Read:
@@ -164,12 +172,25 @@ def _read(task: _Task) -> _Read:
     channels = task.comparable.channels(recording, prepared.dead)
     for number, part in task.pieces:
         rows.add(part.cut(prepared, number), channels, task.folder.manner)
-    return _Read(rows, float(prepared.frame.travel[-1]), prepared.dead, "", frozenset(prepared.simulated))
+    travel, simulated = float(prepared.frame.travel[-1]), frozenset(prepared.simulated)
+    return _Read(rows, travel, prepared.dead, "", simulated, prepared.stands)
 
 
 def _otherwise(recording: Recording, here: frozenset[str], others: frozenset[str]) -> str:
     listed, rest = (", ".join(sorted(names)) or "nothing" for names in (here, others))
     return f"{recording.path.name}: the simulation predicts {listed} of it, of the recordings before it {rest}"
+
+
+def _of_one_sign(recordings: list[Recording], rejected: list[tuple[str, str]]) -> list[Recording]:
+    """The recordings whose load torque has the sign of most; the others are rejected."""
+    other = of_other_sign(recordings)
+    for recording in other:
+        why = (
+            f"{recording.path.name}: its load torque has the other sign beside the load motor's torque than in most of"
+            " the folder: was the sensor's sign changed? With the right sign it is compared"
+        )
+        rejected.append((recording.path.name, why))
+    return [r for r in recordings if r not in other]
 
 
 def _of_one_gearbox(recordings: list[Recording], rejected: list[tuple[str, str]]) -> list[Recording]:

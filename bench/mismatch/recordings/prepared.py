@@ -18,6 +18,7 @@ from bench.foreign.base import BY, Base
 from bench.foreign.inputs import inputs_of
 from bench.identification.samples.spikes import spikes
 from bench.mismatch import criteria
+from bench.mismatch.recordings.faulty import standing
 from bench.mismatch.recordings.level import kept_segments, levelled, numbered
 from bench.mismatch.recordings.motion import Manner, corners, directions, passing, since_change
 from bench.mismatch.recordings.notch import notched
@@ -66,6 +67,8 @@ class Prepared:
     """the load motor's ripple that was taken off a channel, a value a group"""
     simulated: dict[str, FloatArray] = field(default_factory=dict)
     """what a simulation from elsewhere says of a channel, taken off it, a value a group"""
+    stands: dict[str, float] = field(default_factory=dict)
+    """share of the samples at which an encoder stays at one value while the other turns"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +98,21 @@ class _Signals:
         self.samples: dict[str, FloatArray] = {}
         for name in names:
             self.bad[name] = spikes(self._raw[name])
+        self._stands(recording.gearbox.ratio)
+        for name in names:
             self.samples[name] = repaired(self._raw[name], self.bad[name])
+
+    def _stands(self, ratio: float | None) -> None:
+        """Mark an encoder's samples as bad where it stays at one value while the other turns."""
+        self.stands: dict[str, float] = {}
+        if ratio is None or not {"motor_angle", "load_angle"} <= self._raw.keys():
+            return
+        motor, load = self._raw["motor_angle"] / ratio, self._raw["load_angle"]
+        for name, own, other in (("motor_angle", motor, load), ("load_angle", load, motor)):
+            still = standing(own, other)
+            if still.any():
+                self.bad[name] = self.bad[name] | still
+                self.stands[name] = float(still.mean())
 
     def __contains__(self, name: str) -> bool:
         return name in self.samples
@@ -228,7 +245,8 @@ def prepare(
         signals.samples["motor_angle"] / ratio if "motor_angle" in signals else thinning.spread(theta, recording.size)
     )
     kind = recording.kind
-    return Prepared(kind, rate, frame, thinning, measured, swept, leaning, angle, label, corner, dead, taken, simulated)
+    parts = (measured, swept, leaning, angle, label, corner, dead, taken, simulated, signals.stands)
+    return Prepared(kind, rate, frame, thinning, *parts)
 
 
 def _quieter(one: FloatArray, other: FloatArray) -> FloatArray:

@@ -187,3 +187,16 @@ def test_helpers_of_windows() -> None:
     # 5.25 counts a sample meets four phases only; an irrational advance meets them all.
     assert counting_bias(5.25, 100_000) == pytest.approx(1.0 / (4 * np.sqrt(12.0)))
     assert counting_bias(5.0 + np.sqrt(2) / 10, 100_000) < 0.003
+
+
+def test_a_few_samples_at_the_end_of_the_range_are_wild() -> None:
+    """Five samples of a saturated amplifier; a ramp to twice the usual load, or a long stay there, is none."""
+    rng = np.random.default_rng(4)
+    signal = 300.0 * np.sin(np.arange(4000) / 400.0) + rng.normal(0.0, 1.0, 4000)
+    signal[700:705] = 9999.7
+    signal[2000:2003] = np.nan
+    marked = spikes(signal)
+    assert np.flatnonzero(marked).tolist() == [*range(700, 705), *range(2000, 2003)]
+    assert not spikes(np.where(np.isfinite(signal) & ~marked, signal, 0.0)[:600]).any()
+    ramp = np.concatenate([rng.normal(0.0, 1.0, 3000), np.linspace(0.0, 600.0, 20), rng.normal(600.0, 1.0, 40)])
+    assert not spikes(ramp).any()

@@ -56,6 +56,12 @@ def write(folder: Path, number: int, seconds: float = 8.0, without: tuple[str, .
         "load_motor_torque": np.full(n, 100.0),
         "temperature": 25.0 + rng.normal(0, 0.01, n),
     }
+    if changes.pop("opposite", False):
+        values["load_torque"] = -values["load_torque"]
+    standing = str(changes.pop("standing", ""))
+    if standing:
+        held = slice(int(3.0 * rate), int(6.0 * rate))
+        values[standing][held] = values[standing][held.start]
     bad = changes.pop("bad", None)
     if bad is not None:
         values[str(bad)][:] = np.nan
@@ -125,6 +131,41 @@ def test_a_recording_whose_clock_was_not_set_is_rejected(tmp_path: Path) -> None
     ((name, why),) = data.rejected
     assert name == "r006.h5"
     assert "started on 1970-01-01, years from most of the folder (2026-01-01)" in why
+
+
+def test_a_torque_sensor_with_the_other_sign_in_one_recording_is_rejected(tmp_path: Path) -> None:
+    """In all of them it is how this bench counts; in one of eight it is a fault."""
+    for number in range(8):
+        write(tmp_path, number, opposite=number == 3)
+    data = load(tmp_path)
+    ((name, why),) = data.rejected
+    assert name == "r003.h5"
+    assert "the other sign beside the load motor's torque" in why
+    other = tmp_path / "other"
+    other.mkdir()
+    for number in range(8):
+        write(other, number, opposite=True)
+    assert not load(other).rejected
+
+
+@pytest.mark.parametrize(("standing", "name"), [("load_angle", "load_angle"), ("motor_angle", "motor_angle"), ("", "")])
+def test_an_encoder_that_stays_at_one_value_is_not_compared_there(tmp_path: Path, standing: str, name: str) -> None:
+    """Three of eight seconds; where it goes on it is right again."""
+    for number in range(7):
+        write(tmp_path, number, standing=standing if number == 2 else "")
+    data = load(tmp_path)
+    told = [note for note in data.notes if "stays at one value" in note]
+    rows = data.rows["transmission_error"]
+    counted = [float(rows.number[rows.frame.recording == k].sum()) for k in range(7)]
+    if not name:
+        assert not told
+        return
+    (note,) = told
+    assert note.startswith(f"r002: {name} stays at one value while the other encoder turns, 0.37 of the samples")
+    # r005 moves as quickly the other way
+    assert counted[2] == pytest.approx(counted[5] * 5.0 / 8.0, rel=0.1)
+    inside = (rows.frame.recording == 2) & (rows.number > 0)
+    assert np.std(rows.y[inside]) < 5e-5
 
 
 def test_a_wrong_simulation_is_not_put_on_the_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
