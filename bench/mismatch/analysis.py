@@ -15,6 +15,7 @@ from bench.mismatch.orders.discoveries import multiples
 from bench.mismatch.orders.misread import ENCODER, asked
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.reaction import Reaction, reaction_of
+from bench.mismatch.orders.shaft import PHASES
 from bench.mismatch.orders.sight import known_orders
 from bench.mismatch.orders.torques import torque_discoveries
 from bench.mismatch.orders.turns import found_in
@@ -141,7 +142,9 @@ def _said(out: Analysis, data: Dataset, given: Given, search: Search, formulas: 
     if reaction is not None:
         outcome.notes.append(reaction.words)
     if channel in (LOAD_TORQUE, MOTOR_TORQUE) and not data.linear:
-        outcome.discoveries += torque_discoveries(periodicity_of(data, given, search, reaction), seed)
+        found = out.outcomes[TRANSMISSION_ERROR].discoveries if TRANSMISSION_ERROR in out.outcomes else []
+        misread = [f for d in found if d.effect == ENCODER for f in d.orders]
+        outcome.discoveries += torque_discoveries(periodicity_of(data, given, search, reaction, misread), seed)
     heard, moving = data.density.get(channel, ()), data.unsteady.get(channel, ())
     # the gearbox's orders are felt in the torques as well, most of all those that a mode makes large
     known = () if channel == TEMPERATURE else _orders_of(out)
@@ -246,7 +249,10 @@ def _ask_whose(model: TransmissionModel, data: Dataset, given: Given, seed: int)
     """Ask the motor torque whose the multiples of the ratio are that were found in the transmission error."""
     ratio, seen, periodic = float(data.gearbox.ratio or 1.0), model.seen, model.periodic
     assert periodic is not None
-    orders = () if seen is None else multiples([f for f in seen.orders if f not in known_orders(model)], ratio)
+    # an order of which the simulation has waves or ripple is not seen as a whole
+    part = {round(w.order, 6) for w in (*given.acting_waves, *given.misread_waves, *given.ripples)}
+    asked_of = [] if seen is None else [f for f in seen.orders if f not in known_orders(model) and f not in part]
+    orders = [f for f in multiples(asked_of, ratio) if round(f / ratio) % PHASES]
     if seen is None or not orders:
         return
     others = periodic.less({*orders, *given.misread})

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bench.mismatch.given import Given
 from bench.mismatch.orders.periodicity import Periodicity, on_rows
 from bench.mismatch.orders.reaction import Reaction
-from bench.mismatch.orders.shaft import factors
+from bench.mismatch.orders.shaft import OF_A_SPECTRUM, factors
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.output_orders import OutputSpectrum
 from bench.mismatch.recordings.rows import Rows
@@ -99,9 +99,11 @@ def problem_of(
     )
 
 
-def periodicity_of(data: Dataset, given: Given, search: Search, reaction: Reaction | None) -> Periodicity:
+def periodicity_of(
+    data: Dataset, given: Given, search: Search, reaction: Reaction | None, misread: Collection[float] = ()
+) -> Periodicity:
     """Spectra and rows of a torque, for what is periodic in it and too quick for its rows: less the waves that the
-    simulation has and the ``reaction``, which it is known to hold.
+    simulation has and the ``reaction``, which it is known to hold. ``misread``: orders of the motor encoder's error.
     """
     problem = search.model.problem
     channel = problem.channel
@@ -116,6 +118,7 @@ def periodicity_of(data: Dataset, given: Given, search: Search, reaction: Reacti
         problem.folds,
         data.ratio,
         search.model.floor,
+        frozenset(round(f / data.ratio) for f in misread),
     )
 
 
@@ -140,6 +143,6 @@ def _less_ripple(seen: ShaftSpectrum, known: Sequence[Wave], ratio: float) -> Sh
     amplitude = seen.amplitude.copy()
     for wave in known:
         order = round(wave.order / ratio)
-        if order < amplitude.size:
+        if order < amplitude.size and set(wave.times.split("*")) <= OF_A_SPECTRUM:
             amplitude[order] -= complex(wave.cosine, wave.sine) * float(factors([seen], [wave.times])[wave.times][0])
     return replace(seen, amplitude=amplitude)

@@ -25,11 +25,12 @@ from bench.mismatch.report.page import page
 from bench.mismatch.report.report import Report
 from bench.mismatch.report.verdict import UNDETERMINED, judged
 from bench.mismatch.standing import MOST_ROUNDS, Standing, bent, standing_on, stood, values_of
+from bench.mismatch.unnamed.passed_on import without_passed_on
 from bench.mismatch.unnamed.rest import unexplained
 from bench.mismatch.wrong_parameters import told_of, wrong_parameters
 from bench.simulation.linear import of_linear_axis
 from bench.simulation.model import Simulation
-from bench.simulation.terms import LIBRARY
+from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE
 from bench.whole import write_whole
 
 AS_GIVEN, BEFORE, AFTER = "as_given", "before", "after"
@@ -96,6 +97,9 @@ def _run(
         for outcome in report.outcomes:
             unexplained(outcome)
             outcome.notes.append(limits(outcome, data))
+        if {LOAD_TORQUE, MOTOR_TORQUE} <= analysis.outcomes.keys():
+            heard = data.density.get(LOAD_TORQUE, ())
+            without_passed_on(analysis.outcomes[LOAD_TORQUE], analysis.outcomes[MOTOR_TORQUE], heard)
         anew = () if base is None else tuple(p.name for p in base.free)
         report.simulation = replace(report.simulation, recalibrated=(*_changed_values(made, given), *anew))
         findings = conclude(report.outcomes, data)

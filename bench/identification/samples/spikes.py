@@ -24,7 +24,7 @@ ENOUGH_SAMPLES = 1 << 13
 
 def spikes(signal: FloatArray, floor: float = 0.0) -> NDArray[np.bool_]:
     """Mark samples that are no number or (at most two in a row) stand far off a running median of five; and short runs
-    far out of the range of all others.
+    at the end of a range, far out of that of all others.
 
     ``floor`` is the least standard deviation of what they stand off, in the signal's unit: quantisation is no spike.
     """
@@ -40,8 +40,8 @@ def spikes(signal: FloatArray, floor: float = 0.0) -> NDArray[np.bool_]:
 
 
 def _out_of_range(signal: FloatArray, bad: NDArray[np.bool_], least: float) -> NDArray[np.bool_]:
-    """Short runs of samples (n,) that lie by more than ``least`` and far beyond all others, such as at the end of an
-    amplifier's range.
+    """Short runs of one and the same value (n,), by more than ``least`` and far beyond all others: the end of an
+    amplifier's range. What a machine does in moments has no flat top.
     """
     step = max(1, signal.size // ENOUGH_SAMPLES)
     good = signal[::step][~bad[::step]]
@@ -49,14 +49,16 @@ def _out_of_range(signal: FloatArray, bad: NDArray[np.bool_], least: float) -> N
     if good.size < ENOUGH_TO_TELL:
         return out
     middle = float(np.median(good))
-    reach = float(np.percentile(np.abs(good - middle), NEARLY_ALL))
+    changes = np.abs(np.diff(good))
+    quantum = float(changes[changes > 0.0].min()) if changes.any() else 0.0
+    reach = max(float(np.percentile(np.abs(good - middle), NEARLY_ALL)), quantum)
     with np.errstate(invalid="ignore"):
         far = np.abs(signal - middle) > max(FAR * reach, reach + least)
     if not far.any() or float(far.mean()) > 1.0 - NEARLY_ALL / 100.0:
         return out
     edges = np.flatnonzero(np.diff(np.concatenate(([0], far.astype(np.int8), [0])))).reshape(-1, 2)
     for a, b in edges[np.diff(edges, axis=1)[:, 0] <= LONGEST_RUN].tolist():
-        out[a:b] = True
+        out[a:b] = np.ptp(signal[a:b]) == 0.0
     return out
 
 

@@ -17,7 +17,7 @@ from bench.mismatch import criteria
 from bench.mismatch.discovery import UNNAMED, Discovery
 from bench.mismatch.orders import defects, laws, modulation
 from bench.mismatch.orders.borne_out import borne_out
-from bench.mismatch.orders.misread import ENCODER
+from bench.mismatch.orders.misread import ENCODER, Misread
 from bench.mismatch.orders.model import TransmissionModel, with_parts
 from bench.mismatch.orders.reported import (
     AMPLITUDE,
@@ -110,10 +110,11 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
         sight = Sight.of(model)
         assert sight is not None
     law = _law(model, seed, law)
+    parts = _encoders_parts(model)
     shaft = _of_motor(model, sight, teeth.ratio)
     encoder = _encoder(model, sight, shaft, teeth)
     rest = [f for f in sight.found if encoder is None or f not in shaft]
-    pair = modulation.search(model, sight, shaft, seed)
+    pair = modulation.search(model, sight, (*shaft, *(m.order for m in parts)), seed)
     if pair is not None:
         first = pair.pairs[0]
         extra = {
@@ -127,7 +128,12 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
         if told is not None:
             rest = [f for f in rest if f not in pair.orders]
     plain = _plain(model, sight, rest, teeth)
-    encoder = _with_what_is_beside(model, encoder, plain)
+    if parts and plain is None:
+        # what the gearbox has beside them is too weak to be told
+        model.asked = replace(model.asked, found=tuple(replace(m, beside=False) for m in model.asked.found))
+        encoder = _encoder(model, sight, _of_motor(model, sight, teeth.ratio), teeth)
+    elif parts:
+        encoder = _with_its_parts(model, encoder, parts)
     if law is not None and plain is not None and _of_new_orders(law, plain):
         # how an order that the simulation has not changes with the state is a property of that order
         plain = replace(
@@ -231,23 +237,31 @@ def _encoder(model: TransmissionModel, sight: Sight, shaft: Sequence[float], tee
     return of_orders(model, sight, ENCODER, shaft, teeth, p_value, probability(p_value), words)
 
 
-def _with_what_is_beside(
-    model: TransmissionModel, encoder: Discovery | None, plain: Discovery | None
-) -> Discovery | None:
-    """The encoder's error with its parts of orders that the gearbox has as well, which ``plain`` holds."""
-    if plain is None:
-        return encoder
-    parts = of_encoder(model, [m for m in model.asked.found if m.beside and m.order in plain.orders], MOVES_NOTHING)
-    if encoder is None or parts is None:
-        return encoder or parts
+def _encoders_parts(model: TransmissionModel) -> list[Misread]:
+    """The encoder's parts of orders that the gearbox has as well, if they are strong enough to be told; else the model
+    has none.
+    """
+    parts = [m for m in model.asked.found if m.beside]
+    if parts and of_encoder(model, parts, MOVES_NOTHING) is None:
+        model.asked = replace(model.asked, found=tuple(m for m in model.asked.found if not m.beside))
+        return []
+    return parts
+
+
+def _with_its_parts(model: TransmissionModel, encoder: Discovery | None, parts: Sequence[Misread]) -> Discovery | None:
+    """The encoder's error with its parts of orders that the gearbox has as well."""
+    found = of_encoder(model, parts, MOVES_NOTHING)
+    if encoder is None or found is None:
+        return encoder or found
+    first, other = (encoder, found) if encoder.gain >= found.gain else (found, encoder)
     return replace(
-        encoder,
-        added=encoder.added + parts.added,
-        gain=encoder.gain + parts.gain,
-        simulation_rows=encoder.simulation_rows + parts.simulation_rows,
-        orders=encoder.orders + parts.orders,
-        table=encoder.table + parts.table,
-        numbers=encoder.numbers + parts.numbers,
+        first,
+        added=first.added + other.added,
+        gain=first.gain + other.gain,
+        simulation_rows=first.simulation_rows + other.simulation_rows,
+        orders=first.orders + other.orders,
+        table=first.table + other.table,
+        numbers=first.numbers + other.numbers,
     )
 
 

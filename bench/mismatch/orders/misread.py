@@ -24,6 +24,8 @@ ENCODER = "sensor.motor_encoder"
 HALF = 0.5
 """of an order, which the first that is told must be the encoder's: the loop may answer an order by a part more or less
 than it answers the others"""
+ALIKE = 0.2
+"""sine of the angle within which two vectors have one phase: a loop turns what it answers a little"""
 NUISANCES = 3
 """parts of an order that go with the speed: level, slope, square"""
 
@@ -85,11 +87,18 @@ def asked(
             done.append(order)
             told[order] = _estimated(points, share)
     rate = criteria.ERROR_RATE_OF_A_CHANNEL / max(len(done), 1)
-    sure = [
-        m for m, size in ((told[f], _size(seen, f)) for f in done) if m.p_value < rate and abs(m.vector) > HALF * size
-    ]
-    found = [told[f] for f in done if told[f].p_value < rate] if sure else []
-    return Asked(tuple(done), tuple(found))
+    found = [told[f] for f in done if told[f].p_value < rate and not _of_the_loop(seen, told[f])]
+    mostly = any(abs(m.vector) > HALF * _size(seen, m.order) for m in found)
+    return Asked(tuple(done), tuple(found) if mostly else ())
+
+
+def _of_the_loop(seen: Seen, part: Misread) -> bool:
+    """Whether an order of the gearbox alone looks so, of which the drive's loop answers less than of the slower ones: a
+    part of the order in its own phase, clearly less than the whole.
+    """
+    ratio = part.vector / complex(np.mean(seen.vectors[:, seen.orders.index(part.order)]))
+    std = part.std * abs(ratio) / abs(part.vector)
+    return abs(ratio.imag) < criteria.SURE * std + ALIKE * abs(ratio) and ratio.real < 1.0 - criteria.SURE * std
 
 
 def _size(seen: Seen, order: float) -> float:

@@ -28,7 +28,8 @@ class Periodicity:
     """A torque's revolutions and its rows: what :func:`torque_discoveries` looks at.
 
     ``output`` of :attr:`Dataset.output`, ``shaft`` of :attr:`Dataset.shaft` (the motor's torque alone), ``rows`` of the
-    channel, ``folds`` of each recording by its index, ``ratio`` u, ``floor`` noise of a sample, N·m.
+    channel, ``folds`` of each recording by its index, ``ratio`` u, ``floor`` noise of a sample, N·m; ``followed``:
+    orders of the shaft that the motor's encoder misreads.
     """
 
     channel: str
@@ -38,6 +39,7 @@ class Periodicity:
     folds: IntArray
     ratio: float
     floor: float
+    followed: frozenset[int] = frozenset()
 
 
 def wave_of(line: Line, k: int) -> Wave:
@@ -69,9 +71,10 @@ def on_rows(waves: Sequence[Wave], rows: Rows, angle: FloatArray | None = None) 
 def loudness(waves: Sequence[Wave], rows: Rows) -> FloatArray:
     """Root mean square of waves too quick for the rows, over a period, at each row (n,)."""
     squares = np.zeros(rows.size)
-    for wave in waves:
+    for order in {wave.order for wave in waves}:
+        own = [wave for wave in waves if wave.order == order]
         for ahead in (0.0, 0.5 * np.pi):
-            squares += 0.5 * evaluate([wave], rows.frame.q, rows.frame, ahead) ** 2
+            squares += 0.5 * evaluate(own, rows.frame.q, rows.frame, ahead) ** 2
     return np.sqrt(squares)
 
 

@@ -19,6 +19,7 @@ from bench.mismatch.orders.periodicity import (
     on_rows,
     power,
     squares_of,
+    times,
     wave_of,
 )
 from bench.mismatch.orders.reported import parameter, probability
@@ -49,11 +50,17 @@ PHASES = 6
 """an electrical period has so many commutations or phase changes: ripple stands at multiples of them"""
 
 
+OF_A_SPECTRUM = frozenset({"1", "motor_torque", "abs_motor_torque", "p", "n", "slowness"})
+"""factors of waves that a spectrum over the shaft tells"""
+
+
 def over_shaft(seen: Periodicity, seed: int) -> list[Discovery]:
     """Ripple of the motor, and orders of its shaft that have no name."""
     if not seen.shaft:
         return []
-    shaft = [s for s in seen.shaft if s.one_way] or list(seen.shaft)
+    one_way = [s for s in seen.shaft if s.one_way]
+    # where few turn one way only, what depends on the way is not asked
+    shaft = one_way if len(one_way) >= 2 * len(SHAFT_MODELS[3]) + 2 else list(seen.shaft)
     sigma = np.array([s.sigma for s in shaft])
     folds = seen.folds[[s.recording for s in shaft]]
     turns = Turns(
@@ -68,6 +75,8 @@ def over_shaft(seen: Periodicity, seed: int) -> list[Discovery]:
     # an order that few recordings are slow enough for is told by the others, in which it is folded
     lines += [line for line in standing(whole, SHAFT_MODELS, seed) if line.order not in known]
     lines = sorted((s for s in lines if s.order * seen.ratio > LOW_ORDERS), key=lambda line: -line.gain)
+    # the drive's loop follows what its encoder says: what it makes of an error of that is no effect of its own
+    lines = [s for s in lines if s.order % PHASES == 0 or s.order not in seen.followed]
     ripple = [line for line in lines if line.order % PHASES == 0]
     other = [line for line in lines if line.order % PHASES != 0]
     out = []
@@ -96,8 +105,15 @@ def _equation(effect: str, waves: Sequence[Wave], main: Line) -> str:
     wave = f"({wave})*tau_m/tau_r" if main.model == PLAIN[1] else wave
     wave += ", a_r = sqrt(a_rc**2 + a_rs**2)"
     if main.model not in PLAIN:
-        return f"tau_m {equation(waves)}; order n of the shaft: a_r its root mean square amplitude"
+        return f"tau_m {_over_motor(waves)}; order n of the shaft: a_r its root mean square amplitude"
     return f"tau_m += {wave}" if effect == RIPPLE else f"{equation(waves)}; order n of the shaft: {wave}"
+
+
+def _over_motor(waves: Sequence[Wave]) -> str:
+    """All waves of the first order, over the motor's angle."""
+    own = [w for w in waves if w.order == waves[0].order]
+    angle = f"{own[0].order:g}*theta"
+    return "+= " + " + ".join(times(w.times, f"{w.cosine:.3g}*cos({angle}) + {w.sine:.3g}*sin({angle})") for w in own)
 
 
 def _words(effect: str, main: Line) -> str:
@@ -112,9 +128,12 @@ def _of_line(line: Line, turns: Turns, typical: float) -> tuple[list[Row], list[
     """
     n = parameter("n", float(line.order), "1", None)
     if line.model not in PLAIN:
-        size = float(np.sqrt(np.mean(np.abs(line.at({k: v[turns.train] for k, v in turns.factors.items()})) ** 2)))
-        mean = np.mean(np.column_stack([turns.factors[t][turns.train] ** 2 for t in line.model]), axis=0)
-        std = float(np.sqrt(np.sum(mean * line.variance)))
+        x = np.column_stack([turns.factors[t][turns.train] for t in line.model])
+        size = float(np.sqrt(np.mean(np.abs(x @ line.amplitude) ** 2)))
+        inverse = np.linalg.inv(x.T @ (x / turns.sigma[turns.train, None] ** 2))
+        # the line has the variances of its factors' coefficients; those of a polynomial go together
+        variance = float(line.variance[0] / inverse[0, 0])
+        std = float(np.sqrt(variance * np.mean(np.sum((x @ inverse) * x, axis=1))))
         return [], [parameter("a_r", size, "N*m", std), n]
     at = typical if line.model == PLAIN[1] else 0.0
     vector, std = complex(line.amplitude[0]) * (at or 1.0), float(np.sqrt(line.variance[0])) * (at or 1.0)
@@ -144,7 +163,9 @@ def _of_shaft(seen: Periodicity, turns: Turns, effect: str, lines: Sequence[Line
             rows.append({"effect": effect, "form": "ripple", "channels": [MOTOR_TORQUE], "parameters": by_symbol})
         else:
             told_waves = [w.to_json() for w in own]
-            rows.append({"effect": effect, "form": "ripple", "channels": [MOTOR_TORQUE], "waves": told_waves})
+            # without a gearbox the shaft's orders are the output's, and waves are over that
+            form = {"form": "ripple"} if seen.ratio != 1.0 else {}
+            rows.append({"effect": effect, **form, "channels": [MOTOR_TORQUE], "waves": told_waves})
     p_value = max(line.p_value for line in lines)
     return Discovery(
         effect=effect,

@@ -13,10 +13,14 @@ from bench.simulation.frame import FloatArray
 
 STANDS_RAD = 0.05
 """rad at the output that one encoder turns while the other gives one and the same value: no play is so wide"""
+NEARLY_ALL = 0.9
+"""of a recording in which an encoder stands: it is not connected"""
 WINDOWS = 3
 """of a recording, in which the two torques are compared"""
 WINDOW = 256
 """samples"""
+FEW = 0.25
+"""of the recordings that tell their sign: where more have the other one, it is not known which is right"""
 LOADED = 0.2
 """of the largest load of a folder, which a recording has to have that tells its sign: the rest is noise and friction"""
 ABOUT_ONE = (0.5, 2.0)
@@ -33,7 +37,8 @@ def standing(angle: FloatArray, other: FloatArray) -> NDArray[np.bool_]:
     last = np.append(begins[1:], angle.size) - 1
     turned = np.abs(other[last] - other[begins])
     out = np.repeat(turned > STANDS_RAD, last - begins + 1)
-    out[begins] = False
+    if float(out.mean()) < NEARLY_ALL:  # else it never says anything
+        out[begins] = False
     return out
 
 
@@ -45,8 +50,10 @@ def of_other_sign(recordings: Sequence[Recording]) -> list[Recording]:
     signed = [(r, ratio) for r, ratio in loaded if ABOUT_ONE[0] <= abs(ratio) <= ABOUT_ONE[1]]
     if not signed:
         return []
-    most = np.sign(np.median([ratio for _, ratio in signed]))
-    return [r for r, ratio in signed if np.sign(ratio) != most]
+    positive = [ratio > 0.0 for _, ratio in signed]
+    most = sum(positive) > 0.5 * len(positive)
+    other = [r for (r, _), same in zip(signed, positive, strict=True) if same != most]
+    return other if len(other) < FEW * len(signed) else []
 
 
 def _together(recording: Recording) -> tuple[float, float] | None:

@@ -107,7 +107,9 @@ class _Signals:
         self.stands: dict[str, float] = {}
         if ratio is None or not {"motor_angle", "load_angle"} <= self._raw.keys():
             return
-        motor, load = self._raw["motor_angle"] / ratio, self._raw["load_angle"]
+        names = ("motor_angle", "load_angle")
+        motor, load = (repaired(self._raw[name], self.bad[name]) for name in names)
+        motor = motor / ratio
         for name, own, other in (("motor_angle", motor, load), ("load_angle", load, motor)):
             still = standing(own, other)
             if still.any():

@@ -143,6 +143,8 @@ def kinds(frame: Frame) -> IntArray:
 
 def usual_rate(frame: Frame) -> float:
     """Samples a second in the recording that the middle one of all samples is in: some are recorded more slowly."""
+    if frame.size == 0:
+        return 0.0
     samples, rates = _rates(frame)
     order = np.argsort(rates)
     return float(rates[order][np.searchsorted(np.cumsum(samples[order]), 0.5 * float(samples.sum()))])

@@ -200,3 +200,8 @@ def test_a_few_samples_at_the_end_of_the_range_are_wild() -> None:
     assert not spikes(np.where(np.isfinite(signal) & ~marked, signal, 0.0)[:600]).any()
     ramp = np.concatenate([rng.normal(0.0, 1.0, 3000), np.linspace(0.0, 600.0, 20), rng.normal(600.0, 1.0, 40)])
     assert not spikes(ramp).any()
+    # an acceleration of a third of a second at 20 Hz, and one step of a converter
+    jump = rng.normal(1.0, 0.02, 1200)
+    jump[600:606] += 2.0
+    assert not spikes(jump).any()
+    assert not spikes(np.append(np.full(1995, 25.0), np.full(5, 25.1))).any()

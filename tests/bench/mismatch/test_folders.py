@@ -60,7 +60,7 @@ def write(folder: Path, number: int, seconds: float = 8.0, without: tuple[str, .
         values["load_torque"] = -values["load_torque"]
     standing = str(changes.pop("standing", ""))
     if standing:
-        held = slice(int(3.0 * rate), int(6.0 * rate))
+        held = slice(0, n) if changes.pop("from_start", False) else slice(int(3.0 * rate), int(6.0 * rate))
         values[standing][held] = values[standing][held.start]
     bad = changes.pop("bad", None)
     if bad is not None:
@@ -141,11 +141,23 @@ def test_a_torque_sensor_with_the_other_sign_in_one_recording_is_rejected(tmp_pa
     ((name, why),) = data.rejected
     assert name == "r003.h5"
     assert "the other sign beside the load motor's torque" in why
-    other = tmp_path / "other"
-    other.mkdir()
-    for number in range(8):
-        write(other, number, opposite=True)
-    assert not load(other).rejected
+    for name, faulty in (("all", range(8)), ("half", range(4))):  # of a half it is not known which is right
+        other = tmp_path / name
+        other.mkdir()
+        for number in range(8):
+            write(other, number, opposite=number in faulty)
+        assert not load(other).rejected
+
+
+def test_an_encoder_that_never_moves_is_no_transmission_error(tmp_path: Path) -> None:
+    """Not connected: the channel holds nothing, and the others are compared."""
+    for number in range(7):
+        write(tmp_path, number, standing="load_angle", from_start=True)
+    data = load(tmp_path)
+    channels, skipped = compared_channels(data)
+    assert "transmission_error" not in channels
+    assert "motor_torque" in channels
+    assert any(s.startswith("transmission_error is not compared") for s in skipped)
 
 
 @pytest.mark.parametrize(("standing", "name"), [("load_angle", "load_angle"), ("motor_angle", "motor_angle"), ("", "")])

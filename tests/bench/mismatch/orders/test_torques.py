@@ -88,6 +88,13 @@ def test_a_ripple_inside_a_loop_is_one_all_the_same(falls: float) -> None:
     (row,) = ripple.simulation_rows
     assert ("waves" in row) == (falls > 0.0)
     assert ripple.words.endswith("as the drive's loop answers it at each speed") == (falls > 0.0)
+    size = ripple.parameters[0]
+    assert size["symbol"] == "a_r"
+    assert size["std"] < 0.05 * size["value"]
+    mean = np.sqrt(np.mean([abs(s.amplitude[HIGH]) ** 2 for s in given.shaft[:30]]))
+    assert size["value"] == pytest.approx(mean, rel=0.05)
+    if falls:  # all its factors stand in the equation, over the motor's angle
+        assert ripple.equation.count("*theta)") == 12
     # the file's waves come back as what was put in, in each recording
     term = {"enabled": True, **row}
     document = Simulation.nominal().to_json()
@@ -120,5 +127,7 @@ def test_a_wave_too_quick_for_the_rows_is_as_loud_as_it_is() -> None:
     rows = Rows(frame, np.zeros(frame.size), np.full(frame.size, 100.0))
     waves = [Wave(4440.0, "1", 3.0, 4.0), Wave(8880.0, "1", 0.0, 2.0)]
     assert np.allclose(loudness(waves, rows), np.sqrt((25.0 + 4.0) / 2.0))
+    # what cancels is not heard
+    assert np.allclose(loudness([waves[0], Wave(4440.0, "1", -3.0, -4.0)], rows), 0.0)
     moving = np.abs(frame.velocity) * frame.step > 0.01
     assert np.max(np.abs(on_rows(waves, rows)[moving])) < 0.5
