@@ -274,11 +274,11 @@ def told_of(
         simulation = Simulation.from_json(model)
     else:
         simulation = model if isinstance(model, Simulation) else Simulation.load(model)
-    whole = sorted(recordings, key=lambda r: r.started_at) if only is None else list(recordings)
+    # a recording whose clock was not set is of no campaign
+    whole = of_one_campaign(recordings) if only is None else list(recordings)
     beside = Path(model).resolve().parent if isinstance(model, str | Path) else Path.cwd()
     base = base_of(simulation.extra, beside)
-    begin = of_one_campaign(whole)[0].started_at.timestamp()
-    own = Folder(begin, Manner.of(whole), ripple_orders(whole), base)
+    own = Folder(whole[0].started_at.timestamp(), Manner.of(whole), ripple_orders(whole), base)
     predictor = Predictor(Given.of(simulation))
     travelled = [0.0]
     rows = Collected()
