@@ -34,6 +34,9 @@ NUISANCES = 3
 class Misread:
     """The encoder's part of an order: vector b + j*a in rad, standard deviation of either component, chance that an
     order of the gearbox alone looks so, gain of log-likelihood, whether the gearbox has the order ``beside`` it.
+
+    ``followed``: whether the drive followed it. The drive holds what its encoder says, so it turns the shaft against
+    the error, and the inertia asks for a torque that goes with the square of the speed whatever the load.
     """
 
     order: float
@@ -42,6 +45,7 @@ class Misread:
     p_value: float
     gain: float
     beside: bool
+    followed: bool = False
 
     @property
     def wave(self) -> Wave:
@@ -94,8 +98,10 @@ def asked(
 
 def _of_the_loop(seen: Seen, part: Misread) -> bool:
     """Whether an order of the gearbox alone looks so, of which the drive's loop answers less than of the slower ones: a
-    part of the order in its own phase, clearly less than the whole.
+    part of the order in its own phase, clearly less than the whole, which the drive did not follow.
     """
+    if part.followed:
+        return False
     ratio = part.vector / complex(np.mean(seen.vectors[:, seen.orders.index(part.order)]))
     std = part.std * abs(ratio) / abs(part.vector)
     return abs(ratio.imag) < criteria.SURE * std + ALIKE * abs(ratio) and ratio.real < 1.0 - criteria.SURE * std
@@ -159,8 +165,9 @@ def _estimated(points: _Points, share: tuple[float, float]) -> Misread:
     without, _, _, _ = np.linalg.lstsq(design[:, 1:], left, rcond=None)
     whole, _, _, _ = np.linalg.lstsq(design, left, rcond=None)
     others = [np.arange(size) != k for k in range(size)]
-    parts = np.array([np.linalg.lstsq(design[kept], left[kept], rcond=None)[0][0] for kept in others])
-    variance = float(np.sum(np.abs(parts - parts.mean()) ** 2)) * (size - 1) / size / 2.0
+    without_one = np.array([np.linalg.lstsq(design[kept], left[kept], rcond=None)[0] for kept in others])
+    scatter = np.sum(np.abs(without_one - without_one.mean(axis=0)) ** 2, axis=0) * (size - 1) / size / 2.0
+    variance = float(scatter[0])
     variance += (share[1] / share[0]) ** 2 * float(np.mean(np.abs(points.vectors) ** 2)) / 2.0
     vector = complex(1j * np.conj(whole[0]))
     freedom = 2 * (size - 1 - NUISANCES)
@@ -168,6 +175,8 @@ def _estimated(points: _Points, share: tuple[float, float]) -> Misread:
     before, after = (float(np.sum(np.abs(left - design[:, k:] @ c) ** 2)) for k, c in ((1, without), (0, whole)))
     rest = float(np.mean(np.abs(points.vectors - vector) ** 2))
     beside = rest > criteria.SURE**2 * 2.0 * variance
-    return Misread(
-        points.order, vector, float(np.sqrt(variance)), p_value, size * float(np.log(before / after)), beside
-    )
+    by_inertia = complex(whole[-1] / whole[0])
+    sure = bool(abs(whole[-1]) ** 2 > criteria.SURE**2 * 2.0 * float(scatter[-1]))
+    followed = sure and by_inertia.real < 0.0 and abs(by_inertia.imag) < ALIKE * abs(by_inertia)
+    gain = size * float(np.log(before / after))
+    return Misread(points.order, vector, float(np.sqrt(variance)), p_value, gain, beside, followed)

@@ -44,7 +44,7 @@ way in the other direction
 """
 PLAIN: tuple[Model, ...] = SHAFT_MODELS[:2]
 """of one vector, which the form of the library has"""
-VARIES: Mapping[Model, tuple[str, ...]] = {SHAFT_MODELS[2]: ("torque",), SHAFT_MODELS[3]: ("speed",)}
+VARIES: Mapping[Model, tuple[str, ...]] = {SHAFT_MODELS[2]: ("torque",)}
 """what an order changes with beside the motor torque that it is in proportion to"""
 PHASES = 6
 """an electrical period has so many commutations or phase changes: ripple stands at multiples of them"""

@@ -15,6 +15,8 @@ from bench.simulation.waves import Wave
 from tests.bench.mismatch.orders.test_reaction import frame
 
 RATIO, SHARE, NOISE = 185.0, 1.06, 1e-4
+FOLLOWS = 3.0
+"""N·m of the motor's inertia at the highest speed, for one radian of the motor's angle"""
 RECORDINGS = 30
 EVERY = frozenset(range(RECORDINGS))
 DRAWN = np.random.default_rng(5)
@@ -42,7 +44,8 @@ def bench(gearbox: complex | np.ndarray, encoder: complex) -> tuple[Seen, list[T
         # the torque that d/dtheta of a*cos + b*sin takes of the load, as a + j*b
         cosine, sine = gearbox[k].imag, gearbox[k].real
         amplitude[1] += SHARE * LOAD[k] / RATIO * RATIO * (sine - 1j * cosine)
-        amplitude[1] += 0.3 * encoder * RATIO * (SPEED[k] / 0.17) ** 2
+        # the shaft is turned against the error, so that the encoder says an even speed
+        amplitude[1] -= FOLLOWS * 1j * np.conj(encoder) * RATIO * (SPEED[k] / 0.17) ** 2
         shaft.append(ShaftSpectrum(k, amplitude, NOISE, float(LOAD[k] / RATIO), float(SPEED[k]), 30.0))
     return seen, turns, shaft
 
@@ -79,6 +82,13 @@ def test_a_loop_that_answers_this_order_less_than_others_is_no_encoder(answered:
     seen, turns, _ = bench(GEARBOX, 0.0)
     shaft = bench(answered * GEARBOX, 0.0)[2]
     assert not asked(seen, turns, EVERY, shaft, RATIO, (SHARE, 0.01), [RATIO]).found
+
+
+def test_an_error_in_the_phase_of_the_order_is_told_by_how_the_drive_follows_it() -> None:
+    """A part of the order with its phase: as a loop that answers less, but that turns no shaft against it."""
+    (part,) = ask(GEARBOX, 1.5 * (-4.0 + 3.0j) * 1e-6).found
+    assert part.followed
+    assert abs(part.vector - 1.5 * (-4.0 + 3.0j) * 1e-6) < 4.0 * part.std
 
 
 def test_too_few_recordings_are_not_asked() -> None:
