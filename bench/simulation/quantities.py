@@ -82,7 +82,6 @@ FACTORS: dict[str, Callable[[Frame], FloatArray]] = {
     "reversed": lambda f: f.reversed_before,
     "per_ratio": lambda f: np.full(f.size, 1.0 / f.ratio),
     "motor_torque": lambda f: f.motor_torque,
-    "abs_motor_torque": lambda f: np.abs(f.motor_torque),
     "power": lambda f: f.power / 100.0,
 }
 """factors of the order of one; a product is written with ``*``, such as ``d*abs_tau``"""
@@ -103,7 +102,6 @@ FACTOR_WORDS: dict[str, str] = {
     "reversed": "[after a reversal]",
     "per_ratio": "1/u",
     "motor_torque": "tau_m",
-    "abs_motor_torque": "abs(tau_m)",
     "power": "loss/(100 W)",
 }
 

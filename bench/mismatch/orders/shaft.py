@@ -33,7 +33,7 @@ RIPPLE = "motor.torque_ripple"
 SHAFT_MODELS: tuple[Model, ...] = (
     ("1",),
     ("motor_torque",),
-    ("1", "abs_motor_torque"),
+    ("1", "abs_tau"),
     tuple(
         f"{way}{power}" for power in ("*slowness", "*slowness*slowness", "*slowness*slowness*slowness") for way in "pn"
     ),
@@ -44,13 +44,13 @@ way in the other direction
 """
 PLAIN: tuple[Model, ...] = SHAFT_MODELS[:2]
 """of one vector, which the form of the library has"""
-VARIES: Mapping[Model, tuple[str, ...]] = {SHAFT_MODELS[2]: ("torque",)}
+VARIES: Mapping[Model, tuple[str, ...]] = {SHAFT_MODELS[2]: ("load",)}
 """what an order changes with beside the motor torque that it is in proportion to"""
 PHASES = 6
 """an electrical period has so many commutations or phase changes: ripple stands at multiples of them"""
 
 
-OF_A_SPECTRUM = frozenset({"1", "motor_torque", "abs_motor_torque", "p", "n", "slowness"})
+OF_A_SPECTRUM = frozenset({"1", "motor_torque", "abs_tau", "p", "n", "slowness"})
 """factors of waves that a spectrum over the shaft tells"""
 
 
@@ -93,7 +93,7 @@ def factors(shaft: Sequence[ShaftSpectrum], names: Collection[str]) -> Mapping[s
     (recordings,).
     """
     torque, velocity = np.array([s.torque for s in shaft]), np.array([s.velocity for s in shaft])
-    values = {"1": np.ones(torque.size), "motor_torque": torque, "abs_motor_torque": np.abs(torque)}
+    values = {"1": np.ones(torque.size), "motor_torque": torque, "abs_tau": np.abs([s.load for s in shaft]) / 1000.0}
     values |= {"p": (velocity > 0.0).astype(np.float64), "n": (velocity <= 0.0).astype(np.float64)}
     values["slowness"] = 1.0 / (1.0 + np.abs(velocity) / 0.1)
     return {name: np.prod([values[part] for part in name.split("*")], axis=0) for name in names}
@@ -117,7 +117,11 @@ def _over_motor(waves: Sequence[Wave]) -> str:
 
 
 def _words(effect: str, main: Line) -> str:
-    grows = {PLAIN[0]: "", PLAIN[1]: " in proportion to the torque", SHAFT_MODELS[2]: " that grows with the torque"}
+    grows = {
+        PLAIN[0]: "",
+        PLAIN[1]: " in proportion to the torque",
+        SHAFT_MODELS[2]: " that grows with the size of the load",
+    }
     how = grows.get(main.model, " as the drive's loop answers it at each speed")
     return f"{LIBRARY[RIPPLE].name}{how}" if effect == RIPPLE else f"order {main.order} of the motor's shaft{how}"
 

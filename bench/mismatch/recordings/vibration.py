@@ -52,7 +52,7 @@ class ShaftSpectrum:
     motor, N·m; ``velocity``: rad/s at the output; ``temperature``: °C; ``too_fast`` (orders,): which come too close to
     half of the recording's sample rate, or are beyond it. There an order is folded, and its vector over the angle is
     right all the same, if no filter before the sampling took it. ``speed``: mean size of the velocity, more than that
-    of its mean where the recording reverses.
+    of its mean where the recording reverses; ``load``: mean load torque at the output, N·m.
     """
 
     recording: int
@@ -63,6 +63,7 @@ class ShaftSpectrum:
     temperature: float
     too_fast: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
     speed: float = 0.0
+    load: float = 0.0
 
     @property
     def one_way(self) -> bool:
@@ -153,6 +154,7 @@ def shaft_spectrum(prepared: Prepared) -> ShaftSpectrum | None:
         float(np.mean(frame.temperature[groups])),
         too_fast,
         float(np.mean(np.abs(frame.velocity[groups]))),
+        float(np.mean(frame.torque_level[groups])),
     )
 
 

@@ -105,20 +105,20 @@ def test_a_ripple_inside_a_loop_is_one_all_the_same(falls: float) -> None:
         assert abs(told - one.amplitude[HIGH]) < 6.0 * NOISE
 
 
-def test_an_order_that_grows_with_the_size_of_the_torque() -> None:
+def test_an_order_that_grows_with_the_size_of_the_load() -> None:
     """Recordings in which it is strong are no noisier for it: quiet ones do not outweigh them."""
     rng = np.random.default_rng(10)
     plain = seen(185.0)
     shaft = []
     for k, one in enumerate(plain.shaft):
-        torque = rng.uniform(-6.0, 6.0)
+        load = rng.uniform(-1000.0, 1000.0)
         amplitude = NOISE * (rng.normal(size=one.amplitude.size) + 1j * rng.normal(size=one.amplitude.size))
-        amplitude[1] += (0.02 + 0.03j) * max(abs(torque) - 1.8, 0.0)
-        shaft.append(replace(one, recording=k, amplitude=amplitude, torque=torque))
+        amplitude[1] += (0.02 + 0.03j) * max(abs(load) / 185.0 - 1.8, 0.0)
+        shaft.append(replace(one, recording=k, amplitude=amplitude, load=load))
     (found,) = torque_discoveries(replace(plain, shaft=shaft, output=[]), 0)
     assert found.effect == "unknown"
     assert found.orders == (185.0,)
-    assert "torque" in found.variables
+    assert "load" in found.variables
 
 
 def test_a_wave_too_quick_for_the_rows_is_as_loud_as_it_is() -> None:
