@@ -194,9 +194,11 @@ def plain_mixture(rows: Rows, residual: FloatArray, slow: bool = False) -> Mixtu
     frame = rows.frame
     rate = usual_rate(frame)
     number = float(np.median(rows.number)) or 1.0
-    alike = np.round(np.log2(np.maximum(rows.number, 1.0)))
-    sizes = [k for k in np.unique(alike) if np.mean(alike == k) >= _OF_ROWS]
-    equations = [e for k in sizes if (e := _differences(rows, residual, alike == k)) is not None]
+    groups = [np.ones(rows.size, dtype=bool)]
+    if slow:  # elsewhere rows are short where something changes, which is no matter of how many samples they have
+        alike = np.round(np.log2(np.maximum(rows.number, 1.0)))
+        groups = [alike == k for k in np.unique(alike) if np.mean(alike == k) >= _OF_ROWS]
+    equations = [e for own in groups if (e := _differences(rows, residual, own)) is not None]
     if not equations:
         spread = robust_spread(np.diff(residual)) ** 2 / 2.0 if residual.size > 1 else 1.0
         return Mixture(max(spread * number, 1e-300), (0.0,) * len(MEMORIES_S), rate)
