@@ -110,7 +110,7 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
         sight = Sight.of(model)
         assert sight is not None
     law = _law(model, seed, law)
-    parts = _encoders_parts(model)
+    parts = _encoders_parts(model, sight)
     shaft = _of_motor(model, sight, teeth.ratio)
     encoder = _encoder(model, sight, shaft, teeth)
     rest = [f for f in sight.found if encoder is None or f not in shaft]
@@ -237,14 +237,14 @@ def _encoder(model: TransmissionModel, sight: Sight, shaft: Sequence[float], tee
     return of_orders(model, sight, ENCODER, shaft, teeth, p_value, probability(p_value), words)
 
 
-def _encoders_parts(model: TransmissionModel) -> list[Misread]:
-    """The encoder's parts of orders that the gearbox has as well, if they are strong enough to be told; else the model
-    has none.
+def _encoders_parts(model: TransmissionModel, sight: Sight) -> list[Misread]:
+    """The encoder's parts of orders that the gearbox has as well, if they are strong enough to be told; the model then
+    has no others. An order that a pulse or a law has taken since is no order any more.
     """
-    parts = [m for m in model.asked.found if m.beside]
-    if parts and of_encoder(model, parts, MOVES_NOTHING) is None:
-        model.asked = replace(model.asked, found=tuple(m for m in model.asked.found if not m.beside))
-        return []
+    parts = [m for m in model.asked.found if m.beside and m.order in sight.found]
+    if of_encoder(model, parts, MOVES_NOTHING) is None:
+        parts = []
+    model.asked = replace(model.asked, found=tuple(m for m in model.asked.found if not m.beside or m in parts))
     return parts
 
 

@@ -41,7 +41,9 @@ def model(noise: float, beside: bool = True) -> Any:
     )
 
 
-SIGHT: Any = SimpleNamespace(at=lambda *_: np.zeros(14, dtype=np.complex128), gains=lambda *_: (100.0, 1))
+SIGHT: Any = SimpleNamespace(
+    found=(ORDER,), at=lambda *_: np.zeros(14, dtype=np.complex128), gains=lambda *_: (100.0, 1)
+)
 
 
 def plain(of: Any) -> Any:
@@ -54,7 +56,7 @@ def of_rows(rows: Any) -> list[waves.Wave]:
 
 def test_the_two_together_are_the_order() -> None:
     own = model(1e-6)
-    (part,) = _encoders_parts(own)
+    (part,) = _encoders_parts(own, SIGHT)
     harmonic, encoder = plain(own), of_encoder(own, [part], "")
     assert harmonic is not None
     assert encoder is not None
@@ -73,14 +75,21 @@ def test_the_two_together_are_the_order() -> None:
 
 def test_a_part_too_weak_to_be_told_stays_in_the_order() -> None:
     own = model(2e-4)
-    assert _encoders_parts(own) == []
+    assert _encoders_parts(own, SIGHT) == []
     assert own.asked.beside(ORDER) == 0.0
     assert own.asked.orders == (ORDER,)
 
 
+def test_an_order_that_a_pulse_has_taken_has_no_parts() -> None:
+    """Else the encoder's part would stand in the file without what is taken off the order for it."""
+    own = model(1e-6)
+    assert _encoders_parts(own, SimpleNamespace(found=())) == []  # type: ignore[arg-type]
+    assert own.asked.beside(ORDER) == 0.0
+
+
 def test_parts_join_an_order_that_is_the_encoders_alone() -> None:
     own = model(1e-6)
-    (part,) = _encoders_parts(own)
+    (part,) = _encoders_parts(own, SIGHT)
     alone = of_encoder(own, [Misread(2.0 * ORDER, 3e-6 + 0j, 1e-7, 1e-9, 50.0, False)], "")
     joined = _with_its_parts(own, alone, [part])
     assert alone is not None
