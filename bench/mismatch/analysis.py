@@ -142,9 +142,8 @@ def _said(out: Analysis, data: Dataset, given: Given, search: Search, formulas: 
     if reaction is not None:
         outcome.notes.append(reaction.words)
     if channel in (LOAD_TORQUE, MOTOR_TORQUE) and not data.linear:
-        found = out.outcomes[TRANSMISSION_ERROR].discoveries if TRANSMISSION_ERROR in out.outcomes else []
-        misread = [f for d in found if d.effect == ENCODER for f in d.orders]
-        outcome.discoveries += torque_discoveries(periodicity_of(data, given, search, reaction, misread), seed)
+        seen = periodicity_of(data, given, search, reaction, _misread(out))
+        outcome.discoveries += torque_discoveries(seen, seed)
     heard, moving = data.density.get(channel, ()), data.unsteady.get(channel, ())
     # the gearbox's orders are felt in the torques as well, most of all those that a mode makes large
     known = () if channel == TEMPERATURE else _orders_of(out)
@@ -220,6 +219,13 @@ def _orders_of(out: Analysis) -> tuple[float, ...]:
     return () if periodic is None else (*periodic.series.orders, *(w.order for w in periodic.weak))
 
 
+def _misread(out: Analysis) -> frozenset[float]:
+    """Orders of the transmission error that the motor's encoder misreads, wholly or in part."""
+    outcome = out.outcomes.get(TRANSMISSION_ERROR)
+    found = [] if outcome is None else outcome.discoveries
+    return frozenset(f for d in found if d.effect == ENCODER for f in d.orders)
+
+
 def _reacts(out: Analysis, data: Dataset, given: Given, channels: Sequence[str]) -> bool:
     """Whether the load's reaction through the transmission error can be looked for in the motor torque."""
     made = {MOTOR_TORQUE, TRANSMISSION_ERROR} & data.simulated  # a simulation from elsewhere has a reaction of its own
@@ -233,10 +239,9 @@ def _reaction(out: Analysis, data: Dataset, given: Given, seed: int) -> Reaction
     whole = out.transmission
     assert whole is not None
     assert whole.periodic is not None
-    found = [d for d in out.outcomes[TRANSMISSION_ERROR].discoveries if d.effect == ENCODER]
-    beside = [m for m in whole.asked.found if m.beside and any(m.order in d.orders for d in found)]
-    misread = {f for d in found for f in d.orders} - {m.order for m in beside}
-    acting = whole.periodic.less({*misread, *given.misread})
+    misread = _misread(out)
+    beside = [m for m in whole.asked.found if m.beside and m.order in misread]
+    acting = whole.periodic.less({*misread, *given.misread} - {m.order for m in beside})
     acting = replace(
         acting,
         waves=(*acting.waves, *given.acting_waves, *(m.taken_off for m in beside)),

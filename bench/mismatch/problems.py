@@ -143,6 +143,6 @@ def _less_ripple(seen: ShaftSpectrum, known: Sequence[Wave], ratio: float) -> Sh
     amplitude = seen.amplitude.copy()
     for wave in known:
         order = round(wave.order / ratio)
-        if order < amplitude.size and set(wave.times.split("*")) <= OF_A_SPECTRUM:
+        if order < amplitude.size and OF_A_SPECTRUM.keys() >= set(wave.times.split("*")):
             amplitude[order] -= complex(wave.cosine, wave.sine) * float(factors([seen], [wave.times])[wave.times][0])
     return replace(seen, amplitude=amplitude)

@@ -52,18 +52,23 @@ class Turns:
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """An order that stands: factors of its waves, amplitudes a + j·b (k,), variance of a component (k,), gain, p-value;
-    ``shares``: weight of each model that was tried.
+    """An order that stands: factors of its waves, amplitudes a + j·b (k,), covariance of a component (k, k), gain,
+    p-value; ``shares``: weight of each model that was tried.
     """
 
     order: int
     model: Model
     amplitude: Complex
-    variance: FloatArray
+    covariance: FloatArray
     gain: float
     p_value: float
     shares: Mapping[Model, float]
     losses: Mapping[Model, tuple[float, float]]
+
+    @property
+    def variance(self) -> FloatArray:
+        """Variance of a component of each amplitude (k,)."""
+        return np.diag(self.covariance)
 
     def at(self, factors: Mapping[str, FloatArray]) -> Complex:
         """Vectors at revolutions of given factors (turns,)."""
@@ -230,5 +235,4 @@ def _estimated(
         error = float(np.std(gap, ddof=1) * np.sqrt(gap.size)) if gap.size > 1 else 0.0
         losses[other] = (float(gap.sum()), error)
     share = dict(zip(densities, (float(s) for s in shares), strict=True))
-    diagonal = variance * np.diag(inverse)
-    return Line(order, model, amplitude, diagonal, gain, tail_rate(nulls, gain), share, losses)
+    return Line(order, model, amplitude, variance * inverse, gain, tail_rate(nulls, gain), share, losses)

@@ -83,17 +83,12 @@ def asked(
 
     ``share`` of the load's reaction that the other orders have in the motor torque, with its standard deviation.
     """
-    told: dict[float, Misread] = {}
-    done = []
-    for order in orders:
-        points = _points(seen, turns, recordings, shaft, ratio, order)
-        if points is not None:
-            done.append(order)
-            told[order] = _estimated(points, share)
-    rate = criteria.ERROR_RATE_OF_A_CHANNEL / max(len(done), 1)
-    found = [told[f] for f in done if told[f].p_value < rate and not _of_the_loop(seen, told[f])]
+    shown = [_points(seen, turns, recordings, shaft, ratio, order) for order in orders]
+    told = [_estimated(points, share) for points in shown if points is not None]
+    rate = criteria.ERROR_RATE_OF_A_CHANNEL / max(len(told), 1)
+    found = [m for m in told if m.p_value < rate and not _of_the_loop(seen, m)]
     mostly = any(abs(m.vector) > HALF * _size(seen, m.order) for m in found)
-    return Asked(tuple(done), tuple(found) if mostly else ())
+    return Asked(tuple(m.order for m in told), tuple(found) if mostly else ())
 
 
 def _of_the_loop(seen: Seen, part: Misread) -> bool:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bench.mismatch.orders.turns import Seen, Turn, scattered
 from bench.mismatch.recordings.rows import LIVELY_S, SLOW_S, Rows, blocks, changes, lively, reduced
-from bench.mismatch.regression.noise import MEMORIES_S, Mixture, fitted, middle_variance
+from bench.mismatch.regression.noise import MEMORIES_S, Mixture, fitted, of_samples
 from bench.simulation.frame import FloatArray, IntArray
 from bench.simulation.terms.base import top
 
@@ -62,8 +62,7 @@ def mixture(seen: Seen, turns: Sequence[Turn], rows: Rows, inner: FloatArray, ra
             median.append(float(np.median(levels)) / np.log(2.0))
     found = fitted(np.asarray(centre), np.asarray(median), rate)
     good = rows.number > 1.5
-    freedom = rows.number[good] - 1.0
-    spread = middle_variance(inner[good] * rows.number[good] / freedom, freedom)
+    spread = of_samples(inner[good], rows.number[good])
     # parts that change slowly against a row do not scatter inside it
     duration = float(np.median(rows.frame.count[good])) / rate if good.any() else 0.0
     slow = sum(v for v, m in zip(found.parts, MEMORIES_S, strict=True) if m > duration)

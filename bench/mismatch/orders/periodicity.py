@@ -19,6 +19,8 @@ Parts = Sequence[tuple[Line, tuple[int, ...]]]
 """orders, with the numbers of those of their factors that belong to an effect"""
 
 
+MOST_WAVES = 4
+"""that an equation shows of many orders: a table has them all"""
 LOW_ORDERS = 12
 """orders over the output angle that the rows of a torque show: those are found among them"""
 
@@ -53,10 +55,14 @@ def times(name: str, text: str) -> str:
     return f"{in_words(name)}*({text})" if in_words(name) else f"({text})"
 
 
-def equation(waves: Sequence[Wave]) -> str:
-    """Waves as an equation, for people."""
-    parts = [times(w.times, f"{w.cosine:.3g}*cos({w.order:g}*q) + {w.sine:.3g}*sin({w.order:g}*q)") for w in waves[:4]]
-    return "+= " + " + ".join(parts)
+def equation(waves: Sequence[Wave], over: str = "q") -> str:
+    """Waves as an equation, for people, over the angle of that name."""
+
+    def text(wave: Wave) -> str:
+        angle = f"{wave.order:g}*{over}"
+        return times(wave.times, f"{wave.cosine:.3g}*cos({angle}) + {wave.sine:.3g}*sin({angle})")
+
+    return "+= " + " + ".join(map(text, waves))
 
 
 def on_rows(waves: Sequence[Wave], rows: Rows, angle: FloatArray | None = None) -> FloatArray:

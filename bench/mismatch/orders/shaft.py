@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,13 +13,13 @@ from bench.mismatch.discovery import NAMED, UNKNOWN, UNNAMED, Discovery
 from bench.mismatch.orders.lines import Line, Model, Turns, standing
 from bench.mismatch.orders.periodicity import (
     LOW_ORDERS,
+    MOST_WAVES,
     Periodicity,
     equation,
     loudness,
     on_rows,
     power,
     squares_of,
-    times,
     wave_of,
 )
 from bench.mismatch.orders.reported import parameter, probability
@@ -34,9 +34,7 @@ SHAFT_MODELS: tuple[Model, ...] = (
     ("1",),
     ("motor_torque",),
     ("1", "abs_tau"),
-    tuple(
-        f"{way}{power}" for power in ("*slowness", "*slowness*slowness", "*slowness*slowness*slowness") for way in "pn"
-    ),
+    tuple(f"{way}{'*slowness' * power}" for power in (1, 2, 3) for way in "pn"),
 )
 """what an order's vector is in proportion to. The last one stands for the drive's loop: what a torque reports of a
 ripple inside the loop is the loop's answer at that frequency, which falls as it rises, and its phase turns the other
@@ -48,10 +46,15 @@ VARIES: Mapping[Model, tuple[str, ...]] = {SHAFT_MODELS[2]: ("load",)}
 """what an order changes with beside the motor torque that it is in proportion to"""
 PHASES = 6
 """an electrical period has so many commutations or phase changes: ripple stands at multiples of them"""
-
-
-OF_A_SPECTRUM = frozenset({"1", "motor_torque", "abs_tau", "p", "n", "slowness"})
-"""factors of waves that a spectrum over the shaft tells"""
+OF_A_SPECTRUM: Mapping[str, Callable[[ShaftSpectrum], float]] = {
+    "1": lambda s: 1.0,
+    "motor_torque": lambda s: s.torque,
+    "abs_tau": lambda s: abs(s.load) / 1000.0,
+    "p": lambda s: float(s.velocity > 0.0),
+    "n": lambda s: float(s.velocity <= 0.0),
+    "slowness": lambda s: 1.0 / (1.0 + abs(s.velocity) / 0.1),
+}
+"""those of :data:`bench.simulation.quantities.FACTORS` that a spectrum over the shaft tells"""
 
 
 def over_shaft(seen: Periodicity, seed: int) -> list[Discovery]:
@@ -89,31 +92,26 @@ def over_shaft(seen: Periodicity, seed: int) -> list[Discovery]:
 
 
 def factors(shaft: Sequence[ShaftSpectrum], names: Collection[str]) -> Mapping[str, FloatArray]:
-    """Factors of waves by name, as :data:`bench.simulation.quantities.FACTORS` has them, in each recording
-    (recordings,).
+    """Factors of waves by name, products of :data:`OF_A_SPECTRUM`, in each recording (recordings,)."""
+
+    def each(part: str) -> FloatArray:
+        return np.array([OF_A_SPECTRUM[part](s) for s in shaft])
+
+    return {name: np.prod([each(part) for part in name.split("*")], axis=0) for name in names}
+
+
+def _equation(effect: str, waves: Sequence[Wave], main: Line, over: str) -> str:
+    """Equation of the strongest order over the motor's angle as the file has it: after some orders where they have no
+    name, with all its waves where it has more than one vector.
     """
-    torque, velocity = np.array([s.torque for s in shaft]), np.array([s.velocity for s in shaft])
-    values = {"1": np.ones(torque.size), "motor_torque": torque, "abs_tau": np.abs([s.load for s in shaft]) / 1000.0}
-    values |= {"p": (velocity > 0.0).astype(np.float64), "n": (velocity <= 0.0).astype(np.float64)}
-    values["slowness"] = 1.0 / (1.0 + np.abs(velocity) / 0.1)
-    return {name: np.prod([values[part] for part in name.split("*")], axis=0) for name in names}
-
-
-def _equation(effect: str, waves: Sequence[Wave], main: Line) -> str:
-    """Equation of the strongest order, after all orders where they have no name or more than one vector."""
+    if main.model not in PLAIN:
+        own = [w for w in waves if w.order == waves[0].order]
+        return f"tau_m {equation(own, over)}; order n of the shaft: a_r its root mean square amplitude"
     wave = "a_rc*cos(n*u*theta) + a_rs*sin(n*u*theta)"
     wave = f"({wave})*tau_m/tau_r" if main.model == PLAIN[1] else wave
     wave += ", a_r = sqrt(a_rc**2 + a_rs**2)"
-    if main.model not in PLAIN:
-        return f"tau_m {_over_motor(waves)}; order n of the shaft: a_r its root mean square amplitude"
-    return f"tau_m += {wave}" if effect == RIPPLE else f"{equation(waves)}; order n of the shaft: {wave}"
-
-
-def _over_motor(waves: Sequence[Wave]) -> str:
-    """All waves of the first order, over the motor's angle."""
-    own = [w for w in waves if w.order == waves[0].order]
-    angle = f"{own[0].order:g}*theta"
-    return "+= " + " + ".join(times(w.times, f"{w.cosine:.3g}*cos({angle}) + {w.sine:.3g}*sin({angle})") for w in own)
+    named = f"tau_m += {wave}"
+    return named if effect == RIPPLE else f"{equation(waves[:MOST_WAVES], over)}; order n of the shaft: {wave}"
 
 
 def _words(effect: str, main: Line) -> str:
@@ -134,10 +132,7 @@ def _of_line(line: Line, turns: Turns, typical: float) -> tuple[list[Row], list[
     if line.model not in PLAIN:
         x = np.column_stack([turns.factors[t][turns.train] for t in line.model])
         size = float(np.sqrt(np.mean(np.abs(x @ line.amplitude) ** 2)))
-        inverse = np.linalg.inv(x.T @ (x / turns.sigma[turns.train, None] ** 2))
-        # the line has the variances of its factors' coefficients; those of a polynomial go together
-        variance = float(line.variance[0] / inverse[0, 0])
-        std = float(np.sqrt(variance * np.mean(np.sum((x @ inverse) * x, axis=1))))
+        std = float(np.sqrt(np.mean(np.sum((x @ line.covariance) * x, axis=1))))
         return [], [parameter("a_r", size, "N*m", std), n]
     at = typical if line.model == PLAIN[1] else 0.0
     vector, std = complex(line.amplitude[0]) * (at or 1.0), float(np.sqrt(line.variance[0])) * (at or 1.0)
@@ -152,6 +147,7 @@ def _of_shaft(seen: Periodicity, turns: Turns, effect: str, lines: Sequence[Line
     if np.sqrt(power(turns, parts)) < least * seen.floor:
         return None
     main = lines[0]
+    direct = seen.ratio == 1.0  # then the shaft's orders are the output's, and waves are over that
     typical = float(np.sqrt(np.mean(turns.factors["motor_torque"][turns.train] ** 2)))
     rows: list[Row] = []
     waves: list[Wave] = []
@@ -167,8 +163,7 @@ def _of_shaft(seen: Periodicity, turns: Turns, effect: str, lines: Sequence[Line
             rows.append({"effect": effect, "form": "ripple", "channels": [MOTOR_TORQUE], "parameters": by_symbol})
         else:
             told_waves = [w.to_json() for w in own]
-            # without a gearbox the shaft's orders are the output's, and waves are over that
-            form = {"form": "ripple"} if seen.ratio != 1.0 else {}
+            form = {} if direct else {"form": "ripple"}
             rows.append({"effect": effect, **form, "channels": [MOTOR_TORQUE], "waves": told_waves})
     p_value = max(line.p_value for line in lines)
     return Discovery(
@@ -177,7 +172,7 @@ def _of_shaft(seen: Periodicity, turns: Turns, effect: str, lines: Sequence[Line
         confidence=probability(p_value),
         channel=MOTOR_TORQUE,
         words=_words(effect, main),
-        equation=_equation(effect, waves, main),
+        equation=_equation(effect, waves, main, "q" if direct else "theta"),
         variables=("angle", *VARIES.get(main.model, ())),
         parameters=tuple(parameters),
         added=on_rows(waves, seen.rows, seen.rows.frame.theta),

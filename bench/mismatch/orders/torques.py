@@ -17,6 +17,7 @@ from bench.mismatch.discovery import AMBIGUOUS, NAMED, UNKNOWN, UNNAMED, Discove
 from bench.mismatch.orders.lines import Line, Model, Turns, standing
 from bench.mismatch.orders.periodicity import (
     LOW_ORDERS,
+    MOST_WAVES,
     Periodicity,
     equation,
     on_rows,
@@ -148,7 +149,7 @@ def _equation(channel: str, effect: str, factor: str, waves: Sequence[Wave]) -> 
         return f"{left}, m_u = sqrt(m_s**2 + m_c**2)"
     if effect == FRICTION:
         return f"tau_m += {times(factor, 'f_pc*cos(m*q) + f_ps*sin(m*q)')}"
-    return f"{equation(waves)}; order f: {times(factor, 'c*cos(f*q) + s*sin(f*q)')}"
+    return f"{equation(waves[:MOST_WAVES])}; order f: {times(factor, 'c*cos(f*q) + s*sin(f*q)')}"
 
 
 def _unnamed(line: Line, terms: tuple[int, ...]) -> str:

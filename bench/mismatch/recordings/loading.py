@@ -46,7 +46,6 @@ def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Bas
     if not usable:
         first = f": {rejected[0][1]}" if rejected else ""
         raise RecordingError(f"{_named(path)} holds no recording that can be compared{first}")
-    usable.sort(key=lambda r: r.started_at)
     usable = _of_one_campaign(usable, rejected)
     usable = _of_one_gearbox(usable, rejected)
     usable = _of_one_sign(usable, rejected)

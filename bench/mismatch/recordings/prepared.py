@@ -98,15 +98,15 @@ class _Signals:
         self.samples: dict[str, FloatArray] = {}
         for name in names:
             self.bad[name] = spikes(self._raw[name])
-        self._stands(recording.gearbox.ratio)
+        self.stands = self._standing(recording.gearbox.ratio)
         for name in names:
             self.samples[name] = repaired(self._raw[name], self.bad[name])
 
-    def _stands(self, ratio: float | None) -> None:
-        """Mark an encoder's samples as bad where it stays at one value while the other turns."""
-        self.stands: dict[str, float] = {}
+    def _standing(self, ratio: float | None) -> dict[str, float]:
+        """Mark samples of an encoder that stays at one value while the other turns as bad; their share by channel."""
+        out: dict[str, float] = {}
         if ratio is None or not {"motor_angle", "load_angle"} <= self._raw.keys():
-            return
+            return out
         names = ("motor_angle", "load_angle")
         motor, load = (repaired(self._raw[name], self.bad[name]) for name in names)
         motor = motor / ratio
@@ -114,7 +114,8 @@ class _Signals:
             still = standing(own, other)
             if still.any():
                 self.bad[name] = self.bad[name] | still
-                self.stands[name] = float(still.mean())
+                out[name] = float(still.mean())
+        return out
 
     def __contains__(self, name: str) -> bool:
         return name in self.samples

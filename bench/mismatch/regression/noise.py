@@ -172,6 +172,12 @@ def middle_variance(variance: FloatArray, freedom: FloatArray) -> float:
     return float(np.median(variance / (1.0 - 2.0 / (9.0 * freedom)) ** 3)) if variance.size else 0.0
 
 
+def of_samples(within: FloatArray, number: FloatArray) -> float:
+    """Variance of a sample, from the variance ``within`` rows (n,) of a ``number`` of samples each, more than one."""
+    freedom = number - 1.0
+    return middle_variance(within * number / freedom, freedom)
+
+
 def robust_spread(values: FloatArray) -> float:
     """Standard deviation of the bulk: values beyond four spreads (by the median) are clipped to that."""
     if values.size < 4:
@@ -205,8 +211,7 @@ def plain_mixture(rows: Rows, residual: FloatArray, slow: bool = False) -> Mixtu
     design = np.vstack([design / measured[:, None] for design, measured in equations])
     inside = rows.number > 1.5
     if slow and inside.any():
-        freedom = rows.number[inside] - 1.0
-        scatter = middle_variance(rows.within[inside] * rows.number[inside] / freedom, freedom)
+        scatter = of_samples(rows.within[inside], rows.number[inside])
         sample = float(np.median([measured[0] for _, measured in equations])) + scatter
         of_sample = np.append(np.ones(1 + len(MEMORIES_S)), 0.0) / max(sample, 1e-300)
         design = np.vstack([design, of_sample])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bench.mismatch.regression.noise import middle_variance
+from bench.mismatch.regression.noise import middle_variance, of_samples
 from bench.mismatch.regression.problem import ChannelProblem
 from bench.simulation.frame import FloatArray
 
@@ -20,13 +20,11 @@ def scattered(problem: ChannelProblem) -> tuple[float, float | None]:
     """
     rows = problem.rows
     usable = problem.usable & (rows.number > 1.5)
-    freedom = np.maximum(rows.number - 1.0, 0.5)
-    variance = rows.within * rows.number / freedom
     recordings = rows.frame.recording
     level = []
     for r in np.unique(recordings[usable]):
         chosen = usable & (recordings == r)
-        level.append(middle_variance(variance[chosen], freedom[chosen]) + _about_parabolas(rows.y[chosen]))
+        level.append(of_samples(rows.within[chosen], rows.number[chosen]) + _about_parabolas(rows.y[chosen]))
     squares = np.asarray(level)
     spread = float(1.4826 * np.median(np.abs(squares - np.median(squares))) / np.sqrt(max(squares.size, 1)))
     floor = float(np.sqrt(np.median(squares)))

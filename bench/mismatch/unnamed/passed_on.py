@@ -8,9 +8,9 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import UNNAMED, ChannelOutcome, Discovery
+from bench.mismatch.orders.shaft import RIPPLE
 from bench.mismatch.recordings.vibration import NYQUIST_SHARE, Density
 
-RIPPLE = "motor.torque_ripple"
 ABOUT = 40
 """bins to either side of a line that tell the level of noise there"""
 WAVERS = 0.01
