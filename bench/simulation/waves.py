@@ -11,7 +11,7 @@ import numpy as np
 
 from bench.errors import ConfigurationError
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.quantities import factor
+from bench.simulation.quantities import FACTORS, factor
 from bench.simulation.sines import cosine_sine
 
 ROWS_AT_ONCE = 1 << 12
@@ -58,6 +58,12 @@ def from_json(rows: Sequence[Mapping[str, Any]], where: str) -> tuple[Wave, ...]
             raise ConfigurationError(
                 f"{where}: waves[{number}] should have order, times, c and s ({error!r})"
             ) from error
+        unknown = [part for part in out[-1].times.split("*") if part not in FACTORS]
+        if unknown:
+            known = ", ".join(FACTORS)
+            raise ConfigurationError(
+                f"{where}: waves[{number}] is in proportion to '{unknown[0]}', it should be one of {known}"
+            )
     return tuple(out)
 
 

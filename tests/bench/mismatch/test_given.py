@@ -154,3 +154,14 @@ def test_what_the_sensor_reads_too_much_the_motor_does_not_give(form: str) -> No
     assert motor is not None
     for point in motor.grid(rows):
         assert motor.columns(rows, point) == pytest.approx(-sensor.columns(rows, point) / rows.ratio)
+
+
+@pytest.mark.parametrize("form", [{}, {"form": "ripple"}])
+def test_a_wave_in_proportion_to_nothing_known_says_where(form: dict[str, str]) -> None:
+    document = Simulation.nominal().to_json()
+    wave = {"order": 4440.0, "times": "p*sloth", "c": 1.0, "s": 0.0}
+    own = {"effect": "motor.torque_ripple", "enabled": True, **form, "channels": ["motor_torque"], "waves": [wave]}
+    document["terms"].append(own)
+    said = r"term motor\.torque_ripple: waves\[0\] is in proportion to 'sloth', it should be one of 1, d, "
+    with pytest.raises(ConfigurationError, match=said):
+        Given.of(Simulation.from_json(document))
