@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from bench.mismatch import criteria
 from bench.mismatch.discovery import ChannelOutcome
 from bench.mismatch.given import LOAD_SIDE, SENSOR, Given, Known
 from bench.mismatch.memory import give_back
@@ -16,6 +17,7 @@ from bench.mismatch.orders.misread import ENCODER, asked
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.reaction import Reaction, reaction_of
 from bench.mismatch.orders.shaft import PHASES
+from bench.mismatch.orders.shaken import inertia_of, inertia_told, still
 from bench.mismatch.orders.sight import known_orders
 from bench.mismatch.orders.torques import torque_discoveries
 from bench.mismatch.orders.turns import found_in
@@ -30,7 +32,7 @@ from bench.mismatch.regression.candidates import TURNING
 from bench.mismatch.regression.model import ChannelModel, fit_blocks
 from bench.mismatch.regression.nameless_heat import nameless_heat
 from bench.mismatch.regression.nameless_load import nameless_load
-from bench.mismatch.regression.problem import CHANNELS, TORQUE_ZERO, BaseTerm
+from bench.mismatch.regression.problem import CHANNELS, TORQUE_ZERO, BaseTerm, ChannelProblem
 from bench.mismatch.regression.regressors import UNKNOWN, Named
 from bench.mismatch.regression.search import searched
 from bench.mismatch.regression.state import Search
@@ -55,6 +57,8 @@ class Analysis:
     """zeros of the torques that are taken off the loss that heats"""
     reaction: Reaction | None = None
     """what the motor torque holds of the load's reaction through the transmission error"""
+    shaken: float | None = None
+    """inertia (kg·m²) that the orders of the motor torque tell, where its rows follow them"""
 
 
 def compared_channels(data: Dataset) -> tuple[list[str], list[str]]:
@@ -121,7 +125,7 @@ def analyse(
             if channel == TEMPERATURE:
                 search = _heat(out, data, given, rows, seed, (*banned, *shown))
             else:
-                search = searched(problem_of(data, given, channel, rows, (*banned, *shown)), seed)
+                search = _beside_orders(out, data, given, problem_of(data, given, channel, rows, (*banned, *shown)), seed)
             out.searches[channel], out.outcomes[channel] = search, _said(out, data, given, search, formulas, seed)
             if channel == LOAD_TORQUE:
                 acting = (*acting, *_known_of(search))
@@ -134,6 +138,27 @@ def analyse(
     return out
 
 
+def _beside_orders(out: Analysis, data: Dataset, given: Given, problem: ChannelProblem, seed: int) -> Search:
+    """The search of a torque. Where its rows are short enough to follow the orders that stand in it, they are taken off
+    and it is searched again: a shaft that shakes with its ripple makes the ripple look like inertia, and like friction.
+    """
+    search = searched(problem, seed)
+    if data.linear:
+        return search
+    seen = periodicity_of(data, given, search, out.reaction if problem.channel == MOTOR_TORQUE else None, _misread(out))
+    told = inertia_told(seen, seed) if problem.channel == MOTOR_TORQUE else None
+    inertia = inertia_of(search.model) if told is None else told
+    found = torque_discoveries(still(seen, inertia), seed)
+    waves = np.sum([np.zeros(problem.rows.size), *(d.added for d in found)], axis=0)
+    number = np.where(problem.usable, problem.rows.number, 0.0)
+    if np.sqrt(np.average(waves**2, weights=number)) < criteria.LEAST_STRENGTH * search.model.floor:
+        return search
+    search.close()
+    if problem.channel == MOTOR_TORQUE:
+        out.shaken = told
+    return searched(replace(problem, rows=replace(problem.rows, y=problem.rows.y - waves)), seed)
+
+
 def _said(out: Analysis, data: Dataset, given: Given, search: Search, formulas: bool, seed: int) -> ChannelOutcome:
     """What a search of a torque or of the temperature says, and what is left of that channel."""
     channel = search.model.channel
@@ -143,7 +168,8 @@ def _said(out: Analysis, data: Dataset, given: Given, search: Search, formulas: 
         outcome.notes.append(reaction.words)
     if channel in (LOAD_TORQUE, MOTOR_TORQUE) and not data.linear:
         seen = periodicity_of(data, given, search, reaction, _misread(out))
-        outcome.discoveries += torque_discoveries(seen, seed)
+        inertia = inertia_of(search.model) if out.shaken is None else out.shaken
+        outcome.discoveries += torque_discoveries(still(seen, inertia), seed)
     heard, moving = data.density.get(channel, ()), data.unsteady.get(channel, ())
     # the gearbox's orders are felt in the torques as well, most of all those that a mode makes large
     known = () if channel == TEMPERATURE else _orders_of(out)

@@ -103,7 +103,8 @@ def periodicity_of(
     data: Dataset, given: Given, search: Search, reaction: Reaction | None, misread: Collection[float] = ()
 ) -> Periodicity:
     """Spectra and rows of a torque, for what is periodic in it and too quick for its rows: less the waves that the
-    simulation has and the ``reaction``, which it is known to hold. ``misread``: orders of the motor encoder's error.
+    simulation has and the ``reaction``, which it is known to hold; what the inertia asks for is still in them.
+    ``misread``: orders of the motor encoder's error.
     """
     problem = search.model.problem
     channel = problem.channel

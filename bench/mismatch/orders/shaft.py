@@ -61,17 +61,7 @@ def over_shaft(seen: Periodicity, seed: int) -> list[Discovery]:
     """Ripple of the motor, and orders of its shaft that have no name."""
     if not seen.shaft:
         return []
-    one_way = [s for s in seen.shaft if s.one_way]
-    # where few turn one way only, what depends on the way is not asked
-    shaft = one_way if len(one_way) >= 2 * len(SHAFT_MODELS[3]) + 2 else list(seen.shaft)
-    sigma = np.array([s.sigma for s in shaft])
-    folds = seen.folds[[s.recording for s in shaft]]
-    turns = Turns(
-        np.array([s.in_band for s in shaft]),
-        sigma,
-        factors(shaft, {name for model in SHAFT_MODELS for name in model}),
-        folds,
-    )
+    shaft, turns = shaft_turns(seen)
     whole = replace(turns, vectors=np.array([s.amplitude for s in shaft]))
     lines = standing(turns, SHAFT_MODELS, seed)
     known = {line.order for line in lines}
@@ -89,6 +79,19 @@ def over_shaft(seen: Periodicity, seed: int) -> list[Discovery]:
             if found is not None:
                 out.append(found)
     return out
+
+
+def shaft_turns(seen: Periodicity) -> tuple[list[ShaftSpectrum], Turns]:
+    """Recordings whose orders of the shaft are compared, and their vectors where an order is not too fast."""
+    one_way = [s for s in seen.shaft if s.one_way]
+    # where few turn one way only, what depends on the way is not asked
+    shaft = one_way if len(one_way) >= 2 * len(SHAFT_MODELS[3]) + 2 else list(seen.shaft)
+    return shaft, Turns(
+        np.array([s.in_band for s in shaft]),
+        np.array([s.sigma for s in shaft]),
+        factors(shaft, {name for model in SHAFT_MODELS for name in model}),
+        seen.folds[[s.recording for s in shaft]],
+    )
 
 
 def factors(shaft: Sequence[ShaftSpectrum], names: Collection[str]) -> Mapping[str, FloatArray]:

@@ -15,6 +15,8 @@ from bench.mismatch.recordings.window import ANGLE, Rates, telling_rates
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray
 
+ASKED_FOR_SPAN = 15
+"""recordings that are asked for the window of the rates: their middle needs no more"""
 SHARE_OF_FASTEST = 0.1
 """of the largest speed that was set, up to which a motor may be passing a crawl"""
 
@@ -47,11 +49,7 @@ class Manner:
         as fast: then below a fiftieth of the fastest speed.
         """
         standstill = standstill_speed(recordings)
-        rates = Rates(WINDOWS_S[-1])
-        for recording in recordings:
-            if "motor_angle" in recording.specs:
-                rates = Rates(span_for(_angle(recording), float(recording.sample_rate), standstill))
-                break
+        rates = Rates(_usual_span(recordings, standstill))
         free = not any(np.isfinite(r.setpoint.velocity) for r in recordings)
         if free:
             # noise of the speed says what window steady motion wants; a motion of its own kind wants its own
@@ -64,6 +62,22 @@ class Manner:
             asked = max((_fastest(r) / float(r.gearbox.ratio or 1.0) for r in recordings), default=0.0)
         level = confirmed(recordings, largest)
         return cls(standstill, rates.span, largest, level, asked or 1.0, free, rates.source)
+
+
+def _usual_span(recordings: Sequence[Recording], standstill: float) -> float:
+    """Window in s for the rates of a folder: the middle one of those that recordings in motion want, of the sample rate
+    that most of them have. An angle that stands shows no steps of its encoder.
+    """
+    angles = [r for r in recordings if "motor_angle" in r.specs and r.size > 1]
+    spans: dict[float, list[float]] = {}
+    for recording in angles[:: max(1, len(angles) // ASKED_FOR_SPAN)]:
+        angle, rate = _angle(recording), float(recording.sample_rate)
+        if np.ptp(angle) * rate / angle.size > standstill:
+            spans.setdefault(rate, []).append(span_for(angle, rate, standstill))
+    if not spans:
+        return WINDOWS_S[-1]
+    usual = sorted(max(spans.values(), key=len))
+    return usual[len(usual) // 2]
 
 
 def _fastest(recording: Recording) -> float:

@@ -7,7 +7,7 @@ sensor's).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from bench.mismatch.recordings.prepared import Prepared
 from bench.simulation.frame import FloatArray
 from bench.simulation.sines import turned
+from bench.simulation.terms import MOTOR_TORQUE
 
 Complex = NDArray[np.complex128]
 
@@ -35,7 +36,8 @@ class OutputSpectrum:
 
     ``sigma``: standard deviation of each part by the segment's noise at high orders; ``spread``: noise of a sample;
     ``torque`` at the output N·m, ``velocity`` rad/s, ``temperature`` °C, ``time`` s of the campaign, means of the
-    segment; ``direction`` of motion; ``revolutions`` it has.
+    segment; ``direction`` of motion; ``revolutions`` it has; ``shaking``: amplitudes of the motor's acceleration, rad/s²,
+    where the torque is the motor's.
     """
 
     recording: int
@@ -48,12 +50,13 @@ class OutputSpectrum:
     time: float
     direction: float
     revolutions: float
+    shaking: Complex = field(default_factory=lambda: np.zeros(0, dtype=np.complex128))
 
 
 def output_spectra(prepared: Prepared, channel: str) -> list[OutputSpectrum]:
     """Spectra over the output angle of a torque's steady segments of a revolution or more."""
     frame, own = prepared.frame, prepared.measured[channel]
-    if channel == "motor_torque":
+    if channel == MOTOR_TORQUE:
         load = prepared.measured.get("load_torque")
         values = own.mean - (frame.torque if load is None else load.mean) / frame.ratio
     else:
@@ -67,6 +70,8 @@ def output_spectra(prepared: Prepared, channel: str) -> list[OutputSpectrum]:
         if angle.size < 2 * HIGHEST_OUTPUT_ORDER or abs(float(angle[-1] - angle[0])) < _LEAST_TURN:
             continue
         amplitude, sigma, spread = _fitted(angle, values[a:b][good])
+        of_motor = channel == MOTOR_TORQUE
+        shaking = orders_of(angle, frame.acceleration[a:b][good]) if of_motor else np.zeros(0, dtype=np.complex128)
         rows = slice(a, b)
         turned = abs(float(angle[-1] - angle[0])) / (2.0 * np.pi)
         out.append(
@@ -81,6 +86,7 @@ def output_spectra(prepared: Prepared, channel: str) -> list[OutputSpectrum]:
                 float(np.mean(frame.time[rows])),
                 float(np.sign(np.mean(frame.velocity[rows]))),
                 turned,
+                shaking,
             )
         )
     return out

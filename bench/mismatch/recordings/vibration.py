@@ -52,7 +52,8 @@ class ShaftSpectrum:
     motor, N·m; ``velocity``: rad/s at the output; ``temperature``: °C; ``too_fast`` (orders,): which come too close to
     half of the recording's sample rate, or are beyond it. There an order is folded, and its vector over the angle is
     right all the same, if no filter before the sampling took it. ``speed``: mean size of the velocity, more than that
-    of its mean where the recording reverses; ``load``: mean load torque at the output, N·m.
+    of its mean where the recording reverses; ``load``: mean load torque at the output, N·m; ``shaking``: amplitudes of
+    the motor's acceleration, rad/s², which the inertia makes a torque of.
     """
 
     recording: int
@@ -64,6 +65,7 @@ class ShaftSpectrum:
     too_fast: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
     speed: float = 0.0
     load: float = 0.0
+    shaking: Complex = field(default_factory=lambda: np.zeros(0, dtype=np.complex128))
 
     @property
     def one_way(self) -> bool:
@@ -140,6 +142,8 @@ def shaft_spectrum(prepared: Prepared) -> ShaftSpectrum | None:
         - thinning.spread(_slow(measured.mean, prepared.sample_rate), measured.samples.size)[rows]
     )
     amplitude = 2.0 / rows.sum() * spectrum(angle, inner, HIGHEST_SHAFT_ORDER)
+    shaking = frame.acceleration - _slow(frame.acceleration, prepared.sample_rate)
+    shaken = thinning.spread(shaking, measured.samples.size)[rows]
     fastest = float(np.percentile(np.abs(frame.omega[groups]), 95)) * np.arange(HIGHEST_SHAFT_ORDER + 1) / (2.0 * np.pi)
     amplitude[0] = np.nan
     too_fast = fastest >= NYQUIST_SHARE * prepared.sample_rate * thinning.group
@@ -155,6 +159,7 @@ def shaft_spectrum(prepared: Prepared) -> ShaftSpectrum | None:
         too_fast,
         float(np.mean(np.abs(frame.velocity[groups]))),
         float(np.mean(frame.torque_level[groups])),
+        2.0 / rows.sum() * spectrum(angle, shaken, HIGHEST_SHAFT_ORDER),
     )
 
 
