@@ -15,7 +15,7 @@ import numpy as np
 
 from bench.mismatch.orders.lines import Complex, Line, Model, Turns, standing
 from bench.mismatch.orders.periodicity import Periodicity
-from bench.mismatch.orders.shaft import SHAFT_MODELS, shaft_turns
+from bench.mismatch.orders.shaft import PLAIN, shaft_turns
 from bench.mismatch.orders.torques import OUTPUT_MODELS, output_turns
 from bench.mismatch.recordings.output_orders import OutputSpectrum
 from bench.mismatch.recordings.vibration import ShaftSpectrum
@@ -70,11 +70,13 @@ def inertia_told(seen: Periodicity, seed: int) -> float | None:
 
 
 def _looks(seen: Periodicity) -> list[tuple[Turns, Complex, Sequence[Model]]]:
-    """Revolutions over the shaft and over the output, the shaking in them (turns, orders), and the models of orders."""
+    """Revolutions over the shaft and over the output, the shaking in them (turns, orders), and the models of orders:
+    a model of a drive's loop has as many numbers as there are speeds, and takes what the inertia asks for.
+    """
     out: list[tuple[Turns, Complex, Sequence[Model]]] = []
     if seen.shaft:
         shaft, turns = shaft_turns(seen)
-        out.append((turns, np.array([s.shaking for s in shaft]), SHAFT_MODELS))
+        out.append((turns, np.array([s.shaking for s in shaft]), PLAIN))
     if seen.output:
         turns = output_turns(seen.output, seen.folds)
         out.append((turns, np.array([s.shaking for s in seen.output]), OUTPUT_MODELS))

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.importing import Imported
 from bench.mismatch.recordings.loading import load
 from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.recordings.prepared import Folder, prepare
@@ -80,3 +81,15 @@ def test_the_recorded_speed_is_taken_where_it_says_more_than_the_angle(
     frame = prepare(recordings[0], 0, folder).frame
     true = 8.5 * np.cos(1.7 * frame.elapsed)
     assert np.std(frame.velocity - true) < 0.05 * np.std(true)
+
+
+def test_a_campaign_that_begins_at_rest_has_the_window_of_those_that_move(tmp_path: Path) -> None:
+    """An angle that stands shows no steps of a coarse encoder, and a window for none lets their noise pass."""
+    time = np.arange(4000) / 500.0
+    channels = 'motor_angle = {variable = "q", unit = "rad"}'
+    step = 2.0 * np.pi / 2**13
+    for name, speed in (("a", 0.0), ("b", 20.0), ("c", -20.0)):
+        builders.csv(tmp_path / f"{name}.csv", t=time, q=step * np.round(speed * time / step))
+    recordings = [i.recording for i in builders.run(tmp_path, channels, file="*.csv") if isinstance(i, Imported)]
+    assert len(recordings) == 3
+    assert Manner.of(recordings).smoothing == Manner.of(recordings[1:]).smoothing == 0.06

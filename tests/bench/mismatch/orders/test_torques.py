@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from bench.mismatch.given import Given
 from bench.mismatch.orders.periodicity import LOW_ORDERS, Periodicity, loudness, on_rows
 from bench.mismatch.orders.shaft import factors
+from bench.mismatch.orders.shaken import inertia_told, still
 from bench.mismatch.orders.torques import torque_discoveries
 from bench.mismatch.recordings.output_orders import HIGHEST_OUTPUT_ORDER, OutputSpectrum
 from bench.mismatch.recordings.rows import Rows
@@ -131,3 +132,42 @@ def test_a_wave_too_quick_for_the_rows_is_as_loud_as_it_is() -> None:
     assert np.allclose(loudness([waves[0], Wave(4440.0, "1", -3.0, -4.0)], rows), 0.0)
     moving = np.abs(frame.velocity) * frame.step > 0.01
     assert np.max(np.abs(on_rows(waves, rows)[moving])) < 0.5
+
+
+INERTIA = 2e-3
+
+
+def shaken_by_its_ripple(stiff: float) -> Periodicity:
+    """A ripple that shakes the shaft, more the slower it turns; a loop (``stiff``, 0 to 1) holds against it."""
+    rng = np.random.default_rng(11)
+    plain = seen(185.0)
+    size = HIGHEST_OUTPUT_ORDER + 1
+    shaft = []
+    for k in range(30):
+        speed = (-1.0) ** k * (0.05, 0.1, 0.17)[k % 3]
+        shaking = 0.01 * NOISE / INERTIA * (rng.normal(size=size) + 1j * rng.normal(size=size))
+        shaking[HIGH] -= 0.05j / INERTIA * (1.0 - stiff * abs(speed) / 0.2)
+        amplitude = NOISE * (rng.normal(size=size) + 1j * rng.normal(size=size))
+        amplitude[HIGH] += 0.05j
+        shaft.append(
+            ShaftSpectrum(
+                k, amplitude + INERTIA * shaking, NOISE, 1.0, speed, 25.0, speed=abs(speed), shaking=np.asarray(shaking)
+            )
+        )
+    return replace(plain, shaft=shaft, output=[], folds=np.arange(30, dtype=np.int64))
+
+
+def test_the_orders_tell_the_inertia_of_a_shaft_that_they_shake() -> None:
+    given = shaken_by_its_ripple(0.8)
+    inertia = inertia_told(given, 0)
+    assert inertia == pytest.approx(INERTIA, rel=0.05)
+    (ripple,) = torque_discoveries(still(given, INERTIA), 0)
+    assert ripple.effect == "motor.torque_ripple"
+    assert ripple.parameters[0]["value"] == pytest.approx(0.05, rel=0.05)
+    # with the inertia's part in it the order is smaller than the ripple is, and another at each speed
+    (smaller,) = torque_discoveries(given, 0)
+    assert smaller.parameters[0]["value"] < 0.04
+
+
+def test_an_inertia_is_not_told_where_the_shaking_is_the_same_always() -> None:
+    assert inertia_told(shaken_by_its_ripple(0.0), 0) is None
