@@ -104,10 +104,12 @@ def analyse(
     for number, channel in enumerate(c for c in CHANNELS if c in channels):
         tell(f"searching the {channel.replace('_', ' ')}", number / len(channels))
         rows = data.rows[channel]
+        unnamed: Sequence[BaseTerm] = ()
         if channel != LOAD_TORQUE:
             rows = replace(rows, frame=corrected(rows.frame, acting))
-        if channel == TRANSMISSION_ERROR:
+            # what the load torque has without a name is no second finding where the load acts
             unnamed = nameless_load(out.searches[LOAD_TORQUE].model) if LOAD_TORQUE in out.searches else ()
+        if channel == TRANSMISSION_ERROR:
             out.transmission = _transmission(data, given, rows, seed, (*banned, *in_angles), unnamed)
             reacts = _reacts(out, data, given, channels)
             if reacts:
@@ -125,7 +127,8 @@ def analyse(
             if channel == TEMPERATURE:
                 search = _heat(out, data, given, rows, seed, (*banned, *shown))
             else:
-                search = _beside_orders(out, data, given, problem_of(data, given, channel, rows, (*banned, *shown)), seed)
+                problem = problem_of(data, given, channel, rows, (*banned, *shown), unnamed)
+                search = _beside_orders(out, data, given, problem, seed)
             out.searches[channel], out.outcomes[channel] = search, _said(out, data, given, search, formulas, seed)
             if channel == LOAD_TORQUE:
                 acting = (*acting, *_known_of(search))

@@ -10,7 +10,7 @@ from bench.mismatch import criteria
 from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.problem import ChannelProblem
 from bench.mismatch.regression.regressors import UNKNOWN
-from bench.mismatch.regression.strength import active_size, trusted
+from bench.mismatch.regression.strength import active_size, size_of, trusted
 from bench.simulation.frame import FloatArray
 
 EXACT = 1e-12
@@ -22,19 +22,26 @@ def heirs_of(
 ) -> tuple[dict[int, int], bool]:
     """Of contenders for a place, for which of them which name says the same with fewer numbers: their predictions
     differ by less than any transducer of the channel is trusted with. However sure the recordings are of so small a
-    difference, it is the transducers' and disproves no name. And whether nothing in the place of the first does so.
+    difference, it is the transducers' and disproves no name. Nor does a function without a name that differs by what is
+    too small to be told for itself, and by no more than nature's form of the name may. And whether nothing in the place
+    of the first differs by less than transducers are trusted with.
     """
     problem = model.problem
     least = trusted(model)
-    if least <= 0.0:
-        return {}, False
     frame, train = problem.rows.frame, problem.train
+    number = problem.rows.number[train]
 
     def predicted(own: Sequence[Chosen]) -> FloatArray:
         return np.asarray(model.predict(frame, own, model.refitted(own))[train])
 
     def same(one: FloatArray, other: FloatArray) -> bool:
-        return active_size(one - other, problem.rows.number[train]) < least
+        return active_size(one - other, number) < least
+
+    nothing = predicted(others)
+
+    def but_for_a_form(one: FloatArray, name: FloatArray) -> bool:
+        alike = active_size(one - name, number) < criteria.SHAPE * active_size(name - nothing, number)
+        return alike and not size_of(model, one - name).enough
 
     said = [predicted([*others, one]) for one in contenders]
     numbers = [numbers_of(c) for c in contenders]
@@ -42,10 +49,11 @@ def heirs_of(
     out: dict[int, int] = {}
     for k, own in enumerate(said):
         plainer = (i for i in names if numbers[i] < numbers[k] and holds(problem, contenders[k], contenders[i]))
-        heir = next((i for i in plainer if same(own, said[i])), None)
+        nameless = contenders[k].effect == UNKNOWN
+        heir = next((i for i in plainer if same(own, said[i]) or (nameless and but_for_a_form(own, said[i]))), None)
         if heir is not None:
             out[k] = heir
-    return out, same(said[0], predicted(others))
+    return out, same(said[0], nothing)
 
 
 def holds(problem: ChannelProblem, richer: Chosen, plain: Chosen) -> bool:

@@ -1,5 +1,6 @@
-"""What the load torque has without a name, beside the transmission error: an error of the sensor, or a real change of
-the load within a segment whose load was replaced by its mean. Either changes the transmission error by the compliance.
+"""What the load torque has without a name, beside the transmission error and the motor torque: an error of the sensor,
+or a real change of the load within a segment whose load was replaced by its mean. Either changes the transmission error
+by the compliance, and the motor torque by the ratio.
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ class NamelessLoad(Untold):
 
     model: ChannelModel
     nameless: tuple[Chosen, ...]
-    words: str = "twist of what the load torque has without a name"
-    equation: str = "TE += dtau/K"
+    words: str = "what the load torque has without a name"
+    equation: str = "TE += dtau/K, tau_m += dtau/u"
 
     def columns(self, frame: Frame) -> FloatArray:
         """Sum of the functions without a name at the rows of a frame (n, 1)."""
@@ -26,6 +27,6 @@ class NamelessLoad(Untold):
 
 
 def nameless_load(model: ChannelModel) -> tuple[BaseTerm, ...]:
-    """The base term of the transmission error for a model of the load torque; none where all that it has is named."""
+    """The base term of the other channels for a model of the load torque; none where all that it has is named."""
     nameless = model.nameless
     return (BaseTerm(NamelessLoad(model, nameless)),) if nameless else ()

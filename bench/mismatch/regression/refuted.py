@@ -88,7 +88,7 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
 
     A function without a name claims nothing but that it predicts: it goes however little worse they are predicted, and
     where they are not predicted better by more than the standard error of the difference, if they should be by twice
-    that. A name goes however little worse they are predicted as well: what is true takes its square off, so that it has
+    that and no more than noise is left without it. A name goes however little worse they are predicted as well: what is true takes its square off, so that it has
     to be nearly nothing before noise makes it worse. Where it adds less than half of what it adds to the fitted ones,
     they say nothing of it: a lag shows in warm-ups. It then goes only beside a function without a name, at the end of
     its range, or if its size may be nothing, and if they are worse by more than the standard error of the difference.
@@ -104,9 +104,9 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
         if not refuted:
             return current
         own, ratio = max(refuted, key=lambda one: one[1])
+        how = f"{ratio:.3g} times as badly" if ratio >= 1.0 else "no better than by chance"
         model.notes.append(
-            f"{_gained(own)} the fit, but recordings held out are predicted"
-            f" {ratio:.3g} times as badly with it: it is not reported"
+            f"{_gained(own)} the fit, but recordings held out are predicted {how} with it: it is not reported"
         )
         # what stood beside it may have made up for it: it is asked again
         current = without(current, own, model.problem.lacking)
@@ -148,7 +148,10 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> f
     found = error_of_mean(change, recording, number)
     error = np.inf if found is None else criteria.ONE_ERROR * found
     if own.effect == UNKNOWN:
-        allowed = -error if added > 2.0 * error else 0.0
+        # where more than noise is left without it, something is missing, and what predicts better says where
+        beyond = float(np.average(left[1] ** 2, weights=number)) / max(model.floor, 1e-300) ** 2
+        noise = problem.spec.integral or beyond <= criteria.MORE_THAN_NOISE**2 - 1.0
+        allowed = -error if added > 2.0 * error and noise else 0.0
     elif PATH in own.main.regressor.variables:
         allowed = error
     elif not hardly_acts(whole[0] - whole[1], problem.rows.number, held, problem.train):

@@ -40,7 +40,7 @@ def strength(model: ChannelModel, candidate: Chosen) -> Strength:
     train = problem.train
     fitted = fit_blocks(model.bank, model.blocks([*model.chosen, candidate]), model.variances)
     course = model.contribution(candidate, problem.rows.frame, fitted)[train]
-    return _of(model, course - model.calibration.said(course))
+    return size_of(model, course - model.calibration.said(course))
 
 
 def added(model: ChannelModel, candidate: Chosen) -> Strength:
@@ -52,10 +52,10 @@ def added(model: ChannelModel, candidate: Chosen) -> Strength:
     change = model.predict(frame, both, model.refitted(both)) - model.predict(
         frame, model.chosen, model.refitted(model.chosen)
     )
-    return _of(model, np.asarray(change[train]))
+    return size_of(model, np.asarray(change[train]))
 
 
-def _of(model: ChannelModel, beyond: FloatArray) -> Strength:
+def size_of(model: ChannelModel, beyond: FloatArray) -> Strength:
     """Strength of what an effect adds to the rows of the fit (n,)."""
     number = model.problem.rows.number[model.problem.train]
     floor = max(model.floor, 1e-300)
