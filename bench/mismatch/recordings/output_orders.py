@@ -36,8 +36,8 @@ class OutputSpectrum:
 
     ``sigma``: standard deviation of each part by the segment's noise at high orders; ``spread``: noise of a sample;
     ``torque`` at the output N·m, ``velocity`` rad/s, ``temperature`` °C, ``time`` s of the campaign, means of the
-    segment; ``direction`` of motion; ``revolutions`` it has; ``shaking``: amplitudes of the motor's acceleration, rad/s²,
-    where the torque is the motor's.
+    segment; ``direction`` of motion; ``revolutions`` it has; ``shaking``: amplitudes of the motor's acceleration,
+    rad/s², where the torque is the motor's.
     """
 
     recording: int

@@ -88,10 +88,11 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
 
     A function without a name claims nothing but that it predicts: it goes however little worse they are predicted, and
     where they are not predicted better by more than the standard error of the difference, if they should be by twice
-    that and no more than noise is left without it. A name goes however little worse they are predicted as well: what is true takes its square off, so that it has
-    to be nearly nothing before noise makes it worse. Where it adds less than half of what it adds to the fitted ones,
-    they say nothing of it: a lag shows in warm-ups. It then goes only beside a function without a name, at the end of
-    its range, or if its size may be nothing, and if they are worse by more than the standard error of the difference.
+    that and no more than noise is left without it. A name goes however little worse they are predicted as well: what is
+    true takes its square off, so that it has to be nearly nothing before noise makes it worse. Where it adds less than
+    half of what it adds to the fitted ones, they say nothing of it: a lag shows in warm-ups. It then goes only beside a
+    function without a name, at the end of its range, or if its size may be nothing, and if they are worse by more than
+    the standard error of the difference.
     A name that predicts better within recordings stays: their levels differ by themselves.
     What a hysteresis is like at the beginning of a recording, none can predict: terms of the torque's path go only if
     they are worse by more than that as well. Which effects there are was chosen without these recordings; they only
