@@ -76,8 +76,8 @@ def _usual_span(recordings: Sequence[Recording], standstill: float) -> float:
             spans.setdefault(rate, []).append(span_for(angle, rate, standstill))
     if not spans:
         return WINDOWS_S[-1]
-    usual = sorted(max(spans.values(), key=lambda own: len(own)))
-    return usual[len(usual) // 2]
+    usual = max(spans.values(), key=len)
+    return sorted(usual)[len(usual) // 2]
 
 
 def _fastest(recording: Recording) -> float:
