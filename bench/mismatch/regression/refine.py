@@ -113,7 +113,8 @@ def refined(
     better = start
     if 2.0 * found.cost < float(np.sum(left(first) ** 2)):
         better = replace(start, point=tuple(float(v) for v in (np.exp(found.x) if positive else found.x)))
-    return replace(better, deviation=_deviation(better, course, project, target))
+    deviation, carried = _deviation(better, course, project, target)
+    return replace(better, deviation=deviation, carried=carried)
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,8 +134,11 @@ class _Course:
         return np.where(np.isfinite(columns), columns, 0.0)
 
 
-def _deviation(term: Named, course: _Course, project: _Projector, target: FloatArray) -> tuple[float | None, ...]:
-    """Standard deviation of each nonlinear parameter in its own unit, everything linear and the other parameters free.
+def _deviation(
+    term: Named, course: _Course, project: _Projector, target: FloatArray
+) -> tuple[tuple[float | None, ...], tuple[float, ...]]:
+    """Standard deviation of each nonlinear parameter in its own unit, everything linear and the other parameters free;
+    and what these give to each coefficient, beside its own where they are known.
 
     None where one stands at the end of its range, and where the recordings do not tell it within that range.
     """
@@ -150,21 +154,30 @@ def _deviation(term: Named, course: _Course, project: _Projector, target: FloatA
     inverse = np.linalg.inv(own.T @ own + RIDGE * np.eye(own.shape[1]))
     size = np.sqrt(np.maximum(np.sum(white(point) ** 2, axis=0), 1e-300))
     beta = inverse @ (own.T @ target) / size
-    slopes = []
+    slopes, moved = [], []
     for k in free:
         step = np.zeros(point.size)
         step[k] = _SLOPE * (point[k] if lower[k] > 0 else upper[k] - lower[k])
         slope = (white(point + step) - white(point - step)) @ beta / (2.0 * step[k])
-        slopes.append(slope - own @ (inverse @ (own.T @ slope)))
+        made_up = inverse @ (own.T @ slope)
+        slopes.append(slope - own @ made_up)
+        moved.append(-made_up / size)
     out: list[float | None] = [None] * point.size
+    carried = np.zeros(size.size)
     if free.size:
         jacobian = np.array(slopes).T
         scale = np.maximum(np.sqrt(np.sum(jacobian**2, axis=0)), 1e-300)
         normal = (jacobian / scale).T @ (jacobian / scale)
-        spread = np.sqrt(np.maximum(np.diag(np.linalg.inv(normal + RIDGE * np.eye(free.size))), 0.0)) / scale
-        for k, value in zip(free, spread, strict=True):
-            out[int(k)] = float(value) if value < upper[k] - lower[k] else None
-    return tuple(out)
+        covariance = np.linalg.inv(normal + RIDGE * np.eye(free.size)) / np.outer(scale, scale)
+        if free[0] == 0:
+            covariance[0, 0] += (term.form.blur * point[0]) ** 2
+        spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        known = spread < (upper - lower)[free]
+        for k, value, sure in zip(free, spread, known, strict=True):
+            out[int(k)] = float(value) if sure else None
+        change = np.array(moved)[known]
+        carried = np.sqrt(np.maximum(np.sum(change * (covariance[np.ix_(known, known)] @ change), axis=0), 0.0))
+    return tuple(out), tuple(float(v) for v in carried)
 
 
 def bounds(form: Form, frame: Frame) -> tuple[FloatArray, FloatArray]:

@@ -68,6 +68,7 @@ class Named:
     """A term of the library in one form at one point of its nonlinear parameters.
 
     ``deviation``: standard deviations of the point, once it is refined; None where the recordings do not tell one.
+    ``carried``: standard deviations of the coefficients that these alone give them; none before.
     """
 
     term: Term
@@ -75,6 +76,7 @@ class Named:
     form: Form
     point: Point = ()
     deviation: tuple[float | None, ...] = ()
+    carried: tuple[float, ...] = ()
 
     @property
     def effect(self) -> str:
@@ -106,10 +108,13 @@ class Named:
         return self.form.columns(frame, self.point)
 
     def parameters(self, coefficients: FloatArray, std: FloatArray) -> list[dict[str, Any]]:
-        """Symbol, value, unit and standard deviation of each parameter, as reports have them."""
+        """Symbol, value, unit and standard deviation of each parameter, as reports have them: of a coefficient with
+        what it owes to how sure the point is.
+        """
+        carried = self.carried or (0.0,) * len(self.form.linear)
         out = [
-            {"symbol": s.symbol, "value": float(v), "unit": s.unit, "std": float(d)}
-            for s, v, d in zip(self.form.linear, coefficients, std, strict=True)
+            {"symbol": s.symbol, "value": float(v), "unit": s.unit, "std": float(np.hypot(d, more))}
+            for s, v, d, more in zip(self.form.linear, coefficients, std, carried, strict=True)
         ]
         deviation: Sequence[float | None] = self.deviation or [None] * len(self.point)
         for s, v, spread in zip(self.form.nonlinear, self.point, deviation, strict=True):

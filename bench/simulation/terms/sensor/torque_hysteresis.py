@@ -77,7 +77,7 @@ TERM = Term(
                 remembers=True,
                 equation=f"{_PLAY}, {begins('y', 'kept')}",
             ),
-            Form("dahl", _dahl, (H_S,), (W_H,), _widths, equation=f"{_DAHL}, {begins('z', 'fresh')}"),
+            Form("dahl", _dahl, (H_S,), (W_H,), _widths, equation=f"{_DAHL}, {begins('z', 'fresh')}", blur=NOISE_SHARE),
             Form(
                 "dahl_kept",
                 _dahl_kept,
@@ -86,6 +86,7 @@ TERM = Term(
                 _widths,
                 remembers=True,
                 equation=f"{_DAHL}, {begins('z', 'kept')}",
+                blur=NOISE_SHARE,
             ),
             Form(
                 "forgetting",
@@ -94,6 +95,7 @@ TERM = Term(
                 (W_H, RATE),
                 _forgetting_points,
                 equation=f"{_FORGETTING}, {begins('z', 'fresh')}",
+                blur=NOISE_SHARE,
             ),
         )
     },

@@ -104,11 +104,11 @@ _STACK = "TE += {}, y_k = max(tau - w_k, min(tau + w_k, y_k)), {}".format(
     ", ".join(f"w_{k + 1} = {f'{share:g}*' if share != 1.0 else ''}w" for k, share in enumerate(STACK)),
 )
 LOOPS = (
-    ("play", _play, (H,), _torques, _PLAY, "y"),
-    ("bouc_wen", _bouc_wen, (H,), _torques, _BOUC_WEN, "z"),
-    ("stack", _stack, H_STACK, _wide_torques, _STACK, "y_k"),
+    ("play", _play, (H,), _torques, _PLAY, "y", 0.0),
+    ("bouc_wen", _bouc_wen, (H,), _torques, _BOUC_WEN, "z", NOISE_SHARE),
+    ("stack", _stack, H_STACK, _wide_torques, _STACK, "y_k", 0.0),
 )
-"""loops over the torque: name, regressors, sizes, grid of widths, equation and its state"""
+"""loops over the torque: name, regressors, sizes, grid of widths, equation and its state, what it leaves open of W"""
 _REVERSAL = "TE += h*(z - d), dz = (1 - z*sgn(dx))*dx/s, x = theta, nothing at standstill"
 _ANGLE_PLAY = "TE += h*(z - d), z = 2*(theta - y)/s, y = max(theta - s/2, min(theta + s/2, y))"
 
@@ -130,8 +130,9 @@ TERM = Term(
                     one_sign=len(linear) > 1,
                     remembers=b != "fresh",
                     equation=f"{text}, {begins(state, b)}",
+                    blur=blur,
                 )
-                for name, make, linear, grid, text, state in LOOPS
+                for name, make, linear, grid, text, state, blur in LOOPS
                 for b in BETWEEN
             ),
             Form(
@@ -141,6 +142,7 @@ TERM = Term(
                 (W, RATE),
                 _forgetting_points,
                 equation=f"{_FORGETTING}, {begins('z', 'fresh')}",
+                blur=NOISE_SHARE,
             ),
             Form(
                 "reversal",
