@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.discovery import ChannelOutcome
+from bench.mismatch.discovery import ChannelOutcome, Discovery
 from bench.mismatch.given import LOAD_SIDE, SENSOR, Given, Known
 from bench.mismatch.memory import give_back
 from bench.mismatch.orders import model as orders
@@ -30,7 +30,7 @@ from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.candidates import TURNING
 from bench.mismatch.regression.model import ChannelModel, fit_blocks
-from bench.mismatch.regression.nameless_heat import nameless_heat
+from bench.mismatch.regression.nameless_heat import nameless_heat, nameless_load_heat
 from bench.mismatch.regression.nameless_load import nameless_load
 from bench.mismatch.regression.problem import CHANNELS, TORQUE_ZERO, BaseTerm, ChannelProblem
 from bench.mismatch.regression.regressors import UNKNOWN, Named
@@ -57,8 +57,8 @@ class Analysis:
     """zeros of the torques that are taken off the loss that heats"""
     reaction: Reaction | None = None
     """what the motor torque holds of the load's reaction through the transmission error"""
-    shaken: float | None = None
-    """inertia (kg·m²) that the orders of the motor torque tell, where its rows follow them"""
+    periodic: dict[str, list[Discovery]] = field(default_factory=dict)
+    """orders that are taken off the rows of a torque, where these are short enough to follow them"""
 
 
 def compared_channels(data: Dataset) -> tuple[list[str], list[str]]:
@@ -108,7 +108,8 @@ def analyse(
         if channel != LOAD_TORQUE:
             rows = replace(rows, frame=corrected(rows.frame, acting))
             # what the load torque has without a name is no second finding where the load acts
-            unnamed = nameless_load(out.searches[LOAD_TORQUE].model) if LOAD_TORQUE in out.searches else ()
+            most = 1.0 / data.ratio if channel == MOTOR_TORQUE else None
+            unnamed = nameless_load(out.searches[LOAD_TORQUE].model, most) if LOAD_TORQUE in out.searches else ()
         if channel == TRANSMISSION_ERROR:
             out.transmission = _transmission(data, given, rows, seed, (*banned, *in_angles), unnamed)
             reacts = _reacts(out, data, given, channels)
@@ -148,17 +149,21 @@ def _beside_orders(out: Analysis, data: Dataset, given: Given, problem: ChannelP
     search = searched(problem, seed)
     if data.linear:
         return search
-    seen = periodicity_of(data, given, search, out.reaction if problem.channel == MOTOR_TORQUE else None, _misread(out))
-    told = inertia_told(seen, seed) if problem.channel == MOTOR_TORQUE else None
-    inertia = inertia_of(search.model) if told is None else told
-    found = torque_discoveries(still(seen, inertia), seed)
+    channel = problem.channel
+    seen = periodicity_of(data, given, search, out.reaction if channel == MOTOR_TORQUE else None, _misread(out))
+    told = None
+    if channel == MOTOR_TORQUE:
+        turning = {s.recording for s in seen.shaft} | {s.recording for s in seen.output}
+        rate = min((float(data.members[k].recording.sample_rate) for k in turning), default=1.0)
+        told = inertia_told(seen, rate, data.folder.manner.smoothing, seed)
+    found = torque_discoveries(still(seen, inertia_of(search.model) if told is None else told), seed)
     waves = np.sum([np.zeros(problem.rows.size), *(d.added for d in found)], axis=0)
-    number = np.where(problem.usable, problem.rows.number, 0.0)
-    if np.sqrt(np.average(waves**2, weights=number)) < criteria.LEAST_STRENGTH * search.model.floor:
+    size = float(np.sqrt(np.average(waves**2, weights=np.where(problem.usable, problem.rows.number, 0.0))))
+    if size == 0.0 or size < criteria.LEAST_STRENGTH * search.model.floor:
         return search
     search.close()
-    if problem.channel == MOTOR_TORQUE:
-        out.shaken = told
+    # what was taken off is what is reported: it is not looked for again
+    out.periodic[channel] = found
     return searched(replace(problem, rows=replace(problem.rows, y=problem.rows.y - waves)), seed)
 
 
@@ -170,9 +175,11 @@ def _said(out: Analysis, data: Dataset, given: Given, search: Search, formulas: 
     if reaction is not None:
         outcome.notes.append(reaction.words)
     if channel in (LOAD_TORQUE, MOTOR_TORQUE) and not data.linear:
-        seen = periodicity_of(data, given, search, reaction, _misread(out))
-        inertia = inertia_of(search.model) if out.shaken is None else out.shaken
-        outcome.discoveries += torque_discoveries(still(seen, inertia), seed)
+        found = out.periodic.get(channel)
+        if found is None:
+            seen = periodicity_of(data, given, search, reaction, _misread(out))
+            found = torque_discoveries(still(seen, inertia_of(search.model)), seed)
+        outcome.discoveries += found
     heard, moving = data.density.get(channel, ()), data.unsteady.get(channel, ())
     # the gearbox's orders are felt in the torques as well, most of all those that a mode makes large
     known = () if channel == TEMPERATURE else _orders_of(out)
@@ -329,6 +336,8 @@ def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, ban
         less = replace(rows, frame=out.zeros.less(rows.frame))
         capacity = capacity_of(data, given, less)
         nameless = nameless_heat(models[MOTOR_TORQUE], capacity) if MOTOR_TORQUE in models else ()
+        if LOAD_TORQUE in models:
+            nameless = (*nameless, *nameless_load_heat(models[LOAD_TORQUE], capacity))
         nuisances = (wandering_zero(data, less, zero, capacity), *nameless)
         return searched(problem_of(data, given, TEMPERATURE, less, banned, nuisances), seed)
 

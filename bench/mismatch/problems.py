@@ -79,6 +79,8 @@ def problem_of(
     own = given.waves.get(channel, ())
     if own:
         taken = taken + on_rows(own, rows)
+    if channel == MOTOR_TORQUE and given.ripples:
+        taken = taken + on_rows(given.ripples, rows, rows.frame.theta)
     rows = replace(rows, y=rows.y - taken)
     heard = noise.mixture(data.density.get(channel, []))
     return ChannelProblem(
@@ -109,12 +111,14 @@ def periodicity_of(
     problem = search.model.problem
     channel = problem.channel
     output, shaft = data.output.get(channel, []), data.shaft if channel == MOTOR_TORQUE else []
+    # of a direct drive the shaft's orders are the output's
+    ripples = (*given.ripples, *(given.waves.get(channel, ()) if data.ratio == 1.0 else ()))
     if reaction is not None:
         output, shaft = [reaction.less_output(s) for s in output], [reaction.less_shaft(s) for s in shaft]
     return Periodicity(
         channel,
         [_less(s, given.waves.get(channel, ())) for s in output],
-        [_less_ripple(s, given.ripples, data.ratio) for s in shaft],
+        [_less_ripple(s, ripples, data.ratio) for s in shaft],
         problem.rows,
         problem.folds,
         data.ratio,

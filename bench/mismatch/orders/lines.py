@@ -104,13 +104,16 @@ def standing(turns: Turns, models: Sequence[Model], seed: int) -> list[Line]:
 def _basis(turns: Turns, train: NDArray[np.bool_], model: Model) -> FloatArray | None:
     """Columns (turns, k) of a model; None where the revolutions do not tell them apart."""
     x = np.column_stack([turns.factors[t][train] for t in model])
+    return x if _told_apart(x) else None
+
+
+def _told_apart(x: FloatArray) -> bool:
+    """Whether some revolutions tell the factors (turns, k) of a model apart."""
     unit = np.sqrt(np.sum(x**2, axis=0))
     if np.any(unit == 0.0) or len(x) < 2 * x.shape[1] + 2:
-        return None
-    apart = APART if len(model) <= 2 else SOLVABLE
-    if np.linalg.svd(x / unit, compute_uv=False)[-1] < apart:
-        return None
-    return np.asarray(x)
+        return False
+    apart = APART if x.shape[1] <= 2 else SOLVABLE
+    return bool(np.linalg.svd(x / unit, compute_uv=False)[-1] >= apart)
 
 
 def _noise(vectors: Complex, seen: NDArray[np.bool_]) -> FloatArray:
@@ -142,12 +145,14 @@ class _Part:
 
 
 def _parts(x: FloatArray, seen: NDArray[np.bool_]) -> list[_Part]:
-    """Where the orders (turns, orders) of a model of factors ``x`` (turns, k) can be predicted."""
+    """Where the orders (turns, orders) of a model of factors ``x`` (turns, k) can be predicted. An order that was seen
+    in some revolutions alone has no model that these do not tell.
+    """
     out = []
     patterns, number = np.unique(seen, axis=1, return_inverse=True)
     for k in range(patterns.shape[1]):
         rows = patterns[:, k]
-        if rows.sum() <= x.shape[1]:
+        if not _told_apart(x[rows]):
             continue
         left, values, _ = np.linalg.svd(x[rows], full_matrices=False)
         basis = left[:, values > 1e-6 * values.max()]
@@ -165,7 +170,7 @@ def _gains(
     number = seen.sum(axis=0) + NEIGHBOUR_REVOLUTIONS
     gains = []
     for parts in models:
-        left = np.zeros(before.size)
+        left = before.copy()
         for part in parts:
             left[part.orders] = part.left_out(vectors).sum(axis=0)
         gains.append(number * np.log((before + prior) / (left + prior)))
@@ -224,7 +229,7 @@ def _estimated(
     fold = np.unique(turns.fold[train][seen], return_inverse=True)[1]
     densities = {}
     for other, columns in bases.items():
-        squares = np.zeros(target.size)
+        squares = np.abs(target) ** 2
         for part in _parts(columns[seen] / scale[:, None], np.ones((target.size, 1), dtype=bool)):
             squares[part.rows] = part.left_out(target[:, None])[:, 0]
         densities[other] = -0.5 * np.bincount(fold, squares / variance)

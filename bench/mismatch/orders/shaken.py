@@ -15,15 +15,21 @@ import numpy as np
 
 from bench.mismatch.orders.lines import Complex, Line, Model, Turns, standing
 from bench.mismatch.orders.periodicity import Periodicity
-from bench.mismatch.orders.shaft import PLAIN, shaft_turns
+from bench.mismatch.orders.shaft import PLAIN, SHAFT_MODELS, shaft_turns
 from bench.mismatch.orders.torques import OUTPUT_MODELS, output_turns
 from bench.mismatch.recordings.output_orders import OutputSpectrum
+from bench.mismatch.recordings.smoothing import passed_by
 from bench.mismatch.recordings.vibration import ShaftSpectrum
 from bench.mismatch.regression.model import ChannelModel
+from bench.simulation.frame import FloatArray
 
 INERTIA = "motor.inertia"
 TOLD = 1.96
 """standard deviations from nothing that an inertia has to be: its 95 % interval"""
+PASSED = 0.9
+"""share of an acceleration that the window of the rates lets pass, from which its order is asked for the inertia: what
+is missing makes that too large by as much
+"""
 Seen = TypeVar("Seen", ShaftSpectrum, OutputSpectrum)
 
 
@@ -49,17 +55,21 @@ def still(seen: Periodicity, inertia: float) -> Periodicity:
     )
 
 
-def inertia_told(seen: Periodicity, seed: int) -> float | None:
+def inertia_told(seen: Periodicity, rate: float, span: float, seed: int) -> float | None:
     """Inertia (kg·m²) that the orders of revolutions with the inertia's part in them tell; None where they do not tell
-    it from nothing.
+    it from nothing. The acceleration is smoothed over ``span`` s, at a sample ``rate`` in Hz: orders that are too fast
+    for that say nothing.
     """
     product = square = left = 0.0
     freedom = 0
-    for turns, shaking, models in _looks(seen):
+    for turns, shaking, hertz, models, plain in _looks(seen):
+        slow = passed_by(rate, span, hertz) >= PASSED
         for line in standing(turns, models, seed):
-            torque, rate = _beyond(turns, turns.vectors, line), _beyond(turns, shaking, line)
-            product += float(np.sum((np.conj(rate) * torque).real))
-            square += float(np.sum(np.abs(rate) ** 2))
+            if line.model not in plain or not slow[line.order] or (plain is PLAIN and line.order in seen.followed):
+                continue
+            torque, shaken = _beyond(turns, turns.vectors, line), _beyond(turns, shaking, line)
+            product += float(np.sum((np.conj(shaken) * torque).real))
+            square += float(np.sum(np.abs(shaken) ** 2))
             left += float(np.sum(np.abs(torque) ** 2))
             freedom += 2 * (torque.size - len(line.model))
     if square <= 0.0 or freedom < 2:
@@ -69,17 +79,31 @@ def inertia_told(seen: Periodicity, seed: int) -> float | None:
     return inertia if inertia > TOLD * np.sqrt(variance) else None
 
 
-def _looks(seen: Periodicity) -> list[tuple[Turns, Complex, Sequence[Model]]]:
-    """Revolutions over the shaft and over the output, the shaking in them (turns, orders), and the models of orders:
-    a model of a drive's loop has as many numbers as there are speeds, and takes what the inertia asks for.
+Look = tuple[Turns, Complex, FloatArray, Sequence[Model], Sequence[Model]]
+
+
+def _looks(seen: Periodicity) -> list[Look]:
+    """Revolutions over the shaft and over the output, the shaking in them (turns, orders), how fast each order is where
+    it is fastest (orders,) in Hz, the models that an order may have and those of them by which it is asked. An order
+    that changes with the load, or as a drive's loop answers it, has what the inertia asks for in its numbers.
     """
-    out: list[tuple[Turns, Complex, Sequence[Model]]] = []
+    out: list[Look] = []
+    taken: set[int] = set()
     if seen.shaft:
         shaft, turns = shaft_turns(seen)
-        out.append((turns, np.array([s.shaking for s in shaft]), PLAIN))
-    if seen.output:
-        turns = output_turns(seen.output, seen.folds)
-        out.append((turns, np.array([s.shaking for s in seen.output]), OUTPUT_MODELS))
+        shaking = np.array([s.shaking for s in shaft])
+        hertz = np.asarray(np.arange(shaking.shape[1]) * max(s.hertz for s in shaft), dtype=np.float64)
+        out.append((turns, shaking, hertz, SHAFT_MODELS[:3], PLAIN))
+        taken = {round(n * seen.ratio) for n in range(shaking.shape[1])}
+    output = [s for s in seen.output if s.shaking.size]
+    if output:
+        # what the shaft tells as well is not counted twice
+        turns = output_turns(output, seen.folds)
+        turns.vectors[:, [f for f in range(turns.vectors.shape[1]) if f in taken]] = np.nan
+        shaking = np.array([s.shaking for s in output])
+        fastest = max(abs(s.velocity) for s in output) / (2.0 * np.pi)
+        hertz = np.asarray(np.arange(shaking.shape[1]) * fastest, dtype=np.float64)
+        out.append((turns, shaking, hertz, OUTPUT_MODELS, OUTPUT_MODELS))
     return out
 
 

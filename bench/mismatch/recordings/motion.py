@@ -70,10 +70,10 @@ def _usual_span(recordings: Sequence[Recording], standstill: float) -> float:
     """
     angles = [r for r in recordings if "motor_angle" in r.specs and r.size > 1]
     spans: dict[float, list[float]] = {}
-    for recording in angles[:: max(1, len(angles) // ASKED_FOR_SPAN)]:
-        angle, rate = _angle(recording), float(recording.sample_rate)
-        if np.ptp(angle) * rate / angle.size > standstill:
-            spans.setdefault(rate, []).append(span_for(angle, rate, standstill))
+    for recording in angles[:: max(1, -(-len(angles) // ASKED_FOR_SPAN))]:
+        if _fastest(recording) > standstill:
+            rate = float(recording.sample_rate)
+            spans.setdefault(rate, []).append(span_for(_angle(recording), rate, standstill))
     if not spans:
         return WINDOWS_S[-1]
     usual = max(spans.values(), key=len)

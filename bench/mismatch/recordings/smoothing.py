@@ -53,6 +53,17 @@ def local_quadratic(signal: FloatArray, rate: float, span: float) -> tuple[Float
     return value, slope * rate, curve * rate**2
 
 
+def passed_by(rate: float, span: float, hertz: FloatArray) -> FloatArray:
+    """Share (n,) of a second derivative at frequencies (n,) in Hz that :func:`local_quadratic` lets pass."""
+    half = window(rate, span) // 2
+    impulse = np.zeros(4 * half + 1)
+    impulse[2 * half] = 1.0
+    weights = local_quadratic(impulse, rate, span)[2][half : 3 * half + 1]
+    turned = 2.0 * np.pi * np.outer(hertz, np.arange(-half, half + 1)) / rate
+    phase = 2.0 * np.pi * np.maximum(hertz, 1e-9)
+    return np.asarray(-(np.cos(turned) @ weights) / phase**2)
+
+
 def smoothed(
     signal: FloatArray, rate: float, span: float, pieces: Sequence[slice]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -53,7 +53,8 @@ class ShaftSpectrum:
     half of the recording's sample rate, or are beyond it. There an order is folded, and its vector over the angle is
     right all the same, if no filter before the sampling took it. ``speed``: mean size of the velocity, more than that
     of its mean where the recording reverses; ``load``: mean load torque at the output, N·m; ``shaking``: amplitudes of
-    the motor's acceleration, rad/s², which the inertia makes a torque of.
+    the motor's acceleration as it is smoothed, rad/s², which the inertia makes a torque of; ``hertz``: frequency of the
+    first order.
     """
 
     recording: int
@@ -66,6 +67,7 @@ class ShaftSpectrum:
     speed: float = 0.0
     load: float = 0.0
     shaking: Complex = field(default_factory=lambda: np.zeros(0, dtype=np.complex128))
+    hertz: float = 0.0
 
     @property
     def one_way(self) -> bool:
@@ -160,6 +162,7 @@ def shaft_spectrum(prepared: Prepared) -> ShaftSpectrum | None:
         float(np.mean(np.abs(frame.velocity[groups]))),
         float(np.mean(frame.torque_level[groups])),
         2.0 / rows.sum() * spectrum(angle, shaken, HIGHEST_SHAFT_ORDER),
+        float(np.mean(np.abs(frame.omega[groups]))) / (2.0 * np.pi),
     )
 
 

@@ -35,12 +35,15 @@ def heirs_of(
         return np.asarray(model.predict(frame, own, model.refitted(own))[train])
 
     def same(one: FloatArray, other: FloatArray) -> bool:
-        return active_size(one - other, number) < least
+        return apart(one, other) < least
 
     nothing = predicted(others)
 
+    def apart(one: FloatArray, name: FloatArray) -> float:
+        return active_size(one - name, number)
+
     def but_for_a_form(one: FloatArray, name: FloatArray) -> bool:
-        alike = active_size(one - name, number) < criteria.SHAPE * active_size(name - nothing, number)
+        alike = apart(one, name) < criteria.SHAPE * active_size(name - nothing, number)
         return alike and not size_of(model, one - name).enough
 
     said = [predicted([*others, one]) for one in contenders]
@@ -48,9 +51,11 @@ def heirs_of(
     names = sorted((k for k, c in enumerate(contenders) if c.effect != UNKNOWN), key=lambda k: numbers[k])
     out: dict[int, int] = {}
     for k, own in enumerate(said):
-        plainer = (i for i in names if numbers[i] < numbers[k] and holds(problem, contenders[k], contenders[i]))
-        nameless = contenders[k].effect == UNKNOWN
-        heir = next((i for i in plainer if same(own, said[i]) or (nameless and but_for_a_form(own, said[i]))), None)
+        plainer = [i for i in names if numbers[i] < numbers[k] and holds(problem, contenders[k], contenders[i])]
+        heir = next((i for i in plainer if same(own, said[i])), None)
+        if heir is None and contenders[k].effect == UNKNOWN:
+            near = [i for i in plainer if but_for_a_form(own, said[i])]
+            heir = min(near, key=lambda i: apart(own, said[i]), default=None)
         if heir is not None:
             out[k] = heir
     return out, same(said[0], nothing)

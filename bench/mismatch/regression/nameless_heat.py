@@ -1,4 +1,4 @@
-"""Heat that may never have been: what the motor torque has without a name may be an error of its report."""
+"""Heat that may never have been: what a torque has without a name may be an error of its report."""
 
 from __future__ import annotations
 
@@ -33,6 +33,30 @@ class NamelessHeat(Untold):
         left = np.where(frame.direction != 0, frame.motor_torque - fixed - self.model.predict(frame), 0.0)
         sign = np.sign(frame.motor_torque * frame.omega - frame.torque * frame.velocity)
         return np.column_stack([integral(sign * torque * frame.omega, frame) for torque in (told, left)])
+
+
+@dataclass(frozen=True, slots=True)
+class NamelessLoadHeat(Untold):
+    """Power of what the load torque has without a name, integrated over each recording: an error of the sensor is power
+    that was never there.
+    """
+
+    model: ChannelModel
+    nameless: tuple[Chosen, ...]
+    words: str = "heat of what the load torque has without a name"
+    equation: str = "dT/dt += dtau*dq/C"
+
+    def columns(self, frame: Frame) -> FloatArray:
+        """Integral of the power (n, 1)."""
+        return integral(self.model.sum_of(self.nameless, frame) * frame.velocity, frame)[:, None]
+
+
+def nameless_load_heat(model: ChannelModel, capacity: float) -> tuple[BaseTerm, ...]:
+    """The base term of the temperature for a model of the load torque and a heat capacity (J/K); none where all that
+    the torque has is named.
+    """
+    nameless = model.nameless
+    return (BaseTerm(NamelessLoadHeat(model, nameless), (capacity**2,)),) if nameless else ()
 
 
 def nameless_heat(model: ChannelModel, capacity: float) -> tuple[BaseTerm, ...]:

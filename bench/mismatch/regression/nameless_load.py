@@ -26,7 +26,11 @@ class NamelessLoad(Untold):
         return self.model.sum_of(self.nameless, frame)[:, None]
 
 
-def nameless_load(model: ChannelModel) -> tuple[BaseTerm, ...]:
-    """The base term of the other channels for a model of the load torque; none where all that it has is named."""
+def nameless_load(model: ChannelModel, most: float | None = None) -> tuple[BaseTerm, ...]:
+    """The base term of another channel for a model of the load torque; none where all that it has is named.
+
+    ``most``: prior standard deviation of its coefficient, 1/u in the motor torque; None where it is free.
+    """
     nameless = model.nameless
-    return (BaseTerm(NamelessLoad(model, nameless)),) if nameless else ()
+    precision = () if most is None else (1.0 / most**2,)
+    return (BaseTerm(NamelessLoad(model, nameless), precision),) if nameless else ()

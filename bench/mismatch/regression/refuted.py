@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +16,7 @@ from bench.mismatch.regression.candidates import PATH
 from bench.mismatch.regression.excess import levelled
 from bench.mismatch.regression.folds import carried, density, squares, weights
 from bench.mismatch.regression.heredity import without
-from bench.mismatch.regression.model import Block, ChannelModel, Chosen, fit_blocks, of_start
+from bench.mismatch.regression.model import Block, ChannelModel, Chosen, explained, fit_blocks, of_start
 from bench.mismatch.regression.problem import NUISANCE
 from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.regressors import UNKNOWN
@@ -150,9 +151,7 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> f
     error = np.inf if found is None else criteria.ONE_ERROR * found
     if own.effect == UNKNOWN:
         # where more than noise is left without it, something is missing, and what predicts better says where
-        beyond = float(np.average(left[1] ** 2, weights=number)) / max(model.floor, 1e-300) ** 2
-        noise = problem.spec.integral or beyond <= criteria.MORE_THAN_NOISE**2 - 1.0
-        allowed = -error if added > 2.0 * error and noise else 0.0
+        allowed = -error if added > 2.0 * error and not _much_is_left(model, others) else 0.0
     elif PATH in own.main.regressor.variables:
         allowed = error
     elif not hardly_acts(whole[0] - whole[1], problem.rows.number, held, problem.train):
@@ -168,6 +167,20 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> f
     ):
         return None
     return float(ratio) if worse > allowed else None
+
+
+def _much_is_left(model: ChannelModel, chosen: Sequence[Chosen]) -> bool:
+    """Whether some effects leave more of recordings held out than noise usually is, about the recordings' levels and
+    beside what stands for errors of sensors. What an integral leaves grows by itself.
+    """
+    problem = model.problem
+    if problem.spec.integral or model.floor <= 0.0:
+        return False
+    without = replace(model, chosen=list(chosen), fit=model.refitted(chosen))
+    held, frame = problem.held_out, problem.rows.frame
+    number = problem.rows.number[held]
+    left = levelled((problem.rows.y - explained(without))[held], frame.take(held), number)
+    return float(np.average(left**2, weights=number)) > (criteria.MORE_THAN_NOISE**2 - 1.0) * model.floor**2
 
 
 def _better_within(left: Sequence[FloatArray], frame: Frame, number: FloatArray) -> bool:

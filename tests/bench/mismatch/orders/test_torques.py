@@ -15,6 +15,7 @@ from bench.mismatch.orders.shaken import inertia_told, still
 from bench.mismatch.orders.torques import torque_discoveries
 from bench.mismatch.recordings.output_orders import HIGHEST_OUTPUT_ORDER, OutputSpectrum
 from bench.mismatch.recordings.rows import Rows
+from bench.mismatch.recordings.smoothing import local_quadratic, passed_by
 from bench.mismatch.recordings.vibration import ShaftSpectrum
 from bench.simulation import Simulation
 from bench.simulation.frame import Frame
@@ -134,7 +135,7 @@ def test_a_wave_too_quick_for_the_rows_is_as_loud_as_it_is() -> None:
     assert np.max(np.abs(on_rows(waves, rows)[moving])) < 0.5
 
 
-INERTIA = 2e-3
+INERTIA, RATE, SPAN = 2e-3, 1000.0, 0.015
 
 
 def shaken_by_its_ripple(stiff: float) -> Periodicity:
@@ -151,7 +152,15 @@ def shaken_by_its_ripple(stiff: float) -> Periodicity:
         amplitude[HIGH] += 0.05j
         shaft.append(
             ShaftSpectrum(
-                k, amplitude + INERTIA * shaking, NOISE, 1.0, speed, 25.0, speed=abs(speed), shaking=np.asarray(shaking)
+                k,
+                amplitude + INERTIA * shaking,
+                NOISE,
+                1.0,
+                speed,
+                25.0,
+                speed=abs(speed),
+                shaking=np.asarray(shaking),
+                hertz=abs(speed),
             )
         )
     return replace(plain, shaft=shaft, output=[], folds=np.arange(30, dtype=np.int64))
@@ -159,7 +168,7 @@ def shaken_by_its_ripple(stiff: float) -> Periodicity:
 
 def test_the_orders_tell_the_inertia_of_a_shaft_that_they_shake() -> None:
     given = shaken_by_its_ripple(0.8)
-    inertia = inertia_told(given, 0)
+    inertia = inertia_told(given, RATE, SPAN, 0)
     assert inertia == pytest.approx(INERTIA, rel=0.05)
     (ripple,) = torque_discoveries(still(given, INERTIA), 0)
     assert ripple.effect == "motor.torque_ripple"
@@ -170,4 +179,50 @@ def test_the_orders_tell_the_inertia_of_a_shaft_that_they_shake() -> None:
 
 
 def test_an_inertia_is_not_told_where_the_shaking_is_the_same_always() -> None:
-    assert inertia_told(shaken_by_its_ripple(0.0), 0) is None
+    assert inertia_told(shaken_by_its_ripple(0.0), RATE, SPAN, 0) is None
+
+
+def test_an_order_too_fast_for_the_window_of_the_rates_says_nothing_of_the_inertia() -> None:
+    """The window takes part of the shaking: the inertia would come out too large by as much."""
+    given = shaken_by_its_ripple(0.8)
+    fast = replace(given, shaft=[replace(s, hertz=60.0 / HIGH) for s in given.shaft])
+    assert inertia_told(fast, RATE, SPAN, 0) is None
+    hertz = np.array([1.0, 20.0, 60.0])
+    for span in (0.015, 0.03):
+        time = np.arange(0.0, 4.0, 1.0 / RATE)
+        for f, passed in zip(hertz, passed_by(RATE, span, hertz), strict=True):
+            curve = local_quadratic(np.cos(2.0 * np.pi * f * time), RATE, span)[2]
+            inside = slice(100, -100)
+            true = -((2.0 * np.pi * f) ** 2) * np.cos(2.0 * np.pi * f * time)
+            assert passed == pytest.approx(
+                float(curve[inside] @ true[inside] / (true[inside] @ true[inside])), abs=1e-3
+            )
+
+
+def test_a_ripple_that_grows_with_the_load_says_nothing_of_the_inertia() -> None:
+    given = shaken_by_its_ripple(0.8)
+    loads = [50.0 * (k % 5) for k in range(30)]
+    grown = []
+    for s, load in zip(given.shaft, loads, strict=True):
+        amplitude = s.amplitude.copy()
+        amplitude[HIGH] += 0.05j * load / 100.0
+        grown.append(replace(s, amplitude=amplitude, load=load))
+    told = inertia_told(replace(given, shaft=grown), RATE, SPAN, 0)
+    assert told is None or told == pytest.approx(INERTIA, rel=0.1)
+
+
+def test_an_order_seen_in_one_direction_alone_has_no_model_of_both() -> None:
+    """A drive's loop has a vector for each direction: recordings that are slow enough for an order may all turn one way,
+    and their vectors lie on a polynomial of the speed.
+    """
+    given = through_a_loop(2.0)
+    shaft = []
+    for s in given.shaft:
+        amplitude = s.amplitude.copy()
+        if s.velocity <= 0.0:
+            amplitude[HIGH] = np.nan
+        shaft.append(replace(s, amplitude=amplitude))
+    found = [f for d in torque_discoveries(replace(given, shaft=shaft), 0) for f in d.orders]
+    assert all(np.isfinite(f) for f in found)
+    for discovery in torque_discoveries(replace(given, shaft=shaft), 0):
+        assert "as the drive's loop" not in discovery.words
