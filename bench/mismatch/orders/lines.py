@@ -86,6 +86,8 @@ def standing(turns: Turns, models: Sequence[Model], seed: int) -> list[Line]:
     vectors = np.where(seen, vectors, 0.0)
     usable = seen.sum(axis=0) >= criteria.FEWEST_TURNS
     usable[0] = False
+    if not usable.any():
+        return []
     noise = _noise(vectors, seen)
     bases = {m: b for m in models if (b := _basis(turns, train, m)) is not None}
     parts = [_parts(x / scale[:, None], seen) for x in bases.values()]

@@ -168,15 +168,17 @@ def _deviation(
         jacobian = np.array(slopes).T
         scale = np.maximum(np.sqrt(np.sum(jacobian**2, axis=0)), 1e-300)
         normal = (jacobian / scale).T @ (jacobian / scale)
-        covariance = np.linalg.inv(normal + RIDGE * np.eye(free.size)) / np.outer(scale, scale)
+        joint = np.linalg.inv(normal + RIDGE * np.eye(free.size))
+        root = np.sqrt(np.maximum(np.diag(joint), 1e-300))
+        spread = root / scale
         if free[0] == 0:
-            covariance[0, 0] += (term.form.blur * point[0]) ** 2
-        spread = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+            spread[0] = np.hypot(spread[0], term.form.blur * point[0])
         known = spread < (upper - lower)[free]
         for k, value, sure in zip(free, spread, known, strict=True):
             out[int(k)] = float(value) if sure else None
-        change = np.array(moved)[known]
-        carried = np.sqrt(np.maximum(np.sum(change * (covariance[np.ix_(known, known)] @ change), axis=0), 0.0))
+        change = np.array(moved)[known] * spread[known, None]
+        together = (joint / np.outer(root, root))[np.ix_(known, known)]
+        carried = np.sqrt(np.maximum(np.sum(change * (together @ change), axis=0), 0.0))
     return tuple(out), tuple(float(v) for v in carried)
 
 

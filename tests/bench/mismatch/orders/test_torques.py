@@ -212,8 +212,8 @@ def test_a_ripple_that_grows_with_the_load_says_nothing_of_the_inertia() -> None
 
 
 def test_an_order_seen_in_one_direction_alone_has_no_model_of_both() -> None:
-    """A drive's loop has a vector for each direction: recordings that are slow enough for an order may all turn one way,
-    and their vectors lie on a polynomial of the speed.
+    """A drive's loop has a vector for each direction: recordings that are slow enough for an order may all turn one
+    way, and their vectors lie on a polynomial of the speed.
     """
     given = through_a_loop(2.0)
     shaft = []
