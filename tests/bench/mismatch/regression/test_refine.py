@@ -9,9 +9,11 @@ import pytest
 
 from bench.mismatch.discovery import AMBIGUOUS, NAMED
 from bench.mismatch.regression.discoveries import sure_of_name
+from bench.mismatch.regression.model import add_block, fit_blocks
 from bench.mismatch.regression.refine import bounds, projector, refined, strained
 from bench.mismatch.regression.regressors import Named, named
-from bench.simulation.terms import MOTOR_TORQUE
+from bench.simulation.memory import NOISE_SHARE
+from bench.simulation.terms import LIBRARY, MOTOR_TORQUE
 from tests.bench.mismatch.regression.synthetic import banked, campaign, problem
 
 SIGMA, SIZE, SPEED = 0.05, 0.4, 4.0
@@ -43,6 +45,41 @@ def test_intervals_of_a_nonlinear_parameter_cover_the_truth() -> None:
     # 95 % of 40 is 38; fewer than 34 have a chance of 1 in 300
     assert np.sum(np.abs(z) < 1.96) >= 34
     assert 0.7 < np.sqrt(np.mean(z**2)) < 1.35
+
+
+def test_the_interval_of_a_coefficient_knows_that_of_the_shape() -> None:
+    """With the shape held at its best value a coefficient looks surer than it is."""
+    told, held = [], []
+    frame = campaign()
+    for seed in range(DRAWS):
+        # a shallow curve that few slow points show: its size and its width go together
+        true, size = 12.0, 1.2
+        noise = np.random.default_rng(seed).normal(scale=SIGMA, size=frame.size)
+        y = 0.6 * frame.direction + 0.01 * frame.omega + size * stribeck(true).columns(frame)[:, 0] + noise
+        own = problem(frame, y)
+        bank, base = banked(own, SIGMA)
+        better = refined(own, bank, base, stribeck(8.0), 0.0)
+        block = add_block(own, bank, better)
+        fitted = fit_blocks(bank, [*base, block], (0.0,))
+        values, covariance = fitted.of(block.place)
+        std = np.sqrt(np.diag(covariance))
+        (row, _) = better.parameters(values, std)
+        told.append((row["value"] - size) / row["std"])
+        held.append((row["value"] - size) / std[0])
+    assert np.sqrt(np.mean(np.square(held))) > 1.35
+    assert 0.7 < np.sqrt(np.mean(np.square(told))) < 1.35
+
+
+def test_a_loop_behind_a_play_is_no_better_known_than_that() -> None:
+    """The play that keeps noise from turning a loop is a share of its width, and leaves that open."""
+    forms = LIBRARY["te.hysteresis"].forms["transmission_error"]
+    assert {f.name.split("_")[0]: f.blur for f in forms if f.name != "angle_play"} == {
+        "play": 0.0,
+        "bouc": NOISE_SHARE,
+        "stack": 0.0,
+        "forgetting": NOISE_SHARE,
+        "reversal": 0.0,
+    }
 
 
 def test_a_parameter_at_the_end_of_its_range_has_no_deviation() -> None:

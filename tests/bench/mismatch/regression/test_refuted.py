@@ -145,6 +145,26 @@ def test_a_function_that_predicts_no_better_is_not_told(monkeypatch: pytest.Monk
     assert borne_out(model) == [one]
 
 
+@pytest.mark.parametrize(("beyond", "stays"), [(0.0, False), (2.0, True)])
+def test_a_function_that_predicts_better_stays_where_more_than_noise_is_left(
+    monkeypatch: pytest.MonkeyPatch, beyond: float, stays: bool
+) -> None:
+    """Better, but not by more than chance: enough where something is missing for certain."""
+    frame = campaign()
+    model, one = with_a_table(frame)
+    sign = 0.1 * np.resize([1.0, -1.0], frame.size) + np.where(frame.recording % 2 == 0, 0.003, -0.003)
+    left = model.floor * beyond * np.sin(2.0 * np.pi * np.arange(frame.size) / EACH)
+    model = replace(
+        model, problem=replace(model.problem, rows=replace(model.problem.rows, y=model.problem.rows.y + left))
+    )
+
+    def remaining(_model: object, chosen: list[Chosen]) -> FloatArray:
+        return np.asarray(1.0 + (sign - 0.0052 if chosen else np.zeros(frame.size)))
+
+    monkeypatch.setattr(refuted, "_left", remaining)
+    assert borne_out(model) == ([one] if stays else [])
+
+
 def test_a_function_that_predicts_worse_is_not_told_however_little_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each recording differs by more than all together: that they come out worse still speaks against the function."""
     frame = campaign()

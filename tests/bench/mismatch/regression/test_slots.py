@@ -113,6 +113,23 @@ def test_a_function_of_the_speed_draws_any_stribeck_curve(over: tuple[str, ...],
     assert not _drawn_by_the_unknown(cast("Any", SimpleNamespace(chosen=[curve], channel=MOTOR_TORQUE)), curve)
 
 
+@pytest.mark.parametrize(("part", "heirs"), [(0.02, {1: 0}), (0.6, {})])
+def test_a_function_gives_way_to_the_name_that_it_says_but_for_a_trifle(part: float, heirs: dict[int, int]) -> None:
+    """A gain error, larger in one direction by twice a ``part``: too little to be told, or a matter of its own."""
+    frame = campaign()
+    rng = np.random.default_rng(1)
+    gain = 0.01 * frame.torque / frame.ratio * (1.0 + part * frame.direction)
+    y = 0.5 * frame.direction + 0.006 * frame.omega + gain
+    search = begun(problem(frame, np.asarray(y + rng.normal(0.0, 0.01, frame.size))))
+    name = shaped(search, [], named("motor.torque_constant", MOTOR_TORQUE, "gain", ()))
+    assert name is not None
+    table = Free(
+        MOTOR_TORQUE, tuple(Grid(("torque",), way, (tuple(np.linspace(-1000, 1000, 5)),)) for way in ("p", "n"))
+    )
+    own = Chosen(add_block(search.model.problem, search.bank, table, 1e-3))
+    assert heirs_of(search.model, [], (replace(name, shape=None), own))[0] == heirs
+
+
 @pytest.mark.parametrize(
     ("largest", "heirs", "needless"), [(100.0, {1: 0}, False), (1.0, {}, False), (1e5, {1: 0}, True)]
 )
