@@ -76,6 +76,19 @@ def holds(problem: ChannelProblem, richer: Chosen, plain: Chosen) -> bool:
     return bool(np.sum(left**2) <= EXACT * np.sum(own**2))
 
 
+def says_the_most(model: ChannelModel, name: Chosen) -> bool:
+    """Whether a name in the place of all functions without one leaves no more of what these say than nature's form of
+    the name may differ from the library's.
+    """
+    frame, train = model.problem.rows.frame, model.problem.train
+    number = model.problem.rows.number[train]
+    named = [c for c in model.chosen if c.effect != UNKNOWN]
+    whole, one, nothing = (
+        model.predict(frame, chosen, model.refitted(chosen))[train] for chosen in (model.chosen, [*named, name], named)
+    )
+    return active_size(whole - one, number) < criteria.SHAPE * active_size(whole - nothing, number)
+
+
 def predict_alike(model: ChannelModel, others: Sequence[Chosen], own: Chosen, other: Chosen) -> bool:
     """Whether two explanations predict what differs by next to nothing of what the first adds: evidence between them is
     that of their forms' corrections.

@@ -8,6 +8,7 @@ from dataclasses import replace
 from bench.mismatch import criteria
 from bench.mismatch.regression.beside import in_its_form, told_from_nothing
 from bench.mismatch.regression.description import description
+from bench.mismatch.regression.equivalent import says_the_most
 from bench.mismatch.regression.heredity import laws, without
 from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.one_way import named_by_course
@@ -127,7 +128,7 @@ def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
     # beside another function without a name that name would be a part of the unknown again
     beside = any(without_a_name(c) for c in others)
     sure = -best.loss >= criteria.BESIDE_UNKNOWN_ERRORS * best.error
-    return [*others, best.chosen] if sure or not beside else None
+    return [*others, best.chosen] if sure or not beside or says_the_most(model, best.chosen) else None
 
 
 def _by_chance(slot: Slot) -> bool:
