@@ -68,7 +68,7 @@ def _kept(search: Search, chosen: list[Chosen], price: float) -> list[Chosen]:
     """
     while True:
         believed = _believed(search, pruned(search, chosen, price, keep=0))
-        tested = _that_add(search, _no_mere_form(search, _above_the_rest(search, believed)))
+        tested = _that_add(search, no_mere_form(search, _above_the_rest(search, believed)))
         kept = _asked_again(search, tested, not_refuted(search.model, tested), price)
         refuted = [c for c in tested if c.effect == UNKNOWN and not any(c is k for k in kept)]
         search.refuted += [c for c in refuted if not search.out(c.main.regressor)]
@@ -177,7 +177,7 @@ def _above_the_rest(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
     ]
 
 
-def _no_mere_form(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
+def no_mere_form(search: Search, chosen: Sequence[Chosen]) -> list[Chosen]:
     """Effects without the functions that may be what a name's form leaves of nature's: those without a name that depend
     on a quantity of a name, and are smaller than its form may be off.
     """

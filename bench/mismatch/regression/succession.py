@@ -12,6 +12,7 @@ from bench.mismatch.regression.equivalent import says_the_most
 from bench.mismatch.regression.heredity import laws, without
 from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.one_way import named_by_course
+from bench.mismatch.regression.pruning import no_mere_form
 from bench.mismatch.regression.refine import strained
 from bench.mismatch.regression.refuted import borne_out, forget, without_a_name
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named
@@ -51,6 +52,7 @@ def _succeeded(search: Search) -> list[Slot]:
         chosen = next((own for slot in found if (own := _succession(model, slot)) is not None), None)
         if chosen is None:
             break
+        chosen = no_mere_form(search, chosen)
         search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
         _name_by_course(search)
         _without_needless_corrections(search)

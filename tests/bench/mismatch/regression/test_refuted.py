@@ -189,7 +189,7 @@ def test_a_name_is_asked_again_without_the_function_that_took_it(monkeypatch: py
     function = Chosen(add_block(own, search.model.bank, table, 1e-3))
     other = Free(MOTOR_TORQUE, (Grid(("speed",), "1", ((0.0, 0.05, 0.1, 0.2),)),), effect="friction.stribeck")
     name = Chosen(add_block(own, search.model.bank, other, 1e-3))
-    for step in ("pruned", "_believed", "_no_mere_form", "_that_add"):
+    for step in ("pruned", "_believed", "no_mere_form", "_that_add"):
         monkeypatch.setattr(pruning, step, lambda _search, chosen, *_price, **_keep: list(chosen))
     alone = lambda _search, chosen: [c for c in chosen if c is function] or list(chosen)  # noqa: E731
     monkeypatch.setattr(pruning, "_above_the_rest", alone)
@@ -212,7 +212,7 @@ def test_a_small_function_of_the_load_beside_a_name_of_the_torque_is_its_form(
     name = Chosen(add_block(search.model.problem, search.model.bank, gain))
     sizes = {id(function): size, id(name): 1.0}
     monkeypatch.setattr(pruning, "_strength_among", lambda _s, _c, one: SimpleNamespace(acts=sizes[id(one)]))
-    assert (function in pruning._no_mere_form(search, [name, function])) == stays
+    assert (function in pruning.no_mere_form(search, [name, function])) == stays
 
 
 @pytest.mark.parametrize(
