@@ -28,6 +28,7 @@ from bench.mismatch.prediction import corrected
 from bench.mismatch.problems import base_of, capacity_of, periodicity_of, problem_of, usable, wandering_zero
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.rows import Rows
+from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.candidates import TURNING
 from bench.mismatch.regression.model import ChannelModel, fit_blocks
 from bench.mismatch.regression.nameless_heat import nameless_heat, nameless_load_heat
@@ -59,6 +60,8 @@ class Analysis:
     """what the motor torque holds of the load's reaction through the transmission error"""
     periodic: dict[str, list[Discovery]] = field(default_factory=dict)
     """orders that are taken off the rows of a torque, where these are short enough to follow them"""
+    plain: dict[str, Fit] = field(default_factory=dict)
+    """the simulation alone, fitted to the rows of such a torque with the orders in them"""
 
 
 def compared_channels(data: Dataset) -> tuple[list[str], list[str]]:
@@ -161,6 +164,7 @@ def _beside_orders(out: Analysis, data: Dataset, given: Given, problem: ChannelP
     size = float(np.sqrt(np.average(waves**2, weights=np.where(problem.usable, problem.rows.number, 0.0))))
     if size == 0.0 or size < criteria.LEAST_STRENGTH * search.model.floor:
         return search
+    out.plain[channel] = search.model.refitted([])
     search.close()
     # what was taken off is what is reported: it is not looked for again
     out.periodic[channel] = found

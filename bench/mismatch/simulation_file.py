@@ -55,7 +55,7 @@ def _made(analysis: Analysis, found: Sequence[Discovery] | None, gearbox: object
         models[whole.offset.model.channel] = whole.offset.model
     known = set()
     for model in models.values():
-        fit = model.fit if found is not None else model.refitted([])
+        fit = model.fit if found is not None else analysis.plain.get(model.channel) or model.refitted([])
         for block in model.base:
             effect = block.regressor.effect
             if effect in (NUISANCE, "te.offset", PARAMETER):
