@@ -26,6 +26,8 @@ _SLOPE = 1e-3
 """step, over the parameter or its range, by which slopes are taken"""
 _BEYOND = 1.5
 """factor by which a point may leave its grid"""
+SMALLEST = 1e-100
+"""size of a whitened column below which it counts as none"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -161,7 +163,8 @@ def _deviation(
         slope = (white(point + step) - white(point - step)) @ beta / (2.0 * step[k])
         made_up = inverse @ (own.T @ slope)
         slopes.append(slope - own @ made_up)
-        moved.append(-made_up / size)
+        # a column without energy beside the others has no coefficient that could move
+        moved.append(np.where(size > SMALLEST, -made_up / np.maximum(size, SMALLEST), 0.0))
     out: list[float | None] = [None] * point.size
     carried = np.zeros(size.size)
     if free.size:
