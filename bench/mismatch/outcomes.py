@@ -18,6 +18,7 @@ from bench.mismatch.regression import noise
 from bench.mismatch.regression.course import columns_at
 from bench.mismatch.regression.discoveries import discoveries as of_regression
 from bench.mismatch.regression.model import ChannelModel, of_start
+from bench.mismatch.regression.open_forms import with_open_forms
 from bench.mismatch.regression.problem import NUISANCE
 from bench.mismatch.regression.slow_noise import scattered
 from bench.mismatch.regression.state import Search
@@ -41,7 +42,7 @@ def of_search(search: Search, data: Dataset, formulas: bool) -> ChannelOutcome:
     slots = settle(search)
     if formulas:
         slots = in_formulas(search, slots, data.auxiliary_units)
-    slots = without_empty_laws(search, slots)
+    slots = with_open_forms(search, without_empty_laws(search, slots))
     model = search.model
     problem = model.problem
     frame = problem.rows.frame
@@ -82,6 +83,7 @@ def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas
     slots = settle(offset)
     if formulas:
         slots = in_formulas(offset, slots, data.auxiliary_units)
+    slots = with_open_forms(offset, slots)
     frame = model.rows.frame
     own = offset.model
     periodic = model.periodic.evaluate(frame) if model.periodic is not None else np.zeros(frame.size)

@@ -1,0 +1,52 @@
+"""How sure the numbers of a name are where another of its forms predicts about as well."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from bench.mismatch.regression.beside import shaped
+from bench.mismatch.regression.open_forms import with_open_forms
+from bench.mismatch.regression.regressors import Named, named
+from bench.mismatch.regression.search import begun
+from bench.mismatch.regression.slots import Slot
+from bench.simulation.terms import MOTOR_TORQUE
+from tests.bench.mismatch.regression.synthetic import campaign, problem
+
+SIZE, SPEED = 0.4, 4.0
+
+
+def numbers(noise: float, form: str) -> tuple[Named, Named]:
+    """A Stribeck curve in the ``form`` that is told, of one that is Gaussian: before and after its forms are asked."""
+    frame = campaign()
+    rng = np.random.default_rng(2)
+    true = named("friction.stribeck", MOTOR_TORQUE, "gaussian", (SPEED,)).columns(frame)[:, 0]
+    y = 0.6 * frame.direction + 0.01 * frame.omega + SIZE * true + rng.normal(0.0, noise, frame.size)
+    search = begun(problem(frame, np.asarray(y)))
+    own = shaped(search, [], named("friction.stribeck", MOTOR_TORQUE, form, (SPEED,)))
+    assert own is not None
+    own = replace(own, shape=None)
+    search.model = replace(search.model, chosen=[own], fit=search.model.refitted([own]))
+    (slot,) = with_open_forms(search, [Slot(own, 50.0, 0.001, 0.9, ())])
+    assert search.model.chosen == [slot.chosen]
+    before, after = own.main.regressor, slot.chosen.main.regressor
+    assert isinstance(before, Named)
+    assert isinstance(after, Named)
+    assert after.point == before.point
+    return before, after
+
+
+@pytest.mark.parametrize(
+    ("noise", "form", "wider"), [(0.002, "gaussian", 1.0), (0.3, "gaussian", 4.0), (0.002, "exponential", 1.7)]
+)
+def test_numbers_are_as_unsure_as_the_form(noise: float, form: str, wider: float) -> None:
+    """Where points left out tell the form, the others say nothing; where they do not, all count; and a form that nature
+    has not is off by what the right one says.
+    """
+    before, after = numbers(noise, form)
+    assert before.deviation[0] is not None
+    assert after.deviation[0] is not None
+    assert after.carried[0] / before.carried[0] == pytest.approx(wider, rel=0.1)
+    assert after.deviation[0] >= before.deviation[0]
