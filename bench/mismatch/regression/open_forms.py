@@ -2,8 +2,8 @@
 
 Viscosity after Arrhenius and after Vogel, a Stribeck curve that is Gaussian or exponential: two forms of one name have
 the same numbers by name, and predict points left out about as well. The best of them is reported. What its numbers
-would be in the others, each weighted by how likely it predicts best, is part of how uncertain they are (model averaging:
-Hoeting et al., Statistical Science 14 (1999) 382).
+would be in the others, each weighted by how likely it predicts best, is part of how uncertain they are (model
+averaging: Hoeting et al., Statistical Science 14 (1999) 382).
 """
 
 from __future__ import annotations
