@@ -128,7 +128,8 @@ def _chance(search: Search, looks: Sequence[Scan], gain: float) -> float:
 
 
 def _counts(loud: Bursts, outcome: ChannelOutcome, search: Search) -> bool:
-    """Whether loud blocks hold more than the least that is told of anything.
+    """Whether loud blocks hold more than the least that is told of anything, and more than what nature's forms of the
+    names that act there may differ by from the library's.
 
     What is above the noise of a sample is seen one by one, so that the mean over all samples is no measure: the least
     strength in the least share of samples that counts as where an effect acts is enough.
@@ -139,9 +140,21 @@ def _counts(loud: Bursts, outcome: ChannelOutcome, search: Search) -> bool:
     left = rows.y - of_start(search.model.problem, explained(search.model))
     number = rows.number[loud.rows]
     overall = float(np.sqrt(np.sum(left[loud.rows] ** 2 * number) / rows.number[search.model.problem.train].sum()))
-    alone = float(np.sqrt(np.mean(left[loud.rows] ** 2))) > outcome.floor
+    size = float(np.sqrt(np.mean(left[loud.rows] ** 2)))
+    if size < criteria.SHAPE * _named_there(outcome, loud, rows.size):
+        return False
+    alone = size > outcome.floor
     least = criteria.LEAST_STRENGTH * np.sqrt(criteria.LEAST_ACTIVE) if alone else criteria.LEAST_OVERALL
     return bool(overall > least * outcome.floor)
+
+
+def _named_there(outcome: ChannelOutcome, loud: Bursts, rows: int) -> float:
+    """Root mean square of what the names of a channel with ``rows`` rows add where blocks are loud, beyond the
+    calibrated simulation; 0 in the transmission error, whose rows are others.
+    """
+    named = [d for d in outcome.discoveries if d.status != UNKNOWN]
+    beyond = [d.added if d.excess is None else d.excess for d in named]
+    return float(np.sqrt(sum(np.mean(values[loud.rows] ** 2) for values in beyond if values.size == rows)))
 
 
 def _matters(heard: Tone, outcome: ChannelOutcome) -> bool:
