@@ -30,7 +30,8 @@ def not_refuted(model: ChannelModel, chosen: Sequence[Chosen]) -> list[Chosen]:
     The search asks for density: a form that is sure of most points may be wild at others, and say so. What a model is
     for is prediction. Only points that may be fitted are asked: recordings held out score, and choose nothing. And
     against an effect only points that others can stand for: without the one warm-up of a campaign nothing is known of
-    what a warm-up shows.
+    what a warm-up shows. One point alone refutes no name with which most others are predicted better: of two warm-ups
+    either is predicted badly without the other.
     """
     current = list(chosen)
     while current:
@@ -45,11 +46,12 @@ def not_refuted(model: ChannelModel, chosen: Sequence[Chosen]) -> list[Chosen]:
         for c in current:
             own = model.blocks(without(current, c, model.problem.lacking))
             spared = carried(model.bank, blocks, c.main, model.folds, fitted) <= criteria.CANNOT_BE_SPARED
-            worse = _worse(whole, left(own), spared, model.price)
+            one = c.effect != UNKNOWN
+            worse = _worse(whole, left(own), spared, model.price, one)
             # a name may show in heating runs alone, whose zeros nothing tells: beside these it is asked again if it is
             # surely better; a function without a name is whatever follows these recordings
             if worse[0] > 0.0 and c.effect != UNKNOWN and _surely_better(model, blocks, own):
-                worse = _worse(left(blocks, True), left(own, True), spared, model.price)
+                worse = _worse(left(blocks, True), left(own, True), spared, model.price, one)
             found.append(worse)
         worst = int(np.argmax([beyond for beyond, _ in found]))
         beyond, ratio = found[worst]
@@ -65,11 +67,19 @@ def not_refuted(model: ChannelModel, chosen: Sequence[Chosen]) -> list[Chosen]:
     return current
 
 
-def _worse(whole: FloatArray, squared: FloatArray, spared: NDArray[np.bool_], price: float) -> tuple[float, float]:
+def _worse(
+    whole: FloatArray, squared: FloatArray, spared: NDArray[np.bool_], price: float, but_one: bool = False
+) -> tuple[float, float]:
     """Log-likelihood beyond a price by which points left out are predicted worse, of squares (folds,) with an effect
-    and without it; and the ratio of the squares. Points that cannot be spared do not count against the effect.
+    and without it; and the ratio of the squares. Points that cannot be spared do not count against the effect; nor does
+    the one that speaks against it the most, if it is ``but_one`` and most of the others are predicted better (sign
+    test).
     """
-    asked = spared | (whole < squared)
+    better = whole < squared
+    asked = spared | better
+    more = float(better.sum()) - float((asked & ~better).sum())
+    if but_one and more > criteria.BESIDE_UNKNOWN_ERRORS * np.sqrt(asked.sum()):
+        asked[np.argmax(np.where(asked, whole - squared, -np.inf))] = False
     ratio = float(whole[asked].sum()) / max(float(squared[asked].sum()), 1e-300)
     return 0.5 * float((whole - squared)[asked].sum()) - price, ratio
 

@@ -297,3 +297,16 @@ def test_of_an_effect_that_is_reported_no_note_says_that_it_is_not() -> None:
     model.chosen = [found]
     refuted.forget(model)
     assert model.notes == said[1:]
+
+
+@pytest.mark.parametrize(
+    ("others", "names", "refuted_"),
+    # one warm-up is predicted badly by what predicts all other points better; a few of these are too little
+    [(-50.0, True, False), (-50.0, False, True), (1.0, True, True)],
+)
+def test_one_point_refutes_no_name_that_most_others_want(others: float, names: bool, refuted_: bool) -> None:
+    squared = np.full(20, 100.0)
+    whole = squared + others * np.r_[0.0, np.ones(19)]
+    whole[0] = squared[0] + 1e5
+    beyond, _ = refuted._worse(whole, squared, np.ones(20, dtype=bool), 5.0, names)
+    assert (beyond > 0.0) is refuted_
