@@ -83,20 +83,31 @@ def test_what_comes_just_before_a_reversal_is_no_burst() -> None:
     assert looked(1, 6.0, KNOCK, replace(QUICK, steady=steady), 0.1).rows.size == 0
 
 
+def counted(size: float, rows: int, named: float = 0.0) -> bool:
+    """Whether ``rows`` of 40 000 that are ``size`` times the noise off count, where a name adds ``named`` times it."""
+    frame = SimpleNamespace()
+    y = np.zeros(40_000)
+    y[:rows] = size * SIGMA
+    rows_of = SimpleNamespace(y=y, frame=frame, number=np.ones(y.size), size=y.size)
+    problem_of = SimpleNamespace(rows=rows_of, train=y >= 0.0, spec=SimpleNamespace(integral=False))
+    model = SimpleNamespace(problem=problem_of, blocks=list, predict=lambda _: np.zeros(y.size))
+    search: Any = SimpleNamespace(model=model)
+    name = SimpleNamespace(status="named", added=np.full(y.size, named * SIGMA), excess=None)
+    outcome: Any = SimpleNamespace(floor=SIGMA, discoveries=[name])
+    return _counts(Bursts(np.arange(rows), 1e-4, 3.0), outcome, search)
+
+
+@pytest.mark.parametrize(("named", "counts"), [(0.0, True), (8.0, True), (15.0, False)])
+def test_loud_rows_that_the_form_of_a_name_may_leave_are_no_burst(named: float, counts: bool) -> None:
+    assert counted(2.3, 20, named) is counts
+
+
 @pytest.mark.parametrize(
     ("size", "rows", "told"), [(2.3, 20, True), (0.45, 20, False), (0.45, 600, True), (2.3, 2, False)]
 )
 def test_few_loud_rows_are_told_where_they_are_above_the_noise(size: float, rows: int, told: bool) -> None:
     """Of 40 000 rows; what is below the noise of a sample has to be something over all of them."""
-    frame = SimpleNamespace()
-    y = np.zeros(40_000)
-    y[:rows] = size * SIGMA
-    rows_of = SimpleNamespace(y=y, frame=frame, number=np.ones(y.size))
-    problem_of = SimpleNamespace(rows=rows_of, train=y >= 0.0, spec=SimpleNamespace(integral=False))
-    model = SimpleNamespace(problem=problem_of, blocks=list, predict=lambda _: np.zeros(y.size))
-    search: Any = SimpleNamespace(model=model)
-    outcome: Any = SimpleNamespace(floor=SIGMA)
-    assert _counts(Bursts(np.arange(rows), 1e-4, 3.0), outcome, search) is told
+    assert counted(size, rows) is told
 
 
 def test_the_chance_of_the_loudest_is_none_too_small() -> None:
