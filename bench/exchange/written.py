@@ -16,7 +16,8 @@ from bench.exchange import formula, fourier, pieces
 from bench.exchange.formula import Written, columns_of, lift, make, total
 from bench.exchange.sample import INPUTS, STANDSTILL, formula_frame, loss
 from bench.mismatch.given import REACTION, SENSOR, Given, Known
-from bench.mismatch.power_zeros import CONSTANT, INERTIA, LOAD, MOTOR, RECORDINGS, REPORTED, STORED, reported_by
+from bench.mismatch.orders.shaken import INERTIA
+from bench.mismatch.power_zeros import CONSTANT, LOAD, MOTOR, RECORDINGS, REPORTED, STORED, reported_by
 from bench.mismatch.prediction import Predictor
 from bench.mismatch.regression.problem import CHANNELS, nominal_base
 from bench.mismatch.regression.regressors import Free, Named

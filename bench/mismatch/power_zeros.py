@@ -19,6 +19,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.given import Known
+from bench.mismatch.orders.shaken import INERTIA
 from bench.mismatch.recordings.beginning import at_start, risen
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.bank import RIDGE
@@ -40,8 +41,6 @@ for only where they were found
 """
 CONSTANT = {MOTOR_TORQUE: "motor.torque_offset", LOAD_TORQUE: "load.torque_offset"}
 """term whose constant is a channel's zero"""
-INERTIA = "motor.inertia"
-"""term whose constant stores energy"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,8 +86,8 @@ def chosen(models: Mapping[str, ChannelModel], problem: ChannelProblem, found: S
     recording is left out in turn, and its temperature predicted by the others: fitted to all of them, the heat capacity
     and the cooling make up for a zero that was not taken off, and are wrong for the next recording.
     """
-    constant = {c: constant_of(m, CONSTANT[c]) for c, m in models.items()}
-    inertia = constant_of(models[MOTOR_TORQUE], INERTIA) if MOTOR_TORQUE in models else 0.0
+    constant = {c: _constant(m, CONSTANT[c]) for c, m in models.items()}
+    inertia = _constant(models[MOTOR_TORQUE], INERTIA) if MOTOR_TORQUE in models else 0.0
     own = {c: left_of(m.problem.rows, m.predict(m.problem.rows.frame), m.problem.usable) for c, m in models.items()}
     reported = _reported(models[MOTOR_TORQUE]) if MOTOR_TORQUE in models else {}
     names = (*(name for name in WHICH if name != STORED or inertia > 0.0), *reported)
@@ -120,8 +119,7 @@ def left_of(rows: Rows, said: FloatArray, usable: np.ndarray) -> dict[int, float
     return {int(r): float(mean[r]) for r in np.flatnonzero(count > 0.0)}
 
 
-def constant_of(model: ChannelModel, effect: str) -> float:
-    """The constant of a term that the simulation has, as fitted; 0 where it has it not."""
+def _constant(model: ChannelModel, effect: str) -> float:
     for block in model.base:
         if block.regressor.effect == effect:
             return float(model.fit.of(block.place)[0][0])

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from bench.foreign.opening import base_of
 from bench.mismatch.given import LOAD_SIDE, SENSOR, Given, Known
-from bench.mismatch.power_zeros import CONSTANT, EFFECT, INERTIA, KEY, RECORDINGS, REPORTED, Zeros, left_of, reported_by
+from bench.mismatch.orders.shaken import INERTIA
+from bench.mismatch.power_zeros import CONSTANT, EFFECT, KEY, RECORDINGS, REPORTED, Zeros, left_of, reported_by
 from bench.mismatch.recordings.beginning import START_S, at_start, risen
 from bench.mismatch.recordings.collected import Collected
 from bench.mismatch.recordings.level import means_of_segments

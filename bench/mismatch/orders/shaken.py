@@ -13,6 +13,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from bench.mismatch import criteria
 from bench.mismatch.orders.lines import Complex, Line, Model, Turns, standing
 from bench.mismatch.orders.periodicity import Periodicity
 from bench.mismatch.orders.shaft import PLAIN, SHAFT_MODELS, shaft_turns
@@ -24,8 +25,7 @@ from bench.mismatch.regression.model import ChannelModel
 from bench.simulation.frame import FloatArray
 
 INERTIA = "motor.inertia"
-TOLD = 1.96
-"""standard deviations from nothing that an inertia has to be: its 95 % interval"""
+"""term whose constant is the inertia: a shaft that speeds up asks it for torque, and stores energy by it"""
 PASSED = 0.9
 """share of an acceleration that the window of the rates lets pass, from which its order is asked for the inertia: what
 is missing makes that too large by as much
@@ -76,7 +76,7 @@ def inertia_told(seen: Periodicity, rate: float, span: float, seed: int) -> floa
         return None
     inertia = product / square
     variance = max(left - product**2 / square, 0.0) / (freedom - 1) / square
-    return inertia if inertia > TOLD * np.sqrt(variance) else None
+    return inertia if inertia > criteria.TOLD * np.sqrt(variance) else None
 
 
 Look = tuple[Turns, Complex, FloatArray, Sequence[Model], Sequence[Model]]

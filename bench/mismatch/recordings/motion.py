@@ -71,9 +71,9 @@ def _usual_span(recordings: Sequence[Recording], standstill: float) -> float:
     angles = [r for r in recordings if "motor_angle" in r.specs and r.size > 1]
     spans: dict[float, list[float]] = {}
     for recording in angles[:: max(1, -(-len(angles) // ASKED_FOR_SPAN))]:
-        if _fastest(recording) > standstill:
-            rate = float(recording.sample_rate)
-            spans.setdefault(rate, []).append(span_for(_angle(recording), rate, standstill))
+        angle, rate = _angle(recording), float(recording.sample_rate)
+        if _hardly_exceeded(_speed(angle, rate)) > standstill:
+            spans.setdefault(rate, []).append(span_for(angle, rate, standstill))
     if not spans:
         return WINDOWS_S[-1]
     usual = max(spans.values(), key=len)
@@ -85,19 +85,29 @@ def _fastest(recording: Recording) -> float:
     if recording.size < 2:
         return 0.0
     if "motor_angle" in recording.specs:
-        speed = local_quadratic(_angle(recording), float(recording.sample_rate), 0.06)[1]
+        speed = _speed(_angle(recording), float(recording.sample_rate))
     elif "motor_velocity" in recording.specs:
         speed = recording.si("motor_velocity")
     else:
         return 0.0
-    return float(np.nan_to_num(np.nanpercentile(np.abs(speed), 99.0)))
+    return _hardly_exceeded(speed)
+
+
+def _speed(angle: FloatArray, rate: float) -> FloatArray:
+    """Speed (n,) of an angle at a sample ``rate`` in Hz, smoothed as of a coarse encoder."""
+    return local_quadratic(angle, rate, WINDOWS_S[-1])[1]
+
+
+def _hardly_exceeded(values: FloatArray) -> float:
+    """Size that values hardly ever exceed; 0 where none is a number."""
+    return float(np.nan_to_num(np.nanpercentile(np.abs(values), 99.0)))
 
 
 def _usual_load(recording: Recording) -> float:
     """Load torque in N·m that a recording hardly ever exceeds; 0 where it has none."""
     if "load_torque" not in recording.specs or recording.size == 0:
         return 0.0
-    return float(np.nan_to_num(np.nanpercentile(np.abs(recording.si("load_torque")), 99.0)))
+    return _hardly_exceeded(recording.si("load_torque"))
 
 
 def _angle(recording: Recording) -> FloatArray:

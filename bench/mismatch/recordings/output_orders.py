@@ -7,6 +7,7 @@ sensor's).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -58,9 +59,9 @@ def output_spectra(prepared: Prepared, channel: str) -> list[OutputSpectrum]:
     frame, own = prepared.frame, prepared.measured[channel]
     if channel == MOTOR_TORQUE:
         load = prepared.measured.get("load_torque")
-        values = own.mean - (frame.torque if load is None else load.mean) / frame.ratio
+        looked_at = [own.mean - (frame.torque if load is None else load.mean) / frame.ratio, frame.acceleration]
     else:
-        values = own.mean - frame.load_motor_torque
+        looked_at = [own.mean - frame.load_motor_torque]
     steady = (frame.steady > 0.5) & (frame.direction != 0)
     edges = np.flatnonzero(np.diff(np.concatenate(([0], steady.astype(np.int8), [0])))).reshape(-1, 2)
     out = []
@@ -69,15 +70,14 @@ def output_spectra(prepared: Prepared, channel: str) -> list[OutputSpectrum]:
         angle = frame.q[a:b][good]
         if angle.size < 2 * HIGHEST_OUTPUT_ORDER or abs(float(angle[-1] - angle[0])) < _LEAST_TURN:
             continue
-        amplitude, sigma, spread = _fitted(angle, values[a:b][good])
-        of_motor = channel == MOTOR_TORQUE
-        shaking = orders_of(angle, frame.acceleration[a:b][good]) if of_motor else np.zeros(0, dtype=np.complex128)
+        signals = [signal[a:b][good] for signal in looked_at]
+        amplitudes, sigma, spread = _fitted(angle, signals)
         rows = slice(a, b)
         turned = abs(float(angle[-1] - angle[0])) / (2.0 * np.pi)
         out.append(
             OutputSpectrum(
                 int(frame.recording[a]),
-                amplitude,
+                amplitudes[0],
                 sigma,
                 spread * float(np.sqrt(prepared.thinning.group)),
                 float(np.mean(frame.torque[rows])),
@@ -86,7 +86,7 @@ def output_spectra(prepared: Prepared, channel: str) -> list[OutputSpectrum]:
                 float(np.mean(frame.time[rows])),
                 float(np.sign(np.mean(frame.velocity[rows]))),
                 turned,
-                shaking,
+                *amplitudes[1:],
             )
         )
     return out
@@ -96,18 +96,18 @@ def orders_of(angle: FloatArray, values: FloatArray) -> Complex:
     """Amplitudes (HIGHEST_OUTPUT_ORDER + 1,) of a steady segment's values (n,) over the output angle, as of
     :class:`OutputSpectrum`.
     """
-    return _fitted(angle, values)[0]
+    return _fitted(angle, [values])[0][0]
 
 
-def _fitted(angle: FloatArray, values: FloatArray) -> tuple[Complex, float, float]:
-    """Orders beside a constant and a line, by least squares on means over small angles; their noise, a sample's
-    noise.
+def _fitted(angle: FloatArray, signals: Sequence[FloatArray]) -> tuple[list[Complex], float, float]:
+    """Orders of signals (n,) beside a constant and a line, by least squares on means over small angles; of the first
+    signal their noise and a sample's noise.
     """
     bin_of_sample = np.floor((angle - angle.min()) / (2.0 * np.pi) * _BINS).astype(np.int64)
     number = np.bincount(bin_of_sample)
     filled = number > 0
     count = number[filled].astype(np.float64)
-    mean = np.bincount(bin_of_sample, values)[filled] / count
+    means = np.column_stack([np.bincount(bin_of_sample, values)[filled] / count for values in signals])
     centre = np.bincount(bin_of_sample, angle)[filled] / count
     orders = np.arange(1, HIGHEST_OUTPUT_ORDER + 1)
     line = (centre - centre.mean()) / max(float(np.ptp(centre)), 1e-12)
@@ -117,13 +117,13 @@ def _fitted(angle: FloatArray, values: FloatArray) -> tuple[Complex, float, floa
     normal = x.T @ weighted
     # orders of a revolution that is nearly whole are nearly orthogonal: normal equations are safe, and far quicker
     normal[np.diag_indices_from(normal)] += _RIDGE * float(count.sum())
-    beta = np.linalg.solve(normal, weighted.T @ mean)
-    amplitude = np.zeros(HIGHEST_OUTPUT_ORDER + 1, dtype=np.complex128)
-    amplitude[1:] = beta[2 : 2 + orders.size] + 1j * beta[2 + orders.size :]
-    high = np.abs(amplitude[_SMOOTHED:]) ** 2
+    beta = np.linalg.solve(normal, weighted.T @ means)
+    waves_of = beta[2 : 2 + orders.size] + 1j * beta[2 + orders.size :]
+    amplitudes = np.concatenate((np.zeros((1, len(signals))), waves_of)).T
+    high = np.abs(amplitudes[0, _SMOOTHED:]) ** 2
     sigma = float(np.sqrt(np.median(high) / np.log(2.0) / 2.0))
-    left = values - np.interp(angle, *_rising(centre, x @ beta))
-    return amplitude, sigma, float(1.4826 * np.median(np.abs(left - np.median(left))))
+    left = signals[0] - np.interp(angle, *_rising(centre, x @ beta[:, 0]))
+    return list(amplitudes), sigma, float(1.4826 * np.median(np.abs(left - np.median(left))))
 
 
 def _rising(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
