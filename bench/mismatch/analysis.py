@@ -27,7 +27,7 @@ from bench.mismatch.power_zeros import chosen as zeros_chosen
 from bench.mismatch.prediction import corrected
 from bench.mismatch.problems import base_of, capacity_of, periodicity_of, problem_of, usable, wandering_zero
 from bench.mismatch.recordings.dataset import Dataset
-from bench.mismatch.recordings.rows import Rows
+from bench.mismatch.recordings.rows import HEAT_S, Rows
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.candidates import TURNING
 from bench.mismatch.regression.model import ChannelModel, fit_blocks
@@ -79,9 +79,18 @@ def compared_channels(data: Dataset) -> tuple[list[str], list[str]]:
             skipped.append(
                 f"{channel} is not compared: no steady part covers an output revolution, so orders cannot be found"
             )
+        elif channel == TEMPERATURE and not _has_a_course(rows):
+            skipped.append(
+                f"{channel} is not compared: no recording lasts {2.0 * HEAT_S:.0f} s, so none shows how it changes"
+            )
         else:
             out.append(channel)
     return out, skipped
+
+
+def _has_a_course(rows: Rows) -> bool:
+    """Whether a recording has two rows at least: the level at which it begins is free."""
+    return bool(np.bincount(rows.frame.recording, minlength=1).max(initial=0) > 1)
 
 
 def analyse(

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 from scipy.optimize import minimize_scalar
 
 from bench.mismatch import criteria
@@ -38,7 +39,7 @@ LEAKS = 1.5
 """
 CLEAR = 3.0
 """standard deviations of the energy of noise above what an order has to gain, from which one is followed"""
-MOST_SUMMITS = 48
+MOST_SUMMITS = 192
 """summits of the energy that are looked at in a round"""
 HALF = 0.5
 """share of what stands at an order, beyond noise, that it says at least where it is an order: the rest is that of its
@@ -76,13 +77,14 @@ def search_between(
         usable[near] = float(np.mean(shares)) > LEAST_SHARE
         power[near] = np.sum(np.abs(table[:, near]) ** 2 / np.maximum(shares, LEAST_SHARE))
     energy = np.where(usable, power / (2.0 * shape**2) - len(whole.turns), -np.inf)
+    usual = _usual(power / (2.0 * shape**2), len(whole.turns))
     path = Path.of(seen, train)
     out: list[WeakOrder] = []
     plain, asked = whole.gains_of(table, shape), price + float(np.log(PARTS))
     clear = asked + CLEAR * float(np.sqrt(len(whole.turns)))
     for _ in range(MOST_SUMMITS):
-        k = int(np.argmax(energy))
-        # an order gains no more than its energy
+        # an order gains no more than its energy; where all about it have as much, there is no order
+        k = int(np.argmax(np.where(energy > asked, energy / usual, -np.inf)))
         if not energy[k] > asked:
             break
         about = np.flatnonzero((np.abs(grid - grid[k]) <= SIDE_LINES) & np.isfinite(energy))
@@ -98,6 +100,15 @@ def search_between(
         if whole.power(line) > criteria.LEAST_POWER * floor**2:
             out.append(line)
     return out
+
+
+def _usual(energy: FloatArray, turns: int) -> FloatArray:
+    """Energy that is usual about each part of an order (parts,), over that of noise; no less than one.
+
+    Between the whole orders more may stand everywhere than whole orders tell: a motion that is not quite even, say.
+    """
+    about = median_filter(energy, round(2.0 * LEAK * PARTS) + 1, mode="nearest")
+    return np.asarray(np.maximum(about / turns, 1.0))
 
 
 @dataclass(frozen=True, slots=True)

@@ -189,8 +189,9 @@ def prepare(
     torque_rate = local_quadratic(changing, rate, span)[1]
     rests = _rests(recording, thinning, n)
     kept = kept_segments(acting, label, rests, manner.torque, rate)
-    torque, torque_level = levelled(acting, kept, rate, manner.confirmed)
     witness = load_torque if "load_torque" in signals else None
+    beside = load_motor if "load_torque" in signals and "load_motor_torque" in signals else None
+    torque, torque_level = levelled(acting, kept, rate, manner.confirmed, beside)
     reported = kept_segments(load_motor, label, rests, manner.torque, rate)
     for rows in reported if "load_motor_torque" in signals else kept:
         # about a level most of the rate over a short span is the sensor's noise

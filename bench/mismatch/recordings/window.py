@@ -23,8 +23,10 @@ SHORT_S = (0.004, 0.008, *WINDOWS_S)
 """lengths of the window that are asked, the shortest first"""
 SAMPLES_AS_RECORDED = 2.0
 """samples over which a speed that is not smoothed says an acceleration"""
-MOST_RECORDINGS = 6
-"""recordings that are asked, spread over the folder"""
+FEWEST_RECORDINGS, MOST_SAMPLES = 6, 100_000
+"""recordings that are asked at least, spread over the folder; samples up to which it is all of them. Pieces of a second
+each may rest for the most part.
+"""
 AS_GOOD = 1.02
 """what a longer window may leave, over the least: the noise in a rate falls with the power 2.5 of its window; and what
 the angle may leave, over the recorded speed
@@ -60,7 +62,8 @@ def telling_rates(recordings: Sequence[Recording], standstill: float) -> Rates |
     ``standstill``: speed in rad/s (a linear axis: m/s) below which the direction of motion is not told.
     """
     asked = [r for r in recordings if {"motor_angle", "motor_torque"} <= set(r.specs) and r.size > 1]
-    chosen = asked[:: max(1, -(-len(asked) // MOST_RECORDINGS))]
+    wanted = max(FEWEST_RECORDINGS, MOST_SAMPLES * len(asked) // max(1, sum(r.size for r in asked)))
+    chosen = asked[:: max(1, -(-len(asked) // wanted))]
     if not chosen:
         return None
     found = _best([Rates(span) for span in SHORT_S], chosen, standstill)

@@ -64,6 +64,8 @@ def examine(real: RealSet, folder: Path, out: Path, leaving_out: bool = True, te
         _compare(row, folder, place, leaving_out, tell)
     except BenchError as error:
         row.failed = str(error)
+    except Exception as error:  # noqa: BLE001 - what is examined may break; the other sets are examined all the same
+        row.failed = f"the analysis ended in an error: {type(error).__name__}: {error}"
     row.seconds = time.monotonic() - began
     return row
 
