@@ -14,8 +14,8 @@ from bench.mismatch.equations import together
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.regression.sensitivity import PARAMETER
 from bench.mismatch.report import figures
+from bench.mismatch.report.location import Location, location_of
 from bench.mismatch.report.mirrored import mirrored
-from bench.mismatch.report.place import Place, place
 from bench.mismatch.report.shared_tone import shared_tones
 from bench.mismatch.report.words import text
 from bench.simulation.composed import parts_of
@@ -58,7 +58,7 @@ class Finding:
     """where it is strongest"""
     outcome: ChannelOutcome = field(repr=False)
     also_in: tuple[str, ...]
-    place: Place
+    location: Location
     text: str
     held_out: bool
     against: bool
@@ -161,7 +161,7 @@ def _finding(found: Sequence[Discovery], outcome: ChannelOutcome, data: Dataset)
     against = figures.against(found[0], outcome)
     first = with_earned_confidence(found[0], against)
     also = dict.fromkeys(c for d in found for c in (d.channel, *d.also_in) if c != first.channel)
-    where = place(first, outcome, data)
+    where = location_of(first, outcome, data)
     return Finding(
         first,
         outcome,

@@ -211,7 +211,7 @@ def _evidence(finding: Finding, report: Report) -> str:
 
 
 def _where(finding: Finding) -> str:
-    names = finding.place.recordings
+    names = finding.location.recordings
     if not names:
         return ""
     more = len(names) - MOST_NAMES

@@ -11,7 +11,7 @@ from bench.mismatch.discovery import ChannelOutcome
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.report.drawing import Pair, drawn
 from bench.mismatch.report.finding import Finding
-from bench.mismatch.report.place import by_recording, strongest
+from bench.mismatch.report.location import by_recording, strongest
 from bench.mismatch.report.variables import VARIABLES, VELOCITY, variable
 from bench.simulation.frame import FloatArray, Frame, recording_starts
 from bench.simulation.quantities import AUXILIARY
@@ -27,7 +27,7 @@ UNITS: dict[str, tuple[str, float]] = {
 """unit of a channel for people, and how many of it are in an SI unit"""
 LINEAR_UNITS = UNITS | {"transmission_error": ("µm", 1e6), "motor_torque": ("N", 1.0), "load_torque": ("N", 1.0)}
 BEYOND = 2.5
-"""how far beyond its place, in speed, a finding is drawn: warm-ups are far faster than any operating point"""
+"""how far beyond its location, in speed, a finding is drawn: warm-ups are far faster than any operating point"""
 ANGLES = 2048
 """points a revolution at which the transmission error is taken for its spectrum: orders up to half of them"""
 AROUND = 25
@@ -73,7 +73,7 @@ def _over_variable(finding: Finding, data: Dataset, unit: str, scale: float) -> 
         rows &= np.isin(frame.recording, shown)
         label += "".join(f", recording {data.name(r)}" for r in shown)
     if drawn_over.range == VELOCITY:
-        near = np.abs(frame.velocity) <= BEYOND * finding.place.ranges[VELOCITY][1]
+        near = np.abs(frame.velocity) <= BEYOND * finding.location.ranges[VELOCITY][1]
         rows = rows & near if (rows & near).any() else rows
     return Pair(
         drawn_over.values(frame)[rows],

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bench.mismatch.discovery import ChannelOutcome
-from bench.mismatch.report import place
+from bench.mismatch.report import location
 from bench.mismatch.report.content import Content
 from bench.mismatch.report.finding import Finding
 from bench.simulation.linear import all_in_metres
@@ -77,7 +77,7 @@ def finding(one: Finding) -> dict[str, Any]:
         "confidence": found.confidence,
         "channel": one.channel,
         "also_in": list(one.also_in),
-        "location": place.to_json(one.place, one.text, one.share_of_excess),
+        "location": location.to_json(one.location, one.text, one.share_of_excess),
         "equation": found.equation,
         "parameters": [dict(p) for p in found.parameters],
         "evidence": evidence,
