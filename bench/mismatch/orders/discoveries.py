@@ -130,7 +130,9 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
     plain = _plain(model, sight, rest, teeth)
     if parts and plain is None:
         # what the gearbox has beside them is too weak to be told
-        model.asked = replace(model.asked, found=tuple(replace(m, beside=False) for m in model.asked.found))
+        model.torque_check = replace(
+            model.torque_check, found=tuple(replace(m, beside=False) for m in model.torque_check.found)
+        )
         encoder = _encoder(model, sight, _of_motor(model, sight, teeth.ratio), teeth)
     elif parts:
         encoder = _with_its_parts(model, encoder, parts)
@@ -228,7 +230,7 @@ def _encoder(model: TransmissionModel, sight: Sight, shaft: Sequence[float], tee
     if not shaft:
         return None
     words = {"words": "the motor's encoder: multiples of the ratio, the same at every load, speed and temperature"}
-    by_reaction = [m for m in model.asked.found if m.order in shaft]
+    by_reaction = [m for m in model.torque_check.found if m.order in shaft]
     if by_reaction:
         p_value: float | None = min(m.p_value for m in by_reaction)
         words = {"words": MOVES_NOTHING}
@@ -241,10 +243,12 @@ def _encoders_parts(model: TransmissionModel, sight: Sight) -> list[Misread]:
     """The encoder's parts of orders that the gearbox has as well, if they are strong enough to be told; the model then
     has no others. An order that a pulse or a law has taken since is no order any more.
     """
-    parts = [m for m in model.asked.found if m.beside and m.order in sight.found]
+    parts = [m for m in model.torque_check.found if m.beside and m.order in sight.found]
     if of_encoder(model, parts, MOVES_NOTHING) is None:
         parts = []
-    model.asked = replace(model.asked, found=tuple(m for m in model.asked.found if not m.beside or m in parts))
+    model.torque_check = replace(
+        model.torque_check, found=tuple(m for m in model.torque_check.found if not m.beside or m in parts)
+    )
     return parts
 
 
@@ -277,8 +281,8 @@ def _of_motor(model: TransmissionModel, sight: Sight, ratio: float) -> tuple[flo
     that have one vector whatever the direction, load, speed, temperature; and, where there is such an order, further
     multiples that are nearly so: a disc has several.
     """
-    whole = [m.order for m in model.asked.found if not m.beside]
-    left = [f for f in multiples(sight.found, ratio) if f not in model.asked.orders]
+    whole = [m.order for m in model.torque_check.found if not m.beside]
+    left = [f for f in multiples(sight.found, ratio) if f not in model.torque_check.orders]
     if model.laws:
         left = [f for f in left if not passes(model, sight.stage, f)]
     constant = [f for f in left if sight.gains(sight.at(model, f), f)[1] == 0]

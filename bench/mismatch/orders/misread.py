@@ -59,7 +59,7 @@ class Misread:
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class TorqueCheck:
     """``orders`` of which the motor's torque says whose they are, and the encoder's parts that were ``found``."""
 
     orders: tuple[float, ...] = ()
@@ -70,7 +70,7 @@ class Asked:
         return next((m.vector for m in self.found if m.order == order and m.beside), 0j)
 
 
-def asked(
+def torque_check(
     seen: Seen,
     turns: Sequence[Turn],
     recordings: frozenset[int],
@@ -78,7 +78,7 @@ def asked(
     ratio: float,
     share: tuple[float, float],
     orders: Sequence[float],
-) -> Asked:
+) -> TorqueCheck:
     """Ask the motor's torque in ``recordings`` (their indices) about ``orders``, multiples of the ``ratio``.
 
     ``share`` of the load's reaction that the other orders have in the motor torque, with its standard deviation.
@@ -88,7 +88,7 @@ def asked(
     rate = criteria.ERROR_RATE_OF_A_CHANNEL / max(len(told), 1)
     found = [m for m in told if m.p_value < rate and not _of_the_loop(seen, m)]
     mostly = any(abs(m.vector) > HALF * _size(seen, m.order) for m in found)
-    return Asked(tuple(m.order for m in told), tuple(found) if mostly else ())
+    return TorqueCheck(tuple(m.order for m in told), tuple(found) if mostly else ())
 
 
 def _of_the_loop(seen: Seen, part: Misread) -> bool:

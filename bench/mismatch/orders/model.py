@@ -14,7 +14,7 @@ from bench.mismatch.orders.between import search_between
 from bench.mismatch.orders.bounds import Bounds
 from bench.mismatch.orders.joint import moved, needless
 from bench.mismatch.orders.look import HIGHEST_ORDER, Look
-from bench.mismatch.orders.misread import Asked
+from bench.mismatch.orders.misread import TorqueCheck
 from bench.mismatch.orders.partial import refined
 from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.ringing import ringing, rings_for
@@ -86,7 +86,7 @@ class TransmissionModel:
     notes: list[str] = field(default_factory=list)
     laws: tuple[Law, ...] = ()
     """found strong, so that everything else is calibrated under them"""
-    asked: Asked = field(default_factory=Asked)
+    torque_check: TorqueCheck = field(default_factory=TorqueCheck)
     """whose the multiples of the ratio are, by the load's reaction"""
 
     @property

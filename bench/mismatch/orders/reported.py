@@ -77,7 +77,7 @@ def of_orders(
     if not orders:
         return None
     by_size = sorted((_order(model, sight, f) for f in orders), key=lambda w: -w[1])
-    misread = [m for m in model.asked.found if m.beside and m.order in orders]
+    misread = [m for m in model.torque_check.found if m.beside and m.order in orders]
     values = _evaluated(model, orders)
     values = values + waves.evaluate([m.taken_off for m in misread], model.rows.frame.theta, model.rows.frame)
     if not strong(model, values):
@@ -163,7 +163,7 @@ def _order(model: TransmissionModel, sight: Sight, order: float) -> tuple[WeakOr
     estimate = next((w for w in model.periodic.weak if w.order == order), None)
     estimate = estimate or sight.estimated(vectors, order, which, gain)
     estimate = replace(estimate, gain=gain)
-    misread = model.asked.beside(order)
+    misread = model.torque_check.beside(order)
     if misread:
         constant = np.array([times in ("1", "p", "n") for times in estimate.model])
         estimate = replace(estimate, vectors=np.where(constant, estimate.vectors - misread, estimate.vectors))

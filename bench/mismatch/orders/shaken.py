@@ -55,7 +55,7 @@ def still(seen: Periodicity, inertia: float) -> Periodicity:
     )
 
 
-def inertia_told(seen: Periodicity, rate: float, span: float, seed: int) -> float | None:
+def inertia_from_orders(seen: Periodicity, rate: float, span: float, seed: int) -> float | None:
     """Inertia (kg·m²) that the orders of revolutions with the inertia's part in them tell; None where they do not tell
     it from nothing. The acceleration is smoothed over ``span`` s, at a sample ``rate`` in Hz: orders that are too fast
     for that say nothing.

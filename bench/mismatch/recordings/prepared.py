@@ -238,7 +238,7 @@ def prepare(
     )
     passed = passing(omega, steady, manner, ratio)
     corner = corners(acceleration, rate, span) | passed
-    given = _told(recording, folder)
+    given = _base_prediction(recording, folder)
     by = {SIMULATED + name: thinning.mean(values) for name, values in given.items() if BY in name}
     frame = replace(frame, aux={**frame.aux, **by})
     measured, swept, leaning = _measured(signals, thinning, ratio, taken, corner, passed, given)
@@ -303,12 +303,12 @@ def _measured(
     return out, swept, leaning
 
 
-def _told(recording: Recording, folder: Folder) -> dict[str, FloatArray]:
-    """What the simulation from elsewhere says of each sample, where there is one."""
+def _base_prediction(recording: Recording, folder: Folder) -> dict[str, FloatArray]:
+    """Prediction of the simulation from elsewhere of each sample, where there is one."""
     if folder.base is None:
         return {}
     plain = replace(folder, base=None)
-    return folder.base.told(recording, lambda: inputs_of(recording, prepare(recording, 0, plain, group=1).frame))
+    return folder.base.predict(recording, lambda: inputs_of(recording, prepare(recording, 0, plain, group=1).frame))
 
 
 def _pieces(time: FloatArray, rate: float, label: IntArray) -> list[slice]:

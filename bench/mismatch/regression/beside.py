@@ -203,7 +203,7 @@ def _taking(search: Search, main: Block, others: Sequence[Chosen], fitted: Fit) 
         return np.asarray(block.regressor.columns(frame)[model.problem.train] @ fitted.of(block.place)[0])
 
     def needed(block: Block, by: Fit) -> bool:
-        return told_from_nothing(*by.of(block.place))
+        return differs_from_zero(*by.of(block.place))
 
     effect_course = course(main)
     for block in [*model.base, *(c.main for c in others)]:
@@ -218,7 +218,7 @@ def _taking(search: Search, main: Block, others: Sequence[Chosen], fitted: Fit) 
     return False
 
 
-def told_from_nothing(coefficients: FloatArray, covariance: FloatArray) -> bool:
+def differs_from_zero(coefficients: FloatArray, covariance: FloatArray) -> bool:
     """Whether one of some fitted coefficients is more than what chance makes it."""
     return significant(coefficients, np.sqrt(np.maximum(np.diag(covariance), 0.0)))
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bench.mismatch import criteria
 from bench.mismatch.recordings.rows import error_of_mean, hardly_acts
 from bench.mismatch.regression.auxiliary import of_auxiliary
-from bench.mismatch.regression.beside import told_from_nothing
+from bench.mismatch.regression.beside import differs_from_zero
 from bench.mismatch.regression.candidates import PATH
 from bench.mismatch.regression.excess import levelled
 from bench.mismatch.regression.folds import carried, density, squares, weights
@@ -206,7 +206,7 @@ def _better_within(left: Sequence[FloatArray], frame: Frame, number: FloatArray)
 
 def _vague(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> bool:
     """Whether an effect of some is at the end of its range, or none of its coefficients is told from nothing."""
-    sure = told_from_nothing(*model.refitted(current).of(own.main.place))
+    sure = differs_from_zero(*model.refitted(current).of(own.main.place))
     return not sure or strained(own.main.regressor, model.problem.rows.frame)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from bench.mismatch import criteria
-from bench.mismatch.regression.beside import in_its_form, told_from_nothing
+from bench.mismatch.regression.beside import differs_from_zero, in_its_form
 from bench.mismatch.regression.description import description
 from bench.mismatch.regression.equivalent import says_the_most
 from bench.mismatch.regression.heredity import laws, without
@@ -89,7 +89,7 @@ def without_empty_laws(search: Search, found: Sequence[Slot]) -> list[Slot]:
     for slot in found:
         model, own = search.model, slot.chosen
         changed = any(own.effect in laws(c.main.regressor) for c in model.chosen if c is not own)
-        if not isinstance(own.main.regressor, Named) or not changed or told_from_nothing(*model.fit.of(own.main.place)):
+        if not isinstance(own.main.regressor, Named) or not changed or differs_from_zero(*model.fit.of(own.main.place)):
             continue
         others = [c for c in model.chosen if c is not own]
         loss = float((search.density(model.chosen) - search.density(others)).sum())

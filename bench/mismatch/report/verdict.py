@@ -75,8 +75,8 @@ def sentence(report: Content) -> str:
         return f"Undetermined: {report.why}."
     if report.verdict == MATCH:
         return f"Match: {_match(report.outcomes)}."
-    wrong = [_told(f) for f in report.findings if f.effect == PARAMETER]
-    left = [_told(f) for f in report.findings if f.effect != PARAMETER]
+    wrong = [_described(f) for f in report.findings if f.effect == PARAMETER]
+    left = [_described(f) for f in report.findings if f.effect != PARAMETER]
     parts = [*wrong, *(["the simulation leaves out " + "; ".join(left)] if left else [])]
     return f"Mismatch: {'; '.join(parts)}."
 
@@ -89,7 +89,7 @@ def _match(outcomes: Sequence[ChannelOutcome]) -> str:
     return f"{left} is not distinguished from noise{chance}"
 
 
-def _told(finding: Finding) -> str:
+def _described(finding: Finding) -> str:
     channel = in_words(finding.channel)
     if finding.effect == PARAMETER:
         return f"{finding.discovery.words} ({channel})"

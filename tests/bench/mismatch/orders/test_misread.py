@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bench.mismatch.given import Given
-from bench.mismatch.orders.misread import Asked, asked
+from bench.mismatch.orders.misread import TorqueCheck, torque_check
 from bench.mismatch.orders.turns import Seen, Turn
 from bench.mismatch.recordings.vibration import HIGHEST_SHAFT_ORDER, ShaftSpectrum
 from bench.mismatch.series_given import slope
@@ -50,9 +50,9 @@ def bench(gearbox: complex | np.ndarray, encoder: complex) -> tuple[Seen, list[T
     return seen, turns, shaft
 
 
-def ask(gearbox: complex | np.ndarray, encoder: complex, recordings: frozenset[int] = EVERY) -> Asked:
+def ask(gearbox: complex | np.ndarray, encoder: complex, recordings: frozenset[int] = EVERY) -> TorqueCheck:
     seen, turns, shaft = bench(gearbox, encoder)
-    return asked(seen, turns, recordings, shaft, RATIO, (SHARE, 0.01), [RATIO])
+    return torque_check(seen, turns, recordings, shaft, RATIO, (SHARE, 0.01), [RATIO])
 
 
 def test_its_part_is_found_beside_the_gearboxs_own_order() -> None:
@@ -81,7 +81,7 @@ def test_a_loop_that_answers_this_order_less_than_others_is_no_encoder(answered:
     """The part of the order that has no reaction has its phase, and is not the whole of it."""
     seen, turns, _ = bench(GEARBOX, 0.0)
     shaft = bench(answered * GEARBOX, 0.0)[2]
-    assert not asked(seen, turns, EVERY, shaft, RATIO, (SHARE, 0.01), [RATIO]).found
+    assert not torque_check(seen, turns, EVERY, shaft, RATIO, (SHARE, 0.01), [RATIO]).found
 
 
 def test_an_error_in_the_phase_of_the_order_is_told_by_how_the_drive_follows_it() -> None:
@@ -92,7 +92,7 @@ def test_an_error_in_the_phase_of_the_order_is_told_by_how_the_drive_follows_it(
 
 
 def test_too_few_recordings_are_not_asked() -> None:
-    assert ask(GEARBOX, ENCODER, frozenset(range(8))) == Asked()
+    assert ask(GEARBOX, ENCODER, frozenset(range(8))) == TorqueCheck()
 
 
 def test_a_simulation_file_keeps_the_gearboxs_part_of_an_order() -> None:
