@@ -16,11 +16,11 @@ from bench.mismatch.orders.discoveries import multiples
 from bench.mismatch.orders.misread import ENCODER, torque_check
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.reaction import Reaction, reaction_of
+from bench.mismatch.orders.revolutions import found_in
 from bench.mismatch.orders.shaft import PHASES
 from bench.mismatch.orders.shaken import inertia_from_orders, inertia_of, still
 from bench.mismatch.orders.sight import known_orders
 from bench.mismatch.orders.torques import torque_discoveries
-from bench.mismatch.orders.turns import found_in
 from bench.mismatch.outcomes import of_search, of_transmission
 from bench.mismatch.power_zeros import UNNAMED, Zeros
 from bench.mismatch.power_zeros import chosen as zeros_chosen
@@ -315,7 +315,7 @@ def _attribute_multiples(model: TransmissionModel, data: Dataset, given: Given, 
         return
     fitted = frozenset(np.flatnonzero(folds >= 0).tolist())
     model.torque_check = torque_check(
-        seen, model.turns, fitted, data.shaft, ratio, (reaction.share, reaction.std), orders
+        seen, model.revolutions, fitted, data.shaft, ratio, (reaction.share, reaction.std), orders
     )
 
 

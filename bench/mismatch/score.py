@@ -67,8 +67,8 @@ def rmse(
     names = [*models, *(name + STEADY for name in models)]
     sums = {channel: {name: _Sum() for name in names} for channel in analysis.outcomes}
     unknown: set[tuple[str, str]] = set()
-    turns = [] if analysis.transmission is None else [t.velocity for t in analysis.transmission.turns]
-    bounds = Bounds.of(turns)
+    speeds = [] if analysis.transmission is None else [t.velocity for t in analysis.transmission.revolutions]
+    bounds = Bounds.of(speeds)
     pieces = {m.index: m for m in members}
     campaign = {channel: rows.frame for channel, rows in data.rows.items()}
     zeros = {name: predictor.zeros(data.rows) for name, predictor in predictors.items()}

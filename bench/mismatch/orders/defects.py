@@ -19,8 +19,8 @@ from bench.mismatch import criteria
 from bench.mismatch.orders.periodic import Pulse
 from bench.mismatch.orders.pulse_forms import REACH, Form, apart, apex, extent, fewest, form_of
 from bench.mismatch.orders.pulse_mean import Mean
+from bench.mismatch.orders.revolutions import Complex
 from bench.mismatch.orders.sight import Sight
-from bench.mismatch.orders.turns import Complex
 from bench.mismatch.regression.maxima import tail, tail_rate
 from bench.simulation.frame import FloatArray
 from bench.simulation.waves import angle_from

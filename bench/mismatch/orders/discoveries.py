@@ -295,7 +295,7 @@ def _multiple(times: float) -> bool:
 
 
 def _share_of_mean(model: TransmissionModel, sight: Sight, order: float) -> float:
-    """Share of an order's energy over all turns, less that of noise, which one vector holds."""
+    """Share of an order's energy over all revolutions, less that of noise, which one vector holds."""
     vectors, scale = sight.at(model, order), sight.stage.scale
     mean = np.sum(vectors / scale) / np.sum(1.0 / scale**2)
     noise = 2.0 * sight.noise(order) ** 2

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bench.mismatch.orders.between import Path, left_of, rounded
 from bench.mismatch.orders.look import PARTS
-from bench.mismatch.orders.turns import Complex, Seen, Turn
+from bench.mismatch.orders.revolutions import Complex, Revolution, Seen
 from bench.mismatch.orders.weak import Stage, WeakOrder
 
 EXACT = 1e-6
@@ -29,13 +29,13 @@ def is_between(order: float) -> bool:
 
 
 def moved(
-    seen: Seen, turns: Sequence[Turn], train: NDArray[np.bool_], found: Mapping[float, WeakOrder]
+    seen: Seen, revolutions: Sequence[Revolution], train: NDArray[np.bool_], found: Mapping[float, WeakOrder]
 ) -> dict[float, float]:
     """Found orders between the whole ones that gain clearly more a little beside where they stand: old and new order.
 
     Of an order that is a little off, the phase runs away with the angle, from one revolution to the next.
     """
-    whole = Stage.of(seen, turns, train)
+    whole = Stage.of(seen, revolutions, train)
     if whole is None:
         return {}
     path = Path.of(seen, train)
@@ -60,10 +60,14 @@ def moved(
 
 
 def needless(
-    seen: Seen, turns: Sequence[Turn], train: NDArray[np.bool_], found: Mapping[float, WeakOrder], price: float
+    seen: Seen,
+    revolutions: Sequence[Revolution],
+    train: NDArray[np.bool_],
+    found: Mapping[float, WeakOrder],
+    price: float,
 ) -> list[float]:
     """Found orders that gain less than noise might beside all others, the least of each neighbourhood."""
-    whole = Stage.of(seen, turns, train)
+    whole = Stage.of(seen, revolutions, train)
     if whole is None:
         return []
     gains = {}

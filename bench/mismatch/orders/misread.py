@@ -15,7 +15,7 @@ import numpy as np
 from scipy import stats
 
 from bench.mismatch import criteria
-from bench.mismatch.orders.turns import Complex, Seen, Turn
+from bench.mismatch.orders.revolutions import Complex, Revolution, Seen
 from bench.mismatch.recordings.vibration import ShaftSpectrum
 from bench.simulation.frame import FloatArray
 from bench.simulation.waves import Wave
@@ -72,7 +72,7 @@ class TorqueCheck:
 
 def torque_check(
     seen: Seen,
-    turns: Sequence[Turn],
+    revolutions: Sequence[Revolution],
     recordings: frozenset[int],
     shaft: Sequence[ShaftSpectrum],
     ratio: float,
@@ -83,7 +83,7 @@ def torque_check(
 
     ``share`` of the load's reaction that the other orders have in the motor torque, with its standard deviation.
     """
-    shown = [_points(seen, turns, recordings, shaft, ratio, order) for order in orders]
+    shown = [_points(seen, revolutions, recordings, shaft, ratio, order) for order in orders]
     told = [_estimated(points, share) for points in shown if points is not None]
     rate = criteria.ERROR_RATE_OF_A_CHANNEL / max(len(told), 1)
     found = [m for m in told if m.p_value < rate and not _of_the_loop(seen, m)]
@@ -103,7 +103,7 @@ def _of_the_loop(seen: Seen, part: Misread) -> bool:
 
 
 def _size(seen: Seen, order: float) -> float:
-    """Root mean square of an order's amplitude over the turns."""
+    """Root mean square of an order's amplitude over the revolutions."""
     return float(np.sqrt(np.mean(np.abs(seen.vectors[:, seen.orders.index(order)]) ** 2)))
 
 
@@ -125,7 +125,7 @@ class _Points:
 
 def _points(
     seen: Seen,
-    turns: Sequence[Turn],
+    revolutions: Sequence[Revolution],
     recordings: frozenset[int],
     shaft: Sequence[ShaftSpectrum],
     ratio: float,
@@ -134,8 +134,8 @@ def _points(
     """None where too few recordings show the order in both."""
     times = round(order / ratio)
     column = seen.vectors[:, seen.orders.index(order)]
-    recording = np.array([t.recording for t in turns])
-    reach = np.array([t.torque for t in turns]) / ratio * -1j * order  # derivative of a + j*b is -j*f*(a + j*b)
+    recording = np.array([t.recording for t in revolutions])
+    reach = np.array([t.torque for t in revolutions]) / ratio * -1j * order  # derivative of a + j*b is -j*f*(a + j*b)
     rows = []
     for one in shaft:
         own = np.flatnonzero(recording == one.recording)

@@ -15,8 +15,8 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.orders.model import TransmissionModel
+from bench.mismatch.orders.revolutions import Complex, passed
 from bench.mismatch.orders.sight import Sight
-from bench.mismatch.orders.turns import Complex, passed
 from bench.mismatch.orders.weak import NEIGHBOUR_REVOLUTIONS
 from bench.simulation.frame import FloatArray, IntArray
 from bench.simulation.laws import RESONANCE
@@ -94,11 +94,15 @@ def _found(model: TransmissionModel, sight: Sight, taken: Sequence[float]) -> _O
     assert model.periodic is not None
     candidates = [f for f in sight.found if f == round(f) and f not in taken]
     carriers = tuple(f for f in model.given.orders if f not in model.given.notch and f in model.periodic.series.orders)
-    turns = model.own_turns
+    revolutions = model.training_revolutions
     # what all orders near a mode pass makes none the sideband of another: they are compared as they were before it
     modes = [law for law in model.periodic.laws if law.effect == RESONANCE]
-    shown = model.periodic.at_turns(turns, carriers) / sight.stage.scale[:, None] / passed(modes, turns, carriers)
-    by = passed(modes, turns, candidates)
+    shown = (
+        model.periodic.at_revolutions(revolutions, carriers)
+        / sight.stage.scale[:, None]
+        / passed(modes, revolutions, carriers)
+    )
+    by = passed(modes, revolutions, candidates)
     size, constant = np.zeros(len(candidates)), np.zeros(len(candidates))
     following = np.full((len(candidates), len(carriers)), -np.inf)
     for k, f in enumerate(candidates):
@@ -128,7 +132,7 @@ def _beyond_usual(orders: IntArray, size: FloatArray) -> FloatArray:
 
 
 def _proportional(vectors: Complex, to: Complex, noise: float) -> float:
-    """Gain of vectors (turns,) in proportion to others, each revolution predicted by the rest."""
+    """Gain of vectors (revolutions,) in proportion to others, each revolution predicted by the rest."""
     energy = np.abs(to) ** 2
     ratio = np.sum(np.conj(to) * vectors) / max(float(energy.sum()), 1e-300)
     leverage = np.minimum(energy / max(float(energy.sum()), 1e-300), 0.99)
@@ -208,8 +212,8 @@ def _score(found: _Orders, c: int, low: int, high: int, spread: float, mean: flo
 def ratios(model: TransmissionModel, sight: Sight, pair: Pair) -> dict[float, tuple[complex, float]]:
     """Each order's vector over its carrier's, and the standard deviation of a component of that."""
     assert model.periodic is not None
-    turns = model.own_turns
-    to = model.periodic.at_turns(turns, [pair.carrier])[:, 0] / sight.stage.scale
+    revolutions = model.training_revolutions
+    to = model.periodic.at_revolutions(revolutions, [pair.carrier])[:, 0] / sight.stage.scale
     energy = float(np.sum(np.abs(to) ** 2))
     out = {}
     for f in pair.orders:

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from bench.mismatch.orders.revolutions import Complex, Revolution, directions, passed, states
 from bench.mismatch.orders.series import Series
-from bench.mismatch.orders.turns import Complex, Turn, directions, passed, states
 from bench.mismatch.orders.weak import WeakOrder, design
 from bench.mismatch.regression.bank import RIDGE
 from bench.simulation import waves
@@ -120,18 +120,18 @@ class Periodic:
             sidebands=tuple(b for b in self.sidebands if b.carrier not in orders),
         )
 
-    def at_turns(self, turns: Sequence[Turn], orders: Sequence[float]) -> Complex:
-        """Vectors b + j*a of some orders in the turns (turns, k)."""
-        out = np.zeros((len(turns), len(orders)), dtype=np.complex128)
+    def at_revolutions(self, revolutions: Sequence[Revolution], orders: Sequence[float]) -> Complex:
+        """Vectors b + j*a of some orders in the revolutions (revolutions, k)."""
+        out = np.zeros((len(revolutions), len(orders)), dtype=np.complex128)
         place = {float(f): k for k, f in enumerate(orders)}
-        x, side = states(turns), directions(turns)
-        own = self.series.vectors(x, side) * passed(self.laws, turns, self.series.orders)
+        x, side = states(revolutions), directions(revolutions)
+        own = self.series.vectors(x, side) * passed(self.laws, revolutions, self.series.orders)
         for k, f in enumerate(self.series.orders):
             if f in place:
                 out[:, place[f]] += own[:, k]
         for order in self.weak:
             if order.order in place:
-                out[:, place[order.order]] += order.at(design(order.model, turns))
+                out[:, place[order.order]] += order.at(design(order.model, revolutions))
         for band in self.sidebands:
             carrier = own[:, self.series.orders.index(band.carrier)]
             for f, ratio in zip(band.orders, (band.lower, band.upper), strict=True):

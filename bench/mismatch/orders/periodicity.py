@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.mismatch.orders.lines import Line, Turns
+from bench.mismatch.orders.lines import Line, Revolutions
 from bench.mismatch.recordings.output_orders import OutputSpectrum
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.recordings.vibration import ShaftSpectrum
@@ -84,25 +84,25 @@ def loudness(waves: Sequence[Wave], rows: Rows) -> FloatArray:
     return np.sqrt(squares)
 
 
-def power(turns: Turns, parts: Parts) -> float:
+def power(revolutions: Revolutions, parts: Parts) -> float:
     """Mean square that some orders add to the training revolutions."""
     total = 0.0
     for line, own in parts:
-        x = np.column_stack([turns.factors[line.model[k]][turns.train] for k in own])
+        x = np.column_stack([revolutions.factors[line.model[k]][revolutions.train] for k in own])
         total += 0.5 * float(np.mean(np.abs(x @ line.amplitude[list(own)]) ** 2))
     return total
 
 
-def squares_of(seen: Periodicity, turns: Turns, parts: Parts) -> tuple[float, float] | None:
+def squares_of(seen: Periodicity, revolutions: Revolutions, parts: Parts) -> tuple[float, float] | None:
     """Mean square of a held-out sample without and with some orders, from the held-out revolutions."""
-    out = ~turns.train
+    out = ~revolutions.train
     if not out.any():
         return None
     gone = 0.0
     for line, own in parts:
-        vectors = turns.vectors[out, line.order]
-        whole = np.column_stack([turns.factors[t][out] for t in line.model]) @ line.amplitude
-        part = np.column_stack([turns.factors[line.model[k]][out] for k in own]) @ line.amplitude[list(own)]
+        vectors = revolutions.vectors[out, line.order]
+        whole = np.column_stack([revolutions.factors[t][out] for t in line.model]) @ line.amplitude
+        part = np.column_stack([revolutions.factors[line.model[k]][out] for k in own]) @ line.amplitude[list(own)]
         ok = np.isfinite(vectors)
         if ok.any():
             gone += 0.5 * float(np.mean(np.abs((vectors - whole + part)[ok]) ** 2 - np.abs((vectors - whole)[ok]) ** 2))

@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from bench.mismatch import criteria
 from bench.mismatch.orders.periodic import Pulse
 from bench.mismatch.orders.pulse_mean import GRID, Mean, envelope
-from bench.mismatch.orders.turns import Complex
+from bench.mismatch.orders.revolutions import Complex
 from bench.simulation.frame import FloatArray
 from bench.simulation.waves import angle_from
 

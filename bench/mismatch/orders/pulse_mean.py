@@ -9,8 +9,8 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.orders.lowest import lowest
 from bench.mismatch.orders.periodic import Pulse
+from bench.mismatch.orders.revolutions import Complex
 from bench.mismatch.orders.sight import Sight
-from bench.mismatch.orders.turns import Complex
 from bench.simulation.frame import FloatArray
 
 HIGHEST = 600

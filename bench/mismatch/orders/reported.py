@@ -154,8 +154,8 @@ def of_encoder(model: TransmissionModel, parts: Sequence[Misread], words: str) -
 
 
 def _order(model: TransmissionModel, sight: Sight, order: float) -> tuple[WeakOrder, float]:
-    """An order as waves, and its root mean square amplitude over the training turns (rad), without what the motor's
-    encoder misreads of it.
+    """An order as waves, and its root mean square amplitude over the training revolutions (rad), without what the
+    motor's encoder misreads of it.
     """
     assert model.periodic is not None
     vectors = sight.at(model, order)
@@ -167,7 +167,7 @@ def _order(model: TransmissionModel, sight: Sight, order: float) -> tuple[WeakOr
     if misread:
         constant = np.array([times in ("1", "p", "n") for times in estimate.model])
         estimate = replace(estimate, vectors=np.where(constant, estimate.vectors - misread, estimate.vectors))
-    shown = model.periodic.at_turns(model.own_turns, [order])[:, 0] - misread
+    shown = model.periodic.at_revolutions(model.training_revolutions, [order])[:, 0] - misread
     return estimate, float(np.sqrt(np.mean(np.abs(shown) ** 2)))
 
 

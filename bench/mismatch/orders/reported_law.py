@@ -125,8 +125,8 @@ def _law_words(law: Law, orders: Sequence[float] = ()) -> str:
 def _moved(model: TransmissionModel, before: Periodic, orders: Sequence[float]) -> tuple[float, ...]:
     """Orders that a law changes most: those with nine tenths of the squares, the most first."""
     assert model.periodic is not None
-    now = model.periodic.at_turns(model.own_turns, orders)
-    then = before.at_turns(model.own_turns, orders)
+    now = model.periodic.at_revolutions(model.training_revolutions, orders)
+    then = before.at_revolutions(model.training_revolutions, orders)
     energy = np.sum(np.abs(now - then) ** 2, axis=0)
     order = np.argsort(-energy)
     enough = int(np.searchsorted(np.cumsum(energy[order]), 0.9 * energy.sum())) + 1

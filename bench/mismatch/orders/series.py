@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bench.identification.series.polar import fit_polynomials, mean_size
-from bench.mismatch.orders.turns import Complex, Turn, directions, states
+from bench.mismatch.orders.revolutions import Complex, Revolution, directions, states
 from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.sines import summed, turned
 from bench.simulation.waves import ROWS_AT_ONCE, kept_by_mean
@@ -154,18 +154,18 @@ class Series:
 
 
 def calibrate(
-    turns: Sequence[Turn],
+    revolutions: Sequence[Revolution],
     vectors: Complex,
     noise: FloatArray,
     orders: Sequence[float],
     known: Series | None = None,
 ) -> Series:
-    """Fit amplitude and phase polynomials to ``vectors`` (turns, orders) whose components have ``noise`` (turns,
-    orders).
+    """Fit amplitude and phase polynomials to ``vectors`` (revolutions, orders) whose components have ``noise``
+    (revolutions, orders).
 
     With a ``known`` series its prior stands and its coefficients are begun with; else both are learnt in some rounds.
     """
-    x, direction = states(turns), directions(turns)
+    x, direction = states(revolutions), directions(revolutions)
     sides = [s for s in (1, -1) if np.any(direction * s > 0)]
     scalings: dict[int, Scaling] = {}
     for side in sides:

@@ -10,7 +10,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import NAMED, UNKNOWN, UNNAMED, Discovery
-from bench.mismatch.orders.lines import Line, Model, Turns, standing
+from bench.mismatch.orders.lines import Line, Model, Revolutions, standing
 from bench.mismatch.orders.periodicity import (
     LOW_ORDERS,
     MOST_WAVES,
@@ -61,9 +61,9 @@ def over_shaft(seen: Periodicity, seed: int) -> list[Discovery]:
     """Ripple of the motor, and orders of its shaft that have no name."""
     if not seen.shaft:
         return []
-    shaft, turns = shaft_turns(seen)
-    whole = replace(turns, vectors=np.array([s.amplitude for s in shaft]))
-    lines = standing(turns, SHAFT_MODELS, seed)
+    shaft, revolutions = shaft_revolutions(seen)
+    whole = replace(revolutions, vectors=np.array([s.amplitude for s in shaft]))
+    lines = standing(revolutions, SHAFT_MODELS, seed)
     known = {line.order for line in lines}
     # an order that few recordings are slow enough for is told by the others, in which it is folded
     lines += [line for line in standing(whole, SHAFT_MODELS, seed) if line.order not in known]
@@ -81,12 +81,12 @@ def over_shaft(seen: Periodicity, seed: int) -> list[Discovery]:
     return out
 
 
-def shaft_turns(seen: Periodicity) -> tuple[list[ShaftSpectrum], Turns]:
+def shaft_revolutions(seen: Periodicity) -> tuple[list[ShaftSpectrum], Revolutions]:
     """Recordings whose orders of the shaft are compared, and their vectors where an order is not too fast."""
     one_way = [s for s in seen.shaft if s.one_way]
     # where few turn one way only, what depends on the way is not asked
     shaft = one_way if len(one_way) >= 2 * len(SHAFT_MODELS[3]) + 2 else list(seen.shaft)
-    return shaft, Turns(
+    return shaft, Revolutions(
         np.array([s.in_band for s in shaft]),
         np.array([s.sigma for s in shaft]),
         factors(shaft, {name for model in SHAFT_MODELS for name in model}),
@@ -127,13 +127,13 @@ def _words(effect: str, main: Line) -> str:
     return f"{LIBRARY[RIPPLE].name}{how}" if effect == RIPPLE else f"order {main.order} of the motor's shaft{how}"
 
 
-def _of_line(line: Line, turns: Turns, typical: float) -> tuple[list[Row], list[Row]]:
+def _of_line(line: Line, revolutions: Revolutions, typical: float) -> tuple[list[Row], list[Row]]:
     """An order's parameters of one vector, if it has one (at the ``typical`` torque, where it grows with that); and all
     that a report says of it.
     """
     n = parameter("n", float(line.order), "1", None)
     if line.model not in PLAIN:
-        x = np.column_stack([turns.factors[t][turns.train] for t in line.model])
+        x = np.column_stack([revolutions.factors[t][revolutions.train] for t in line.model])
         size = float(np.sqrt(np.mean(np.abs(x @ line.amplitude) ** 2)))
         std = float(np.sqrt(np.mean(np.sum((x @ line.covariance) * x, axis=1))))
         return [], [parameter("a_r", size, "N*m", std), n]
@@ -144,21 +144,21 @@ def _of_line(line: Line, turns: Turns, typical: float) -> tuple[list[Row], list[
     return own, [parameter("a_r", abs(vector), "N*m", std), *own]
 
 
-def _of_shaft(seen: Periodicity, turns: Turns, effect: str, lines: Sequence[Line]) -> Discovery | None:
+def _of_shaft(seen: Periodicity, revolutions: Revolutions, effect: str, lines: Sequence[Line]) -> Discovery | None:
     parts = [(line, tuple(range(len(line.model)))) for line in lines]
     least = criteria.LEAST_STRENGTH * (1.0 if effect == RIPPLE else criteria.NAMELESS)
-    if np.sqrt(power(turns, parts)) < least * seen.floor:
+    if np.sqrt(power(revolutions, parts)) < least * seen.floor:
         return None
     main = lines[0]
     direct = seen.ratio == 1.0  # then the shaft's orders are the output's, and waves are over that
-    typical = float(np.sqrt(np.mean(turns.factors["motor_torque"][turns.train] ** 2)))
+    typical = float(np.sqrt(np.mean(revolutions.factors["motor_torque"][revolutions.train] ** 2)))
     rows: list[Row] = []
     waves: list[Wave] = []
     parameters: list[Row] = []
     for line in lines:
         own = [replace(wave_of(line, k), order=line.order * seen.ratio) for k in range(len(line.model))]
         waves += own
-        of_form, told = _of_line(line, turns, typical)
+        of_form, told = _of_line(line, revolutions, typical)
         if line is main:
             parameters = told
         if effect == RIPPLE and of_form:
@@ -185,5 +185,5 @@ def _of_shaft(seen: Periodicity, turns: Turns, effect: str, lines: Sequence[Line
         simulation_rows=tuple(rows),
         orders=tuple(line.order * seen.ratio for line in lines),
         numbers=2 * sum(len(line.model) for line in lines),
-        squares=squares_of(seen, turns, parts),
+        squares=squares_of(seen, revolutions, parts),
     )

@@ -14,7 +14,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import AMBIGUOUS, NAMED, UNKNOWN, UNNAMED, Discovery, Rival
-from bench.mismatch.orders.lines import Line, Model, Turns, standing
+from bench.mismatch.orders.lines import Line, Model, Revolutions, standing
 from bench.mismatch.orders.periodicity import (
     LOW_ORDERS,
     MOST_WAVES,
@@ -59,9 +59,9 @@ def torque_discoveries(seen: Periodicity, seed: int) -> list[Discovery]:
 def _over_output(seen: Periodicity, seed: int, taken: Collection[float]) -> list[Discovery]:
     if not seen.output:
         return []
-    turns = output_turns(seen.output, seen.folds)
-    lines = [s for s in standing(turns, OUTPUT_MODELS, seed) if s.order > LOW_ORDERS and s.order not in taken]
-    one_way = len({s.direction for s, t in zip(seen.output, turns.train, strict=True) if t}) < 2
+    revolutions = output_revolutions(seen.output, seen.folds)
+    lines = [s for s in standing(revolutions, OUTPUT_MODELS, seed) if s.order > LOW_ORDERS and s.order not in taken]
+    one_way = len({s.direction for s, t in zip(seen.output, revolutions.train, strict=True) if t}) < 2
     by_effect: dict[str, list[tuple[Line, tuple[int, ...]]]] = {}
     for line in lines:
         for k, factor in enumerate(line.model):
@@ -73,20 +73,20 @@ def _over_output(seen: Periodicity, seed: int, taken: Collection[float]) -> list
                 own.append((line, (k,)))
     out = []
     for effect, parts in by_effect.items():
-        found = _discovery(seen, turns, effect, parts, one_way)
+        found = _discovery(seen, revolutions, effect, parts, one_way)
         if found is not None:
             out.append(found)
     return out
 
 
-def output_turns(spectra: Sequence[OutputSpectrum], folds: IntArray) -> Turns:
+def output_revolutions(spectra: Sequence[OutputSpectrum], folds: IntArray) -> Revolutions:
     """Revolutions of a torque over the output angle."""
     direction = np.array([s.direction for s in spectra])
     load = np.array([s.torque for s in spectra]) / 1000.0
     factors = {"1": np.ones(direction.size), "d": direction, "tau": load, "d*abs_tau": direction * np.abs(load)}
     vectors = np.array([s.amplitude for s in spectra]).reshape(direction.size, -1)
     sigma = np.array([s.sigma for s in spectra])
-    return Turns(
+    return Revolutions(
         vectors, sigma, factors, folds[[s.recording for s in spectra]] if spectra else np.zeros(0, dtype=np.int64)
     )
 
@@ -101,11 +101,15 @@ def name_of(channel: str, order: int, factor: str) -> str:
 
 
 def _discovery(
-    seen: Periodicity, turns: Turns, effect: str, parts: Sequence[tuple[Line, tuple[int, ...]]], one_way: bool
+    seen: Periodicity,
+    revolutions: Revolutions,
+    effect: str,
+    parts: Sequence[tuple[Line, tuple[int, ...]]],
+    one_way: bool,
 ) -> Discovery | None:
     waves = [wave_of(line, k) for line, own in parts for k in own]
-    squares = squares_of(seen, turns, parts)
-    size = np.sqrt(max(power(turns, parts), 0.0))
+    squares = squares_of(seen, revolutions, parts)
+    size = np.sqrt(max(power(revolutions, parts), 0.0))
     if size < criteria.LEAST_STRENGTH * seen.floor:
         return None
     main, own = parts[0]

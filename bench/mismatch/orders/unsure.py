@@ -147,9 +147,9 @@ def _slopes(
         x = np.column_stack([part.torque, part.velocity, part.temperature])
         basis = series.scaling[side].monomials(x)
         order = series.orders[k]
-        turn = np.exp(1j * (order * part.theta + basis @ series.phase[side][k]))
+        rotation = np.exp(1j * (order * part.theta + basis @ series.phase[side][k]))
         for law in laws:
-            turn = turn * factor(law, x, part.time, [order])[:, 0]
-        turn = turn * kept_by_mean(order, turned_through(part, rate))
+            rotation = rotation * factor(law, x, part.time, [order])[:, 0]
+        rotation = rotation * kept_by_mean(order, turned_through(part, rate))
         amplitude = basis @ series.amplitude[side][k]
-        yield (side, k), rows, np.hstack([basis * turn.imag[:, None], basis * (amplitude * turn.real)[:, None]])
+        yield (side, k), rows, np.hstack([basis * rotation.imag[:, None], basis * (amplitude * rotation.real)[:, None]])

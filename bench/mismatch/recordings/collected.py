@@ -65,7 +65,7 @@ class Collected:
             self.density.setdefault(channel, []).extend(heard)
         for channel, moving in other.unsteady.items():
             self.unsteady.setdefault(channel, []).extend(moving)
-        for channel, turns in other.output.items():
-            self.output.setdefault(channel, []).extend(turns)
+        for channel, spectra in other.output.items():
+            self.output.setdefault(channel, []).extend(spectra)
         self.shaft += other.shaft
         self.swing |= other.swing

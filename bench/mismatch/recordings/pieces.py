@@ -123,13 +123,13 @@ def _cut(recording: Recording, fitted: bool, run: FloatArray | None = None, leas
     revolutions each at the least.
     """
     number = min(BLOCKS, int(recording.size / recording.sample_rate / (LEAST_BLOCK_S + GAP_S)))
-    turns = run is not None and run[-1] > 0.0
-    if run is not None and turns:
+    rotates = run is not None and run[-1] > 0.0
+    if run is not None and rotates:
         number = min(number, int(run[-1] / least))
-    if not fitted or number < (2 if turns else 3):
+    if not fitted or number < (2 if rotates else 3):
         return [Piece(recording, recording.recording_id)]
     edges = np.linspace(0, recording.size, number + 1).round().astype(int)
-    if run is not None and turns:
+    if run is not None and rotates:
         at = np.interp(np.linspace(0.0, run[-1], number + 1)[1:-1], run, np.linspace(0, recording.size, run.size))
         edges[1:-1] = at.round().astype(int)
         apart = round((LEAST_BLOCK_S + GAP_S) * recording.sample_rate)

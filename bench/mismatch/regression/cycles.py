@@ -143,12 +143,12 @@ def _powers(time: FloatArray, values: FloatArray, weights: FloatArray, frequenci
     """
     out = np.empty((len(values), frequencies.size))
     wave = np.exp(2j * np.pi * frequencies[0] * time)
-    turn = np.exp(2j * np.pi * (frequencies[1] - frequencies[0] if frequencies.size > 1 else 0.0) * time)
+    rotation = np.exp(2j * np.pi * (frequencies[1] - frequencies[0] if frequencies.size > 1 else 0.0) * time)
     weighted, total = weights * values, weights.sum(axis=1)
     for k in range(frequencies.size):
         q, z = weighted @ wave, weights @ wave**2
         apart = np.maximum(total**2 - np.abs(z) ** 2, ALIKE * total**2)
         above = total * np.abs(q) ** 2 - np.real(np.conj(z) * q**2)
         out[:, k] = np.divide(2.0 * above, apart, out=np.zeros(len(values)), where=apart > 0.0)
-        wave = wave * turn
+        wave = wave * rotation
     return out

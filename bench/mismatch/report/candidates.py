@@ -182,11 +182,11 @@ def _course(candidate: Candidate) -> tuple[FloatArray, FloatArray, FloatArray]:
     if candidate.sequence == "reversal":
         amplitude = np.radians(float(dict(candidate.options)["amplitude"].strip('"').split()[0]))
         plateau = max(4, round(amplitude / abs(v) / STEP_S))
-        turn = max(2, round(CORNER_S / STEP_S))
+        corner = max(2, round(CORNER_S / STEP_S))
         parts = []
         for half in range(2 * CYCLES):
             side = 1.0 if half % 2 == 0 else -1.0
-            parts += [np.full(plateau, side * v), np.linspace(side * v, -side * v, turn)]
+            parts += [np.full(plateau, side * v), np.linspace(side * v, -side * v, corner)]
         velocity = np.concatenate(parts)
         return velocity, np.full(velocity.size, torque), (np.abs(velocity) == abs(v)).astype(np.float64)
     if candidate.sequence == "torque_ramp":

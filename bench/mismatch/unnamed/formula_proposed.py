@@ -109,15 +109,15 @@ def cells(values: FloatArray, target: FloatArray, weight: FloatArray) -> tuple[F
     kept = (weight > 0.0) & np.isfinite(values).all(axis=1) & np.isfinite(target)
     x, y, w = values[kept], target[kept], weight[kept]
     groups = [np.arange(y.size)]
-    turn = 0
+    axis = 0
     while groups and 2 * len(groups) <= CELLS and min(g.size for g in groups) >= 4:
         halves = []
         for own in groups:
-            order = own[np.argsort(x[own, turn % x.shape[1]], kind="stable")]
+            order = own[np.argsort(x[own, axis % x.shape[1]], kind="stable")]
             middle = int(np.searchsorted(np.cumsum(w[order]), 0.5 * w[order].sum())) + 1
             middle = min(max(middle, 1), order.size - 1)
             halves += [order[:middle], order[middle:]]
-        groups, turn = halves, turn + 1
+        groups, axis = halves, axis + 1
     if y.size == 0:
         return x, y
     share = [w[g] / w[g].sum() for g in groups]

@@ -12,7 +12,7 @@ from bench.mismatch.orders.discoveries import _encoders_parts, _with_its_parts
 from bench.mismatch.orders.misread import Misread, TorqueCheck
 from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.reported import of_encoder, of_orders
-from bench.mismatch.orders.turns import Turn
+from bench.mismatch.orders.revolutions import Revolution
 from bench.mismatch.orders.weak import WeakOrder
 from bench.simulation import Gearbox, waves
 from tests.bench.mismatch.orders.test_reaction import NOTHING, RATIO, frame
@@ -28,7 +28,7 @@ def model(noise: float, beside: bool = True) -> Any:
     seen = np.array([FORWARDS, BACKWARDS]) + ENCODER
     order = WeakOrder(ORDER, ("p", "n"), seen, np.full(2, 1e-16), 100.0)
     part = Misread(ORDER, ENCODER, 1e-7, 1e-9, 200.0, beside)
-    turns = [Turn(k, slice(0, 1), 100.0, 0.1, 30.0, 60.0 * k, (-1.0) ** k, 1.0, 60.0) for k in range(14)]
+    revolutions = [Revolution(k, slice(0, 1), 100.0, 0.1, 30.0, 60.0 * k, (-1.0) ** k, 1.0, 60.0) for k in range(14)]
     return SimpleNamespace(
         periodic=Periodic(NOTHING, weak=(order,)),
         torque_check=TorqueCheck((ORDER,), (part,)),
@@ -36,7 +36,7 @@ def model(noise: float, beside: bool = True) -> Any:
         inside=np.ones(own.size, dtype=bool),
         folds=np.zeros(14, dtype=np.int64),
         noise=SimpleNamespace(variance=noise**2),
-        own_turns=turns,
+        training_revolutions=revolutions,
         given=SimpleNamespace(notch=()),
     )
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bench.mismatch.orders.turns import Complex, Turn, directions, states
+from bench.mismatch.orders.revolutions import Complex, Revolution, directions, states
 from bench.mismatch.orders.under_mode import _standing, passes
 from bench.mismatch.orders.weak import Stage
 from bench.simulation.frame import FloatArray
@@ -20,7 +20,7 @@ WEAK = (8.0, 36.0, 111.0, 185.0, 230.0, 322.0, 370.0)
 PRICE = 14.0
 """gain of log-likelihood that the best of a thousand orders of noise does not reach once in a hundred folders"""
 TURNS = tuple(
-    Turn(0, slice(0, 0), load, side * speed, 25.0, 0.0, side, 1.0, 60.0)
+    Revolution(0, slice(0, 0), load, side * speed, 25.0, 0.0, side, 1.0, 60.0)
     for side in (1.0, -1.0)
     for speed in SPEEDS
     for load in (-800.0, -300.0, 0.0, 300.0, 800.0)
