@@ -309,7 +309,7 @@ def _plain(model: TransmissionModel, sight: Sight, orders: list[float], teeth: G
         return None
     gain = max(sight.gains(sight.at(model, f), f)[0] for f in orders)
     p_value = order_p_value(model, gain)
-    # with a model of noise that holds, the best of many orders at such a gain is real; a rival is another name
+    # with a model of noise that holds, the best of many orders at such a gain is real; an alternative is another name
     words = f"{len(orders)} orders that the simulation does not have" if len(orders) > 1 else ""
     extra = {"words": words} if words else {}
     found = of_orders(model, sight, "te.harmonic", orders, teeth, p_value, probability(p_value), extra)

@@ -51,7 +51,7 @@ class FoundLaw:
     std: tuple[float, ...]
     strength_std: FloatArray
     series: Series
-    rivals: tuple[tuple[Law, float, float, float], ...]
+    alternatives: tuple[tuple[Law, float, float, float], ...]
     share: float
 
 
@@ -105,15 +105,15 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
         law, series, strength_std = _strengths(model, data, law)
     odds = {e: float(np.exp(min(g - told[effect], 0.0))) for e, g in told.items()}
     whole = sum(odds.values())
-    rivals = []
+    alternatives = []
     for other, k in by_effect.items():
         if other != effect and np.isfinite(told[other]):
             apart = each[effect] - each[other]
             error = float(np.std(apart) * np.sqrt(apart.size))
-            rivals.append((points[k], told[effect] - told[other], error, odds[other] / whole))
-    rivals.sort(key=lambda r: r[1])
+            alternatives.append((points[k], told[effect] - told[other], error, odds[other] / whole))
+    alternatives.sort(key=lambda r: r[1])
     law = replace(law, gain=told[effect])
-    return FoundLaw(law, rate, std, strength_std, series, tuple(rivals), 1.0 / whole)
+    return FoundLaw(law, rate, std, strength_std, series, tuple(alternatives), 1.0 / whole)
 
 
 def _driven(data: Amplitudes, quantity: str) -> bool:

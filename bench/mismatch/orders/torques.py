@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.discovery import AMBIGUOUS, NAMED, UNKNOWN, UNNAMED, Discovery, Rival
+from bench.mismatch.discovery import AMBIGUOUS, NAMED, UNKNOWN, UNNAMED, Discovery, RefittedAlternative
 from bench.mismatch.orders.lines import Line, Model, Revolutions, standing
 from bench.mismatch.orders.periodicity import (
     LOW_ORDERS,
@@ -114,14 +114,17 @@ def _discovery(
         return None
     main, own = parts[0]
     confidence: float | None
-    confidence, rivals = _weighed(seen.channel, effect, main)
+    confidence, alternatives = _weighed(seen.channel, effect, main)
     status = NAMED if effect != UNNAMED else UNKNOWN
     if one_way and effect in (UNBALANCE, FRICTION):
         status = AMBIGUOUS
         other = FRICTION if effect == UNBALANCE else UNBALANCE
         if main.order == 1 and seen.channel == MOTOR_TORQUE:
             unknown = float("nan")
-            confidence, rivals = None, (Rival(other, LIBRARY[other].name, unknown, unknown, unknown, True),)
+            confidence, alternatives = (
+                None,
+                (RefittedAlternative(other, LIBRARY[other].name, unknown, unknown, unknown, True),),
+            )
         else:
             status = NAMED
     term = LIBRARY.get(effect)
@@ -138,7 +141,7 @@ def _discovery(
         gain=float(sum(line.gain for line, _ in parts)),
         p_value=max(line.p_value for line, _ in parts),
         simulation_rows=tuple(_rows(seen, effect, waves)),
-        rivals=rivals,
+        alternatives=alternatives,
         orders=tuple(float(line.order) for line, _ in parts),
         numbers=2 * len(waves),
         squares=squares,
@@ -161,10 +164,10 @@ def _unnamed(line: Line, terms: tuple[int, ...]) -> str:
     return f"order {line.order} of the output {grows}"
 
 
-def _weighed(channel: str, effect: str, line: Line) -> tuple[float, tuple[Rival, ...]]:
-    """Weight of the models of the strongest order that have the effect; the others as rivals, by effect."""
+def _weighed(channel: str, effect: str, line: Line) -> tuple[float, tuple[RefittedAlternative, ...]]:
+    """Weight of the models of the strongest order that have the effect; the others as alternatives, by effect."""
     total = 0.0
-    best: dict[str, Rival] = {}
+    best: dict[str, RefittedAlternative] = {}
     for model, share in line.shares.items():
         effects = {name_of(channel, line.order, t) for t in model}
         if effect in effects:
@@ -175,7 +178,7 @@ def _weighed(channel: str, effect: str, line: Line) -> tuple[float, tuple[Rival,
             weight = share + (best[other].weight if other in best else 0.0)
             least = min((loss, error), (best[other].loss, best[other].error)) if other in best else (loss, error)
             words = LIBRARY[other].name if other in LIBRARY else "an order without a name"
-            best[other] = Rival(other, words, least[0], least[1], weight, least[0] < least[1])
+            best[other] = RefittedAlternative(other, words, least[0], least[1], weight, least[0] < least[1])
     return total, tuple(best.values())
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.discovery import AMBIGUOUS, NAMED, Discovery, Rival
+from bench.mismatch.discovery import AMBIGUOUS, NAMED, Discovery, RefittedAlternative
 from bench.mismatch.discovery import UNKNOWN as UNKNOWN_STATUS
 from bench.mismatch.regression import windows
 from bench.mismatch.regression.alone import alone
@@ -45,7 +45,7 @@ def discoveries(
     y: FloatArray | None = None,
     recorded: FloatArray | None = None,
 ) -> list[Discovery]:
-    """Every effect of the found model, with its rivals in ``slots``, as a discovery.
+    """Every effect of the found model, with its alternatives in ``slots``, as a discovery.
 
     ``whole`` (n,): the model's prediction on the channel's rows, ``number`` (n,) the samples of each that are compared.
     ``frame`` and ``y`` (n,), the measured values less all else, where these are not the search's own rows;
@@ -75,8 +75,8 @@ def _discovery(
         return of_start(model.problem, out) if frame is model.problem.rows.frame else out
 
     without = predicted(others, model.refitted(others))
-    rivals = [r for r in slot.rivals if r.chosen.effect != own.effect]
-    as_good = [r for r in rivals if r.as_good and r.chosen.effect != UNKNOWN]
+    alternatives = [r for r in slot.alternatives if r.chosen.effect != own.effect]
+    as_good = [r for r in alternatives if r.as_good and r.chosen.effect != UNKNOWN]
     status = UNKNOWN_STATUS if own.effect == UNKNOWN else (AMBIGUOUS if as_good else NAMED)
     regressor = own.main.regressor
     coefficients, covariance = model.fit.of(own.main.place)
@@ -108,7 +108,7 @@ def _discovery(
         gain=slot.gain,
         p_value=slot.p_value,
         simulation_rows=tuple(rows_of(model, own)),
-        rivals=tuple(_rival(model, r, others, predicted, y) for r in rivals),
+        alternatives=tuple(_refitted(model, r, others, predicted, y) for r in alternatives),
         orders=orders,
         angle_windows=angles,
         time_window=_window(own, frame),
@@ -146,11 +146,21 @@ def excess_of(model: ChannelModel, own: Chosen, frame: Frame, number: FloatArray
     return excess(levelled(course, frame, number), columns, number)
 
 
-def _rival(model: ChannelModel, rival: Contender, others: Sequence[Chosen], predicted: Any, y: FloatArray) -> Rival:
-    chosen = [*others, rival.chosen]
-    regressor = rival.chosen.main.regressor
+def _refitted(
+    model: ChannelModel, alternative: Contender, others: Sequence[Chosen], predicted: Any, y: FloatArray
+) -> RefittedAlternative:
+    chosen = [*others, alternative.chosen]
+    regressor = alternative.chosen.main.regressor
     left = y - predicted(chosen, model.refitted(chosen))
-    return Rival(regressor.effect, regressor.words, rival.loss, rival.error, rival.weight, rival.as_good, left)
+    return RefittedAlternative(
+        regressor.effect,
+        regressor.words,
+        alternative.loss,
+        alternative.error,
+        alternative.weight,
+        alternative.as_good,
+        left,
+    )
 
 
 def _confidence(slot: Slot, status: str, as_good: Sequence[Contender]) -> float:
@@ -158,7 +168,7 @@ def _confidence(slot: Slot, status: str, as_good: Sequence[Contender]) -> float:
     if status == AMBIGUOUS:
         share = slot.weight + sum(r.weight for r in as_good)
     elif status == UNKNOWN_STATUS:
-        share = slot.weight + sum(r.weight for r in slot.rivals if r.chosen.effect == UNKNOWN)
+        share = slot.weight + sum(r.weight for r in slot.alternatives if r.chosen.effect == UNKNOWN)
     else:
         share = slot.weight
     return float(min(max(share * (1.0 - slot.p_value), 0.0), 1.0))

@@ -1,7 +1,7 @@
-"""What else could stand in an effect's place: every rival refitted there, and how sure the name is.
+"""Alternatives to an effect: each one refitted in its place, and how sure the name is.
 
-The rivals of an effect are the other names, the free functions, and nothing at all; each is refined beside the other
-effects of the model, as the effect itself was, and predicts the points left out. Weights are those of
+The alternatives to an effect are the other names, the free functions, and nothing at all; each is refined beside the
+other effects of the model, as the effect itself was, and predicts the points left out. Weights are those of
 :func:`bench.mismatch.regression.folds.weights`.
 """
 
@@ -27,19 +27,20 @@ from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms import LIBRARY
 
-MOST_RIVALS = 5
+MOST_ALTERNATIVES = 5
 """names, and as many free functions, that are refitted in an effect's place"""
-RIVAL_OWN = 1e-6
-"""share of a rival's energy beside the other effects from which it is looked at: less than of an effect that is named,
-for a design that hardly shows a rival is the very one that cannot exclude it"""
+LEAST_SHARE = 1e-6
+"""share of an alternative's energy beside the other effects from which it is looked at: less than of an effect that is
+named, for a design that hardly shows an alternative is the very one that cannot exclude it
+"""
 WORTH_A_LOOK = 0.2
-"""of the best gain beside the other effects, that a rival's has to be before it is refined"""
+"""of the best gain beside the other effects, that an alternative's has to be before it is refined"""
 
 
 @dataclass(frozen=True, slots=True)
 class Contender:
-    """A rival in an effect's place: log predictive density (folds,), what it loses in all, its standard error, weight,
-    whether the recordings cannot tell it from the effect.
+    """An alternative in an effect's place: log predictive density (folds,), what it loses in all, its standard error,
+    weight, whether the recordings cannot tell it from the effect.
     """
 
     chosen: Chosen
@@ -52,8 +53,8 @@ class Contender:
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """An effect with its rivals, best first: gain of log predictive density over nothing, p-value, weight of its
-    name; of the rivals the ``plainer`` name that says the same as far as transducers are trusted; whether it is
+    """An effect with its alternatives, best first: gain of log predictive density over nothing, p-value, weight of its
+    name; of the alternatives the ``plainer`` name that says the same as far as transducers are trusted; whether it is
     ``needless``: without it nothing differs by more than that.
     """
 
@@ -61,13 +62,13 @@ class Slot:
     gain: float
     p_value: float
     weight: float
-    rivals: tuple[Contender, ...]
+    alternatives: tuple[Contender, ...]
     plainer: Contender | None = None
     needless: bool = False
 
 
 def slots(search: Search) -> list[Slot]:
-    """Every effect of the found model with its rivals."""
+    """Every effect of the found model with its alternatives."""
     model = search.model
     whole = search.density(model.chosen)
     return [_slot(search, chosen, whole, number) for number, chosen in enumerate(model.chosen)]
@@ -77,13 +78,13 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
     model = search.model
     others = without(model.chosen, own, model.problem.lacking)
     fitted = model.refitted(others)
-    seen = search.scan(others, fitted, least=RIVAL_OWN)
+    seen = search.scan(others, fitted, least=LEAST_SHARE)
     nothing = search.density(others)
     gain = float((whole - nothing).sum())
-    found = [c for c in _rivals(search, own, others, seen) if c.effect != own.effect or own.effect == UNKNOWN]
+    found = [c for c in _alternatives(search, own, others, seen) if c.effect != own.effect or own.effect == UNKNOWN]
     if model.problem.free:
         found = [c for c in found if sound_beside(search, others, c.main, model.refitted([*others, c]))]
-    # a name and its rivals meet in the form in which each predicts best
+    # a name and its alternatives meet in the form in which each predicts best
     rated = own
     if any(c.effect != UNKNOWN for c in found):
         rated, whole = in_its_form(search, others, own, whole)
@@ -109,7 +110,7 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
         return probability * (criteria.EITHER if turned else 1.0)
 
     at_its_end = strained(rated.main.regressor, model.problem.rows.frame)
-    rivals: list[Contender] = []
+    alternatives: list[Contender] = []
     for k, (chosen, density) in enumerate(zip(found, densities, strict=True)):
         loss, error = apart(whole, density)
         odds = worth(share[k + 1], chosen) / max(worth(share[0], own), 1e-300)
@@ -119,11 +120,11 @@ def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
             near = called_as_good(own, chosen, float(odds), loss, error, at_its_end)
             doubtful = chosen.effect != UNKNOWN and criteria.VERY_STRONG <= loss < 2.0 * criteria.VERY_STRONG
             near = near or (doubtful and predict_alike(model, others, rated, chosen))
-        rivals.append(Contender(chosen, density, loss, error, float(share[k + 1]), near))
-    plainer = rivals[heirs[0] - 1] if 0 in heirs else None
-    rivals.sort(key=lambda r: r.loss)
+        alternatives.append(Contender(chosen, density, loss, error, float(share[k + 1]), near))
+    plainer = alternatives[heirs[0] - 1] if 0 in heirs else None
+    alternatives.sort(key=lambda r: r.loss)
     last = search.scans[-1] if search.scans else seen
-    return Slot(own, gain, last.p_value(gain), float(share[0]), tuple(rivals), plainer, needless)
+    return Slot(own, gain, last.p_value(gain), float(share[0]), tuple(alternatives), plainer, needless)
 
 
 def called_as_good(
@@ -152,7 +153,7 @@ def _prior(model: ChannelModel, chosen: Chosen) -> float:
     return prior_of(chosen) * float(np.exp(-price_of_course(model, chosen.main.regressor)))
 
 
-def _rivals(search: Search, own: Chosen, others: Sequence[Chosen], seen: Scan) -> list[Chosen]:
+def _alternatives(search: Search, own: Chosen, others: Sequence[Chosen], seen: Scan) -> list[Chosen]:
     """Other explanations that come near, refined beside the other effects."""
     taken = {c.effect for c in others}
     named: dict[str, dict[str, int]] = {}
@@ -164,7 +165,7 @@ def _rivals(search: Search, own: Chosen, others: Sequence[Chosen], seen: Scan) -
         if orphaned(regressor, taken, search.model.problem.lacking):
             continue
         if isinstance(regressor, Named):
-            room = regressor.effect in named or len(named) < MOST_RIVALS
+            room = regressor.effect in named or len(named) < MOST_ALTERNATIVES
             if regressor.effect not in taken and regressor.effect != own.effect and room:
                 forms = named.setdefault(regressor.effect, {})
                 # which form is best is known when each has its own parameters: one may end up at the end of its range

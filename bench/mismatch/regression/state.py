@@ -60,7 +60,7 @@ class Search:
         return _of(regressor) in [_of(c.main.regressor) for c in self.refuted]
 
     def without_refuted(self) -> None:
-        """Let no function that was refuted be a candidate, nor a rival."""
+        """Let no function that was refuted be a candidate, nor an alternative."""
         keep = [k for k, b in enumerate(self.blocks) if b.regressor.effect != UNKNOWN or not self.out(b.regressor)]
         self.blocks, self.extra = [self.blocks[k] for k in keep], self.extra[keep]
 

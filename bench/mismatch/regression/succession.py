@@ -105,17 +105,17 @@ def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
         return others
     if slot.plainer is not None:
         return [*others, slot.plainer.chosen]
-    best = max((r for r in slot.rivals if r.chosen.effect != UNKNOWN), key=lambda r: r.weight, default=None)
-    nameless = max((r for r in slot.rivals if r.chosen.effect == UNKNOWN), key=lambda r: r.weight, default=None)
+    best = max((r for r in slot.alternatives if r.chosen.effect != UNKNOWN), key=lambda r: r.weight, default=None)
+    nameless = max((r for r in slot.alternatives if r.chosen.effect == UNKNOWN), key=lambda r: r.weight, default=None)
     if nameless is not None and (_disowned(slot, nameless) or _part_of_the_unknown(model, slot, nameless)):
         return [*others, nameless.chosen]
     if nameless is not None and slot.chosen.effect == UNKNOWN and slot.weight < criteria.AS_GOOD * nameless.weight:
         return [*others, nameless.chosen]  # of two functions without a name the one that predicts better
-    nothing = 1.0 - slot.weight - sum(r.weight for r in slot.rivals)
+    nothing = 1.0 - slot.weight - sum(r.weight for r in slot.alternatives)
     # whichever function it is: what they say in common is that no name does
     unnamed = slot.weight + (0.0 if nameless is None else nameless.weight)
     if slot.chosen.effect != UNKNOWN and not slot.chosen.nominal:
-        likeliest = max((r.weight for r in slot.rivals), default=0.0)
+        likeliest = max((r.weight for r in slot.alternatives), default=0.0)
         if nothing > max(slot.weight, likeliest):
             return others
         # refined beside all else another name may predict far better than the one that was found first
@@ -144,7 +144,7 @@ def _disowned(slot: Slot, nameless: Contender | None) -> bool:
     """Whether a free function leaves a name too little probability to be told."""
     if nameless is None or slot.chosen.effect == UNKNOWN or slot.chosen.nominal:
         return False
-    named = slot.weight + sum(r.weight for r in slot.rivals if r.chosen.effect != UNKNOWN)
+    named = slot.weight + sum(r.weight for r in slot.alternatives if r.chosen.effect != UNKNOWN)
     return named < criteria.AS_GOOD * nameless.weight
 
 

@@ -252,7 +252,9 @@ def _alternatives(finding: Finding, report: Report) -> str:
 
 def _alternative(alternative: Alternative, finding: Finding, report: Report) -> str:
     unit, scale = _units(report)[finding.channel]
-    left = _missing(reasons.NO_RIVAL_ROWS) if alternative.rmse is None else f"{scale * alternative.rmse:.4g} {_e(unit)}"
+    left = (
+        _missing(reasons.NO_ROWS_COMPARED) if alternative.rmse is None else f"{scale * alternative.rmse:.4g} {_e(unit)}"
+    )
     of = "held-out residual" if finding.held_out else "residual of what was fitted"
     return f"{_e(_capital(alternative.name))}: {_e(alternative.why_not)}; {of} {left}."
 

@@ -239,9 +239,11 @@ def test_parameters_are_those_of_the_file(clear: Compared) -> None:
 
 def test_alternatives_were_refitted(clear: Compared) -> None:
     evidence = clear.finding()["evidence"]
-    for rival in clear.finding()["alternatives"]:
-        assert rival["effect"] != EFFECT
-        assert rival["held_out_rmse"] is None or rival["held_out_rmse"] > 0.9 * evidence["held_out_rmse_after"]
+    for alternative in clear.finding()["alternatives"]:
+        assert alternative["effect"] != EFFECT
+        assert (
+            alternative["held_out_rmse"] is None or alternative["held_out_rmse"] > 0.9 * evidence["held_out_rmse_after"]
+        )
 
 
 def test_what_was_found_is_not_found_again(clear: Compared, tmp_path: Path) -> None:
