@@ -253,7 +253,7 @@ def behind_of(model: ChannelModel) -> FloatArray | None:
         regressor = chosen.main.regressor
         if chosen.effect == LAG and isinstance(regressor, Named):
             follow = campaign_lag if regressor.form.remembers else lag
-            rate = float(model.fit.of(chosen.main.place)[0][0]) * follow(frame.power, frame, regressor.point[0])
+            rate = float(model.fit.of(chosen.main.indices)[0][0]) * follow(frame.power, frame, regressor.point[0])
             out = regressor.point[0] * rate + (0.0 if out is None else out)
     return out
 
@@ -372,7 +372,7 @@ def _known_of(search: Search) -> list[Known]:
     out = []
     for chosen in model.chosen:
         if chosen.effect.startswith((SENSOR, LOAD_SIDE)):
-            out += [Known(block.regressor, model.fit.of(block.place)[0]) for block in chosen.blocks]
+            out += [Known(block.regressor, model.fit.of(block.indices)[0]) for block in chosen.blocks]
     return out
 
 
@@ -384,7 +384,7 @@ def _excluded_delay(search: Search) -> tuple[str, ...]:
     block = next((b for b in search.blocks if b.regressor.effect == DELAY), None)
     if block is None or any(chosen.effect == DELAY for chosen in model.chosen):
         return ()
-    variance = fit_blocks(model.bank, [*model.blocks(), block], model.variances).of(block.place)[1][0, 0]
+    variance = fit_blocks(model.bank, [*model.blocks(), block], model.variances).of(block.indices)[1][0, 0]
     within = frame.step > 0.0
     sample = float(np.median(frame.step[within] / frame.count[within]))
     return (DELAY,) if np.sqrt(variance) < sample else ()

@@ -129,7 +129,7 @@ def uncertainty(model: ChannelModel, frame: Frame, rows: NDArray[np.bool_], numb
         return 0.0
     blocks = [b for b in model.blocks() if b.regressor.effect != NUISANCE]
     columns = np.hstack([np.zeros((chosen.size, 0)), *(columns_at(b.regressor, frame, chosen) for b in blocks)])
-    covariance = model.fit.of([i for b in blocks for i in b.place])[1]
+    covariance = model.fit.of([i for b in blocks for i in b.indices])[1]
     variance = np.sum(columns @ covariance * columns, axis=1)
     return float(np.average(np.maximum(variance, 0.0), weights=np.maximum(number[chosen], 1e-9)))
 

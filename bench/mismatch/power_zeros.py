@@ -122,7 +122,7 @@ def left_of(rows: Rows, said: FloatArray, usable: np.ndarray) -> dict[int, float
 def _constant(model: ChannelModel, effect: str) -> float:
     for block in model.base:
         if block.regressor.effect == effect:
-            return float(model.fit.of(block.place)[0][0])
+            return float(model.fit.of(block.indices)[0][0])
     return 0.0
 
 
@@ -131,7 +131,7 @@ def _reported(model: ChannelModel) -> dict[str, tuple[Known, ...]]:
     :data:`REPORTED`, those that there are.
     """
     blocks = [*model.base, *(block for own in model.chosen for block in own.blocks)]
-    known = [Known(block.regressor, model.fit.of(block.place)[0]) for block in blocks]
+    known = [Known(block.regressor, model.fit.of(block.indices)[0]) for block in blocks]
     return {name: own for name in REPORTED if (own := reported_by(known, name))}
 
 

@@ -77,7 +77,7 @@ def values_of(analysis: Analysis, base: Base, whole: bool = True) -> tuple[dict[
     for model in models_of(analysis):
         fit = model.fit if whole else model.refitted([])
         for block in parameters_in(model):
-            coefficients, covariance = fit.of(block.place)
+            coefficients, covariance = fit.of(block.indices)
             weights.setdefault(named(block), []).append((float(coefficients[0]), float(covariance[0, 0])))
     values, std = dict(base.named), {}
     for name, estimates in weights.items():

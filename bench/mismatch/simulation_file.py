@@ -155,7 +155,7 @@ def _calibrated(out: Simulation, model: ChannelModel, block: Block, fit: Fit) ->
     train = model.problem.train
     if not np.any(named.columns(model.problem.rows.frame)[train]):
         return out  # nothing in these recordings depends on it: it stays as it was
-    coefficients, covariance = fit.of(block.place)
+    coefficients, covariance = fit.of(block.indices)
     std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     values = {
         s.symbol: Parameter(float(v), s.unit, float(d))
@@ -194,7 +194,7 @@ def _offset(model: TransmissionModel, whole: bool) -> FloatArray:
     block = next((b for b in own.base if b.regressor.effect == "te.offset"), None)
     if block is None:
         return np.zeros((2, 10))
-    scaled = fit.of(block.place)[0].reshape(2, 10)
+    scaled = fit.of(block.indices)[0].reshape(2, 10)
     return Standardisation(np.asarray(CENTRE), np.asarray(SPREAD)).to_raw(scaled)
 
 

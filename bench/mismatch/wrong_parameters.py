@@ -94,7 +94,7 @@ def _predicted(model: ChannelModel, left_out: Block, fit: Fit) -> FloatArray:
     out = np.zeros(frame.size)
     for block in model.blocks():
         if block is not left_out and block.regressor.effect != NUISANCE:
-            out += block.regressor.columns(frame) @ fit.of(block.place)[0]
+            out += block.regressor.columns(frame) @ fit.of(block.indices)[0]
     return out
 
 

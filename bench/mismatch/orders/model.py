@@ -368,7 +368,7 @@ def offset_alone(model: TransmissionModel, y: FloatArray) -> FloatArray:
     out = np.zeros(y.size)
     for block in blocks:
         if block.regressor.effect != NUISANCE:
-            out += added(block.regressor, model.rows.frame, fit.of(block.place)[0])
+            out += added(block.regressor, model.rows.frame, fit.of(block.indices)[0])
     return out
 
 

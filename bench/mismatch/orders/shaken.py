@@ -43,7 +43,7 @@ def less_inertia(seen: Seen, inertia: float) -> Seen:
 def inertia_of(model: ChannelModel) -> float:
     """The inertia (kg·m²) that a model of the motor torque has, the simulation's or found; 0 where it has none."""
     blocks = [*model.base, *(block for own in model.chosen for block in own.blocks)]
-    return float(sum(model.fit.of(b.place)[0][0] for b in blocks if b.regressor.effect == INERTIA))
+    return float(sum(model.fit.of(b.indices)[0][0] for b in blocks if b.regressor.effect == INERTIA))
 
 
 def still(seen: Periodicity, inertia: float) -> Periodicity:

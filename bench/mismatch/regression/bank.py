@@ -92,9 +92,9 @@ class Bank:
     def add(self, columns: FloatArray) -> tuple[int, ...]:
         """Whiten columns (n, k) and keep them; returns their numbers."""
         white = self.whitening.apply(np.where(np.isfinite(columns), columns, 0.0))
-        place = tuple(range(self.size, self.size + white.shape[1]))
+        indices = tuple(range(self.size, self.size + white.shape[1]))
         self.columns.add(white)
-        return place
+        return indices
 
     def sums(self) -> tuple[FloatArray, FloatArray]:
         """Products of all columns with the ones of each recording (recordings, p), and with y (p,)."""
@@ -281,11 +281,11 @@ def fit(bank: Bank, index: Sequence[int], variances: Sequence[float], precision:
     tried: dict[int, Fit] = {}
     gram = bank.gram(index)
 
-    def at(place: int) -> float:
-        if place not in tried:
-            coefficients, covariance, likelihood = solve(bank.normal(index, variances[place], gram), precision)
-            tried[place] = Fit(tuple(index), coefficients, covariance, variances[place], likelihood)
-        return tried[place].likelihood
+    def at(position: int) -> float:
+        if position not in tried:
+            coefficients, covariance, likelihood = solve(bank.normal(index, variances[position], gram), precision)
+            tried[position] = Fit(tuple(index), coefficients, covariance, variances[position], likelihood)
+        return tried[position].likelihood
 
     def uphill(here: int) -> int:
         while True:

@@ -29,12 +29,12 @@ def free_function(search: Search, others: Sequence[Chosen], block: Block) -> Cho
     most.
     """
     model = search.model
-    weak = np.full(len(block.place), weak_precision(model.bank, block.place))
+    weak = np.full(len(block.indices), weak_precision(model.bank, block.indices))
     fitted = fit_blocks(model.bank, [*model.blocks(others), replace(block, precision=weak)], model.variances)
-    values = block.regressor.columns(model.problem.rows.frame)[model.problem.train] @ fitted.of(block.place)[0]
+    values = block.regressor.columns(model.problem.rows.frame)[model.problem.train] @ fitted.of(block.indices)[0]
     size = _own_size(values)
     if model.problem.spec.integral:  # its values are rates
-        size = float(np.sqrt(np.mean(fitted.of(block.place)[0] ** 2)))
+        size = float(np.sqrt(np.mean(fitted.of(block.indices)[0] ** 2)))
     precision = np.maximum(weak, 1.0 / max(size, 1e-300) ** 2)
     return named_by_course(model, others, Chosen(replace(block, precision=precision)), fitted)
 
@@ -53,21 +53,21 @@ def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen
         better = refined(problem, bank, beside, start, variance, tied=True)
         main = add_block(problem, bank, better)
         fitted = fit_blocks(bank, [*beside, main], model.variances)
-    if not (admissible(better, *fitted.of(main.place)) and _shares(main, beside, fitted)):
+    if not (admissible(better, *fitted.of(main.indices)) and _shares(main, beside, fitted)):
         return None
     if problem.free and not (sound_beside(search, others, main, fitted) and not _taking(search, main, others, fitted)):
         return None
     for other in others:
         # two of one kind with opposite signs are another curve in disguise
         term = other.main.regressor
-        if isinstance(term, Named) and not admissible(term, *fitted.of(other.main.place)):
+        if isinstance(term, Named) and not admissible(term, *fitted.of(other.main.indices)):
             return None
     train = problem.train
     shape, size = None, 0.0
     if model.noise.telling is None and all(c.effect != better.effect for c in others):
         shape = shape_of(problem.channel, better, problem.rows.frame.take(train))
     if shape is not None:
-        effect = better.columns(problem.rows.frame)[train] @ fitted.of(main.place)[0]
+        effect = better.columns(problem.rows.frame)[train] @ fitted.of(main.indices)[0]
         size = _own_size(effect) * _beyond(search, effect, variance)
     whole = with_shape(problem, bank, main, shape, criteria.SHAPE * size)
     fitted = fit_blocks(bank, [*beside, *whole.blocks], model.variances)
@@ -100,7 +100,7 @@ def in_its_form(
     better = refined(model.problem, model.bank, model.blocks(others), start, model.fit.variance)
     plain = Chosen(add_block(model.problem, model.bank, better))
     fitted = fit_blocks(model.bank, model.blocks([*others, plain]), model.variances)
-    if not admissible(better, *fitted.of(plain.main.place)) or impossible(model, others, plain, fitted):
+    if not admissible(better, *fitted.of(plain.main.indices)) or impossible(model, others, plain, fitted):
         return own, density
     without = search.density([*others, plain])
     return (plain, without) if float((without - density).sum()) >= 0.0 else (own, density)
@@ -157,7 +157,7 @@ def _shares(own: Block, blocks: Sequence[Block], fitted: Fit) -> bool:
     term = own.regressor
     assert isinstance(term, Named)
     for other in (b for b in blocks if term.form.shares and b.regressor.effect == term.form.shares):
-        values, covariance = fitted.of([own.place[0], other.place[0]])
+        values, covariance = fitted.of([own.indices[0], other.indices[0]])
         difference = np.array([1.0, -1.0])
         most = criteria.EITHER * float(np.abs(values).max())
         if abs(float(difference @ values)) > most + BEYOND_BOUNDS * np.sqrt(difference @ covariance @ difference):
@@ -174,18 +174,21 @@ def sound_beside(search: Search, others: Sequence[Chosen], by: Block, fitted: Fi
     plain = model.refitted(others)
     for block in [*model.base, *(c.main for c in others)]:
         term = block.regressor
-        if not isinstance(term, Named) or not admissible(term, *plain.of(block.place)):
+        if not isinstance(term, Named) or not admissible(term, *plain.of(block.indices)):
             continue
-        if not admissible(term, *fitted.of(block.place)) and _shared(model.bank, block, by, fitted) > criteria.SHAPE**2:
+        if (
+            not admissible(term, *fitted.of(block.indices))
+            and _shared(model.bank, block, by, fitted) > criteria.SHAPE**2
+        ):
             return False
     return True
 
 
 def _shared(bank: Bank, first: Block, second: Block, fitted: Fit) -> float:
     """Share of the energy of a fitted block's course that the course of another follows."""
-    gram = bank.gram([*first.place, *second.place])
-    size = len(first.place)
-    a, b = fitted.of(first.place)[0], fitted.of(second.place)[0]
+    gram = bank.gram([*first.indices, *second.indices])
+    size = len(first.indices)
+    a, b = fitted.of(first.indices)[0], fitted.of(second.indices)[0]
     across = float(a @ gram[:size, size:] @ b)
     return across**2 / max(float(a @ gram[:size, :size] @ a) * float(b @ gram[size:, size:] @ b), 1e-300)
 
@@ -200,10 +203,10 @@ def _taking(search: Search, main: Block, others: Sequence[Chosen], fitted: Fit) 
     plain = model.refitted(others)
 
     def course(block: Block) -> FloatArray:
-        return np.asarray(block.regressor.columns(frame)[model.problem.train] @ fitted.of(block.place)[0])
+        return np.asarray(block.regressor.columns(frame)[model.problem.train] @ fitted.of(block.indices)[0])
 
     def needed(block: Block, by: Fit) -> bool:
-        return differs_from_zero(*by.of(block.place))
+        return differs_from_zero(*by.of(block.indices))
 
     effect_course = course(main)
     for block in [*model.base, *(c.main for c in others)]:

@@ -58,7 +58,7 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
     beside = sum(of_auxiliary(c.main.regressor) for c in free_ones)
     more = len(free_ones) - beside < MOST_UNKNOWN
     # the columns of a function that the model has already differ from nothing by rounding alone
-    had = {c.main.place for c in model.chosen}
+    had = {c.main.indices for c in model.chosen}
     order = np.argsort(-seen.gain)
     named: dict[str, dict[str, int]] = {}
     free: dict[tuple[str, ...], int] = {}
@@ -67,7 +67,7 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
         if seen.gain[k] < min(seen.price, 0.3 * seen.gain[order[0]]) or not np.isfinite(seen.gain[k]):
             break
         regressor = search.blocks[k].regressor
-        if orphaned(regressor, effects, asked_first) or _kind(regressor) in over or search.blocks[k].place in had:
+        if orphaned(regressor, effects, asked_first) or _kind(regressor) in over or search.blocks[k].indices in had:
             continue
         if isinstance(regressor, Named):
             # a term of the nominal simulation that is switched off is always asked
@@ -231,7 +231,7 @@ def hidden_pair(search: Search, seen: Scan) -> list[Chosen]:
 
 def _possible(block: Block, fitted: Fit) -> bool:
     """Whether a block's coefficients are physically possible."""
-    return not isinstance(block.regressor, Named) or admissible(block.regressor, *fitted.of(block.place))
+    return not isinstance(block.regressor, Named) or admissible(block.regressor, *fitted.of(block.indices))
 
 
 def _kind(regressor: Regressor) -> tuple[str, ...]:

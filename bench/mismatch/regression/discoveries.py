@@ -79,7 +79,7 @@ def _discovery(
     as_good = [r for r in alternatives if r.as_good and r.chosen.effect != UNKNOWN]
     status = UNKNOWN_STATUS if own.effect == UNKNOWN else (AMBIGUOUS if as_good else NAMED)
     regressor = own.main.regressor
-    coefficients, covariance = model.fit.of(own.main.place)
+    coefficients, covariance = model.fit.of(own.main.indices)
     std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     by_itself = alone(model, own)
     wide = std if by_itself is None else by_itself.widened(std)
@@ -194,7 +194,7 @@ def rows_of(model: ChannelModel, own: Chosen, fitted: Fit | None = None) -> list
     fit = model.fit if fitted is None else fitted
     out: list[dict[str, Any]] = []
     for block in own.blocks:
-        coefficients, covariance = fit.of(block.place)
+        coefficients, covariance = fit.of(block.indices)
         std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
         if isinstance(block.regressor, Free):
             out += [{"effect": own.effect, **row} for row in block.regressor.rows(coefficients)]

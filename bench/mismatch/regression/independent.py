@@ -38,7 +38,7 @@ MOST_STAND_INS = 2
 
 def beyond_noise(model: ChannelModel, chosen: Sequence[Chosen], fitted: Fit) -> float:
     """Mean square that some effects leave of the whitened rows, beyond that of noise, which is 1."""
-    index = [i for b in model.blocks(chosen) for i in b.place]
+    index = [i for b in model.blocks(chosen) for i in b.indices]
     return max(float(np.mean(model.bank.residual(index, fitted.coefficients) ** 2)) - 1.0, 0.0)
 
 

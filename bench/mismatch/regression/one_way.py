@@ -59,7 +59,7 @@ def goes_one_way(model: ChannelModel, members: Sequence[Chosen], fitted: Fit) ->
     rows = rows[np.argsort(frame.time[rows], kind="stable")]
     blocks = [b for c in members for b in c.blocks]
     columns = np.hstack([b.regressor.columns(unloaded)[rows] for b in blocks])
-    values, covariance = fitted.of([i for b in blocks for i in b.place])
+    values, covariance = fitted.of([i for b in blocks for i in b.indices])
     return one_way(columns @ values, columns @ covariance @ columns.T)
 
 

@@ -87,4 +87,4 @@ def _numbers(search: Search, chosen: Sequence[Chosen], own: Chosen) -> tuple[Flo
     """Coefficients and nonlinear parameters of a name beside others."""
     regressor = own.main.regressor
     assert isinstance(regressor, Named)
-    return search.model.refitted(chosen).of(own.main.place)[0], np.asarray(regressor.point)
+    return search.model.refitted(chosen).of(own.main.indices)[0], np.asarray(regressor.point)

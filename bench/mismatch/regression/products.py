@@ -137,7 +137,7 @@ def _fitted(
     """
     model, bank = search.model, search.bank
     blocks = model.blocks(others)
-    known = bank.columns.some([i for b in blocks for i in b.place])
+    known = bank.columns.some([i for b in blocks for i in b.indices])
     prior = np.concatenate([np.zeros(0), *(b.precision for b in blocks)])
     weight = bank.shrunk(model.fit.variance)
 

@@ -54,7 +54,7 @@ def projector(bank: Bank, blocks: Sequence[Block], variance: float) -> _Projecto
     share = np.ones(energy.size) if np.isinf(variance) else 1.0 - 1.0 / np.sqrt(1.0 + variance * energy)
     shrink = share / energy
     plain = _Projector(bank, shrink, np.zeros((bank.y.size, 0)))
-    index = [i for b in blocks for i in b.place]
+    index = [i for b in blocks for i in b.indices]
     if not index:
         return plain
     raw = bank.columns.some(index)

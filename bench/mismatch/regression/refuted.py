@@ -206,7 +206,7 @@ def _better_within(left: Sequence[FloatArray], frame: Frame, number: FloatArray)
 
 def _vague(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> bool:
     """Whether an effect of some is at the end of its range, or none of its coefficients is told from nothing."""
-    sure = differs_from_zero(*model.refitted(current).of(own.main.place))
+    sure = differs_from_zero(*model.refitted(current).of(own.main.indices))
     return not sure or strained(own.main.regressor, model.problem.rows.frame)
 
 

@@ -222,8 +222,8 @@ def carried_over(search: Search, to: Search) -> Search:
     problem = model.problem
 
     def moved(block: Block) -> Block:
-        place = bank.add(block.regressor.columns(problem.rows.frame)[problem.train])
-        return replace(block, place=place)
+        indices = bank.add(block.regressor.columns(problem.rows.frame)[problem.train])
+        return replace(block, indices=indices)
 
     chosen = [
         replace(c, main=moved(c.main), shape=None if c.shape is None else moved(c.shape)) for c in search.model.chosen

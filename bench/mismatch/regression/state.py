@@ -46,12 +46,12 @@ class Search:
         """
         model = self.model
         blocks = model.blocks(chosen)
-        index = [i for b in blocks for i in b.place]
+        index = [i for b in blocks for i in b.indices]
         precision = np.concatenate([b.precision for b in blocks]) if blocks else np.zeros(0)
         residual = model.bank.residual(index, fitted.coefficients)
-        places = [b.place for b in self.blocks]
+        indices = [b.indices for b in self.blocks]
         extra, cut, seed = self.extra, self.units, self.seed
-        return scan(model.bank, index, precision, fitted.variance, residual, places, extra, cut, seed, shuffled, least)
+        return scan(model.bank, index, precision, fitted.variance, residual, indices, extra, cut, seed, shuffled, least)
 
     def out(self, regressor: Regressor) -> bool:
         """Whether a function without a name is one of those that were refuted: of the same quantities, times the same
@@ -68,7 +68,7 @@ class Search:
         """Let go of what only a search needs, when all is found: from now on effects of the model can be refitted, no
         more.
         """
-        self.bank.close([i for b in self.model.blocks() for i in b.place])
+        self.bank.close([i for b in self.model.blocks() for i in b.indices])
         self.blocks, self.scans = [], []
 
 

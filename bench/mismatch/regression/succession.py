@@ -89,7 +89,11 @@ def without_empty_laws(search: Search, found: Sequence[Slot]) -> list[Slot]:
     for slot in found:
         model, own = search.model, slot.chosen
         changed = any(own.effect in laws(c.main.regressor) for c in model.chosen if c is not own)
-        if not isinstance(own.main.regressor, Named) or not changed or differs_from_zero(*model.fit.of(own.main.place)):
+        if (
+            not isinstance(own.main.regressor, Named)
+            or not changed
+            or differs_from_zero(*model.fit.of(own.main.indices))
+        ):
             continue
         others = [c for c in model.chosen if c is not own]
         loss = float((search.density(model.chosen) - search.density(others)).sum())

@@ -51,7 +51,7 @@ def bursts(search: Search) -> Bursts | None:
     problem = model.problem
     rows = np.flatnonzero(problem.train)
     frame = problem.rows.frame.take(rows)
-    index = [i for b in model.blocks() for i in b.place]
+    index = [i for b in model.blocks() for i in b.indices]
     left = model.bank.residual(index, model.fit.coefficients)
     starts = model.bank.whitening.starts
     # a recording's own offset is no burst

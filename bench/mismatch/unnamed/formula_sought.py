@@ -56,7 +56,7 @@ def _shapes(model: ChannelModel, own: Chosen, free: Free, number: int, seed: int
     problem = model.problem
     frame, train = problem.rows.frame, problem.train
     before = sum(g.size for g in free.grids[:number])
-    coefficients = free.values(model.fit.of(own.main.place)[0])[before : before + grid.size]
+    coefficients = free.values(model.fit.of(own.main.indices)[0])[before : before + grid.size]
     times = factor(grid.times, frame)[train]
     said = Grid(grid.over, "1", grid.knots).columns(frame)[train] @ coefficients
     values = _values(model, grid)[0]

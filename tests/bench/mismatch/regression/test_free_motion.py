@@ -95,7 +95,7 @@ def test_gravity_beside_all_terms_is_found_with_its_size() -> None:
     found = searched(asked(frame, plain(frame) + 1.5 * np.sin(frame.q) + noise(frame), *NOMINAL)).model
     (own,) = found.chosen
     assert own.effect == "load.unbalance"
-    assert np.hypot(*found.fit.of(own.main.place)[0]) == pytest.approx(1.5, rel=0.05)
+    assert np.hypot(*found.fit.of(own.main.indices)[0]) == pytest.approx(1.5, rel=0.05)
 
 
 def test_a_term_that_is_left_out_is_found_beside_what_hides_it() -> None:
@@ -169,11 +169,11 @@ def test_a_law_is_told_without_its_changes_and_as_uncertain_as_they_make_it() ->
     assert {c.effect for c in model.chosen} == {"friction.coulomb", "friction.viscous_quadratic"}
     law = next(c for c in model.chosen if c.effect == "friction.coulomb")
     change = next(c for c in model.chosen if c is not law)
-    own, (beside, covariance) = alone(model, law), model.fit.of(law.main.place)
+    own, (beside, covariance) = alone(model, law), model.fit.of(law.main.indices)
     assert own is not None
     assert beside == pytest.approx(COULOMB, abs=0.02)
     assert own.coefficients[0] < COULOMB - 0.05  # a line through a parabola starts below it
-    assert own.coefficients == pytest.approx(model.refitted([law]).of(law.main.place)[0])
+    assert own.coefficients == pytest.approx(model.refitted([law]).of(law.main.indices)[0])
     assert own.coefficients + own.shift == pytest.approx(beside)
     assert abs(own.coefficients[0] - COULOMB) < 2.0 * own.widened(own.std)[0]
     assert own.widened(np.sqrt(np.diag(covariance)))[0] > 5.0 * np.sqrt(covariance[0, 0])
@@ -189,7 +189,7 @@ def test_an_effect_that_makes_friction_negative_is_none(size: float, sound: bool
     search = begun(asked(frame, drag + rest, *NOMINAL))
     model = search.model
     coulomb = next(b for b in model.base if b.regressor.effect == "friction.coulomb")
-    assert model.fit.of(coulomb.place)[0] > 0.0
+    assert model.fit.of(coulomb.indices)[0] > 0.0
     decaying = add_block(model.problem, search.bank, named("friction.stribeck", MOTOR_TORQUE, "exponential", (5.0,)))
     assert sound_beside(search, [], decaying, model.refitted([Chosen(decaying)])) is sound
 
@@ -203,9 +203,9 @@ def test_an_effect_takes_nothing_from_a_term_that_it_shares_nothing_with(name: s
     model = search.model
     own = add_block(model.problem, search.bank, free(f"aux/{name}", "1", -1.0, 1.0))
     fitted = model.refitted([Chosen(own)])
-    (inertia,) = next(b for b in model.base if b.regressor.effect == "motor.inertia").place
+    (inertia,) = next(b for b in model.base if b.regressor.effect == "motor.inertia").indices
     negative = np.where(np.array(fitted.index) == inertia, -INERTIA, fitted.coefficients)
-    far = np.where(np.array(fitted.index) == own.place[0], 1.0, negative)
+    far = np.where(np.array(fitted.index) == own.indices[0], 1.0, negative)
     assert sound_beside(search, [], own, replace(fitted, coefficients=far)) is sound
 
 
