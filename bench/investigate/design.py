@@ -85,7 +85,7 @@ def nearest(question: Question, measured: Measured) -> Truth | None:
     if not is_regressor(found.effect, found.channel):
         return None
     fit = fitted_to(measured, found.effect, found.discovery.added[:: int(measured.each)])
-    return None if fit is None else Truth(fit.term, fit.own())
+    return None if fit is None else Truth(fit.term, fit.term_coefficients())
 
 
 def best(

@@ -137,7 +137,7 @@ def resonances(data: Amplitudes, forms: Sequence[str] = tuple(MODES)) -> list[La
 
 
 def course(law: Law, data: Amplitudes) -> Complex:
-    """What a law of the form 1 + e*g multiplies the strength of each order by in the revolutions (revolutions, orders)."""
+    """Factor of the strength of each order in the revolutions (revolutions, orders) by a law of the form 1 + e*g."""
     if law.form in EACH:
         return EACH[law.form](data.frequency, *law.point[:2])
     g = value(law.effect, law.form, law.point, data.x, data.time, law.reference)

@@ -281,7 +281,7 @@ class _Within:
         return own, float(np.sum(np.abs(own) ** 2))
 
     def gained(self, swing: Complex) -> float:
-        """Log marginal likelihood gained if the vectors have some of a ``swing`` (revolutions,), of the order's size."""
+        """Log marginal likelihood gained if the vectors have some of a ``swing`` (revolutions,) of the order's size."""
         own, power = self._under(swing)
         prior = 2.0 * PRIOR_REVOLUTIONS
         before = float(np.sum(np.abs(self.left) ** 2))

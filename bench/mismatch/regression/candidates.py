@@ -274,12 +274,12 @@ def _of_product(channel: str, times: str) -> str:
     return UNKNOWN
 
 
-def shape_of(channel: str, own: Regressor, frame: Frame, number: int = KNOTS[-1]) -> Free | None:
+def shape_of(channel: str, regressor: Regressor, frame: Frame, number: int = KNOTS[-1]) -> Free | None:
     """The function by which nature's form of an effect may differ from a name's; None where it has none."""
     grids = []
-    form = own.form if isinstance(own, Named) else None
-    for name, times in LIBRARY[own.effect].shape_of(channel, form):
+    form = regressor.form if isinstance(regressor, Named) else None
+    for name, times in LIBRARY[regressor.effect].shape_of(channel, form):
         knots = knots_of(quantity(name, frame), number)
         if knots is not None:
             grids.append(Grid((name,), times, (knots,)))
-    return Free(channel, tuple(grids), own.effect) if grids else None
+    return Free(channel, tuple(grids), regressor.effect) if grids else None

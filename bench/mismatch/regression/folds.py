@@ -39,11 +39,11 @@ def density(model: ChannelModel, blocks: Sequence[Block]) -> FloatArray:
 
 
 def squares(
-    bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: float, own_zeros: bool = False
+    bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: float, fit_zeros: bool = False
 ) -> FloatArray:
     """Squares of what the model, fitted without it, leaves of each fold (folds,), whitened; see :func:`predictive`.
 
-    A density forgives what the model knows it does not know; squares are what a prediction costs. With ``own_zeros``
+    A density forgives what the model knows it does not know; squares are what a prediction costs. With ``fit_zeros``
     the zeros of a sensor in the fold itself, which no other fold tells, are fitted to it, at their prior: they are no
     matter of what the model predicts.
     """
@@ -57,10 +57,10 @@ def squares(
         residual = np.append(beta, -1.0)[np.append(fold.indices, whole.shape[0] - 1)]
         slope = fold.gram @ residual
         out[f] = residual @ slope
-        own = np.flatnonzero(zero[fold.indices])
-        if own_zeros and own.size:
-            inner = fold.gram[np.ix_(own, own)] + np.diag(precision[fold.indices[own]])
-            out[f] -= slope[own] @ np.linalg.solve(inner, slope[own])
+        zeros_of_fold = np.flatnonzero(zero[fold.indices])
+        if fit_zeros and zeros_of_fold.size:
+            inner = fold.gram[np.ix_(zeros_of_fold, zeros_of_fold)] + np.diag(precision[fold.indices[zeros_of_fold]])
+            out[f] -= slope[zeros_of_fold] @ np.linalg.solve(inner, slope[zeros_of_fold])
     return out
 
 

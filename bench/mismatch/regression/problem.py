@@ -96,7 +96,7 @@ class ChannelProblem:
     """nominal terms that the simulation is known to lack, where they are asked before their changes: one from elsewhere
     may have them
     """
-    turning: tuple[str, ...] | None = None
+    angles: tuple[str, ...] | None = None
     """auxiliary quantities that are angles; None where nothing tells"""
     free: bool = False
     """whether the motion follows no set speeds: operating points are none that were run apart"""

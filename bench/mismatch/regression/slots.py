@@ -74,61 +74,63 @@ def slots(search: Search) -> list[Slot]:
     return [_slot(search, chosen, whole, number) for number, chosen in enumerate(model.chosen)]
 
 
-def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
+def _slot(search: Search, tested: Chosen, whole: FloatArray, number: int) -> Slot:
     model = search.model
-    others = without(model.chosen, own, model.problem.lacking)
+    others = without(model.chosen, tested, model.problem.lacking)
     fitted = model.refitted(others)
     seen = search.scan(others, fitted, least=LEAST_SHARE)
     nothing = search.density(others)
     gain = float((whole - nothing).sum())
-    found = [c for c in _alternatives(search, own, others, seen) if c.effect != own.effect or own.effect == UNKNOWN]
+    found = [
+        c for c in _alternatives(search, tested, others, seen) if c.effect != tested.effect or tested.effect == UNKNOWN
+    ]
     if model.problem.free:
         found = [c for c in found if sound_beside(search, others, c.main, model.refitted([*others, c]))]
     # a name and its alternatives meet in the form in which each predicts best
-    rated = own
+    rated = tested
     if any(c.effect != UNKNOWN for c in found):
-        rated, whole = in_its_form(search, others, own, whole)
+        rated, whole = in_its_form(search, others, tested, whole)
     formed = [in_its_form(search, others, c, search.density([*others, c])) for c in found]
     found, densities = [c for c, _ in formed], [density for _, density in formed]
     table = np.array([whole, *densities, nothing])
     # before anything is measured a name is likelier than a free function
-    prior = np.array([_prior(model, c) for c in (own, *found)] + [1.0])
-    costs = np.array([description(model, c) for c in (own, *found)] + [0.0])
+    prior = np.array([_prior(model, c) for c in (tested, *found)] + [1.0])
+    costs = np.array([description(model, c) for c in (tested, *found)] + [0.0])
     # a loop that was hardly turned is no likelier than the functions of the torque which it is like
-    unturned = idle(search, own)
+    unturned = idle(search, tested)
     prior[0] *= np.exp(-criteria.RICHER * unturned)
     share = prior * weights(table, search.seed + number, costs)
     share = share / share.sum()
-    heirs, needless = heirs_of(model, others, (own, *found))
-    for k in sorted(heirs, key=lambda k: -numbers_of((own, *found)[k])):
+    heirs, needless = heirs_of(model, others, (tested, *found))
+    for k in sorted(heirs, key=lambda k: -numbers_of((tested, *found)[k])):
         share[heirs[k]] += share[k]
         share[k] = 0.0
 
     def worth(probability: float, chosen: Chosen) -> float:
         # at the end of its range a term turns into another
-        turned = strained(chosen.main.regressor, model.problem.rows.frame)
-        return probability * (criteria.EITHER if turned else 1.0)
+        at_end = strained(chosen.main.regressor, model.problem.rows.frame)
+        return probability * (criteria.EITHER if at_end else 1.0)
 
     at_its_end = strained(rated.main.regressor, model.problem.rows.frame)
     alternatives: list[Contender] = []
     for k, (chosen, density) in enumerate(zip(found, densities, strict=True)):
         loss, error = apart(whole, density)
-        odds = worth(share[k + 1], chosen) / max(worth(share[0], own), 1e-300)
+        odds = worth(share[k + 1], chosen) / max(worth(share[0], tested), 1e-300)
         near = unturned and _of_the_torque(chosen) and loss < gain - loss
         # what says with more numbers what the effect says is no other explanation
         if not near and heirs.get(k + 1) != 0:
-            near = called_as_good(own, chosen, float(odds), loss, error, at_its_end)
+            near = called_as_good(tested, chosen, float(odds), loss, error, at_its_end)
             doubtful = chosen.effect != UNKNOWN and criteria.VERY_STRONG <= loss < 2.0 * criteria.VERY_STRONG
             near = near or (doubtful and predict_alike(model, others, rated, chosen))
         alternatives.append(Contender(chosen, density, loss, error, float(share[k + 1]), near))
     plainer = alternatives[heirs[0] - 1] if 0 in heirs else None
     alternatives.sort(key=lambda r: r.loss)
     last = search.scans[-1] if search.scans else seen
-    return Slot(own, gain, last.p_value(gain), float(share[0]), tuple(alternatives), plainer, needless)
+    return Slot(tested, gain, last.p_value(gain), float(share[0]), tuple(alternatives), plainer, needless)
 
 
 def called_as_good(
-    own: Chosen, other: Chosen, odds: float, loss: float, error: float, at_its_end: bool = False
+    tested: Chosen, other: Chosen, odds: float, loss: float, error: float, at_its_end: bool = False
 ) -> bool:
     """Whether another explanation is not told apart from an effect: its ``odds`` against it, and its ``loss`` of log
     density at points left out with the standard ``error``.
@@ -139,13 +141,13 @@ def called_as_good(
     """
     by_chance = loss < criteria.BESIDE_UNKNOWN_ERRORS * error
     enough = (2.0 if by_chance else 1.0) * criteria.VERY_STRONG
-    both_named = UNKNOWN not in (own.effect, other.effect)
+    both_named = UNKNOWN not in (tested.effect, other.effect)
     return odds > criteria.AS_GOOD or (both_named and (loss < enough or (by_chance and at_its_end)))
 
 
-def _of_the_torque(own: Chosen) -> bool:
+def _of_the_torque(chosen: Chosen) -> bool:
     """Whether a name is a function of the torque: beside it a loop that was never turned is its form, not its path."""
-    return own.effect != UNKNOWN and set(own.main.regressor.variables) <= {"torque", "load_motor_torque"}
+    return chosen.effect != UNKNOWN and set(chosen.main.regressor.variables) <= {"torque", "load_motor_torque"}
 
 
 def _prior(model: ChannelModel, chosen: Chosen) -> float:
@@ -153,7 +155,7 @@ def _prior(model: ChannelModel, chosen: Chosen) -> float:
     return prior_of(chosen) * float(np.exp(-price_of_course(model, chosen.main.regressor)))
 
 
-def _alternatives(search: Search, own: Chosen, others: Sequence[Chosen], seen: Scan) -> list[Chosen]:
+def _alternatives(search: Search, tested: Chosen, others: Sequence[Chosen], seen: Scan) -> list[Chosen]:
     """Other explanations that come near, refined beside the other effects."""
     taken = {c.effect for c in others}
     named: dict[str, dict[str, int]] = {}
@@ -166,12 +168,12 @@ def _alternatives(search: Search, own: Chosen, others: Sequence[Chosen], seen: S
             continue
         if isinstance(regressor, Named):
             room = regressor.effect in named or len(named) < MOST_ALTERNATIVES
-            if regressor.effect not in taken and regressor.effect != own.effect and room:
+            if regressor.effect not in taken and regressor.effect != tested.effect and room:
                 forms = named.setdefault(regressor.effect, {})
                 # which form is best is known when each has its own parameters: one may end up at the end of its range
                 if len(forms) < MOST_FORMS:
                     forms.setdefault(regressor.form.name, int(k))
-        elif len(free) < 2 and (own.main.regressor.variables != regressor.variables or own.effect != UNKNOWN):
+        elif len(free) < 2 and (tested.main.regressor.variables != regressor.variables or tested.effect != UNKNOWN):
             free.setdefault(regressor.variables, int(k))
     out = []
     for forms in named.values():
@@ -179,22 +181,22 @@ def _alternatives(search: Search, own: Chosen, others: Sequence[Chosen], seen: S
         candidates = [c for c in shapes if c is not None]
         if len(candidates) > 1:
             worth = np.array([float(search.density([*others, c]).sum()) - handicap_of(search, c) for c in candidates])
-            candidates = [candidates[_meeting(search, own, candidates, worth)]]
+            candidates = [candidates[_meeting(search, tested, candidates, worth)]]
         out += candidates
     for k in free.values():
         block = search.blocks[k]
-        if isinstance(block.regressor, Free) and _of_the_name(block.regressor, {own.effect, *taken} - {UNKNOWN}):
+        if isinstance(block.regressor, Free) and _of_the_name(block.regressor, {tested.effect, *taken} - {UNKNOWN}):
             continue
         out.append(free_function(search, others, block))
     return out
 
 
-def _meeting(search: Search, own: Chosen, forms: Sequence[Chosen], worth: FloatArray) -> int:
+def _meeting(search: Search, tested: Chosen, forms: Sequence[Chosen], worth: FloatArray) -> int:
     """In which of its forms, of a ``worth`` (n,) in log density each, a name meets an effect: the best, or one nearly
     as good that says something else. A form of which the effect is a case is no other explanation.
     """
     best = int(np.argmax(worth))
-    others = [k for k, c in enumerate(forms) if not holds(search.model.problem, c, own)]
+    others = [k for k, c in enumerate(forms) if not holds(search.model.problem, c, tested)]
     if best in others or not others:
         return best
     second = max(others, key=lambda k: worth[k])
@@ -205,7 +207,9 @@ def _of_the_name(free: Free, effects: set[str]) -> bool:
     """Whether a free function is one of those by which nature's form of an effect may differ from the library's: it
     says nothing against the name.
     """
-    own = {(name, grid.times) for grid in free.grids for name in grid.over}
+    shapes = {(name, grid.times) for grid in free.grids for name in grid.over}
     return any(
-        effect == free.effect or own <= LIBRARY[effect].shapes(free.channel) for effect in effects if effect in LIBRARY
+        effect == free.effect or shapes <= LIBRARY[effect].shapes(free.channel)
+        for effect in effects
+        if effect in LIBRARY
     )

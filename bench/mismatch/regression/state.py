@@ -11,7 +11,7 @@ from bench.mismatch.regression.bank import Bank, Fit
 from bench.mismatch.regression.folds import density
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Regressor
-from bench.mismatch.regression.scan import LEAST_OWN, Scan, scan
+from bench.mismatch.regression.scan import LEAST_ENERGY_LEFT, Scan, scan
 from bench.mismatch.regression.sign_blocks import Units
 from bench.simulation.frame import FloatArray
 
@@ -40,7 +40,9 @@ class Search:
         """Log predictive density of each point left out, with some effects."""
         return density(self.model, self.model.blocks(chosen))
 
-    def scan(self, chosen: Sequence[Chosen], fitted: Fit, shuffled: bool = False, least: float = LEAST_OWN) -> Scan:
+    def scan(
+        self, chosen: Sequence[Chosen], fitted: Fit, shuffled: bool = False, least: float = LEAST_ENERGY_LEFT
+    ) -> Scan:
         """Gains of all candidates beside some effects, and their price (``shuffled``: by the residual itself);
         ``least``: see :func:`bench.mismatch.regression.scan.scan`.
         """

@@ -118,7 +118,7 @@ class Fit:
     shifted: float
     """sum of squares of what the simulation beside it takes over"""
 
-    def own(self) -> FloatArray:
+    def term_coefficients(self) -> FloatArray:
         """The term's own coefficients (k,)."""
         return self.coefficients[self.coefficients.size - len(self.term.form.linear) :]
 
@@ -168,7 +168,7 @@ def both_ways(
     wrong = fitted_to(measured, effect, truth.on(measured.frame))
     if wrong is None:
         return []
-    other = Truth(wrong.term, wrong.own())
+    other = Truth(wrong.term, wrong.term_coefficients())
     back = fitted_to(measured, truth.term.effect, other.on(measured.frame))
     looks = [Look(measured, truth, wrong, frames, most_rows)]
     return looks if back is None else [*looks, Look(measured, other, back, frames, most_rows)]

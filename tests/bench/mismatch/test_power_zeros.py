@@ -221,7 +221,7 @@ def test_zeros_of_recordings_take_nothing_from_the_size_of_an_effect() -> None:
     # what differs from recording to recording as a zero does is beyond the simulation all the same
     rng = np.random.default_rng(2)
     course = rows.frame.elapsed * rng.normal(size=RECORDINGS_MADE)[rows.frame.recording]
-    assert np.std(course - model.calibration.said(course)) > 0.9 * np.std(course)
+    assert np.std(course - model.calibration.projected(course)) > 0.9 * np.std(course)
 
 
 def test_zeros_differ_as_far_as_the_motor_torque_shows() -> None:

@@ -10,7 +10,7 @@ import pytest
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.alone import alone
 from bench.mismatch.regression.beside import sound_beside
-from bench.mismatch.regression.copies import copies, told
+from bench.mismatch.regression.copies import copies, notes_of
 from bench.mismatch.regression.description import description
 from bench.mismatch.regression.heredity import laws, orphaned, without, without_laws
 from bench.mismatch.regression.model import Block, Chosen, add_block
@@ -113,7 +113,7 @@ def test_a_term_that_is_left_out_is_found_beside_what_hides_it() -> None:
 def test_a_number_costs_half_the_logarithm_of_the_rows_that_tell_it() -> None:
     frame = swinging()
     search = begun(asked(frame, plain(frame) + noise(frame), *NOMINAL))
-    telling = search.model.noise.telling
+    telling = search.model.noise.independent_rows
     assert telling is not None
     assert telling <= frame.size
     block = next(b for b in search.blocks if b.regressor.numbers == 2)
@@ -130,7 +130,7 @@ def test_a_residual_that_lasts_counts_for_as_many_rows_as_it_has_moments() -> No
     lasting = np.repeat(white[::10], 10)
     assert alike_for(lasting, starts) == pytest.approx(10.0, rel=0.4)
     own = of_free_motion(Rows(frame, lasting, frame.count), lasting)
-    assert own.telling == pytest.approx(frame.size / alike_for(lasting, starts))
+    assert own.independent_rows == pytest.approx(frame.size / alike_for(lasting, starts))
     assert own.sigma[0] > 2.0 * np.std(lasting)
 
 
@@ -228,7 +228,9 @@ def test_another_reading_of_a_channel_is_a_copy_and_no_cause() -> None:
     aux = {"degrees": np.degrees(frame.q) + 30.0, "amperes": y / 0.07, "oil": np.sin(0.2 * frame.time)}
     own = asked(replace(frame, aux=aux), y, *NOMINAL)
     assert copies(own) == {"degrees": "motor_angle", "amperes": MOTOR_TORQUE}
-    assert told({"amperes": MOTOR_TORQUE}) == ["aux/amperes is motor_torque once more: nothing is said to depend on it"]
+    assert notes_of({"amperes": MOTOR_TORQUE}) == [
+        "aux/amperes is motor_torque once more: nothing is said to depend on it"
+    ]
     names = {name for b in begun(own).blocks for name in b.regressor.variables}
     assert "aux/oil" in names
     assert not any("amperes" in name or "degrees" in name for name in names)
