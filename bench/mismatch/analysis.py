@@ -18,7 +18,7 @@ from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.reaction import Reaction, reaction_of
 from bench.mismatch.orders.revolutions import found_in
 from bench.mismatch.orders.shaft import PHASES
-from bench.mismatch.orders.shaken import inertia_from_orders, inertia_of, still
+from bench.mismatch.orders.shaken import inertia_from_orders, inertia_of, without_shaking
 from bench.mismatch.orders.sight import known_orders
 from bench.mismatch.orders.torques import torque_discoveries
 from bench.mismatch.outcomes import of_search, of_transmission
@@ -159,7 +159,7 @@ def _beside_orders(out: Analysis, data: Dataset, given: Given, problem: ChannelP
         recordings = {s.recording for s in seen.shaft} | {s.recording for s in seen.output}
         rate = min((float(data.members[k].recording.sample_rate) for k in recordings), default=1.0)
         inertia = inertia_from_orders(seen, rate, data.folder.manner.smoothing, seed)
-    found = torque_discoveries(still(seen, inertia_of(search.model) if inertia is None else inertia), seed)
+    found = torque_discoveries(without_shaking(seen, inertia_of(search.model) if inertia is None else inertia), seed)
     waves = np.sum([np.zeros(problem.rows.size), *(d.added for d in found)], axis=0)
     size = float(np.sqrt(np.average(waves**2, weights=np.where(problem.usable, problem.rows.number, 0.0))))
     if size == 0.0 or size < criteria.LEAST_STRENGTH * search.model.floor:
@@ -184,7 +184,7 @@ def _outcome_of(
         found = out.periodic.get(channel)
         if found is None:
             seen = periodicity_of(data, given, search, reaction, _misread(out))
-            found = torque_discoveries(still(seen, inertia_of(search.model)), seed)
+            found = torque_discoveries(without_shaking(seen, inertia_of(search.model)), seed)
         outcome.discoveries += found
     densities, moving = data.density.get(channel, ()), data.unsteady.get(channel, ())
     # the gearbox's orders are felt in the torques as well, most of all those that a mode makes large
@@ -221,7 +221,9 @@ def _as_warm_as_it_is(
 def _holds_with(
     out: Analysis, data: Dataset, given: Given, rows: Rows, formulas: bool, seed: int, banned: Sequence[str]
 ) -> bool:
-    """Whether nothing without a name is left in the motor torque, and the temperature still shows a lag with it."""
+    """Whether nothing without a name is left in the motor torque, and the temperature still shows a lag with
+    it.
+    """
     outcome = _outcome_of(out, data, given, out.searches[MOTOR_TORQUE], formulas, seed)
     if any(d.effect == UNKNOWN for d in outcome.discoveries):
         return False

@@ -78,19 +78,19 @@ def search_between(
     energy = np.where(usable, power / (2.0 * shape**2) - len(whole.revolutions), -np.inf)
     path = Path.of(seen, train)
     out: list[WeakOrder] = []
-    plain, asked = whole.gains_of(table, shape), price + float(np.log(PARTS))
-    clear = asked + CLEAR * float(np.sqrt(len(whole.revolutions)))
+    plain, least = whole.gains_of(table, shape), price + float(np.log(PARTS))
+    clear = least + CLEAR * float(np.sqrt(len(whole.revolutions)))
     for _ in range(MOST_SUMMITS):
         k = int(np.argmax(energy))
         # an order gains no more than its energy
-        if not energy[k] > asked:
+        if not energy[k] > least:
             break
         about = np.flatnonzero((np.abs(grid - grid[k]) <= SIDE_LINES) & np.isfinite(energy))
         away = np.abs(grid - grid[k])
         # of some thousand parts of an order noise has such an energy at many: where it is no more, one is not followed
-        seen_at_once = energy[k] > clear or plain[about].max() > asked
+        seen_at_once = energy[k] > clear or plain[about].max() > least
         line = path.best(whole, grid[about], table[:, about], shape[about], fitted) if seen_at_once else None
-        if line is None or line.gain <= asked:
+        if line is None or line.gain <= least:
             energy[away <= SIDE_LINES] = -np.inf
             continue
         energy[(away < LEAK) | (np.abs(grid - line.order) < LEAK)] = -np.inf
@@ -118,14 +118,14 @@ class Path:
     @classmethod
     def of(cls, seen: Seen, train: NDArray[np.bool_]) -> Path:
         """The path of the training revolutions."""
-        theta = [rest.theta for rest, own in zip(seen.rest, train, strict=True) if own]
+        theta = [rest.theta for rest, trained in zip(seen.rest, train, strict=True) if trained]
         span = (max(float(t.max()) for t in theta) - min(float(t.min()) for t in theta)) / (2.0 * np.pi)
         step = 1.0 / (STEPS * max(span, 1.0))
         number = min(int(np.ceil(NEXT / step)), MOST_STEPS)
         steps = step * np.arange(-number, number + 1, dtype=np.float64)
         return cls(np.array([float(t.mean()) for t in theta]), step, steps)
 
-    def turned(self, vectors: Complex, more: FloatArray) -> Complex:
+    def rotated(self, vectors: Complex, more: FloatArray) -> Complex:
         """Vectors (revolutions,) of an order as those of orders that are ``more`` (k,) higher (revolutions, k)."""
         return np.asarray(vectors[:, None] * np.exp(-1j * self.at[:, None] * more))
 
@@ -136,8 +136,8 @@ class Path:
         Recordings before a heating run and after it are apart by many revolutions, and at several orders their phases
         are alike or nearly so; at all but one the temperature has to turn them.
         """
-        own = replace(one, shape=np.full(more.size, one.shape[0]))
-        gain, which = own.gains(self.turned(one.vectors[:, 0], more))
+        stage = replace(one, shape=np.full(more.size, one.shape[0]))
+        gain, which = stage.gains(self.rotated(one.vectors[:, 0], more))
         factors = np.array([len(model) for model in MODELS])[which]
         return gain - np.where(more == 0.0, 0.0, self.price) - (factors - 1) * float(np.log(len(one.revolutions)))
 
@@ -169,19 +169,19 @@ class Path:
         stages = [beside(whole, float(f), fitted, vectors[:, i], float(shape[i])) for i, f in enumerate(orders)]
         k = int(np.argmax([self.stepped(one)[1] for one in stages]))
         more = self.followed(stages[k])[0]
-        order, own = float(orders[k]), stages[k]
+        order, stage = float(orders[k]), stages[k]
         if more:
             order = rounded(float(orders[k]) + more)
-            turned = self.turned(vectors[:, k], np.array([more]))[:, 0]
-            own = beside(whole, order, fitted, turned, float(shape[k]))
-        gain = float(own.gains(own.vectors)[0][0]) - (self.price if more else 0.0)
+            rotated = self.rotated(vectors[:, k], np.array([more]))[:, 0]
+            stage = beside(whole, order, fitted, rotated, float(shape[k]))
+        gain = float(stage.gains(stage.vectors)[0][0]) - (self.price if more else 0.0)
         nearest = int(np.argmin(np.abs(orders - order)))
         plain = float(stages[nearest].gains(stages[nearest].vectors)[0][0])
         if plain >= gain:
-            order, own, gain = float(orders[nearest]), stages[nearest], plain
-        _, number = own.gains(own.vectors)
-        line = own.estimated(order, MODELS[number[0]], own.vectors[:, 0], float(own.shape[0]), gain)
-        return line if _says(own, line) >= HALF else None
+            order, stage, gain = float(orders[nearest]), stages[nearest], plain
+        _, number = stage.gains(stage.vectors)
+        line = stage.estimated(order, MODELS[number[0]], stage.vectors[:, 0], float(stage.shape[0]), gain)
+        return line if _explained_share(stage, line) >= HALF else None
 
 
 def rounded(order: float) -> float:
@@ -189,7 +189,7 @@ def rounded(order: float) -> float:
     return float(f"{order:.9g}")
 
 
-def _says(one: Stage, line: WeakOrder) -> float:
+def _explained_share(one: Stage, line: WeakOrder) -> float:
     """Share of the energy at a stage's one order, beyond that of noise, which a line says."""
     energy = float(np.sum(np.abs(one.vectors) ** 2))
     noise = 2.0 * float(one.shape[0]) ** 2 * len(one.revolutions)

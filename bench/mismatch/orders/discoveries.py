@@ -101,10 +101,10 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
         sight = Sight.of(model)
         assert sight is not None
     # what a strong mode leaves of the orders is no pulse
-    places = [] if model.laws else defects.search(sight, seed)
-    if places:
-        rebuilt(model, defects.all_pulses(places))
-        pulses = of_pulses(model, places)
+    found_defects = [] if model.laws else defects.search(sight, seed)
+    if found_defects:
+        rebuilt(model, defects.all_pulses(found_defects))
+        pulses = of_pulses(model, found_defects)
         if pulses is None:
             rebuilt(model, ())
         sight = Sight.of(model)
@@ -123,9 +123,9 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
             "equation": PAIR,
         }
         confidence = probability(pair.p_value)
-        told = of_orders(model, sight, "te.sideband", pair.orders, teeth, pair.p_value, confidence, extra)
-        out.append(told)
-        if told is not None:
+        sidebands = of_orders(model, sight, "te.sideband", pair.orders, teeth, pair.p_value, confidence, extra)
+        out.append(sidebands)
+        if sidebands is not None:
             rest = [f for f in rest if f not in pair.orders]
     plain = _plain(model, sight, rest, teeth)
     if parts and plain is None:
@@ -142,7 +142,7 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
             plain, simulation_rows=plain.simulation_rows + law.simulation_rows, numbers=plain.numbers + law.numbers
         )
         law = None
-    if pulses is not None and plain is not None and _of_pulses(sight, places, plain.orders):
+    if pulses is not None and plain is not None and _of_pulses(sight, found_defects, plain.orders):
         pulses = replace(
             pulses,
             words=f"{pulses.words}, whose form {len(plain.orders)} orders complete",
@@ -154,7 +154,7 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
     return [d for d in (law, pulses, encoder, *out, plain) if d is not None]
 
 
-def _of_pulses(sight: Sight, places: Sequence[defects.Defect], orders: Sequence[float]) -> bool:
+def _of_pulses(sight: Sight, found_defects: Sequence[defects.Defect], orders: Sequence[float]) -> bool:
     """Whether orders are what the form of pulses leaves of nature's: of the energy of their sum, less what would lie
     there by chance, most lies at the places of the pulses, within half their width of these. Orders of a gearbox act
     over all of the revolution.
@@ -165,7 +165,7 @@ def _of_pulses(sight: Sight, places: Sequence[defects.Defect], orders: Sequence[
     table = np.zeros(ANGLES // 2 + 1, dtype=np.complex128)
     table[whole] = sight.mean[whole].imag - 1j * sight.mean[whole].real
     course = np.fft.irfft(table, ANGLES)
-    inside = defects.at_places(places, np.arange(ANGLES, dtype=np.float64) * (2.0 * np.pi / ANGLES), 1.0)
+    inside = defects.near_defects(found_defects, np.arange(ANGLES, dtype=np.float64) * (2.0 * np.pi / ANGLES), 1.0)
     share, chance = float(np.sum(course[inside] ** 2) / np.sum(course**2)), float(np.mean(inside))
     return share - chance > 0.5 * (1.0 - chance)
 
@@ -204,11 +204,11 @@ def _law(model: TransmissionModel, seed: int, first: Discovery | None) -> Discov
         model.periodic = with_parts(model, replace(before, series=joined, laws=(*before.laws, found.law)))
         # a mode may be the leakage of a tone or of orders, and a law without a name claims nothing but that it predicts
         doubtful = found.law.effect in (UNNAMED, RESONANCE)
-        told = of_law(model, found, before) if borne_out(model, before, model.periodic, doubtful) else None
-        if told is None:
+        described = of_law(model, found, before) if borne_out(model, before, model.periodic, doubtful) else None
+        if described is None:
             model.periodic = before
             break
-        out = told if out is None else further(model, out, told)
+        out = described if out is None else further(model, out, described)
     return out
 
 

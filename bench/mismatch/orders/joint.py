@@ -74,10 +74,10 @@ def needless(
     for order in found:
         one = _alone(whole, seen, train, order)
         gains[order] = float(one.gains(one.vectors)[0][0])
-    asked = {f: price + (np.log(PARTS) if is_between(f) else 0.0) for f in gains}
+    least = {f: price + (np.log(PARTS) if is_between(f) else 0.0) for f in gains}
     out: list[float] = []
     for order in sorted(gains, key=lambda f: gains[f]):
-        if gains[order] < asked[order] and all(abs(order - gone) > APART for gone in out):
+        if gains[order] < least[order] and all(abs(order - gone) > APART for gone in out):
             out.append(order)
     return out
 
@@ -85,6 +85,6 @@ def needless(
 def _alone(whole: Stage, seen: Seen, train: NDArray[np.bool_], order: float) -> Stage:
     """The training revolutions at one of the orders that were fitted together, each as sure as the others leave it."""
     scale = whole.scale / left_of(whole, order, seen.orders)
-    own: Complex = seen.vectors[train, seen.orders.index(order)]
+    residual: Complex = seen.vectors[train, seen.orders.index(order)]
     sigma = whole.shape[[min(round(order), whole.shape.size - 1)]]
-    return replace(whole, vectors=(own / scale)[:, None], scale=scale, shape=sigma)
+    return replace(whole, vectors=(residual / scale)[:, None], scale=scale, shape=sigma)

@@ -76,7 +76,7 @@ class Line:
         return np.asarray(np.column_stack([factors[t] for t in self.model]) @ self.amplitude)
 
 
-def standing(revolutions: Revolutions, models: Sequence[Model], seed: int) -> list[Line]:
+def significant_lines(revolutions: Revolutions, models: Sequence[Model], seed: int) -> list[Line]:
     """Orders of the training revolutions that stand, strongest first."""
     train = revolutions.train
     if int(train.sum()) < criteria.FEWEST_TURNS:
@@ -109,10 +109,10 @@ def standing(revolutions: Revolutions, models: Sequence[Model], seed: int) -> li
 def _basis(revolutions: Revolutions, train: NDArray[np.bool_], model: Model) -> FloatArray | None:
     """Columns (revolutions, k) of a model; None where the revolutions do not tell them apart."""
     x = np.column_stack([revolutions.factors[t][train] for t in model])
-    return x if _told_apart(x) else None
+    return x if _distinguishable(x) else None
 
 
-def _told_apart(x: FloatArray) -> bool:
+def _distinguishable(x: FloatArray) -> bool:
     """Whether some revolutions tell the factors (revolutions, k) of a model apart."""
     unit = np.sqrt(np.sum(x**2, axis=0))
     if np.any(unit == 0.0) or len(x) < 2 * x.shape[1] + 2:
@@ -157,7 +157,7 @@ def _parts(x: FloatArray, seen: NDArray[np.bool_]) -> list[_Part]:
     patterns, number = np.unique(seen, axis=1, return_inverse=True)
     for k in range(patterns.shape[1]):
         rows = patterns[:, k]
-        if not _told_apart(x[rows]):
+        if not _distinguishable(x[rows]):
             continue
         left, values, _ = np.linalg.svd(x[rows], full_matrices=False)
         basis = left[:, values > 1e-6 * values.max()]
@@ -240,8 +240,8 @@ def _estimated(
         densities[other] = -0.5 * np.bincount(fold, squares / variance)
     shares = weights(np.asarray(list(densities.values())), seed)
     losses = {}
-    for other, own_density in densities.items():
-        gap = densities[model] - own_density
+    for other, density in densities.items():
+        gap = densities[model] - density
         error = float(np.std(gap, ddof=1) * np.sqrt(gap.size)) if gap.size > 1 else 0.0
         losses[other] = (float(gap.sum()), error)
     share = dict(zip(densities, (float(s) for s in shares), strict=True))

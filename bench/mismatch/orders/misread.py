@@ -84,11 +84,11 @@ def torque_check(
     ``share`` of the load's reaction that the other orders have in the motor torque, with its standard deviation.
     """
     shown = [_points(seen, revolutions, recordings, shaft, ratio, order) for order in orders]
-    told = [_estimated(points, share) for points in shown if points is not None]
-    rate = criteria.ERROR_RATE_OF_A_CHANNEL / max(len(told), 1)
-    found = [m for m in told if m.p_value < rate and not _of_the_loop(seen, m)]
+    estimates = [_estimated(points, share) for points in shown if points is not None]
+    rate = criteria.ERROR_RATE_OF_A_CHANNEL / max(len(estimates), 1)
+    found = [m for m in estimates if m.p_value < rate and not _of_the_loop(seen, m)]
     mostly = any(abs(m.vector) > HALF * _size(seen, m.order) for m in found)
-    return TorqueCheck(tuple(m.order for m in told), tuple(found) if mostly else ())
+    return TorqueCheck(tuple(m.order for m in estimates), tuple(found) if mostly else ())
 
 
 def _of_the_loop(seen: Seen, part: Misread) -> bool:
@@ -135,16 +135,27 @@ def _points(
     times = round(order / ratio)
     column = seen.vectors[:, seen.orders.index(order)]
     recording = np.array([t.recording for t in revolutions])
-    reach = np.array([t.torque for t in revolutions]) / ratio * -1j * order  # derivative of a + j*b is -j*f*(a + j*b)
+    vectors_per_share = (
+        np.array([t.torque for t in revolutions]) / ratio * -1j * order
+    )  # derivative of a + j*b is -j*f*(a + j*b)
     rows = []
     for one in shaft:
-        own = np.flatnonzero(recording == one.recording)
-        if one.recording not in recordings or not own.size or times >= one.amplitude.size:
+        rows_of_recording = np.flatnonzero(recording == one.recording)
+        if one.recording not in recordings or not rows_of_recording.size or times >= one.amplitude.size:
             continue
         at = one.in_band[times]
         if np.isfinite(at):
-            whole = np.mean(reach[own] * 1j * np.conj(column[own]))
-            rows.append((at, whole, np.mean(reach[own]), one.velocity, one.sigma, np.mean(column[own])))
+            whole = np.mean(vectors_per_share[rows_of_recording] * 1j * np.conj(column[rows_of_recording]))
+            rows.append(
+                (
+                    at,
+                    whole,
+                    np.mean(vectors_per_share[rows_of_recording]),
+                    one.velocity,
+                    one.sigma,
+                    np.mean(column[rows_of_recording]),
+                )
+            )
     if len(rows) < criteria.FEWEST_RECORDINGS + 1 + NUISANCES:
         return None
     torque, reaction, unit, velocity, sigma, vectors = (np.array(c) for c in zip(*rows, strict=True))

@@ -29,7 +29,7 @@ from bench.mismatch.orders.revolutions import (
 )
 from bench.mismatch.orders.ringing import ringing, rings_for
 from bench.mismatch.orders.series import Series, calibrate
-from bench.mismatch.orders.unsure import turned_through, unsure
+from bench.mismatch.orders.unsure import angle_of_rows, unsure
 from bench.mismatch.orders.weak import Stage, WeakOrder, search
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.course import added
@@ -229,9 +229,9 @@ def with_noise(model: TransmissionModel, now: Seen) -> None:
     """Tell a model's noise from what its revolutions show and its rows scatter."""
     assert model.periodic is not None
     slope = model.periodic.slope(model.rows.frame.take(steady_rows(model)))
-    own = model.rows.take(steady_rows(model))
-    inner = np.maximum(own.within - 2.0 * slope * own.lean + slope**2 * own.sweep, 0.0)
-    model.noise = slow.mixture(now, model.revolutions, own, inner, usual_rate(model.rows.frame))
+    steady = model.rows.take(steady_rows(model))
+    inner = np.maximum(steady.within - 2.0 * slope * steady.lean + slope**2 * steady.sweep, 0.0)
+    model.noise = slow.mixture(now, model.revolutions, steady, inner, usual_rate(model.rows.frame))
 
 
 def steady_rows(model: TransmissionModel) -> NDArray[np.bool_]:
@@ -256,14 +256,14 @@ def calibrate_all(model: TransmissionModel, now: Seen, known: Sequence[float], f
             continue
         vectors = now.vectors[model.train, k] / stage.scale
         sigma = float(stage.shape[min(round(f), HIGHEST_ORDER)])
-        own = stage.estimated(f, order.model, vectors, sigma, order.gain)
-        if model.laws or stage.misfit(own, vectors, sigma) > FOLLOWED:
+        estimate = stage.estimated(f, order.model, vectors, sigma, order.gain)
+        if model.laws or stage.misfit(estimate, vectors, sigma) > FOLLOWED:
             polynomial.append(f)
-        weak.append(own)
+        weak.append(estimate)
     revolutions = model.training_revolutions
-    place = np.array([now.orders.index(f) for f in polynomial], dtype=np.int64)
+    columns = np.array([now.orders.index(f) for f in polynomial], dtype=np.int64)
     noise = now.noise(polynomial)[model.train]
-    vectors = now.vectors[model.train][:, place]
+    vectors = now.vectors[model.train][:, columns]
     alone = tuple(w for w in weak if w.order not in polynomial)
     model.seen = now
 
@@ -283,11 +283,13 @@ def with_parts(model: TransmissionModel, periodic: Periodic) -> Periodic:
         return periodic
     y = model.rows.y if model.quiet is None else model.quiet
     rest = replace(periodic, series=periodic.series.less(periodic.series.orders), laws=())
-    own = y.copy()
+    rest_of_rows = y.copy()
     for part in model.parts:
-        own[part.rows] -= rest.evaluate(model.rows.frame.take(part.rows))
+        rest_of_rows[part.rows] -= rest.evaluate(model.rows.frame.take(part.rows))
     white = float(np.median(model.seen.white[model.train]))
-    return replace(periodic, series=refined(periodic.series, model.rows, own, model.parts, white, periodic.laws))
+    return replace(
+        periodic, series=refined(periodic.series, model.rows, rest_of_rows, model.parts, white, periodic.laws)
+    )
 
 
 def _wavering(model: TransmissionModel, y: FloatArray) -> FloatArray:
@@ -346,11 +348,11 @@ def _unsure(
     assert model.periodic is not None
     assert model.noise is not None
     frame, rate, series = rows.frame, usual_rate(model.rows.frame), model.periodic.series
-    span = turned_through(frame, rate)
+    span = angle_of_rows(frame, rate)
     doubt = series.variance(states, frame.last_direction, span)
-    asked = usable & (model.folds[frame.recording] >= 0) & (rows.number > 0)
+    counted = usable & (model.folds[frame.recording] >= 0) & (rows.number > 0)
     noise = model.noise.of_means(rows.number, durations(frame))
-    shared = unsure(series, model.periodic.laws, rate, frame, noise, asked)
+    shared = unsure(series, model.periodic.laws, rate, frame, noise, counted)
     if shared is None:
         return doubt, model.base
     doubt = np.maximum(doubt - shared.explained(states, frame.last_direction, span), 0.0)

@@ -230,7 +230,7 @@ def of_each(data: Amplitudes) -> Moved | None:
 
     def each(point: Sequence[float]) -> FloatArray:
         swings = EACH[form](data.frequency, point[0], point[1])
-        return np.array([own.gained(swings[:, k]) for k, own in enumerate(within)])
+        return np.array([vectors.gained(swings[:, k]) for k, vectors in enumerate(within)])
 
     def gain(point: Sequence[float]) -> float:
         return float(np.sum(np.maximum(each(point), 0.0))) - unusual(point[1]) - float(np.log(2.0 * len(data.time)))
@@ -277,23 +277,23 @@ class _Within:
         return cls(np.asarray(lower), covariance, np.asarray(left), level)
 
     def _under(self, swing: Complex) -> tuple[Complex, float]:
-        own = np.asarray(self.level * solve_triangular(self.lower, swing, lower=True))
-        return own, float(np.sum(np.abs(own) ** 2))
+        whitened = np.asarray(self.level * solve_triangular(self.lower, swing, lower=True))
+        return whitened, float(np.sum(np.abs(whitened) ** 2))
 
     def gained(self, swing: Complex) -> float:
         """Log marginal likelihood gained if the vectors have some of a ``swing`` (revolutions,) of the order's size."""
-        own, power = self._under(swing)
+        whitened, power = self._under(swing)
         prior = 2.0 * PRIOR_REVOLUTIONS
         before = float(np.sum(np.abs(self.left) ** 2))
-        after = before - abs(complex(np.vdot(own, self.left))) ** 2 / (1.0 + power)
+        after = before - abs(complex(np.vdot(whitened, self.left))) ** 2 / (1.0 + power)
         revolutions = len(self.left) + PRIOR_REVOLUTIONS
         return float(revolutions * np.log((before + prior) / (max(after, 0.0) + prior)) - np.log(1.0 + power))
 
     def strength(self, swing: Complex) -> complex:
         """How much of a swing the vectors have, over what they are without it."""
-        own, power = self._under(swing)
-        share = complex(np.vdot(own, self.left)) / (1.0 + power)
-        rest = solve_triangular(self.lower.T, self.left - share * own, lower=False)
+        whitened, power = self._under(swing)
+        share = complex(np.vdot(whitened, self.left)) / (1.0 + power)
+        rest = solve_triangular(self.lower.T, self.left - share * whitened, lower=False)
         mean = complex(np.mean(self.polynomials @ rest))
         return share * self.level / mean if mean else 0.0j
 

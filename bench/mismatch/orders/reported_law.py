@@ -101,8 +101,8 @@ def further(model: TransmissionModel, first: Discovery, second: Discovery) -> Di
     assert model.periodic is not None
     before, last = model.periodic.laws[-2:]
     # orders that a pulse has drawn are none any more
-    still = [f for f in dict.fromkeys((*before.orders, *last.orders)) if f in model.periodic.series.orders]
-    both = replace(last, orders=tuple(still))
+    remaining = [f for f in dict.fromkeys((*before.orders, *last.orders)) if f in model.periodic.series.orders]
+    both = replace(last, orders=tuple(remaining))
     number = np.where(model.inside, model.rows.number, 0.0)
     names = {str(row["symbol"]): f"{row['symbol']}_2" for row in second.parameters}
     parameters = tuple({**row, "symbol": names[str(row["symbol"])]} for row in second.parameters)

@@ -146,14 +146,14 @@ def _rests(values: FloatArray, scale: float) -> bool:
 
 def seen(looks: Sequence[Look], revolutions: Sequence[Revolution], y: FloatArray, orders: Sequence[float]) -> Seen:
     """Fit ``orders`` to ``y`` (n,) in each revolution; the residual's spectrum and its noise."""
-    asked = tuple(float(f) for f in orders)
-    shown = [look.fitted(y, np.asarray(asked)) for look in looks]
-    vectors = np.array([one.vectors for one in shown]).reshape(len(revolutions), len(asked))
+    fitted = tuple(float(f) for f in orders)
+    shown = [look.fitted(y, np.asarray(fitted)) for look in looks]
+    vectors = np.array([one.vectors for one in shown]).reshape(len(revolutions), len(fitted))
     left = np.array([one.left for one in shown]).reshape(len(revolutions), HIGHEST_ORDER + 1)
     scatter = scattered(left, revolutions)
-    sigma = _levels(scatter, asked)
-    noise = _coloured(scatter, sigma, revolutions, asked)
-    return Seen(asked, vectors, left, noise, np.array([one.white for one in shown]), tuple(one.rest for one in shown))
+    sigma = _levels(scatter, fitted)
+    noise = _coloured(scatter, sigma, revolutions, fitted)
+    return Seen(fitted, vectors, left, noise, np.array([one.white for one in shown]), tuple(one.rest for one in shown))
 
 
 def scattered(left: Complex, revolutions: Sequence[Revolution]) -> Complex:

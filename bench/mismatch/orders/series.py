@@ -184,13 +184,13 @@ def calibrate(
         for side in sides:
             rows = direction * side > 0
             basis = scalings[side].monomials(x[rows])
-            place = 0 if side > 0 else 1
+            row = 0 if side > 0 else 1
             for k in range(number):
                 begin = None
-                if (step or known is not None) and doubt[place, k] < WILD:
+                if (step or known is not None) and doubt[row, k] < WILD:
                     source = (amplitude, phase) if step else (known.amplitude, known.phase)  # type: ignore[union-attr]
                     begin = np.concatenate([source[0][side][k], source[1][side][k]])
-                spread = noise[rows, k] * np.sqrt(doubt[place, k])
+                spread = noise[rows, k] * np.sqrt(doubt[row, k])
                 fit = fit_order(basis, vectors[rows, k], spread, prior, begin)
                 loss[k] += fit.loss
                 amplitude[side][k], phase[side][k], covariance[side][k] = fit.amplitude, fit.phase, fit.covariance
@@ -201,7 +201,7 @@ def calibrate(
                     left = vectors[rows, k] - (basis @ fit.amplitude) * np.exp(1j * (basis @ fit.phase))
                     free = max(2.0 * rows.sum() - 2.0 - fit.determined.sum(), 2.0)
                     square = np.sum(np.abs(left) ** 2 / (noise[rows, k] ** 2 + (RELATIVE_NOISE * size) ** 2))
-                    doubt[place, k] = max(1.0, float(square / free))
+                    doubt[row, k] = max(1.0, float(square / free))
         if known is None and found:
             prior = _empirical_prior(np.asarray(found), np.asarray(determined))
     return Series(

@@ -10,7 +10,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import NAMED, UNKNOWN, UNNAMED, Discovery
-from bench.mismatch.orders.lines import Line, Model, Revolutions, standing
+from bench.mismatch.orders.lines import Line, Model, Revolutions, significant_lines
 from bench.mismatch.orders.periodicity import (
     LOW_ORDERS,
     MOST_WAVES,
@@ -63,10 +63,10 @@ def over_shaft(seen: Periodicity, seed: int) -> list[Discovery]:
         return []
     shaft, revolutions = shaft_revolutions(seen)
     whole = replace(revolutions, vectors=np.array([s.amplitude for s in shaft]))
-    lines = standing(revolutions, SHAFT_MODELS, seed)
+    lines = significant_lines(revolutions, SHAFT_MODELS, seed)
     known = {line.order for line in lines}
     # an order that few recordings are slow enough for is told by the others, in which it is folded
-    lines += [line for line in standing(whole, SHAFT_MODELS, seed) if line.order not in known]
+    lines += [line for line in significant_lines(whole, SHAFT_MODELS, seed) if line.order not in known]
     lines = sorted((s for s in lines if s.order * seen.ratio > LOW_ORDERS), key=lambda line: -line.gain)
     # the drive's loop follows what its encoder says: what it makes of an error of that is no effect of its own
     lines = [s for s in lines if s.order % PHASES == 0 or s.order not in seen.followed]
@@ -108,8 +108,8 @@ def _equation(effect: str, waves: Sequence[Wave], main: Line, over: str) -> str:
     name, with all its waves where it has more than one vector.
     """
     if main.model not in PLAIN:
-        own = [w for w in waves if w.order == waves[0].order]
-        return f"tau_m {equation(own, over)}; order n of the shaft: a_r its root mean square amplitude"
+        of_order = [w for w in waves if w.order == waves[0].order]
+        return f"tau_m {equation(of_order, over)}; order n of the shaft: a_r its root mean square amplitude"
     wave = "a_rc*cos(n*u*theta) + a_rs*sin(n*u*theta)"
     wave = f"({wave})*tau_m/tau_r" if main.model == PLAIN[1] else wave
     wave += ", a_r = sqrt(a_rc**2 + a_rs**2)"
@@ -139,9 +139,9 @@ def _of_line(line: Line, revolutions: Revolutions, typical: float) -> tuple[list
         return [], [parameter("a_r", size, "N*m", std), n]
     at = typical if line.model == PLAIN[1] else 0.0
     vector, std = complex(line.amplitude[0]) * (at or 1.0), float(np.sqrt(line.variance[0])) * (at or 1.0)
-    own = [parameter("a_rc", vector.real, "N*m", std), parameter("a_rs", vector.imag, "N*m", std), n]
-    own += [parameter("tau_r", at, "N*m", None)] if at else []
-    return own, [parameter("a_r", abs(vector), "N*m", std), *own]
+    parameters = [parameter("a_rc", vector.real, "N*m", std), parameter("a_rs", vector.imag, "N*m", std), n]
+    parameters += [parameter("tau_r", at, "N*m", None)] if at else []
+    return parameters, [parameter("a_r", abs(vector), "N*m", std), *parameters]
 
 
 def _of_shaft(seen: Periodicity, revolutions: Revolutions, effect: str, lines: Sequence[Line]) -> Discovery | None:
@@ -156,18 +156,18 @@ def _of_shaft(seen: Periodicity, revolutions: Revolutions, effect: str, lines: S
     waves: list[Wave] = []
     parameters: list[Row] = []
     for line in lines:
-        own = [replace(wave_of(line, k), order=line.order * seen.ratio) for k in range(len(line.model))]
-        waves += own
-        of_form, told = _of_line(line, revolutions, typical)
+        line_waves = [replace(wave_of(line, k), order=line.order * seen.ratio) for k in range(len(line.model))]
+        waves += line_waves
+        of_form, of_line = _of_line(line, revolutions, typical)
         if line is main:
-            parameters = told
+            parameters = of_line
         if effect == RIPPLE and of_form:
             by_symbol = {str(p["symbol"]): {"value": p["value"], "unit": p["unit"], "std": p["std"]} for p in of_form}
             rows.append({"effect": effect, "form": "ripple", "channels": [MOTOR_TORQUE], "parameters": by_symbol})
         else:
-            told_waves = [w.to_json() for w in own]
+            wave_rows = [w.to_json() for w in line_waves]
             form = {} if direct else {"form": "ripple"}
-            rows.append({"effect": effect, **form, "channels": [MOTOR_TORQUE], "waves": told_waves})
+            rows.append({"effect": effect, **form, "channels": [MOTOR_TORQUE], "waves": wave_rows})
     p_value = max(line.p_value for line in lines)
     return Discovery(
         effect=effect,

@@ -14,7 +14,7 @@ from typing import TypeVar
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.orders.lines import Complex, Line, Model, Revolutions, standing
+from bench.mismatch.orders.lines import Complex, Line, Model, Revolutions, significant_lines
 from bench.mismatch.orders.periodicity import Periodicity
 from bench.mismatch.orders.shaft import PLAIN, SHAFT_MODELS, shaft_revolutions
 from bench.mismatch.orders.torques import OUTPUT_MODELS, output_revolutions
@@ -42,11 +42,11 @@ def less_inertia(seen: Seen, inertia: float) -> Seen:
 
 def inertia_of(model: ChannelModel) -> float:
     """The inertia (kg·m²) that a model of the motor torque has, the simulation's or found; 0 where it has none."""
-    blocks = [*model.base, *(block for own in model.chosen for block in own.blocks)]
+    blocks = [*model.base, *(block for chosen in model.chosen for block in chosen.blocks)]
     return float(sum(model.fit.of(b.indices)[0][0] for b in blocks if b.regressor.effect == INERTIA))
 
 
-def still(seen: Periodicity, inertia: float) -> Periodicity:
+def without_shaking(seen: Periodicity, inertia: float) -> Periodicity:
     """What is periodic less what an ``inertia`` (kg·m²) asks for."""
     return replace(
         seen,
@@ -64,7 +64,7 @@ def inertia_from_orders(seen: Periodicity, rate: float, span: float, seed: int) 
     freedom = 0
     for revolutions, shaking, hertz, models, plain in _looks(seen):
         slow = passed_by(rate, span, hertz) >= PASSED
-        for line in standing(revolutions, models, seed):
+        for line in significant_lines(revolutions, models, seed):
             if line.model not in plain or not slow[line.order] or (plain is PLAIN and line.order in seen.followed):
                 continue
             torque, shaken = _beyond(revolutions, revolutions.vectors, line), _beyond(revolutions, shaking, line)

@@ -14,7 +14,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import AMBIGUOUS, NAMED, UNKNOWN, UNNAMED, Discovery, RefittedAlternative
-from bench.mismatch.orders.lines import Line, Model, Revolutions, standing
+from bench.mismatch.orders.lines import Line, Model, Revolutions, significant_lines
 from bench.mismatch.orders.periodicity import (
     LOW_ORDERS,
     MOST_WAVES,
@@ -60,17 +60,19 @@ def _over_output(seen: Periodicity, seed: int, taken: Collection[float]) -> list
     if not seen.output:
         return []
     revolutions = output_revolutions(seen.output, seen.folds)
-    lines = [s for s in standing(revolutions, OUTPUT_MODELS, seed) if s.order > LOW_ORDERS and s.order not in taken]
+    lines = [
+        s for s in significant_lines(revolutions, OUTPUT_MODELS, seed) if s.order > LOW_ORDERS and s.order not in taken
+    ]
     one_way = len({s.direction for s, t in zip(seen.output, revolutions.train, strict=True) if t}) < 2
     by_effect: dict[str, list[tuple[Line, tuple[int, ...]]]] = {}
     for line in lines:
         for k, factor in enumerate(line.model):
             effect = name_of(seen.channel, line.order, factor)
-            own = by_effect.setdefault(effect, [])
-            if own and own[-1][0] is line:
-                own[-1] = (line, (*own[-1][1], k))
+            lines_of_effect = by_effect.setdefault(effect, [])
+            if lines_of_effect and lines_of_effect[-1][0] is line:
+                lines_of_effect[-1] = (line, (*lines_of_effect[-1][1], k))
             else:
-                own.append((line, (k,)))
+                lines_of_effect.append((line, (k,)))
     out = []
     for effect, parts in by_effect.items():
         found = _discovery(seen, revolutions, effect, parts, one_way)
@@ -107,12 +109,12 @@ def _discovery(
     parts: Sequence[tuple[Line, tuple[int, ...]]],
     one_way: bool,
 ) -> Discovery | None:
-    waves = [wave_of(line, k) for line, own in parts for k in own]
+    waves = [wave_of(line, k) for line, members in parts for k in members]
     squares = squares_of(seen, revolutions, parts)
     size = np.sqrt(max(power(revolutions, parts), 0.0))
     if size < criteria.LEAST_STRENGTH * seen.floor:
         return None
-    main, own = parts[0]
+    main, members = parts[0]
     confidence: float | None
     confidence, alternatives = _weighed(seen.channel, effect, main)
     status = NAMED if effect != UNNAMED else UNKNOWN
@@ -133,10 +135,10 @@ def _discovery(
         status=status,
         confidence=confidence,
         channel=seen.channel,
-        words=LIBRARY[effect].name if term is not None else _unnamed(main, own),
-        equation=_equation(seen.channel, effect, main.model[own[0]], waves),
+        words=LIBRARY[effect].name if term is not None else _unnamed(main, members),
+        equation=_equation(seen.channel, effect, main.model[members[0]], waves),
         variables=("angle",) if effect != UNNAMED or main.model == ("1",) else ("angle", "torque"),
-        parameters=tuple(_parameters(seen, effect, main, own)),
+        parameters=tuple(_parameters(seen, effect, main, members)),
         added=on_rows(waves, seen.rows),
         gain=float(sum(line.gain for line, _ in parts)),
         p_value=max(line.p_value for line, _ in parts),
@@ -151,8 +153,8 @@ def _discovery(
 def _equation(channel: str, effect: str, factor: str, waves: Sequence[Wave]) -> str:
     """Equation of the strongest order, after all orders where they have no name."""
     if effect == UNBALANCE:
-        own = "m_s*sin(q) + m_c*cos(q)"
-        left = f"tau_m += ({own})/u" if channel == MOTOR_TORQUE else f"{channel} += {own}"
+        function = "m_s*sin(q) + m_c*cos(q)"
+        left = f"tau_m += ({function})/u" if channel == MOTOR_TORQUE else f"{channel} += {function}"
         return f"{left}, m_u = sqrt(m_s**2 + m_c**2)"
     if effect == FRICTION:
         return f"tau_m += {times(factor, 'f_pc*cos(m*q) + f_ps*sin(m*q)')}"

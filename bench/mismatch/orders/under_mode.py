@@ -148,12 +148,12 @@ class _Search:
                 break
             floor = float(np.sqrt(model.noise.variance))
             whole = np.arange(stage.vectors.shape[1], dtype=np.float64)
-            fresh = _standing(stage, stage.vectors, whole, law, now.orders, floor, model.price)
+            fresh = _significant(stage, stage.vectors, whole, law, now.orders, floor, model.price)
             if not fresh:
                 between = now.between()[model.train] / stage.scale[:, None]
                 parts = np.arange(between.shape[1]) / PARTS
                 price = model.price + float(np.log(PARTS))
-                fresh = _apart(_standing(stage, between, parts, law, now.orders, floor, price))
+                fresh = _apart(_significant(stage, between, parts, law, now.orders, floor, price))
             fresh = [w for w in fresh if w.order not in found]
             if not fresh:
                 break
@@ -190,7 +190,7 @@ def _apart(lines: Sequence[WeakOrder]) -> list[WeakOrder]:
     return out
 
 
-def _standing(
+def _significant(
     stage: Stage,
     vectors: Complex,
     orders: FloatArray,
@@ -227,12 +227,12 @@ def _gains(
     best, which, held = np.full(orders.size, -np.inf), np.zeros(orders.size, dtype=np.int64), np.zeros(orders.size)
     for number, groups in enumerate(([np.ones(side.size, dtype=bool)], [side > 0, side <= 0])):
         left, power = vectors.copy(), np.zeros(orders.size)
-        for own in (g for g in groups if g.any()):
-            weight = np.sum(np.abs(by[own]) ** 2, axis=0)
-            value = np.sum(np.conj(by[own]) * vectors[own], axis=0) / weight
-            leverage = np.minimum(np.abs(by[own]) ** 2 / weight, MOST_LEVERAGE)
-            left[own] = (vectors[own] - by[own] * value) / (1.0 - leverage)
-            power += 0.5 * np.sum(np.abs(by[own] * value * stage.scale[own][:, None]) ** 2, axis=0) / side.size
+        for group in (g for g in groups if g.any()):
+            weight = np.sum(np.abs(by[group]) ** 2, axis=0)
+            value = np.sum(np.conj(by[group]) * vectors[group], axis=0) / weight
+            leverage = np.minimum(np.abs(by[group]) ** 2 / weight, MOST_LEVERAGE)
+            left[group] = (vectors[group] - by[group] * value) / (1.0 - leverage)
+            power += 0.5 * np.sum(np.abs(by[group] * value * stage.scale[group][:, None]) ** 2, axis=0) / side.size
         gain = gain_of(energy, np.sum(np.abs(left) ** 2, axis=0), side.size, shape)
         better = gain > best + (0.0 if number == 0 else criteria.RICHER)
         best, which, held = np.where(better, gain, best), np.where(better, number, which), np.where(better, power, held)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bench.mismatch.orders.lines import Revolutions, standing
+from bench.mismatch.orders.lines import Revolutions, significant_lines
 from bench.mismatch.orders.torques import OUTPUT_MODELS, name_of
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE
 
@@ -26,7 +26,7 @@ def revolutions(constant: complex, by_direction: complex, seed: int = 0) -> Revo
 
 def test_noise_has_no_orders() -> None:
     """Nothing stands in noise."""
-    assert standing(revolutions(0.0, 0.0), OUTPUT_MODELS, 0) == []
+    assert significant_lines(revolutions(0.0, 0.0), OUTPUT_MODELS, 0) == []
 
 
 @pytest.mark.parametrize(
@@ -37,7 +37,7 @@ def test_what_an_order_is_in_proportion_to(
     constant: complex, by_direction: complex, model: tuple[str, ...], effect: str
 ) -> None:
     """Gravity is the same both ways, friction is not."""
-    found = standing(revolutions(constant, by_direction), OUTPUT_MODELS, 0)
+    found = significant_lines(revolutions(constant, by_direction), OUTPUT_MODELS, 0)
     assert [line.order for line in found] == [1]
     assert found[0].model == model
     assert name_of(MOTOR_TORQUE, 1, model[0]) == effect

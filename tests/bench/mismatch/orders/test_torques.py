@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bench.mismatch.given import Given
 from bench.mismatch.orders.periodicity import LOW_ORDERS, Periodicity, loudness, on_rows
 from bench.mismatch.orders.shaft import factors
-from bench.mismatch.orders.shaken import inertia_from_orders, still
+from bench.mismatch.orders.shaken import inertia_from_orders, without_shaking
 from bench.mismatch.orders.torques import torque_discoveries
 from bench.mismatch.recordings.output_orders import HIGHEST_OUTPUT_ORDER, OutputSpectrum
 from bench.mismatch.recordings.rows import Rows
@@ -170,7 +170,7 @@ def test_the_orders_tell_the_inertia_of_a_shaft_that_they_shake() -> None:
     given = shaken_by_its_ripple(0.8)
     inertia = inertia_from_orders(given, RATE, SPAN, 0)
     assert inertia == pytest.approx(INERTIA, rel=0.05)
-    (ripple,) = torque_discoveries(still(given, INERTIA), 0)
+    (ripple,) = torque_discoveries(without_shaking(given, INERTIA), 0)
     assert ripple.effect == "motor.torque_ripple"
     assert ripple.parameters[0]["value"] == pytest.approx(0.05, rel=0.05)
     # with the inertia's part in it the order is smaller than the ripple is, and another at each speed
