@@ -16,7 +16,7 @@ import numpy as np
 from bench.identification.series.polar import fit_polynomials, mean_size
 from bench.mismatch.orders.revolutions import Complex, Revolution, directions, states
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.sines import summed, turned
+from bench.simulation.sines import phasors, summed
 from bench.simulation.waves import ROWS_AT_ONCE, kept_by_mean
 
 FIRST_PRIOR = np.array([0.3, 0.3, 0.3, 0.6, 0.6, 0.6, 0.3, 0.3, 0.3])
@@ -91,7 +91,7 @@ class Series:
             rows = direction * side > 0
             if rows.any():
                 basis = self.scaling[side].monomials(x[rows])
-                out[rows] = (basis @ self.amplitude[side].T) * turned(basis @ self.phase[side].T)
+                out[rows] = (basis @ self.amplitude[side].T) * phasors(basis @ self.phase[side].T)
         return out
 
     def variance(self, x: FloatArray, direction: FloatArray, span: FloatArray | None = None) -> FloatArray:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bench.mismatch import criteria
 from bench.mismatch.recordings.level import confirmed
 from bench.mismatch.recordings.smoothing import WINDOWS_S, local_quadratic, repaired, span_for, window
-from bench.mismatch.recordings.window import ANGLE, Rates, telling_rates
+from bench.mismatch.recordings.window import ANGLE, Rates, best_rates
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray
 
@@ -53,15 +53,15 @@ class Manner:
         free = not any(np.isfinite(r.setpoint.velocity) for r in recordings)
         if free:
             # noise of the speed says what window steady motion wants; a motion of its own kind wants its own
-            rates = telling_rates(recordings, standstill) or rates
+            rates = best_rates(recordings, standstill) or rates
         loads = [abs(r.setpoint.load_torque) for r in recordings if np.isfinite(r.setpoint.load_torque)]
         largest = max(loads, default=0.0)
-        asked = max((abs(r.setpoint.velocity) for r in recordings if np.isfinite(r.setpoint.velocity)), default=0.0)
+        fastest = max((abs(r.setpoint.velocity) for r in recordings if np.isfinite(r.setpoint.velocity)), default=0.0)
         if free:
             largest = largest or max((_usual_load(r) for r in recordings), default=0.0)
-            asked = max((_fastest(r) / float(r.gearbox.ratio or 1.0) for r in recordings), default=0.0)
+            fastest = max((_fastest(r) / float(r.gearbox.ratio or 1.0) for r in recordings), default=0.0)
         level = confirmed(recordings, largest)
-        return cls(standstill, rates.span, largest, level, asked or 1.0, free, rates.source)
+        return cls(standstill, rates.span, largest, level, fastest or 1.0, free, rates.source)
 
 
 def _usual_span(recordings: Sequence[Recording], standstill: float) -> float:

@@ -75,10 +75,10 @@ def pieces(recordings: Sequence[Recording], left: int) -> tuple[list[Piece], str
         return whole, ""
     fitted = [r for r in recordings if r.kind != "validation"] or list(recordings)
     ways = {r.recording_id: way(r) for r in fitted}
-    turning = any(own[-1] > 0.0 for own in ways.values())
+    rotating = any(own[-1] > 0.0 for own in ways.values())
     by_time = [_cut(r, r in fitted) for r in recordings]
     cut = by_time
-    for least in REVOLUTIONS if turning else ():
+    for least in REVOLUTIONS if rotating else ():
         tried = [_cut(r, r in fitted, ways.get(r.recording_id), least) for r in recordings]
         if sum(len(own) for own, r in zip(tried, recordings, strict=True) if r in fitted) >= ENOUGH:
             cut = tried
@@ -93,7 +93,7 @@ def pieces(recordings: Sequence[Recording], left: int) -> tuple[list[Piece], str
         f"{len(fitted)} recordings to fit are too few to hold any out: cut into {len(blocks)} contiguous blocks of"
         f" {longest:.1f} s at most, {GAP_S:g} s apart; held out: {held}"
     )
-    if turning and cut is by_time:
+    if rotating and cut is by_time:
         total = sum(float(own[-1]) for own in ways.values())
         note += (
             f"; their {total:.1f} revolutions do not make {ENOUGH} blocks of one each, so what comes once a revolution"

@@ -186,8 +186,8 @@ def of_recordings(discovery: Discovery, outcome: ChannelOutcome, energies: Float
     rows = outcome.rows
     recording, compared = rows.frame.recording, outcome.usable & (rows.number > 0)
     if discovery.everywhere is not None:
-        own = np.bincount(recording, compared) > 0.0
-        energies = np.where(own[recording], discovery.everywhere**2 * rows.number, 0.0)
+        has_rows = np.bincount(recording, compared) > 0.0
+        energies = np.where(has_rows[recording], discovery.everywhere**2 * rows.number, 0.0)
     out = by_recording(rows.frame, energies)
     if discovery.effect == DELAY:
         # what swings faster than a row lasts is late as well

@@ -125,9 +125,9 @@ def _amplitudes(outcome: ChannelOutcome, values: FloatArray) -> FloatArray | Non
         rows = np.flatnonzero(good[a:b]) + a
         if rows.size < ANGLES:
             continue
-        turned = np.abs(frame.theta[rows] - frame.theta[rows[0]])
-        whole = np.floor(float(turned.max()) / (2.0 * np.pi) + 0.5 / ANGLES) * 2.0 * np.pi
-        rows = rows[turned <= whole]
+        travelled = np.abs(frame.theta[rows] - frame.theta[rows[0]])
+        whole = np.floor(float(travelled.max()) / (2.0 * np.pi) + 0.5 / ANGLES) * 2.0 * np.pi
+        rows = rows[travelled <= whole]
         if whole <= 0.0 or rows.size == 0:
             continue
         bin_of_row = (np.mod(frame.theta[rows], 2.0 * np.pi) / (2.0 * np.pi) * ANGLES).astype(int) % ANGLES
@@ -147,7 +147,7 @@ def _over_angle(finding: Finding, unit: str, scale: float) -> Pair:
     angle = np.mod(outcome.rows.frame.theta[rows], 2.0 * np.pi)
     values = np.stack([(outcome.left + found.added)[rows], outcome.left[rows], found.added[rows]])
     number = outcome.rows.number[rows]
-    places: list[FloatArray] = []
+    angles: list[FloatArray] = []
     means: list[FloatArray] = []
     for begin, end in found.angle_windows:
         width = (end - begin) % (2.0 * np.pi)
@@ -160,11 +160,11 @@ def _over_angle(finding: Finding, unit: str, scale: float) -> Pair:
         part = np.floor(distance[near] / step).astype(int)
         kept, part = np.unique(part, return_inverse=True)
         weight = np.maximum(np.bincount(part, number[near]), 1e-300)
-        places.append(np.degrees(np.mod(middle + (kept + 0.5) * step, 2.0 * np.pi)))
+        angles.append(np.degrees(np.mod(middle + (kept + 0.5) * step, 2.0 * np.pi)))
         means.append(np.stack([np.bincount(part, v[near] * number[near]) / weight for v in values]))
-    if not places:
+    if not angles:
         return Pair(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0), "", unit)
-    x, y = np.concatenate(places), scale * np.concatenate(means, axis=1)
+    x, y = np.concatenate(angles), scale * np.concatenate(means, axis=1)
     label = "output angle / deg"
     return Pair(x, y[0], y[1], np.ones(x.size), label, f"{unit}, means", curve=y[2])
 

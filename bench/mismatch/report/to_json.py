@@ -90,8 +90,12 @@ def finding(one: Finding) -> dict[str, Any]:
     if found.table:
         out["table"] = [dict(row) for row in found.table]
     if one.next_experiment is not None:
-        asked = one.next_experiment
-        out["next_experiment"] = {"why": asked.why, "file": asked.file, "points": [dict(p) for p in asked.points]}
+        experiment = one.next_experiment
+        out["next_experiment"] = {
+            "why": experiment.why,
+            "file": experiment.file,
+            "points": [dict(p) for p in experiment.points],
+        }
     return out
 
 

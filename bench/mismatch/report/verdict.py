@@ -44,8 +44,8 @@ def _doubt(outcome: ChannelOutcome) -> str:
         return f"no recording of the {name} could be held out"
     std = finite(outcome.floor_std)
     if std is None:
-        told = f"{after:.3g} {unit} of the {name} is left, and its noise is about {outcome.floor:.3g} {unit}"
-        return f"{told}, but how well that noise is known could not be computed"
+        text = f"{after:.3g} {unit} of the {name} is left, and its noise is about {outcome.floor:.3g} {unit}"
+        return f"{text}, but how well that noise is known could not be computed"
     # how well a floor is known, how well a few recordings tell what is left, and what the calibration leaves open
     drawn = square_error(outcome) or 0.0
     error = float(np.hypot(2.0 * outcome.floor * std, drawn))

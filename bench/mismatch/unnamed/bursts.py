@@ -133,7 +133,7 @@ def _like(loud: FloatArray, speed: FloatArray) -> FloatArray:
     order = np.argsort(speed)
     width = max(loud.size // 3, 15)
     out = np.empty(loud.size)
-    for place, k in enumerate(order):
-        a = min(max(place - width // 2, 0), max(loud.size - width, 0))
+    for rank, k in enumerate(order):
+        a = min(max(rank - width // 2, 0), max(loud.size - width, 0))
         out[k] = np.median(loud[order[a : a + width]])
     return out
