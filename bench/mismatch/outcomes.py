@@ -85,15 +85,15 @@ def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas
         slots = in_formulas(offset, slots, data.auxiliary_units)
     slots = with_open_forms(offset, slots)
     frame = model.rows.frame
-    own = offset.model
+    offset_model = offset.model
     periodic = model.periodic.evaluate(frame) if model.periodic is not None else np.zeros(frame.size)
     given = np.zeros(frame.size)
     if model.plain is not None:
         given = Periodic(model.plain, laws=model.given.laws).evaluate(frame)
-    level = own.predict(frame)
-    before = given + own.predict(frame, [], own.refitted([]))
+    level = offset_model.predict(frame)
+    before = given + offset_model.predict(frame, [], offset_model.refitted([]))
     held = np.isin(frame.recording, list(data.held_out()))
-    floor = own.floor
+    floor = offset_model.floor
     spread = model.seen.white if model.seen is not None else np.zeros(0)
     error = float(floor * np.std(spread) / spread.mean() / np.sqrt(spread.size)) if spread.size > GROUPS else None
     outcome = ChannelOutcome(
@@ -112,13 +112,13 @@ def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas
         part = frame.take(chosen)
         x = np.column_stack([part.torque, part.velocity, part.temperature])
         outcome.doubt = float(np.mean(model.periodic.series.variance(x, part.last_direction)))
-        outcome.doubt += uncertainty(own, frame, outcome.held_out, model.rows.number)
-    outcome.levels = own.fit.variance
+        outcome.doubt += uncertainty(offset_model, frame, outcome.held_out, model.rows.number)
+    outcome.levels = offset_model.fit.variance
     outcome.discoveries += found
     number = np.where(model.inside, model.rows.number, 0.0)
     left = model.rows.y - periodic
     outcome.discoveries += of_regression(offset, slots, level, number, frame, left, model.recorded)
-    outcome.notes += [*model.notes, *own.notes]
+    outcome.notes += [*model.notes, *offset_model.notes]
     return outcome
 
 
@@ -136,9 +136,9 @@ def uncertainty(model: ChannelModel, frame: Frame, rows: NDArray[np.bool_], numb
 
 def floor_error(densities: Sequence[Density]) -> float | None:
     """Standard error of the noise of a sample: groups of recordings against each other; None where they are too few."""
-    own = []
+    floors = []
     for k in range(GROUPS):
         found = noise.mixture(densities[k::GROUPS])
         if found is not None:
-            own.append(float(np.sqrt(found.variance)))
-    return float(np.std(own, ddof=1) / np.sqrt(len(own))) if len(own) == GROUPS else None
+            floors.append(float(np.sqrt(found.variance)))
+    return float(np.std(floors, ddof=1) / np.sqrt(len(floors))) if len(floors) == GROUPS else None

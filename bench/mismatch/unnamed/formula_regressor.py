@@ -128,7 +128,7 @@ class Equation:
         formula = Formula(
             tuple(self.formula.over[i] for i in used),
             tuple(self.formula.within[i] for i in used),
-            tuple((times, re.sub(r"\bx\d+\b", lambda m: symbol[m[0]], own)) for times, own in parts),
+            tuple((times, re.sub(r"\bx\d+\b", lambda m: symbol[m[0]], expression)) for times, expression in parts),
             tuple((c.symbol, c.value) for c in kept),
         )
         return replace(self, formula=formula, units=units, constants=kept)
