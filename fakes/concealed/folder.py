@@ -15,9 +15,9 @@ from fakes.concealed.catalogue import CaseSpec
 from fakes.concealed.clutter import clutter_truth, draw_clutter, merged
 from fakes.concealed.design import Point, draw_points
 from fakes.concealed.effects.base import Effect
+from fakes.concealed.location import measured_location
 from fakes.concealed.noise import Sensors, draw_sensors, roughen, scaled
 from fakes.concealed.overlap import overlap
-from fakes.concealed.place import placed
 from fakes.concealed.plant import RATIO, Plant, draw_plant, elsewhere
 from fakes.concealed.recordings import MadeRecording, NoiseTally, make_recordings, recording_id
 from fakes.concealed.strength import calibrate, covered
@@ -87,7 +87,7 @@ def open_folder(spec: CaseSpec) -> Folder:
         alone = Campaign(plant, (effect,), points, spec.seed)
         reached, excess = calibrate(alone, effect, target, floor[effect.channels[0]])
         strengths.append(reached)
-        places.append(placed(effect.location(), excess, partial(recording_id, spec.seed)))
+        places.append(measured_location(effect.location(), excess, partial(recording_id, spec.seed)))
     if len(effects) > 1:
         # one effect may warm the bench that another is found on: the recordings cover what all of them make of it
         together = Campaign(plant, effects, points, spec.seed)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fakes.concealed.clutter import merged
-from fakes.concealed.place import placed
+from fakes.concealed.location import measured_location
 from fakes.concealed.strength import Excess, project, strength
 from fakes.concealed.truth import CHANNELS, ConcealedEffect, Location, Truth
 from fakes.plant.hidden.kinds import SHOWN, Hidden
@@ -113,7 +113,7 @@ def _effect_of(
         strength=round(size, 3),
         too_faint=size < FAINTEST,
         location=_over_all_samples(
-            placed(_claimed_place(hidden), excess, lambda i: str(samples[i]["id"])), kind.channel, samples
+            measured_location(_claimed_place(hidden), excess, lambda i: str(samples[i]["id"])), kind.channel, samples
         ),
         in_library=kind.in_library,
     )

@@ -14,7 +14,7 @@ _RANGES = ("velocity", "load_torque", "temperature")
 _STRONGEST = 3
 
 
-def place_of(problem: Problem, picked: NDArray[np.int64], effect: str) -> dict[str, Any]:
+def location_of(problem: Problem, picked: NDArray[np.int64], effect: str) -> dict[str, Any]:
     """Conditions and strongest recordings of what one effect's columns add, after a fit with all that were picked."""
     if not problem.states:
         return {"conditions": {}, "recordings": []}
