@@ -26,7 +26,7 @@ from bench.recording import RecordingFolder
 from bench.simulation.frame import FloatArray
 from bench.simulation.model import Simulation
 from fakes.concealed.design import Design
-from fakes.concealed.recordings import make_recordings
+from fakes.concealed.recordings import generate_recordings
 
 EFFECT, CHANNEL = "friction.stribeck", "motor_torque"
 RATE = 250.0
@@ -55,7 +55,7 @@ class Examiner:
 
             @staticmethod
             def recordings() -> Any:
-                return make_recordings(folder.campaign, folder.sensors, folder.start, folder.tally, rate_hz=RATE)
+                return generate_recordings(folder.campaign, folder.sensors, folder.start, folder.tally, rate_hz=RATE)
 
         return Slow
 
