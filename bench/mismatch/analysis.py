@@ -29,7 +29,7 @@ from bench.mismatch.problems import base_of, capacity_of, periodicity_of, proble
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.bank import Fit
-from bench.mismatch.regression.candidates import TURNING
+from bench.mismatch.regression.candidates import ROTATING
 from bench.mismatch.regression.model import ChannelModel, fit_blocks
 from bench.mismatch.regression.nameless_heat import nameless_heat, nameless_load_heat
 from bench.mismatch.regression.nameless_load import nameless_load
@@ -103,7 +103,7 @@ def analyse(
     shown: tuple[str, ...] = ()
     in_angles: tuple[str, ...] = ()
     if data.linear:
-        banned = (*banned, *TURNING)
+        banned = (*banned, *ROTATING)
     for number, channel in enumerate(c for c in CHANNELS if c in channels):
         report_progress(f"searching the {channel.replace('_', ' ')}", number / len(channels))
         rows = data.rows[channel]

@@ -30,7 +30,7 @@ from bench.simulation.terms import TRANSMISSION_ERROR
 SPECTRA = "spectra of the steady parts, medians over recordings and frequencies"
 DIFFERENCES = "differences of neighbouring rows"
 SCATTER = "scatter inside blocks of two seconds and of these about parabolas over nine of them, medians over recordings"
-TURNS = "revolutions against each other, medians over orders and frequencies"
+BY_REVOLUTIONS = "revolutions against each other, medians over orders and frequencies"
 MOST_ROWS = 4000
 """rows on which the uncertainty of a prediction is worked out"""
 GROUPS = 5
@@ -105,7 +105,7 @@ def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas
         before,
         floor,
         error,
-        TURNS if model.noise is not None else DIFFERENCES,
+        BY_REVOLUTIONS if model.noise is not None else DIFFERENCES,
     )
     if model.periodic is not None and outcome.held_out.any():
         chosen = np.flatnonzero(outcome.held_out)[:: max(1, int(outcome.held_out.sum()) // MOST_ROWS)]

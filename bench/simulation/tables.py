@@ -47,10 +47,10 @@ class Grid:
         """A symbol for each coefficient."""
         if not self.over:
             return ["c"]
-        places = (zip(self.over, place, strict=True) for place in self.places())
-        return [f"f({', '.join(f'{name}={value:.4g}' for name, value in place)})" for place in places]
+        points = (zip(self.over, point, strict=True) for point in self.knot_points())
+        return [f"f({', '.join(f'{name}={value:.4g}' for name, value in point)})" for point in points]
 
-    def places(self) -> FloatArray:
+    def knot_points(self) -> FloatArray:
         """Knots of all quantities together (size, quantities), as the values of the function are given."""
         if not self.over:
             return np.zeros((1, 0))

@@ -15,7 +15,7 @@ from bench.mismatch.recordings.window import ANGLE, Rates, best_rates
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray
 
-ASKED_FOR_SPAN = 15
+RECORDINGS_FOR_SPAN = 15
 """recordings that are asked for the window of the rates: their middle needs no more"""
 SHARE_OF_FASTEST = 0.1
 """of the largest speed that was set, up to which a motor may be passing a crawl"""
@@ -70,7 +70,7 @@ def _usual_span(recordings: Sequence[Recording], standstill: float) -> float:
     """
     angles = [r for r in recordings if "motor_angle" in r.specs and r.size > 1]
     spans: dict[float, list[float]] = {}
-    for recording in angles[:: max(1, -(-len(angles) // ASKED_FOR_SPAN))]:
+    for recording in angles[:: max(1, -(-len(angles) // RECORDINGS_FOR_SPAN))]:
         angle, rate = _angle(recording), float(recording.sample_rate)
         if _hardly_exceeded(_speed(angle, rate)) > standstill:
             spans.setdefault(rate, []).append(span_for(angle, rate, standstill))

@@ -23,7 +23,7 @@ LEAST_BLOCK_S = 1.0
 GAP_S = 0.25
 REVOLUTIONS = (2.0, 1.05)
 """of the output in a block: several where there are enough, else one, with what a gap and smoothing take of it"""
-TURNS = 1.0
+LEAST_REVOLUTIONS = 1.0
 """revolutions between the ends of what a recording ran through from which it turns, and does not only swing"""
 ENOUGH = criteria.FEWEST_RECORDINGS * 4 // 3
 """blocks of which enough can be fitted when every fourth is held out"""
@@ -113,7 +113,7 @@ def way(recording: Recording) -> FloatArray:
         return nothing
     count = max(2, min(recording.size, int(STEPS_A_SECOND * recording.size / recording.sample_rate)))
     angle = recording.si(name)[np.linspace(0, recording.size - 1, count).astype(int)] * scale / (2.0 * np.pi)
-    if not np.isfinite(angle).all() or np.ptp(angle) < TURNS:
+    if not np.isfinite(angle).all() or np.ptp(angle) < LEAST_REVOLUTIONS:
         return nothing
     return np.concatenate(([0.0], np.cumsum(np.abs(np.diff(angle)))))
 

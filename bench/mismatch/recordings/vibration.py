@@ -33,7 +33,7 @@ NYQUIST_SHARE = 0.42
 class Density:
     """Power spectral density of one recording's steady part (K,), unit² per Hz, at multiples of ``step`` Hz.
 
-    ``averaged`` segments; ``rate`` sample rate in Hz; ``turning`` output revolutions a second.
+    ``averaged`` segments; ``rate`` sample rate in Hz; ``rotation_rate`` output revolutions a second.
     """
 
     recording: int
@@ -41,7 +41,7 @@ class Density:
     step: float
     averaged: float
     rate: float
-    turning: float
+    rotation_rate: float
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ import numpy as np
 from bench.mismatch.regression.knots import KNOTS, ends, knots_of
 from bench.mismatch.regression.regressors import Free, Regressor
 from bench.mismatch.regression.sensitivity import is_carried
-from bench.simulation.composed import OWN_ANGLE, acceleration_of, parts_of, summed
+from bench.simulation.composed import OUTPUT_ANGLE, acceleration_of, parts_of, summed
 from bench.simulation.frame import Frame
 from bench.simulation.quantities import AUXILIARY, FACTOR_OF, quantity
 from bench.simulation.tables import Grid
@@ -73,8 +73,8 @@ def composed_candidates(channel: str, frame: Frame, allowed: Collection[str] | N
     joints = [n for n in angles if LEAST_RANGE <= float(np.ptp(frame.aux[n])) <= MOST_RANGE]
     most = MOST_ANGLES if len(joints) <= MOST_IN_SUMS else 2
     for number in range(1, most + 1):
-        for combined in combinations((OWN_ANGLE, *joints), number):
-            if combined == (OWN_ANGLE,):
+        for combined in combinations((OUTPUT_ANGLE, *joints), number):
+            if combined == (OUTPUT_ANGLE,):
                 continue  # gravity of the output itself has a name
             for signs in product((1, -1), repeat=number - 1):
                 text = summed(combined, (1, *signs))
@@ -85,7 +85,7 @@ def composed_candidates(channel: str, frame: Frame, allowed: Collection[str] | N
     if channel == MOTOR_TORQUE:
         for name in joints:
             yield from _together(channel, [acceleration_of(name)], frame)
-            yield from _together(channel, [f"carried({f}({OWN_ANGLE}), {name})" for f in ("cos", "sin")], frame)
+            yield from _together(channel, [f"carried({f}({OUTPUT_ANGLE}), {name})" for f in ("cos", "sin")], frame)
     # the size of what never changes its sign is itself
     single = [f"{f}({n})" for n in names if np.ptp(np.sign(frame.aux[n])) > 1.0 for f in ("sign", "abs")]
     single += [f"rate({n})" for n in names]

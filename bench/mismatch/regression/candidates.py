@@ -37,7 +37,7 @@ PERIODIC = (
     "motor.torque_ripple",
 )
 """effects periodic in the angle: looked for in order spectra (:mod:`bench.mismatch.orders`), not among rows"""
-TURNING = ("load.unbalance", *PERIODIC)
+ROTATING = ("load.unbalance", *PERIODIC)
 """effects of something that turns: a linear axis, whose angle is a length, has none of them"""
 PATH = "torque_path"
 """variable of terms that depend on whether the torque rises or falls"""
@@ -144,14 +144,18 @@ _MORE: dict[str, tuple[tuple[tuple[str, ...], str], ...]] = {
 # products beyond the polynomials that the simulation has: a number each
 _PRODUCTS: dict[str, tuple[str, ...]] = {
     MOTOR_TORQUE: (
-        *("*".join(("d", *own)) for n in (2, 3) for own in combinations_with_replacement(("abs_tau", "abs_v", "T"), n)),
-        *("*".join(own) for n in (2, 3) for own in combinations_with_replacement(("tau", "abs_v", "T"), n)),
+        *(
+            "*".join(("d", *more))
+            for n in (2, 3)
+            for more in combinations_with_replacement(("abs_tau", "abs_v", "T"), n)
+        ),
+        *("*".join(more) for n in (2, 3) for more in combinations_with_replacement(("tau", "abs_v", "T"), n)),
     ),
-    LOAD_TORQUE: tuple("*".join(("load_motor", *own)) for own in combinations_with_replacement(("abs_v", "T"), 2)),
+    LOAD_TORQUE: tuple("*".join(("load_motor", *more)) for more in combinations_with_replacement(("abs_v", "T"), 2)),
     TRANSMISSION_ERROR: tuple(
-        "*".join((*side, *own))
+        "*".join((*side, *more))
         for side in ((), ("last_d",))
-        for own in combinations_with_replacement(("tau", "v", "T"), 3)
+        for more in combinations_with_replacement(("tau", "v", "T"), 3)
     ),
     TEMPERATURE: (),
 }

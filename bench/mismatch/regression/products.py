@@ -22,7 +22,7 @@ from bench.simulation.quantities import quantity
 from bench.simulation.tables import Grid
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR
 
-TURNS = 12
+MOST_ITERATIONS = 12
 """times that each of the two tables is fitted with the other held"""
 MOST_KINDS = 2
 """quantities of a product"""
@@ -153,7 +153,7 @@ def _fitted(
         return np.asarray(values / max(float(np.sqrt(np.mean(values**2))), 1e-300))
 
     f, g = np.zeros(first.shape[1]), np.ones(second.shape[1])
-    for _ in range(TURNS):
+    for _ in range(MOST_ITERATIONS):
         f = solved((second @ g)[:, None] * first)
         g = solved((first @ f)[:, None] * second)
     return (f, g) if np.isfinite(f).all() and np.isfinite(g).all() and np.any(f) and np.any(g) else None

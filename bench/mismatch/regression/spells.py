@@ -60,7 +60,7 @@ class Spell(Grid):
         until = "on" if end >= NOT_ENDED_S else f"to {end:.0f} s of the campaign"
         return f"a constant{_times(self)} from {begin:.0f} s {until}"
 
-    def places(self) -> FloatArray:
+    def knot_points(self) -> FloatArray:
         """The moment at which it begins (1, 1)."""
         return np.array([[self.knots[0][1]]])
 
@@ -95,7 +95,7 @@ class Levels(Grid):
         """How often it changes."""
         return f"a level{_times(self)} that changes {'once' if self.cuts == 1 else f'{self.cuts} times'}"
 
-    def places(self) -> FloatArray:
+    def knot_points(self) -> FloatArray:
         """The moments at which the levels begin (size, 1)."""
         return np.asarray(self.knots[0][:-1])[:, None]
 

@@ -26,12 +26,12 @@ class Unit:
     all: str
 
 
-_TURNING = {
+_ROTATING = {
     VELOCITY: Unit("deg/s", float(np.degrees(1.0)), ".3g", "all speeds"),
     TORQUE: Unit("N·m", 1.0, ".0f", "all loads"),
     TEMPERATURE: Unit("°C", 1.0, ".1f", "all temperatures"),
 }
-_LINEAR = _TURNING | {
+_LINEAR = _ROTATING | {
     VELOCITY: Unit("mm/s", 1000.0, ".3g", "all speeds"),
     TORQUE: Unit("N", 1.0, ".0f", "all loads"),
 }
@@ -39,7 +39,7 @@ _LINEAR = _TURNING | {
 
 def text(where: Location, linear: bool = False) -> str:
     """The location in words; ``linear``: of a linear axis."""
-    units = _LINEAR if linear else _TURNING
+    units = _LINEAR if linear else _ROTATING
     parts = [*_orders(where), *_windows(where)]
     parts += [_range(where, name, units[name]) for name in where.depends]
     if where.time_window_iso is not None:

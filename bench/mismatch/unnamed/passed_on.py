@@ -38,9 +38,9 @@ def without_passed_on(load: ChannelOutcome, motor: ChannelOutcome, densities: Se
 
 def line_power(one: Density, order: float) -> float:
     """Mean square of an order of the output shaft in a recording, above the noise about it; 0 where it is too fast."""
-    centre = order * one.turning / one.step
+    centre = order * one.rotation_rate / one.step
     wide = max(2, int(np.ceil(WAVERS * centre)))
-    if one.turning <= 0.0 or order * one.turning > NYQUIST_SHARE * one.rate:
+    if one.rotation_rate <= 0.0 or order * one.rotation_rate > NYQUIST_SHARE * one.rate:
         return 0.0
     a, b = round(centre) - wide, round(centre) + wide + 1
     if a < 1 or b > one.power.size:

@@ -68,7 +68,7 @@ def tone(
     usual = max(set(kinds), key=kinds.count)
     rate = usual[0]
     comparable = [d for d in densities if (d.rate, d.power.size) == usual]
-    groups = _speeds(np.array([d.turning for d in comparable]))
+    groups = _speeds(np.array([d.rotation_rate for d in comparable]))
     if groups.max(initial=-1) + 1 < SPEEDS:
         return None
     step = comparable[0].step
@@ -76,7 +76,7 @@ def tone(
     power = np.array([d.power[first:last] for d in comparable], dtype=np.float64)
     covered, leaked = np.zeros(power.shape, dtype=bool), np.zeros(power.shape)
     for k, density in enumerate(comparable):
-        bins = np.round(np.asarray(orders, dtype=np.float64) * density.turning / step).astype(int) - first
+        bins = np.round(np.asarray(orders, dtype=np.float64) * density.rotation_rate / step).astype(int) - first
         covered[k], leaked[k] = _lines(power[k], bins[(bins >= 0) & (bins < power.shape[1])], first)
     # the median of an exponential variable is ln 2 of its mean; of averaged ones it comes nearer to the mean
     level = leaked + np.array([_level(row, lines) for row, lines in zip(power, covered, strict=True)])

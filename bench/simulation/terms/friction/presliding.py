@@ -54,11 +54,11 @@ def _in_a_row(frame: Frame) -> float:
 
 
 def _dahl(between: Between) -> Columns:
-    def own(frame: Frame, point: Point) -> FloatArray:
+    def state_columns(frame: Frame, point: Point) -> FloatArray:
         state = relaxing(frame.theta * frame.ratio, frame, point[0], between)
         return columns(np.where(frame.direction != 0, state - frame.direction, 0.0))
 
-    return own
+    return state_columns
 
 
 def _since_reversal(frame: Frame, point: Point) -> FloatArray:
