@@ -24,7 +24,7 @@ from bench.service.settings import Settings
 _IS = {"proposed": "is proposed", "queued": "waits", "running": "runs", "ended": "has ended"}
 
 
-class Asking:
+class Requests:
     """Puts runs into the queue and passes wishes on.
 
     Parameters

@@ -46,7 +46,7 @@ class Waiting(Protocol):
         ...
 
 
-def ask_sequence(
+def call_sequence(
     what: str, answer: Callable[[], T], bench: Waiting, stop: Callable[[], bool], patience_s: float = PATIENCE_S
 ) -> T:
     """Return ``answer()``; ``what`` names it in a sentence, such as ``the plan of campaign quick``.
