@@ -75,15 +75,15 @@ def pieces(recordings: Sequence[Recording], left: int) -> tuple[list[Piece], str
         return whole, ""
     fitted = [r for r in recordings if r.kind != "validation"] or list(recordings)
     ways = {r.recording_id: way(r) for r in fitted}
-    rotating = any(own[-1] > 0.0 for own in ways.values())
+    rotating = any(part[-1] > 0.0 for part in ways.values())
     by_time = [_cut(r, r in fitted) for r in recordings]
     cut = by_time
     for least in REVOLUTIONS if rotating else ():
         tried = [_cut(r, r in fitted, ways.get(r.recording_id), least) for r in recordings]
-        if sum(len(own) for own, r in zip(tried, recordings, strict=True) if r in fitted) >= ENOUGH:
+        if sum(len(part) for part, r in zip(tried, recordings, strict=True) if r in fitted) >= ENOUGH:
             cut = tried
             break
-    out = [piece for own in cut for piece in own]
+    out = [piece for part in cut for piece in part]
     if len(out) == len(whole):
         return whole, ""
     held = "the validation recordings, whole" if len(fitted) < len(recordings) else "every fourth block"
@@ -94,7 +94,7 @@ def pieces(recordings: Sequence[Recording], left: int) -> tuple[list[Piece], str
         f" {longest:.1f} s at most, {GAP_S:g} s apart; held out: {held}"
     )
     if rotating and cut is by_time:
-        total = sum(float(own[-1]) for own in ways.values())
+        total = sum(float(part[-1]) for part in ways.values())
         note += (
             f"; their {total:.1f} revolutions do not make {ENOUGH} blocks of one each, so what comes once a revolution"
             " cannot be found"

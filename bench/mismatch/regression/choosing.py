@@ -46,7 +46,7 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
     model = search.model
     effects = [c.effect for c in model.chosen]
     # laws that the simulation lacks and the recordings ask for come before their changes
-    asked_first = {
+    waiting = {
         b.regressor.effect
         for b, gain in zip(search.blocks, seen.gain, strict=True)
         if b.regressor.effect in model.problem.lacking and gain >= seen.price
@@ -67,7 +67,7 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
         if seen.gain[k] < min(seen.price, 0.3 * seen.gain[order[0]]) or not np.isfinite(seen.gain[k]):
             break
         regressor = search.blocks[k].regressor
-        if orphaned(regressor, effects, asked_first) or _kind(regressor) in over or search.blocks[k].indices in had:
+        if orphaned(regressor, effects, waiting) or _kind(regressor) in over or search.blocks[k].indices in had:
             continue
         if isinstance(regressor, Named):
             # a term of the nominal simulation that is switched off is always asked
@@ -113,7 +113,7 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
         b
         for b in (*_levels(search), *cycles)
         if _may_be_added(b.regressor, taken, whole, more)
-        and not orphaned(b.regressor, effects, asked_first)
+        and not orphaned(b.regressor, effects, waiting)
         and not search.out(b.regressor)
     ]
     for block in (*functions, *made):

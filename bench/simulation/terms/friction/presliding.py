@@ -32,8 +32,8 @@ def _grid(frame: Frame) -> tuple[Point, ...]:
     if run <= 0.0:
         return logarithmic(SHORTEST, LONGEST, 14)
     # between speeds that were set, levels tell how much is missing; elsewhere only rows just after a reversal do
-    told = 0.0 if np.any(frame.steady > 0.5) else ROWS * _in_a_row(frame)
-    return logarithmic(max(min(SHORTEST, run / PART), told), min(LONGEST, run), 14)
+    resolution = 0.0 if np.any(frame.steady > 0.5) else ROWS * _in_a_row(frame)
+    return logarithmic(max(min(SHORTEST, run / PART), resolution), min(LONGEST, run), 14)
 
 
 def _between_reversals(frame: Frame) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bench.mismatch.orders.revolutions import Complex, Revolution, directions, states
-from bench.mismatch.orders.under_mode import _standing, passes
+from bench.mismatch.orders.under_mode import _significant, passes
 from bench.mismatch.orders.weak import Stage
 from bench.simulation.frame import FloatArray
 from bench.simulation.laws import RESONANCE, Law, resonant
@@ -45,7 +45,7 @@ def stage(seed: int, through: bool = True) -> Stage:
 
 def found(own: Stage, law: Law) -> dict[float, Any]:
     orders = np.arange(HIGHEST + 1, dtype=np.float64)
-    return {w.order: w for w in _standing(own, own.vectors, orders, law, (), 1e-6, PRICE)}
+    return {w.order: w for w in _significant(own, own.vectors, orders, law, (), 1e-6, PRICE)}
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -59,7 +59,7 @@ def test_under_the_mode_every_order_is_found_and_no_other(seed: int) -> None:
 
 def test_what_is_fitted_already_is_not_found_again() -> None:
     own = stage(1)
-    left = _standing(own, own.vectors, np.arange(HIGHEST + 1.0), LAW, WEAK[:3], 1e-6, PRICE)
+    left = _significant(own, own.vectors, np.arange(HIGHEST + 1.0), LAW, WEAK[:3], 1e-6, PRICE)
     assert sorted(w.order for w in left) == sorted(WEAK[3:])
 
 
