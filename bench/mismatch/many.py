@@ -31,7 +31,7 @@ class Task:
 
 @dataclass(frozen=True, slots=True)
 class Result:
-    """What came of a task: its report, or the sentence that says why there is none."""
+    """Result of a task: its report, or the sentence that gives the reason why there is none."""
 
     task: Task
     report: dict[str, Any] | None

@@ -1,10 +1,10 @@
-"""Whether a finding's place is the effect's: strict, and never by what the report leaves out.
+"""Whether a finding's location is the effect's: strict, and never by what the report leaves out.
 
 A range of speed, load or temperature is right where it shares at least half with what is true (intersection over
 union). True is the range that holds nine tenths of the excess's energy; or the one the physics acts in, anywhere
 between its core and its end; or, for a quantity the effect makes no claim about, all that the recordings cover. A
-quantity that is not told is wrong. Orders: half of those told are true, and they hold half of the true ones' energy.
-Recordings: those told hold nine tenths of the energy of as many truly strongest ones.
+quantity that is not reported is wrong. Orders: half of those reported are true, and they hold half of the true ones'
+energy. Recordings: those reported hold nine tenths of the energy of as many truly strongest ones.
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ LEAST_ENERGY = 0.9
 _ORDER_TOLERANCE = 0.5
 #: Half of this much is added at each end of a range, so that a single level of a quantity has a width (SI units).
 _WIDTH = {"velocity": 0.004, "load_torque": 20.0, "temperature": 1.0}
-#: Effects that may be told as a window or as the orders that draw it: functions of the angle of any shape.
+#: Effects that may be reported as a window or as the orders that draw it: functions of the angle of any shape.
 _EITHER_WAY = frozenset(("friction.position_dependent",))
 
 Range = tuple[float, float]
 
 
 def misplaced(concealed: Mapping[str, Any], finding: Mapping[str, Any]) -> list[str]:
-    """What is wrong with a finding's place: names of its entries, empty where all is right."""
+    """What is wrong with a finding's location: names of its entries, empty where all is right."""
     if finding.get("channel") not in concealed["channels"]:
         return ["channel"]
     true, reported = concealed["location"], finding.get("location") or {}
@@ -55,7 +55,9 @@ def overlap(a: Range, b: Range) -> float:
 
 
 def orders_agree(true: Sequence[float], reported: Sequence[float], sizes: Sequence[float] = ()) -> bool:
-    """Half of the told orders are true, and they hold half of the true ones' energy (of their number without sizes)."""
+    """Half of the reported orders are true, and they hold half of the true ones' energy (of their number without
+    sizes).
+    """
     if not true:
         return True
     if not reported:
@@ -66,7 +68,7 @@ def orders_agree(true: Sequence[float], reported: Sequence[float], sizes: Sequen
 
 
 def recordings_right(true: Mapping[str, float], reported: Sequence[str]) -> bool:
-    """The recordings told hold nine tenths of the energy of as many truly strongest ones; ``true`` is by id."""
+    """The recordings reported hold nine tenths of the energy of as many truly strongest ones; ``true`` is by id."""
     if not true:
         return True
     if not reported:
@@ -113,7 +115,9 @@ def _windows_right(true: Mapping[str, Any], reported: Sequence[Sequence[float]])
 
 
 def _inside(windows: Sequence[Sequence[float]]) -> NDArray[np.bool_]:
-    """Which points of a fine grid of the turn lie in any window (low, high), low to high in the sense of rotation."""
+    """Which points of a fine grid of the revolution lie in any window (low, high), low to high in the sense of
+    rotation.
+    """
     grid = np.linspace(0.0, 2.0 * np.pi, 7200, endpoint=False)
     inside = np.zeros(grid.size, dtype=bool)
     for low, high in windows:

@@ -1,6 +1,6 @@
 """Where an effect is: in which ranges and in which recordings the energy of its excess lies.
 
-The excess is what no setting of the nominal simulation absorbs (:mod:`fakes.concealed.strength`). A place is the
+The excess is what no setting of the nominal simulation absorbs (:mod:`fakes.concealed.strength`). A location is the
 smallest range of a quantity that holds nine tenths of that energy, as the report's page defines it.
 """
 
@@ -20,7 +20,7 @@ _ONE_WAY = 0.95  # energy in one direction that makes it the direction
 
 
 def measured_location(location: Location, excess: Excess, named: Callable[[int], str]) -> Location:
-    """A place with what is measured of it: ranges, span, direction, energy of each recording.
+    """A location with what is measured of it: ranges, span, direction, energy of each recording.
 
     ``excess`` is that of the effect alone, at its final strength; ``named`` gives a recording's id
     by its number in the excess.

@@ -190,7 +190,7 @@ def rounded(order: float) -> float:
 
 
 def _explained_share(one: Stage, line: WeakOrder) -> float:
-    """Share of the energy at a stage's one order, beyond that of noise, which a line says."""
+    """Share of the energy at a stage's one order, beyond that of noise, which a line explains."""
     energy = float(np.sum(np.abs(one.vectors) ** 2))
     noise = 2.0 * float(one.shape[0]) ** 2 * len(one.revolutions)
     left = one.misfit(line, one.vectors[:, 0], float(one.shape[0])) * noise

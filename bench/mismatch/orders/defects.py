@@ -132,7 +132,7 @@ def all_pulses(defects: Sequence[Defect]) -> tuple[Pulse, ...]:
 
 
 def near_defects(defects: Sequence[Defect], theta: FloatArray, widths: float = 0.5) -> NDArray[np.bool_]:
-    """Which output angles (n,), rad, are no farther than so many widths of a place from its middle: by half a width
+    """Which output angles (n,), rad, are no farther than so many widths of a defect from its middle: by half a width
     those where it acts.
     """
     out = np.zeros(theta.size, dtype=bool)

@@ -77,7 +77,7 @@ class Line:
 
 
 def significant_lines(revolutions: Revolutions, models: Sequence[Model], seed: int) -> list[Line]:
-    """Orders of the training revolutions that stand, strongest first."""
+    """Significant orders of the training revolutions, strongest first."""
     train = revolutions.train
     if int(train.sum()) < criteria.FEWEST_TURNS:
         return []
@@ -113,7 +113,7 @@ def _basis(revolutions: Revolutions, train: NDArray[np.bool_], model: Model) -> 
 
 
 def _distinguishable(x: FloatArray) -> bool:
-    """Whether some revolutions tell the factors (revolutions, k) of a model apart."""
+    """Whether some revolutions distinguish the factors (revolutions, k) of a model."""
     unit = np.sqrt(np.sum(x**2, axis=0))
     if np.any(unit == 0.0) or len(x) < 2 * x.shape[1] + 2:
         return False

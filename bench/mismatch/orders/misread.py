@@ -60,7 +60,7 @@ class Misread:
 
 @dataclass(frozen=True, slots=True)
 class TorqueCheck:
-    """``orders`` of which the motor's torque says whose they are, and the encoder's parts that were ``found``."""
+    """``orders`` whose origin the motor's torque decides, and the encoder's parts that were ``found``."""
 
     orders: tuple[float, ...] = ()
     found: tuple[Misread, ...] = ()

@@ -47,7 +47,7 @@ def inertia_of(model: ChannelModel) -> float:
 
 
 def without_shaking(seen: Periodicity, inertia: float) -> Periodicity:
-    """What is periodic less what an ``inertia`` (kg·m²) asks for."""
+    """What is periodic less the torque that an ``inertia`` (kg·m²) takes."""
     return replace(
         seen,
         shaft=[less_inertia(s, inertia) for s in seen.shaft],
@@ -56,9 +56,9 @@ def without_shaking(seen: Periodicity, inertia: float) -> Periodicity:
 
 
 def inertia_from_orders(seen: Periodicity, rate: float, span: float, seed: int) -> float | None:
-    """Inertia (kg·m²) that the orders of revolutions with the inertia's part in them tell; None where they do not tell
-    it from nothing. The acceleration is smoothed over ``span`` s, at a sample ``rate`` in Hz: orders that are too fast
-    for that say nothing.
+    """Inertia (kg·m²) estimated from orders of revolutions that have the inertia's part in them; None where they do not
+    tell it from nothing. The acceleration is smoothed over ``span`` s, at a sample ``rate`` in Hz: orders that are too
+    fast for that say nothing.
     """
     product = square = left = 0.0
     freedom = 0

@@ -222,7 +222,7 @@ def _taking(search: Search, main: Block, others: Sequence[Chosen], fitted: Fit) 
 
 
 def differs_from_zero(coefficients: FloatArray, covariance: FloatArray) -> bool:
-    """Whether one of some fitted coefficients is more than what chance makes it."""
+    """Whether one of some fitted coefficients differs significantly from zero."""
     return significant(coefficients, np.sqrt(np.maximum(np.diag(covariance), 0.0)))
 
 

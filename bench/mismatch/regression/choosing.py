@@ -260,7 +260,7 @@ def _form_of_a_name(block: Block, chosen: Sequence[Chosen]) -> Block:
 
 
 def _may_be_added(regressor: Regressor, taken: set[str], whole: set[tuple[str, tuple[str, ...]]], more: bool) -> bool:
-    """Whether one more function of an effect, or (``more``) without a name, may be asked for."""
+    """Whether one more function of an effect, or (``more``) without a name, may be added."""
     if regressor.effect == UNKNOWN:
         return more
     return regressor.effect not in taken and (regressor.effect, regressor.variables) not in whole

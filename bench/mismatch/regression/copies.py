@@ -42,7 +42,7 @@ def copies(problem: ChannelProblem) -> dict[str, str]:
 
 
 def notes_of(found: dict[str, str]) -> list[str]:
-    """A sentence for each of them."""
+    """A note for each of them."""
     reason = "once more: nothing is said to depend on it"
     return [f"{AUXILIARY}{name} is {channel} {reason}" for name, channel in found.items()]
 

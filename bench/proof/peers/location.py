@@ -1,4 +1,4 @@
-"""Where a peer's columns are: peers tell no place, so it is worked out for them as the report's page defines it."""
+"""Location of a peer's columns: peers report none, so it is computed for them as the report's page defines it."""
 
 from __future__ import annotations
 

@@ -111,7 +111,9 @@ def _compare(row: Examined, folder: Path, folder_of_set: Path, leaving_out: bool
 
 
 def expected_of(expert: Expert, found: Regression) -> list[str]:
-    """Effects that the analyser should name, each once: where the expert's regression tells a term from zero."""
+    """Effects that the analyser should name, each once: where a term of the expert's regression differs significantly
+    from zero.
+    """
     significant = np.abs(found.values) > criteria.TOLD * found.std
     return list(dict.fromkeys(t.effect for t, sure in zip(expert.terms, significant, strict=True) if sure and t.effect))
 

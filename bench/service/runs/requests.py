@@ -1,4 +1,4 @@
-"""What is asked of runs: a new one, once more, a wish for the one that goes on; each for the run it was meant for."""
+"""Requests for runs: a new one, once more, a wish for the one that goes on; each for the run it was meant for."""
 
 from __future__ import annotations
 
