@@ -21,7 +21,7 @@ LAST_LOOKS_S = 600.0
 
 
 @dataclass(slots=True)
-class Heard:
+class TwinMessages:
     """What the twin has said of this run."""
 
     alarm: dict[str, Any] | None = None
@@ -45,7 +45,7 @@ class Heard:
 @contextmanager
 def watched_by(
     model: Path | None, folder: Path, directions: Directions | None, console: Console, keeps_pace: bool = False
-) -> Iterator[Heard | None]:
+) -> Iterator[TwinMessages | None]:
     """Run the twin beside what is done inside, and let it look at the last recordings afterwards.
 
     ``directions``: of the run, to bring it to rest when the model no longer holds; None to let it go on.
@@ -58,7 +58,7 @@ def watched_by(
     from bench.twin.companion import Companion
     from bench.twin.job import BESIDE_EMULATED, LOWEST
 
-    heard, nice = Heard(), LOWEST if keeps_pace else BESIDE_EMULATED
+    heard, nice = TwinMessages(), LOWEST if keeps_pace else BESIDE_EMULATED
 
     def hear(message: dict[str, Any]) -> None:
         if message["type"] == "looked":
@@ -84,7 +84,7 @@ def watched_by(
             companion.kill()
 
 
-def say_seen(heard: Heard | None, console: Console) -> None:
+def say_seen(heard: TwinMessages | None, console: Console) -> None:
     """What the twin saw, in a sentence."""
     if heard is None:
         return

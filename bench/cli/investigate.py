@@ -63,7 +63,7 @@ def investigate(
     one_thread()
     from bench.configuration import concealing, load_bench
     from bench.investigate.log import text
-    from bench.investigate.loop import Asked
+    from bench.investigate.loop import Goal
     from bench.investigate.loop import investigate as go
 
     file = load_bench(bench)
@@ -77,7 +77,7 @@ def investigate(
             console.print(escaped(what), soft_wrap=True)
 
     log = go(
-        folder, out, lab, Asked(confidence, hours, experiments), report_progress=report_progress, plan_only=plan_only
+        folder, out, lab, Goal(confidence, hours, experiments), report_progress=report_progress, plan_only=plan_only
     )
     content = log.to_json()
     say(json.dumps(content, ensure_ascii=False) if as_json else text(content))

@@ -15,7 +15,7 @@ from bench.cli._plain import PlainConsole, say
 from bench.cli.exit_codes import ExitCode
 
 if TYPE_CHECKING:
-    from bench.mismatch.many import Task, Told
+    from bench.mismatch.many import Result, Task
 
 
 _VALUES = 6
@@ -76,7 +76,7 @@ def mismatch(
     if len(tasks) == 1:
         _compare_one(tasks[0], jobs, dask, as_json)
         return
-    outcomes: list[Told] = []
+    outcomes: list[Result] = []
     for outcome in compare_all(tasks, jobs, dask):
         outcomes.append(outcome)
         if not as_json:

@@ -202,7 +202,7 @@ def _real(folder: Path, out: Path, names: tuple[str, ...], table: Path | None) -
     for case in known:
         if names and case.name not in names:
             continue
-        rows.append(examine(case, folder, out / "real", tell=lambda what: say(what, err=True)))
+        rows.append(examine(case, folder, out / "real", notify=lambda what: say(what, err=True)))
     made = commit()
     changed = " with changes" if made.endswith("+changes") else ""
     at = f"commit `{made[:12]}`{changed}" if made else "a commit that is not known"

@@ -15,7 +15,7 @@ from typing import Any
 from bench.configuration import BenchConfiguration
 from bench.errors import ConfigurationError, LimitError
 from bench.safety.latch_file import write_durably
-from bench.safety.places import state_folder
+from bench.safety.paths import state_folder
 
 FILE = "commissioning.json"
 _FORMAT = {"format": "bench-commissioning", "format_version": "1.0"}

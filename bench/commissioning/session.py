@@ -16,7 +16,7 @@ from bench.configuration import BenchConfiguration, BenchFile
 from bench.cycle.rig import Rig
 from bench.errors import LimitError
 from bench.safety import Act, LatchFile, Standing
-from bench.safety.places import latch_path
+from bench.safety.paths import latch_path
 
 
 @dataclass(frozen=True, slots=True)

@@ -42,9 +42,12 @@ def law(of: Law, order: float, frame: Frame) -> tuple[Any, Any]:
 
 def wave(wave_term: Wave, angle: Any, frame: Frame) -> Written:
     """A wave over an angle in rad, times the factors it names."""
-    turned = make("mul", const(wave_term.order), angle)
+    wave_angle = make("mul", const(wave_term.order), angle)
     value = total(
-        [make("mul", const(wave_term.cosine), np.cos(turned)), make("mul", const(wave_term.sine), np.sin(turned))]
+        [
+            make("mul", const(wave_term.cosine), np.cos(wave_angle)),
+            make("mul", const(wave_term.sine), np.sin(wave_angle)),
+        ]
     )
     for name in wave_term.times.split("*"):
         value = make("mul", lift(FACTORS[name](frame)), value)

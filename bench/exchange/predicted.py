@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.errors import ConfigurationError, RecordingError
-from bench.mismatch.prediction import Told, told_of
+from bench.mismatch.prediction import ChannelPrediction, predictions_of
 from bench.mismatch.regression.problem import CHANNELS
 from bench.recording import Recording, RecordingFolder
 from bench.simulation import Simulation
@@ -70,7 +70,7 @@ def predict_recordings(model: Path, path: Path) -> Iterator[Predicted]:
         recordings: Sequence[Recording] = RecordingFolder.open(path).recordings
         if not recordings:
             raise RecordingError(f"{path}: holds no recording that can be read; see `bench validate` for each file.")
-        predictions = told_of(model, recordings)
+        predictions = predictions_of(model, recordings)
     else:
         recording = Recording.open(path)
         before = [
@@ -78,7 +78,7 @@ def predict_recordings(model: Path, path: Path) -> Iterator[Predicted]:
             for r in RecordingFolder.open(path.resolve().parent).recordings
             if r.campaign_id == recording.campaign_id and r.started_at < recording.started_at
         ]
-        predictions = told_of(model, [*before, recording], only=len(before))
+        predictions = predictions_of(model, [*before, recording], only=len(before))
     any_at_all = False
     refused: tuple[str, ...] = ()
     for recording, channels in predictions:
@@ -90,7 +90,7 @@ def predict_recordings(model: Path, path: Path) -> Iterator[Predicted]:
         raise ConfigurationError(f"{model} predicts nothing of {path}: {'; '.join(refused)}.")
 
 
-def _predicted(model: Path, recording: Recording, predictions: dict[str, Told]) -> Predicted:
+def _predicted(model: Path, recording: Recording, predictions: dict[str, ChannelPrediction]) -> Predicted:
     channels, refused = [], []
     for name, spec in CHANNELS.items():
         lacking = [source for source in spec.made_of if source not in recording.specs]

@@ -93,7 +93,7 @@ def frame_of(inputs: dict[str, Any], ratio: float, standstill: float) -> Frame:
     path = np.cumsum(np.abs(np.diff(theta, prepend=theta[0])))
     begins = (direction != 0) & (direction != np.concatenate(([0.0], direction[:-1])))
     start = np.maximum.accumulate(np.where(begins, np.arange(time.size), 0))
-    turned = np.concatenate(([False], (last[1:] != last[:-1]) & (last[:-1] != 0)))
+    reversals = np.concatenate(([False], (last[1:] != last[:-1]) & (last[:-1] != 0)))
     torque = has["load_torque"]
     return Frame(
         ratio=ratio,
@@ -123,7 +123,7 @@ def frame_of(inputs: dict[str, Any], ratio: float, standstill: float) -> Frame:
         travel=path,
         reversal_travel=path - path[start],
         reversal_time=time - time[start],
-        reversed_before=(np.cumsum(turned) > 0).astype(np.float64),
+        reversed_before=(np.cumsum(reversals) > 0).astype(np.float64),
         steady=zeros,
         step=np.diff(time, prepend=time[0]),
         aux={name.removeprefix(AUXILIARY): values for name, values in inputs.items() if name.startswith(AUXILIARY)},

@@ -169,26 +169,26 @@ def header(formulas: Formulas) -> str:
 def source(formulas: Formulas) -> str:
     """Source of ``model.c``."""
     steps = formulas.steps
-    place = {id(step): f"v{k}" for k, step in enumerate(steps)}
+    name_of = {id(step): f"v{k}" for k, step in enumerate(steps)}
     tables: list[str] = []
     lines: list[str] = []
     state = 0
     for step in steps:
         if step.op == "const":
             continue
-        args = [_operand(a, place) for a in step.args]
+        args = [_operand(a, name_of) for a in step.args]
         if step.op == "table":
-            tables += _table(place[id(step)], step)
-            expression = _look_up(place[id(step)], step, args)
+            tables += _table(name_of[id(step)], step)
+            expression = _look_up(name_of[id(step)], step, args)
         elif step.op in STATES:
             more = ", ".join([*args, *(number(c) for c in step.extra)])
             expression = f"{step.op}(m->z[{state}], dt, {more})"
             state += 1
         else:
             expression = _expression(step, args, formulas)
-        lines.append(f"    const double {place[id(step)]} = {expression};")
+        lines.append(f"    const double {name_of[id(step)]} = {expression};")
     for k, output in enumerate(formulas.outputs.values()):
-        lines.append(f"    y[{k}] = {_operand(output, place)};")
+        lines.append(f"    y[{k}] = {_operand(output, name_of)};")
     defaults = ", ".join([*(number(p.value) for p in formulas.parameters), "0.0"])
     return "\n".join(
         [
@@ -221,8 +221,8 @@ def source(formulas: Formulas) -> str:
     )
 
 
-def _operand(expression: Written, place: dict[int, str]) -> str:
-    return f"({number(expression.extra[0])})" if expression.op == "const" else place[id(expression)]
+def _operand(expression: Written, name_of: dict[int, str]) -> str:
+    return f"({number(expression.extra[0])})" if expression.op == "const" else name_of[id(expression)]
 
 
 def _expression(expression: Written, args: list[str], formulas: Formulas) -> str:

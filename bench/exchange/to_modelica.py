@@ -146,21 +146,21 @@ _SI = "SI, rad, degC"
 def to_modelica(formulas: Formulas, name: str = "Simulation") -> str:
     """Source of a block; inputs, outputs and parameters bear the names of those of other forms."""
     steps = formulas.steps
-    place = {id(step): f"v{k}" for k, step in enumerate(steps)}
+    name_of = {id(step): f"v{k}" for k, step in enumerate(steps)}
     declared, lines = [], []
     for step in steps:
         if step.op in ("const", "input", "parameter"):
             continue
-        var = place[id(step)]
+        var = name_of[id(step)]
         if step.op in STATES:
             declared.append(f"  discrete Real z_{var}[3](each start = 0, each fixed = true);")
-            more = ", ".join([*(_operand(a, place) for a in step.args), *(_number(c) for c in step.extra)])
+            more = ", ".join([*(_operand(a, name_of) for a in step.args), *(_number(c) for c in step.extra)])
             lines.append(f"    z_{var} := {step.op}(pre(z_{var}), dt, {more});")
             lines.append(f"    {var} := z_{var}[{_VALUE.get(step.op, 3)}];")
             declared.append(f"  discrete Real {var};")
         else:
             declared.append(f"  discrete {'Boolean' if step.op in _COMPARISONS else 'Real'} {var};")
-            lines.append(f"    {var} := {_expression(step, place)};")
+            lines.append(f"    {var} := {_expression(step, name_of)};")
     return "\n".join(
         [
             f'block {name} "A simulation, written by bench export-model from a simulation file; {formulas.words(_SI)}"',
@@ -181,7 +181,7 @@ def to_modelica(formulas: Formulas, name: str = "Simulation") -> str:
             "    dt := if pre(begun_at) < 0 then 0 else time - pre(begun_at);",
             "    begun_at := time;",
             *lines,
-            *(f"    {n} := {_operand(output, place)};" for n, output in formulas.outputs.items()),
+            *(f"    {n} := {_operand(output, name_of)};" for n, output in formulas.outputs.items()),
             "  end when;",
             f"end {name};",
             "",
@@ -202,16 +202,16 @@ def _number(value: float) -> str:
     return repr(float(value)) if value >= 0 else f"({float(value)!r})"
 
 
-def _operand(expression: Written, place: dict[int, str]) -> str:
+def _operand(expression: Written, name_of: dict[int, str]) -> str:
     if expression.op == "const":
         return _number(expression.extra[0])
     if expression.op == "input":
         return identifier(expression.extra[0]) if expression.extra[0] != "time" else "time"
-    return str(expression.extra[0]) if expression.op == "parameter" else place[id(expression)]
+    return str(expression.extra[0]) if expression.op == "parameter" else name_of[id(expression)]
 
 
-def _expression(expression: Written, place: dict[int, str]) -> str:
-    args = [_operand(a, place) for a in expression.args]
+def _expression(expression: Written, name_of: dict[int, str]) -> str:
+    args = [_operand(a, name_of) for a in expression.args]
     if expression.op in _INFIX:
         return f"{args[0]} {_INFIX[expression.op]} {args[1]}"
     if expression.op == "neg":

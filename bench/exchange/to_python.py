@@ -150,21 +150,21 @@ def to_python(formulas: Formulas, name: str = "Model") -> str:
         "        self.before = time",
         "        p, z = self.p, self.states",
     ]
-    place = {id(step): f"v{k}" for k, step in enumerate(formulas.steps)}
+    name_of = {id(step): f"v{k}" for k, step in enumerate(formulas.steps)}
     for step in formulas.steps:
         if step.op != "const":
-            lines.append(f"        {place[id(step)]} = {_expression(step, place)}")
-    ends = ", ".join(f"{output!r}: {_operand(expression, place)}" for output, expression in formulas.outputs.items())
+            lines.append(f"        {name_of[id(step)]} = {_expression(step, name_of)}")
+    ends = ", ".join(f"{output!r}: {_operand(expression, name_of)}" for output, expression in formulas.outputs.items())
     lines += [f"        return {{{ends}}}", ""]
     return "\n".join(lines)
 
 
-def _operand(expression: Written, place: dict[int, str]) -> str:
-    return f"({expression.extra[0]!r})" if expression.op == "const" else place[id(expression)]
+def _operand(expression: Written, name_of: dict[int, str]) -> str:
+    return f"({expression.extra[0]!r})" if expression.op == "const" else name_of[id(expression)]
 
 
-def _expression(expression: Written, place: dict[int, str]) -> str:
-    args = [_operand(a, place) for a in expression.args]
+def _expression(expression: Written, name_of: dict[int, str]) -> str:
+    args = [_operand(a, name_of) for a in expression.args]
     if expression.op == "input":
         return "time" if expression.extra[0] == "time" else f"u[{expression.extra[0]!r}]"
     if expression.op == "parameter":
@@ -179,5 +179,5 @@ def _expression(expression: Written, place: dict[int, str]) -> str:
         return f"_table({expression.extra[0]!r}, {expression.extra[1]!r}, [{', '.join(args)}])"
     if expression.op in STATES:
         more = [*args, *(repr(c) for c in expression.extra)]
-        return f"_{expression.op}(z.setdefault({place[id(expression)]!r}, []), dt, {', '.join(more)})"
+        return f"_{expression.op}(z.setdefault({name_of[id(expression)]!r}, []), dt, {', '.join(more)})"
     return f"{_CALLS[expression.op]}({', '.join(args)})"

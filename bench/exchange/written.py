@@ -271,15 +271,15 @@ class _Writer:
         load = self._nominal(LOAD_TORQUE, CONSTANT[LOAD_TORQUE]) if LOAD in which else []
         if not motor and not load:
             return frame
-        into, out = (total([self._regressor(k, frame) for k in own]) for own in (motor, load))
+        into, out = (total([self._regressor(k, frame) for k in members]) for members in (motor, load))
         return replace(frame, power=loss(frame, frame.torque, into * frame.omega - out * frame.velocity))
 
     def _nominal(self, channel: str, effect: str) -> list[Known]:
         """A nominal term of a channel with its coefficients; empty where it is not in force, or has none."""
         given = self.given
         named = (t.regressor for t in nominal_base(channel, given.switched_off) if t.regressor.effect == effect)
-        told = [(n, given.nominal_coefficients(n)) for n in named if isinstance(n, Named)]
-        return [Known(n, coefficients) for n, coefficients in told if coefficients is not None]
+        known = [(n, given.nominal_coefficients(n)) for n in named if isinstance(n, Named)]
+        return [Known(n, coefficients) for n, coefficients in known if coefficients is not None]
 
     def _reaction(self, frame: Frame) -> list[Written]:
         """The load's reaction through the transmission error."""

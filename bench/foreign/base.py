@@ -86,8 +86,8 @@ class Base:
         """Values of the free parameters by name."""
         return {parameter.name: value for parameter, value in zip(self.free, self.values, strict=True)}
 
-    def told(self, recording: Recording, inputs: Callable[[], Mapping[str, FloatArray]]) -> Channels:
-        """What it predicts of a recording: each channel (n,), and its sensitivities ``CHANNEL by PARAMETER``.
+    def predict(self, recording: Recording, inputs: Callable[[], Mapping[str, FloatArray]]) -> Channels:
+        """Predict a recording: each channel (n,), and its sensitivities ``CHANNEL by PARAMETER``.
 
         ``inputs`` is called only where no result is stored yet. Raises ConfigurationError where the simulation fails
         or does not give numbers of the right length.

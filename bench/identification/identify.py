@@ -72,7 +72,7 @@ class Identification:
         return any(r.linear for r in self.reductions)
 
 
-def _reduce_or_say(recording: Recording, options: ReductionOptions) -> Reduction | Skipped:
+def _reduce_or_skip(recording: Recording, options: ReductionOptions) -> Reduction | Skipped:
     """Reduce one recording; one that fails is skipped with its sentence, the others go on."""
     try:
         return reduce_recording(recording, options)
@@ -100,7 +100,7 @@ def reduce_all(
     recordings: Sequence[Recording], options: ReductionOptions, jobs: int, progress: Progress | None
 ) -> Iterator[Reduction | Skipped]:
     """Reduce recordings in ``jobs`` processes, in their order."""
-    work = partial(_reduce_or_say, options=options)
+    work = partial(_reduce_or_skip, options=options)
     total = len(recordings)
     apart = jobs > 1 and total >= 8
     with _single_threaded() if apart else nullcontext():
@@ -150,14 +150,14 @@ def identify_folder(folder: Path | str, options: Options, progress: Progress | N
             reductions.append(result)
             skipped += [Skipped(result.recording_id, why) for why in result.sentences]
     training = [r for r in reductions if not r.validation]
-    load_side, said = identify_load_side(training, notch)
+    load_side, sentences = identify_load_side(training, notch)
     if ripple_text:
-        said.append(ripple_text)
+        sentences.append(ripple_text)
     friction, more = friction_of(training)
-    said += more
+    sentences += more
     friction = replace(friction, systematic=systematic(recordings, friction))
     heat = identify_heat(training, friction.values.get("tau_0", 0.0), friction.values.get("J", 0.0))
-    said += heat.sentences
+    sentences += heat.sentences
     proposals = propose(reductions, gearbox, orders, notch)
     nuisance = nuisance_orders(proposals, notch, reduction_options.highest_order, orders)
     refined: dict[str, RefinedDirection] = {}
@@ -167,12 +167,16 @@ def identify_folder(folder: Path | str, options: Options, progress: Progress | N
         series = identify_direction(group, orders, notch, name, nuisance)
         paper[name] = identify_paper(group, orders)
         if series is None and any(r.steady is not None for r in training):
-            said.append(f"No recording with a steady revolution in {name} direction: its series is not identified.")
+            sentences.append(
+                f"No recording with a steady revolution in {name} direction: its series is not identified."
+            )
         elif series is not None:
             refined[name] = series
-            said += series.sentences
+            sentences += series.sentences
     if not refined:
-        said.append("No recording gives a transmission error over a steady revolution: its series is not identified.")
+        sentences.append(
+            "No recording gives a transmission error over a steady revolution: its series is not identified."
+        )
     models: dict[str, TransmissionErrorModel] = {}
     if refined:
         sets = {name: result.fourier for name, result in refined.items()}
@@ -193,7 +197,7 @@ def identify_folder(folder: Path | str, options: Options, progress: Progress | N
         load_side,
         heat,
         tuple(skipped),
-        tuple(said),
+        tuple(sentences),
     )
 
 

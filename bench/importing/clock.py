@@ -71,7 +71,7 @@ def _dated(stamps: NDArray[Any], wanted: ChannelMapping, files: Files, where: st
     if np.isnat(stamps).any():
         index = int(np.argmax(np.isnat(stamps)))
         raise RecordingError(
-            f"{files.main}: time is missing in {source.place(index)}, every sample should have a stamp."
+            f"{files.main}: time is missing in {source.location(index)}, every sample should have a stamp."
         )
     notes: tuple[str, ...] = ()
     if zoned and wanted.timezone is not None:

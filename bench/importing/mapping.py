@@ -265,12 +265,12 @@ def set_value(content: dict[str, Any], key: str, value: Any, where: str) -> None
         A part of the key is no table.
     """
     *folders, last = key.split(".")
-    place: Any = content
+    inner: Any = content
     for part in folders:
-        place = place.setdefault(part, {}) if isinstance(place, dict) else None
-    if not isinstance(place, dict):
+        inner = inner.setdefault(part, {}) if isinstance(inner, dict) else None
+    if not isinstance(inner, dict):
         raise ConfigurationError(f"{where}: {key} lies in no table, it should be a key such as gearbox.ratio.")
-    place[last] = value
+    inner[last] = value
 
 
 def refuse_open(content: Any, path: Path, key: str = "") -> None:

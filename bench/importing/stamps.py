@@ -21,7 +21,7 @@ _SHAKEN = 0.2
 """Share by which the mean step of a clock that shakes may be off the usual one; more is another rate for a while."""
 
 FloatArray = NDArray[np.float64]
-Place = Callable[[int], str]
+Location = Callable[[int], str]
 
 
 def in_order(time: FloatArray) -> NDArray[np.bool_]:
@@ -29,7 +29,7 @@ def in_order(time: FloatArray) -> NDArray[np.bool_]:
     return np.asarray(time > np.maximum.accumulate(np.concatenate(([-np.inf], time[:-1]))))
 
 
-def why_not_in_order(time: FloatArray, place: Place) -> str | None:
+def why_not_in_order(time: FloatArray, location: Location) -> str | None:
     """Say in half a sentence where stamps are doubled or go backward, and what would be right; None: nowhere."""
     steps = np.diff(time)
     wrong = np.flatnonzero(~(steps > 0))
@@ -47,7 +47,7 @@ def why_not_in_order(time: FloatArray, place: Place) -> str | None:
         right = "an hour back is the end of summer time: channels.time.timezone would be right"
     elif backward and -step > 0.5 * float(np.ptp(time)):
         right = "the clock begins anew: start and stop of two recordings should cut there"
-    return f"time in {place(index)} is {what} the stamp before ({counts} stamps in all); {right}"
+    return f"time in {location(index)} is {what} the stamp before ({counts} stamps in all); {right}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,12 +85,12 @@ def _drift(time: FloatArray, usual: float) -> FloatArray:
     return np.asarray((time - time[0] - start - slope * index) / usual)
 
 
-def gap_sentence(time: FloatArray, found: Evenness, place: Place) -> str:
+def gap_sentence(time: FloatArray, found: Evenness, location: Location) -> str:
     """Say where the first gap is."""
     index = int(found.gaps[0])
     step = time[index] - time[index - 1]
     return (
-        f"nothing stands between {time[index - 1]:.6g} and {time[index]:.6g} s ({place(index)}), "
+        f"nothing stands between {time[index - 1]:.6g} and {time[index]:.6g} s ({location(index)}), "
         f"{step / found.step:.0f} times the usual step of {found.step:g} s ({found.gaps.size} such gaps)"
     )
 

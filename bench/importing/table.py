@@ -141,7 +141,7 @@ def _check_rows(table: ChannelTable, invalid_rows: str, file: Path) -> None:
         if invalid_rows == "refuse" and not finite.all():
             index = int(np.argmin(finite))
             raise RecordingError(
-                f"{file}: {name} is {channel.raw[index]} in {channel.source.place(index)}, every sample should be a "
+                f"{file}: {name} is {channel.raw[index]} in {channel.source.location(index)}, every sample should be a "
                 f"number; missing = 'hold' or 'interpolate' of the channel fills it, invalid_rows = 'drop' "
                 "leaves it out."
             )
@@ -149,13 +149,13 @@ def _check_rows(table: ChannelTable, invalid_rows: str, file: Path) -> None:
     stamps = np.where(good, time.si, -np.inf)
     later = in_order(stamps)
     if invalid_rows == "refuse" and not later.all():
-        raise RecordingError(f"{file}: {why_not_in_order(time.si, time.source.place)}.")
+        raise RecordingError(f"{file}: {why_not_in_order(time.si, time.source.location)}.")
     good &= later
     if good.all():
         return
     if not good.any():
         raise RecordingError(f"{file}: holds no row without NaN and with increasing time, such rows should be there.")
-    place = time.source.place(int(np.argmin(good)))
+    place = time.source.location(int(np.argmin(good)))
     table.notes.append(
         f"{int(np.sum(~good))} rows with NaN or without increasing time were left out, the first in {place}"
     )
@@ -171,7 +171,7 @@ def _regular(table: ChannelTable, mapping: Mapping, file: Path) -> None:
     found = evenness(time)
     if found.gaps.size and mapping.gaps == "refuse":
         raise RecordingError(
-            f"{file}: {gap_sentence(time, found, table.channels['time'].source.place)}; gaps = 'cut' makes "
+            f"{file}: {gap_sentence(time, found, table.channels['time'].source.location)}; gaps = 'cut' makes "
             "recordings of what stands between them."
         )
     table.starts = [0, *(int(index) for index in found.gaps)] if mapping.gaps == "cut" else [0]
@@ -244,7 +244,7 @@ def _join(
             f"{clock.channel.raw.size}, they should be equally many."
         )
     theirs = clock.channel.si
-    why = why_not_in_order(theirs, channel.source.place)
+    why = why_not_in_order(theirs, channel.source.location)
     if why is not None:
         raise RecordingError(f"{files.main}: of {name}, {why}.")
     if clock.started_at is not None and table.started_at is not None:

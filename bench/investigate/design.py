@@ -52,10 +52,10 @@ class Experiment:
 class Design:
     """The questions of one analysis of the recordings, ready to rate points."""
 
-    def __init__(self, asked: Sequence[Question], ratio: float) -> None:
+    def __init__(self, questions: Sequence[Question], ratio: float) -> None:
         self._ratio = ratio
         self._parts: list[tuple[Question, Measured, Truth]] = []
-        for question in asked:
+        for question in questions:
             # the temperature is an integral over the campaign: no rows of a point by themselves predict it
             if not question.alternatives or question.finding.channel == TEMPERATURE:
                 continue
@@ -85,17 +85,22 @@ def nearest(question: Question, measured: Measured) -> Truth | None:
     if not is_regressor(found.effect, found.channel):
         return None
     fit = fitted_to(measured, found.effect, found.discovery.added[:: int(measured.each)])
-    return None if fit is None else Truth(fit.term, fit.own())
+    return None if fit is None else Truth(fit.term, fit.term_coefficients())
 
 
 def best(
-    asked: Sequence[Question], covered: Range, ratio: float, bench: BenchConfiguration, celsius: float, most_h: float
+    questions: Sequence[Question],
+    covered: Range,
+    ratio: float,
+    bench: BenchConfiguration,
+    celsius: float,
+    most_h: float,
 ) -> tuple[Experiment | None, list[str]]:
     """The experiment of the largest expected gain an hour that takes at most ``most_h``; and what the bench refused.
 
     None where no experiment is expected to separate anything.
     """
-    design = Design(asked, ratio)
+    design = Design(questions, ratio)
     found: list[Experiment] = []
     refused: list[str] = []
     for state in states(covered, bench, celsius):
@@ -143,7 +148,7 @@ def _in_state(
 
 
 def by_rules(
-    asked: Sequence[Question],
+    questions: Sequence[Question],
     covered: Range,
     bench: BenchConfiguration,
     celsius: float,
@@ -151,7 +156,7 @@ def by_rules(
     done: set[tuple[str, ...]],
 ) -> Experiment | None:
     """An experiment of the field for the first question that has one which was not run for it (``done``)."""
-    for question in asked:
+    for question in questions:
         proposal = by_rule(question.finding, replace(covered, coldest=min(covered.coldest, celsius)))
         if proposal is None or (*question.key, proposal.why) in done:
             continue
@@ -165,10 +170,10 @@ def by_rules(
 
 
 def bench_needs(
-    asked: Sequence[Question], covered: Range, ratio: float, bench: BenchConfiguration, celsius: float
+    questions: Sequence[Question], covered: Range, ratio: float, bench: BenchConfiguration, celsius: float
 ) -> list[str]:
     """What the bench would need: why it refuses points, twice as far out, that would separate explanations."""
-    design = Design(asked, ratio)
+    design = Design(questions, ratio)
     refusals: dict[str, float] = {}
     state = next(iter(states(enlarged_range(covered), bench, celsius)))
     every = [Offered(state, point, 0.0) for point in candidates(replace(state.covered, heats=False))]

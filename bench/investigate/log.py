@@ -123,7 +123,7 @@ class Log:
         """Bench time of all experiments, h."""
         return sum(float(step["took_h"]) for step in self.earlier) + sum(step.hours or 0.0 for step in self.steps)
 
-    def settle(self, report: Report, asked: Sequence[Question]) -> None:
+    def settle(self, report: Report, questions: Sequence[Question]) -> None:
         """Store the present findings, and the questions that are open."""
         self.state |= {
             "verdict": report.verdict,
@@ -132,7 +132,7 @@ class Log:
                 {"effect": f.effect, "channel": f.channel, "status": f.status, "confidence": f.discovery.confidence}
                 for f in report.findings
             ],
-            "open": [{"effect": q.finding.effect, "channel": q.finding.channel, "why": q.why} for q in asked],
+            "open": [{"effect": q.finding.effect, "channel": q.finding.channel, "why": q.why} for q in questions],
         }
         self.write()
 

@@ -46,7 +46,7 @@ class Lab(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
+class Goal:
     """How sure it is to be, and what it may cost: ``confidence`` of each finding, bench time in h, experiments."""
 
     confidence: float = 0.7
@@ -58,7 +58,7 @@ class Asked:
 class Scene:
     """What an experiment is chosen from."""
 
-    asked: tuple[Question, ...]
+    questions: tuple[Question, ...]
     covered: Range
     ratio: float
     bench: BenchConfiguration
@@ -69,13 +69,13 @@ class Scene:
     """questions for which a rule of the field was run, with the rule"""
 
     @classmethod
-    def of(cls, report: Report, lab: Lab, asked: Asked, log: Log) -> Scene:
+    def of(cls, report: Report, lab: Lab, goal: Goal, log: Log) -> Scene:
         """The scene after a look at the recordings."""
         data = report.data
         covered = extended_range(Range.of(data), lab.bench)
         celsius = lab.celsius(last_celsius([rows.frame for rows in data.rows.values()]))
-        left = asked.hours - log.hours
-        found = questions(report.findings, asked.confidence)
+        left = goal.hours - log.hours
+        found = questions(report.findings, goal.confidence)
         return cls(found, covered, data.ratio, lab.bench, celsius, left, log.done)
 
 
@@ -85,17 +85,17 @@ Progress = Callable[[str], None]
 
 def choose_experiment(scene: Scene) -> Experiment | None:
     """The designed experiment; a rule of the field where no design separates anything; None where neither does."""
-    designed, _ = best(scene.asked, scene.covered, scene.ratio, scene.bench, scene.celsius, scene.hours)
+    designed, _ = best(scene.questions, scene.covered, scene.ratio, scene.bench, scene.celsius, scene.hours)
     if designed is not None:
         return designed
-    return by_rules(scene.asked, scene.covered, scene.bench, scene.celsius, scene.hours, set(scene.done))
+    return by_rules(scene.questions, scene.covered, scene.bench, scene.celsius, scene.hours, set(scene.done))
 
 
 def investigate(
     folder: Path,
     out: Path,
     lab: Lab,
-    asked: Asked,
+    goal: Goal,
     choose: Choice = choose_experiment,
     report_progress: Progress = lambda _: None,
     first: Report | None = None,
@@ -111,20 +111,20 @@ def investigate(
     out.mkdir(parents=True, exist_ok=True)
     earlier = [p for p in sorted(out.glob(f"{EXPERIMENT}-*")) if p.is_dir() and any(p.glob("*.h5"))]
     folders = [folder, *earlier]
-    log = Log.begun(folder, asked.confidence, asked.hours, out)
+    log = Log.begun(folder, goal.confidence, goal.hours, out)
     report = first if first is not None and not earlier else _look(folders, out, report_progress)
     while True:
-        scene = Scene.of(report, lab, asked, log)
-        log.settle(report, scene.asked)
+        scene = Scene.of(report, lab, goal, log)
+        log.settle(report, scene.questions)
         report_progress(report.sentence)
-        why = _over(report, scene, asked, log)
+        why = _over(report, scene, goal, log)
         experiment = None if why else choose(scene)
         if experiment is None:
-            needs = [] if why else bench_needs(scene.asked, scene.covered, scene.ratio, scene.bench, scene.celsius)
+            needs = [] if why else bench_needs(scene.questions, scene.covered, scene.ratio, scene.bench, scene.celsius)
             log.end(why or _nothing_more(scene), needs)
             return log
         number = len(folders)
-        path = write_campaign(out / f"{EXPERIMENT}-{number}.toml", _title(scene.asked), number, experiment.points)
+        path = write_campaign(out / f"{EXPERIMENT}-{number}.toml", _title(scene.questions), number, experiment.points)
         report_progress(f"experiment {number}: {experiment.why}; {experiment.hours:.2f} h of bench time, {path}")
         if plan_only:
             log.add(Step(number, experiment, path.name))
@@ -158,12 +158,12 @@ def _look(folders: Sequence[Path], out: Path, report_progress: Progress) -> Repo
     return compare(tuple(folders), out / f"{LOOK}-{len(folders) - 1}")
 
 
-def _over(report: Report, scene: Scene, asked: Asked, log: Log) -> str:
+def _over(report: Report, scene: Scene, goal: Goal, log: Log) -> str:
     """Why it ends before a choice; empty where it goes on."""
-    if not scene.asked:
+    if not scene.questions:
         return reason_to_stop(len(report.findings), report.why)
-    if len(log.steps) >= asked.experiments:
-        return f"{asked.experiments} experiments are run, as many as asked for"
+    if len(log.steps) >= goal.experiments:
+        return f"{goal.experiments} experiments are run, as many as asked for"
     return "the budget of bench time is spent" if scene.hours <= 0.0 else ""
 
 
@@ -182,8 +182,8 @@ def _nothing_more(scene: Scene) -> str:
     return f"the next experiment takes {more.hours:.1f} h, {scene.hours:.1f} h are left of the budget"
 
 
-def _title(asked: Sequence[Question]) -> str:
-    return "; ".join(q.finding.name for q in asked[:3]).replace('"', "'").replace("\n", " ")
+def _title(questions: Sequence[Question]) -> str:
+    return "; ".join(q.finding.name for q in questions[:3]).replace('"', "'").replace("\n", " ")
 
 
 def _after(data: Dataset) -> datetime:

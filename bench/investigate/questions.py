@@ -46,7 +46,7 @@ def questions(findings: Sequence[Finding], confidence: float) -> tuple[Question,
 
 def loss_of(finding: Finding, effect: str) -> float | None:
     """Log predictive density that an explanation loses against a finding; None where it was not worked out."""
-    for alternative in finding.discovery.rivals:
+    for alternative in finding.discovery.alternatives:
         if alternative.effect == effect and np.isfinite(alternative.loss):
             return float(alternative.loss)
     return None

@@ -14,7 +14,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from bench.safety.places import MACHINE, VARIABLE
+from bench.safety.paths import MACHINE, VARIABLE
 from bench.safety.runtime import RUNTIME
 
 PATIENCE_S = 60.0

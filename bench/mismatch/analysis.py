@@ -13,14 +13,14 @@ from bench.mismatch.given import LOAD_SIDE, SENSOR, Given, Known
 from bench.mismatch.memory import give_back
 from bench.mismatch.orders import model as orders
 from bench.mismatch.orders.discoveries import multiples
-from bench.mismatch.orders.misread import ENCODER, asked
+from bench.mismatch.orders.misread import ENCODER, torque_check
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.reaction import Reaction, reaction_of
+from bench.mismatch.orders.revolutions import found_in
 from bench.mismatch.orders.shaft import PHASES
-from bench.mismatch.orders.shaken import inertia_of, inertia_told, still
+from bench.mismatch.orders.shaken import inertia_from_orders, inertia_of, without_shaking
 from bench.mismatch.orders.sight import known_orders
 from bench.mismatch.orders.torques import torque_discoveries
-from bench.mismatch.orders.turns import found_in
 from bench.mismatch.outcomes import of_search, of_transmission
 from bench.mismatch.power_zeros import UNNAMED, Zeros
 from bench.mismatch.power_zeros import chosen as zeros_chosen
@@ -29,7 +29,7 @@ from bench.mismatch.problems import base_of, capacity_of, periodicity_of, proble
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.recordings.rows import HEAT_S, Rows
 from bench.mismatch.regression.bank import Fit
-from bench.mismatch.regression.candidates import TURNING
+from bench.mismatch.regression.candidates import ROTATING
 from bench.mismatch.regression.model import ChannelModel, fit_blocks
 from bench.mismatch.regression.nameless_heat import nameless_heat, nameless_load_heat
 from bench.mismatch.regression.nameless_load import nameless_load
@@ -106,15 +106,15 @@ def analyse(
 
     ``formulas``: whether a formula is looked for where something has no name.
     """
-    tell = progress or (lambda _what, _share: None)
+    report_progress = progress or (lambda _what, _share: None)
     out = Analysis(given)
     acting: tuple[Known, ...] = given.known.get(LOAD_TORQUE, ())
     shown: tuple[str, ...] = ()
     in_angles: tuple[str, ...] = ()
     if data.linear:
-        banned = (*banned, *TURNING)
+        banned = (*banned, *ROTATING)
     for number, channel in enumerate(c for c in CHANNELS if c in channels):
-        tell(f"searching the {channel.replace('_', ' ')}", number / len(channels))
+        report_progress(f"searching the {channel.replace('_', ' ')}", number / len(channels))
         rows = data.rows[channel]
         unnamed: Sequence[BaseTerm] = ()
         if channel != LOAD_TORQUE:
@@ -126,11 +126,11 @@ def analyse(
             out.transmission = _transmission(data, given, rows, seed, (*banned, *in_angles), unnamed)
             reacts = _reacts(out, data, given, channels)
             if reacts:
-                _ask_whose(out.transmission, data, given, seed)
+                _attribute_multiples(out.transmission, data, given, seed)
             out.outcomes[channel] = of_transmission(out.transmission, data, seed, formulas)
             assert out.transmission.offset is not None
-            heard, moving = data.density.get(channel, ()), data.unsteady.get(channel, ())
-            examine(out.outcomes[channel], out.transmission.offset, heard, seed, _orders_of(out), moving)
+            densities, moving = data.density.get(channel, ()), data.unsteady.get(channel, ())
+            examine(out.outcomes[channel], out.transmission.offset, densities, seed, _orders_of(out), moving)
             out.transmission.offset.close()
             out.reaction = _reaction(out, data, given, seed) if reacts else None
         else:
@@ -142,10 +142,10 @@ def analyse(
             else:
                 problem = problem_of(data, given, channel, rows, (*banned, *shown), unnamed)
                 search = _beside_orders(out, data, given, problem, seed)
-            out.searches[channel], out.outcomes[channel] = search, _said(out, data, given, search, formulas, seed)
+            out.searches[channel], out.outcomes[channel] = search, _outcome_of(out, data, given, search, formulas, seed)
             if channel == LOAD_TORQUE:
                 acting = (*acting, *_known_of(search))
-                in_angles = _told_here(search)
+                in_angles = _excluded_delay(search)
                 shown = tuple(_shown_here_first([chosen.effect for chosen in search.model.chosen]))
             if channel == TEMPERATURE and MOTOR_TORQUE in out.searches:
                 _as_warm_as_it_is(out, data, given, rows, formulas, seed, (*banned, *shown))
@@ -163,12 +163,12 @@ def _beside_orders(out: Analysis, data: Dataset, given: Given, problem: ChannelP
         return search
     channel = problem.channel
     seen = periodicity_of(data, given, search, out.reaction if channel == MOTOR_TORQUE else None, _misread(out))
-    told = None
+    inertia = None
     if channel == MOTOR_TORQUE:
-        turning = {s.recording for s in seen.shaft} | {s.recording for s in seen.output}
-        rate = min((float(data.members[k].recording.sample_rate) for k in turning), default=1.0)
-        told = inertia_told(seen, rate, data.folder.manner.smoothing, seed)
-    found = torque_discoveries(still(seen, inertia_of(search.model) if told is None else told), seed)
+        recordings = {s.recording for s in seen.shaft} | {s.recording for s in seen.output}
+        rate = min((float(data.members[k].recording.sample_rate) for k in recordings), default=1.0)
+        inertia = inertia_from_orders(seen, rate, data.folder.manner.smoothing, seed)
+    found = torque_discoveries(without_shaking(seen, inertia_of(search.model) if inertia is None else inertia), seed)
     waves = np.sum([np.zeros(problem.rows.size), *(d.added for d in found)], axis=0)
     size = float(np.sqrt(np.average(waves**2, weights=np.where(problem.usable, problem.rows.number, 0.0))))
     if size == 0.0 or size < criteria.LEAST_STRENGTH * search.model.floor:
@@ -180,8 +180,10 @@ def _beside_orders(out: Analysis, data: Dataset, given: Given, problem: ChannelP
     return searched(replace(problem, rows=replace(problem.rows, y=problem.rows.y - waves)), seed)
 
 
-def _said(out: Analysis, data: Dataset, given: Given, search: Search, formulas: bool, seed: int) -> ChannelOutcome:
-    """What a search of a torque or of the temperature says, and what is left of that channel."""
+def _outcome_of(
+    out: Analysis, data: Dataset, given: Given, search: Search, formulas: bool, seed: int
+) -> ChannelOutcome:
+    """The outcome of a search of a torque or of the temperature, with what is left of that channel."""
     channel = search.model.channel
     reaction = out.reaction if channel == MOTOR_TORQUE else None
     outcome = of_search(search, data, formulas)
@@ -191,12 +193,12 @@ def _said(out: Analysis, data: Dataset, given: Given, search: Search, formulas: 
         found = out.periodic.get(channel)
         if found is None:
             seen = periodicity_of(data, given, search, reaction, _misread(out))
-            found = torque_discoveries(still(seen, inertia_of(search.model)), seed)
+            found = torque_discoveries(without_shaking(seen, inertia_of(search.model)), seed)
         outcome.discoveries += found
-    heard, moving = data.density.get(channel, ()), data.unsteady.get(channel, ())
+    densities, moving = data.density.get(channel, ()), data.unsteady.get(channel, ())
     # the gearbox's orders are felt in the torques as well, most of all those that a mode makes large
     known = () if channel == TEMPERATURE else _orders_of(out)
-    examine(outcome, search, heard, seed, known, moving)
+    examine(outcome, search, densities, seed, known, moving)
     return outcome
 
 
@@ -228,8 +230,10 @@ def _as_warm_as_it_is(
 def _holds_with(
     out: Analysis, data: Dataset, given: Given, rows: Rows, formulas: bool, seed: int, banned: Sequence[str]
 ) -> bool:
-    """Whether nothing without a name is left in the motor torque, and the temperature still shows a lag with it."""
-    outcome = _said(out, data, given, out.searches[MOTOR_TORQUE], formulas, seed)
+    """Whether nothing without a name is left in the motor torque, and the temperature still shows a lag with
+    it.
+    """
+    outcome = _outcome_of(out, data, given, out.searches[MOTOR_TORQUE], formulas, seed)
     if any(d.effect == UNKNOWN for d in outcome.discoveries):
         return False
     outcome.notes.append(
@@ -242,7 +246,10 @@ def _holds_with(
         if behind_of(search.model) is None:
             search.close()
             return False
-        out.searches[TEMPERATURE], out.outcomes[TEMPERATURE] = search, _said(out, data, given, search, formulas, seed)
+        out.searches[TEMPERATURE], out.outcomes[TEMPERATURE] = (
+            search,
+            _outcome_of(out, data, given, search, formulas, seed),
+        )
     out.outcomes[MOTOR_TORQUE] = outcome
     return True
 
@@ -253,11 +260,11 @@ def behind_of(model: ChannelModel) -> FloatArray | None:
     """
     frame = model.problem.rows.frame
     out: FloatArray | None = None
-    for own in model.chosen:
-        regressor = own.main.regressor
-        if own.effect == LAG and isinstance(regressor, Named):
+    for chosen in model.chosen:
+        regressor = chosen.main.regressor
+        if chosen.effect == LAG and isinstance(regressor, Named):
             follow = campaign_lag if regressor.form.remembers else lag
-            rate = float(model.fit.of(own.main.place)[0][0]) * follow(frame.power, frame, regressor.point[0])
+            rate = float(model.fit.of(chosen.main.indices)[0][0]) * follow(frame.power, frame, regressor.point[0])
             out = regressor.point[0] * rate + (0.0 if out is None else out)
     return out
 
@@ -277,10 +284,13 @@ def _misread(out: Analysis) -> frozenset[float]:
 
 def _reacts(out: Analysis, data: Dataset, given: Given, channels: Sequence[str]) -> bool:
     """Whether the load's reaction through the transmission error can be looked for in the motor torque."""
-    made = {MOTOR_TORQUE, TRANSMISSION_ERROR} & data.simulated  # a simulation from elsewhere has a reaction of its own
+    simulated = {
+        MOTOR_TORQUE,
+        TRANSMISSION_ERROR,
+    } & data.simulated  # a simulation from elsewhere has a reaction of its own
     off = CHANNELS[MOTOR_TORQUE].fixed in given.switched_off
     found = out.transmission is not None and out.transmission.periodic is not None
-    return found and MOTOR_TORQUE in channels and not (data.linear or made or off)
+    return found and MOTOR_TORQUE in channels and not (data.linear or simulated or off)
 
 
 def _reaction(out: Analysis, data: Dataset, given: Given, seed: int) -> Reaction | None:
@@ -289,7 +299,7 @@ def _reaction(out: Analysis, data: Dataset, given: Given, seed: int) -> Reaction
     assert whole is not None
     assert whole.periodic is not None
     misread = _misread(out)
-    beside = [m for m in whole.asked.found if m.beside and m.order in misread]
+    beside = [m for m in whole.torque_check.found if m.beside and m.order in misread]
     acting = whole.periodic.less({*misread, *given.misread} - {m.order for m in beside})
     acting = replace(
         acting,
@@ -299,14 +309,14 @@ def _reaction(out: Analysis, data: Dataset, given: Given, seed: int) -> Reaction
     return reaction_of(acting, whole.rows.frame, whole.inside, data.folds() >= 0, given.reaction, seed)
 
 
-def _ask_whose(model: TransmissionModel, data: Dataset, given: Given, seed: int) -> None:
-    """Ask the motor torque whose the multiples of the ratio are that were found in the transmission error."""
+def _attribute_multiples(model: TransmissionModel, data: Dataset, given: Given, seed: int) -> None:
+    """Decide by the motor torque whose the multiples of the ratio are that were found in the transmission error."""
     ratio, seen, periodic = float(data.gearbox.ratio or 1.0), model.seen, model.periodic
     assert periodic is not None
     # an order of which the simulation has waves or ripple is not seen as a whole
     part = {round(w.order, 6) for w in (*given.acting_waves, *given.misread_waves, *given.ripples)}
-    asked_of = [] if seen is None else [f for f in seen.orders if f not in known_orders(model) and f not in part]
-    orders = [f for f in multiples(asked_of, ratio) if round(f / ratio) % PHASES]
+    candidates = [] if seen is None else [f for f in seen.orders if f not in known_orders(model) and f not in part]
+    orders = [f for f in multiples(candidates, ratio) if round(f / ratio) % PHASES]
     if seen is None or not orders:
         return
     others = periodic.less({*orders, *given.misread})
@@ -315,16 +325,18 @@ def _ask_whose(model: TransmissionModel, data: Dataset, given: Given, seed: int)
     if reaction is None or reaction.std is None:
         return
     fitted = frozenset(np.flatnonzero(folds >= 0).tolist())
-    model.asked = asked(seen, model.turns, fitted, data.shaft, ratio, (reaction.share, reaction.std), orders)
+    model.torque_check = torque_check(
+        seen, model.revolutions, fitted, data.shaft, ratio, (reaction.share, reaction.std), orders
+    )
 
 
 def _transmission(
     data: Dataset, given: Given, rows: Rows, seed: int, banned: Sequence[str], unnamed: Sequence[BaseTerm]
 ) -> TransmissionModel:
     taken = np.zeros(rows.size)
-    own = given.waves.get(TRANSMISSION_ERROR, ())
-    if own:
-        taken = taken + waves.evaluate(own, rows.frame.theta, rows.frame)
+    given_waves = given.waves.get(TRANSMISSION_ERROR, ())
+    if given_waves:
+        taken = taken + waves.evaluate(given_waves, rows.frame.theta, rows.frame)
     for pulse in given.pulses:
         taken = taken + pulse.evaluate(rows.frame.theta)
     base = [*base_of(given, TRANSMISSION_ERROR, rows), *unnamed]
@@ -357,7 +369,7 @@ def _heat(out: Analysis, data: Dataset, given: Given, rows: Rows, seed: int, ban
     problem = problem_of(data, given, TEMPERATURE, rows, banned)
     out.zeros = zeros_chosen(models, problem)
     first = search()
-    found = [block for own in first.model.chosen if own.effect != UNKNOWN for block in own.blocks]
+    found = [block for chosen in first.model.chosen if chosen.effect != UNKNOWN for block in chosen.blocks]
     again = zeros_chosen(models, problem, found) if found else out.zeros
     if again.which == out.zeros.which:
         return first
@@ -371,11 +383,11 @@ def _known_of(search: Search) -> list[Known]:
     out = []
     for chosen in model.chosen:
         if chosen.effect.startswith((SENSOR, LOAD_SIDE)):
-            out += [Known(block.regressor, model.fit.of(block.place)[0]) for block in chosen.blocks]
+            out += [Known(block.regressor, model.fit.of(block.indices)[0]) for block in chosen.blocks]
     return out
 
 
-def _told_here(search: Search) -> tuple[str, ...]:
+def _excluded_delay(search: Search) -> tuple[str, ...]:
     """A delay of the torque channel, if the load torque has none and tells that to within a sample: what follows the
     torque's rate in the angles is something else then. A load torque that hardly changed tells less than the angles do.
     """
@@ -383,7 +395,7 @@ def _told_here(search: Search) -> tuple[str, ...]:
     block = next((b for b in search.blocks if b.regressor.effect == DELAY), None)
     if block is None or any(chosen.effect == DELAY for chosen in model.chosen):
         return ()
-    variance = fit_blocks(model.bank, [*model.blocks(), block], model.variances).of(block.place)[1][0, 0]
+    variance = fit_blocks(model.bank, [*model.blocks(), block], model.variances).of(block.indices)[1][0, 0]
     within = frame.step > 0.0
     sample = float(np.median(frame.step[within] / frame.count[within]))
     return (DELAY,) if np.sqrt(variance) < sample else ()

@@ -59,7 +59,7 @@ class _Clock:
         self.spent = dict.fromkeys((READING, SEARCHING, SCORING), 0.0)
         self._phase, self._since = READING, time.perf_counter()
 
-    def tell(self, what: str, _share: float) -> None:
+    def note(self, what: str, _share: float) -> None:
         """Take note that a run says what it does now."""
         now = time.perf_counter()
         self.spent[self._phase] += now - self._since
@@ -75,7 +75,7 @@ def measure_mismatch(folder: Path, simulation: Path | None = None, jobs: int = 1
     read_s, samples = min(_read_all(paths) for _ in range(2))
     clock, begin, others = _Clock(), time.process_time(), _cpu_of_others()
     with tempfile.TemporaryDirectory() as out:
-        report = run(folder, Path(out), simulation, clock.tell, jobs=jobs)
+        report = run(folder, Path(out), simulation, clock.note, jobs=jobs)
     cpu_s = time.process_time() - begin + _cpu_of_others() - others
     peak = _peak(resource.RUSAGE_SELF) + (jobs * _peak(resource.RUSAGE_CHILDREN) if jobs > 1 else 0)
     begin = time.perf_counter()

@@ -42,7 +42,9 @@ RICHER = 3.0
 order: odds of twenty to one
 """
 AS_GOOD = 0.2
-"""probability of a rival, over that of the effect told, from which the two are not told apart: odds of five to one"""
+"""probability of an alternative, over that of the effect told, from which the two are not told apart: odds of five to
+one
+"""
 VERY_STRONG = 5.0
 """log density of points left out by which one name has to be better than another before only one is told: "very strong"
 evidence in the table of Kass and Raftery (J. Am. Stat. Assoc. 90 (1995) 773). Less may be the form's and not the name's

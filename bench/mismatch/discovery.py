@@ -24,7 +24,7 @@ UNNAMED = "unknown"
 
 
 @dataclass(frozen=True, slots=True)
-class Rival:
+class RefittedAlternative:
     """Another explanation, really refitted in a discovery's place.
 
     ``loss``: log predictive density of the points left out that it loses against the discovery, with its standard
@@ -70,7 +70,7 @@ class Discovery:
     gain: float
     p_value: float | None
     simulation_rows: tuple[Mapping[str, Any], ...] = field(repr=False)
-    rivals: tuple[Rival, ...] = ()
+    alternatives: tuple[RefittedAlternative, ...] = ()
     orders: tuple[float, ...] = ()
     angle_windows: tuple[tuple[float, float], ...] = ()
     time_window: tuple[float, float] | None = None

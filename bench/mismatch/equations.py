@@ -23,20 +23,20 @@ def together(parts: Sequence[tuple[str, Sequence[Row]]]) -> tuple[str, tuple[Row
     used: set[str] = set()
     texts: list[str] = []
     parameters: list[Row] = []
-    for text, own in parts:
-        symbols = [str(row["symbol"]) for row in own]
+    for text, rows in parts:
+        symbols = [str(row["symbol"]) for row in rows]
         names: dict[str, str] = {}
-        for name in dict.fromkeys(_own_names(symbols)):
+        for name in dict.fromkeys(_base_names(symbols)):
             if name in used:
                 names[name] = _free(name, taken)
                 taken.add(names[name])
-        used |= {names.get(name, name) for name in _own_names(symbols)}
+        used |= {names.get(name, name) for name in _base_names(symbols)}
         texts.append(renamed(text, names))
-        parameters += [{**row, "symbol": renamed(s, names)} for row, s in zip(own, symbols, strict=True)]
+        parameters += [{**row, "symbol": renamed(s, names)} for row, s in zip(rows, symbols, strict=True)]
     return "; ".join(dict.fromkeys(texts)), tuple(parameters)
 
 
-def _own_names(symbols: Iterable[str]) -> list[str]:
+def _base_names(symbols: Iterable[str]) -> list[str]:
     """Names of parameters and of the functions that tables are values of; quantities of several have none of theirs."""
     return [found[0] for symbol in symbols if (found := _NAME.match(symbol))]
 

@@ -114,25 +114,25 @@ class Given:
                         equation = from_row(row, channel, effect, f"the simulation's term {effect}")
                         known.setdefault(channel, []).append(Known(*equation))
                 elif "orders" in row or effect in ("te.harmonic", "te.sideband"):
-                    orders |= set(_own_orders(row))
+                    orders |= set(_orders_of_row(row))
                 elif effect == "te.resonance":
                     raise ConfigurationError("the simulation's term te.resonance has neither orders nor a law")
                 elif effect in LIBRARY and not LIBRARY[effect].nominal and not row["parameters"] and "form" not in row:
                     for channel in _channels(effect, row):
                         unsettled.setdefault(channel, []).append(effect)
                 elif effect in LIBRARY and not LIBRARY[effect].nominal:
-                    for channel, own in _linear(effect, row):
-                        known.setdefault(channel, []).append(own)
+                    for channel, members in _linear(effect, row):
+                        known.setdefault(channel, []).append(members)
         return cls(
             model,
             off,
             tuple(sorted(orders)),
-            {channel: tuple(own) for channel, own in known.items()},
-            {channel: tuple(own) for channel, own in wave_rows.items()},
+            {channel: tuple(members) for channel, members in known.items()},
+            {channel: tuple(members) for channel, members in wave_rows.items()},
             tuple(pulses),
             tuple(laws),
             tuple(ripples),
-            {channel: tuple(own) for channel, own in unsettled.items()},
+            {channel: tuple(members) for channel, members in unsettled.items()},
             model.value(*REACTION) or 0.0,
             *_misread(model),
             base,
@@ -150,8 +150,8 @@ def _misread(model: Simulation) -> tuple[tuple[float, ...], tuple[waves.Wave, ..
         return (), ()
     rows = list(term.rows())
     where = f"the simulation's term {ENCODER}"
-    own = [wave for row in rows for wave in waves.from_json(row.get("waves", ()), where)]
-    return tuple(float(f) for row in rows for f in row.get("orders", ())), tuple(own)
+    found = [wave for row in rows for wave in waves.from_json(row.get("waves", ()), where)]
+    return tuple(float(f) for row in rows for f in row.get("orders", ())), tuple(found)
 
 
 def _coefficients(named: Named, term: Term | None) -> FloatArray | None:
@@ -182,7 +182,7 @@ def _series_orders(model: Simulation, off: bool) -> set[float]:
     return {float(f) for f in NOMINAL_ORDERS}
 
 
-def _own_orders(row: Row) -> list[float]:
+def _orders_of_row(row: Row) -> list[float]:
     if "orders" in row:
         return [float(f) for f in row["orders"]]
     p = row["parameters"]
@@ -253,7 +253,7 @@ def _linear(effect: str, row: Row) -> Iterator[tuple[str, Known]]:
                 )
             form = alike[0]
             point = tuple(float(parameters[s.symbol]) for s in form.nonlinear)
-        told = None
+        coefficients = None
         if all(s.symbol in parameters for s in form.linear):
-            told = np.array([float(parameters[s.symbol]) for s in form.linear])
-        yield channel, Known(Named(term, channel, form, point), told)
+            coefficients = np.array([float(parameters[s.symbol]) for s in form.linear])
+        yield channel, Known(Named(term, channel, form, point), coefficients)

@@ -63,7 +63,7 @@ def leave_one_out(
     known = frozenset(f.effect for f in whole if f.status == "unknown")
     questions = [Question(recordings, model, tuple(channels), known, effect) for effect in effects]
     out: list[LeftOut] = []
-    answers = (_asked(data, q) for q in questions) if elsewhere is None else iter(elsewhere(answer, questions))
+    answers = (_left_out_fit(data, q) for q in questions) if elsewhere is None else iter(elsewhere(answer, questions))
     for number, question in enumerate(questions):
         progress(question.effect, number / len(questions))
         out.append(next(answers))
@@ -72,7 +72,7 @@ def leave_one_out(
 
 def answer(question: Question) -> LeftOut:
     """Answer a question in a process of its own."""
-    return _asked(_loaded(question.recordings), question)
+    return _left_out_fit(_loaded(question.recordings), question)
 
 
 @lru_cache(1)
@@ -80,10 +80,10 @@ def _loaded(recordings: Paths) -> Dataset:
     return load(recordings)
 
 
-def _asked(data: Dataset, question: Question) -> LeftOut:
+def _left_out_fit(data: Dataset, question: Question) -> LeftOut:
     term, model = LIBRARY[question.effect], question.model
     channel = next(iter(term.forms))
-    why = _not_asked(term, channel, data, model, question.channels)
+    why = _why_not_fitted(term, channel, data, model, question.channels)
     if why:
         return LeftOut(term.effect, term.name, channel, NOT_ASKED, why=why)
     left = model.with_term(Term(term.effect, False))
@@ -98,7 +98,7 @@ def _asked(data: Dataset, question: Question) -> LeftOut:
     return _row(term, channel, analysis, rmse, found, question.known, data.linear)
 
 
-def _not_asked(term: LibraryTerm, channel: str, data: Dataset, model: Simulation, channels: Sequence[str]) -> str:
+def _why_not_fitted(term: LibraryTerm, channel: str, data: Dataset, model: Simulation, channels: Sequence[str]) -> str:
     if not model.enabled(term.effect):
         return "already switched off in the simulation given"
     if channel not in channels:

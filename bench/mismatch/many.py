@@ -30,8 +30,8 @@ class Task:
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
-    """What came of a task: its report, or the sentence that says why there is none."""
+class Result:
+    """Result of a task: its report, or the sentence that gives the reason why there is none."""
 
     task: Task
     report: dict[str, Any] | None
@@ -63,17 +63,17 @@ def tasks_of(
     return [Task(f, out / name, simulation, leaving_out) for f, name in zip(folders, names, strict=True)]
 
 
-def compare(task: Task) -> Told:
+def compare(task: Task) -> Result:
     """Compare one folder; an error of the folder is reported, not raised, so that the others go on."""
     try:
         report = run(task.recordings, task.out, task.simulation, leaving_out=task.leaving_out)
     except BenchError as error:
-        return Told(task, None, str(error))
+        return Result(task, None, str(error))
     content: dict[str, Any] = json.loads((task.out / "report.json").read_text(encoding="utf-8"))
-    return Told(task, content, report.sentence)
+    return Result(task, content, report.sentence)
 
 
-def compare_all(tasks: Sequence[Task], jobs: int = 1, dask: str | None = None) -> Iterator[Told]:
+def compare_all(tasks: Sequence[Task], jobs: int = 1, dask: str | None = None) -> Iterator[Result]:
     """Compare many folders, in their order."""
     yield from over(compare, tasks, jobs, dask)
 

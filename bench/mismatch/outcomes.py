@@ -30,7 +30,7 @@ from bench.simulation.terms import TRANSMISSION_ERROR
 SPECTRA = "spectra of the steady parts, medians over recordings and frequencies"
 DIFFERENCES = "differences of neighbouring rows"
 SCATTER = "scatter inside blocks of two seconds and of these about parabolas over nine of them, medians over recordings"
-TURNS = "revolutions against each other, medians over orders and frequencies"
+BY_REVOLUTIONS = "revolutions against each other, medians over orders and frequencies"
 MOST_ROWS = 4000
 """rows on which the uncertainty of a prediction is worked out"""
 GROUPS = 5
@@ -85,15 +85,15 @@ def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas
         slots = in_formulas(offset, slots, data.auxiliary_units)
     slots = with_open_forms(offset, slots)
     frame = model.rows.frame
-    own = offset.model
+    offset_model = offset.model
     periodic = model.periodic.evaluate(frame) if model.periodic is not None else np.zeros(frame.size)
     given = np.zeros(frame.size)
     if model.plain is not None:
         given = Periodic(model.plain, laws=model.given.laws).evaluate(frame)
-    level = own.predict(frame)
-    before = given + own.predict(frame, [], own.refitted([]))
+    level = offset_model.predict(frame)
+    before = given + offset_model.predict(frame, [], offset_model.refitted([]))
     held = np.isin(frame.recording, list(data.held_out()))
-    floor = own.floor
+    floor = offset_model.floor
     spread = model.seen.white if model.seen is not None else np.zeros(0)
     error = float(floor * np.std(spread) / spread.mean() / np.sqrt(spread.size)) if spread.size > GROUPS else None
     outcome = ChannelOutcome(
@@ -105,20 +105,20 @@ def of_transmission(model: TransmissionModel, data: Dataset, seed: int, formulas
         before,
         floor,
         error,
-        TURNS if model.noise is not None else DIFFERENCES,
+        BY_REVOLUTIONS if model.noise is not None else DIFFERENCES,
     )
     if model.periodic is not None and outcome.held_out.any():
         chosen = np.flatnonzero(outcome.held_out)[:: max(1, int(outcome.held_out.sum()) // MOST_ROWS)]
         part = frame.take(chosen)
         x = np.column_stack([part.torque, part.velocity, part.temperature])
         outcome.doubt = float(np.mean(model.periodic.series.variance(x, part.last_direction)))
-        outcome.doubt += uncertainty(own, frame, outcome.held_out, model.rows.number)
-    outcome.levels = own.fit.variance
+        outcome.doubt += uncertainty(offset_model, frame, outcome.held_out, model.rows.number)
+    outcome.levels = offset_model.fit.variance
     outcome.discoveries += found
     number = np.where(model.inside, model.rows.number, 0.0)
     left = model.rows.y - periodic
     outcome.discoveries += of_regression(offset, slots, level, number, frame, left, model.recorded)
-    outcome.notes += [*model.notes, *own.notes]
+    outcome.notes += [*model.notes, *offset_model.notes]
     return outcome
 
 
@@ -129,16 +129,16 @@ def uncertainty(model: ChannelModel, frame: Frame, rows: NDArray[np.bool_], numb
         return 0.0
     blocks = [b for b in model.blocks() if b.regressor.effect != NUISANCE]
     columns = np.hstack([np.zeros((chosen.size, 0)), *(columns_at(b.regressor, frame, chosen) for b in blocks)])
-    covariance = model.fit.of([i for b in blocks for i in b.place])[1]
+    covariance = model.fit.of([i for b in blocks for i in b.indices])[1]
     variance = np.sum(columns @ covariance * columns, axis=1)
     return float(np.average(np.maximum(variance, 0.0), weights=np.maximum(number[chosen], 1e-9)))
 
 
 def floor_error(densities: Sequence[Density]) -> float | None:
     """Standard error of the noise of a sample: groups of recordings against each other; None where they are too few."""
-    own = []
+    floors = []
     for k in range(GROUPS):
         found = noise.mixture(densities[k::GROUPS])
         if found is not None:
-            own.append(float(np.sqrt(found.variance)))
-    return float(np.std(own, ddof=1) / np.sqrt(len(own))) if len(own) == GROUPS else None
+            floors.append(float(np.sqrt(found.variance)))
+    return float(np.std(floors, ddof=1) / np.sqrt(len(floors))) if len(floors) == GROUPS else None

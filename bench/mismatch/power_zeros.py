@@ -51,7 +51,7 @@ class Zeros:
 
     which: tuple[str, ...] = ()
     constant: Mapping[str, float] = field(default_factory=dict)
-    own: Mapping[str, Mapping[int, float]] = field(default_factory=dict)
+    levels: Mapping[str, Mapping[int, float]] = field(default_factory=dict)
     reported: Mapping[str, tuple[Known, ...]] = field(default_factory=dict)
     inertia: float = 0.0
     """kg·m² of the motor's shaft, whose energy is :data:`STORED`"""
@@ -60,7 +60,7 @@ class Zeros:
         """Zero of a channel at the rows of a frame (n,), N·m."""
         out = np.full(frame.size, self.constant.get(channel, 0.0) if constant in self.which else 0.0)
         if RECORDINGS in self.which:
-            for recording, value in self.own.get(channel, {}).items():
+            for recording, value in self.levels.get(channel, {}).items():
                 out[frame.recording == recording] += value
         if channel == MOTOR_TORQUE:
             for known in (k for name in self.which for k in self.reported.get(name, ())):
@@ -88,11 +88,11 @@ def chosen(models: Mapping[str, ChannelModel], problem: ChannelProblem, found: S
     """
     constant = {c: _constant(m, CONSTANT[c]) for c, m in models.items()}
     inertia = _constant(models[MOTOR_TORQUE], INERTIA) if MOTOR_TORQUE in models else 0.0
-    own = {c: left_of(m.problem.rows, m.predict(m.problem.rows.frame), m.problem.usable) for c, m in models.items()}
+    levels = {c: left_of(m.problem.rows, m.predict(m.problem.rows.frame), m.problem.usable) for c, m in models.items()}
     reported = _reported(models[MOTOR_TORQUE]) if MOTOR_TORQUE in models else {}
     names = (*(name for name in WHICH if name != STORED or inertia > 0.0), *reported)
     sets = [s for n in range(len(names) + 1) for s in itertools.combinations(names, n)]
-    tried = [Zeros(which, constant, own, reported, inertia) for which in sets]
+    tried = [Zeros(which, constant, levels, reported, inertia) for which in sets]
     beside = [BaseTerm(block.regressor, tuple(block.precision)) for block in found]
     whole, rows = replace(problem, base=(*problem.base, *beside)), problem.rows
     energies = [_energies(replace(whole, rows=replace(rows, frame=zeros.less(rows.frame)))) for zeros in tried]
@@ -105,24 +105,24 @@ def _likeliest(sets: Sequence[Sequence[str]], energies: Sequence[FloatArray]) ->
     Of those that leave no more than the best beyond the standard error of the difference, one with the zero of the load
     torque, which is the sensor's (bench-physics, "Nominal simulation" 4), and of these the one with the fewest others.
     """
-    best = energies[int(np.argmin([own.sum() for own in energies]))]
-    more = [apart(own, best) for own in energies]
+    best = energies[int(np.argmin([energy.sum() for energy in energies]))]
+    more = [apart(energy, best) for energy in energies]
     near = [k for k, (beyond, error) in enumerate(more) if beyond <= criteria.ONE_ERROR * error]
     return min(near, key=lambda k: (LOAD not in sets[k], len(sets[k]), float(energies[k].sum())))
 
 
-def left_of(rows: Rows, said: FloatArray, usable: np.ndarray) -> dict[int, float]:
+def left_of(rows: Rows, predicted: FloatArray, usable: np.ndarray) -> dict[int, float]:
     """Mean of what a prediction leaves of each recording's usable rows, by the recording's number."""
     weight = np.where(usable, rows.number, 0.0)
     count = np.bincount(rows.frame.recording, weight)
-    mean = np.bincount(rows.frame.recording, weight * (rows.y - said)) / np.maximum(count, 1e-300)
+    mean = np.bincount(rows.frame.recording, weight * (rows.y - predicted)) / np.maximum(count, 1e-300)
     return {int(r): float(mean[r]) for r in np.flatnonzero(count > 0.0)}
 
 
 def _constant(model: ChannelModel, effect: str) -> float:
     for block in model.base:
         if block.regressor.effect == effect:
-            return float(model.fit.of(block.place)[0][0])
+            return float(model.fit.of(block.indices)[0][0])
     return 0.0
 
 
@@ -130,9 +130,9 @@ def _reported(model: ChannelModel) -> dict[str, tuple[Known, ...]]:
     """What a model of the motor torque says that may be an error of the report, found or given: names of
     :data:`REPORTED`, those that there are.
     """
-    blocks = [*model.base, *(block for own in model.chosen for block in own.blocks)]
-    known = [Known(block.regressor, model.fit.of(block.place)[0]) for block in blocks]
-    return {name: own for name in REPORTED if (own := reported_by(known, name))}
+    blocks = [*model.base, *(block for found in model.chosen for block in found.blocks)]
+    known = [Known(block.regressor, model.fit.of(block.indices)[0]) for block in blocks]
+    return {name: found for name in REPORTED if (found := reported_by(known, name))}
 
 
 def reported_by(known: Iterable[Known], name: str) -> tuple[Known, ...]:
@@ -152,11 +152,11 @@ def _energies(problem: ChannelProblem) -> FloatArray:
     values = values / np.maximum(np.sqrt(np.mean(values**2, axis=0)), 1e-300)
     weight, recording = rows.number[problem.train], frame.recording[problem.train]
     weighted = weight[:, None] * values
-    parts = [values[own].T @ weighted[own] for own in (recording == r for r in np.unique(recording))]
+    parts = [values[chunk].T @ weighted[chunk] for chunk in (recording == r for r in np.unique(recording))]
     whole = sum(parts) + RIDGE * weight.sum() * np.eye(values.shape[1])
     out = []
     for part in parts:
         left = whole - part
-        told = np.append(np.linalg.solve(left[:-1, :-1], left[:-1, -1]), -1.0)
-        out.append(float(told @ part @ told))
+        weights = np.append(np.linalg.solve(left[:-1, :-1], left[:-1, -1]), -1.0)
+        out.append(float(weights @ part @ weights))
     return np.array(out)

@@ -67,20 +67,22 @@ class Predictor:
         constant = {}
         for channel, effect in CONSTANT.items():
             constant[channel] = self._number(effect)
-        own = {}
+        levels = {}
         frames = {channel: part.frame for channel, part in rows.items()}
         for channel in CONSTANT:
             if RECORDINGS in which and channel in rows:
                 part = rows[channel]
                 usable = (part.number > 0) & (part.frame.direction != 0)
-                own[channel] = left_of(part, self.channel(channel, part.frame, None, frames), usable)
+                levels[channel] = left_of(part, self.channel(channel, part.frame, None, frames), usable)
         known = self.given.known.get(MOTOR_TORQUE, ())
-        return Zeros(which, constant, own, {name: reported_by(known, name) for name in REPORTED}, self._number(INERTIA))
+        return Zeros(
+            which, constant, levels, {name: reported_by(known, name) for name in REPORTED}, self._number(INERTIA)
+        )
 
     def _number(self, effect: str) -> float:
         """The first number of a term in force; 0 where there is none."""
-        told = self.given.simulation.terms.get(effect)
-        values = [] if told is None or not told.enabled else list(told.parameters.values())
+        term = self.given.simulation.terms.get(effect)
+        values = [] if term is None or not term.enabled else list(term.parameters.values())
         return values[0].value if values else 0.0
 
     def missing(self, channel: str, frame: Frame) -> list[str]:
@@ -120,16 +122,16 @@ class Predictor:
         for term in nominal_base(channel, given.switched_off):
             named = term.regressor
             assert isinstance(named, Named)
-            told = None if named.effect == "te.offset" else given.nominal_coefficients(named)
-            if told is not None:
-                out = out + named.columns(frame) @ told
+            coefficients = None if named.effect == "te.offset" else given.nominal_coefficients(named)
+            if coefficients is not None:
+                out = out + named.columns(frame) @ coefficients
         for known in given.known.get(channel, ()):
             if known.coefficients is not None:
                 out = out + evaluated(known, frame, rows.get(channel))
-        own = given.waves.get(channel, ())
-        if own:
+        given_waves = given.waves.get(channel, ())
+        if given_waves:
             angle = frame.theta if channel == TRANSMISSION_ERROR else frame.q
-            out = out + waves.evaluate(own, angle, frame)
+            out = out + waves.evaluate(given_waves, angle, frame)
         if given.ripples and channel == MOTOR_TORQUE:
             out = out + waves.evaluate(given.ripples, frame.theta, frame)
         if given.reaction and channel == MOTOR_TORQUE:
@@ -156,12 +158,12 @@ def evaluated(known: Known, frame: Frame, campaign: Frame | None) -> FloatArray:
     starts = recording_starts(frame)
     out = np.zeros(frame.size)
     for a, b in itertools.pairwise(starts):
-        own = np.flatnonzero(campaign.recording == frame.recording[a])
-        if own.size and jumps:
-            gone_on = concatenate([campaign.take(slice(0, int(own[0]))), frame.take(slice(int(a), int(b)))])
-            out[a:b] = (known.regressor.columns(gone_on) @ known.coefficients)[own[0] :]
-        elif own.size:
-            out[a:b] = np.interp(frame.time[a:b], campaign.time[own], values[own])
+        rows = np.flatnonzero(campaign.recording == frame.recording[a])
+        if rows.size and jumps:
+            gone_on = concatenate([campaign.take(slice(0, int(rows[0]))), frame.take(slice(int(a), int(b)))])
+            out[a:b] = (known.regressor.columns(gone_on) @ known.coefficients)[rows[0] :]
+        elif rows.size:
+            out[a:b] = np.interp(frame.time[a:b], campaign.time[rows], values[rows])
     return out
 
 
@@ -174,8 +176,8 @@ def corrected(frame: Frame, known: Sequence[Known], campaign: Frame | None = Non
     """
 
     def sum_of(kind: str) -> FloatArray:
-        own = [k for k in known if k.regressor.effect.startswith(kind) and k.coefficients is not None]
-        return np.asarray(sum((evaluated(k, frame, campaign) for k in own), np.zeros(frame.size)))
+        terms = [k for k in known if k.regressor.effect.startswith(kind) and k.coefficients is not None]
+        return np.asarray(sum((evaluated(k, frame, campaign) for k in terms), np.zeros(frame.size)))
 
     read, real = sum_of(SENSOR), sum_of(LOAD_SIDE)
     if not (read.any() or real.any()):
@@ -202,16 +204,16 @@ class Compared:
 
 def compared(prepared: Prepared, channel: str) -> Compared:
     """A channel of a recording that was prepared at its own rate."""
-    own, frame = prepared.measured[channel], prepared.frame
-    counts = own.valid & (own.number > 0)
+    measured, frame = prepared.measured[channel], prepared.frame
+    counts = measured.valid & (measured.number > 0)
     if channel != TEMPERATURE:
         counts &= frame.direction != 0
     start = None
     if channel == TEMPERATURE:
-        first = own.samples[: max(1, round(START_S * prepared.sample_rate))]
-        valid = own.valid[: first.size]
+        first = measured.samples[: max(1, round(START_S * prepared.sample_rate))]
+        valid = measured.valid[: first.size]
         start = np.array([float(first[valid].mean()) if valid.any() else np.nan])
-    return Compared(own.samples, counts, frame, start)
+    return Compared(measured.samples, counts, frame, start)
 
 
 def silent(side: Compared, values: FloatArray, notch: Sequence[float]) -> FloatArray:
@@ -249,14 +251,14 @@ def predict_all(
     At the orders of the load motor's ripple the simulation is silent (bench-physics, "Nominal simulation" 1): what the
     recording has there stands in the prediction, so that it may be compared with the channel as it was measured.
     """
-    for part, told in told_of(model, recordings, only, channels):
-        yield part, {channel: own.values for channel, own in told.items()}
+    for part, predictions in predictions_of(model, recordings, only, channels):
+        yield part, {channel: prediction.values for channel, prediction in predictions.items()}
 
 
 @dataclass(frozen=True, slots=True)
-class Told:
-    """What a simulation says of a channel of one recording, sample by sample: ``values`` (n,), which samples are
-    compared; ``missing`` terms in force without numbers, for want of which it says too little.
+class ChannelPrediction:
+    """A channel of one recording predicted by a simulation, sample by sample: ``values`` (n,), which samples are
+    compared; ``missing`` terms in force without numbers, which the prediction lacks.
     """
 
     values: FloatArray
@@ -264,12 +266,12 @@ class Told:
     missing: tuple[str, ...] = ()
 
 
-def told_of(
+def predictions_of(
     model: Simulation | Mapping[str, Any] | str | Path,
     recordings: Sequence[Recording],
     only: int | None = None,
     channels: Collection[str] = tuple(CHANNELS),
-) -> Iterator[tuple[Recording, dict[str, Told]]]:
+) -> Iterator[tuple[Recording, dict[str, ChannelPrediction]]]:
     """As :func:`predict_all`, with what a prediction lacks."""
     if isinstance(model, Mapping):
         simulation = Simulation.from_json(model)
@@ -279,15 +281,15 @@ def told_of(
     whole = of_one_campaign(recordings) if only is None else list(recordings)
     beside = Path(model).resolve().parent if isinstance(model, str | Path) else Path.cwd()
     base = base_of(simulation.extra, beside)
-    own = Folder(whole[0].started_at.timestamp(), Manner.of(whole), ripple_orders(whole), base)
+    folder = Folder(whole[0].started_at.timestamp(), Manner.of(whole), ripple_orders(whole), base)
     predictor = Predictor(Given.of(simulation))
     travelled = [0.0]
     rows = Collected()
     if predictor.remembers or predictor.takes_zeros or only:
         for number, part in enumerate(whole):
-            ready = prepare(part, number, own, travelled[-1])
+            ready = prepare(part, number, folder, travelled[-1])
             travelled.append(float(ready.frame.travel[-1]))
-            rows.add(ready, frozenset(CHANNELS), own.manner)
+            rows.add(ready, frozenset(CHANNELS), folder.manner)
     joined = {channel: join(parts) for channel, parts in rows.rows.items()}
     zeros = predictor.zeros(joined)
     campaign = {channel: part.frame for channel, part in joined.items()}
@@ -296,7 +298,7 @@ def told_of(
     for number, part in enumerate(whole):
         if only is not None and number != only:
             continue
-        ready = prepare(part, number, own, travelled[number], group=1)
+        ready = prepare(part, number, folder, travelled[number], group=1)
         if number + 1 >= len(travelled):
             travelled.append(float(ready.frame.travel[-1]))
         out = {}
@@ -310,7 +312,7 @@ def told_of(
                 if channel in ready.ripple:  # the simulation is silent at these orders, as a notch is
                     values = values + ready.ripple[channel]
                 elif channel == TRANSMISSION_ERROR:
-                    values = values + silent(side, values, own.notch)
+                    values = values + silent(side, values, folder.notch)
                 values = values + ready.simulated.get(channel, 0.0)
-                out[channel] = Told(values, side.counts, tuple(predictor.missing(channel, ready.frame)))
+                out[channel] = ChannelPrediction(values, side.counts, tuple(predictor.missing(channel, ready.frame)))
         yield part, out

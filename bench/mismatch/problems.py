@@ -44,7 +44,7 @@ def usable(channel: str, rows: Rows) -> NDArray[np.bool_]:
 def base_of(given: Given, channel: str, rows: Rows) -> list[BaseTerm]:
     """Terms that are fitted in every model of a channel: nominal ones, free parameters, effects that are known."""
     base = nominal_base(channel, given.switched_off)
-    base += [BaseTerm(own) for own in sensitivities(given.base, channel, tuple(rows.frame.aux))]
+    base += [BaseTerm(sensitivity) for sensitivity in sensitivities(given.base, channel, tuple(rows.frame.aux))]
     return base + [BaseTerm(known.regressor) for known in given.known.get(channel, ())]
 
 
@@ -76,20 +76,20 @@ def problem_of(
     """
     base = [*base_of(given, channel, rows), *nuisances]
     taken = fixed_part(channel, rows.frame, given.switched_off)
-    own = given.waves.get(channel, ())
-    if own:
-        taken = taken + on_rows(own, rows)
+    given_waves = given.waves.get(channel, ())
+    if given_waves:
+        taken = taken + on_rows(given_waves, rows)
     if channel == MOTOR_TORQUE and given.ripples:
         taken = taken + on_rows(given.ripples, rows, rows.frame.theta)
     rows = replace(rows, y=rows.y - taken)
-    heard = noise.mixture(data.density.get(channel, []))
+    mixture = noise.mixture(data.density.get(channel, []))
     return ChannelProblem(
         channel,
         rows,
         usable(channel, rows),
         data.folds(),
         tuple(base),
-        heard,
+        mixture,
         None,
         given.switched_off,
         tuple(banned),

@@ -18,16 +18,16 @@ from bench.mismatch.memory import give_back
 from bench.mismatch.recordings.dataset import Dataset, enough
 from bench.mismatch.recordings.loading import load
 from bench.mismatch.recordings.source import Paths
+from bench.mismatch.reference import MOST_ROUNDS, Reference, is_nonlinear, open_reference, values_of, with_reference
 from bench.mismatch.report.content import Compared
 from bench.mismatch.report.experiment import proposed
 from bench.mismatch.report.finding import conclude
 from bench.mismatch.report.page import page
 from bench.mismatch.report.report import Report
 from bench.mismatch.report.verdict import UNDETERMINED, judged
-from bench.mismatch.standing import MOST_ROUNDS, Standing, bent, standing_on, stood, values_of
 from bench.mismatch.unnamed.passed_on import without_passed_on
 from bench.mismatch.unnamed.rest import unexplained
-from bench.mismatch.wrong_parameters import told_of, wrong_parameters
+from bench.mismatch.wrong_parameters import by_channel, wrong_parameters
 from bench.simulation.linear import of_linear_axis
 from bench.simulation.model import Simulation
 from bench.simulation.terms import LIBRARY, LOAD_TORQUE, MOTOR_TORQUE
@@ -52,56 +52,58 @@ def run(
     processes). Raises RecordingError where nothing can be read, ConfigurationError where the simulation file is wrong.
     """
     with TemporaryDirectory() as store:
-        return _run(recordings, out, standing_on(simulation, Path(store)), progress, leaving_out, elsewhere, jobs)
+        return _run(recordings, out, open_reference(simulation, Path(store)), progress, leaving_out, elsewhere, jobs)
 
 
 def _run(
     recordings: Paths,
     out: Path,
-    standing: Standing,
+    reference: Reference,
     progress: Progress | None,
     leaving_out: bool,
     elsewhere: Map | None,
     jobs: int,
 ) -> Report:
-    tell = progress or (lambda _what, _share: None)
-    base = standing.base
-    data = load(recordings, lambda what, share: tell(what, 0.3 * share), jobs, base)
-    given = standing.given(data)
+    report_progress = progress or (lambda _what, _share: None)
+    base = reference.base
+    data = load(recordings, lambda what, share: report_progress(what, 0.3 * share), jobs, base)
+    given = reference.given(data)
     channels, skipped = compared_channels(data)
     report = Report(UNDETERMINED, enough(data), data, skipped=skipped)
-    report.simulation = Compared(standing.kind, standing.file)
-    made = given
+    report.simulation = Compared(reference.kind, reference.file)
+    completed = given
     if not channels and not report.why:
         report.why = "no channel is there to compare: " + "; ".join(skipped)
     if not report.why:
-        searching: Progress = lambda what, share: tell(what, 0.3 + 0.5 * share)  # noqa: E731
+        searching: Progress = lambda what, share: report_progress(what, 0.3 + 0.5 * share)  # noqa: E731
         analysis = analyse(data, Given.of(given, base), channels, searching)
         for _ in range(MOST_ROUNDS):
-            if base is None or not bent(data, analysis, values_of(analysis, base)[0]):
+            if base is None or not is_nonlinear(data, analysis, values_of(analysis, base)[0]):
                 break
             base = base.at(values_of(analysis, base)[0])
             data = load(recordings, None, jobs, base)
             report.data = data
             analysis = analyse(data, Given.of(given, base), channels, searching)
         # what is scored is what the file will say
-        made = Simulation.from_json(json.loads(json.dumps(simulation_file.improved(analysis, data.gearbox).to_json())))
-        tell("scoring what was held out", 0.8)
-        scored(analysis, data, given if standing.kind != "nominal" else None, made, standing.base)
+        completed = Simulation.from_json(
+            json.loads(json.dumps(simulation_file.improved(analysis, data.gearbox).to_json()))
+        )
+        report_progress("scoring what was held out", 0.8)
+        scored(analysis, data, given if reference.kind != "nominal" else None, completed, reference.base)
         give_back()
-        if base is not None and standing.base is not None:
-            made = stood(made, base.at(values_of(analysis, base)[0]), out)
-            for channel, wrong in told_of(wrong_parameters(analysis, standing.base, base)).items():
+        if base is not None and reference.base is not None:
+            completed = with_reference(completed, base.at(values_of(analysis, base)[0]), out)
+            for channel, wrong in by_channel(wrong_parameters(analysis, reference.base, base)).items():
                 analysis.outcomes[channel].discoveries += wrong
         report.outcomes = tuple(analysis.outcomes.values())
         for outcome in report.outcomes:
             unexplained(outcome)
             outcome.notes.append(limits(outcome, data))
         if {LOAD_TORQUE, MOTOR_TORQUE} <= analysis.outcomes.keys():
-            heard = data.density.get(LOAD_TORQUE, ())
-            without_passed_on(analysis.outcomes[LOAD_TORQUE], analysis.outcomes[MOTOR_TORQUE], heard)
+            load_densities = data.density.get(LOAD_TORQUE, ())
+            without_passed_on(analysis.outcomes[LOAD_TORQUE], analysis.outcomes[MOTOR_TORQUE], load_densities)
         anew = () if base is None else tuple(p.name for p in base.free)
-        report.simulation = replace(report.simulation, recalibrated=(*_changed_values(made, given), *anew))
+        report.simulation = replace(report.simulation, recalibrated=(*_changed_values(completed, given), *anew))
         findings = conclude(report.outcomes, data)
         report.findings = proposed(findings, data, out)
         report.verdict, report.why = judged(report.outcomes, report.findings)
@@ -112,26 +114,26 @@ def _run(
                 channels,
                 report.findings,
                 recordings,
-                lambda what, _: tell(f"without {what}", 0.9),
+                lambda what, _: report_progress(f"without {what}", 0.9),
                 elsewhere,
             )
-    tell("writing the report", 0.95)
+    report_progress("writing the report", 0.95)
     out.mkdir(parents=True, exist_ok=True)
-    (of_linear_axis(made) if data.linear else made).save(out / "model.json")
+    (of_linear_axis(completed) if data.linear else completed).save(out / "model.json")
     write_whole(out / "report.json", json.dumps(report.to_json(), indent=1, allow_nan=False) + "\n")
     write_whole(out / "report.html", page(report))
-    tell("done", 1.0)
+    report_progress("done", 1.0)
     return report
 
 
 def scored(
-    analysis: Analysis, data: Dataset, given: Simulation | None, made: Simulation, handed: Base | None = None
+    analysis: Analysis, data: Dataset, given: Simulation | None, completed: Simulation, handed: Base | None = None
 ) -> None:
     """Put root mean squares per sample into the outcomes: of held-out recordings, or of those fitted where none is.
 
     ``handed``: a simulation from elsewhere as it was handed over; each score is of its values at that stage.
     """
-    models = {BEFORE: simulation_file.recalibrated(analysis, data.gearbox), AFTER: made}
+    models = {BEFORE: simulation_file.recalibrated(analysis, data.gearbox), AFTER: completed}
     if given is not None:
         models[AS_GIVEN] = given
     held = [m for m in data.members if m.held_out]
@@ -165,10 +167,10 @@ def _stages(
         yield (name,), replace(data, folder=replace(data.folder, base=base.at(values[name])))
 
 
-def _changed_values(made: Simulation, given: Simulation) -> tuple[str, ...]:
+def _changed_values(completed: Simulation, given: Simulation) -> tuple[str, ...]:
     """Symbols of nominal terms whose values are not those of the given simulation."""
     out = []
-    for effect, term in made.terms.items():
+    for effect, term in completed.terms.items():
         if effect not in LIBRARY or not LIBRARY[effect].nominal or not term.enabled:
             continue
         before = given.terms.get(effect)

@@ -67,14 +67,14 @@ def rmse(
     names = [*models, *(name + STEADY for name in models)]
     sums = {channel: {name: _Sum() for name in names} for channel in analysis.outcomes}
     unknown: set[tuple[str, str]] = set()
-    turns = [] if analysis.transmission is None else [t.velocity for t in analysis.transmission.turns]
-    bounds = Bounds.of(turns)
+    speeds = [] if analysis.transmission is None else [t.velocity for t in analysis.transmission.revolutions]
+    bounds = Bounds.of(speeds)
     pieces = {m.index: m for m in members}
     campaign = {channel: rows.frame for channel, rows in data.rows.items()}
     zeros = {name: predictor.zeros(data.rows) for name, predictor in predictors.items()}
-    heated = {name: own.less(campaign[TEMPERATURE]) for name, own in zeros.items() if TEMPERATURE in campaign}
+    heated = {name: zero.less(campaign[TEMPERATURE]) for name, zero in zeros.items() if TEMPERATURE in campaign}
     for part in prepared_members(data, pieces):
-        for channel, own in sums.items():
+        for channel, channel_sums in sums.items():
             if channel not in part.measured or not _may(channel, part, data):
                 continue
             side = compared(part, channel)
@@ -97,15 +97,15 @@ def rmse(
                 if channel == TRANSMISSION_ERROR:
                     values = values + silent(side, values, data.folder.notch)
                 left = side.measured - values
-                own[name].add(left[counts])
-                own[name + STEADY].add(left[settled])
+                channel_sums[name].add(left[counts])
+                channel_sums[name + STEADY].add(left[settled])
     out: dict[str, dict[str, float | None]] = {}
-    for channel, own in sums.items():
+    for channel, channel_sums in sums.items():
         out[channel] = {}
         for name in models:
-            steady = own[name + STEADY]
+            steady = channel_sums[name + STEADY]
             scores = {
-                name: own[name].rmse(),
+                name: channel_sums[name].rmse(),
                 name + STEADY: steady.usual(),
                 name + INSIDE: steady.usual_inside(),
                 name + ALTOGETHER: steady.rmse(),

@@ -21,8 +21,8 @@ from bench.simulation.waves import ROWS_AT_ONCE
 def periodic_part(given: Given, frame: Frame) -> FloatArray:
     """Series with its laws, offset, and pulses at the rows of a frame (n,), rad."""
     out = np.zeros(frame.size)
-    for part, own, monomials, amplitude, phase in _waves(given, frame):
-        out[part] = monomials @ own.offset + summed(frame.theta[part], _orders(own), amplitude, phase)
+    for part, series, monomials, amplitude, phase in _waves(given, frame):
+        out[part] = monomials @ series.offset + summed(frame.theta[part], _orders(series), amplitude, phase)
     out = out + swinging(given, frame)
     for pulse in given.pulses:
         out = out + pulse.evaluate(frame.theta)
@@ -40,8 +40,12 @@ def swinging(given: Given, frame: Frame) -> FloatArray:
 
 def _all_orders(given: Given) -> FloatArray:
     model = given.simulation.transmission_error()
-    sets = [] if model is None else [own for own in (model.direction(1.0), model.direction(-1.0)) if own is not None]
-    return np.unique([float(f) for own in sets for f in own.orders])
+    sets = (
+        []
+        if model is None
+        else [series for series in (model.direction(1.0), model.direction(-1.0)) if series is not None]
+    )
+    return np.unique([float(f) for series in sets for f in series.orders])
 
 
 def _driving(given: Given, frame: Frame) -> Complex:
@@ -49,8 +53,8 @@ def _driving(given: Given, frame: Frame) -> Complex:
     orders = _all_orders(given)
     out = np.zeros((frame.size, orders.size), dtype=np.complex128)
     less = replace(given, laws=tuple(law for law in given.laws if law.effect != RESONANCE))
-    for part, own, _, amplitude, phase in _waves(less, frame):
-        out[np.ix_(part, np.searchsorted(orders, _orders(own)))] = (amplitude * np.exp(1j * phase)).T
+    for part, series, _, amplitude, phase in _waves(less, frame):
+        out[np.ix_(part, np.searchsorted(orders, _orders(series)))] = (amplitude * np.exp(1j * phase)).T
     return out
 
 
@@ -60,8 +64,8 @@ def slope(given: Given, frame: Frame) -> FloatArray:
     Without what the motor's encoder misreads: that moves nothing.
     """
     out = np.zeros(frame.size)
-    for part, own, _, amplitude, phase in _waves(given, frame):
-        orders = _orders(own)
+    for part, series, _, amplitude, phase in _waves(given, frame):
+        orders = _orders(series)
         steeper = amplitude * np.where(np.isin(orders, given.misread), 0.0, orders)[:, None]
         out[part] = summed(frame.theta[part], orders, steeper, phase + 0.5 * np.pi)
     further = [w.slope for w in given.acting_waves]
@@ -74,8 +78,8 @@ def slope(given: Given, frame: Frame) -> FloatArray:
     return out
 
 
-def _orders(own: FourierSet) -> FloatArray:
-    return np.asarray(own.orders, dtype=np.float64)
+def _orders(series: FourierSet) -> FloatArray:
+    return np.asarray(series.orders, dtype=np.float64)
 
 
 def _waves(given: Given, frame: Frame) -> Iterator[tuple[IntArray, FourierSet, FloatArray, FloatArray, FloatArray]]:
@@ -85,15 +89,15 @@ def _waves(given: Given, frame: Frame) -> Iterator[tuple[IntArray, FourierSet, F
     model = given.simulation.transmission_error()
     x = np.column_stack([frame.torque, frame.velocity, frame.temperature])
     for sign in (1.0, -1.0):
-        own = None if model is None else model.direction(sign)
+        series = None if model is None else model.direction(sign)
         rows = np.flatnonzero(frame.last_direction > 0 if sign > 0 else frame.last_direction <= 0)
-        if own is None or rows.size == 0:
+        if series is None or rows.size == 0:
             continue
         for a in range(0, rows.size, ROWS_AT_ONCE):
             part = rows[a : a + ROWS_AT_ONCE]
             monomials = basis(*x[part].T)
-            amplitude, phase = own.amplitude @ monomials.T, own.phase @ monomials.T
+            amplitude, phase = series.amplitude @ monomials.T, series.phase @ monomials.T
             for law in given.laws:
-                by = factor(law, x[part], frame.time[part], [float(f) for f in own.orders]).T
+                by = factor(law, x[part], frame.time[part], [float(f) for f in series.orders]).T
                 amplitude, phase = amplitude * np.abs(by), phase + np.angle(by)
-            yield part, own, monomials, amplitude, phase
+            yield part, series, monomials, amplitude, phase

@@ -38,15 +38,15 @@ Row = Mapping[str, Any]
 def improved(analysis: Analysis, gearbox: object) -> Simulation:
     """The given simulation, calibrated, with every discovery."""
     found = [d for outcome in analysis.outcomes.values() for d in outcome.discoveries]
-    return _made(analysis, found, gearbox)
+    return _completed(analysis, found, gearbox)
 
 
 def recalibrated(analysis: Analysis, gearbox: object) -> Simulation:
     """The given simulation, calibrated, with nothing added."""
-    return _made(analysis, None, gearbox)
+    return _completed(analysis, None, gearbox)
 
 
-def _made(analysis: Analysis, found: Sequence[Discovery] | None, gearbox: object) -> Simulation:
+def _completed(analysis: Analysis, found: Sequence[Discovery] | None, gearbox: object) -> Simulation:
     out = _of_gearbox(analysis.given.simulation, gearbox)
     rows: list[Row] = []
     models = {channel: search.model for channel, search in analysis.searches.items()}
@@ -87,8 +87,8 @@ def _with_reaction(simulation: Simulation, reaction: Reaction | None) -> Simulat
         return simulation
     effect, symbol = REACTION
     term = simulation.terms[effect]
-    own = {**term.parameters, symbol: Parameter(reaction.share, "1", reaction.std)}
-    return simulation.with_term(replace(term, parameters=own))
+    parameters = {**term.parameters, symbol: Parameter(reaction.share, "1", reaction.std)}
+    return simulation.with_term(replace(term, parameters=parameters))
 
 
 def _with_zeros(simulation: Simulation, analysis: Analysis) -> Simulation:
@@ -155,7 +155,7 @@ def _calibrated(out: Simulation, model: ChannelModel, block: Block, fit: Fit) ->
     train = model.problem.train
     if not np.any(named.columns(model.problem.rows.frame)[train]):
         return out  # nothing in these recordings depends on it: it stays as it was
-    coefficients, covariance = fit.of(block.place)
+    coefficients, covariance = fit.of(block.indices)
     std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
     values = {
         s.symbol: Parameter(float(v), s.unit, float(d))
@@ -179,8 +179,8 @@ def _with_series(out: Simulation, model: TransmissionModel, whole: bool) -> Simu
         return out
     coefficients = TransmissionErrorModel(sets[0], sets[1])
     if out.enabled("te.fourier"):
-        own = next(s for s in sets if s is not None)
-        out = out.with_term(Term("te.fourier", True, {}, tuple(float(f) for f in own.orders), coefficients))
+        first = next(s for s in sets if s is not None)
+        out = out.with_term(Term("te.fourier", True, {}, tuple(float(f) for f in first.orders), coefficients))
     if out.enabled("te.offset"):
         out = out.with_term(Term("te.offset", True, {}, None, coefficients))
     return out
@@ -189,12 +189,12 @@ def _with_series(out: Simulation, model: TransmissionModel, whole: bool) -> Simu
 def _offset(model: TransmissionModel, whole: bool) -> FloatArray:
     """The offset's coefficients (2, 10) for τ in N·m, θ̇ in rad/s, T in °C; 0 where it is switched off."""
     assert model.offset is not None
-    own = model.offset.model
-    fit = own.fit if whole else own.refitted([])
-    block = next((b for b in own.base if b.regressor.effect == "te.offset"), None)
+    offset_model = model.offset.model
+    fit = offset_model.fit if whole else offset_model.refitted([])
+    block = next((b for b in offset_model.base if b.regressor.effect == "te.offset"), None)
     if block is None:
         return np.zeros((2, 10))
-    scaled = fit.of(block.place)[0].reshape(2, 10)
+    scaled = fit.of(block.indices)[0].reshape(2, 10)
     return Standardisation(np.asarray(CENTRE), np.asarray(SPREAD)).to_raw(scaled)
 
 

@@ -11,11 +11,11 @@ from bench.foreign.base import Base
 from bench.mismatch import criteria
 from bench.mismatch.analysis import Analysis
 from bench.mismatch.discovery import NAMED, Discovery
+from bench.mismatch.reference import models_of, named, parameters_in, values_of, without
 from bench.mismatch.regression.bank import Fit
 from bench.mismatch.regression.model import Block, ChannelModel
 from bench.mismatch.regression.problem import NUISANCE
 from bench.mismatch.regression.sensitivity import PARAMETER
-from bench.mismatch.standing import models_of, named, parameters_in, values_of, without
 from bench.simulation.frame import FloatArray
 
 
@@ -94,7 +94,7 @@ def _predicted(model: ChannelModel, left_out: Block, fit: Fit) -> FloatArray:
     out = np.zeros(frame.size)
     for block in model.blocks():
         if block is not left_out and block.regressor.effect != NUISANCE:
-            out += block.regressor.columns(frame) @ fit.of(block.place)[0]
+            out += block.regressor.columns(frame) @ fit.of(block.indices)[0]
     return out
 
 
@@ -104,9 +104,9 @@ def _words(name: str, unit: str, given: float, found: float, std: float) -> str:
     return f"parameter {name} is {found:.6g} ± {std:.2g}{of}, the simulation has {given:.6g}{of}{share}"
 
 
-def told_of(discoveries: list[Discovery]) -> Mapping[str, list[Discovery]]:
+def by_channel(discoveries: list[Discovery]) -> Mapping[str, list[Discovery]]:
     """Discoveries by channel."""
     out: dict[str, list[Discovery]] = {}
-    for own in discoveries:
-        out.setdefault(own.channel, []).append(own)
+    for discovery in discoveries:
+        out.setdefault(discovery.channel, []).append(discovery)
     return out

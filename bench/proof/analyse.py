@@ -55,14 +55,14 @@ class Outcome:
 
     Attributes:
         truth: sealed before. report: None where the analysis failed. seconds: how long it took, by the clock.
-        own: what the examiner works out from ``model.json`` and the recordings, before these are thrown away.
+        recomputed: what the examiner works out from ``model.json`` and the recordings, before these are thrown away.
     """
 
     truth: dict[str, Any]
     report: dict[str, Any] | None
     seconds: float
     failed: str = ""
-    own: dict[str, Any] | None = None
+    recomputed: dict[str, Any] | None = None
 
 
 def draw_case(examiner: Any, job: Job) -> Any:
@@ -94,7 +94,7 @@ def prove_case(job: Job) -> Outcome:
     begin = time.perf_counter()
     failed = _run(job, case.alias, target)
     seconds = time.perf_counter() - begin
-    return _told(job, truth, truth_path, Outcome(truth, None, seconds, failed))
+    return _finished_outcome(job, truth, truth_path, Outcome(truth, None, seconds, failed))
 
 
 def _through(job: Job) -> Outcome:
@@ -107,33 +107,33 @@ def _through(job: Job) -> Outcome:
     again = through.again(recorded, target / "model.json", job.out) if job.again and not failed else None
     truth_path = job.out / seal.TRUTHS / f"{job.name}.json"
     truth_path.write_bytes(recorded.content)
-    return _told(job, truth, truth_path, Outcome(truth, None, seconds, failed), again)
+    return _finished_outcome(job, truth, truth_path, Outcome(truth, None, seconds, failed), again)
 
 
-def _told(
+def _finished_outcome(
     job: Job, truth: dict[str, Any], truth_path: Path, ran: Outcome, again: dict[str, Any] | None = None
 ) -> Outcome:
-    """Read the report of an analysis that ``ran``, work out what is the examiner's own, and note both.
+    """Read the report of an analysis that ``ran``, recompute what the examiner does, and note both.
 
     ``again``: what of its model holds on new data, where that was asked.
     """
     recordings, target = (job.out / folder / truth["folder"] for folder in (make.RECORDINGS, REPORTS))
     report = _read(target / "report.json") if not ran.failed else None
     target.mkdir(parents=True, exist_ok=True)
-    own = None if report is None else recompute(truth, report, target / "model.json", recordings)
-    if own is not None and again is not None:
-        own["again"] = again
+    recomputed = None if report is None else recompute(truth, report, target / "model.json", recordings)
+    if recomputed is not None and again is not None:
+        recomputed["again"] = again
     note = {
         "seal": seal.seal_of(truth_path),
         "analyser": analyser_digest(),
         "seconds": ran.seconds,
         "failed": ran.failed,
-        "own": own,
+        "own": recomputed,
     }
     (target / "proof.json").write_text(json.dumps(note))
     if not job.keep:
         shutil.rmtree(recordings, ignore_errors=True)
-    return replace(ran, report=report, own=own)
+    return replace(ran, report=report, recomputed=recomputed)
 
 
 def analyser_digest() -> str:

@@ -61,35 +61,35 @@ def numbers() -> dict[str, float]:
 def changed(name: str, factor: str) -> dict[str, float]:
     """A number at a part of its value, or at a multiple, with those that follow it; a count stays whole."""
     out = {}
-    for own in (name, *FOLLOWS.get(name, ())):
-        value = numbers()[own] * FACTORS[factor]
-        out[own] = max(1, round(value)) if isinstance(numbers()[own], int) else value
+    for number in (name, *FOLLOWS.get(name, ())):
+        value = numbers()[number] * FACTORS[factor]
+        out[number] = max(1, round(value)) if isinstance(numbers()[number], int) else value
     return out
 
 
-def examined(jobs: Sequence[Job], processes: int, tell: Callable[[str], None]) -> dict[str, Any]:
+def examined(jobs: Sequence[Job], processes: int, notify: Callable[[str], None]) -> dict[str, Any]:
     """Analyse every folder as it is and with each number changed; what came of it, as JSON-ready values.
 
     What was done before by the same analyser is not done again.
     """
     for job in jobs:
         prove_case(job)
-        tell(f"{job.name} as it is")
+        notify(f"{job.name} as it is")
     changes = [Change(job, name, factor) for name in numbers() for factor in FACTORS for job in jobs]
     found: dict[tuple[str, str], dict[str, dict[str, Any]]] = {}
     for change, result in zip(changes, over(_analysed, changes, processes), strict=True):
         found.setdefault((change.name, change.factor), {})[change.job.name] = result
-        tell(f"{change.name} {change.factor}: {change.job.name}")
+        notify(f"{change.name} {change.factor}: {change.job.name}")
     plain = {job.name: _plain(job) for job in jobs}
     rows = []
     for name, value in numbers().items():
         row: dict[str, Any] = {"name": name, "value": value}
         for factor in FACTORS:
-            own = found[name, factor]
+            results = found[name, factor]
             row[factor] = {
                 "value": changed(name, factor)[name],
-                "right": sum(bool(r["right"]) for r in own.values()),
-                "otherwise": [case for case, r in own.items() if r["told"] != plain[case]["told"]],
+                "right": sum(bool(r["right"]) for r in results.values()),
+                "otherwise": [case for case, r in results.items() if r["told"] != plain[case]["told"]],
             }
         rows.append(row)
     right = [case for case, r in plain.items() if r["right"]]
@@ -99,7 +99,7 @@ def examined(jobs: Sequence[Job], processes: int, tell: Callable[[str], None]) -
 def _plain(job: Job) -> dict[str, Any]:
     outcome = done_before(job)
     assert outcome is not None
-    return _result(outcome.truth, outcome.report, outcome.failed, outcome.own)
+    return _result(outcome.truth, outcome.report, outcome.failed, outcome.recomputed)
 
 
 def _analysed(change: Change) -> dict[str, Any]:
@@ -126,19 +126,23 @@ def _analysed(change: Change) -> dict[str, Any]:
     except subprocess.TimeoutExpired:
         failed = f"no report within {TIME_LIMIT_S:.0f} s"
     report = None if failed else json.loads((target / "report.json").read_text(encoding="utf-8"))
-    own = None if report is None else recompute(truth, report, target / "model.json", folder)
-    result = _result(truth, report, failed, own) | {"analyser": analyser, "values": values}
+    recomputed = None if report is None else recompute(truth, report, target / "model.json", folder)
+    result = _result(truth, report, failed, recomputed) | {"analyser": analyser, "values": values}
     note.write_text(json.dumps(result), encoding="utf-8")
     return result
 
 
 def _result(
-    truth: Mapping[str, Any], report: Mapping[str, Any] | None, failed: str, own: Mapping[str, Any] | None
+    truth: Mapping[str, Any], report: Mapping[str, Any] | None, failed: str, recomputed: Mapping[str, Any] | None
 ) -> dict[str, Any]:
     """Whether every point is right, and what the report tells: effects with channel and status, in a fixed order."""
     findings = [] if report is None else report["findings"]
-    told = sorted([f["effect"], f["channel"], f["status"]] for f in findings)
-    return {"right": score(truth, report, 0.0, failed, own).every_point_right, "told": told, "failed": failed}
+    findings_of = sorted([f["effect"], f["channel"], f["status"]] for f in findings)
+    return {
+        "right": score(truth, report, 0.0, failed, recomputed).every_point_right,
+        "told": findings_of,
+        "failed": failed,
+    }
 
 
 def as_json(found: Mapping[str, Any], how: Mapping[str, Any]) -> dict[str, Any]:
@@ -158,8 +162,8 @@ def page(path: Path) -> str:
         content = json.loads(path.read_text(encoding="utf-8"))
         if (content["format"], content["format_version"]) != (FORMAT, VERSION):
             raise ResultsError(f"{path}: {content['format']} {content['format_version']} is not {FORMAT} {VERSION}.")
-        told = content["provenance"]
-        how = Provenance(**{**told, "seeds": tuple(told["seeds"])})
+        provenance = content["provenance"]
+        how = Provenance(**{**provenance, "seeds": tuple(provenance["seeds"])})
         folders, right = content["folders"], content["right"]
         rows = [[f"`{r['name']}`", _number(r["value"]), *_cells(r, len(folders))] for r in content["rows"]]
     except (ValueError, KeyError, TypeError) as error:
@@ -170,7 +174,7 @@ def page(path: Path) -> str:
         [
             "",
             "",
-            f"{how.told}. Folders: {', '.join(folders)}. With the values as they are every point is right in "
+            f"{how.summary}. Folders: {', '.join(folders)}. With the values as they are every point is right in "
             f"{len(right)} of {len(folders)}. {without} of {len(rows)} numbers change no report at half or twice.",
             "",
             *lines_of(head, rows),
@@ -182,9 +186,9 @@ def page(path: Path) -> str:
 
 def _cells(row: Mapping[str, Any], folders: int) -> Iterator[str]:
     for factor in FACTORS:
-        own = row[factor]
-        yield f"{own['right']}/{folders}"
-        yield ", ".join(own["otherwise"]) or "–"
+        cell = row[factor]
+        yield f"{cell['right']}/{folders}"
+        yield ", ".join(cell["otherwise"]) or "–"
 
 
 def _number(value: float) -> str:

@@ -40,7 +40,7 @@ _BLOCK = re.compile(r"(<!-- proof (?P<name>[a-z-]+) (?P<what>[a-z]+) -->)(?P<bod
 def table(stored: Stored) -> str:
     """How it came about, and one row a set."""
     lines = severity_lines(stored.scores) if stored.severity else summary_rows(stored.scores, stored.provenance.asked)
-    return "\n".join(["", "", f"{stored.provenance.told}.", "", *lines, "", ""])
+    return "\n".join(["", "", f"{stored.provenance.summary}.", "", *lines, "", ""])
 
 
 def whole(stored: Stored) -> str:
@@ -51,9 +51,9 @@ def whole(stored: Stored) -> str:
 def line(stored: Stored) -> str:
     """The result in one sentence, for a cell of another table."""
     row = summarise("all", stored.scores)
-    asked = sum(stored.provenance.asked.values())
+    cases = sum(stored.provenance.asked.values())
     parts = [
-        f"{row.cases - row.failed} of {asked} folders done",
+        f"{row.cases - row.failed} of {cases} folders done",
         f"every point right in {row.every_point[0]} of {row.every_point[1]}",
         f"name and status right for {row.status[0]} of {row.status[1]} effects",
         f"a false finding in {row.alarms[0]} of {row.alarms[1]} folders",
@@ -66,7 +66,7 @@ def line(stored: Stored) -> str:
 _KINDS: dict[str, Callable[[Stored], str]] = {"table": table, "all": whole, "line": line}
 
 
-def made(page: str, results: Path) -> str:
+def filled(page: str, results: Path) -> str:
     """The page's text with every block made from the stored results under ``results``.
 
     Raises
@@ -83,7 +83,7 @@ def write(root: Path) -> list[Path]:
     for name in PAGES:
         page = root / name
         before = page.read_text(encoding="utf-8")
-        after = made(before, root / RESULTS)
+        after = filled(before, root / RESULTS)
         if after != before:
             page.write_text(after, encoding="utf-8")
             changed.append(page)

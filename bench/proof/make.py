@@ -58,10 +58,10 @@ def make_case(examiner: Any, case: Any, out: Path) -> Path:
         return truth_path
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    made = examiner.open_folder(case)
-    for recording in made.recordings():
-        write_made(folder, case.alias, recording)
-    truth = made.truth().to_dict()
+    opened = examiner.open_folder(case)
+    for recording in opened.recordings():
+        write_generated(folder, case.alias, recording)
+    truth = opened.truth().to_dict()
     if truth["switched_off"]:
         _write_simulation(out / SIMULATIONS / f"{case.alias}.json", truth["switched_off"])
     write_truth(truth_path, truth)
@@ -82,7 +82,7 @@ def _write_simulation(path: Path, switched_off: list[str]) -> None:
     path.write_text(json.dumps(content, indent=1))
 
 
-def write_made(folder: Path, campaign: str, recording: Any) -> None:
+def write_generated(folder: Path, campaign: str, recording: Any) -> None:
     """Write one generated recording of a campaign into a folder."""
     torque, velocity, temperature = recording.setpoint
     header = RecordingHeader(

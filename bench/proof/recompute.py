@@ -48,15 +48,15 @@ def recompute(truth: Mapping[str, Any], report: Mapping[str, Any], model: Path, 
     if not model.exists():
         return empty | {"why": "there is no model.json"}
     content = json.loads(model.read_text(encoding="utf-8"))
-    told = parameters_of(content)
+    parameters = parameters_of(content)
     predict = predictor()
     if predict is None:
-        return empty | {"parameters": told, "why": "no function predicts a model.json yet"}
+        return empty | {"parameters": parameters, "why": "no function predicts a model.json yet"}
     recordings = RecordingFolder.open(folder).recordings
     try:
         whole = squares(predict, content, recordings)
     except BenchError as error:
-        return empty | {"parameters": told, "why": f"model.json does not predict: {error}"}
+        return empty | {"parameters": parameters, "why": f"model.json does not predict: {error}"}
     held_out = {str(name).removesuffix(".h5") for name in report.get("recordings", {}).get("held_out", [])}
     noise = truth["noise_by_recording"]
     residual = {}
@@ -67,7 +67,7 @@ def recompute(truth: Mapping[str, Any], report: Mapping[str, Any], model: Path, 
         if finite:
             residual[channel] = finite[0]
     shares = _shares(predict, content, recordings, whole, report.get("findings", []), noise)
-    return empty | {"residual": residual, "shares": shares, "parameters": told, "why": ""}
+    return empty | {"residual": residual, "shares": shares, "parameters": parameters, "why": ""}
 
 
 def predictor() -> Predict | None:
@@ -85,8 +85,8 @@ def squares(
     over all.
     """
     out: Squares = {}
-    asked: dict[str, Any] = {} if only is None else {"channels": (only,)}
-    for recording, predicted in predict(model, recordings, **asked):
+    options: dict[str, Any] = {} if only is None else {"channels": (only,)}
+    for recording, predicted in predict(model, recordings, **options):
         for channel, values in predicted.items():
             measured = measured_channel(recording, channel)
             if measured is None:

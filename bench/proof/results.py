@@ -46,7 +46,7 @@ class Provenance:
     seal: str = ""
 
     @property
-    def told(self) -> str:
+    def summary(self) -> str:
         """One line for people."""
         seeds = f"seed{'s' if len(self.seeds) > 1 else ''} {', '.join(map(str, self.seeds))}"
         changed = " with changes" if self.commit.endswith("+changes") else ""
@@ -139,8 +139,8 @@ def load(path: Path) -> Stored:
         content = json.loads(path.read_text(encoding="utf-8"))
         if content["format"] != FORMAT or content["format_version"] != FORMAT_VERSION:
             raise ResultsError(f"{path}: {content['format']} {content['format_version']} is not {FORMAT_VERSION}.")
-        told = content["provenance"]
-        how = Provenance(**{**told, "seeds": tuple(told["seeds"])})
+        provenance = content["provenance"]
+        how = Provenance(**{**provenance, "seeds": tuple(provenance["seeds"])})
         return Stored(how, tuple(scores_of(content["cases"])), bool(content["severity"]))
     except (ValueError, KeyError, TypeError) as error:
         raise ResultsError(f"{path}: is no stored result of bench prove ({error}).") from error

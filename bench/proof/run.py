@@ -63,7 +63,7 @@ def prove(
     """Prove all jobs and return their scores in the jobs' order."""
     scores: dict[int, CaseScore] = {}
     for index, outcome in _outcomes(jobs, processes, dask):
-        scores[index] = score(outcome.truth, outcome.report, outcome.seconds, outcome.failed, outcome.own)
+        scores[index] = score(outcome.truth, outcome.report, outcome.seconds, outcome.failed, outcome.recomputed)
         if progress is not None:
             progress(len(scores), len(jobs), scores[index])
     return [scores[index] for index in sorted(scores)]
@@ -72,7 +72,7 @@ def prove(
 def done_so_far(jobs: Sequence[Job]) -> list[CaseScore]:
     """Scores of the jobs that are done, in the jobs' order; nothing is made or analysed."""
     outcomes = (done_before(job) for job in jobs)
-    return [score(o.truth, o.report, o.seconds, o.failed, o.own) for o in outcomes if o is not None]
+    return [score(o.truth, o.report, o.seconds, o.failed, o.recomputed) for o in outcomes if o is not None]
 
 
 def make_only(jobs: Sequence[Job], processes: int = 1) -> list[Path]:

@@ -10,7 +10,7 @@ Ambiguous right
 Unknown recognised
     A finding ``unknown`` in a channel of the effect, and no finding in that channel with a name nobody concealed.
 Located right
-    :mod:`bench.proof.place`: ranges, direction, orders, windows and recordings; what is not told is wrong.
+    :mod:`bench.proof.location`: ranges, direction, orders, windows and recordings; what is not told is wrong.
 Parameters
     Those of ``model.json``, with their signs.
 False companion
@@ -29,7 +29,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from bench.proof.place import misplaced
+from bench.proof.location import misplaced
 
 #: Held-out RMSE over true noise between which a folder's residual is called right: the noise of the held-out recordings
 #: alone differs from the folder's by a few per cent. Below the noise lies who smooths the inputs of the prediction: of
@@ -124,13 +124,13 @@ def score(
     report: Mapping[str, Any] | None,
     seconds: float,
     failed: str = "",
-    own: Mapping[str, Any] | None = None,
+    recomputed: Mapping[str, Any] | None = None,
 ) -> CaseScore:
     """Score a report (as read from JSON; None where the analysis failed) against a truth.
 
-    ``own`` is what :func:`bench.proof.recompute.recompute` works out; without it, or where this version has nothing
-    that predicts, the report's residuals are taken, and the score says so. A ``model.json`` that is missing or does not
-    predict has no residual, and is not right.
+    ``recomputed`` is what :func:`bench.proof.recompute.recompute` works out; without it, or where this version has
+    nothing that predicts, the report's residuals are taken, and the score says so. A ``model.json`` that is missing or
+    does not predict has no residual, and is not right.
     """
     report = report or {}
     findings: Sequence[Mapping[str, Any]] = report.get("findings", [])
@@ -141,20 +141,22 @@ def score(
     # one that could be seen is answered first
     for concealed in sorted(truth["effects"], key=lambda e: bool(e.get("too_faint"))):
         index = _answer(concealed, findings, used)
-        result = _score_effect(concealed, index, findings, present, own or {})
+        result = _score_effect(concealed, index, findings, present, recomputed or {})
         if index is not None:
             used[index] = result.status_right
             faint |= {index} if result.too_faint else set()
         effects.append(result)
     companions = tuple(str(f["effect"]) for i, f in enumerate(findings) if i not in used)
-    recomputed = bool(own and own["predictor"])
+    predicted = bool(recomputed and recomputed["predictor"])
     return CaseScore(
         case=truth["case"],
         group=truth["group"],
         verdict_right=report.get("verdict") in _verdicts(truth),
         effects=tuple(effects),
         false_companions=companions,
-        residual=_residual(truth, own["residual"] if own and recomputed else _told_residuals(truth, report)),
+        residual=_residual(
+            truth, recomputed["residual"] if recomputed and predicted else _reported_residuals(truth, report)
+        ),
         confidences=tuple(
             (float(f["confidence"]), used.get(i, False))
             for i, f in enumerate(findings)
@@ -162,8 +164,8 @@ def score(
         ),
         seconds=seconds,
         failed=failed,
-        recomputed=recomputed,
-        again=own.get("again") if own else None,
+        recomputed=predicted,
+        again=recomputed.get("again") if recomputed else None,
     )
 
 
@@ -192,12 +194,12 @@ def _answer(
 ) -> int | None:
     """The finding that answers an effect: its own name first, then any that holds one of its names, then unknown."""
     free = [i for i in range(len(findings)) if i not in used]
-    own = concealed["effect"]
-    accepted = {own, *concealed["also"]}
+    effect = concealed["effect"]
+    accepted = {effect, *concealed["also"]}
     channels = concealed["channels"]
     tests: tuple[Callable[[Mapping[str, Any]], bool], ...] = (
-        lambda f: f["effect"] == own and (own != "unknown" or f["channel"] in channels),
-        lambda f: bool(names_of(f) & accepted) and own != "unknown",
+        lambda f: f["effect"] == effect and (effect != "unknown" or f["channel"] in channels),
+        lambda f: bool(names_of(f) & accepted) and effect != "unknown",
         lambda f: f["effect"] == "unknown" and f["channel"] in channels,
     )
     for test in tests:
@@ -212,7 +214,7 @@ def _score_effect(
     index: int | None,
     findings: Sequence[Mapping[str, Any]],
     present: set[str],
-    own: Mapping[str, Any],
+    recomputed: Mapping[str, Any],
 ) -> EffectScore:
     """``index`` is that of the finding that answers; ``present`` are the ids of all effects in the folder."""
     effect, status = concealed["effect"], concealed["status"]
@@ -231,8 +233,8 @@ def _score_effect(
     wrong = misplaced(concealed, finding) if finding is not None else ["not told"]
     # Where two effects cannot be told apart, neither can their parameters.
     compared = right and status == "named"
-    told = own.get("parameters", {}).get(effect, {}) if compared else {}
-    errors, covered = _parameters(concealed, told)
+    parameters = recomputed.get("parameters", {}).get(effect, {}) if compared else {}
+    errors, covered = _parameters(concealed, parameters)
     return EffectScore(
         effect=effect,
         status=status,
@@ -244,23 +246,23 @@ def _score_effect(
         covered=covered,
         misplaced=tuple(wrong),
         in_library=concealed.get("in_library"),
-        share_error=_share_error(finding, own.get("shares", {}).get(str(index))) if right else None,
+        share_error=_share_error(finding, recomputed.get("shares", {}).get(str(index))) if right else None,
         too_faint=bool(concealed.get("too_faint")),
     )
 
 
 def _share_error(finding: Mapping[str, Any] | None, recomputed: float | None) -> float | None:
-    told = (finding or {}).get("location", {}).get("share_of_excess")
-    return None if told is None or recomputed is None else abs(float(told) - recomputed)
+    share = (finding or {}).get("location", {}).get("share_of_excess")
+    return None if share is None or recomputed is None else abs(float(share) - recomputed)
 
 
 def _parameters(
-    concealed: Mapping[str, Any], told: Mapping[str, Sequence[float | None]]
+    concealed: Mapping[str, Any], reported: Mapping[str, Sequence[float | None]]
 ) -> tuple[tuple[float, ...], tuple[bool, ...]]:
     """Relative errors, and whether the told intervals cover, of the parameters (symbol → value, std) both give."""
     errors, covered = [], []
     for true in concealed["parameters"]:
-        value, std = told.get(true["symbol"], (None, None))
+        value, std = reported.get(true["symbol"], (None, None))
         if value is None or not true["value"]:
             continue
         gap = abs(value - true["value"])
@@ -278,7 +280,7 @@ def _residual(truth: Mapping[str, Any], ratios: Mapping[str, float]) -> float:
     return max(picked) if picked else math.nan
 
 
-def _told_residuals(truth: Mapping[str, Any], report: Mapping[str, Any]) -> dict[str, float]:
+def _reported_residuals(truth: Mapping[str, Any], report: Mapping[str, Any]) -> dict[str, float]:
     return {
         row["channel"]: float(row["held_out_rmse_after"]) / truth["noise_rms"][row["channel"]]
         for row in report.get("channels", [])

@@ -90,17 +90,17 @@ def reliability(
     scores: Sequence[CaseScore], edges: Sequence[float] = (0.0, 0.5, 0.8, 0.95, 1.0)
 ) -> list[dict[str, Any]]:
     """Calibration of confidence: findings, mean confidence and share right in each bin."""
-    told = np.array([c for s in scores for c in s.confidences], dtype=np.float64).reshape(-1, 2)
+    confidences = np.array([c for s in scores for c in s.confidences], dtype=np.float64).reshape(-1, 2)
     rows = []
     for low, high in itertools.pairwise(edges):
-        inside = (told[:, 0] >= low) & ((told[:, 0] < high) | (high == edges[-1]))
+        inside = (confidences[:, 0] >= low) & ((confidences[:, 0] < high) | (high == edges[-1]))
         if inside.any():
             rows.append(
                 {
                     "confidence": [low, high],
                     "findings": int(inside.sum()),
-                    "mean_confidence": float(told[inside, 0].mean()),
-                    "right": float(told[inside, 1].mean()),
+                    "mean_confidence": float(confidences[inside, 0].mean()),
+                    "right": float(confidences[inside, 1].mean()),
                 }
             )
     return rows

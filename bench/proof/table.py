@@ -46,7 +46,7 @@ _FORMS = {
 
 def markdown(scores: Sequence[CaseScore], how: Provenance, severity: bool = False) -> str:
     """The whole proof as Markdown: how it came about, one row a set, then everything that is not right."""
-    lines = ["# bench prove", "", f"{how.told}.", ""]
+    lines = ["# bench prove", "", f"{how.summary}.", ""]
     if how.seal:
         lines += [f"Truth sealed before the runs; SHA-256 over all seals: `{how.seal}`.", ""]
     if severity:
@@ -68,9 +68,12 @@ def summary_rows(scores: Sequence[CaseScore], asked: Mapping[str, int] | None = 
 def body(scores: Sequence[CaseScore]) -> list[str]:
     """Everything below the summary."""
     lines: list[str] = []
-    told = sum(not s.recomputed for s in scores)
-    if told:
-        lines += [f"Residuals of {told} of {len(scores)} folders are as told by the report: nothing predicts them.", ""]
+    unpredicted = sum(not s.recomputed for s in scores)
+    if unpredicted:
+        lines += [
+            f"Residuals of {unpredicted} of {len(scores)} folders are as told by the report: nothing predicts them.",
+            "",
+        ]
     lines += _null_lines(scores)
     lines += _effect_lines(scores)
     lines += _form_lines(scores)
@@ -146,14 +149,14 @@ def _effect_lines(scores: Sequence[CaseScore]) -> list[str]:
 
 def _form_lines(scores: Sequence[CaseScore]) -> list[str]:
     """Effects whose very form the library has, beside those whose form it has not."""
-    asked = [e for s in scores for e in s.counted if e.in_library is not None]
-    if not asked:
+    counted = [e for s in scores for e in s.counted if e.in_library is not None]
+    if not counted:
         return []
     head = ("nature's form", "effects", "name and status", "located", "parameter error")
     lines = ["### By form", "", _line(head), _line(["---"] * len(head))]
     for unknown in (False, True):
         for inside in (True, False):
-            mine = [e for e in asked if e.in_library is inside and (e.status == "unknown") is unknown]
+            mine = [e for e in counted if e.in_library is inside and (e.status == "unknown") is unknown]
             if not mine:
                 continue
             right = [e for e in mine if e.status_right]
@@ -170,23 +173,25 @@ def _faint_lines(scores: Sequence[CaseScore]) -> list[str]:
     faint = [(s.case, e) for s in scores for e in s.effects if e.too_faint]
     if not faint:
         return []
-    told = sum(e.found for _case, e in faint)
+    found = sum(e.found for _case, e in faint)
     named = ", ".join(f"{e.effect} in {case} ({e.strength:g} of the noise)" for case, e in faint)
-    return [f"Too faint to be seen, by the sealed truth, and not counted: {len(faint)}, told {told}: {named}.", ""]
+    return [f"Too faint to be seen, by the sealed truth, and not counted: {len(faint)}, told {found}: {named}.", ""]
 
 
 def _again_lines(scores: Sequence[CaseScore]) -> list[str]:
     """Whether the models hold in another campaign on the same plant."""
-    asked = [(s, s.again) for s in scores if s.again is not None]
-    if not asked:
+    played = [(s, s.again) for s in scores if s.again is not None]
+    if not played:
         return []
-    holds, match = sum(bool(s.holds) for s, _ in asked), sum(own["verdict"] == "match" for _, own in asked)
+    holds, match = sum(bool(s.holds) for s, _ in played), sum(again["verdict"] == "match" for _, again in played)
     head = ("folder", "residual / noise in the other campaign", "verdict there", "emulator playing it / two noises", "")
     lines = ["### Model on new data", ""]
-    lines.append(f"At the noise in every channel, before any search: {holds} of {len(asked)}; verdict match: {match}.")
+    lines.append(f"At the noise in every channel, before any search: {holds} of {len(played)}; verdict match: {match}.")
     lines += ["", _line(head), _line(["---"] * len(head))]
-    for s, own in asked:
-        lines.append(_line((s.case, _each(own["residual"]), own["verdict"] or "–", _each(own["played"]), own["why"])))
+    for s, again in played:
+        lines.append(
+            _line((s.case, _each(again["residual"]), again["verdict"] or "–", _each(again["played"]), again["why"]))
+        )
     return [*lines, ""]
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from bench.configuration import BenchFile
 from bench.safety.latch import Act, Latch, Standing
 from bench.safety.latch_file import LatchFile
-from bench.safety.places import latch_path, machine_latch_path
+from bench.safety.paths import latch_path, machine_latch_path
 from bench.safety.torque_mark import settle_death
 
 

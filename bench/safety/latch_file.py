@@ -18,7 +18,7 @@ from typing import Any
 
 from bench.errors import LimitError
 from bench.safety.latch import Act, Latch, Standing
-from bench.safety.places import spare_path
+from bench.safety.paths import spare_path
 
 _LARGEST = 1 << 20
 _AGAIN_S = 0.05

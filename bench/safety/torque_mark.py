@@ -17,7 +17,7 @@ from typing import Any
 
 from bench.configuration import BenchConfiguration
 from bench.safety.latch_file import LatchFile, write_durably
-from bench.safety.places import state_folder
+from bench.safety.paths import state_folder
 
 NAME = "torque.json"
 CAUSE = "DIED"

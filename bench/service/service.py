@@ -32,12 +32,12 @@ from bench.service.readers import Readers
 from bench.service.refusals import NotNow, Unknown
 from bench.service.runs.after_stop import AfterStop
 from bench.service.runs.allowed import BEGINS, Situation, allowed_acts, why_not
-from bench.service.runs.asking import Asking
 from bench.service.runs.by_hand import ByHand
 from bench.service.runs.idle import Idle
 from bench.service.runs.keeper import Keeper
 from bench.service.runs.launcher import Launcher
 from bench.service.runs.lease import Lease
+from bench.service.runs.requests import Requests
 from bench.service.runs.runs import Runs
 from bench.service.runs.stopper import Press
 from bench.service.runs.stream import Stream
@@ -96,7 +96,7 @@ class Service:
         self._launcher = launcher
         self.catalog = Catalog(settings, self.bench)
         self.plans = Readers("plans", at_once=2, most_waiting=6)
-        self.asking = Asking(
+        self.requests = Requests(
             self.bench,
             settings,
             self.keeper,
@@ -126,7 +126,7 @@ class Service:
         for sentence in self._broken.sentences:
             self.alarms.raise_("STATE_FILE", sentence)
         stopped = self.after_stop.latch()
-        if stopped["due"] == "acknowledge" and not self.alarms.standing():
+        if stopped["due"] == "acknowledge" and not self.alarms.current():
             # stopped by a run this service knows nothing of; the alarm is what it is acknowledged with
             self.alarms.raise_(stopped["cause"], stopped["text"])
         self.keeper.open()
@@ -174,7 +174,7 @@ class Service:
             "type": "state",
             "holder": self.lease.as_dict(time.monotonic()),
             "allowed": sorted(allowed_acts(self.situation())),
-            "alarms": self.alarms.standing(),
+            "alarms": self.alarms.current(),
             "pages": self.stream.pages,
             "alive": self.keeper.is_alive(),
             "latch": self.after_stop.latch(),

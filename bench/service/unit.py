@@ -7,7 +7,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from bench.safety.places import state_root
+from bench.safety.paths import state_root
 
 _UNIT = """\
 # Made by: bench serve --systemd-unit

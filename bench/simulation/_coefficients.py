@@ -66,10 +66,10 @@ def fourier_from_json(parameters: Any, std: Any, covariance: Any, where: str) ->
         if rows is None:
             sets.append(None)
             continue
-        place = f"{where}.parameters.{direction}"
-        keys = sorted((key for key in rows if key != "a0"), key=lambda key: _order(key, place))
-        amplitude, phase = _pairs(rows, keys, place)
-        offset = _numbers(rows.get("a0", [0.0] * TERM_COUNT), (TERM_COUNT,), f"{place}.a0")
+        path = f"{where}.parameters.{direction}"
+        keys = sorted((key for key in rows if key != "a0"), key=lambda key: _order(key, path))
+        amplitude, phase = _pairs(rows, keys, path)
+        offset = _numbers(rows.get("a0", [0.0] * TERM_COUNT), (TERM_COUNT,), f"{path}.a0")
         spread = _section(std, direction, f"{where}.std")
         amplitude_std = phase_std = offset_std = None
         if spread is not None:
@@ -80,12 +80,12 @@ def fourier_from_json(parameters: Any, std: Any, covariance: Any, where: str) ->
         joint = _section(covariance, direction, f"{where}.covariance")
         matrices = offset_matrix = None
         if joint is not None:
-            place = f"{where}.covariance.{direction}"
+            path = f"{where}.covariance.{direction}"
             if keys and all(key in joint for key in keys):
                 size = (2 * TERM_COUNT, 2 * TERM_COUNT)
-                matrices = np.stack([_numbers(joint[key], size, f"{place}.{key}") for key in keys])
+                matrices = np.stack([_numbers(joint[key], size, f"{path}.{key}") for key in keys])
             if "a0" in joint:
-                offset_matrix = _numbers(joint["a0"], (TERM_COUNT, TERM_COUNT), f"{place}.a0")
+                offset_matrix = _numbers(joint["a0"], (TERM_COUNT, TERM_COUNT), f"{path}.a0")
         sets.append(
             FourierSet(
                 np.asarray([float(key) for key in keys]),

@@ -19,7 +19,7 @@ import numpy as np
 from bench.errors import ConfigurationError
 from bench.simulation.frame import FloatArray, Frame, recording_starts
 
-OWN_ANGLE = "angle"
+OUTPUT_ANGLE = "angle"
 _NAME = re.compile(r"(\w+)\((.+)\)")
 _SIGNS = re.compile(r" ([+-]) ")
 
@@ -46,7 +46,7 @@ def parts_of(name: str) -> tuple[str, ...]:
         wave, by = found[2].rsplit(", ", 1)
         return tuple(dict.fromkeys((*parts_of(wave), by)))
     parts = found[2].split(", ") if found[1] == "product" else _SIGNS.split(found[2])[::2]
-    return tuple(dict.fromkeys(part for part in parts if part != OWN_ANGLE))
+    return tuple(dict.fromkeys(part for part in parts if part != OUTPUT_ANGLE))
 
 
 def summed(parts: Sequence[str], signs: Sequence[int]) -> str:
@@ -56,7 +56,7 @@ def summed(parts: Sequence[str], signs: Sequence[int]) -> str:
 
 
 def _value(part: str, frame: Frame) -> FloatArray:
-    if part == OWN_ANGLE:
+    if part == OUTPUT_ANGLE:
         return frame.q
     if part not in frame.aux:
         raise ConfigurationError(f"the recordings have no quantity 'aux/{part}', which the simulation depends on")
@@ -73,14 +73,14 @@ def _sum(text: str, frame: Frame) -> FloatArray:
 
 def _rate(text: str, frame: Frame) -> FloatArray:
     """Rate of change a second: as the frame holds it, else from row to row along each recording."""
-    own = rate_of(text)
-    return frame.aux[own] if own in frame.aux else _along(_value(text, frame), frame)
+    rate = rate_of(text)
+    return frame.aux[rate] if rate in frame.aux else _along(_value(text, frame), frame)
 
 
 def _acceleration(text: str, frame: Frame) -> FloatArray:
     """Second rate of change, by the same rule."""
-    own = acceleration_of(text)
-    return frame.aux[own] if own in frame.aux else _along(_rate(text, frame), frame)
+    acceleration = acceleration_of(text)
+    return frame.aux[acceleration] if acceleration in frame.aux else _along(_rate(text, frame), frame)
 
 
 def rate_of(name: str) -> str:
@@ -112,8 +112,8 @@ def _momentum(text: str, frame: Frame) -> FloatArray:
     angle, changing = _sum(found[2], frame), np.zeros(frame.size)
     first, *rest = _SIGNS.split(found[2])
     for sign, part in zip(("+", *rest[::2]), (first, *rest[1::2]), strict=True):
-        own = 0.5 * frame.velocity if part == OWN_ANGLE else _rate(part, frame)
-        changing = changing + own if sign == "+" else changing - own
+        momentum_rate = 0.5 * frame.velocity if part == OUTPUT_ANGLE else _rate(part, frame)
+        changing = changing + momentum_rate if sign == "+" else changing - momentum_rate
     value, slope = (np.cos(angle), -np.sin(angle)) if found[1] == "cos" else (np.sin(angle), np.cos(angle))
     return np.asarray(frame.acceleration * value + frame.omega * changing * slope)
 

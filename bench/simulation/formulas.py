@@ -45,9 +45,9 @@ class Formula:
 
     def columns(self, frame: Frame) -> FloatArray:
         """Regressors (n, parts) on the rows of a frame."""
-        own = self.parts_at([quantity(name, frame) for name in self.over])
+        parts = self.parts_at([quantity(name, frame) for name in self.over])
         times = [factor(times, frame) for times, _ in self.parts]
-        return np.column_stack([np.broadcast_to(t * p, (frame.size,)) for t, p in zip(times, own, strict=True)])
+        return np.column_stack([np.broadcast_to(t * p, (frame.size,)) for t, p in zip(times, parts, strict=True)])
 
     def parts_at(self, values: list[Any]) -> list[Any]:
         """Expressions of the parts, without their factors, for values of the quantities."""

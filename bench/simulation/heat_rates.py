@@ -33,15 +33,17 @@ HEATING, CONVECTION = "thermal.loss_heating", "thermal.convection"
 
 def with_rates(simulation: Simulation) -> Simulation:
     """The simulation with the rates in place of its C, R and T_amb; unchanged where it has not all three, positive."""
-    own = {symbol: p.value for e in (HEATING, CONVECTION) if e in simulation.terms for symbol, p in _of(simulation, e)}
-    if not {"C", "R", "T_amb"} <= set(own) or min(own["C"], own["R"]) <= 0.0:
+    values = {
+        symbol: p.value for e in (HEATING, CONVECTION) if e in simulation.terms for symbol, p in _of(simulation, e)
+    }
+    if not {"C", "R", "T_amb"} <= set(values) or min(values["C"], values["R"]) <= 0.0:
         return simulation
-    slow = 1.0 / (own["C"] * own["R"])
+    slow = 1.0 / (values["C"] * values["R"])
     rates = {
-        HEATING: {"1/C": Parameter(1.0 / own["C"], "K/J")},
+        HEATING: {"1/C": Parameter(1.0 / values["C"], "K/J")},
         CONVECTION: {
             "1/(R*C)": Parameter(slow, "1/s"),
-            "(T_amb-25)/(R*C)": Parameter((own["T_amb"] - REFERENCE_CELSIUS) * slow, "K/s"),
+            "(T_amb-25)/(R*C)": Parameter((values["T_amb"] - REFERENCE_CELSIUS) * slow, "K/s"),
         },
     }
     for effect, parameters in rates.items():

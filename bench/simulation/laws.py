@@ -116,7 +116,7 @@ def from_json(effect: str, row: dict[str, Any]) -> Law:
         raise ConfigurationError(
             f"the simulation's law of {effect} should have form, point, orders, strength and reference ({error!r})"
         ) from error
-    forms = (*MODES, *EACH) if effect == RESONANCE else tuple(form for own, form in FUNCTIONS if own == effect)
+    forms = (*MODES, *EACH) if effect == RESONANCE else tuple(form for owner, form in FUNCTIONS if owner == effect)
     if law.form not in forms:
         raise ConfigurationError(
             f"the simulation's law of {effect} has the form {law.form!r}, which should be one of {', '.join(forms)}"
@@ -188,5 +188,5 @@ def factor(law: Law, x: FloatArray, time: FloatArray, orders: Sequence[float]) -
 
 def strengths(law: Law, orders: Sequence[float]) -> Complex:
     """Strength ε of some orders (k,) in a law, 0 where it does not touch one."""
-    own = dict(zip(law.series, law.strength, strict=True))
-    return np.array([own.get(float(f), 0.0) for f in orders], dtype=np.complex128)
+    strength_of = dict(zip(law.series, law.strength, strict=True))
+    return np.array([strength_of.get(float(f), 0.0) for f in orders], dtype=np.complex128)

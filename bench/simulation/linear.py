@@ -63,9 +63,9 @@ def all_in_metres(value: Any, kept: frozenset[str] = KEPT) -> Any:
     if isinstance(value, str):
         return in_metres(value)
     if isinstance(value, list):
-        return [all_in_metres(own, kept) for own in value]
+        return [all_in_metres(entry, kept) for entry in value]
     if isinstance(value, dict):
-        return {key: own if key in kept else all_in_metres(own, kept) for key, own in value.items()}
+        return {key: entry if key in kept else all_in_metres(entry, kept) for key, entry in value.items()}
     return value
 
 
@@ -90,9 +90,10 @@ def is_of_linear_axis(simulation: Simulation) -> bool:
 def _units_in_metres(value: Any) -> Any:
     """Nested lists and mappings with the texts of their keys ``unit`` and ``units`` in the axis' own."""
     if isinstance(value, list):
-        return [_units_in_metres(own) for own in value]
+        return [_units_in_metres(entry) for entry in value]
     if isinstance(value, dict):
         return {
-            key: all_in_metres(own) if key in ("unit", "units") else _units_in_metres(own) for key, own in value.items()
+            key: all_in_metres(entry) if key in ("unit", "units") else _units_in_metres(entry)
+            for key, entry in value.items()
         }
     return value

@@ -116,8 +116,8 @@ def integral(x: FloatArray, frame: Frame) -> FloatArray:
     starts = recording_starts(frame)[:-1]
     area[starts] = 0.0
     total = np.cumsum(area)
-    own = np.repeat(total[starts], np.diff(np.append(starts, frame.size)))
-    return np.asarray(total - own)
+    begun = np.repeat(total[starts], np.diff(np.append(starts, frame.size)))
+    return np.asarray(total - begun)
 
 
 def campaign_lag(x: FloatArray, frame: Frame, constant: float) -> FloatArray:

@@ -121,13 +121,13 @@ FACTOR_OF: dict[str, str] = {
 def quantity(name: str, frame: Frame) -> FloatArray:
     """Values (n,) of a quantity. Raises ConfigurationError where there is none of that name."""
     if name.startswith(AUXILIARY):
-        own = name.removeprefix(AUXILIARY)
-        made = None if own in frame.aux else composed(own, frame)
+        plain = name.removeprefix(AUXILIARY)
+        made = None if plain in frame.aux else composed(plain, frame)
         if made is not None:
             return made
-        if own not in frame.aux:
+        if plain not in frame.aux:
             raise ConfigurationError(f"the recordings have no quantity '{name}', which the simulation depends on")
-        return frame.aux[own]
+        return frame.aux[plain]
     if name not in QUANTITIES:
         raise ConfigurationError(f"there is no quantity '{name}', it should be one of {', '.join(QUANTITIES)}")
     return np.asarray(QUANTITIES[name].values(frame))

@@ -80,15 +80,15 @@ def summed_vectors(angle: FloatArray, orders: FloatArray, real: FloatArray, imag
 
 
 @numba.njit(cache=True)
-def _turned(phase: FloatArray, real: FloatArray, imag: FloatArray) -> None:
+def _phasors(phase: FloatArray, real: FloatArray, imag: FloatArray) -> None:
     for i in range(phase.size):
         real[i], imag[i] = cosine_sine(phase[i])
 
 
-def turned(phase: FloatArray) -> NDArray[np.complex128]:
+def phasors(phase: FloatArray) -> NDArray[np.complex128]:
     """exp(j*phase) of phases of any shape."""
     out = np.empty(phase.shape, dtype=np.complex128)
     real, imag = np.empty(phase.size), np.empty(phase.size)
-    _turned(np.ascontiguousarray(phase, dtype=np.float64).ravel(), real, imag)
+    _phasors(np.ascontiguousarray(phase, dtype=np.float64).ravel(), real, imag)
     out.real, out.imag = real.reshape(phase.shape), imag.reshape(phase.shape)
     return out

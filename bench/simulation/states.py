@@ -79,26 +79,26 @@ class Memory:
 
     def relaxing(self, x: FloatArray, dt: FloatArray, scale: float, rate: float) -> FloatArray:
         """The relaxing state along x (n,), as it goes on; ``dt`` (n,) s between rows, ``rate`` of forgetting, 1/s."""
-        own, out = self._next(), np.empty(x.size)
-        if np.isnan(own[0]):
-            own[:] = 0.0, x[0]
-        out[0] = own[0]
-        own[:] = relax_along(x[1:], dt[1:], out[1:], own[0], own[1], scale, rate)
+        states, out = self._next(), np.empty(x.size)
+        if np.isnan(states[0]):
+            states[:] = 0.0, x[0]
+        out[0] = states[0]
+        states[:] = relax_along(x[1:], dt[1:], out[1:], states[0], states[1], scale, rate)
         return out
 
     def play(self, x: FloatArray, half_width: float) -> FloatArray:
         """The play along x (n,), as it goes on."""
-        own, out = self._next(), np.empty(x.size)
-        own[:] = play_along(x, out, 0.0 if np.isnan(own[0]) else own[0], half_width), x[-1]
+        states, out = self._next(), np.empty(x.size)
+        states[:] = play_along(x, out, 0.0 if np.isnan(states[0]) else states[0], half_width), x[-1]
         return out
 
     def campaign_lag(self, x: FloatArray, dt: FloatArray, constant: float) -> FloatArray:
         """The lag of x (n,) as it goes on; ``dt`` (n,) s between rows."""
-        own, out = self._next(), np.empty(x.size)
-        if np.isnan(own[0]):
-            own[:] = x[0]
-        out[0] = own[0]
-        own[:] = lag_along(x[1:], dt[1:], out[1:], own[0], own[1], constant), x[-1]
+        states, out = self._next(), np.empty(x.size)
+        if np.isnan(states[0]):
+            states[:] = x[0]
+        out[0] = states[0]
+        states[:] = lag_along(x[1:], dt[1:], out[1:], states[0], states[1], constant), x[-1]
         return out
 
     def _next(self) -> FloatArray:

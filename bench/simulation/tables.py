@@ -47,10 +47,10 @@ class Grid:
         """A symbol for each coefficient."""
         if not self.over:
             return ["c"]
-        places = (zip(self.over, place, strict=True) for place in self.places())
-        return [f"f({', '.join(f'{name}={value:.4g}' for name, value in place)})" for place in places]
+        points = (zip(self.over, point, strict=True) for point in self.knot_points())
+        return [f"f({', '.join(f'{name}={value:.4g}' for name, value in point)})" for point in points]
 
-    def places(self) -> FloatArray:
+    def knot_points(self) -> FloatArray:
         """Knots of all quantities together (size, quantities), as the values of the function are given."""
         if not self.over:
             return np.zeros((1, 0))
@@ -77,19 +77,19 @@ class Grid:
 
 def hats(values: FloatArray, knots: FloatArray) -> FloatArray:
     """Piecewise linear basis (n, k) with the knots (k,) ascending; constant beyond the outermost."""
-    place = np.clip(np.searchsorted(knots, values, side="right") - 1, 0, knots.size - 2)
-    share = np.clip((values - knots[place]) / (knots[place + 1] - knots[place]), 0.0, 1.0)
+    interval = np.clip(np.searchsorted(knots, values, side="right") - 1, 0, knots.size - 2)
+    share = np.clip((values - knots[interval]) / (knots[interval + 1] - knots[interval]), 0.0, 1.0)
     out = np.zeros((values.size, knots.size))
     rows = np.arange(values.size)
-    out[rows, place] = 1.0 - share
-    out[rows, place + 1] += share
+    out[rows, interval] = 1.0 - share
+    out[rows, interval + 1] += share
     return out
 
 
 def from_json(row: Mapping[str, Any], where: str) -> tuple[Grid, FloatArray]:
     """Read a table. Raises ConfigurationError, which begins with ``where``, for what is wrong with it."""
     try:
-        knots = tuple(tuple(float(v) for v in own) for own in row["knots"])
+        knots = tuple(tuple(float(v) for v in axis) for axis in row["knots"])
         grid = Grid(tuple(str(name) for name in row["over"]), str(row.get("times", "1")), knots)
         values = np.asarray(row["values"], dtype=np.float64)
     except (KeyError, TypeError, ValueError) as error:

@@ -72,12 +72,12 @@ def evaluate(waves: Sequence[Wave], angle: FloatArray, frame: Frame, ahead: floa
     out = np.zeros(angle.size)
     factors = sorted({wave.times for wave in waves})
     orders = np.array(sorted({wave.order for wave in waves}), dtype=np.float64)
-    place = {float(f): k for k, f in enumerate(orders)}
+    column = {float(f): k for k, f in enumerate(orders)}
     table = np.zeros((len(factors), orders.size, 2))
     for wave in waves:
-        table[factors.index(wave.times), place[wave.order]] += (wave.cosine, wave.sine)
-    turned = np.array([[np.cos(ahead), np.sin(ahead)], [-np.sin(ahead), np.cos(ahead)]])
-    table = table @ turned.T
+        table[factors.index(wave.times), column[wave.order]] += (wave.cosine, wave.sine)
+    rotation = np.array([[np.cos(ahead), np.sin(ahead)], [-np.sin(ahead), np.cos(ahead)]])
+    table = table @ rotation.T
     for a in range(0, angle.size, ROWS_AT_ONCE):
         rows = slice(a, min(a + ROWS_AT_ONCE, angle.size))
         part = frame.take(rows)

@@ -124,12 +124,12 @@ def _uneven(rng: np.random.Generator, held_back: bool = False) -> Design:
 
 def _single(group: str, strengths: tuple[float, float], seed: int, held_back: bool) -> Iterator[CaseSpec]:
     for number, effect in enumerate(vocabulary()):
-        own, rng = _seeded(group, seed, number)
+        case_seed, rng = _seeded(group, seed, number)
         form = _pick(effect, rng, held_back)
         yield CaseSpec(
             name=f"{group}-{number:03d}",
             group=group,
-            seed=own,
+            seed=case_seed,
             forms=(form,),
             strengths=(float(rng.uniform(*strengths)),),
             design=_uneven(rng, held_back),
@@ -141,12 +141,12 @@ def _single(group: str, strengths: tuple[float, float], seed: int, held_back: bo
 
 def _nulls(seed: int, count: int, held_back: bool) -> Iterator[CaseSpec]:
     for number in range(count):
-        own, rng = _seeded("null", seed, number)
+        case_seed, rng = _seeded("null", seed, number)
         nuisance = NUISANCE_NAMES[number % len(NUISANCE_NAMES)]
         yield CaseSpec(
             f"null-{number:03d}",
             "null",
-            own,
+            case_seed,
             design=_uneven(rng, held_back),
             nuisance=nuisance,
             truncate=bool(rng.random() < 0.15),
@@ -157,9 +157,9 @@ def _nulls(seed: int, count: int, held_back: bool) -> Iterator[CaseSpec]:
 def _small_nulls(seed: int, count: int, held_back: bool) -> Iterator[CaseSpec]:
     """Folders without effect of a few short recordings each: many can be asked, for a tight rate of false alarms."""
     for case in _nulls(seed, count, held_back):
-        own, _rng = _seeded("null_small", seed, int(case.name.rsplit("-", 1)[1]))
+        case_seed, _rng = _seeded("null_small", seed, int(case.name.rsplit("-", 1)[1]))
         name = case.name.replace("null", "null_small")
-        yield replace(case, name=name, group="null_small", seed=own, design=QUICK_DESIGN, truncate=False)
+        yield replace(case, name=name, group="null_small", seed=case_seed, design=QUICK_DESIGN, truncate=False)
 
 
 def _nuisance(rng: np.random.Generator, held_back: bool) -> str:
@@ -169,14 +169,14 @@ def _nuisance(rng: np.random.Generator, held_back: bool) -> str:
 
 def _compounds(seed: int, held_back: bool) -> Iterator[CaseSpec]:
     for number, listed in enumerate(COMPOUNDS):
-        own, rng = _seeded("compound", seed, number)
+        case_seed, rng = _seeded("compound", seed, number)
         effects = _together(len(listed), rng) if held_back else listed
         forms = tuple(_pick(effect, rng, held_back) for effect in effects)
         targets = tuple(float(rng.uniform(0.6, 1.6)) for _ in effects)
         yield CaseSpec(
             name=f"compound-{number:03d}",
             group="compound",
-            seed=own,
+            seed=case_seed,
             forms=forms,
             strengths=targets,
             design=_uneven(rng, held_back),
@@ -195,12 +195,12 @@ def _together(count: int, rng: np.random.Generator) -> tuple[str, ...]:
 def _unknowns(seed: int, held_back: bool) -> Iterator[CaseSpec]:
     forms = [f for f in FORMS if f.effect == "unknown" and f.held_back <= held_back]
     for number, form in enumerate(sorted(forms, key=lambda f: not f.held_back)):
-        own, rng = _seeded("unknown", seed, number)
+        case_seed, rng = _seeded("unknown", seed, number)
         target = (float(rng.uniform(1.0, 2.0)),)
         yield CaseSpec(
             name=f"unknown-{number:03d}",
             group="unknown",
-            seed=own,
+            seed=case_seed,
             forms=(form,),
             strengths=target,
             status="unknown",
@@ -211,12 +211,12 @@ def _unknowns(seed: int, held_back: bool) -> Iterator[CaseSpec]:
 
 def _ambiguous(seed: int, held_back: bool) -> Iterator[CaseSpec]:
     for number, pair in enumerate(CONFUSIONS):
-        own, rng = _seeded("ambiguous", seed, number)
+        case_seed, rng = _seeded("ambiguous", seed, number)
         form = next(f for f in FORMS if (f.effect, f.name) == (pair.effect, pair.form))
         yield CaseSpec(
             name=f"ambiguous-{number:03d}",
             group="ambiguous",
-            seed=own,
+            seed=case_seed,
             forms=(form,),
             strengths=(float(rng.uniform(*pair.strength)),),
             status="ambiguous",
@@ -229,13 +229,15 @@ def _ambiguous(seed: int, held_back: bool) -> Iterator[CaseSpec]:
 
 def _quick(seed: int) -> Iterator[CaseSpec]:
     for number, effect in enumerate(QUICK):
-        own, rng = _seeded("quick", seed, number)
+        case_seed, rng = _seeded("quick", seed, number)
         forms = (_pick(effect, rng, False),) if effect else ()
         strengths = tuple(float(rng.uniform(*CLEAR)) for _ in forms)
-        yield CaseSpec(f"quick-{number:03d}", "quick", own, forms, strengths, design=QUICK_DESIGN)
+        yield CaseSpec(f"quick-{number:03d}", "quick", case_seed, forms, strengths, design=QUICK_DESIGN)
 
 
 def _switched(seed: int) -> Iterator[CaseSpec]:
     for number, term in enumerate(SWITCHABLE):
-        own, rng = _seeded("switched_off", seed, number)
-        yield CaseSpec(f"switched_off-{number:03d}", "switched_off", own, design=_uneven(rng), switched_off=(term,))
+        case_seed, rng = _seeded("switched_off", seed, number)
+        yield CaseSpec(
+            f"switched_off-{number:03d}", "switched_off", case_seed, design=_uneven(rng), switched_off=(term,)
+        )

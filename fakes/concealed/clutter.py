@@ -36,7 +36,7 @@ def draw_clutter(plant: Plant, taken: Iterable[float], rng: np.random.Generator)
     on_load, on_side, on_speed, on_heat = (rng.random(count) < share for share in _DEPENDS)
     amplitude, phase = np.zeros((2, count, 10)), np.zeros((2, count, 10))
     common = rng.uniform(-np.pi, np.pi, count)
-    slope, bend = rng.normal(0.0, 0.35, count), rng.normal(0.0, 0.15, count)
+    slope, curvature = rng.normal(0.0, 0.35, count), rng.normal(0.0, 0.15, count)
     speed, warm = rng.normal(0.0, 0.2, count), rng.normal(0.0, 0.25, count)
     for d in range(2):
         mine = np.where(on_side, rng.uniform(0.6, 1.4, count), 1.0) * size
@@ -44,7 +44,7 @@ def draw_clutter(plant: Plant, taken: Iterable[float], rng: np.random.Generator)
         amplitude[d, :, 3] = mine * slope * on_load
         amplitude[d, :, 4] = mine * speed * on_speed
         phase[d, :, 9] = common + on_side * rng.normal(0.0, 0.8, count)
-        phase[d, :, 3] = bend * on_load
+        phase[d, :, 3] = curvature * on_load
         phase[d, :, 5] = warm * on_heat
     return replace(
         plant,
@@ -78,12 +78,12 @@ def merged(effects: list[ConcealedEffect], weak: ConcealedEffect | None) -> list
     """The effects with the weak orders as one more; an order concealed on purpose joins them, for it is one of them."""
     if weak is None:
         return effects
-    own = [e for e in effects if e.effect == weak.effect]
-    sizes = [max(weak.location.order_sizes)] * sum(len(e.location.orders) for e in own)
-    orders = [order for e in own for order in e.location.orders]
+    same = [e for e in effects if e.effect == weak.effect]
+    sizes = [max(weak.location.order_sizes)] * sum(len(e.location.orders) for e in same)
+    orders = [order for e in same for order in e.location.orders]
     whole = replace(
         weak,
-        form="; ".join([*(e.form for e in own), weak.form]),
+        form="; ".join([*(e.form for e in same), weak.form]),
         location=Location(orders=(*orders, *weak.location.orders), order_sizes=(*sizes, *weak.location.order_sizes)),
     )
     return [*(e for e in effects if e.effect != weak.effect), whole]

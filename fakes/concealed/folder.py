@@ -15,11 +15,11 @@ from fakes.concealed.catalogue import CaseSpec
 from fakes.concealed.clutter import clutter_truth, draw_clutter, merged
 from fakes.concealed.design import Point, draw_points
 from fakes.concealed.effects.base import Effect
+from fakes.concealed.location import measured_location
 from fakes.concealed.noise import Sensors, draw_sensors, roughen, scaled
 from fakes.concealed.overlap import overlap
-from fakes.concealed.place import placed
 from fakes.concealed.plant import RATIO, Plant, draw_plant, elsewhere
-from fakes.concealed.recordings import MadeRecording, NoiseTally, make_recordings, recording_id
+from fakes.concealed.recordings import GeneratedRecording, NoiseTally, generate_recordings, recording_id
 from fakes.concealed.strength import calibrate, covered
 from fakes.concealed.truth import ConcealedEffect, Location, Status, Truth
 
@@ -47,13 +47,13 @@ class Folder:
     effects: tuple[ConcealedEffect, ...]
     tally: NoiseTally
 
-    def recordings(self) -> Iterator[MadeRecording]:
+    def recordings(self) -> Iterator[GeneratedRecording]:
         """The recordings in running order."""
         total = sum(p.kind not in ("pause", "unrecorded") for p in self.campaign.points)
         rng = np.random.default_rng([self.spec.seed, 7])
         cut = int(rng.integers(total)) if self.spec.truncate else None
         lost = float(rng.choice([0.0, 0.3])) if self.spec.elsewhere else 0.0
-        yield from make_recordings(self.campaign, self.sensors, self.start, self.tally, cut, lost)
+        yield from generate_recordings(self.campaign, self.sensors, self.start, self.tally, cut, lost)
 
     def truth(self) -> Truth:
         """The sealed answer; the noise is counted while the recordings are made."""
@@ -82,41 +82,41 @@ def open_folder(spec: CaseSpec) -> Folder:
     plant, sensors, points, effects, rng = bench.plant, bench.sensors, bench.points, bench.effects, bench.rng
     floor = noise_floor(sensors)
     strengths: list[float] = []
-    places: list[Location] = []
+    locations: list[Location] = []
     for effect, target in zip(effects, spec.strengths, strict=True):
         alone = Campaign(plant, (effect,), points, spec.seed)
-        reached, excess = calibrate(alone, effect, target, floor[effect.channels[0]])
-        strengths.append(reached)
-        places.append(placed(effect.location(), excess, partial(recording_id, spec.seed)))
+        strength_now, excess = calibrate(alone, effect, target, floor[effect.channels[0]])
+        strengths.append(strength_now)
+        locations.append(measured_location(effect.location(), excess, partial(recording_id, spec.seed)))
     if len(effects) > 1:
         # one effect may warm the bench that another is found on: the recordings cover what all of them make of it
         together = Campaign(plant, effects, points, spec.seed)
         spans = {channel: covered(together, channel) for channel in {e.channels[0] for e in effects}}
-        places = [replace(p, span=spans[e.channels[0]]) for p, e in zip(places, effects, strict=True)]
+        locations = [replace(p, span=spans[e.channels[0]]) for p, e in zip(locations, effects, strict=True)]
     if spec.clutter:
         taken = [order for effect in effects for order in effect.location().orders]
         plant = draw_clutter(plant, taken, np.random.default_rng([spec.seed, 9]))
     start = datetime(2026, 3, 2, 6, 30, tzinfo=UTC) + timedelta(
         days=int(rng.integers(200)), minutes=int(rng.integers(90))
     )
-    told = [
+    concealed = [
         ConcealedEffect(
             effect=e.effect,
             status=cast(Status, spec.status if alike else "named"),
             form=e.form,
             channels=e.channels,
             strength=round(s, 3),
-            location=place,
+            location=location,
             parameters=e.parameters(),
             also=spec.also if alike else (),
             in_library=form.in_library,
         )
-        for form, e, s, place in zip(spec.forms, effects, strengths, places, strict=True)
+        for form, e, s, location in zip(spec.forms, effects, strengths, locations, strict=True)
     ]
-    told += [_missing(term) for term in spec.switched_off]
-    told = merged(told, clutter_truth(plant, floor["transmission_error"]))
+    concealed += [_missing(term) for term in spec.switched_off]
+    concealed = merged(concealed, clutter_truth(plant, floor["transmission_error"]))
     campaign = Campaign(plant, effects, points, spec.seed)
-    return Folder(spec, campaign, sensors, start, tuple(told), NoiseTally())
+    return Folder(spec, campaign, sensors, start, tuple(concealed), NoiseTally())
 
 
 @dataclass(frozen=True, slots=True)

@@ -118,16 +118,16 @@ def _fluctuation(
 
 
 def _constant(point: Point, rng: np.random.Generator) -> _Track:
-    turn = 2.0 * np.pi * rng.uniform(1.01, 1.06) / abs(point.rate)
+    duration = 2.0 * np.pi * rng.uniform(1.01, 1.06) / abs(point.rate)
     track = _Track(0.0, 0.0, [])
     if point.flying:
-        track.go(turn, point.rate, point.torque, "steady")
+        track.go(duration, point.rate, point.torque, "steady")
         return track
     track.go(0.4, 0.0, 0.0, "ramp_up")
     track.go(0.8, 0.0, point.torque, "ramp_up")
     track.to(point.rate, "ramp_up")
     track.go(0.5, point.rate, point.torque, "ramp_up")
-    track.go(turn, point.rate, point.torque, "steady")
+    track.go(duration, point.rate, point.torque, "steady")
     track.to(0.0, "ramp_down")
     track.go(0.6, 0.0, 0.0, "ramp_down")
     return track
@@ -141,7 +141,7 @@ def _heating(point: Point, rng: np.random.Generator) -> _Track:
     return track
 
 
-def _standing(point: Point, rng: np.random.Generator) -> _Track:
+def _at_standstill(point: Point, rng: np.random.Generator) -> _Track:
     track = _Track(0.0, 0.0, [])
     track.go(0.5, 0.0, point.torque, "ramp_up")
     track.go(point.span, 0.0, point.torque, "dwell")
@@ -153,11 +153,11 @@ def _reversal(point: Point, rng: np.random.Generator) -> _Track:
     track = _Track(0.0, 0.0, [])
     track.go(0.6, 0.0, point.torque, "ramp_up")
     speed = point.rate
-    for turn in range(8):
+    for number in range(8):
         track.to(speed, "ramp_up", 1.5)
         track.go(point.span * rng.uniform(0.9, 1.1) / abs(speed), speed, point.torque, "plateau")
         track.to(0.0, "ramp_down", 1.5)
-        if turn % 2 == 0:
+        if number % 2 == 0:
             track.go(0.15, 0.0, point.torque, "ramp_down")
         speed = -speed
     track.go(0.6, 0.0, 0.0, "ramp_down")
@@ -192,8 +192,8 @@ _PLANS = {
     "validation": _constant,
     "heating": _heating,
     "unrecorded": _heating,
-    "cooling": _standing,
-    "dwell": _standing,
+    "cooling": _at_standstill,
+    "dwell": _at_standstill,
     "reversal": _reversal,
     "torque_ramp": _torque_ramp,
     "velocity_ramp": _velocity_ramp,

@@ -24,11 +24,11 @@ def overlap(campaign: Campaign, effect: Effect, others: Collection[str]) -> floa
     def excess(one: Effect) -> np.ndarray:
         return measure(Campaign(campaign.plant, (one,), campaign.points, campaign.seed), channel, _RATE_HZ)
 
-    own = excess(effect)
+    first = excess(effect)
     shares = [0.0]
     for form in (f for f in FORMS if f.effect in others):
         for draw in range(_DRAWS):
             other = excess(form.make(np.random.default_rng(draw)))
-            energy = float(own @ own) * float(other @ other)
-            shares.append(float(own @ other) ** 2 / energy if energy > 0.0 else 0.0)
+            energy = float(first @ first) * float(other @ other)
+            shares.append(float(first @ other) ** 2 / energy if energy > 0.0 else 0.0)
     return max(shares)

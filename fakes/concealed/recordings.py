@@ -28,7 +28,7 @@ class Channel:
 
 
 @dataclass(frozen=True, slots=True)
-class MadeRecording:
+class GeneratedRecording:
     """One recording, ready for any writer.
 
     Attributes:
@@ -77,8 +77,8 @@ class NoiseTally:
         out = {}
         for recording, squares in self.squares.items():
             count = self.counts[recording]
-            told = {name: float(np.sqrt(total / count)) for name, total in squares.items()} if count else {}
-            out[recording] = told | {"temperature": self.heat[recording]}
+            noise = {name: float(np.sqrt(total / count)) for name, total in squares.items()} if count else {}
+            out[recording] = noise | {"temperature": self.heat[recording]}
         return out
 
 
@@ -87,7 +87,7 @@ def recording_id(seed: int, number: int) -> str:
     return hashlib.sha256(f"recording {seed} {number}".encode()).hexdigest()[:10]
 
 
-def make_recordings(
+def generate_recordings(
     campaign: Campaign,
     sensors: Sensors,
     start: datetime,
@@ -95,15 +95,15 @@ def make_recordings(
     truncate: int | None = None,
     lost: float = 0.0,
     rate_hz: float = 500.0,
-) -> Iterator[MadeRecording]:
+) -> Iterator[GeneratedRecording]:
     """Run a campaign and read its sensors.
 
     ``truncate`` is the index of a recording that is cut short, ``lost`` the share of recordings that lose some cycles.
     """
     for number, signals in enumerate(campaign.run(rate_hz)):
         rng = np.random.default_rng([campaign.seed, 3, number])
-        made = _measure(signals, sensors, start, tally, number, number == truncate, campaign.seed, rng)
-        yield _lose_cycles(made, rng) if rng.random() < lost else made
+        recording = _measure(signals, sensors, start, tally, number, number == truncate, campaign.seed, rng)
+        yield _lose_cycles(recording, rng) if rng.random() < lost else recording
 
 
 def _measure(
@@ -115,7 +115,7 @@ def _measure(
     cut: bool,
     seed: int,
     rng: np.random.Generator,
-) -> MadeRecording:
+) -> GeneratedRecording:
     run, motion = signals.run, signals.motion
     hold = max(int(_HOLD_S * run.rate_hz), 1)
     held = (np.arange(run.time.size) // hold) * hold
@@ -158,7 +158,7 @@ def _measure(
     )
     channels = {n: Channel(c.raw[:stop], c.unit, c.scale, c.description) for n, c in channels.items()}
     channels["time"] = Channel(motion.time[:stop], "s", 1.0, "since the first sample")
-    return MadeRecording(
+    return GeneratedRecording(
         name=recording_id(seed, number),
         kind=run.point.kind,
         started_at=start + timedelta(seconds=float(run.clock[0])),
@@ -170,18 +170,18 @@ def _measure(
     )
 
 
-def _lose_cycles(made: MadeRecording, rng: np.random.Generator) -> MadeRecording:
+def _lose_cycles(recording: GeneratedRecording, rng: np.random.Generator) -> GeneratedRecording:
     """Leave out a few rows, as the bus does where a working counter was wrong; segments move along."""
-    size = made.channels["time"].raw.size
+    size = recording.channels["time"].raw.size
     keep = np.ones(size, dtype=bool)
-    events = list(made.events)
+    events = list(recording.events)
     for at in np.sort(rng.integers(1, size - 8, int(rng.integers(1, 4)))):
         keep[at : at + int(rng.integers(1, 6))] = False
-        events.append((float(at / made.rate_hz), "warning", "bus cycles lost"))
+        events.append((float(at / recording.rate_hz), "warning", "bus cycles lost"))
     moved = np.append(0, np.cumsum(keep))
-    segments = tuple((n, int(moved[a]), int(moved[b]) if b >= 0 else -1) for n, a, b in made.segments)
-    channels = {n: replace(c, raw=c.raw[keep]) for n, c in made.channels.items()}
-    return replace(made, channels=channels, segments=segments, events=tuple(events))
+    segments = tuple((n, int(moved[a]), int(moved[b]) if b >= 0 else -1) for n, a, b in recording.segments)
+    channels = {n: replace(c, raw=c.raw[keep]) for n, c in recording.channels.items()}
+    return replace(recording, channels=channels, segments=segments, events=tuple(events))
 
 
 def _setpoint(signals: Signals) -> tuple[float, float, float]:

@@ -101,10 +101,10 @@ def calibrate(campaign: Campaign, effect: Effect, target: float, noise_rms: floa
     alone = Campaign(campaign.plant, (effect,), campaign.points, campaign.seed)
     excess = excess_of(alone, effect.channels[0])
     for _ in range(5):
-        reached = strength(excess.values, noise_rms)
-        if reached <= 0.0 or abs(reached / target - 1.0) < 0.05:
+        strength_now = strength(excess.values, noise_rms)
+        if strength_now <= 0.0 or abs(strength_now / target - 1.0) < 0.05:
             break
-        effect.amplitude *= float(np.clip(target / reached, 0.05, 20.0))
+        effect.amplitude *= float(np.clip(target / strength_now, 0.05, 20.0))
         excess = excess_of(alone, effect.channels[0])
     return strength(excess.values, noise_rms), excess
 

@@ -21,7 +21,7 @@ from fakes.concealed.effects.formula import FORMS, Formula
 from fakes.concealed.folder import noise_floor
 from fakes.concealed.noise import Sensors, draw_sensors
 from fakes.concealed.plant import Plant, draw_plant
-from fakes.concealed.recordings import MadeRecording, NoiseTally, make_recordings
+from fakes.concealed.recordings import GeneratedRecording, NoiseTally, generate_recordings
 
 Rng = np.random.Generator
 DESIGN = Design(
@@ -103,9 +103,9 @@ class Watched:
     since: int | None
     channel: str | None
 
-    def recordings(self) -> Iterator[MadeRecording]:
+    def recordings(self) -> Iterator[GeneratedRecording]:
         """The recordings in running order."""
-        yield from make_recordings(self.campaign, self.sensors, self.start, NoiseTally(), rate_hz=RATE_HZ)
+        yield from generate_recordings(self.campaign, self.sensors, self.start, NoiseTally(), rate_hz=RATE_HZ)
 
 
 def bench_of(seed: int) -> tuple[Plant, Sensors]:
@@ -116,15 +116,15 @@ def bench_of(seed: int) -> tuple[Plant, Sensors]:
 
 def known_by(seed: int) -> Watched:
     """The campaign by which bench ``seed`` is known: nothing begins in it."""
-    return _made(seed, 0, KNOWN, None, 0.0)
+    return _watched(seed, 0, KNOWN, None, 0.0)
 
 
 def watched(bench: int, number: int, change: str | None = None, strength: float = 0.0) -> Watched:
     """Campaign ``number`` (from 1) of a bench, with a change at a strength, or without."""
-    return _made(bench, number, DESIGN, change, strength)
+    return _watched(bench, number, DESIGN, change, strength)
 
 
-def _made(bench: int, number: int, design: Design, change: str | None, strength: float) -> Watched:
+def _watched(bench: int, number: int, design: Design, change: str | None, strength: float) -> Watched:
     rng = np.random.default_rng([bench, 41, number])
     plant, sensors = bench_of(bench)
     points = tuple(draw_points(design, rng))

@@ -5,7 +5,7 @@ recordings come as arrays.
 """
 
 from fakes.plant.hidden.ledger import EVERY
-from fakes.sealed.telling import concealed_in, nominal_truth
+from fakes.sealed.description import concealed_in, nominal_truth
 from fakes.sealed.truth import noise_of, truth_of
 
 __all__ = ["EVERY", "concealed_in", "noise_of", "nominal_truth", "truth_of"]

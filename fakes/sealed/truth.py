@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fakes.concealed.clutter import merged
-from fakes.concealed.place import placed
+from fakes.concealed.location import measured_location
 from fakes.concealed.strength import Excess, project, strength
 from fakes.concealed.truth import CHANNELS, ConcealedEffect, Location, Truth
 from fakes.plant.hidden.kinds import SHOWN, Hidden
@@ -32,7 +32,7 @@ _TIED = {"ripple": (4440.0,), "eccentric": (185.0,)}
 """orders of what is tied to the motor's shaft, per output revolution"""
 FAINTEST = 0.15
 """strength below which nobody is asked to see an effect: where it acts it makes what is left larger by one per cent"""
-_STILL = 0.5
+_STANDSTILL = 0.5
 """rad/s at the motor below which a shaft has no direction"""
 _FEWEST, _WAVES = 50, 3.0
 """samples, and waves of the ripple, from which it can be told from what else there is"""
@@ -113,16 +113,16 @@ def _effect_of(
         strength=round(size, 3),
         too_faint=size < FAINTEST,
         location=_over_all_samples(
-            placed(_claimed_place(hidden), excess, lambda i: str(samples[i]["id"])), kind.channel, samples
+            measured_location(_claimed_location(hidden), excess, lambda i: str(samples[i]["id"])), kind.channel, samples
         ),
         in_library=kind.in_library,
     )
 
 
-def _over_all_samples(place: Location, channel: str, samples: Samples) -> Location:
+def _over_all_samples(location: Location, channel: str, samples: Samples) -> Location:
     """The place with its span widened to all samples at which the channel is compared."""
-    if not place.span:
-        return place
+    if not location.span:
+        return location
     inside = _comparable_samples(samples, channel)
     quantities = {"velocity": "rate", "load_torque": "torque", "temperature": "temperature"}
     span = {}
@@ -130,10 +130,10 @@ def _over_all_samples(place: Location, channel: str, samples: Samples) -> Locati
         values = np.concatenate([one[source][chosen] for one, chosen in zip(samples, inside, strict=True)])
         values = np.abs(values) if name == "velocity" else values
         span[name] = (float(values.min()), float(values.max()))
-    return replace(place, span=span)
+    return replace(location, span=span)
 
 
-def _claimed_place(hidden: Hidden) -> Location:
+def _claimed_location(hidden: Hidden) -> Location:
     """Place that follows from the parameters of the physics itself."""
     values = dict(zip(hidden.definition.parameters, hidden.parameters, strict=True))
     if hidden.kind in ("lost_arctan", "lost_root"):
@@ -189,7 +189,7 @@ def _comparable_samples(samples: Samples, channel: str) -> list[NDArray[np.bool_
     """
     if channel == "temperature":
         return [np.ones(one["rate"].size, dtype=bool) for one in samples]
-    moving = [np.abs(one["rate"]) * one["ratio"] > _STILL for one in samples]
+    moving = [np.abs(one["rate"]) * one["ratio"] > _STANDSTILL for one in samples]
     if channel != "transmission_error":
         return moving
     speeds = [abs(float(np.median(one["rate"][one["steady"]]))) for one in samples if np.any(one["steady"] != 0)]
@@ -258,7 +258,7 @@ def _table(one: Mapping[str, Any], channel: str) -> Floats:
     """Regressors (n, p) of the nominal simulation in a channel."""
     rate, torque, temperature, side = (one[name] for name in ("rate", "torque", "temperature", "side"))
     speed = rate * one["ratio"]
-    sign = np.where(np.abs(speed) > _STILL, side, 0.0)
+    sign = np.where(np.abs(speed) > _STANDSTILL, side, 0.0)
     acceleration, steady = np.gradient(rate, one["step_s"]), np.ones(rate.size)
     if channel == "transmission_error":
         scaled = (np.clip(torque, -1150.0, 1150.0) / 1000.0, np.abs(rate) / 0.17, (temperature - 35.0) / 15.0)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import traceback
 from dataclasses import replace
 
-from bench.campaigns.execution.asked import Stopped
 from bench.campaigns.execution.gate import judge
 from bench.campaigns.execution.room import NoRoom
+from bench.campaigns.execution.sequence_call import Stopped
 from bench.campaigns.records.recorder import Recorder
 from bench.campaigns.taken import Status, Taken
 from bench.configuration import BenchConfiguration

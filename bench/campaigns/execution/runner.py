@@ -8,10 +8,10 @@ from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime
 from pathlib import Path
 
-from bench.campaigns.execution.asked import Stopped
 from bench.campaigns.execution.outcome import end_of
 from bench.campaigns.execution.points import Points
 from bench.campaigns.execution.room import NoRoom, NotWritten, shortage
+from bench.campaigns.execution.sequence_call import Stopped
 from bench.campaigns.execution.shared import Shared
 from bench.campaigns.execution.take import Takes
 from bench.campaigns.execution.waits import Waits
@@ -127,7 +127,7 @@ class Runner:
         start_temperature = float(self._journal.remember("start_temperature", repr(rig.temperature)))
         # a journal that is lost is made anew of what stands in the recordings
         whose = {CAMPAIGN_DIGEST: campaign_digest(self._campaign), START_TEMPERATURE: start_temperature}
-        self._stages = self._shared.asked(
+        self._stages = self._shared.call(
             f"the points of campaign {self._campaign.name}", lambda: self._campaign.points(start_temperature)
         )
         done = self._journal.done()

@@ -11,8 +11,8 @@ from datetime import datetime
 from pathlib import Path
 from types import FrameType
 
-from bench.campaigns.execution.asked import Stopped, ask_sequence
 from bench.campaigns.execution.runner import Runner
+from bench.campaigns.execution.sequence_call import Stopped, call_sequence
 from bench.campaigns.listener import Listener, Silent, Tap
 from bench.campaigns.operator.directions import Directions
 from bench.campaigns.planning.definition import Campaign
@@ -123,7 +123,7 @@ def run_campaign(
             return button.is_pressed or (directions is not None and directions.stop_requested)
 
         try:
-            plan = ask_sequence(
+            plan = call_sequence(
                 f"the plan of campaign {campaign.name}",
                 lambda: make_plan(campaign, file.configuration, rig.temperature),
                 rig,

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
 
-from bench.campaigns.execution.asked import ask_sequence
 from bench.campaigns.execution.outcome import end_of
+from bench.campaigns.execution.sequence_call import call_sequence
 from bench.campaigns.listener import Listener, Tap, Tapped
 from bench.campaigns.operator.directions import Directions
 from bench.configuration import BenchFile
@@ -35,9 +35,9 @@ class Shared:
         """Whether the bench is to come to rest."""
         return self.interrupted() or self.directions.stop_requested
 
-    def asked(self, what: str, answer: Callable[[], T]) -> T:
+    def call(self, what: str, answer: Callable[[], T]) -> T:
         """Call code of a sequence while the bus goes on."""
-        return ask_sequence(what, answer, self.rig, self.stop_requested)
+        return call_sequence(what, answer, self.rig, self.stop_requested)
 
     def failed(self, error: Exception, sink: Sink | None = None) -> End:
         """Bring the bench to rest after a failure of the run itself; return the end it makes of the run."""

@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-from bench.campaigns.execution.asked import Stopped
 from bench.campaigns.execution.outcome import judge_take
 from bench.campaigns.execution.points import Points
 from bench.campaigns.execution.room import NotWritten
+from bench.campaigns.execution.sequence_call import Stopped
 from bench.campaigns.execution.shared import Shared
 from bench.campaigns.planning.facts import facts
 from bench.campaigns.planning.registry import build_sequence
@@ -57,7 +57,7 @@ class Takes:
         sequence = build_sequence(point.sequence, point.options)
         what = f'sequence "{point.sequence}" for {point.label}'
         # looked at again: it need not say the same as when it was planned
-        phases = self._shared.asked(what, lambda: check_phases(sequence.phases(point, facts(config)), config, what))
+        phases = self._shared.call(what, lambda: check_phases(sequence.phases(point, facts(config)), config, what))
         identity = self._points.identity(point)
         take = self._journal.next_take(identity)
         name = self._points.name(task, identity, sequence.kind, take)

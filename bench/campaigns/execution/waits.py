@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from bench.campaigns.execution.asked import Waiting
 from bench.campaigns.execution.room import NoRoom
+from bench.campaigns.execution.sequence_call import Waiting
 from bench.campaigns.listener import Listener
 from bench.campaigns.operator.directions import Directions
 

@@ -15,7 +15,7 @@ import numpy as np
 from bench.cycle.jitter.figures import Notes
 from bench.errors import DeviceError
 
-_OWN = Path(__file__).with_name("cycle_loop.c")
+_SOURCE_FILE = Path(__file__).with_name("cycle_loop.c")
 _SOURCES = (
     "soem/osal/linux/osal.c",
     "soem/oshw/linux/oshw.c",
@@ -50,7 +50,7 @@ def build(folder: Path, source: Path | None = None) -> Path | Unavailable:
     program = folder / "cycle_loop"
     command = [compiler, "-O2", "-w", "-o", str(program), "-DEC_VER2", "-DUSE_SOEM_CONFIG_H"]
     command += [f"-I{found / header}" for header in _HEADERS]
-    command += [str(_OWN), *(str(found / part) for part in _SOURCES), "-lpthread", "-lrt"]
+    command += [str(_SOURCE_FILE), *(str(found / part) for part in _SOURCES), "-lpthread", "-lrt"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         return Unavailable(f"the C loop does not compile: {_last_line(done.stderr)}")

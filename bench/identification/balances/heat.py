@@ -178,18 +178,18 @@ def identify_heat(reductions: Sequence[Reduction], motor_zero: float = 0.0, iner
     capacity = 1.0 / float(solution[1])
     values = {"C": capacity, "R": tau / capacity, "T_amb": float(solution[0])}
     std = _deviations(series, tau, solution, weights, noise * np.sqrt(memory))
-    said = []
+    sentences = []
     for symbol, limit, what in (
         ("C", 0.5 * capacity, "heating with known power"),
         ("R", 0.5 * values["R"], "cooling, or heating up to a steady temperature"),
         ("T_amb", 10.0, "cooling towards the surroundings"),
     ):
         if not np.isfinite(std[symbol]) or std[symbol] > limit:
-            said.append(f"{symbol} (heat balance) is not determined: it takes {what}.")
+            sentences.append(f"{symbol} (heat balance) is not determined: it takes {what}.")
             del values[symbol], std[symbol]
     cost = sum(float(r @ r) for r in residuals)
     rows = sum(s.temperature.size for s in series)
-    return HeatFit(values, std, float(np.sqrt(cost / rows)), tuple(said))
+    return HeatFit(values, std, float(np.sqrt(cost / rows)), tuple(sentences))
 
 
 def _deviations(

@@ -59,8 +59,8 @@ def ripple_columns(blocks: Blocks, orders: Sequence[float]) -> dict[str, FloatAr
     step = 0.02 / width
     for order in orders:
         w = order * blocks.load_velocity
-        bend = (shape(w + step) - 2.0 * shape(w) + shape(w - step)) / step**2
-        wave = np.exp(1j * order * centre) * (shape(w) - 0.5j * order * rate * bend)
+        curvature = (shape(w + step) - 2.0 * shape(w) + shape(w - step)) / step**2
+        wave = np.exp(1j * order * centre) * (shape(w) - 0.5j * order * rate * curvature)
         out[f"{_RIPPLE}{order:g} s"], out[f"{_RIPPLE}{order:g} c"] = wave.imag, wave.real
     return out
 

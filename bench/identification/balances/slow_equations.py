@@ -70,12 +70,12 @@ def friction_rows(reductions: Sequence[Reduction]) -> Rows:
 def friction_of(reductions: Sequence[Reduction]) -> tuple[LinearFit, list[str]]:
     """Fit the input's torque balance without heating recordings, or with them where more is determined so."""
     slow = [r for r in reductions if r.kind != HEATING]
-    fit, said = identify_friction(friction_rows(slow))
+    fit, sentences = identify_friction(friction_rows(slow))
     if fit.undetermined and len(slow) < len(reductions):
         with_heating, more = identify_friction(friction_rows(reductions))
         if len(with_heating.values) > len(fit.values):
             return with_heating, more
-    return fit, said
+    return fit, sentences
 
 
 def shared_levels(rows: Rows, torque: FloatArray, good: NDArray[np.bool_]) -> tuple[NDArray[np.int64], ...]:
@@ -96,7 +96,7 @@ def shared_levels(rows: Rows, torque: FloatArray, good: NDArray[np.bool_]) -> tu
 def identify_friction(rows: Rows) -> tuple[LinearFit, list[str]]:
     """Fit the torque balance of the input; ``rows.torque`` is τ/u. Returns the fit and what is not determined."""
     direction = rows.direction
-    said: list[str] = []
+    lines: list[str] = []
     if rows.omega.size == 0:
         nothing = LinearFit({}, {}, tuple(FRICTION_MEANING), float("nan"), 0)
         return nothing, ["Friction is not identified: no recording has motor_torque in motion."]
@@ -104,7 +104,7 @@ def identify_friction(rows: Rows) -> tuple[LinearFit, list[str]]:
     torque, size = rows.torque, rows.size
     measured = np.isfinite(torque)
     if not measured.any():
-        said.append("load_torque is missing: it is taken as 0 in the torque balance, f_l is not determined.")
+        lines.append("load_torque is missing: it is taken as 0 in the torque balance, f_l is not determined.")
         torque = size = np.zeros_like(rows.omega)
     else:
         good &= measured
@@ -122,4 +122,4 @@ def identify_friction(rows: Rows) -> tuple[LinearFit, list[str]]:
     shared = shared_levels(rows, torque, good)
     target = (rows.motor_torque - torque)[good]
     fit = regress({k: v[good] for k, v in columns.items()}, target, rows.group[good], (), shared)
-    return fit, said + sentences(fit, FRICTION_MEANING, FRICTION_REASONS)
+    return fit, lines + sentences(fit, FRICTION_MEANING, FRICTION_REASONS)

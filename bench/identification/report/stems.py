@@ -17,12 +17,12 @@ def stems(found: Identification) -> tuple[str, str] | None:
         return None
     figure = Figure(figsize=(11.0, 2.9 * len(found.refined)), layout="constrained")
     rows = np.atleast_1d(figure.subplots(len(found.refined), 1, sharex=True))
-    said = []
+    lines = []
     for axes, (name, result) in zip(rows, found.refined.items(), strict=True):
         centre = np.nan_to_num(result.design.inputs.mean(axis=0))
         x, fourier = basis(centre[0], centre[1], centre[2]), result.fourier
         size = 1e6 * np.abs(fourier.amplitude @ x)
-        place = np.arange(size.size)
+        position = np.arange(size.size)
         spread = np.zeros(size.size)
         if fourier.covariance is not None:
             covariance = fourier.covariance[:, :TERM_COUNT, :TERM_COUNT]
@@ -31,15 +31,15 @@ def stems(found: Identification) -> tuple[str, str] | None:
         for part in dict.fromkeys(parts):
             at = np.array([name_of_part == part for name_of_part in parts])
             colour = PART_COLOURS.get(part, "k")
-            axes.vlines(place[at], 0.0, size[at], color=colour, lw=2.0)
-            axes.errorbar(place[at], size[at], 2.0 * spread[at], fmt="o", ms=4, capsize=3, color=colour, label=part)
+            axes.vlines(position[at], 0.0, size[at], color=colour, lw=2.0)
+            axes.errorbar(position[at], size[at], 2.0 * spread[at], fmt="o", ms=4, capsize=3, color=colour, label=part)
         axes.set(title=f"{name} direction", ylabel="amplitude, µrad", ylim=(0.0, None))
-        axes.set_xticks(place, [f"{order:g}" for order in fourier.orders], fontsize=8)
+        axes.set_xticks(position, [f"{order:g}" for order in fourier.orders], fontsize=8)
         axes.grid(axis="y", alpha=0.3)
-        said.append(f"{name}: {centre[0]:.0f} N·m, {np.degrees(centre[1]):.2f} °/s, {centre[2]:.1f} °C")
+        lines.append(f"{name}: {centre[0]:.0f} N·m, {np.degrees(centre[1]):.2f} °/s, {centre[2]:.1f} °C")
     rows[0].legend(fontsize=7, ncols=4)
     rows[-1].set_xlabel("order per revolution of the load side")
     return to_uri(figure), (
-        f"Orders of the refined model at the mean of the inputs ({'; '.join(said)}), by part; bars are two standard"
+        f"Orders of the refined model at the mean of the inputs ({'; '.join(lines)}), by part; bars are two standard"
         " deviations to either side."
     )

@@ -64,10 +64,10 @@ def columns(frequencies: FloatArray, whole: int, extra: FloatArray) -> IntArray:
     behind = np.abs(frequencies - nearest) >= NEAR
     out = nearest.astype(np.int64)
     if behind.any():
-        place = np.searchsorted(extra, frequencies[behind] - NEAR)
-        if place.max(initial=0) >= extra.size or (np.abs(extra[place] - frequencies[behind]) >= NEAR).any():
+        position = np.searchsorted(extra, frequencies[behind] - NEAR)
+        if position.max(initial=0) >= extra.size or (np.abs(extra[position] - frequencies[behind]) >= NEAR).any():
             raise IndexError("a sum was asked for at an order that was not looked at")
-        out[behind] = whole + place
+        out[behind] = whole + position
     if out[~behind].max(initial=0) >= whole:
         raise IndexError("a sum was asked for beyond the highest order")
     return out

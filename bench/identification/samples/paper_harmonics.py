@@ -55,9 +55,9 @@ def notch(error: FloatArray, step: float, orders: Sequence[float]) -> FloatArray
 
 def _detrended(values: FloatArray) -> FloatArray:
     """Values (N,) less their straight line of least squares."""
-    place = np.arange(values.size) - 0.5 * (values.size - 1)
-    slope = float(place @ values) / max(float(place @ place), 1e-300)
-    return np.asarray(values - values.mean() - slope * place)
+    position = np.arange(values.size) - 0.5 * (values.size - 1)
+    slope = float(position @ values) / max(float(position @ position), 1e-300)
+    return np.asarray(values - values.mean() - slope * position)
 
 
 def padded_length(size: int) -> int:

@@ -67,7 +67,7 @@ class Reduction:
 
 
 def _repaired(
-    recording: Recording, channels: dict[str, FloatArray], said: list[str]
+    recording: Recording, channels: dict[str, FloatArray], sentences: list[str]
 ) -> tuple[dict[str, FloatArray], NDArray[np.bool_]]:
     """Drop channels that are mostly not numbers; elsewhere bridge such samples and mark their rows."""
     kept: dict[str, FloatArray] = {}
@@ -79,12 +79,12 @@ def _repaired(
             continue
         first = int(np.argmax(bad))
         if bad.mean() > MAX_BAD_SHARE:
-            said.append(
+            sentences.append(
                 f"{recording.recording_id}: channel '{name}' is not a number in {100 * bad.mean():.1f} % of its "
                 f"samples (first at {first}); the channel is not used."
             )
             continue
-        said.append(
+        sentences.append(
             f"{recording.recording_id}: channel '{name}' is not a number in {int(bad.sum())} samples "
             f"(first at {first}); those rows are left out."
         )
@@ -95,7 +95,7 @@ def _repaired(
 
 
 def _read(
-    recording: Recording, said: list[str], torque_step: float | None = None
+    recording: Recording, sentences: list[str], torque_step: float | None = None
 ) -> tuple[dict[str, FloatArray], NDArray[np.int64]]:
     names = [name for name in CHANNELS if name in recording.specs]
     for angle, velocity in (("motor_angle", "motor_velocity"), ("load_angle", "load_velocity")):
@@ -111,7 +111,7 @@ def _read(
     if "cycle" in recording.specs:
         gaps, lost = lost_cycles(recording.raw("cycle").astype(np.int64))
         if lost:
-            said.append(
+            sentences.append(
                 f"{recording.recording_id}: 'cycle' steps over {lost} lost cycles in {gaps.size} places (first before "
                 f"sample {int(gaps[0])}); the samples that are there are used."
             )
@@ -137,17 +137,19 @@ def _transmission(
     bad_rows: NDArray[np.bool_],
     ratio: float,
     options: ReductionOptions,
-    said: list[str],
+    sentences: list[str],
 ) -> tuple[SteadySums | None, Harmonics | None]:
     name = recording.recording_id
     missing = [c for c in ("motor_angle", "load_angle") if c not in channels]
     if missing:
-        said.append(f"{name}: there is no usable channel '{missing[0]}', so no transmission error follows from it.")
+        sentences.append(
+            f"{name}: there is no usable channel '{missing[0]}', so no transmission error follows from it."
+        )
         return None, None
     theta = channels["motor_angle"] / ratio
     window = steady_window(recording, theta)
     if isinstance(window, str):
-        said.append(window)
+        sentences.append(window)
         return None, None
     error = channels["load_angle"] - theta
     count = _count(recording, "motor_angle")
@@ -157,7 +159,7 @@ def _transmission(
     wild = spikes(error[stretch], 0.3 * resolution)
     bad[stretch] |= wild
     if wild.any():
-        said.append(f"{name}: {int(wild.sum())} single wild samples of the transmission error are left out.")
+        sentences.append(f"{name}: {int(wild.sum())} single wild samples of the transmission error are left out.")
     steady = steady_sums(channels, theta, error, bad, window, options, resolution)
     good = ~bad[stretch]
     paper = paper_harmonics(theta[stretch][good], error[stretch][good], options.orders, options.notch_orders)
@@ -170,20 +172,22 @@ def reduce_recording(path: Path | str | Recording, options: ReductionOptions) ->
     Raises RecordingError where nothing of it can be used.
     """
     recording = path if isinstance(path, Recording) else Recording.open(path)
-    said = [f"{recording.recording_id}: {problem}" for problem in recording.problems]
-    channels, gaps = _read(recording, said, options.torque_step)
+    sentences = [f"{recording.recording_id}: {problem}" for problem in recording.problems]
+    channels, gaps = _read(recording, sentences, options.torque_step)
     if "time" not in channels or recording.size < 2:
         raise RecordingError(f"{recording.path}: holds no samples that can be used.")
-    channels, bad_rows = _repaired(recording, channels, said)
+    channels, bad_rows = _repaired(recording, channels, sentences)
     if "time" not in channels:
         raise RecordingError(f"{recording.path}: 'time' is not a number in many samples, so nothing can be used.")
     ratio = recording.gearbox.ratio
     steady, paper = None, None
     if recording.kind in options.kinds:
         if ratio is None:
-            said.append(f"{recording.recording_id}: the gearbox ratio is missing, so no transmission error follows.")
+            sentences.append(
+                f"{recording.recording_id}: the gearbox ratio is missing, so no transmission error follows."
+            )
         else:
-            steady, paper = _transmission(recording, channels, bad_rows, ratio, options, said)
+            steady, paper = _transmission(recording, channels, bad_rows, ratio, options, sentences)
     setpoint = recording.setpoint
     return Reduction(
         recording.recording_id,
@@ -203,6 +207,6 @@ def reduce_recording(path: Path | str | Recording, options: ReductionOptions) ->
         else None,
         steady,
         paper,
-        tuple(said),
+        tuple(sentences),
         _count(recording, "load_angle"),
     )

@@ -16,7 +16,7 @@ NEARLY_ALL = 99.0
 """percent of the samples whose reach is the range of a channel"""
 FAR = 3.0
 """times that range from its middle, beyond which nothing measured lies for moments"""
-ENOUGH_TO_TELL = 500
+LEAST_SAMPLES = 500
 """samples from which a range is told"""
 ENOUGH_SAMPLES = 1 << 13
 """samples from which the usual size of a deviation is read: more of a long recording say no more"""
@@ -46,14 +46,14 @@ def _out_of_range(signal: FloatArray, bad: NDArray[np.bool_], least: float) -> N
     step = max(1, signal.size // ENOUGH_SAMPLES)
     good = signal[::step][~bad[::step]]
     out = np.zeros(signal.size, dtype=bool)
-    if good.size < ENOUGH_TO_TELL:
+    if good.size < LEAST_SAMPLES:
         return out
     middle = float(np.median(good))
     changes = np.abs(np.diff(good))
     quantum = float(changes[changes > 0.0].min()) if changes.any() else 0.0
-    reach = max(float(np.percentile(np.abs(good - middle), NEARLY_ALL)), quantum)
+    half_range = max(float(np.percentile(np.abs(good - middle), NEARLY_ALL)), quantum)
     with np.errstate(invalid="ignore"):
-        far = np.abs(signal - middle) > max(FAR * reach, reach + least)
+        far = np.abs(signal - middle) > max(FAR * half_range, half_range + least)
     if not far.any() or float(far.mean()) > 1.0 - NEARLY_ALL / 100.0:
         return out
     edges = np.flatnonzero(np.diff(np.concatenate(([0], far.astype(np.int8), [0])))).reshape(-1, 2)

@@ -87,10 +87,10 @@ def steady_window(recording: Recording, theta: FloatArray) -> SteadyWindow | str
     for part in parts:
         for start, stop in _contiguous(theta, part):
             travel = theta[stop - 1] - theta[start]
-            turned = abs(travel) / REVOLUTION
-            longest = max(longest, turned)
+            travelled = abs(travel) / REVOLUTION
+            longest = max(longest, travelled)
             # Half a sample more on each side belongs to the stretch, so a whole revolution of N samples counts as one.
-            revolutions = int(np.floor(turned * (1.0 + 1.0 / max(stop - start - 1, 1)) + 1e-6))
+            revolutions = int(np.floor(travelled * (1.0 + 1.0 / max(stop - start - 1, 1)) + 1e-6))
             if revolutions < 1 or (best is not None and revolutions <= best.revolutions):
                 continue
             sign = 1 if travel > 0 else -1

@@ -97,12 +97,12 @@ def _torque_slope(fourier: FourierSet, inputs: FloatArray) -> FloatArray:
     return np.asarray(2.0 * p[0] * tau + p[3] + p[6] * rate + p[7] * temp)
 
 
-def without_input_changes(normal: Normal, fourier: FourierSet | None, places: Places) -> ComplexArray:
+def without_input_changes(normal: Normal, fourier: FourierSet | None, listed: Places) -> ComplexArray:
     """Sums of the error less what the model says of the changes of the inputs within the recording."""
     if fourier is None:
         return normal.error
     deviation = _local(fourier, normal.inputs) - _local(fourier, normal.mean[None, :])
-    change = places.model.series(normal.sums.unit, deviation)
+    change = listed.model.series(normal.sums.unit, deviation)
     return np.asarray(normal.error - change - _torque_slope(fourier, normal.inputs) @ normal.sums.torque_change)
 
 
@@ -116,27 +116,27 @@ def _unfitted_neighbours(power: FloatArray, order: int) -> FloatArray:
     return near
 
 
-def noise_beside(normal: Normal, error: ComplexArray, places: Places) -> FloatArray:
+def noise_beside(normal: Normal, error: ComplexArray, listed: Places) -> FloatArray:
     """Residual power |Σ r·exp(imθ)|²/N beside each order (K,) and, last, at order 0; the median of its neighbours."""
-    orders = places.orders
-    rest = (error - places.every.series(normal.unit[None, :], normal.solution[None, :]))[
+    orders = listed.orders
+    rest = (error - listed.every.series(normal.unit[None, :], normal.solution[None, :]))[
         : normal.sums.highest_order + 1
     ]
     power = np.abs(rest) ** 2 / normal.unit[0].real
     # a fraction differs little from the whole order next to it: neither says what the noise is
     power[np.rint(orders).astype(np.int64)] = np.nan
     power[0] = np.nan
-    out = np.empty(places.asked + 1)
-    for k, order in enumerate([*orders[: places.asked], 0]):
+    out = np.empty(listed.asked + 1)
+    for k, order in enumerate([*orders[: listed.asked], 0]):
         near = _unfitted_neighbours(power, round(order))
         # The power of noise at an order is exponentially distributed: its mean is its median / ln 2.
         out[k] = float(np.median(near)) / np.log(2.0)
     return out
 
 
-def harmonics_of(normal: Normal, name: str, places: Places) -> RecordingHarmonics:
+def harmonics_of(normal: Normal, name: str, listed: Places) -> RecordingHarmonics:
     """Return the vectors of a solved recording; their variances from the noise beside each order."""
-    size, asked = places.orders.size, places.asked
+    size, asked = listed.orders.size, listed.asked
     diagonal = np.diag(normal.inverse)
     spread = 0.5 * (diagonal[:size] + diagonal[size : 2 * size])
     z = normal.solution[:size] + 1j * normal.solution[size : 2 * size]

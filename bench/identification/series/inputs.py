@@ -83,13 +83,13 @@ def make_design(inputs: FloatArray) -> Design:
 
 def undetermined(design: Design, direction: str) -> list[str]:
     """One sentence for each input that the points do not let the polynomials depend on as they should."""
-    said = []
+    sentences = []
     for j, name in enumerate(INPUT_NAMES):
         missing = [TERM_NAMES[i] for i in range(TERM_COUNT) if EXPONENTS[i][j] and i not in design.kept]
         if missing:
             low, high = float(design.inputs[:, j].min()), float(design.inputs[:, j].max())
-            said.append(
+            sentences.append(
                 f"In {direction} direction the {name} covers {low:.4g} to {high:.4g} {INPUT_UNITS[j]} in too few "
                 f"levels: the polynomial terms {', '.join(missing)} are not determined and are left at 0."
             )
-    return said
+    return sentences

@@ -71,8 +71,8 @@ def fit_polynomials(
     first, second = 1.0 / np.sqrt(along), 1.0 / np.sqrt(across)
 
     def parts(values: ComplexArray) -> FloatArray:
-        turned = values.T * back
-        return np.concatenate([(turned.real * first).T, (turned.imag * second).T])
+        rotated = values.T * back
+        return np.concatenate([(rotated.real * first).T, (rotated.imag * second).T])
 
     def residual(z: FloatArray) -> FloatArray:
         x = z * scale

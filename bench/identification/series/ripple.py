@@ -66,9 +66,9 @@ def find_ripple(recordings: Sequence[Recording]) -> tuple[tuple[int, ...], str]:
     spectra = [s for r in steady if (s := _spectrum(r)) is not None]
     if not spectra:
         return (), "No ripple of a load motor is looked for: no steady recording has a whole revolution of load torque."
-    stands = np.all([peak_ratio((s**2).astype(np.float32)) > PEAK_RATIO for s in spectra], axis=0)
+    significant = np.all([peak_ratio((s**2).astype(np.float32)) > PEAK_RATIO for s in spectra], axis=0)
     amplitude = np.median(spectra, axis=0)
-    orders = np.flatnonzero(stands & (np.arange(stands.size) % PHASES == 0))
+    orders = np.flatnonzero(significant & (np.arange(significant.size) % PHASES == 0))
     if not orders.size:
         return (), "No ripple of a load motor is taken off: none stands out of the load torque (--pole-pairs names it)."
     strong = orders[amplitude[orders] >= MIN_SHARE * amplitude[orders].max()]

@@ -15,7 +15,7 @@ FloatArray = NDArray[np.float64]
 FEW_GROUPS = 4
 """With fewer recordings than these, rows are taken in batches instead."""
 BATCHES = 20
-MIN_OWN_SHARE = 0.01
+MIN_INDEPENDENT_SHARE = 0.01
 """A parameter is determined only if at least this share of its regressor's norm is not made up of the others'."""
 
 
@@ -129,7 +129,7 @@ def _independent(columns: Mapping[str, FloatArray]) -> tuple[list[str], list[str
         if np.linalg.matrix_rank(gram, tol=1e-10 * len(names), hermitian=True) < len(names):
             _, vectors = np.linalg.eigh(gram)
             independent_share = np.where(np.abs(vectors[:, 0]) > 1e-3, 0.0, independent_share)
-        weak = [i for i in range(len(names)) if independent_share[i] < MIN_OWN_SHARE]
+        weak = [i for i in range(len(names)) if independent_share[i] < MIN_INDEPENDENT_SHARE]
         if not weak:
             break
         missing.append(names.pop(weak[-1]))

@@ -44,7 +44,7 @@ class Hdf5Source:
             values = np.transpose(values)
         return one_dimensional(values, column, row, f"{self._path}: {variable}")
 
-    place = staticmethod(at_index)
+    location = staticmethod(at_index)
 
     def _values(self, file: h5py.File, variable: str) -> NDArray[Any]:
         item = file.get(variable) or file.get(variable.replace(".", "/"))

@@ -72,7 +72,7 @@ class JsonSource:
             raise RecordingError(f"{where} is text ('{first}'), it should be numeric.")
         return one_dimensional(array, column, row, where)
 
-    place = staticmethod(at_index)
+    location = staticmethod(at_index)
 
 
 def _parsed(text: str) -> Any:

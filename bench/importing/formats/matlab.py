@@ -77,7 +77,7 @@ class MatlabSource:
             raise unknown_variable(self._path, variable, self._arrays)
         return one_dimensional(self._arrays[variable], column, row, f"{self._path}: {variable}")
 
-    place = staticmethod(at_index)
+    location = staticmethod(at_index)
 
 
 def _flat(name: str, value: Any) -> Iterator[tuple[str, NDArray[Any]]]:

@@ -64,7 +64,7 @@ class MdfSource:
             raise RecordingError(f"{where} cannot be read ({error}).") from error
         return one_dimensional(signal.samples, column, row, where)
 
-    place = staticmethod(at_index)
+    location = staticmethod(at_index)
 
     @property
     def started_at(self) -> datetime | None:

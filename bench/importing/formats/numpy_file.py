@@ -65,7 +65,7 @@ class NumpySource:
             raise unknown_variable(self._path, variable, self._arrays)
         return one_dimensional(self._arrays[variable], column, row, f"{self._path}: {variable}")
 
-    place = staticmethod(at_index)
+    location = staticmethod(at_index)
 
 
 def is_archive(path: Path, head: bytes) -> bool:

@@ -56,4 +56,4 @@ class ParquetSource:
             values = np.array([np.nan if value is None else value for value in values])
         return one_dimensional(values, column, row, where)
 
-    place = staticmethod(at_index)
+    location = staticmethod(at_index)

@@ -52,7 +52,7 @@ class Source(Protocol):
             There is no such variable, row or column, or it holds neither numbers nor stamps.
         """
 
-    def place(self, index: int) -> str:
+    def location(self, index: int) -> str:
         """Say where sample ``index`` (from 0) stands in the file."""
 
     @property

@@ -40,7 +40,7 @@ class TdmsSource:
             raise unknown_variable(self._path, variable, self._channels)
         return one_dimensional(self._channels[variable][:], column, row, f"{self._path}: {variable}")
 
-    place = staticmethod(at_index)
+    location = staticmethod(at_index)
 
     @property
     def started_at(self) -> datetime | None:

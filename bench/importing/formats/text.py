@@ -83,9 +83,9 @@ class TextSource:
         if is_stamp(first):
             return parse_stamps(values.tolist(), where)
         wrong = next(i for i, text in enumerate(values) if not is_number(str(text).strip(), self.layout.decimal))
-        raise RecordingError(f"{where} is not numeric: '{values[wrong]}' stands in {self.place(wrong)}.")
+        raise RecordingError(f"{where} is not numeric: '{values[wrong]}' stands in {self.location(wrong)}.")
 
-    def place(self, index: int) -> str:
+    def location(self, index: int) -> str:
         """Name the line of a sample."""
         if self.layout.rows or index >= len(self._numbers):
             return f"index {index}"

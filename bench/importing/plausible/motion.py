@@ -40,8 +40,8 @@ def blocks(time: FloatArray, angle: FloatArray, channels: dict[str, FloatArray])
     def mean(values: FloatArray) -> FloatArray:
         return np.asarray(values[: count * size].reshape(count, size).mean(axis=1))
 
-    moment, place = mean(time), mean(angle)
-    speed = np.gradient(place, moment)
+    moment, angles_mean = mean(time), mean(angle)
+    speed = np.gradient(angles_mean, moment)
     acceleration = np.gradient(speed, moment)
     inner = slice(2, -2)
     return Blocks(speed[inner], acceleration[inner], {name: mean(samples)[inner] for name, samples in channels.items()})

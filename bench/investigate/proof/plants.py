@@ -12,7 +12,7 @@ from bench.campaigns import load_campaign, make_plan
 from bench.campaigns.planning.plan import PlannedTask
 from bench.configuration import BenchConfiguration, load_bench
 from bench.mismatch.report.candidates import Candidate
-from bench.proof.make import load_examiner, write_made
+from bench.proof.make import load_examiner, write_generated
 
 GROUP = "ambiguous"
 BENCH = "rh380n"
@@ -89,7 +89,7 @@ class HiddenBench:
                 since = made.started_at
                 continue
             since = since or made.started_at
-            write_made(folder, folder.name, made)
+            write_generated(folder, folder.name, made)
             ended = made.started_at
             last_s = made.channels["time"].raw[-1]
             self._made = number + 1

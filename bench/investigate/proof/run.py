@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from bench.investigate.design import Experiment
-from bench.investigate.loop import LOOK, Asked, Choice, Scene, choose_experiment, investigate
+from bench.investigate.loop import LOOK, Choice, Goal, Scene, choose_experiment, investigate
 from bench.investigate.offer import offered_points, plan_points, states
 from bench.investigate.proof.plants import SECONDS_AN_HOUR, HiddenBench
 from bench.mismatch.report.candidates import Candidate
@@ -52,7 +52,7 @@ class _Counted:
             if not points:
                 return None
             hours = plan_points(name, points, scene.bench, scene.celsius).duration_s / SECONDS_AN_HOUR
-            return Experiment(points, hours, tuple((q, None) for q in scene.asked), name, name)
+            return Experiment(points, hours, tuple((q, None) for q in scene.questions), name, name)
 
         return choose
 
@@ -149,7 +149,7 @@ def _case_columns(case: Any, seed: int, truth: dict[str, Any]) -> dict[str, Any]
 def _run_way(
     lab: HiddenBench, folder: Path, out: Path, first: Report, truth: dict[str, Any], choose: Choice
 ) -> dict[str, Any]:
-    log = investigate(folder, out, lab, Asked(hours=HOURS, experiments=EXPERIMENTS), choose, first=first)
+    log = investigate(folder, out, lab, Goal(hours=HOURS, experiments=EXPERIMENTS), choose, first=first)
     steps = log.to_json()["steps"]
     results = [
         judge_report(json.loads((out / f"{LOOK}-{k}" / "report.json").read_text("utf-8")), truth)

@@ -18,7 +18,7 @@ from scipy.optimize import minimize_scalar
 
 from bench.mismatch import criteria
 from bench.mismatch.orders.look import PARTS
-from bench.mismatch.orders.turns import HIGHEST_BETWEEN, Complex, Seen, Turn
+from bench.mismatch.orders.revolutions import HIGHEST_BETWEEN, Complex, Revolution, Seen
 from bench.mismatch.orders.weak import LEAK, MODELS, Stage, WeakOrder
 from bench.simulation.frame import FloatArray
 
@@ -31,7 +31,7 @@ NEXT = 0.5 / PARTS
 LEAST_SHARE = 0.02
 """of an order that fitted ones leave in a revolution: what is told of less is rounding and the shape of windows"""
 STEPS = 4.0
-"""steps while the phase of an order runs off by a turn between the first revolution and the last"""
+"""steps while the phase of an order runs off by a revolution between the first revolution and the last"""
 MOST_STEPS = 256
 """to either side of a part of an order: enough for some 1500 revolutions"""
 LEAKS = 1.5
@@ -49,7 +49,7 @@ neighbours. A tone is heard with another phase in each revolution, and says less
 
 def search_between(
     seen: Seen,
-    turns: Sequence[Turn],
+    revolutions: Sequence[Revolution],
     train: NDArray[np.bool_],
     fitted: Sequence[float],
     floor: float,
@@ -58,11 +58,11 @@ def search_between(
     """Orders between the whole ones that stand in the training revolutions beside those that are ``fitted``; of those
     that leak into each other the strongest. ``floor`` and ``price`` as in :func:`bench.mismatch.orders.weak.search`.
     """
-    whole = Stage.of(seen, turns, train)
+    whole = Stage.of(seen, revolutions, train)
     if whole is None:
         return []
     # a wave of less than a period in a revolution's segment is a part of its line
-    lowest = 1.0 / min(t.revolutions for t in whole.turns)
+    lowest = 1.0 / min(t.revolutions for t in whole.revolutions)
     grid = np.arange(HIGHEST_BETWEEN * PARTS + 1) / PARTS
     shape = whole.shape[np.round(grid).astype(np.int64)]
     usable = (grid > lowest) & (np.round(grid) != grid)
@@ -76,23 +76,33 @@ def search_between(
         shares = whole.shares(float(grid[near]), fitted)
         usable[near] = float(np.mean(shares)) > LEAST_SHARE
         power[near] = np.sum(np.abs(table[:, near]) ** 2 / np.maximum(shares, LEAST_SHARE))
+<<<<<<< HEAD
     energy = np.where(usable, power / (2.0 * shape**2) - len(whole.turns), -np.inf)
     usual = _usual(power / (2.0 * shape**2), len(whole.turns))
+=======
+    energy = np.where(usable, power / (2.0 * shape**2) - len(whole.revolutions), -np.inf)
+>>>>>>> cf0408bc43d74314365c2150cb57076b25190d50
     path = Path.of(seen, train)
     out: list[WeakOrder] = []
-    plain, asked = whole.gains_of(table, shape), price + float(np.log(PARTS))
-    clear = asked + CLEAR * float(np.sqrt(len(whole.turns)))
+    plain, least = whole.gains_of(table, shape), price + float(np.log(PARTS))
+    clear = least + CLEAR * float(np.sqrt(len(whole.revolutions)))
     for _ in range(MOST_SUMMITS):
+<<<<<<< HEAD
         # an order gains no more than its energy; where all about it have as much, there is no order
         k = int(np.argmax(np.where(energy > asked, energy / usual, -np.inf)))
         if not energy[k] > asked:
+=======
+        k = int(np.argmax(energy))
+        # an order gains no more than its energy
+        if not energy[k] > least:
+>>>>>>> cf0408bc43d74314365c2150cb57076b25190d50
             break
         about = np.flatnonzero((np.abs(grid - grid[k]) <= SIDE_LINES) & np.isfinite(energy))
         away = np.abs(grid - grid[k])
         # of some thousand parts of an order noise has such an energy at many: where it is no more, one is not followed
-        seen_at_once = energy[k] > clear or plain[about].max() > asked
+        seen_at_once = energy[k] > clear or plain[about].max() > least
         line = path.best(whole, grid[about], table[:, about], shape[about], fitted) if seen_at_once else None
-        if line is None or line.gain <= asked:
+        if line is None or line.gain <= least:
             energy[away <= SIDE_LINES] = -np.inf
             continue
         energy[(away < LEAK) | (np.abs(grid - line.order) < LEAK)] = -np.inf
@@ -113,8 +123,8 @@ def _usual(energy: FloatArray, turns: int) -> FloatArray:
 
 @dataclass(frozen=True, slots=True)
 class Path:
-    """Where the training revolutions lie on the way that the output ran: mean angle ``at`` (turns,), and the steps by
-    which an order's phase is followed from one to the next.
+    """Where the training revolutions lie on the way that the output ran: mean angle ``at`` (revolutions,), and the
+    steps by which an order's phase is followed from one to the next.
     """
 
     at: FloatArray
@@ -129,15 +139,15 @@ class Path:
     @classmethod
     def of(cls, seen: Seen, train: NDArray[np.bool_]) -> Path:
         """The path of the training revolutions."""
-        theta = [rest.theta for rest, own in zip(seen.rest, train, strict=True) if own]
+        theta = [rest.theta for rest, trained in zip(seen.rest, train, strict=True) if trained]
         span = (max(float(t.max()) for t in theta) - min(float(t.min()) for t in theta)) / (2.0 * np.pi)
         step = 1.0 / (STEPS * max(span, 1.0))
         number = min(int(np.ceil(NEXT / step)), MOST_STEPS)
         steps = step * np.arange(-number, number + 1, dtype=np.float64)
         return cls(np.array([float(t.mean()) for t in theta]), step, steps)
 
-    def turned(self, vectors: Complex, more: FloatArray) -> Complex:
-        """Vectors (turns,) of an order as those of orders that are ``more`` (k,) higher (turns, k)."""
+    def rotated(self, vectors: Complex, more: FloatArray) -> Complex:
+        """Vectors (revolutions,) of an order as those of orders that are ``more`` (k,) higher (revolutions, k)."""
         return np.asarray(vectors[:, None] * np.exp(-1j * self.at[:, None] * more))
 
     def gains(self, one: Stage, more: FloatArray) -> FloatArray:
@@ -147,10 +157,10 @@ class Path:
         Recordings before a heating run and after it are apart by many revolutions, and at several orders their phases
         are alike or nearly so; at all but one the temperature has to turn them.
         """
-        own = replace(one, shape=np.full(more.size, one.shape[0]))
-        gain, which = own.gains(self.turned(one.vectors[:, 0], more))
+        stage = replace(one, shape=np.full(more.size, one.shape[0]))
+        gain, which = stage.gains(self.rotated(one.vectors[:, 0], more))
         factors = np.array([len(model) for model in MODELS])[which]
-        return gain - np.where(more == 0.0, 0.0, self.price) - (factors - 1) * float(np.log(len(one.turns)))
+        return gain - np.where(more == 0.0, 0.0, self.price) - (factors - 1) * float(np.log(len(one.revolutions)))
 
     def stepped(self, one: Stage) -> tuple[int, float]:
         """The step at which an order gains most, and the gain."""
@@ -174,25 +184,25 @@ class Path:
     def best(
         self, whole: Stage, orders: FloatArray, vectors: Complex, shape: FloatArray, fitted: Sequence[float]
     ) -> WeakOrder | None:
-        """The order at or about some ``orders`` (k,), ``vectors`` (turns, k), that gains most; None where it says less
-        than half of what stands there.
+        """The order at or about some ``orders`` (k,), ``vectors`` (revolutions, k), that gains most; None where it says
+        less than half of what stands there.
         """
         stages = [beside(whole, float(f), fitted, vectors[:, i], float(shape[i])) for i, f in enumerate(orders)]
         k = int(np.argmax([self.stepped(one)[1] for one in stages]))
         more = self.followed(stages[k])[0]
-        order, own = float(orders[k]), stages[k]
+        order, stage = float(orders[k]), stages[k]
         if more:
             order = rounded(float(orders[k]) + more)
-            turned = self.turned(vectors[:, k], np.array([more]))[:, 0]
-            own = beside(whole, order, fitted, turned, float(shape[k]))
-        gain = float(own.gains(own.vectors)[0][0]) - (self.price if more else 0.0)
+            rotated = self.rotated(vectors[:, k], np.array([more]))[:, 0]
+            stage = beside(whole, order, fitted, rotated, float(shape[k]))
+        gain = float(stage.gains(stage.vectors)[0][0]) - (self.price if more else 0.0)
         nearest = int(np.argmin(np.abs(orders - order)))
         plain = float(stages[nearest].gains(stages[nearest].vectors)[0][0])
         if plain >= gain:
-            order, own, gain = float(orders[nearest]), stages[nearest], plain
-        _, number = own.gains(own.vectors)
-        line = own.estimated(order, MODELS[number[0]], own.vectors[:, 0], float(own.shape[0]), gain)
-        return line if _says(own, line) >= HALF else None
+            order, stage, gain = float(orders[nearest]), stages[nearest], plain
+        _, number = stage.gains(stage.vectors)
+        line = stage.estimated(order, MODELS[number[0]], stage.vectors[:, 0], float(stage.shape[0]), gain)
+        return line if _explained_share(stage, line) >= HALF else None
 
 
 def rounded(order: float) -> float:
@@ -200,22 +210,22 @@ def rounded(order: float) -> float:
     return float(f"{order:.9g}")
 
 
-def _says(one: Stage, line: WeakOrder) -> float:
-    """Share of the energy at a stage's one order, beyond that of noise, which a line says."""
+def _explained_share(one: Stage, line: WeakOrder) -> float:
+    """Share of the energy at a stage's one order, beyond that of noise, which a line explains."""
     energy = float(np.sum(np.abs(one.vectors) ** 2))
-    noise = 2.0 * float(one.shape[0]) ** 2 * len(one.turns)
+    noise = 2.0 * float(one.shape[0]) ** 2 * len(one.revolutions)
     left = one.misfit(line, one.vectors[:, 0], float(one.shape[0])) * noise
     return 1.0 - (left - noise) / max(energy - noise, 1e-300)
 
 
 def left_of(whole: Stage, order: float, fitted: Sequence[float]) -> FloatArray:
-    """Share of an order's amplitude that the ``fitted`` orders leave of it in each revolution (turns,)."""
+    """Share of an order's amplitude that the ``fitted`` orders leave of it in each revolution (revolutions,)."""
     return np.asarray(np.sqrt(np.maximum(whole.shares(order, fitted), LEAST_SHARE)))
 
 
 def beside(whole: Stage, order: float, fitted: Sequence[float], vectors: Complex, sigma: float) -> Stage:
-    """The training revolutions at one order alone, whose residual ``vectors`` (turns,) are what the ``fitted`` orders
-    leave of it: in each as sure as the part that they leave.
+    """The training revolutions at one order alone, whose residual ``vectors`` (revolutions,) are what the ``fitted``
+    orders leave of it: in each as sure as the part that they leave.
     """
     left = left_of(whole, order, fitted)
     return replace(whole, vectors=(vectors / left)[:, None], scale=whole.scale / left, shape=np.array([sigma]))

@@ -17,17 +17,17 @@ from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.orders.periodic import Pulse
-from bench.mismatch.orders.pulse_forms import REACH, Form, apart, apex, extent, fewest, form_of
+from bench.mismatch.orders.pulse_forms import SEARCH_RANGE, Form, apart, apex, extent, fewest, form_of
 from bench.mismatch.orders.pulse_mean import Mean
+from bench.mismatch.orders.revolutions import Complex
 from bench.mismatch.orders.sight import Sight
-from bench.mismatch.orders.turns import Complex
 from bench.mismatch.regression.maxima import tail, tail_rate
 from bench.simulation.frame import FloatArray
 from bench.simulation.waves import angle_from
 
 SURROGATES = 24
 STARTS = 4
-MOST_PLACES = 6
+MOST_GROUPS = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +62,7 @@ def search(sight: Sight, seed: int) -> list[Defect]:
     none = np.zeros(line.orders.size, dtype=np.complex128)
     before = none
     found: list[_Found] = []
-    while len(found) < MOST_PLACES:
+    while len(found) < MOST_GROUPS:
         best = line.best(before, STARTS)
         # three numbers of a mean of as many orders cost half their logarithm each (BIC): less is nothing anyway
         if best is None or best[0] < 1.5 * np.log(2.0 * line.orders.size):
@@ -75,32 +75,32 @@ def search(sight: Sight, seed: int) -> list[Defect]:
         before = before + _drawn(line, form.pulses)
     out: list[Defect] = []
     others = none
-    for place in _places(found):
-        form = form_of(line, others, place[0].form.first)
-        if len(place) > 1:
-            together = fewest(line, others, [p for one in place for p in one.form.pulses])
+    for group in _grouped(found):
+        form = form_of(line, others, group[0].form.first)
+        if len(group) > 1:
+            together = fewest(line, others, [p for one in group for p in one.form.pulses])
             form = min(form, together, key=lambda f: f.words)
         others = others + _drawn(line, form.pulses)
         first = form.first if len(form.pulses) == 1 else apex(form.pulses)
-        out.append(Defect(first, form.pulses, place[0].gain, place[0].p_value))
+        out.append(Defect(first, form.pulses, group[0].gain, group[0].p_value))
     return out
 
 
-def _places(found: Sequence[_Found]) -> list[list[_Found]]:
-    """Pulses by their place, those of the first one found first: what stands within the reach of one is of its form."""
-    places: list[list[_Found]] = []
+def _grouped(found: Sequence[_Found]) -> list[list[_Found]]:
+    """Pulses grouped by angle, those of the first one found first: what lies within the range of one is of its form."""
+    groups: list[list[_Found]] = []
     for one in found:
-        near = [p for p in places if any(_beside(one, other) for other in p)]
+        near = [p for p in groups if any(_beside(one, other) for other in p)]
         joined = [other for p in near for other in p] + [one]
-        at = places.index(near[0]) if near else len(places)
-        places = [p for p in places if p not in near]
-        places.insert(at, joined)
-    return places
+        at = groups.index(near[0]) if near else len(groups)
+        groups = [p for p in groups if p not in near]
+        groups.insert(at, joined)
+    return groups
 
 
 def _beside(one: _Found, other: _Found) -> bool:
     firsts = (one.form.first, other.form.first)
-    if apart(firsts[0].angle, firsts[1].angle) < REACH * max(p.width for p in firsts):
+    if apart(firsts[0].angle, firsts[1].angle) < SEARCH_RANGE * max(p.width for p in firsts):
         return True
     # of a pull beside a push each takes a part of the other
     (a, b), (c, d) = extent(one.form.pulses), extent(other.form.pulses)
@@ -131,8 +131,8 @@ def all_pulses(defects: Sequence[Defect]) -> tuple[Pulse, ...]:
     return tuple(p for d in defects for p in d.form)
 
 
-def at_places(defects: Sequence[Defect], theta: FloatArray, widths: float = 0.5) -> NDArray[np.bool_]:
-    """Which output angles (n,), rad, are no farther than so many widths of a place from its middle: by half a width
+def near_defects(defects: Sequence[Defect], theta: FloatArray, widths: float = 0.5) -> NDArray[np.bool_]:
+    """Which output angles (n,), rad, are no farther than so many widths of a defect from its middle: by half a width
     those where it acts.
     """
     out = np.zeros(theta.size, dtype=bool)

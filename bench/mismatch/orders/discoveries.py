@@ -101,10 +101,10 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
         sight = Sight.of(model)
         assert sight is not None
     # what a strong mode leaves of the orders is no pulse
-    places = [] if model.laws else defects.search(sight, seed)
-    if places:
-        rebuilt(model, defects.all_pulses(places))
-        pulses = of_pulses(model, places)
+    found_defects = [] if model.laws else defects.search(sight, seed)
+    if found_defects:
+        rebuilt(model, defects.all_pulses(found_defects))
+        pulses = of_pulses(model, found_defects)
         if pulses is None:
             rebuilt(model, ())
         sight = Sight.of(model)
@@ -123,14 +123,16 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
             "equation": PAIR,
         }
         confidence = probability(pair.p_value)
-        told = of_orders(model, sight, "te.sideband", pair.orders, teeth, pair.p_value, confidence, extra)
-        out.append(told)
-        if told is not None:
+        sidebands = of_orders(model, sight, "te.sideband", pair.orders, teeth, pair.p_value, confidence, extra)
+        out.append(sidebands)
+        if sidebands is not None:
             rest = [f for f in rest if f not in pair.orders]
     plain = _plain(model, sight, rest, teeth)
     if parts and plain is None:
         # what the gearbox has beside them is too weak to be told
-        model.asked = replace(model.asked, found=tuple(replace(m, beside=False) for m in model.asked.found))
+        model.torque_check = replace(
+            model.torque_check, found=tuple(replace(m, beside=False) for m in model.torque_check.found)
+        )
         encoder = _encoder(model, sight, _of_motor(model, sight, teeth.ratio), teeth)
     elif parts:
         encoder = _with_its_parts(model, encoder, parts)
@@ -140,7 +142,7 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
             plain, simulation_rows=plain.simulation_rows + law.simulation_rows, numbers=plain.numbers + law.numbers
         )
         law = None
-    if pulses is not None and plain is not None and _of_pulses(sight, places, plain.orders):
+    if pulses is not None and plain is not None and _of_pulses(sight, found_defects, plain.orders):
         pulses = replace(
             pulses,
             words=f"{pulses.words}, whose form {len(plain.orders)} orders complete",
@@ -152,7 +154,7 @@ def discoveries(model: TransmissionModel, gearbox: Teeth, seed: int) -> list[Dis
     return [d for d in (law, pulses, encoder, *out, plain) if d is not None]
 
 
-def _of_pulses(sight: Sight, places: Sequence[defects.Defect], orders: Sequence[float]) -> bool:
+def _of_pulses(sight: Sight, found_defects: Sequence[defects.Defect], orders: Sequence[float]) -> bool:
     """Whether orders are what the form of pulses leaves of nature's: of the energy of their sum, less what would lie
     there by chance, most lies at the places of the pulses, within half their width of these. Orders of a gearbox act
     over all of the revolution.
@@ -163,7 +165,7 @@ def _of_pulses(sight: Sight, places: Sequence[defects.Defect], orders: Sequence[
     table = np.zeros(ANGLES // 2 + 1, dtype=np.complex128)
     table[whole] = sight.mean[whole].imag - 1j * sight.mean[whole].real
     course = np.fft.irfft(table, ANGLES)
-    inside = defects.at_places(places, np.arange(ANGLES, dtype=np.float64) * (2.0 * np.pi / ANGLES), 1.0)
+    inside = defects.near_defects(found_defects, np.arange(ANGLES, dtype=np.float64) * (2.0 * np.pi / ANGLES), 1.0)
     share, chance = float(np.sum(course[inside] ** 2) / np.sum(course**2)), float(np.mean(inside))
     return share - chance > 0.5 * (1.0 - chance)
 
@@ -202,11 +204,11 @@ def _law(model: TransmissionModel, seed: int, first: Discovery | None) -> Discov
         model.periodic = with_parts(model, replace(before, series=joined, laws=(*before.laws, found.law)))
         # a mode may be the leakage of a tone or of orders, and a law without a name claims nothing but that it predicts
         doubtful = found.law.effect in (UNNAMED, RESONANCE)
-        told = of_law(model, found, before) if borne_out(model, before, model.periodic, doubtful) else None
-        if told is None:
+        described = of_law(model, found, before) if borne_out(model, before, model.periodic, doubtful) else None
+        if described is None:
             model.periodic = before
             break
-        out = told if out is None else further(model, out, told)
+        out = described if out is None else further(model, out, described)
     return out
 
 
@@ -228,7 +230,7 @@ def _encoder(model: TransmissionModel, sight: Sight, shaft: Sequence[float], tee
     if not shaft:
         return None
     words = {"words": "the motor's encoder: multiples of the ratio, the same at every load, speed and temperature"}
-    by_reaction = [m for m in model.asked.found if m.order in shaft]
+    by_reaction = [m for m in model.torque_check.found if m.order in shaft]
     if by_reaction:
         p_value: float | None = min(m.p_value for m in by_reaction)
         words = {"words": MOVES_NOTHING}
@@ -241,10 +243,12 @@ def _encoders_parts(model: TransmissionModel, sight: Sight) -> list[Misread]:
     """The encoder's parts of orders that the gearbox has as well, if they are strong enough to be told; the model then
     has no others. An order that a pulse or a law has taken since is no order any more.
     """
-    parts = [m for m in model.asked.found if m.beside and m.order in sight.found]
+    parts = [m for m in model.torque_check.found if m.beside and m.order in sight.found]
     if of_encoder(model, parts, MOVES_NOTHING) is None:
         parts = []
-    model.asked = replace(model.asked, found=tuple(m for m in model.asked.found if not m.beside or m in parts))
+    model.torque_check = replace(
+        model.torque_check, found=tuple(m for m in model.torque_check.found if not m.beside or m in parts)
+    )
     return parts
 
 
@@ -277,8 +281,8 @@ def _of_motor(model: TransmissionModel, sight: Sight, ratio: float) -> tuple[flo
     that have one vector whatever the direction, load, speed, temperature; and, where there is such an order, further
     multiples that are nearly so: a disc has several.
     """
-    whole = [m.order for m in model.asked.found if not m.beside]
-    left = [f for f in multiples(sight.found, ratio) if f not in model.asked.orders]
+    whole = [m.order for m in model.torque_check.found if not m.beside]
+    left = [f for f in multiples(sight.found, ratio) if f not in model.torque_check.orders]
     if model.laws:
         left = [f for f in left if not passes(model, sight.stage, f)]
     constant = [f for f in left if sight.gains(sight.at(model, f), f)[1] == 0]
@@ -291,7 +295,7 @@ def _multiple(times: float) -> bool:
 
 
 def _share_of_mean(model: TransmissionModel, sight: Sight, order: float) -> float:
-    """Share of an order's energy over all turns, less that of noise, which one vector holds."""
+    """Share of an order's energy over all revolutions, less that of noise, which one vector holds."""
     vectors, scale = sight.at(model, order), sight.stage.scale
     mean = np.sum(vectors / scale) / np.sum(1.0 / scale**2)
     noise = 2.0 * sight.noise(order) ** 2
@@ -305,7 +309,7 @@ def _plain(model: TransmissionModel, sight: Sight, orders: list[float], teeth: G
         return None
     gain = max(sight.gains(sight.at(model, f), f)[0] for f in orders)
     p_value = order_p_value(model, gain)
-    # with a model of noise that holds, the best of many orders at such a gain is real; a rival is another name
+    # with a model of noise that holds, the best of many orders at such a gain is real; an alternative is another name
     words = f"{len(orders)} orders that the simulation does not have" if len(orders) > 1 else ""
     extra = {"words": words} if words else {}
     found = of_orders(model, sight, "te.harmonic", orders, teeth, p_value, probability(p_value), extra)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bench.mismatch.orders.between import Path, left_of, rounded
 from bench.mismatch.orders.look import PARTS
-from bench.mismatch.orders.turns import Complex, Seen, Turn
+from bench.mismatch.orders.revolutions import Complex, Revolution, Seen
 from bench.mismatch.orders.weak import Stage, WeakOrder
 
 EXACT = 1e-6
@@ -29,13 +29,13 @@ def is_between(order: float) -> bool:
 
 
 def moved(
-    seen: Seen, turns: Sequence[Turn], train: NDArray[np.bool_], found: Mapping[float, WeakOrder]
+    seen: Seen, revolutions: Sequence[Revolution], train: NDArray[np.bool_], found: Mapping[float, WeakOrder]
 ) -> dict[float, float]:
     """Found orders between the whole ones that gain clearly more a little beside where they stand: old and new order.
 
     Of an order that is a little off, the phase runs away with the angle, from one revolution to the next.
     """
-    whole = Stage.of(seen, turns, train)
+    whole = Stage.of(seen, revolutions, train)
     if whole is None:
         return {}
     path = Path.of(seen, train)
@@ -60,20 +60,24 @@ def moved(
 
 
 def needless(
-    seen: Seen, turns: Sequence[Turn], train: NDArray[np.bool_], found: Mapping[float, WeakOrder], price: float
+    seen: Seen,
+    revolutions: Sequence[Revolution],
+    train: NDArray[np.bool_],
+    found: Mapping[float, WeakOrder],
+    price: float,
 ) -> list[float]:
     """Found orders that gain less than noise might beside all others, the least of each neighbourhood."""
-    whole = Stage.of(seen, turns, train)
+    whole = Stage.of(seen, revolutions, train)
     if whole is None:
         return []
     gains = {}
     for order in found:
         one = _alone(whole, seen, train, order)
         gains[order] = float(one.gains(one.vectors)[0][0])
-    asked = {f: price + (np.log(PARTS) if is_between(f) else 0.0) for f in gains}
+    least = {f: price + (np.log(PARTS) if is_between(f) else 0.0) for f in gains}
     out: list[float] = []
     for order in sorted(gains, key=lambda f: gains[f]):
-        if gains[order] < asked[order] and all(abs(order - gone) > APART for gone in out):
+        if gains[order] < least[order] and all(abs(order - gone) > APART for gone in out):
             out.append(order)
     return out
 
@@ -81,6 +85,6 @@ def needless(
 def _alone(whole: Stage, seen: Seen, train: NDArray[np.bool_], order: float) -> Stage:
     """The training revolutions at one of the orders that were fitted together, each as sure as the others leave it."""
     scale = whole.scale / left_of(whole, order, seen.orders)
-    own: Complex = seen.vectors[train, seen.orders.index(order)]
+    residual: Complex = seen.vectors[train, seen.orders.index(order)]
     sigma = whole.shape[[min(round(order), whole.shape.size - 1)]]
-    return replace(whole, vectors=(own / scale)[:, None], scale=scale, shape=sigma)
+    return replace(whole, vectors=(residual / scale)[:, None], scale=scale, shape=sigma)

@@ -12,12 +12,12 @@ from scipy.linalg import solve_triangular
 from bench.mismatch import criteria
 from bench.mismatch.orders.joint import is_between
 from bench.mismatch.orders.model import TransmissionModel
+from bench.mismatch.orders.revolutions import Complex, directions, passed, states
 from bench.mismatch.orders.series import RELATIVE_NOISE, Series
-from bench.mismatch.orders.turns import Complex, directions, passed, states
 from bench.simulation.frame import FloatArray
 from bench.simulation.laws import EACH, MODES, RESONANCE, Law, Reference, value
 
-PRIOR_TURNS = 20.0
+PRIOR_REVOLUTIONS = 20.0
 """revolutions' worth of evidence that the noise is that of the spectra"""
 RANK = 1e-3
 """singular values, over the largest, below which the revolutions do not tell two monomials apart"""
@@ -28,7 +28,9 @@ PARTED = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Amplitudes:
-    """Vectors (turns, orders) of the series' orders in the training turns, noise of a component, states, times."""
+    """Vectors (revolutions, orders) of the series' orders in the training revolutions, noise of a component, states,
+    times.
+    """
 
     vectors: Complex
     sigma: FloatArray
@@ -51,7 +53,7 @@ class Amplitudes:
 
     @property
     def frequency(self) -> FloatArray:
-        """f·v of each order in each turn, rad/s: below zero in negative direction."""
+        """f·v of each order in each revolution, rad/s: below zero in negative direction."""
         return np.asarray(self.x[:, 1][:, None] * np.asarray(self.orders)[None, :])
 
 
@@ -62,18 +64,18 @@ def amplitudes(model: TransmissionModel) -> Amplitudes | None:
     if model.seen is None or model.periodic is None:
         return None
     series = model.periodic.series.less(model.given.notch)
-    if not series.orders or len(model.own_turns) < 2 * criteria.FEWEST_TURNS:
+    if not series.orders or len(model.training_revolutions) < 2 * criteria.FEWEST_TURNS:
         return None
     columns = [model.seen.orders.index(f) for f in series.orders]
-    turns = model.own_turns
+    revolutions = model.training_revolutions
     vectors = model.seen.vectors[model.train][:, columns]
     sigma = model.seen.noise(series.orders)[model.train]
     sigma = np.sqrt(sigma**2 + (RELATIVE_NOISE * np.sqrt(np.mean(np.abs(vectors) ** 2, axis=0))) ** 2)
-    x = states(turns)
-    time = np.array([t.time for t in turns])
-    by = passed(model.periodic.laws, turns, series.orders)
+    x = states(revolutions)
+    time = np.array([t.time for t in revolutions])
+    by = passed(model.periodic.laws, revolutions, series.orders)
     vectors, sigma = vectors / by, sigma / np.abs(by)
-    return Amplitudes(vectors, sigma, x, directions(turns), time, series.orders, series, Reference.of(x, time))
+    return Amplitudes(vectors, sigma, x, directions(revolutions), time, series.orders, series, Reference.of(x, time))
 
 
 def stacked(values: Complex) -> FloatArray:
@@ -82,8 +84,8 @@ def stacked(values: Complex) -> FloatArray:
 
 
 def tangent(data: Amplitudes, k: int) -> tuple[FloatArray, Complex]:
-    """Columns (2*turns, 40) by which order k's vectors may move, scaled by their spread; and the series' vectors with
-    the coefficients but the constants at zero in the linear sense (turns,).
+    """Columns (2*revolutions, 40) by which order k's vectors may move, scaled by their spread; and the series' vectors
+    with the coefficients but the constants at zero in the linear sense (revolutions,).
     """
     blocks = []
     begin = data.series.vectors(data.x, data.direction)[:, k].astype(np.complex128)
@@ -92,10 +94,10 @@ def tangent(data: Amplitudes, k: int) -> tuple[FloatArray, Complex]:
         on_side = data.direction * side > 0
         basis = np.where(on_side[:, None], data.series.scaling[side].monomials(data.x), 0.0)
         phase, amplitude = data.series.phase[side][k], data.series.amplitude[side][k]
-        turn = np.exp(1j * (basis @ phase))
+        rotation = np.exp(1j * (basis @ phase))
         size = float(np.sqrt(np.mean(np.abs(begin[on_side]) ** 2))) if on_side.any() else 1.0
         spread = np.concatenate([data.series.prior[:9] * size, [10.0 * size], data.series.prior[9:], [10.0]])
-        columns = np.hstack([turn[:, None] * basis, (1j * (basis @ amplitude) * turn)[:, None] * basis])
+        columns = np.hstack([rotation[:, None] * basis, (1j * (basis @ amplitude) * rotation)[:, None] * basis])
         columns[~on_side] = 0.0
         centre -= columns @ np.concatenate([amplitude, phase])
         blocks.append(np.vstack([columns.real, columns.imag]) * spread)
@@ -104,7 +106,7 @@ def tangent(data: Amplitudes, k: int) -> tuple[FloatArray, Complex]:
 
 def whitened(data: Amplitudes) -> tuple[list[FloatArray], FloatArray]:
     """Cholesky factor of each order's covariance, polynomials' freedom in it; its residual, whitened
-    (orders, 2*turns).
+    (orders, 2*revolutions).
     """
     lowers, flat = [], []
     for k in range(len(data.orders)):
@@ -135,7 +137,7 @@ def resonances(data: Amplitudes, forms: Sequence[str] = tuple(MODES)) -> list[La
 
 
 def course(law: Law, data: Amplitudes) -> Complex:
-    """What a law of the form 1 + e*g multiplies the strength of each order by in the turns (turns, orders)."""
+    """Factor of the strength of each order in the revolutions (revolutions, orders) by a law of the form 1 + e*g."""
     if law.form in EACH:
         return EACH[law.form](data.frequency, *law.point[:2])
     g = value(law.effect, law.form, law.point, data.x, data.time, law.reference)
@@ -201,7 +203,7 @@ def _beyond_polynomials(law: Law, data: Amplitudes) -> float:
 
 
 def changes_of(data: Amplitudes, white: Sequence[FloatArray], laws: Sequence[Law]) -> list[FloatArray]:
-    """What each law's strength does to the orders' whitened vectors (orders, 2*turns, k): one column of all for a
+    """What each law's strength does to the orders' whitened vectors (orders, 2*revolutions, k): one column of all for a
     resonance, else two of each.
 
     Orthonormal for the latter.
@@ -225,7 +227,9 @@ def changes_of(data: Amplitudes, white: Sequence[FloatArray], laws: Sequence[Law
 
 
 def _moved(data: Amplitudes, smooth: Complex, law: Law) -> FloatArray:
-    """What a law's strength does to the vectors ``smooth`` (turns, orders), before whitening: (2*turns, orders, k)."""
+    """What a law's strength does to the vectors ``smooth`` (revolutions, orders), before whitening: (2*revolutions,
+    orders, k).
+    """
     if law.form in MODES:
         return stacked(MODES[law.form](data.frequency, law.point[0], law.point[1]) * smooth)[:, :, None]
     begin = course(law, data) * smooth
@@ -244,18 +248,20 @@ class Scores:
 
 
 def scores(law: Law, changes: FloatArray, flat: FloatArray) -> Scores:
-    """Score a law whose ``changes`` (orders, 2*turns, k) of the whitened vectors are given on draws of the orders'
-    residuals ``flat`` (draws, orders, 2*turns).
+    """Score a law whose ``changes`` (orders, 2*revolutions, k) of the whitened vectors are given on draws of the
+    orders' residuals ``flat`` (draws, orders, 2*revolutions).
     """
-    turns = 0.5 * flat.shape[2]
-    prior = 2.0 * PRIOR_TURNS
+    revolutions = 0.5 * flat.shape[2]
+    prior = 2.0 * PRIOR_REVOLUTIONS
     before = np.sum(flat**2, axis=2)
-    price = float(np.log(2.0 * turns))
+    price = float(np.log(2.0 * revolutions))
     # (orders, k, draws) -> (draws, orders, k)
     product = np.moveaxis(np.swapaxes(changes, 1, 2) @ np.transpose(flat, (1, 2, 0)), 2, 0)
 
     def gained(after: FloatArray) -> FloatArray:
-        return np.asarray((turns + PRIOR_TURNS) * np.log((before + prior) / (np.maximum(after, 0.0) + prior)))
+        return np.asarray(
+            (revolutions + PRIOR_REVOLUTIONS) * np.log((before + prior) / (np.maximum(after, 0.0) + prior))
+        )
 
     if law.form in MODES:
         energy, product = np.sum(changes[:, :, 0] ** 2, axis=1), product[:, :, 0]

@@ -51,7 +51,7 @@ class FoundLaw:
     std: tuple[float, ...]
     strength_std: FloatArray
     series: Series
-    rivals: tuple[tuple[Law, float, float, float], ...]
+    alternatives: tuple[tuple[Law, float, float, float], ...]
     share: float
 
 
@@ -66,7 +66,7 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
         return None
     changes = changes_of(data, white, points)
     scored = [scores(p, c, flat[None]) for p, c in zip(points, changes, strict=True)]
-    gains = np.array([float(own.total[0]) for own in scored])
+    gains = np.array([float(score.total[0]) for score in scored])
     best = int(np.argmax(gains))
     drawn = np.random.default_rng([seed, 5]).normal(size=(SURROGATES, *flat.shape))
     nulls = np.max([scores(p, c, drawn).total for p, c in zip(points, changes, strict=True)], axis=0)
@@ -76,24 +76,24 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
     by_effect: dict[str, int] = {}
     for k in np.argsort(-gains).tolist():
         by_effect.setdefault(points[k].effect, k)
-    told = dict.fromkeys(by_effect, 0.0) | {e: float(gains[k]) for e, k in by_effect.items()}
+    gain_of = dict.fromkeys(by_effect, 0.0) | {e: float(gains[k]) for e, k in by_effect.items()}
     each = {e: scored[k].each[0] for e, k in by_effect.items()}
     mode = moved = None
     # the scan's tangent is that of a weak mode: the vectors are asked themselves, and the mode refined, before it is
     # compared with what follows the speed anyhow
-    if RESONANCE in told:
+    if RESONANCE in gain_of:
         begin, gain = modes.begun(data)
-        if max(told[RESONANCE], gain) > 0.5 * gains[best]:
+        if max(gain_of[RESONANCE], gain) > 0.5 * gains[best]:
             mode = modes.refined(model, data, begin)
-            told[RESONANCE], each[RESONANCE] = mode.gain, mode.each
+            gain_of[RESONANCE], each[RESONANCE] = mode.gain, mode.each
         # beside a mode that was found, what its numbers leave is none with strengths as they please
         if model.periodic is not None and all(law.effect != RESONANCE for law in model.periodic.laws):
             moved = modes.of_each(data)
-        if moved is not None and moved.gain > max(gain, told[RESONANCE]) + criteria.RICHER:
-            told[RESONANCE], each[RESONANCE] = moved.gain, moved.each
+        if moved is not None and moved.gain > max(gain, gain_of[RESONANCE]) + criteria.RICHER:
+            gain_of[RESONANCE], each[RESONANCE] = moved.gain, moved.each
         else:
             moved = None
-    effect = max(told, key=lambda e: told[e])
+    effect = max(gain_of, key=lambda e: gain_of[e])
     std: tuple[float, ...] = ()
     if moved is not None and effect == RESONANCE:
         series = calibrated_under(model, data, moved.law)
@@ -101,19 +101,19 @@ def search(model: TransmissionModel, seed: int) -> FoundLaw | None:
     elif mode is not None and effect == RESONANCE:
         law, std, series, strength_std = mode.law, mode.std, mode.series, np.zeros(len(data.orders))
     else:
-        law, told[effect] = _between_points(data, white, flat, points[by_effect[effect]], told[effect])
+        law, gain_of[effect] = _between_points(data, white, flat, points[by_effect[effect]], gain_of[effect])
         law, series, strength_std = _strengths(model, data, law)
-    odds = {e: float(np.exp(min(g - told[effect], 0.0))) for e, g in told.items()}
+    odds = {e: float(np.exp(min(g - gain_of[effect], 0.0))) for e, g in gain_of.items()}
     whole = sum(odds.values())
-    rivals = []
+    alternatives = []
     for other, k in by_effect.items():
-        if other != effect and np.isfinite(told[other]):
+        if other != effect and np.isfinite(gain_of[other]):
             apart = each[effect] - each[other]
             error = float(np.std(apart) * np.sqrt(apart.size))
-            rivals.append((points[k], told[effect] - told[other], error, odds[other] / whole))
-    rivals.sort(key=lambda r: r[1])
-    law = replace(law, gain=told[effect])
-    return FoundLaw(law, rate, std, strength_std, series, tuple(rivals), 1.0 / whole)
+            alternatives.append((points[k], gain_of[effect] - gain_of[other], error, odds[other] / whole))
+    alternatives.sort(key=lambda r: r[1])
+    law = replace(law, gain=gain_of[effect])
+    return FoundLaw(law, rate, std, strength_std, series, tuple(alternatives), 1.0 / whole)
 
 
 def _driven(data: Amplitudes, quantity: str) -> bool:
@@ -158,8 +158,8 @@ def _strengths(model: TransmissionModel, data: Amplitudes, law: Law) -> tuple[La
         # two numbers an order, and any of the orders
         price = float(np.log(2.0 * len(g)) + np.log(len(data.orders)))
         for k, (lower, r) in enumerate(zip(white, flat, strict=True)):
-            own = g[:, k] * smooth[:, k]
-            z = solve_triangular(lower, np.column_stack([stacked(own), stacked(1j * own)]), lower=True)
+            changed = g[:, k] * smooth[:, k]
+            z = solve_triangular(lower, np.column_stack([stacked(changed), stacked(1j * changed)]), lower=True)
             right = z.T @ r
             inverse = np.linalg.inv(z.T @ z + 0.01 * np.eye(2))
             found = inverse @ right
@@ -179,26 +179,26 @@ def _strengths(model: TransmissionModel, data: Amplitudes, law: Law) -> tuple[La
 def calibrated_under(model: TransmissionModel, data: Amplitudes, law: Law) -> Series:
     """The series calibrated under a law."""
     answer = factor(law, data.x, data.time, data.orders)
-    return calibrate(model.own_turns, data.vectors / answer, data.sigma / np.abs(answer), data.orders)
+    return calibrate(model.training_revolutions, data.vectors / answer, data.sigma / np.abs(answer), data.orders)
 
 
-def joined(whole: Series, own: Series) -> Series:
+def joined(whole: Series, part: Series) -> Series:
     """A series with some of its orders as another has them; both calibrated on the same revolutions."""
-    place = [whole.orders.index(f) for f in own.orders]
+    columns = [whole.orders.index(f) for f in part.orders]
 
     def rows(one: Mapping[int, FloatArray], other: Mapping[int, FloatArray]) -> dict[int, FloatArray]:
         out = {side: values.copy() for side, values in one.items()}
         for side, values in other.items():
-            out[side][place] = values
+            out[side][columns] = values
         return out
 
     doubt, loss = whole.doubt.copy(), whole.loss.copy()
-    doubt[:, place], loss[place] = own.doubt, own.loss
+    doubt[:, columns], loss[columns] = part.doubt, part.loss
     return replace(
         whole,
-        amplitude=rows(whole.amplitude, own.amplitude),
-        phase=rows(whole.phase, own.phase),
-        covariance=rows(whole.covariance, own.covariance),
+        amplitude=rows(whole.amplitude, part.amplitude),
+        phase=rows(whole.phase, part.phase),
+        covariance=rows(whole.covariance, part.covariance),
         doubt=doubt,
         loss=loss,
     )

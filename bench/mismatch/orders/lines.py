@@ -34,9 +34,10 @@ SOLVABLE = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
-class Turns:
-    """Vectors a + j·b (turns, orders) of some revolutions, not a number where an order was not seen; their ``sigma``
-    (turns,); factors of each revolution by name, (turns,) each; ``fold`` of each, -1 where it is held out.
+class Revolutions:
+    """Vectors a + j·b (revolutions, orders) of some revolutions, not a number where an order was not seen; their
+    ``sigma`` (revolutions,); factors of each revolution by name, (revolutions,) each; ``fold`` of each, -1 where it is
+    held out.
     """
 
     vectors: Complex
@@ -71,17 +72,17 @@ class Line:
         return np.diag(self.covariance)
 
     def at(self, factors: Mapping[str, FloatArray]) -> Complex:
-        """Vectors at revolutions of given factors (turns,)."""
+        """Vectors at revolutions of given factors (revolutions,)."""
         return np.asarray(np.column_stack([factors[t] for t in self.model]) @ self.amplitude)
 
 
-def standing(turns: Turns, models: Sequence[Model], seed: int) -> list[Line]:
-    """Orders of the training revolutions that stand, strongest first."""
-    train = turns.train
+def significant_lines(revolutions: Revolutions, models: Sequence[Model], seed: int) -> list[Line]:
+    """Significant orders of the training revolutions, strongest first."""
+    train = revolutions.train
     if int(train.sum()) < criteria.FEWEST_TURNS:
         return []
-    scale = turns.sigma[train]
-    vectors = turns.vectors[train] / scale[:, None]
+    scale = revolutions.sigma[train]
+    vectors = revolutions.vectors[train] / scale[:, None]
     seen = np.isfinite(vectors)
     vectors = np.where(seen, vectors, 0.0)
     usable = seen.sum(axis=0) >= criteria.FEWEST_TURNS
@@ -89,7 +90,7 @@ def standing(turns: Turns, models: Sequence[Model], seed: int) -> list[Line]:
     if not usable.any():
         return []
     noise = _noise(vectors, seen)
-    bases = {m: b for m in models if (b := _basis(turns, train, m)) is not None}
+    bases = {m: b for m in models if (b := _basis(revolutions, train, m)) is not None}
     parts = [_parts(x / scale[:, None], seen) for x in bases.values()]
     gains = _gains(vectors, seen, parts, noise)
     best = _choice(gains, [len(m) for m in bases])
@@ -99,18 +100,20 @@ def standing(turns: Turns, models: Sequence[Model], seed: int) -> list[Line]:
     names = list(bases)
     for f in np.flatnonzero(usable & (gains[best, np.arange(usable.size)] > price)):
         model = names[int(best[f])]
-        out.append(_estimated(turns, train, int(f), model, bases, noise[f], float(gains[best[f], f]), nulls, seed))
+        out.append(
+            _estimated(revolutions, train, int(f), model, bases, noise[f], float(gains[best[f], f]), nulls, seed)
+        )
     return sorted(out, key=lambda line: -line.gain)
 
 
-def _basis(turns: Turns, train: NDArray[np.bool_], model: Model) -> FloatArray | None:
-    """Columns (turns, k) of a model; None where the revolutions do not tell them apart."""
-    x = np.column_stack([turns.factors[t][train] for t in model])
-    return x if _told_apart(x) else None
+def _basis(revolutions: Revolutions, train: NDArray[np.bool_], model: Model) -> FloatArray | None:
+    """Columns (revolutions, k) of a model; None where the revolutions do not tell them apart."""
+    x = np.column_stack([revolutions.factors[t][train] for t in model])
+    return x if _distinguishable(x) else None
 
 
-def _told_apart(x: FloatArray) -> bool:
-    """Whether some revolutions tell the factors (turns, k) of a model apart."""
+def _distinguishable(x: FloatArray) -> bool:
+    """Whether some revolutions distinguish the factors (revolutions, k) of a model."""
     unit = np.sqrt(np.sum(x**2, axis=0))
     if np.any(unit == 0.0) or len(x) < 2 * x.shape[1] + 2:
         return False
@@ -147,14 +150,14 @@ class _Part:
 
 
 def _parts(x: FloatArray, seen: NDArray[np.bool_]) -> list[_Part]:
-    """Where the orders (turns, orders) of a model of factors ``x`` (turns, k) can be predicted. An order that was seen
-    in some revolutions alone has no model that these do not tell.
+    """Where the orders (revolutions, orders) of a model of factors ``x`` (revolutions, k) can be predicted. An order
+    that was seen in some revolutions alone has no model that these do not tell.
     """
     out = []
     patterns, number = np.unique(seen, axis=1, return_inverse=True)
     for k in range(patterns.shape[1]):
         rows = patterns[:, k]
-        if not _told_apart(x[rows]):
+        if not _distinguishable(x[rows]):
             continue
         left, values, _ = np.linalg.svd(x[rows], full_matrices=False)
         basis = left[:, values > 1e-6 * values.max()]
@@ -208,7 +211,7 @@ def _nulls(
 
 
 def _estimated(
-    turns: Turns,
+    revolutions: Revolutions,
     train: NDArray[np.bool_],
     order: int,
     model: Model,
@@ -218,9 +221,9 @@ def _estimated(
     nulls: FloatArray,
     seed: int,
 ) -> Line:
-    vectors = turns.vectors[train, order]
+    vectors = revolutions.vectors[train, order]
     seen = np.isfinite(vectors)
-    scale = turns.sigma[train][seen]
+    scale = revolutions.sigma[train][seen]
     target = vectors[seen] / scale
     x = bases[model][seen] / scale[:, None]
     inverse = np.linalg.inv(x.T @ x)
@@ -228,7 +231,7 @@ def _estimated(
     left = float(np.sum(np.abs(target - x @ amplitude) ** 2))
     freedom = max(target.size - x.shape[1], 1)
     variance = (left + 2.0 * NEIGHBOUR_REVOLUTIONS * noise**2) / (2.0 * (freedom + NEIGHBOUR_REVOLUTIONS))
-    fold = np.unique(turns.fold[train][seen], return_inverse=True)[1]
+    fold = np.unique(revolutions.fold[train][seen], return_inverse=True)[1]
     densities = {}
     for other, columns in bases.items():
         squares = np.abs(target) ** 2
@@ -237,8 +240,8 @@ def _estimated(
         densities[other] = -0.5 * np.bincount(fold, squares / variance)
     shares = weights(np.asarray(list(densities.values())), seed)
     losses = {}
-    for other, own_density in densities.items():
-        gap = densities[model] - own_density
+    for other, density in densities.items():
+        gap = densities[model] - density
         error = float(np.std(gap, ddof=1) * np.sqrt(gap.size)) if gap.size > 1 else 0.0
         losses[other] = (float(gap.sum()), error)
     share = dict(zip(densities, (float(s) for s in shares), strict=True))

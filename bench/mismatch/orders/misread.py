@@ -15,7 +15,7 @@ import numpy as np
 from scipy import stats
 
 from bench.mismatch import criteria
-from bench.mismatch.orders.turns import Complex, Seen, Turn
+from bench.mismatch.orders.revolutions import Complex, Revolution, Seen
 from bench.mismatch.recordings.vibration import ShaftSpectrum
 from bench.simulation.frame import FloatArray
 from bench.simulation.waves import Wave
@@ -59,8 +59,8 @@ class Misread:
 
 
 @dataclass(frozen=True, slots=True)
-class Asked:
-    """``orders`` of which the motor's torque says whose they are, and the encoder's parts that were ``found``."""
+class TorqueCheck:
+    """``orders`` whose origin the motor's torque decides, and the encoder's parts that were ``found``."""
 
     orders: tuple[float, ...] = ()
     found: tuple[Misread, ...] = ()
@@ -70,25 +70,25 @@ class Asked:
         return next((m.vector for m in self.found if m.order == order and m.beside), 0j)
 
 
-def asked(
+def torque_check(
     seen: Seen,
-    turns: Sequence[Turn],
+    revolutions: Sequence[Revolution],
     recordings: frozenset[int],
     shaft: Sequence[ShaftSpectrum],
     ratio: float,
     share: tuple[float, float],
     orders: Sequence[float],
-) -> Asked:
+) -> TorqueCheck:
     """Ask the motor's torque in ``recordings`` (their indices) about ``orders``, multiples of the ``ratio``.
 
     ``share`` of the load's reaction that the other orders have in the motor torque, with its standard deviation.
     """
-    shown = [_points(seen, turns, recordings, shaft, ratio, order) for order in orders]
-    told = [_estimated(points, share) for points in shown if points is not None]
-    rate = criteria.ERROR_RATE_OF_A_CHANNEL / max(len(told), 1)
-    found = [m for m in told if m.p_value < rate and not _of_the_loop(seen, m)]
+    shown = [_points(seen, revolutions, recordings, shaft, ratio, order) for order in orders]
+    estimates = [_estimated(points, share) for points in shown if points is not None]
+    rate = criteria.ERROR_RATE_OF_A_CHANNEL / max(len(estimates), 1)
+    found = [m for m in estimates if m.p_value < rate and not _of_the_loop(seen, m)]
     mostly = any(abs(m.vector) > HALF * _size(seen, m.order) for m in found)
-    return Asked(tuple(m.order for m in told), tuple(found) if mostly else ())
+    return TorqueCheck(tuple(m.order for m in estimates), tuple(found) if mostly else ())
 
 
 def _of_the_loop(seen: Seen, part: Misread) -> bool:
@@ -103,7 +103,7 @@ def _of_the_loop(seen: Seen, part: Misread) -> bool:
 
 
 def _size(seen: Seen, order: float) -> float:
-    """Root mean square of an order's amplitude over the turns."""
+    """Root mean square of an order's amplitude over the revolutions."""
     return float(np.sqrt(np.mean(np.abs(seen.vectors[:, seen.orders.index(order)]) ** 2)))
 
 
@@ -125,7 +125,7 @@ class _Points:
 
 def _points(
     seen: Seen,
-    turns: Sequence[Turn],
+    revolutions: Sequence[Revolution],
     recordings: frozenset[int],
     shaft: Sequence[ShaftSpectrum],
     ratio: float,
@@ -134,17 +134,28 @@ def _points(
     """None where too few recordings show the order in both."""
     times = round(order / ratio)
     column = seen.vectors[:, seen.orders.index(order)]
-    recording = np.array([t.recording for t in turns])
-    reach = np.array([t.torque for t in turns]) / ratio * -1j * order  # derivative of a + j*b is -j*f*(a + j*b)
+    recording = np.array([t.recording for t in revolutions])
+    vectors_per_share = (
+        np.array([t.torque for t in revolutions]) / ratio * -1j * order
+    )  # derivative of a + j*b is -j*f*(a + j*b)
     rows = []
     for one in shaft:
-        own = np.flatnonzero(recording == one.recording)
-        if one.recording not in recordings or not own.size or times >= one.amplitude.size:
+        rows_of_recording = np.flatnonzero(recording == one.recording)
+        if one.recording not in recordings or not rows_of_recording.size or times >= one.amplitude.size:
             continue
         at = one.in_band[times]
         if np.isfinite(at):
-            whole = np.mean(reach[own] * 1j * np.conj(column[own]))
-            rows.append((at, whole, np.mean(reach[own]), one.velocity, one.sigma, np.mean(column[own])))
+            whole = np.mean(vectors_per_share[rows_of_recording] * 1j * np.conj(column[rows_of_recording]))
+            rows.append(
+                (
+                    at,
+                    whole,
+                    np.mean(vectors_per_share[rows_of_recording]),
+                    one.velocity,
+                    one.sigma,
+                    np.mean(column[rows_of_recording]),
+                )
+            )
     if len(rows) < criteria.FEWEST_RECORDINGS + 1 + NUISANCES:
         return None
     torque, reaction, unit, velocity, sigma, vectors = (np.array(c) for c in zip(*rows, strict=True))

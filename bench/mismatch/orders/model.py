@@ -14,13 +14,22 @@ from bench.mismatch.orders.between import search_between
 from bench.mismatch.orders.bounds import Bounds
 from bench.mismatch.orders.joint import moved, needless
 from bench.mismatch.orders.look import HIGHEST_ORDER, Look
-from bench.mismatch.orders.misread import Asked
+from bench.mismatch.orders.misread import TorqueCheck
 from bench.mismatch.orders.partial import refined
 from bench.mismatch.orders.periodic import Periodic
+from bench.mismatch.orders.revolutions import (
+    LEAST_PART,
+    SHORTEST_REVOLUTION,
+    Revolution,
+    Seen,
+    found_in,
+    looks,
+    passed,
+    seen,
+)
 from bench.mismatch.orders.ringing import ringing, rings_for
 from bench.mismatch.orders.series import Series, calibrate
-from bench.mismatch.orders.turns import LEAST_PART, LEAST_TURN, Seen, Turn, found_in, looks, passed, seen
-from bench.mismatch.orders.unsure import turned_through, unsure
+from bench.mismatch.orders.unsure import angle_of_rows, unsure
 from bench.mismatch.orders.weak import Stage, WeakOrder, search
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.course import added
@@ -60,9 +69,9 @@ class TransmissionModel:
 
     rows: Rows
     inside: NDArray[np.bool_]
-    turns: list[Turn]
+    revolutions: list[Revolution]
     train: NDArray[np.bool_]
-    """which turns may be fitted"""
+    """which revolutions may be fitted"""
     given: Given
     folds: IntArray
     base: tuple[BaseTerm, ...]
@@ -81,18 +90,18 @@ class TransmissionModel:
     offset: Search | None = None
     quiet: FloatArray | None = field(default=None, repr=False)
     """the rows without their offset (n,): what the orders were found in"""
-    parts: tuple[Turn, ...] = ()
+    parts: tuple[Revolution, ...] = ()
     """steady parts of less than a revolution that may be fitted"""
     notes: list[str] = field(default_factory=list)
     laws: tuple[Law, ...] = ()
     """found strong, so that everything else is calibrated under them"""
-    asked: Asked = field(default_factory=Asked)
+    torque_check: TorqueCheck = field(default_factory=TorqueCheck)
     """whose the multiples of the ratio are, by the load's reaction"""
 
     @property
-    def own_turns(self) -> list[Turn]:
+    def training_revolutions(self) -> list[Revolution]:
         """Turns that may be fitted."""
-        return [t for t, chosen in zip(self.turns, self.train, strict=True) if chosen]
+        return [t for t, chosen in zip(self.revolutions, self.train, strict=True) if chosen]
 
     @property
     def recorded(self) -> FloatArray:
@@ -113,19 +122,19 @@ def begun(
     banned: Sequence[str] = (),
 ) -> TransmissionModel:
     """A model with nothing calibrated yet."""
-    turns = found_in(rows.frame)
+    revolutions = found_in(rows.frame)
     inside = (rows.number > 0) & (rows.frame.direction != 0)
-    bounds = Bounds.of([t.velocity for t in turns])
+    bounds = Bounds.of([t.velocity for t in revolutions])
     if bounds is not None:
         inside &= bounds.inside(rows.frame)
-    train = np.array([folds[t.recording] >= 0 for t in turns], dtype=bool)
+    train = np.array([folds[t.recording] >= 0 for t in revolutions], dtype=bool)
     parts = tuple(
         p
-        for p in found_in(rows.frame, LEAST_PART, LEAST_TURN)
+        for p in found_in(rows.frame, LEAST_PART, SHORTEST_REVOLUTION)
         if folds[p.recording] >= 0 and bool(inside[p.rows].all()) and bool((rows.number[p.rows] > 0).all())
     )
     return TransmissionModel(
-        rows, inside, turns, train, given, folds, tuple(base), tuple(switched_off), tuple(banned), parts=parts
+        rows, inside, revolutions, train, given, folds, tuple(base), tuple(switched_off), tuple(banned), parts=parts
     )
 
 
@@ -154,36 +163,36 @@ def _orders(model: TransmissionModel, y: FloatArray, seed: int) -> None:
     rows, given = model.rows, model.given
     known = [*given.orders, *(f for f in given.notch if f not in given.orders)]
     found: dict[float, WeakOrder] = {}
-    shown = looks(rows, model.turns)
-    now = seen(shown, model.turns, y, known)
-    stage = Stage.of(now, model.turns, model.train)
+    shown = looks(rows, model.revolutions)
+    now = seen(shown, model.revolutions, y, known)
+    stage = Stage.of(now, model.revolutions, model.train)
     if stage is not None and model.price is None:
         model.nulls = stage.maxima(seed, False)
         model.price = tail(model.nulls, criteria.ERROR_RATE_OF_A_CHANNEL)
     for _ in range(ROUNDS if model.price is not None else 0):
         assert model.price is not None
-        model.noise = slow.mixture(now, model.turns, rows, rows.within, usual_rate(rows.frame))
-        fresh = search(now, model.turns, model.train, now.orders, _floor(model), model.price)
+        model.noise = slow.mixture(now, model.revolutions, rows, rows.within, usual_rate(rows.frame))
+        fresh = search(now, model.revolutions, model.train, now.orders, _floor(model), model.price)
         fresh = [w for w in fresh if w.order not in found]
         if not fresh:
             # with its number an order between two follows what a whole one does with the state: whole ones come first
-            fresh = search_between(now, model.turns, model.train, now.orders, _floor(model), model.price)
+            fresh = search_between(now, model.revolutions, model.train, now.orders, _floor(model), model.price)
         if not fresh:
             break
         found |= {w.order: w for w in fresh}
-        now = seen(shown, model.turns, y, [*known, *sorted(found)])
+        now = seen(shown, model.revolutions, y, [*known, *sorted(found)])
     if model.price is not None:
         now = _settled(model, y, shown, now, known, found)
         # several that leak into each other may each be needless beside the others, and not all of them
         again: set[float] = set()
         for _ in range(SETTLINGS):
-            fresh = search(now, model.turns, model.train, now.orders, _floor(model), model.price)
+            fresh = search(now, model.revolutions, model.train, now.orders, _floor(model), model.price)
             fresh = [w for w in fresh if w.order not in found and w.order not in again]
             if not fresh:
                 break
             again |= {w.order for w in fresh}
             found |= {w.order: w for w in fresh}
-            now = _settled(model, y, shown, seen(shown, model.turns, y, [*known, *sorted(found)]), known, found)
+            now = _settled(model, y, shown, seen(shown, model.revolutions, y, [*known, *sorted(found)]), known, found)
     calibrate_all(model, now, known, found)
     with_noise(model, now)
 
@@ -196,33 +205,33 @@ def _settled(
     known: Sequence[float],
     found: dict[float, WeakOrder],
 ) -> Seen:
-    """What the turns show when each of the ``found`` orders, changed here, stands where it gains most beside all others
-    and those that these make needless are gone.
+    """What the revolutions show when each of the ``found`` orders, changed here, stands where it gains most beside all
+    others and those that these make needless are gone.
     """
     assert model.price is not None
     for _ in range(SETTLINGS):
-        steps = moved(now, model.turns, model.train, found)
+        steps = moved(now, model.revolutions, model.train, found)
         for old, new in steps.items():
             found[new] = replace(found.pop(old), order=new)
         if steps:
-            now = seen(shown, model.turns, y, [*known, *sorted(found)])
-        gone = needless(now, model.turns, model.train, found, model.price)
+            now = seen(shown, model.revolutions, y, [*known, *sorted(found)])
+        gone = needless(now, model.revolutions, model.train, found, model.price)
         for order in gone:
             del found[order]
         if gone:
-            now = seen(shown, model.turns, y, [*known, *sorted(found)])
+            now = seen(shown, model.revolutions, y, [*known, *sorted(found)])
         if not steps and not gone:
             break
     return now
 
 
 def with_noise(model: TransmissionModel, now: Seen) -> None:
-    """Tell a model's noise from what its turns show and its rows scatter."""
+    """Tell a model's noise from what its revolutions show and its rows scatter."""
     assert model.periodic is not None
     slope = model.periodic.slope(model.rows.frame.take(steady_rows(model)))
-    own = model.rows.take(steady_rows(model))
-    inner = np.maximum(own.within - 2.0 * slope * own.lean + slope**2 * own.sweep, 0.0)
-    model.noise = slow.mixture(now, model.turns, own, inner, usual_rate(model.rows.frame))
+    steady = model.rows.take(steady_rows(model))
+    inner = np.maximum(steady.within - 2.0 * slope * steady.lean + slope**2 * steady.sweep, 0.0)
+    model.noise = slow.mixture(now, model.revolutions, steady, inner, usual_rate(model.rows.frame))
 
 
 def steady_rows(model: TransmissionModel) -> NDArray[np.bool_]:
@@ -236,8 +245,8 @@ def _floor(model: TransmissionModel) -> float:
 
 
 def calibrate_all(model: TransmissionModel, now: Seen, known: Sequence[float], found: dict[float, WeakOrder]) -> None:
-    """Calibrate the series and the further orders on what the turns show of them all."""
-    stage = Stage.of(now, model.turns, model.train)
+    """Calibrate the series and the further orders on what the revolutions show of them all."""
+    stage = Stage.of(now, model.revolutions, model.train)
     # what is found under a law follows it, as the series does
     polynomial = list(known)
     weak: list[WeakOrder] = []
@@ -247,20 +256,20 @@ def calibrate_all(model: TransmissionModel, now: Seen, known: Sequence[float], f
             continue
         vectors = now.vectors[model.train, k] / stage.scale
         sigma = float(stage.shape[min(round(f), HIGHEST_ORDER)])
-        own = stage.estimated(f, order.model, vectors, sigma, order.gain)
-        if model.laws or stage.misfit(own, vectors, sigma) > FOLLOWED:
+        estimate = stage.estimated(f, order.model, vectors, sigma, order.gain)
+        if model.laws or stage.misfit(estimate, vectors, sigma) > FOLLOWED:
             polynomial.append(f)
-        weak.append(own)
-    turns = model.own_turns
-    place = np.array([now.orders.index(f) for f in polynomial], dtype=np.int64)
+        weak.append(estimate)
+    revolutions = model.training_revolutions
+    columns = np.array([now.orders.index(f) for f in polynomial], dtype=np.int64)
     noise = now.noise(polynomial)[model.train]
-    vectors = now.vectors[model.train][:, place]
+    vectors = now.vectors[model.train][:, columns]
     alone = tuple(w for w in weak if w.order not in polynomial)
     model.seen = now
 
     def under(laws: tuple[Law, ...], waves: tuple[WeakOrder, ...]) -> Periodic:
-        by = passed(laws, turns, polynomial)
-        series = calibrate(turns, vectors / by, noise / np.abs(by), polynomial)
+        by = passed(laws, revolutions, polynomial)
+        series = calibrate(revolutions, vectors / by, noise / np.abs(by), polynomial)
         return with_parts(model, Periodic(series, waves, laws=laws))
 
     model.periodic = under((*model.given.laws, *model.laws), alone)
@@ -274,11 +283,13 @@ def with_parts(model: TransmissionModel, periodic: Periodic) -> Periodic:
         return periodic
     y = model.rows.y if model.quiet is None else model.quiet
     rest = replace(periodic, series=periodic.series.less(periodic.series.orders), laws=())
-    own = y.copy()
+    rest_of_rows = y.copy()
     for part in model.parts:
-        own[part.rows] -= rest.evaluate(model.rows.frame.take(part.rows))
+        rest_of_rows[part.rows] -= rest.evaluate(model.rows.frame.take(part.rows))
     white = float(np.median(model.seen.white[model.train]))
-    return replace(periodic, series=refined(periodic.series, model.rows, own, model.parts, white, periodic.laws))
+    return replace(
+        periodic, series=refined(periodic.series, model.rows, rest_of_rows, model.parts, white, periodic.laws)
+    )
 
 
 def _wavering(model: TransmissionModel, y: FloatArray) -> FloatArray:
@@ -290,9 +301,9 @@ def _wavering(model: TransmissionModel, y: FloatArray) -> FloatArray:
     regressor = next((b.regressor for b in model.base if b.regressor.effect == "te.offset"), None)
     if regressor is None:
         return np.zeros(y.size)
-    for turn in model.own_turns:
-        blocks.append(regressor.columns(model.rows.frame.take(turn.rows)).mean(axis=0))
-        means.append(float(np.mean(y[turn.rows])))
+    for revolution in model.training_revolutions:
+        blocks.append(regressor.columns(model.rows.frame.take(revolution.rows)).mean(axis=0))
+        means.append(float(np.mean(y[revolution.rows])))
     x = np.asarray(blocks)
     scale = np.maximum(np.sqrt(np.mean(x**2, axis=0)), 1e-9)
     normal = (x / scale).T @ (x / scale) / len(blocks) + 1e-5 * np.eye(x.shape[1])
@@ -337,11 +348,11 @@ def _unsure(
     assert model.periodic is not None
     assert model.noise is not None
     frame, rate, series = rows.frame, usual_rate(model.rows.frame), model.periodic.series
-    span = turned_through(frame, rate)
+    span = angle_of_rows(frame, rate)
     doubt = series.variance(states, frame.last_direction, span)
-    asked = usable & (model.folds[frame.recording] >= 0) & (rows.number > 0)
+    counted = usable & (model.folds[frame.recording] >= 0) & (rows.number > 0)
     noise = model.noise.of_means(rows.number, durations(frame))
-    shared = unsure(series, model.periodic.laws, rate, frame, noise, asked)
+    shared = unsure(series, model.periodic.laws, rate, frame, noise, counted)
     if shared is None:
         return doubt, model.base
     doubt = np.maximum(doubt - shared.explained(states, frame.last_direction, span), 0.0)
@@ -359,7 +370,7 @@ def offset_alone(model: TransmissionModel, y: FloatArray) -> FloatArray:
     out = np.zeros(y.size)
     for block in blocks:
         if block.regressor.effect != NUISANCE:
-            out += added(block.regressor, model.rows.frame, fit.of(block.place)[0])
+            out += added(block.regressor, model.rows.frame, fit.of(block.indices)[0])
     return out
 
 

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from bench.mismatch import criteria
-from bench.mismatch.orders.law_scores import PRIOR_TURNS, Amplitudes, resonances, stacked, tangent, unusual
+from bench.mismatch.orders.law_scores import PRIOR_REVOLUTIONS, Amplitudes, resonances, stacked, tangent, unusual
 from bench.mismatch.orders.lowest import lowest
 from bench.mismatch.orders.model import TransmissionModel
+from bench.mismatch.orders.revolutions import Complex
 from bench.mismatch.orders.series import FIRST_PRIOR, Series, calibrate
-from bench.mismatch.orders.turns import Complex
 from bench.simulation.frame import FloatArray
 from bench.simulation.laws import EACH, RESONANCE, Law, resonant
 
@@ -114,8 +114,8 @@ class Bounds:
 
 
 def _smoothness(data: Amplitudes, answer: Complex) -> FloatArray:
-    """Log marginal likelihood (orders,) of the vectors if they are polynomials that have passed ``answer`` (turns,
-    orders), each direction with its own.
+    """Log marginal likelihood (orders,) of the vectors if they are polynomials that have passed ``answer``
+    (revolutions, orders), each direction with its own.
     """
     size = np.abs(answer)
     before = data.vectors / answer
@@ -129,15 +129,17 @@ def _smoothness(data: Amplitudes, answer: Complex) -> FloatArray:
         covariance[:, np.arange(len(basis)), np.arange(len(basis))] += noise.T
         lower = np.linalg.cholesky(covariance)
         z = np.linalg.solve(lower, before[on_side].T[:, :, None])[:, :, 0]
-        prior = 2.0 * PRIOR_TURNS
-        out -= (len(basis) + PRIOR_TURNS) * np.log(np.sum(np.abs(z) ** 2, axis=1) + prior)
+        prior = 2.0 * PRIOR_REVOLUTIONS
+        out -= (len(basis) + PRIOR_REVOLUTIONS) * np.log(np.sum(np.abs(z) ** 2, axis=1) + prior)
         out -= 2.0 * np.sum(np.log(np.diagonal(lower, axis1=1, axis2=2)), axis=1)
     return np.asarray(out)
 
 
 @dataclass(frozen=True, slots=True)
 class _Freedom:
-    """By what an order's polynomials may move its vectors: covariance (2*turns, 2*turns) and ``centre`` (turns,)."""
+    """By what an order's polynomials may move its vectors: covariance (2*revolutions, 2*revolutions) and ``centre``
+    (revolutions,).
+    """
 
     covariance: FloatArray
     centre: Complex
@@ -152,11 +154,11 @@ class _Freedom:
         return out
 
     def loss(self, vectors: Complex, sigma: FloatArray, answer: Complex) -> float:
-        """Negative log marginal likelihood of the order's ``vectors`` if they have passed ``answer`` (turns,)."""
+        """Negative log marginal likelihood of the order's ``vectors`` if they have passed ``answer`` (revolutions,)."""
         variance = np.concatenate([sigma / np.abs(answer)] * 2) ** 2
         lower = np.linalg.cholesky(self.covariance + np.diag(variance))
         z = solve_triangular(lower, stacked(vectors / answer - self.centre), lower=True)
-        squares = 0.5 * (z.size + 2.0 * PRIOR_TURNS) * np.log(float(z @ z) + 2.0 * PRIOR_TURNS)
+        squares = 0.5 * (z.size + 2.0 * PRIOR_REVOLUTIONS) * np.log(float(z @ z) + 2.0 * PRIOR_REVOLUTIONS)
         return float(squares + np.sum(np.log(np.diag(lower))) + 2.0 * np.sum(np.log(np.abs(answer))))
 
 
@@ -177,7 +179,7 @@ def refined(
 
     def under(point: FloatArray, touched: NDArray[np.bool_]) -> Amplitudes:
         answer = np.where(touched[None, :], resonant(begin.form, data.frequency, clipped(point)), 1.0)
-        series = calibrate(model.own_turns, data.vectors / answer, data.sigma / np.abs(answer), data.orders)
+        series = calibrate(model.training_revolutions, data.vectors / answer, data.sigma / np.abs(answer), data.orders)
         return replace(data, series=series)
 
     plain = _losses(data, _Freedom.of(data), begin.form, _NOTHING)
@@ -228,7 +230,7 @@ def of_each(data: Amplitudes) -> Moved | None:
 
     def each(point: Sequence[float]) -> FloatArray:
         swings = EACH[form](data.frequency, point[0], point[1])
-        return np.array([own.gained(swings[:, k]) for k, own in enumerate(within)])
+        return np.array([vectors.gained(swings[:, k]) for k, vectors in enumerate(within)])
 
     def gain(point: Sequence[float]) -> float:
         return float(np.sum(np.maximum(each(point), 0.0))) - unusual(point[1]) - float(np.log(2.0 * len(data.time)))
@@ -252,8 +254,8 @@ def of_each(data: Amplitudes) -> Moved | None:
 
 @dataclass(frozen=True, slots=True)
 class _Within:
-    """An order's vectors as polynomials of the state, each direction with its own: factor (turns, turns) of their
-    covariance, the vectors under it (turns,), and their ``level``.
+    """An order's vectors as polynomials of the state, each direction with its own: factor (revolutions, revolutions) of
+    their covariance, the vectors under it (revolutions,), and their ``level``.
     """
 
     lower: FloatArray
@@ -275,23 +277,23 @@ class _Within:
         return cls(np.asarray(lower), covariance, np.asarray(left), level)
 
     def _under(self, swing: Complex) -> tuple[Complex, float]:
-        own = np.asarray(self.level * solve_triangular(self.lower, swing, lower=True))
-        return own, float(np.sum(np.abs(own) ** 2))
+        whitened = np.asarray(self.level * solve_triangular(self.lower, swing, lower=True))
+        return whitened, float(np.sum(np.abs(whitened) ** 2))
 
     def gained(self, swing: Complex) -> float:
-        """Log marginal likelihood gained if the vectors have some of a ``swing`` (turns,), of the order's size."""
-        own, power = self._under(swing)
-        prior = 2.0 * PRIOR_TURNS
+        """Log marginal likelihood gained if the vectors have some of a ``swing`` (revolutions,) of the order's size."""
+        whitened, power = self._under(swing)
+        prior = 2.0 * PRIOR_REVOLUTIONS
         before = float(np.sum(np.abs(self.left) ** 2))
-        after = before - abs(complex(np.vdot(own, self.left))) ** 2 / (1.0 + power)
-        turns = len(self.left) + PRIOR_TURNS
-        return float(turns * np.log((before + prior) / (max(after, 0.0) + prior)) - np.log(1.0 + power))
+        after = before - abs(complex(np.vdot(whitened, self.left))) ** 2 / (1.0 + power)
+        revolutions = len(self.left) + PRIOR_REVOLUTIONS
+        return float(revolutions * np.log((before + prior) / (max(after, 0.0) + prior)) - np.log(1.0 + power))
 
     def strength(self, swing: Complex) -> complex:
         """How much of a swing the vectors have, over what they are without it."""
-        own, power = self._under(swing)
-        share = complex(np.vdot(own, self.left)) / (1.0 + power)
-        rest = solve_triangular(self.lower.T, self.left - share * own, lower=False)
+        whitened, power = self._under(swing)
+        share = complex(np.vdot(whitened, self.left)) / (1.0 + power)
+        rest = solve_triangular(self.lower.T, self.left - share * whitened, lower=False)
         mean = complex(np.mean(self.polynomials @ rest))
         return share * self.level / mean if mean else 0.0j
 

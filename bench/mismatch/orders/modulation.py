@@ -15,8 +15,8 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.orders.model import TransmissionModel
+from bench.mismatch.orders.revolutions import Complex, passed
 from bench.mismatch.orders.sight import Sight
-from bench.mismatch.orders.turns import Complex, passed
 from bench.mismatch.orders.weak import NEIGHBOUR_REVOLUTIONS
 from bench.simulation.frame import FloatArray, IntArray
 from bench.simulation.laws import RESONANCE
@@ -59,11 +59,11 @@ class Modulation:
 
 @dataclass(frozen=True, slots=True)
 class _Orders:
-    """Found whole orders (n,): place, logarithm of the size over what is usual there; what a constant vector loses
+    """Found whole orders (n,): number, logarithm of the size over what is usual there; what a constant vector loses
     against the best plain model, and what one in proportion to each carrier's gains against it (n, carriers).
     """
 
-    place: IntArray
+    number: IntArray
     size: FloatArray
     constant: FloatArray
     following: FloatArray
@@ -74,19 +74,19 @@ class _Orders:
 def search(model: TransmissionModel, sight: Sight, taken: Sequence[float], seed: int) -> Modulation | None:
     """The best modulation of a known order, if chance does not place orders so; orders ``taken`` are none of it."""
     found = _found(model, sight, taken)
-    if found.place.size < 2:
+    if found.number.size < 2:
         return None
-    score, pairs = _best(found, found.place)
+    score, pairs = _best(found, found.number)
     if pairs is None:
         return None
     rng = np.random.default_rng([seed, 3])
     density = _density(found, sight)
     better = 0
     for _ in range(SURROGATES):
-        places = rng.choice(density.size, found.place.size, replace=False, p=density)
-        better += _best(found, places)[0] >= score
+        orders = rng.choice(density.size, found.number.size, replace=False, p=density)
+        better += _best(found, orders)[0] >= score
     p_value = (1.0 + better) / (1.0 + SURROGATES)
-    alone = found.place.size == 2 * len(pairs)
+    alone = found.number.size == 2 * len(pairs)
     return Modulation(pairs, p_value) if p_value < (criteria.PAIR_ALONE if alone else criteria.ERROR_RATE) else None
 
 
@@ -94,11 +94,15 @@ def _found(model: TransmissionModel, sight: Sight, taken: Sequence[float]) -> _O
     assert model.periodic is not None
     candidates = [f for f in sight.found if f == round(f) and f not in taken]
     carriers = tuple(f for f in model.given.orders if f not in model.given.notch and f in model.periodic.series.orders)
-    turns = model.own_turns
+    revolutions = model.training_revolutions
     # what all orders near a mode pass makes none the sideband of another: they are compared as they were before it
     modes = [law for law in model.periodic.laws if law.effect == RESONANCE]
-    shown = model.periodic.at_turns(turns, carriers) / sight.stage.scale[:, None] / passed(modes, turns, carriers)
-    by = passed(modes, turns, candidates)
+    shown = (
+        model.periodic.at_revolutions(revolutions, carriers)
+        / sight.stage.scale[:, None]
+        / passed(modes, revolutions, carriers)
+    )
+    by = passed(modes, revolutions, candidates)
     size, constant = np.zeros(len(candidates)), np.zeros(len(candidates))
     following = np.full((len(candidates), len(carriers)), -np.inf)
     for k, f in enumerate(candidates):
@@ -111,8 +115,8 @@ def _found(model: TransmissionModel, sight: Sight, taken: Sequence[float]) -> _O
         for c in range(len(carriers)):
             following[k, c] = _proportional(vectors, shown[:, c], noise) - best
     highest = int(max([*candidates, *carriers, 1.0]) * 1.1) + criteria.HIGHEST_MODULATION
-    place = np.array(candidates, dtype=np.int64)
-    return _Orders(place, _beyond_usual(place, size), constant, following, carriers, highest)
+    orders = np.array(candidates, dtype=np.int64)
+    return _Orders(orders, _beyond_usual(orders, size), constant, following, carriers, highest)
 
 
 def _beyond_usual(orders: IntArray, size: FloatArray) -> FloatArray:
@@ -128,7 +132,7 @@ def _beyond_usual(orders: IntArray, size: FloatArray) -> FloatArray:
 
 
 def _proportional(vectors: Complex, to: Complex, noise: float) -> float:
-    """Gain of vectors (turns,) in proportion to others, each revolution predicted by the rest."""
+    """Gain of vectors (revolutions,) in proportion to others, each revolution predicted by the rest."""
     energy = np.abs(to) ** 2
     ratio = np.sum(np.conj(to) * vectors) / max(float(energy.sum()), 1e-300)
     leverage = np.minimum(energy / max(float(energy.sum()), 1e-300), 0.99)
@@ -140,23 +144,23 @@ def _proportional(vectors: Complex, to: Complex, noise: float) -> float:
 
 def _density(found: _Orders, sight: Sight) -> FloatArray:
     """Chance that an order stands at each place (highest + 1,): anywhere, or where those of this gearbox are dense."""
-    places = np.arange(found.highest + 1.0)
-    usual = 1.0 / (15.0 + places)
+    orders = np.arange(found.highest + 1.0)
+    usual = 1.0 / (15.0 + orders)
     out = USUAL_ORDERS * usual / usual.sum()
-    for f in found.place:
+    for f in found.number:
         width = 0.3 * float(f) + 3.0
-        kernel = np.exp(-0.5 * ((places - f) / width) ** 2)
+        kernel = np.exp(-0.5 * ((orders - f) / width) ** 2)
         out += kernel / kernel.sum()
     out[0] = 0.0
     out[[round(f) for f in sight.known if f < out.size - 0.5]] = 0.0
     return np.asarray(out / out.sum())
 
 
-def _best(found: _Orders, places: IntArray) -> tuple[float, tuple[Pair, ...] | None]:
-    """The best modulation with the orders at some ``places``: its score, and its pairs."""
+def _best(found: _Orders, orders: IntArray) -> tuple[float, tuple[Pair, ...] | None]:
+    """The best modulation with the orders at some ``orders``: its score, and its pairs."""
     steps = np.arange(1, criteria.HIGHEST_MODULATION * MULTIPLES + 1)
     at = np.full(found.highest + steps.size + 1, -1, dtype=np.int64)
-    at[places] = np.arange(places.size)
+    at[orders] = np.arange(orders.size)
     carriers = np.array(found.carriers)
     whole = carriers == np.round(carriers)
     centre = np.where(whole, carriers, 0.0).astype(np.int64)[:, None]
@@ -208,8 +212,8 @@ def _score(found: _Orders, c: int, low: int, high: int, spread: float, mean: flo
 def ratios(model: TransmissionModel, sight: Sight, pair: Pair) -> dict[float, tuple[complex, float]]:
     """Each order's vector over its carrier's, and the standard deviation of a component of that."""
     assert model.periodic is not None
-    turns = model.own_turns
-    to = model.periodic.at_turns(turns, [pair.carrier])[:, 0] / sight.stage.scale
+    revolutions = model.training_revolutions
+    to = model.periodic.at_revolutions(revolutions, [pair.carrier])[:, 0] / sight.stage.scale
     energy = float(np.sum(np.abs(to) ** 2))
     out = {}
     for f in pair.orders:

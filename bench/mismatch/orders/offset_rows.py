@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.mismatch.orders.turns import Seen, Turn, scattered
+from bench.mismatch.orders.revolutions import Revolution, Seen, scattered
 from bench.mismatch.recordings.rows import LIVELY_S, SLOW_S, Rows, blocks, changes, lively, reduced
 from bench.mismatch.regression.noise import MEMORIES_S, Mixture, fitted, of_samples
 from bench.simulation.frame import FloatArray, IntArray
@@ -35,7 +35,7 @@ def offset_rows(rows: Rows, y: FloatArray, inside: NDArray[np.bool_]) -> tuple[R
     return Rows(reduced(frame, edges), mean, total), inside[edges], edges
 
 
-def mixture(seen: Seen, turns: Sequence[Turn], rows: Rows, inner: FloatArray, rate: float) -> Mixture:
+def mixture(seen: Seen, revolutions: Sequence[Revolution], rows: Rows, inner: FloatArray, rate: float) -> Mixture:
     """Noise of the samples from what the revolutions leave at every order, and inside the rows.
 
     Medians over orders and revolutions: a line that is not known yet is in one of them. ``inner`` (n,): variance of the
@@ -46,11 +46,11 @@ def mixture(seen: Seen, turns: Sequence[Turn], rows: Rows, inner: FloatArray, ra
     orders = np.arange(seen.left.shape[1])
     known = [round(f) for f in seen.orders if f < orders.size - 0.5]
     free = np.setdiff1d(orders[LOWEST_ORDER:], known)
-    for turn, left in zip(turns, scattered(seen.left, turns), strict=True):
-        hertz = abs(turn.velocity) / (2.0 * np.pi)
+    for revolution, left in zip(revolutions, scattered(seen.left, revolutions), strict=True):
+        hertz = abs(revolution.velocity) / (2.0 * np.pi)
         frequency.append(free * hertz)
         # a component of the spectrum is noise of density P over the time T: |R|^2 = 2*P/T
-        density.append(0.5 * np.abs(left[free]) ** 2 * turn.revolutions / hertz)
+        density.append(0.5 * np.abs(left[free]) ** 2 * revolution.revolutions / hertz)
     at, level = np.concatenate(frequency), np.concatenate(density)
     edges = np.geomspace(at.min(), at.max() * 1.0001, 25)
     number = np.digitize(at, edges) - 1

@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
+from bench.mismatch.orders.revolutions import Revolution
 from bench.mismatch.orders.series import Series
-from bench.mismatch.orders.turns import Turn
 from bench.mismatch.recordings.rows import Rows
 from bench.simulation.frame import FloatArray
 from bench.simulation.laws import Law, factor
@@ -39,7 +39,7 @@ class _Part:
 
 
 def refined(
-    series: Series, rows: Rows, y: FloatArray, parts: Sequence[Turn], white: float, laws: Sequence[Law]
+    series: Series, rows: Rows, y: FloatArray, parts: Sequence[Revolution], white: float, laws: Sequence[Law]
 ) -> Series:
     """``series`` with what the rows ``y`` (n,) of steady ``parts`` say of it; rad.
 
@@ -55,7 +55,7 @@ def refined(
     return replace(series, amplitude=amplitude, phase=phase, covariance=covariance)
 
 
-def _read(series: Series, rows: Rows, y: FloatArray, part: Turn) -> _Part:
+def _read(series: Series, rows: Rows, y: FloatArray, part: Revolution) -> _Part:
     theta = rows.frame.theta[part.rows]
     angle = theta[:, None] * np.asarray(series.orders)
     columns = np.hstack([np.sin(angle), np.cos(angle)])
@@ -122,11 +122,11 @@ def _linear(now: FloatArray, basis: FloatArray, answer: np.ndarray) -> tuple[Flo
     """Vectors (2K,) at a state, real parts then imaginary ones, and how they move with the coefficients (2K, 20K)."""
     orders = len(now)
     amplitude, phase = now[:, :10] @ basis, now[:, 10:] @ basis
-    turn = np.exp(1j * phase) * answer
-    vectors = amplitude * turn
+    rotation = np.exp(1j * phase) * answer
+    vectors = amplitude * rotation
     step = np.zeros((2 * orders, orders, 20))
     each = np.arange(orders)
-    of_amplitude, of_phase = turn[:, None] * basis, (1j * vectors)[:, None] * basis
+    of_amplitude, of_phase = rotation[:, None] * basis, (1j * vectors)[:, None] * basis
     step[each, each, :10], step[each, each, 10:] = of_amplitude.real, of_phase.real
     step[orders + each, each, :10], step[orders + each, each, 10:] = of_amplitude.imag, of_phase.imag
     return np.concatenate([vectors.real, vectors.imag]), step.reshape(2 * orders, orders * 20)

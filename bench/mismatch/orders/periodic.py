@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from bench.mismatch.orders.revolutions import Complex, Revolution, directions, passed, states
 from bench.mismatch.orders.series import Series
-from bench.mismatch.orders.turns import Complex, Turn, directions, passed, states
 from bench.mismatch.orders.weak import WeakOrder, design
 from bench.mismatch.regression.bank import RIDGE
 from bench.simulation import waves
@@ -103,7 +103,7 @@ class Periodic:
     def slope_of_rows(self, frame: Frame) -> FloatArray:
         """Mean of the slope over the angle that each row of a frame turns through (n,), rad/rad."""
         half = np.maximum(0.5 * np.abs(frame.velocity) * frame.step, SLOPE_STEP)
-        ahead, behind = (replace(frame, theta=frame.theta + own) for own in (half, -half))
+        ahead, behind = (replace(frame, theta=frame.theta + shift) for shift in (half, -half))
         return (self._steady(ahead) - self._steady(behind)) / (2.0 * half) + self._swinging_slope(frame)
 
     def _swinging_slope(self, frame: Frame) -> FloatArray:
@@ -120,23 +120,23 @@ class Periodic:
             sidebands=tuple(b for b in self.sidebands if b.carrier not in orders),
         )
 
-    def at_turns(self, turns: Sequence[Turn], orders: Sequence[float]) -> Complex:
-        """Vectors b + j*a of some orders in the turns (turns, k)."""
-        out = np.zeros((len(turns), len(orders)), dtype=np.complex128)
-        place = {float(f): k for k, f in enumerate(orders)}
-        x, side = states(turns), directions(turns)
-        own = self.series.vectors(x, side) * passed(self.laws, turns, self.series.orders)
+    def at_revolutions(self, revolutions: Sequence[Revolution], orders: Sequence[float]) -> Complex:
+        """Vectors b + j*a of some orders in the revolutions (revolutions, k)."""
+        out = np.zeros((len(revolutions), len(orders)), dtype=np.complex128)
+        column = {float(f): k for k, f in enumerate(orders)}
+        x, side = states(revolutions), directions(revolutions)
+        vectors = self.series.vectors(x, side) * passed(self.laws, revolutions, self.series.orders)
         for k, f in enumerate(self.series.orders):
-            if f in place:
-                out[:, place[f]] += own[:, k]
+            if f in column:
+                out[:, column[f]] += vectors[:, k]
         for order in self.weak:
-            if order.order in place:
-                out[:, place[order.order]] += order.at(design(order.model, turns))
+            if order.order in column:
+                out[:, column[order.order]] += order.at(design(order.model, revolutions))
         for band in self.sidebands:
-            carrier = own[:, self.series.orders.index(band.carrier)]
+            carrier = vectors[:, self.series.orders.index(band.carrier)]
             for f, ratio in zip(band.orders, (band.lower, band.upper), strict=True):
-                if f in place:
-                    out[:, place[f]] += ratio * carrier
+                if f in column:
+                    out[:, column[f]] += ratio * carrier
         for pulse in self.pulses:
             out += pulse.vectors(np.asarray(orders))[None, :]
         return out
@@ -151,34 +151,36 @@ class Periodic:
         that is not ``known`` (None: all are) to the simulation is none of its series: all that the law adds to it is
         beyond.
         """
-        place = [self.series.orders.index(f) for f in law.orders]
+        columns = [self.series.orders.index(f) for f in law.orders]
         new = np.array([known is not None and f not in known for f in law.orders])
-        without = replace(self, laws=tuple(own for own in self.laws if own.form != law.form or own.point != law.point))
+        without = replace(
+            self, laws=tuple(other for other in self.laws if other.form != law.form or other.point != law.point)
+        )
         scaling, chunks = self.series.scaling, [slice(a, a + ROWS_AT_ONCE) for a in range(0, frame.size, ROWS_AT_ONCE)]
 
-        def parts(own: slice) -> Iterator[tuple[int, IntArray, FloatArray, Complex]]:
-            few = frame.take(own)
+        def parts(chunk: slice) -> Iterator[tuple[int, IntArray, FloatArray, Complex]]:
+            few = frame.take(chunk)
             x = np.column_stack([few.torque, few.velocity, few.temperature])
-            vectors = self._vectors(few)[:, place]
+            vectors = self._vectors(few)[:, columns]
             if new.any():
-                vectors[:, new] -= without._vectors(few)[:, place][:, new]
+                vectors[:, new] -= without._vectors(few)[:, columns][:, new]
             for side in scaling:
                 rows = np.flatnonzero(few.last_direction * side > 0)
-                yield side, rows + own.start, scaling[side].monomials(x[rows]), vectors[rows]
+                yield side, rows + chunk.start, scaling[side].monomials(x[rows]), vectors[rows]
 
         gram = {side: RIDGE * np.eye(10) * max(float(number.sum()), 1.0) for side in scaling}
-        right = {side: np.zeros((10, len(place)), dtype=np.complex128) for side in scaling}
-        for own in chunks:
-            for side, rows, basis, vectors in parts(own):
+        right = {side: np.zeros((10, len(columns)), dtype=np.complex128) for side in scaling}
+        for chunk in chunks:
+            for side, rows, basis, vectors in parts(chunk):
                 weighted = basis * number[rows][:, None]
                 gram[side] += basis.T @ weighted
                 right[side] += weighted.T @ vectors
-        said = {side: np.where(new, 0.0, np.linalg.solve(gram[side], right[side])) for side in scaling}
+        fitted = {side: np.where(new, 0.0, np.linalg.solve(gram[side], right[side])) for side in scaling}
         out = np.zeros(frame.size)
         orders = np.asarray(law.orders)
-        for own in chunks:
-            for side, rows, basis, vectors in parts(own):
-                left = vectors - basis @ said[side]
+        for chunk in chunks:
+            for side, rows, basis, vectors in parts(chunk):
+                left = vectors - basis @ fitted[side]
                 real, imag = np.ascontiguousarray(left.real.T), np.ascontiguousarray(left.imag.T)
                 out[rows] = summed_vectors(frame.theta[rows], orders, real, imag)
         return out
@@ -186,10 +188,10 @@ class Periodic:
     def _by_vectors(self, frame: Frame) -> FloatArray:
         out = np.zeros(frame.size)
         for a in range(0, frame.size, ROWS_AT_ONCE):
-            own = slice(a, a + ROWS_AT_ONCE)
-            vectors = self._vectors(frame.take(own))
+            chunk = slice(a, a + ROWS_AT_ONCE)
+            vectors = self._vectors(frame.take(chunk))
             real, imag = np.ascontiguousarray(vectors.real.T), np.ascontiguousarray(vectors.imag.T)
-            out[own] = summed_vectors(frame.theta[own], np.asarray(self.series.orders), real, imag)
+            out[chunk] = summed_vectors(frame.theta[chunk], np.asarray(self.series.orders), real, imag)
         return out
 
     def swinging(self, frame: Frame) -> FloatArray:
@@ -213,11 +215,11 @@ class Periodic:
     def _modulated(self, frame: Frame) -> FloatArray:
         out = np.zeros(frame.size)
         for a in range(0, frame.size, ROWS_AT_ONCE):
-            own = slice(a, a + ROWS_AT_ONCE)
-            vectors = self._vectors(frame.take(own))
+            chunk = slice(a, a + ROWS_AT_ONCE)
+            vectors = self._vectors(frame.take(chunk))
             for band in self.sidebands:
                 carrier = vectors[:, self.series.orders.index(band.carrier)]
                 for f, ratio in zip(band.orders, (band.lower, band.upper), strict=True):
-                    value, angle = ratio * carrier, f * frame.theta[own]
-                    out[own] += value.real * np.sin(angle) + value.imag * np.cos(angle)
+                    value, angle = ratio * carrier, f * frame.theta[chunk]
+                    out[chunk] += value.real * np.sin(angle) + value.imag * np.cos(angle)
         return out

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.mismatch.orders.lines import Line, Turns
+from bench.mismatch.orders.lines import Line, Revolutions
 from bench.mismatch.recordings.output_orders import OutputSpectrum
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.recordings.vibration import ShaftSpectrum
@@ -68,9 +68,11 @@ def equation(waves: Sequence[Wave], over: str = "q") -> str:
 def on_rows(waves: Sequence[Wave], rows: Rows, angle: FloatArray | None = None) -> FloatArray:
     """Waves of a torque averaged over the rows (n,); over the output angle, or over an ``angle`` (n,) that is given."""
     out = np.zeros(rows.size)
-    turned = np.abs(rows.frame.velocity) * rows.frame.step
+    angle_of_row = np.abs(rows.frame.velocity) * rows.frame.step
     for wave in waves:
-        out += evaluate([wave], rows.frame.q if angle is None else angle, rows.frame) * kept_by_mean(wave.order, turned)
+        out += evaluate([wave], rows.frame.q if angle is None else angle, rows.frame) * kept_by_mean(
+            wave.order, angle_of_row
+        )
     return out
 
 
@@ -78,31 +80,33 @@ def loudness(waves: Sequence[Wave], rows: Rows) -> FloatArray:
     """Root mean square of waves too quick for the rows, over a period, at each row (n,)."""
     squares = np.zeros(rows.size)
     for order in {wave.order for wave in waves}:
-        own = [wave for wave in waves if wave.order == order]
+        of_order = [wave for wave in waves if wave.order == order]
         for ahead in (0.0, 0.5 * np.pi):
-            squares += 0.5 * evaluate(own, rows.frame.q, rows.frame, ahead) ** 2
+            squares += 0.5 * evaluate(of_order, rows.frame.q, rows.frame, ahead) ** 2
     return np.sqrt(squares)
 
 
-def power(turns: Turns, parts: Parts) -> float:
+def power(revolutions: Revolutions, parts: Parts) -> float:
     """Mean square that some orders add to the training revolutions."""
     total = 0.0
-    for line, own in parts:
-        x = np.column_stack([turns.factors[line.model[k]][turns.train] for k in own])
-        total += 0.5 * float(np.mean(np.abs(x @ line.amplitude[list(own)]) ** 2))
+    for line, members in parts:
+        x = np.column_stack([revolutions.factors[line.model[k]][revolutions.train] for k in members])
+        total += 0.5 * float(np.mean(np.abs(x @ line.amplitude[list(members)]) ** 2))
     return total
 
 
-def squares_of(seen: Periodicity, turns: Turns, parts: Parts) -> tuple[float, float] | None:
+def squares_of(seen: Periodicity, revolutions: Revolutions, parts: Parts) -> tuple[float, float] | None:
     """Mean square of a held-out sample without and with some orders, from the held-out revolutions."""
-    out = ~turns.train
+    out = ~revolutions.train
     if not out.any():
         return None
     gone = 0.0
-    for line, own in parts:
-        vectors = turns.vectors[out, line.order]
-        whole = np.column_stack([turns.factors[t][out] for t in line.model]) @ line.amplitude
-        part = np.column_stack([turns.factors[line.model[k]][out] for k in own]) @ line.amplitude[list(own)]
+    for line, members in parts:
+        vectors = revolutions.vectors[out, line.order]
+        whole = np.column_stack([revolutions.factors[t][out] for t in line.model]) @ line.amplitude
+        part = (
+            np.column_stack([revolutions.factors[line.model[k]][out] for k in members]) @ line.amplitude[list(members)]
+        )
         ok = np.isfinite(vectors)
         if ok.any():
             gone += 0.5 * float(np.mean(np.abs((vectors - whole + part)[ok]) ** 2 - np.abs((vectors - whole)[ok]) ** 2))

@@ -11,13 +11,13 @@ from scipy.optimize import least_squares
 from bench.mismatch import criteria
 from bench.mismatch.orders.periodic import Pulse
 from bench.mismatch.orders.pulse_mean import GRID, Mean, envelope
-from bench.mismatch.orders.turns import Complex
+from bench.mismatch.orders.revolutions import Complex
 from bench.simulation.frame import FloatArray
 from bench.simulation.waves import angle_from
 
 MOST_GAUSSIANS = 4
 """that describe the form of one place: triangles, half sines, doublets"""
-REACH = 5.0
+SEARCH_RANGE = 5.0
 """widths within which two pulses are one place"""
 ENDS = 2.5
 """widths from its middle to which a Gaussian acts: all but a two-thousandth of its energy"""
@@ -84,8 +84,8 @@ def fewest(line: Mean, before: Complex, pulses: Sequence[Pulse]) -> Form:
 
 def apex(form: Sequence[Pulse]) -> Pulse:
     """The Gaussian as high and, at half its height, as wide as several together, where they are highest."""
-    reach = REACH * max(p.width for p in form)
-    angle = form[0].angle + np.linspace(-reach, reach, 2 * GRID + 1)
+    range_about = SEARCH_RANGE * max(p.width for p in form)
+    angle = form[0].angle + np.linspace(-range_about, range_about, 2 * GRID + 1)
     values = np.asarray(sum(p.evaluate(angle) for p in form))
     top = int(np.argmax(np.abs(values)))
     low = np.abs(values) < 0.5 * np.abs(values[top])
@@ -166,7 +166,7 @@ def _least_squares(
     error = np.sqrt(line.error**2 + 0.5 * (doubt * envelope(first, line.orders)) ** 2)
     number = begin.size // 3
     units = np.tile([abs(first.height), first.width, 1.0], number)
-    half = REACH * first.width
+    half = SEARCH_RANGE * first.width
     lower = np.tile([-8.0 * abs(first.height), -half, np.log(0.15 * first.width)], number)
     upper = np.tile([8.0 * abs(first.height), half, np.log(4.0 * first.width)], number)
 

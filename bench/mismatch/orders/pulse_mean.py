@@ -9,8 +9,8 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.orders.lowest import lowest
 from bench.mismatch.orders.periodic import Pulse
+from bench.mismatch.orders.revolutions import Complex
 from bench.mismatch.orders.sight import Sight
-from bench.mismatch.orders.turns import Complex
 from bench.simulation.frame import FloatArray
 
 HIGHEST = 600
@@ -40,8 +40,8 @@ class Mean:
     @classmethod
     def of(cls, sight: Sight, vectors: Complex) -> Mean:
         """Of the vectors (orders,) at whole orders, where the sight says they are free."""
-        places = np.flatnonzero(sight.free[: HIGHEST + 1])
-        orders = places.astype(np.float64)
+        numbers = np.flatnonzero(sight.free[: HIGHEST + 1])
+        orders = numbers.astype(np.float64)
         found = np.array([f for f in sight.found if 0 < f <= HIGHEST])
         size2 = np.array([np.abs(vectors[round(f)]) ** 2 / 2.0 for f in found])
         share, size = np.empty(orders.size), np.empty(orders.size)
@@ -53,7 +53,7 @@ class Mean:
             share[k] = min((near.sum() + 0.5) / (span + 1.0), 0.9)
             level = np.sqrt((size2[near].sum() + whole) / (near.sum() + 1.0))
             size[k] = level if whole else 10.0 * sight.error[round(f)]
-        return cls(orders, vectors[places], sight.error[places], share, size)
+        return cls(orders, vectors[numbers], sight.error[numbers], share, size)
 
     def density(self, centre: Complex, unlike: FloatArray) -> FloatArray:
         """Log density of each vector (k,) about a pulse's vectors ``centre`` (k,), from which nature's may be
@@ -78,23 +78,23 @@ class Mean:
     def best(self, before: Complex, starts: int) -> tuple[float, Pulse] | None:
         """The pulse that gains most beside others: by a matched filter over the angle, then refined."""
         left = self.vectors - before
-        standing = np.abs(left) ** 2 > 2.0 * np.log(1.0 + 1.0 / self.share) * self.error**2 * 4.0
+        significant = np.abs(left) ** 2 > 2.0 * np.log(1.0 + 1.0 / self.share) * self.error**2 * 4.0
         # of one that stands by itself no more is known than its phase
-        variance = self.error**2 + np.where(standing, 0.5 * np.abs(left) ** 2, 0.0)
-        places = self.orders.astype(np.int64)
+        variance = self.error**2 + np.where(significant, 0.5 * np.abs(left) ** 2, 0.0)
+        numbers = self.orders.astype(np.int64)
         begins: list[Pulse] = []
         for width in WIDTHS:
             shape = width * np.sqrt(2.0 / np.pi) * np.exp(-0.5 * (self.orders * width) ** 2)
             table = np.zeros(GRID // 2 + 1, dtype=np.complex128)
-            table[places] = shape / variance * (left.imag - 1j * left.real)
+            table[numbers] = shape / variance * (left.imag - 1j * left.real)
             matched = np.fft.irfft(table, GRID) * (GRID / 2.0)
             energy = max(float(np.sum(shape**2 / variance)), 1e-300)
             for _ in range(2):
                 at = int(np.argmax(np.abs(matched)))
                 height = float(matched[at] / energy)
                 begins.append(Pulse(2.0 * np.pi * at / GRID, float(width), height))
-                reach = max(1, int(2.0 * width / (2.0 * np.pi) * GRID))
-                matched[np.arange(at - reach, at + reach + 1) % GRID] = 0.0
+                half_width = max(1, int(2.0 * width / (2.0 * np.pi) * GRID))
+                matched[np.arange(at - half_width, at + half_width + 1) % GRID] = 0.0
         tried = sorted((self._begun(p, before) for p in begins), key=lambda g: -g[0])[:starts]
         out = [self._refined(p, before) for _, p in tried]
         return max(out, key=lambda g: g[0]) if out else None

@@ -65,17 +65,17 @@ class Reaction:
             return seen
         angle = self.frame.theta[rows] * self.frame.ratio
         count = self.frame.count[rows]
-        own = 2.0 / float(count.sum()) * spectrum(angle, self.values[rows] * count, seen.amplitude.size - 1)
-        return replace(seen, amplitude=seen.amplitude - own)
+        of_series = 2.0 / float(count.sum()) * spectrum(angle, self.values[rows] * count, seen.amplitude.size - 1)
+        return replace(seen, amplitude=seen.amplitude - of_series)
 
     def _rows(self, recording: int, time: float | None = None) -> IntArray | None:
         """Steady rows of a recording, of the segment about a ``time`` alone where one is given; None where none is."""
         steady = (self.frame.steady > 0.5) & (self.frame.direction != 0)
-        own = np.flatnonzero(steady & (self.frame.recording == recording))
-        if own.size and time is not None:
-            parts = np.split(own, np.flatnonzero(np.diff(own) > 1) + 1)
-            own = min(parts, key=lambda rows: abs(float(np.mean(self.frame.time[rows])) - time))
-        return own if own.size else None
+        found = np.flatnonzero(steady & (self.frame.recording == recording))
+        if found.size and time is not None:
+            parts = np.split(found, np.flatnonzero(np.diff(found) > 1) + 1)
+            found = min(parts, key=lambda rows: abs(float(np.mean(self.frame.time[rows])) - time))
+        return found if found.size else None
 
 
 def unit(periodic: Periodic, frame: Frame) -> FloatArray:
@@ -107,8 +107,8 @@ def estimated(whole: FloatArray, frame: Frame, chosen: NDArray[np.bool_], seed: 
     if not rows.size:
         return None
     recording = frame.recording[rows]
-    place = np.floor(frame.elapsed[rows] / BLOCK_S).astype(np.int64)
-    block = np.unique(recording * (int(place.max()) + 1) + place, return_inverse=True)[1]
+    block_number = np.floor(frame.elapsed[rows] / BLOCK_S).astype(np.int64)
+    block = np.unique(recording * (int(block_number.max()) + 1) + block_number, return_inverse=True)[1]
     count = frame.count[rows]
     x = _within(whole[rows], block, count)
     y = _within(frame.motor_torque[rows] - frame.torque[rows] / frame.ratio, block, count)

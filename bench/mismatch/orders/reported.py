@@ -12,7 +12,7 @@ import numpy as np
 from bench.mismatch import criteria
 from bench.mismatch.discovery import NAMED, Discovery
 from bench.mismatch.equations import renamed
-from bench.mismatch.orders.defects import Defect, at_places
+from bench.mismatch.orders.defects import Defect, near_defects
 from bench.mismatch.orders.misread import ENCODER, Misread
 from bench.mismatch.orders.model import TransmissionModel
 from bench.mismatch.orders.modulation import Modulation
@@ -77,7 +77,7 @@ def of_orders(
     if not orders:
         return None
     by_size = sorted((_order(model, sight, f) for f in orders), key=lambda w: -w[1])
-    misread = [m for m in model.asked.found if m.beside and m.order in orders]
+    misread = [m for m in model.torque_check.found if m.beside and m.order in orders]
     values = _evaluated(model, orders)
     values = values + waves.evaluate([m.taken_off for m in misread], model.rows.frame.theta, model.rows.frame)
     if not strong(model, values):
@@ -86,8 +86,8 @@ def of_orders(
     polynomial = [f for f in orders if model.periodic is not None and f in model.periodic.series.orders]
     alone = [w for w, _ in by_size if w.order not in polynomial]
     if alone:
-        told_waves = [wave.to_json() for w in alone for wave in w.waves()]
-        rows.append({"effect": effect, "channels": [TRANSMISSION_ERROR], "waves": told_waves})
+        wave_rows = [wave.to_json() for w in alone for wave in w.waves()]
+        rows.append({"effect": effect, "channels": [TRANSMISSION_ERROR], "waves": wave_rows})
     if polynomial:
         rows.append({"effect": effect, "orders": sorted(polynomial)})
         taken_off = [m.taken_off.to_json() for m in misread if m.order in polynomial]
@@ -154,8 +154,8 @@ def of_encoder(model: TransmissionModel, parts: Sequence[Misread], words: str) -
 
 
 def _order(model: TransmissionModel, sight: Sight, order: float) -> tuple[WeakOrder, float]:
-    """An order as waves, and its root mean square amplitude over the training turns (rad), without what the motor's
-    encoder misreads of it.
+    """An order as waves, and its root mean square amplitude over the training revolutions (rad), without what the
+    motor's encoder misreads of it.
     """
     assert model.periodic is not None
     vectors = sight.at(model, order)
@@ -163,11 +163,11 @@ def _order(model: TransmissionModel, sight: Sight, order: float) -> tuple[WeakOr
     estimate = next((w for w in model.periodic.weak if w.order == order), None)
     estimate = estimate or sight.estimated(vectors, order, which, gain)
     estimate = replace(estimate, gain=gain)
-    misread = model.asked.beside(order)
+    misread = model.torque_check.beside(order)
     if misread:
         constant = np.array([times in ("1", "p", "n") for times in estimate.model])
         estimate = replace(estimate, vectors=np.where(constant, estimate.vectors - misread, estimate.vectors))
-    shown = model.periodic.at_turns(model.own_turns, [order])[:, 0] - misread
+    shown = model.periodic.at_revolutions(model.training_revolutions, [order])[:, 0] - misread
     return estimate, float(np.sqrt(np.mean(np.abs(shown) ** 2)))
 
 
@@ -177,9 +177,9 @@ def _evaluated(model: TransmissionModel, orders: Sequence[float]) -> FloatArray:
     periodic, frame = model.periodic, model.rows.frame
     wanted = [wave for w in periodic.weak if w.order in orders for wave in w.waves()]
     out = waves.evaluate(wanted, frame.theta, frame) if wanted else np.zeros(frame.size)
-    asked = [f for f in periodic.series.orders if f in orders]
-    if asked:
-        part = periodic.series.less([f for f in periodic.series.orders if f not in asked])
+    present = [f for f in periodic.series.orders if f in orders]
+    if present:
+        part = periodic.series.less([f for f in periodic.series.orders if f not in present])
         out = out + Periodic(part, laws=periodic.laws).evaluate(frame)
     return np.asarray(out)
 
@@ -219,7 +219,7 @@ def of_pulses(model: TransmissionModel, defects: Sequence[Defect]) -> Discovery 
     found = [*model.periodic.series.orders, *(w.order for w in model.periodic.weak)]
     # dozens of orders that were found leave of a pulse a little everywhere; they are no part of the simulation
     excess = _beyond_orders(model, pulses, known_orders(model))
-    if not strong(model, np.where(at_places(defects, model.rows.frame.theta), excess, 0.0)):
+    if not strong(model, np.where(near_defects(defects, model.rows.frame.theta), excess, 0.0)):
         return None
     term = LIBRARY["te.local_defect"]
     parameters: list[Row] = []

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.discovery import AMBIGUOUS, NAMED, UNKNOWN, Discovery, Rival
+from bench.mismatch.discovery import AMBIGUOUS, NAMED, UNKNOWN, Discovery, RefittedAlternative
 from bench.mismatch.equations import renamed
 from bench.mismatch.orders.laws import FoundLaw
 from bench.mismatch.orders.model import TransmissionModel
@@ -48,14 +48,18 @@ def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Disco
         return None
     term = LIBRARY.get(law.effect)
     quantity = law.variables[0]
-    rivals = tuple(
-        Rival(other.effect, _law_words(other), loss, error, share, loss < error)
-        for other, loss, error, share in found.rivals
+    alternatives = tuple(
+        RefittedAlternative(other.effect, _law_words(other), loss, error, share, loss < error)
+        for other, loss, error, share in found.alternatives
     )
     real = probability(found.p_value)
     status, share = UNKNOWN, found.share
     if term is not None:
-        names = [part for rival, (*_, part) in zip(rivals, found.rivals, strict=True) if _as_good(rival)]
+        names = [
+            part
+            for alternative, (*_, part) in zip(alternatives, found.alternatives, strict=True)
+            if _as_good(alternative)
+        ]
         status, share = (AMBIGUOUS, share + sum(names)) if names else (NAMED, share)
     touched = _moved(model, before, law.orders)
     return Discovery(
@@ -71,7 +75,7 @@ def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Disco
         gain=law.gain,
         p_value=found.p_value,
         simulation_rows=({"effect": law.effect, "channels": [TRANSMISSION_ERROR], "law": law.to_json()},),
-        rivals=rivals,
+        alternatives=alternatives,
         orders=touched,
         numbers=len(law.point) + (0 if law.form in MODES else 2 * len(law.orders)),
         excess=excess,
@@ -79,9 +83,9 @@ def of_law(model: TransmissionModel, found: FoundLaw, before: Periodic) -> Disco
     )
 
 
-def _as_good(rival: Rival) -> bool:
+def _as_good(alternative: RefittedAlternative) -> bool:
     """Whether a law of another name is not told apart from the one found."""
-    return rival.as_good and rival.effect in LIBRARY
+    return alternative.as_good and alternative.effect in LIBRARY
 
 
 def _beyond(model: TransmissionModel, law: Law, number: FloatArray) -> FloatArray:
@@ -97,8 +101,8 @@ def further(model: TransmissionModel, first: Discovery, second: Discovery) -> Di
     assert model.periodic is not None
     before, last = model.periodic.laws[-2:]
     # orders that a pulse has drawn are none any more
-    still = [f for f in dict.fromkeys((*before.orders, *last.orders)) if f in model.periodic.series.orders]
-    both = replace(last, orders=tuple(still))
+    remaining = [f for f in dict.fromkeys((*before.orders, *last.orders)) if f in model.periodic.series.orders]
+    both = replace(last, orders=tuple(remaining))
     number = np.where(model.inside, model.rows.number, 0.0)
     names = {str(row["symbol"]): f"{row['symbol']}_2" for row in second.parameters}
     parameters = tuple({**row, "symbol": names[str(row["symbol"])]} for row in second.parameters)
@@ -125,8 +129,8 @@ def _law_words(law: Law, orders: Sequence[float] = ()) -> str:
 def _moved(model: TransmissionModel, before: Periodic, orders: Sequence[float]) -> tuple[float, ...]:
     """Orders that a law changes most: those with nine tenths of the squares, the most first."""
     assert model.periodic is not None
-    now = model.periodic.at_turns(model.own_turns, orders)
-    then = before.at_turns(model.own_turns, orders)
+    now = model.periodic.at_revolutions(model.training_revolutions, orders)
+    then = before.at_revolutions(model.training_revolutions, orders)
     energy = np.sum(np.abs(now - then) ** 2, axis=0)
     order = np.argsort(-energy)
     enough = int(np.searchsorted(np.cumsum(energy[order]), 0.9 * energy.sum())) + 1

@@ -33,8 +33,8 @@ def ringing(frame: Frame, seconds: float) -> NDArray[np.bool_]:
     """
     if not seconds:
         return np.zeros(frame.size, dtype=bool)
-    turned = np.append(False, (np.diff(frame.recording) == 0) & (np.diff(frame.last_direction) != 0.0))
-    unsteady = (frame.steady <= _ALL_STEADY) | turned
+    reversed_there = np.append(False, (np.diff(frame.recording) == 0) & (np.diff(frame.last_direction) != 0.0))
+    unsteady = (frame.steady <= _ALL_STEADY) | reversed_there
     last: FloatArray = np.where(unsteady, frame.elapsed, -np.inf)
     for rows in np.split(np.arange(frame.size), np.flatnonzero(np.diff(frame.recording)) + 1):
         last[rows] = np.maximum.accumulate(last[rows])

@@ -14,9 +14,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bench.identification.series.polar import fit_polynomials, mean_size
-from bench.mismatch.orders.turns import Complex, Turn, directions, states
+from bench.mismatch.orders.revolutions import Complex, Revolution, directions, states
 from bench.simulation.frame import FloatArray, Frame
-from bench.simulation.sines import summed, turned
+from bench.simulation.sines import phasors, summed
 from bench.simulation.waves import ROWS_AT_ONCE, kept_by_mean
 
 FIRST_PRIOR = np.array([0.3, 0.3, 0.3, 0.6, 0.6, 0.6, 0.3, 0.3, 0.3])
@@ -91,7 +91,7 @@ class Series:
             rows = direction * side > 0
             if rows.any():
                 basis = self.scaling[side].monomials(x[rows])
-                out[rows] = (basis @ self.amplitude[side].T) * turned(basis @ self.phase[side].T)
+                out[rows] = (basis @ self.amplitude[side].T) * phasors(basis @ self.phase[side].T)
         return out
 
     def variance(self, x: FloatArray, direction: FloatArray, span: FloatArray | None = None) -> FloatArray:
@@ -154,18 +154,18 @@ class Series:
 
 
 def calibrate(
-    turns: Sequence[Turn],
+    revolutions: Sequence[Revolution],
     vectors: Complex,
     noise: FloatArray,
     orders: Sequence[float],
     known: Series | None = None,
 ) -> Series:
-    """Fit amplitude and phase polynomials to ``vectors`` (turns, orders) whose components have ``noise`` (turns,
-    orders).
+    """Fit amplitude and phase polynomials to ``vectors`` (revolutions, orders) whose components have ``noise``
+    (revolutions, orders).
 
     With a ``known`` series its prior stands and its coefficients are begun with; else both are learnt in some rounds.
     """
-    x, direction = states(turns), directions(turns)
+    x, direction = states(revolutions), directions(revolutions)
     sides = [s for s in (1, -1) if np.any(direction * s > 0)]
     scalings: dict[int, Scaling] = {}
     for side in sides:
@@ -184,13 +184,13 @@ def calibrate(
         for side in sides:
             rows = direction * side > 0
             basis = scalings[side].monomials(x[rows])
-            place = 0 if side > 0 else 1
+            row = 0 if side > 0 else 1
             for k in range(number):
                 begin = None
-                if (step or known is not None) and doubt[place, k] < WILD:
+                if (step or known is not None) and doubt[row, k] < WILD:
                     source = (amplitude, phase) if step else (known.amplitude, known.phase)  # type: ignore[union-attr]
                     begin = np.concatenate([source[0][side][k], source[1][side][k]])
-                spread = noise[rows, k] * np.sqrt(doubt[place, k])
+                spread = noise[rows, k] * np.sqrt(doubt[row, k])
                 fit = fit_order(basis, vectors[rows, k], spread, prior, begin)
                 loss[k] += fit.loss
                 amplitude[side][k], phase[side][k], covariance[side][k] = fit.amplitude, fit.phase, fit.covariance
@@ -201,7 +201,7 @@ def calibrate(
                     left = vectors[rows, k] - (basis @ fit.amplitude) * np.exp(1j * (basis @ fit.phase))
                     free = max(2.0 * rows.sum() - 2.0 - fit.determined.sum(), 2.0)
                     square = np.sum(np.abs(left) ** 2 / (noise[rows, k] ** 2 + (RELATIVE_NOISE * size) ** 2))
-                    doubt[place, k] = max(1.0, float(square / free))
+                    doubt[row, k] = max(1.0, float(square / free))
         if known is None and found:
             prior = _empirical_prior(np.asarray(found), np.asarray(determined))
     return Series(

@@ -10,7 +10,7 @@ import numpy as np
 
 from bench.mismatch import criteria
 from bench.mismatch.discovery import NAMED, UNKNOWN, UNNAMED, Discovery
-from bench.mismatch.orders.lines import Line, Model, Turns, standing
+from bench.mismatch.orders.lines import Line, Model, Revolutions, significant_lines
 from bench.mismatch.orders.periodicity import (
     LOW_ORDERS,
     MOST_WAVES,
@@ -61,12 +61,12 @@ def over_shaft(seen: Periodicity, seed: int) -> list[Discovery]:
     """Ripple of the motor, and orders of its shaft that have no name."""
     if not seen.shaft:
         return []
-    shaft, turns = shaft_turns(seen)
-    whole = replace(turns, vectors=np.array([s.amplitude for s in shaft]))
-    lines = standing(turns, SHAFT_MODELS, seed)
+    shaft, revolutions = shaft_revolutions(seen)
+    whole = replace(revolutions, vectors=np.array([s.amplitude for s in shaft]))
+    lines = significant_lines(revolutions, SHAFT_MODELS, seed)
     known = {line.order for line in lines}
     # an order that few recordings are slow enough for is told by the others, in which it is folded
-    lines += [line for line in standing(whole, SHAFT_MODELS, seed) if line.order not in known]
+    lines += [line for line in significant_lines(whole, SHAFT_MODELS, seed) if line.order not in known]
     lines = sorted((s for s in lines if s.order * seen.ratio > LOW_ORDERS), key=lambda line: -line.gain)
     # the drive's loop follows what its encoder says: what it makes of an error of that is no effect of its own
     lines = [s for s in lines if s.order % PHASES == 0 or s.order not in seen.followed]
@@ -81,12 +81,12 @@ def over_shaft(seen: Periodicity, seed: int) -> list[Discovery]:
     return out
 
 
-def shaft_turns(seen: Periodicity) -> tuple[list[ShaftSpectrum], Turns]:
+def shaft_revolutions(seen: Periodicity) -> tuple[list[ShaftSpectrum], Revolutions]:
     """Recordings whose orders of the shaft are compared, and their vectors where an order is not too fast."""
     one_way = [s for s in seen.shaft if s.one_way]
     # where few turn one way only, what depends on the way is not asked
     shaft = one_way if len(one_way) >= 2 * len(SHAFT_MODELS[3]) + 2 else list(seen.shaft)
-    return shaft, Turns(
+    return shaft, Revolutions(
         np.array([s.in_band for s in shaft]),
         np.array([s.sigma for s in shaft]),
         factors(shaft, {name for model in SHAFT_MODELS for name in model}),
@@ -108,8 +108,8 @@ def _equation(effect: str, waves: Sequence[Wave], main: Line, over: str) -> str:
     name, with all its waves where it has more than one vector.
     """
     if main.model not in PLAIN:
-        own = [w for w in waves if w.order == waves[0].order]
-        return f"tau_m {equation(own, over)}; order n of the shaft: a_r its root mean square amplitude"
+        of_order = [w for w in waves if w.order == waves[0].order]
+        return f"tau_m {equation(of_order, over)}; order n of the shaft: a_r its root mean square amplitude"
     wave = "a_rc*cos(n*u*theta) + a_rs*sin(n*u*theta)"
     wave = f"({wave})*tau_m/tau_r" if main.model == PLAIN[1] else wave
     wave += ", a_r = sqrt(a_rc**2 + a_rs**2)"
@@ -127,47 +127,47 @@ def _words(effect: str, main: Line) -> str:
     return f"{LIBRARY[RIPPLE].name}{how}" if effect == RIPPLE else f"order {main.order} of the motor's shaft{how}"
 
 
-def _of_line(line: Line, turns: Turns, typical: float) -> tuple[list[Row], list[Row]]:
+def _of_line(line: Line, revolutions: Revolutions, typical: float) -> tuple[list[Row], list[Row]]:
     """An order's parameters of one vector, if it has one (at the ``typical`` torque, where it grows with that); and all
     that a report says of it.
     """
     n = parameter("n", float(line.order), "1", None)
     if line.model not in PLAIN:
-        x = np.column_stack([turns.factors[t][turns.train] for t in line.model])
+        x = np.column_stack([revolutions.factors[t][revolutions.train] for t in line.model])
         size = float(np.sqrt(np.mean(np.abs(x @ line.amplitude) ** 2)))
         std = float(np.sqrt(np.mean(np.sum((x @ line.covariance) * x, axis=1))))
         return [], [parameter("a_r", size, "N*m", std), n]
     at = typical if line.model == PLAIN[1] else 0.0
     vector, std = complex(line.amplitude[0]) * (at or 1.0), float(np.sqrt(line.variance[0])) * (at or 1.0)
-    own = [parameter("a_rc", vector.real, "N*m", std), parameter("a_rs", vector.imag, "N*m", std), n]
-    own += [parameter("tau_r", at, "N*m", None)] if at else []
-    return own, [parameter("a_r", abs(vector), "N*m", std), *own]
+    parameters = [parameter("a_rc", vector.real, "N*m", std), parameter("a_rs", vector.imag, "N*m", std), n]
+    parameters += [parameter("tau_r", at, "N*m", None)] if at else []
+    return parameters, [parameter("a_r", abs(vector), "N*m", std), *parameters]
 
 
-def _of_shaft(seen: Periodicity, turns: Turns, effect: str, lines: Sequence[Line]) -> Discovery | None:
+def _of_shaft(seen: Periodicity, revolutions: Revolutions, effect: str, lines: Sequence[Line]) -> Discovery | None:
     parts = [(line, tuple(range(len(line.model)))) for line in lines]
     least = criteria.LEAST_STRENGTH * (1.0 if effect == RIPPLE else criteria.NAMELESS)
-    if np.sqrt(power(turns, parts)) < least * seen.floor:
+    if np.sqrt(power(revolutions, parts)) < least * seen.floor:
         return None
     main = lines[0]
     direct = seen.ratio == 1.0  # then the shaft's orders are the output's, and waves are over that
-    typical = float(np.sqrt(np.mean(turns.factors["motor_torque"][turns.train] ** 2)))
+    typical = float(np.sqrt(np.mean(revolutions.factors["motor_torque"][revolutions.train] ** 2)))
     rows: list[Row] = []
     waves: list[Wave] = []
     parameters: list[Row] = []
     for line in lines:
-        own = [replace(wave_of(line, k), order=line.order * seen.ratio) for k in range(len(line.model))]
-        waves += own
-        of_form, told = _of_line(line, turns, typical)
+        line_waves = [replace(wave_of(line, k), order=line.order * seen.ratio) for k in range(len(line.model))]
+        waves += line_waves
+        of_form, of_line = _of_line(line, revolutions, typical)
         if line is main:
-            parameters = told
+            parameters = of_line
         if effect == RIPPLE and of_form:
             by_symbol = {str(p["symbol"]): {"value": p["value"], "unit": p["unit"], "std": p["std"]} for p in of_form}
             rows.append({"effect": effect, "form": "ripple", "channels": [MOTOR_TORQUE], "parameters": by_symbol})
         else:
-            told_waves = [w.to_json() for w in own]
+            wave_rows = [w.to_json() for w in line_waves]
             form = {} if direct else {"form": "ripple"}
-            rows.append({"effect": effect, **form, "channels": [MOTOR_TORQUE], "waves": told_waves})
+            rows.append({"effect": effect, **form, "channels": [MOTOR_TORQUE], "waves": wave_rows})
     p_value = max(line.p_value for line in lines)
     return Discovery(
         effect=effect,
@@ -185,5 +185,5 @@ def _of_shaft(seen: Periodicity, turns: Turns, effect: str, lines: Sequence[Line
         simulation_rows=tuple(rows),
         orders=tuple(line.order * seen.ratio for line in lines),
         numbers=2 * sum(len(line.model) for line in lines),
-        squares=squares_of(seen, turns, parts),
+        squares=squares_of(seen, revolutions, parts),
     )

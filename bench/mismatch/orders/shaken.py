@@ -14,10 +14,10 @@ from typing import TypeVar
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.orders.lines import Complex, Line, Model, Turns, standing
+from bench.mismatch.orders.lines import Complex, Line, Model, Revolutions, significant_lines
 from bench.mismatch.orders.periodicity import Periodicity
-from bench.mismatch.orders.shaft import PLAIN, SHAFT_MODELS, shaft_turns
-from bench.mismatch.orders.torques import OUTPUT_MODELS, output_turns
+from bench.mismatch.orders.shaft import PLAIN, SHAFT_MODELS, shaft_revolutions
+from bench.mismatch.orders.torques import OUTPUT_MODELS, output_revolutions
 from bench.mismatch.recordings.output_orders import OutputSpectrum
 from bench.mismatch.recordings.smoothing import passed_by
 from bench.mismatch.recordings.vibration import ShaftSpectrum
@@ -42,12 +42,12 @@ def less_inertia(seen: Seen, inertia: float) -> Seen:
 
 def inertia_of(model: ChannelModel) -> float:
     """The inertia (kg·m²) that a model of the motor torque has, the simulation's or found; 0 where it has none."""
-    blocks = [*model.base, *(block for own in model.chosen for block in own.blocks)]
-    return float(sum(model.fit.of(b.place)[0][0] for b in blocks if b.regressor.effect == INERTIA))
+    blocks = [*model.base, *(block for chosen in model.chosen for block in chosen.blocks)]
+    return float(sum(model.fit.of(b.indices)[0][0] for b in blocks if b.regressor.effect == INERTIA))
 
 
-def still(seen: Periodicity, inertia: float) -> Periodicity:
-    """What is periodic less what an ``inertia`` (kg·m²) asks for."""
+def without_shaking(seen: Periodicity, inertia: float) -> Periodicity:
+    """What is periodic less the torque that an ``inertia`` (kg·m²) takes."""
     return replace(
         seen,
         shaft=[less_inertia(s, inertia) for s in seen.shaft],
@@ -55,19 +55,19 @@ def still(seen: Periodicity, inertia: float) -> Periodicity:
     )
 
 
-def inertia_told(seen: Periodicity, rate: float, span: float, seed: int) -> float | None:
-    """Inertia (kg·m²) that the orders of revolutions with the inertia's part in them tell; None where they do not tell
-    it from nothing. The acceleration is smoothed over ``span`` s, at a sample ``rate`` in Hz: orders that are too fast
-    for that say nothing.
+def inertia_from_orders(seen: Periodicity, rate: float, span: float, seed: int) -> float | None:
+    """Inertia (kg·m²) estimated from orders of revolutions that have the inertia's part in them; None where they do not
+    tell it from nothing. The acceleration is smoothed over ``span`` s, at a sample ``rate`` in Hz: orders that are too
+    fast for that say nothing.
     """
     product = square = left = 0.0
     freedom = 0
-    for turns, shaking, hertz, models, plain in _looks(seen):
+    for revolutions, shaking, hertz, models, plain in _looks(seen):
         slow = passed_by(rate, span, hertz) >= PASSED
-        for line in standing(turns, models, seed):
+        for line in significant_lines(revolutions, models, seed):
             if line.model not in plain or not slow[line.order] or (plain is PLAIN and line.order in seen.followed):
                 continue
-            torque, shaken = _beyond(turns, turns.vectors, line), _beyond(turns, shaking, line)
+            torque, shaken = _beyond(revolutions, revolutions.vectors, line), _beyond(revolutions, shaking, line)
             product += float(np.sum((np.conj(shaken) * torque).real))
             square += float(np.sum(np.abs(shaken) ** 2))
             left += float(np.sum(np.abs(torque) ** 2))
@@ -79,38 +79,38 @@ def inertia_told(seen: Periodicity, rate: float, span: float, seed: int) -> floa
     return inertia if inertia > criteria.TOLD * np.sqrt(variance) else None
 
 
-Look = tuple[Turns, Complex, FloatArray, Sequence[Model], Sequence[Model]]
+Look = tuple[Revolutions, Complex, FloatArray, Sequence[Model], Sequence[Model]]
 
 
 def _looks(seen: Periodicity) -> list[Look]:
-    """Revolutions over the shaft and over the output, the shaking in them (turns, orders), how fast each order is where
-    it is fastest (orders,) in Hz, the models that an order may have and those of them by which it is asked. An order
-    that changes with the load, or as a drive's loop answers it, has what the inertia asks for in its numbers.
+    """Revolutions over the shaft and over the output, the shaking in them (revolutions, orders), how fast each order is
+    where it is fastest (orders,) in Hz, the models that an order may have and those of them by which it is asked. An
+    order that changes with the load, or as a drive's loop answers it, has what the inertia asks for in its numbers.
     """
     out: list[Look] = []
     taken: set[int] = set()
     if seen.shaft:
-        shaft, turns = shaft_turns(seen)
+        shaft, revolutions = shaft_revolutions(seen)
         shaking = np.array([s.shaking for s in shaft])
         hertz = np.asarray(np.arange(shaking.shape[1]) * max(s.hertz for s in shaft), dtype=np.float64)
-        out.append((turns, shaking, hertz, SHAFT_MODELS[:3], PLAIN))
+        out.append((revolutions, shaking, hertz, SHAFT_MODELS[:3], PLAIN))
         taken = {round(n * seen.ratio) for n in range(shaking.shape[1])}
     output = [s for s in seen.output if s.shaking.size]
     if output:
         # what the shaft tells as well is not counted twice
-        turns = output_turns(output, seen.folds)
-        turns.vectors[:, [f for f in range(turns.vectors.shape[1]) if f in taken]] = np.nan
+        revolutions = output_revolutions(output, seen.folds)
+        revolutions.vectors[:, [f for f in range(revolutions.vectors.shape[1]) if f in taken]] = np.nan
         shaking = np.array([s.shaking for s in output])
         fastest = max(abs(s.velocity) for s in output) / (2.0 * np.pi)
         hertz = np.asarray(np.arange(shaking.shape[1]) * fastest, dtype=np.float64)
-        out.append((turns, shaking, hertz, OUTPUT_MODELS, OUTPUT_MODELS))
+        out.append((revolutions, shaking, hertz, OUTPUT_MODELS, OUTPUT_MODELS))
     return out
 
 
-def _beyond(turns: Turns, vectors: Complex, line: Line) -> Complex:
+def _beyond(revolutions: Revolutions, vectors: Complex, line: Line) -> Complex:
     """What an order's model leaves of its vectors in the training revolutions, over their noise."""
-    seen = turns.train & np.isfinite(turns.vectors[:, line.order])
-    scale = turns.sigma[seen]
-    x = np.column_stack([turns.factors[t][seen] for t in line.model]) / scale[:, None]
+    seen = revolutions.train & np.isfinite(revolutions.vectors[:, line.order])
+    scale = revolutions.sigma[seen]
+    x = np.column_stack([revolutions.factors[t][seen] for t in line.model]) / scale[:, None]
     y = vectors[seen, line.order] / scale
     return np.asarray(y - x @ np.linalg.lstsq(x.astype(np.complex128), y, rcond=None)[0])

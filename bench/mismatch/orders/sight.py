@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bench.mismatch.orders.model import TransmissionModel, calibrate_all
 from bench.mismatch.orders.periodic import Periodic, Pulse
-from bench.mismatch.orders.turns import Complex, Seen
+from bench.mismatch.orders.revolutions import Complex, Seen
 from bench.mismatch.orders.weak import MODELS, Stage, WeakOrder, search
 from bench.simulation.frame import FloatArray
 
@@ -24,9 +24,9 @@ ROUNDS = 4
 
 @dataclass(frozen=True, slots=True)
 class Sight:
-    """Orders ``found`` beside the ``known`` ones; the training turns as ``stage``, whose vectors (turns, orders) have
-    the found whole orders put back, over the turns' scale; ``mean`` (orders,) of the vectors over the turns, ``error``
-    (orders,) standard deviation of a component of it; ``free`` (orders,) no known order.
+    """Orders ``found`` beside the ``known`` ones; the training revolutions as ``stage``, whose vectors (revolutions,
+    orders) have the found whole orders put back, over the revolutions' scale; ``mean`` (orders,) of the vectors over
+    the revolutions, ``error`` (orders,) standard deviation of a component of it; ``free`` (orders,) no known order.
     """
 
     known: tuple[float, ...]
@@ -43,7 +43,7 @@ class Sight:
         if seen is None or model.periodic is None:
             return None
         known = known_orders(model)
-        stage = Stage.of(put_back(seen, known), model.turns, model.train)
+        stage = Stage.of(put_back(seen, known), model.revolutions, model.train)
         if stage is None:
             return None
         weight = 1.0 / stage.scale
@@ -55,16 +55,16 @@ class Sight:
         return cls(known, tuple(f for f in seen.orders if f not in known), stage, mean, error, free)
 
     def at(self, model: TransmissionModel, order: float) -> Complex:
-        """Vectors of a found order in the training turns (turns,), over the turns' scale."""
+        """Vectors of a found order in the training revolutions (revolutions,), over the revolutions' scale."""
         assert model.seen is not None
         return np.asarray(model.seen.vectors[model.train, model.seen.orders.index(order)] / self.stage.scale)
 
     def noise(self, order: float) -> float:
-        """Standard deviation of a component at an order, over the turns' scale."""
+        """Standard deviation of a component at an order, over the revolutions' scale."""
         return float(self.stage.shape[min(round(order), self.stage.shape.size - 1)])
 
     def gains(self, vectors: Complex, order: float) -> tuple[float, int]:
-        """Gain of an order's best model from its ``vectors`` (turns,), and which of :data:`MODELS` it is."""
+        """Gain of an order's best model from its ``vectors`` (revolutions,), and which of :data:`MODELS` it is."""
         gain, which = self._alone(order).gains(vectors[:, None])
         return float(gain[0]), int(which[0])
 
@@ -119,7 +119,7 @@ def rebuilt(model: TransmissionModel, pulses: Sequence[Pulse]) -> None:
     found: dict[float, WeakOrder] = {}
     # what has no whole number of periods in a revolution cannot be a pulse's: it stays
     kept = {f: k for k, f in enumerate(base.orders) if f not in known}
-    stage = Stage.of(base, model.turns, model.train)
+    stage = Stage.of(base, model.revolutions, model.train)
     assert stage is not None
     for f, k in kept.items():
         index = min(round(f), stage.shape.size - 1)
@@ -127,7 +127,7 @@ def rebuilt(model: TransmissionModel, pulses: Sequence[Pulse]) -> None:
         gain, which = replace(stage, shape=stage.shape[index : index + 1]).gains(vectors[:, None])
         found[f] = stage.estimated(f, MODELS[int(which[0])], vectors, float(stage.shape[index]), float(gain[0]))
     for _ in range(ROUNDS):
-        fresh = search(base, model.turns, model.train, [*base.orders, *found], floor, model.price)
+        fresh = search(base, model.revolutions, model.train, [*base.orders, *found], floor, model.price)
         fresh = [w for w in fresh if w.order not in found]
         if not fresh:
             break

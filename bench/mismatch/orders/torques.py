@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.discovery import AMBIGUOUS, NAMED, UNKNOWN, UNNAMED, Discovery, Rival
-from bench.mismatch.orders.lines import Line, Model, Turns, standing
+from bench.mismatch.discovery import AMBIGUOUS, NAMED, UNKNOWN, UNNAMED, Discovery, RefittedAlternative
+from bench.mismatch.orders.lines import Line, Model, Revolutions, significant_lines
 from bench.mismatch.orders.periodicity import (
     LOW_ORDERS,
     MOST_WAVES,
@@ -59,34 +59,36 @@ def torque_discoveries(seen: Periodicity, seed: int) -> list[Discovery]:
 def _over_output(seen: Periodicity, seed: int, taken: Collection[float]) -> list[Discovery]:
     if not seen.output:
         return []
-    turns = output_turns(seen.output, seen.folds)
-    lines = [s for s in standing(turns, OUTPUT_MODELS, seed) if s.order > LOW_ORDERS and s.order not in taken]
-    one_way = len({s.direction for s, t in zip(seen.output, turns.train, strict=True) if t}) < 2
+    revolutions = output_revolutions(seen.output, seen.folds)
+    lines = [
+        s for s in significant_lines(revolutions, OUTPUT_MODELS, seed) if s.order > LOW_ORDERS and s.order not in taken
+    ]
+    one_way = len({s.direction for s, t in zip(seen.output, revolutions.train, strict=True) if t}) < 2
     by_effect: dict[str, list[tuple[Line, tuple[int, ...]]]] = {}
     for line in lines:
         for k, factor in enumerate(line.model):
             effect = name_of(seen.channel, line.order, factor)
-            own = by_effect.setdefault(effect, [])
-            if own and own[-1][0] is line:
-                own[-1] = (line, (*own[-1][1], k))
+            lines_of_effect = by_effect.setdefault(effect, [])
+            if lines_of_effect and lines_of_effect[-1][0] is line:
+                lines_of_effect[-1] = (line, (*lines_of_effect[-1][1], k))
             else:
-                own.append((line, (k,)))
+                lines_of_effect.append((line, (k,)))
     out = []
     for effect, parts in by_effect.items():
-        found = _discovery(seen, turns, effect, parts, one_way)
+        found = _discovery(seen, revolutions, effect, parts, one_way)
         if found is not None:
             out.append(found)
     return out
 
 
-def output_turns(spectra: Sequence[OutputSpectrum], folds: IntArray) -> Turns:
+def output_revolutions(spectra: Sequence[OutputSpectrum], folds: IntArray) -> Revolutions:
     """Revolutions of a torque over the output angle."""
     direction = np.array([s.direction for s in spectra])
     load = np.array([s.torque for s in spectra]) / 1000.0
     factors = {"1": np.ones(direction.size), "d": direction, "tau": load, "d*abs_tau": direction * np.abs(load)}
     vectors = np.array([s.amplitude for s in spectra]).reshape(direction.size, -1)
     sigma = np.array([s.sigma for s in spectra])
-    return Turns(
+    return Revolutions(
         vectors, sigma, factors, folds[[s.recording for s in spectra]] if spectra else np.zeros(0, dtype=np.int64)
     )
 
@@ -101,23 +103,30 @@ def name_of(channel: str, order: int, factor: str) -> str:
 
 
 def _discovery(
-    seen: Periodicity, turns: Turns, effect: str, parts: Sequence[tuple[Line, tuple[int, ...]]], one_way: bool
+    seen: Periodicity,
+    revolutions: Revolutions,
+    effect: str,
+    parts: Sequence[tuple[Line, tuple[int, ...]]],
+    one_way: bool,
 ) -> Discovery | None:
-    waves = [wave_of(line, k) for line, own in parts for k in own]
-    squares = squares_of(seen, turns, parts)
-    size = np.sqrt(max(power(turns, parts), 0.0))
+    waves = [wave_of(line, k) for line, members in parts for k in members]
+    squares = squares_of(seen, revolutions, parts)
+    size = np.sqrt(max(power(revolutions, parts), 0.0))
     if size < criteria.LEAST_STRENGTH * seen.floor:
         return None
-    main, own = parts[0]
+    main, members = parts[0]
     confidence: float | None
-    confidence, rivals = _weighed(seen.channel, effect, main)
+    confidence, alternatives = _weighed(seen.channel, effect, main)
     status = NAMED if effect != UNNAMED else UNKNOWN
     if one_way and effect in (UNBALANCE, FRICTION):
         status = AMBIGUOUS
         other = FRICTION if effect == UNBALANCE else UNBALANCE
         if main.order == 1 and seen.channel == MOTOR_TORQUE:
             unknown = float("nan")
-            confidence, rivals = None, (Rival(other, LIBRARY[other].name, unknown, unknown, unknown, True),)
+            confidence, alternatives = (
+                None,
+                (RefittedAlternative(other, LIBRARY[other].name, unknown, unknown, unknown, True),),
+            )
         else:
             status = NAMED
     term = LIBRARY.get(effect)
@@ -126,15 +135,15 @@ def _discovery(
         status=status,
         confidence=confidence,
         channel=seen.channel,
-        words=LIBRARY[effect].name if term is not None else _unnamed(main, own),
-        equation=_equation(seen.channel, effect, main.model[own[0]], waves),
+        words=LIBRARY[effect].name if term is not None else _unnamed(main, members),
+        equation=_equation(seen.channel, effect, main.model[members[0]], waves),
         variables=("angle",) if effect != UNNAMED or main.model == ("1",) else ("angle", "torque"),
-        parameters=tuple(_parameters(seen, effect, main, own)),
+        parameters=tuple(_parameters(seen, effect, main, members)),
         added=on_rows(waves, seen.rows),
         gain=float(sum(line.gain for line, _ in parts)),
         p_value=max(line.p_value for line, _ in parts),
         simulation_rows=tuple(_rows(seen, effect, waves)),
-        rivals=rivals,
+        alternatives=alternatives,
         orders=tuple(float(line.order) for line, _ in parts),
         numbers=2 * len(waves),
         squares=squares,
@@ -144,8 +153,8 @@ def _discovery(
 def _equation(channel: str, effect: str, factor: str, waves: Sequence[Wave]) -> str:
     """Equation of the strongest order, after all orders where they have no name."""
     if effect == UNBALANCE:
-        own = "m_s*sin(q) + m_c*cos(q)"
-        left = f"tau_m += ({own})/u" if channel == MOTOR_TORQUE else f"{channel} += {own}"
+        function = "m_s*sin(q) + m_c*cos(q)"
+        left = f"tau_m += ({function})/u" if channel == MOTOR_TORQUE else f"{channel} += {function}"
         return f"{left}, m_u = sqrt(m_s**2 + m_c**2)"
     if effect == FRICTION:
         return f"tau_m += {times(factor, 'f_pc*cos(m*q) + f_ps*sin(m*q)')}"
@@ -157,10 +166,10 @@ def _unnamed(line: Line, terms: tuple[int, ...]) -> str:
     return f"order {line.order} of the output {grows}"
 
 
-def _weighed(channel: str, effect: str, line: Line) -> tuple[float, tuple[Rival, ...]]:
-    """Weight of the models of the strongest order that have the effect; the others as rivals, by effect."""
+def _weighed(channel: str, effect: str, line: Line) -> tuple[float, tuple[RefittedAlternative, ...]]:
+    """Weight of the models of the strongest order that have the effect; the others as alternatives, by effect."""
     total = 0.0
-    best: dict[str, Rival] = {}
+    best: dict[str, RefittedAlternative] = {}
     for model, share in line.shares.items():
         effects = {name_of(channel, line.order, t) for t in model}
         if effect in effects:
@@ -171,7 +180,7 @@ def _weighed(channel: str, effect: str, line: Line) -> tuple[float, tuple[Rival,
             weight = share + (best[other].weight if other in best else 0.0)
             least = min((loss, error), (best[other].loss, best[other].error)) if other in best else (loss, error)
             words = LIBRARY[other].name if other in LIBRARY else "an order without a name"
-            best[other] = Rival(other, words, least[0], least[1], weight, least[0] < least[1])
+            best[other] = RefittedAlternative(other, words, least[0], least[1], weight, least[0] < least[1])
     return total, tuple(best.values())
 
 

@@ -23,7 +23,7 @@ from bench.mismatch.orders.look import PARTS, Look
 from bench.mismatch.orders.model import ROUNDS, TransmissionModel, calibrate_all, offset_alone, steady_rows, with_noise
 from bench.mismatch.orders.modes import Mode
 from bench.mismatch.orders.periodic import Periodic
-from bench.mismatch.orders.turns import Complex, Seen, directions, looks, passed, seen, states
+from bench.mismatch.orders.revolutions import Complex, Seen, directions, looks, passed, seen, states
 from bench.mismatch.orders.weak import LEAK, Stage, WeakOrder, gain_of
 from bench.simulation.frame import FloatArray
 from bench.simulation.laws import MODES, Law, resonant
@@ -43,9 +43,9 @@ PLAIN = (("1",), ("p", "n"))
 def strong(model: TransmissionModel, found: FoundLaw) -> bool:
     """Whether a mode adds so much that it hides weak orders, and makes others of what it leaves."""
     assert model.noise is not None
-    turns, orders = model.own_turns, found.series.orders
-    vectors = found.series.vectors(states(turns), directions(turns))
-    added = vectors * (passed([found.law], turns, orders) - 1.0)
+    revolutions, orders = model.training_revolutions, found.series.orders
+    vectors = found.series.vectors(states(revolutions), directions(revolutions))
+    added = vectors * (passed([found.law], revolutions, orders) - 1.0)
     power = float(np.mean(0.5 * np.sum(np.abs(added) ** 2, axis=1)))
     return power > STRONG**2 * model.noise.variance
 
@@ -59,7 +59,7 @@ def under(model: TransmissionModel, found: FoundLaw, plain: Periodic) -> tuple[F
     before = model.periodic, model.plain, model.seen, model.noise, model.quiet, model.laws
     y = model.rows.y if model.quiet is None else model.quiet
     least = _left(model, y, plain)
-    look = _Search(model, looks(model.rows, model.turns))
+    look = _Search(model, looks(model.rows, model.revolutions))
     law, best = found.law, None
     for _ in range(PASSES):
         best = look.once(y, law)
@@ -125,7 +125,7 @@ class _Search:
         """Find the orders of ``y`` (n,) under a mode, then the mode anew; the model is calibrated with both."""
         model, known = self.model, self.known
         orders = self._orders(y, law)
-        now = seen(self.shown, model.turns, y, [*known, *orders])
+        now = seen(self.shown, model.revolutions, y, [*known, *orders])
         model.laws = ()
         calibrate_all(model, now, known, orders)
         without, mode = model.periodic, self._mode(now, orders, law)
@@ -142,18 +142,18 @@ class _Search:
         model = self.model
         found: dict[float, WeakOrder] = {}
         for _ in range(ROUNDS):
-            now = seen(self.shown, model.turns, y, [*self.known, *sorted(found)])
-            stage = Stage.of(now, model.turns, model.train)
+            now = seen(self.shown, model.revolutions, y, [*self.known, *sorted(found)])
+            stage = Stage.of(now, model.revolutions, model.train)
             if stage is None or model.price is None or model.noise is None:
                 break
             floor = float(np.sqrt(model.noise.variance))
             whole = np.arange(stage.vectors.shape[1], dtype=np.float64)
-            fresh = _standing(stage, stage.vectors, whole, law, now.orders, floor, model.price)
+            fresh = _significant(stage, stage.vectors, whole, law, now.orders, floor, model.price)
             if not fresh:
                 between = now.between()[model.train] / stage.scale[:, None]
                 parts = np.arange(between.shape[1]) / PARTS
                 price = model.price + float(np.log(PARTS))
-                fresh = _apart(_standing(stage, between, parts, law, now.orders, floor, price))
+                fresh = _apart(_significant(stage, between, parts, law, now.orders, floor, price))
             fresh = [w for w in fresh if w.order not in found]
             if not fresh:
                 break
@@ -163,7 +163,7 @@ class _Search:
     def _mode(self, now: Seen, orders: Mapping[float, WeakOrder], law: Law) -> Mode | None:
         """The mode that the simulation's orders and those found beside them pass; the better of force and base."""
         model = self.model
-        data, stage = amplitudes(model), Stage.of(now, model.turns, model.train)
+        data, stage = amplitudes(model), Stage.of(now, model.revolutions, model.train)
         if data is None or stage is None:
             return None
         kept = [k for k, f in enumerate(data.orders) if f in self.known]
@@ -190,7 +190,7 @@ def _apart(lines: Sequence[WeakOrder]) -> list[WeakOrder]:
     return out
 
 
-def _standing(
+def _significant(
     stage: Stage,
     vectors: Complex,
     orders: FloatArray,
@@ -199,8 +199,8 @@ def _standing(
     floor: float,
     price: float,
 ) -> list[WeakOrder]:
-    """Orders (k,) whose ``vectors`` (turns, k), over the turns' scale, gain more than a ``price`` under a mode; of
-    neighbours the strongest, strongest first.
+    """Orders (k,) whose ``vectors`` (revolutions, k), over the revolutions' scale, gain more than a ``price`` under a
+    mode; of neighbours the strongest, strongest first.
     """
     best, which, held = _gains(stage, vectors, orders, law)
     usable = (held > criteria.LEAST_POWER * floor**2) & (orders >= 1.0)
@@ -220,19 +220,19 @@ def _gains(
     stage: Stage, vectors: Complex, orders: FloatArray, law: Law
 ) -> tuple[FloatArray, NDArray[np.int64], FloatArray]:
     """Gain of log-likelihood (k,) of the better of :data:`PLAIN` under a mode, which it is, mean square of its wave."""
-    x, side = states(stage.turns), directions(stage.turns)
+    x, side = states(stage.revolutions), directions(stage.revolutions)
     by = resonant(law.form, x[:, 1][:, None] * orders[None, :], law.point) / stage.scale[:, None]
     shape = stage.shape[np.minimum(np.round(orders).astype(np.int64), stage.shape.size - 1)]
     energy = np.sum(np.abs(vectors) ** 2, axis=0)
     best, which, held = np.full(orders.size, -np.inf), np.zeros(orders.size, dtype=np.int64), np.zeros(orders.size)
     for number, groups in enumerate(([np.ones(side.size, dtype=bool)], [side > 0, side <= 0])):
         left, power = vectors.copy(), np.zeros(orders.size)
-        for own in (g for g in groups if g.any()):
-            weight = np.sum(np.abs(by[own]) ** 2, axis=0)
-            value = np.sum(np.conj(by[own]) * vectors[own], axis=0) / weight
-            leverage = np.minimum(np.abs(by[own]) ** 2 / weight, MOST_LEVERAGE)
-            left[own] = (vectors[own] - by[own] * value) / (1.0 - leverage)
-            power += 0.5 * np.sum(np.abs(by[own] * value * stage.scale[own][:, None]) ** 2, axis=0) / side.size
+        for group in (g for g in groups if g.any()):
+            weight = np.sum(np.abs(by[group]) ** 2, axis=0)
+            value = np.sum(np.conj(by[group]) * vectors[group], axis=0) / weight
+            leverage = np.minimum(np.abs(by[group]) ** 2 / weight, MOST_LEVERAGE)
+            left[group] = (vectors[group] - by[group] * value) / (1.0 - leverage)
+            power += 0.5 * np.sum(np.abs(by[group] * value * stage.scale[group][:, None]) ** 2, axis=0) / side.size
         gain = gain_of(energy, np.sum(np.abs(left) ** 2, axis=0), side.size, shape)
         better = gain > best + (0.0 if number == 0 else criteria.RICHER)
         best, which, held = np.where(better, gain, best), np.where(better, number, which), np.where(better, power, held)

@@ -27,12 +27,12 @@ SURE_OF_PHASE = 0.1
 """variance of an order's phase in rad² up to which its error is linear in the phase: beyond, it is no direction"""
 MOST = 24
 """directions that are fitted at most"""
-TELLING = 1.0
+SIGNIFICANT = 1.0
 """variance that a direction adds to the rows, over that of their noise and summed, from which it is fitted"""
 LEAST_NOISE = 1e-12
 """rad: simulated recordings may have no noise at all"""
 
-Place = tuple[int, int]
+Coefficients = tuple[int, int]
 """direction of the motion and number of an order"""
 
 
@@ -45,7 +45,7 @@ class Unsure(Untold):
     series: Series
     laws: tuple[Law, ...]
     rate: float
-    mixing: Mapping[Place, FloatArray]
+    mixing: Mapping[Coefficients, FloatArray]
     words: str = "what the revolutions leave unknown of the harmonic orders"
     equation: str = "TE += sum of dA*sin(f*theta + phi) + A*dphi*cos(f*theta + phi)"
 
@@ -57,8 +57,8 @@ class Unsure(Untold):
     def columns(self, frame: Frame) -> FloatArray:
         """Each direction at the rows of a frame (n, directions), rad."""
         out = np.zeros((frame.size, self.size), order="F")
-        for place, rows, slopes in _slopes(self.series, self.laws, self.rate, frame, self.mixing):
-            out[rows] += slopes @ self.mixing[place]
+        for key, rows, slopes in _slopes(self.series, self.laws, self.rate, frame, self.mixing):
+            out[rows] += slopes @ self.mixing[key]
         return out
 
     def explained(self, states: FloatArray, direction: FloatArray, span: FloatArray) -> FloatArray:
@@ -87,33 +87,33 @@ def unsure(
     None where none does.
     """
     low = [k for k, f in enumerate(series.orders) if f * ALIKE_RAD < 2.0 * np.pi]
-    places = [(side, k) for side in series.amplitude for k in low]
+    keys = [(side, k) for side in series.amplitude for k in low]
     part = frame.take(np.flatnonzero(chosen))
     spread = np.sqrt(np.maximum(noise[chosen], LEAST_NOISE**2))
-    parts: dict[Place, tuple[FloatArray, FloatArray]] = {}
-    for place, rows, slopes in _slopes(series, tuple(laws), rate, part, places):
-        side, k = place
+    parts: dict[Coefficients, tuple[FloatArray, FloatArray]] = {}
+    for key, rows, slopes in _slopes(series, tuple(laws), rate, part, keys):
+        side, k = key
         root = _root(series.covariance[side][k])
         seen = np.zeros((part.size, root.shape[1]))
         seen[rows] = (slopes @ root) / spread[rows, None]
-        turned, large = _largest(seen, TELLING / max(len(places), 1))
+        rotation, large = _largest(seen, SIGNIFICANT / max(len(keys), 1))
         if large.size:
-            parts[place] = root @ turned, seen @ turned
+            parts[key] = root @ rotation, seen @ rotation
     if not parts:
         return None
     together = np.hstack([columns for _, columns in parts.values()])
-    turned, large = _largest(together, TELLING)
+    rotation, large = _largest(together, SIGNIFICANT)
     if not large.size:
         return None
     first = 0
-    mixing: dict[Place, FloatArray] = {}
-    for place, (root, columns) in parts.items():
-        mixing[place] = root @ turned[first : first + columns.shape[1]]
+    mixing: dict[Coefficients, FloatArray] = {}
+    for key, (root, columns) in parts.items():
+        mixing[key] = root @ rotation[first : first + columns.shape[1]]
         first += columns.shape[1]
     return Unsure(series, tuple(laws), rate, mixing)
 
 
-def turned_through(frame: Frame, rate: float) -> FloatArray:
+def angle_of_rows(frame: Frame, rate: float) -> FloatArray:
     """Angle (n,) that each row is a mean over, rad; ``rate``: samples a second."""
     return np.asarray(np.abs(frame.velocity) * frame.count / rate)
 
@@ -136,10 +136,10 @@ def _root(covariance: FloatArray) -> FloatArray:
 
 
 def _slopes(
-    series: Series, laws: Sequence[Law], rate: float, frame: Frame, places: Iterable[Place]
-) -> Iterator[tuple[Place, NDArray[np.intp], FloatArray]]:
+    series: Series, laws: Sequence[Law], rate: float, frame: Frame, keys: Iterable[Coefficients]
+) -> Iterator[tuple[Coefficients, NDArray[np.intp], FloatArray]]:
     """How an order moves the rows' means with its coefficients: place, rows of its direction, slopes (rows, 20)."""
-    for side, k in places:
+    for side, k in keys:
         rows = np.flatnonzero(frame.last_direction * side > 0)
         if not rows.size:
             continue
@@ -147,9 +147,9 @@ def _slopes(
         x = np.column_stack([part.torque, part.velocity, part.temperature])
         basis = series.scaling[side].monomials(x)
         order = series.orders[k]
-        turn = np.exp(1j * (order * part.theta + basis @ series.phase[side][k]))
+        rotation = np.exp(1j * (order * part.theta + basis @ series.phase[side][k]))
         for law in laws:
-            turn = turn * factor(law, x, part.time, [order])[:, 0]
-        turn = turn * kept_by_mean(order, turned_through(part, rate))
+            rotation = rotation * factor(law, x, part.time, [order])[:, 0]
+        rotation = rotation * kept_by_mean(order, angle_of_rows(part, rate))
         amplitude = basis @ series.amplitude[side][k]
-        yield (side, k), rows, np.hstack([basis * turn.imag[:, None], basis * (amplitude * turn.real)[:, None]])
+        yield (side, k), rows, np.hstack([basis * rotation.imag[:, None], basis * (amplitude * rotation.real)[:, None]])

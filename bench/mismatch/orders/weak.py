@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from bench.mismatch import criteria
 from bench.mismatch.orders.look import PARTS
-from bench.mismatch.orders.turns import Complex, Seen, Turn, directions, states
+from bench.mismatch.orders.revolutions import Complex, Revolution, Seen, directions, states
 from bench.simulation.frame import FloatArray
 from bench.simulation.quantities import FACTORS
 from bench.simulation.waves import Wave
@@ -55,7 +55,7 @@ class WeakOrder:
         ]
 
     def at(self, design: FloatArray) -> Complex:
-        """Vectors at states of which ``design`` (turns, k) has the factors."""
+        """Vectors at states of which ``design`` (revolutions, k) has the factors."""
         return np.asarray(design @ self.vectors)
 
     @property
@@ -65,11 +65,11 @@ class WeakOrder:
         return float(np.sqrt(np.mean(np.square(constant))))
 
 
-def design(model: Sequence[str], turns: Sequence[Turn]) -> FloatArray:
-    """Factors of a model at the states of the turns (turns, k)."""
-    x, side = states(turns), directions(turns)
+def design(model: Sequence[str], revolutions: Sequence[Revolution]) -> FloatArray:
+    """Factors of a model at the states of the revolutions (revolutions, k)."""
+    x, side = states(revolutions), directions(revolutions)
     values = {
-        "1": np.ones(len(turns)),
+        "1": np.ones(len(revolutions)),
         "p": (side > 0).astype(np.float64),
         "n": (side <= 0).astype(np.float64),
         "tau": x[:, 0] / 1000.0,
@@ -79,7 +79,7 @@ def design(model: Sequence[str], turns: Sequence[Turn]) -> FloatArray:
     assert set(values) <= set(FACTORS)
     columns = []
     for times in model:
-        column = np.ones(len(turns))
+        column = np.ones(len(revolutions))
         for part in times.split("*"):
             column = column * values[part]
         columns.append(column)
@@ -88,7 +88,7 @@ def design(model: Sequence[str], turns: Sequence[Turn]) -> FloatArray:
 
 def search(
     seen: Seen,
-    turns: Sequence[Turn],
+    revolutions: Sequence[Revolution],
     train: NDArray[np.bool_],
     fitted: Sequence[float],
     floor: float,
@@ -99,7 +99,7 @@ def search(
     ``floor``: noise of a sample, rad: what adds next to nothing to it is passed over. ``price``: what noise
     gains (:meth:`Stage.maxima`).
     """
-    stage = Stage.of(seen, turns, train)
+    stage = Stage.of(seen, revolutions, train)
     if stage is None:
         return []
     usable = np.ones(stage.vectors.shape[1], dtype=bool)
@@ -122,19 +122,19 @@ def search(
 
 @dataclass(frozen=True, slots=True)
 class Stage:
-    """The training revolutions, their residual vectors over their own level ``scale`` (turns,), and the ``shape`` of
-    the noise over the order (orders,).
+    """The training revolutions, their residual vectors over their own level ``scale`` (revolutions,), and the ``shape``
+    of the noise over the order (orders,).
     """
 
-    turns: tuple[Turn, ...]
+    revolutions: tuple[Revolution, ...]
     vectors: Complex
     scale: FloatArray
     shape: FloatArray
 
     @classmethod
-    def of(cls, seen: Seen, turns: Sequence[Turn], train: NDArray[np.bool_]) -> Stage | None:
+    def of(cls, seen: Seen, revolutions: Sequence[Revolution], train: NDArray[np.bool_]) -> Stage | None:
         """The training revolutions; None where they are too few."""
-        trained = tuple(t for t, chosen in zip(turns, train, strict=True) if chosen)
+        trained = tuple(t for t, chosen in zip(revolutions, train, strict=True) if chosen)
         if len(trained) < criteria.FEWEST_TURNS:
             return None
         sigma = seen.sigma[train]
@@ -152,10 +152,10 @@ class Stage:
         best = np.full(vectors.shape[1], -np.inf)
         which = np.zeros(vectors.shape[1], dtype=np.int64)
         for number, model in enumerate(MODELS):
-            basis = _basis(design(model, self.turns) / self.scale[:, None])
-            if len(self.turns) < 2 * basis.shape[1] + 2:
+            basis = _basis(design(model, self.revolutions) / self.scale[:, None])
+            if len(self.revolutions) < 2 * basis.shape[1] + 2:
                 continue
-            gain = gain_of(energy, _left_out(basis, vectors), len(self.turns), self.shape)
+            gain = gain_of(energy, _left_out(basis, vectors), len(self.revolutions), self.shape)
             better = gain > best + (0.0 if number == 0 else criteria.RICHER)
             best, which = np.where(better, gain, best), np.where(better, number, which)
         return best, which
@@ -170,7 +170,7 @@ class Stage:
         best = []
         for _ in range(SURROGATES):
             if shuffled:
-                drawn = self.vectors * np.exp(2j * np.pi * rng.random((len(self.turns), 1)))
+                drawn = self.vectors * np.exp(2j * np.pi * rng.random((len(self.revolutions), 1)))
             else:
                 drawn = self.shape * (rng.normal(size=self.vectors.shape) + 1j * rng.normal(size=self.vectors.shape))
             best.append(float(self.gains(drawn)[0][1:].max()))
@@ -179,8 +179,10 @@ class Stage:
     def estimated(
         self, order: float, model: tuple[str, ...], vectors: Complex, sigma: float, gain: float = 0.0
     ) -> WeakOrder:
-        """An order's waves from its ``vectors`` (turns,) over the turns' scale; a component's noise is ``sigma``."""
-        whole = design(model, self.turns)
+        """An order's waves from its ``vectors`` (revolutions,) over the revolutions' scale; a component's noise is
+        ``sigma``.
+        """
+        whole = design(model, self.revolutions)
         alive = np.any(whole != 0.0, axis=0)
         x = whole[:, alive] / self.scale[:, None]
         unit = np.sqrt(np.sum(x**2, axis=0))
@@ -188,7 +190,7 @@ class Stage:
         inverse = np.linalg.inv((x / unit).T @ (x / unit) + WEAK * np.eye(unit.size)) / np.outer(unit, unit)
         beta = inverse @ x.T @ vectors
         left = float(np.sum(np.abs(vectors - x @ beta) ** 2))
-        freedom = max(len(self.turns) - x.shape[1], 1)
+        freedom = max(len(self.revolutions) - x.shape[1], 1)
         prior = NEIGHBOUR_REVOLUTIONS
         variance = (left + 2.0 * prior * sigma**2) / (2.0 * (freedom + prior))
         kept = tuple(times for times, here in zip(model, alive, strict=True) if here)
@@ -196,36 +198,36 @@ class Stage:
 
     def power(self, order: WeakOrder) -> float:
         """Mean square of an order's wave over the revolutions, rad²."""
-        return float(0.5 * np.mean(np.abs(order.at(design(order.model, self.turns))) ** 2))
+        return float(0.5 * np.mean(np.abs(order.at(design(order.model, self.revolutions))) ** 2))
 
     def share(self, order: float, fitted: Sequence[float]) -> float:
         """Part of an order's vectors that those of the ``fitted`` orders leave, in the mean over the revolutions."""
         return float(np.mean(self.shares(order, fitted)))
 
     def shares(self, order: float, fitted: Sequence[float]) -> FloatArray:
-        """Part of an order's vector that those of the ``fitted`` orders leave in each revolution (turns,).
+        """Part of an order's vector that those of the ``fitted`` orders leave in each revolution (revolutions,).
 
         Over one revolution a sine is nearly a sum of two at half an order from it, whatever its phase.
         """
         near = np.array([order, *(f for f in fitted if f != order and abs(f - order) < LEAK)])
         if near.size == 1:
-            return np.ones(len(self.turns))
-        revolutions = np.array([t.duration * abs(t.velocity) for t in self.turns]) / (2.0 * np.pi)
+            return np.ones(len(self.revolutions))
+        travelled = np.array([t.duration * abs(t.velocity) for t in self.revolutions]) / (2.0 * np.pi)
         # to a hundredth of a revolution: most segments are equally long
-        each, which = np.unique(np.round(revolutions, 2), return_inverse=True)
+        each, which = np.unique(np.round(travelled, 2), return_inverse=True)
         alike = np.sinc((near[:, None] - near[None, :]) * each[:, None, None])
         alike += 1e-9 * np.eye(near.size)
         return np.asarray((1.0 / np.linalg.inv(alike)[:, 0, 0])[which])
 
     def misfit(self, order: WeakOrder, vectors: Complex, sigma: float) -> float:
         """Variance of what an order's model leaves of its vectors, over the noise's."""
-        left = vectors - order.at(design(order.model, self.turns)) / self.scale
-        freedom = max(len(self.turns) - len(order.model), 1)
+        left = vectors - order.at(design(order.model, self.revolutions)) / self.scale
+        freedom = max(len(self.revolutions) - len(order.model), 1)
         return float(np.sum(np.abs(left) ** 2) / (2.0 * freedom * sigma**2))
 
 
 def _basis(x: FloatArray) -> FloatArray:
-    """Orthonormal basis (turns, k) of a design's columns; what a design cannot tell apart counts once."""
+    """Orthonormal basis (revolutions, k) of a design's columns; what a design cannot tell apart counts once."""
     left, values, _ = np.linalg.svd(x / np.maximum(np.sqrt(np.sum(x**2, axis=0)), 1e-300), full_matrices=False)
     return np.asarray(left[:, values > 1e-3 * values.max()])
 
@@ -238,7 +240,7 @@ def _left_out(basis: FloatArray, vectors: Complex) -> FloatArray:
     return np.asarray(np.sum(np.abs(left / (1.0 - leverage)[:, None]) ** 2, axis=0))
 
 
-def gain_of(before: FloatArray, after: FloatArray, turns: int, sigma: FloatArray) -> FloatArray:
+def gain_of(before: FloatArray, after: FloatArray, revolutions: int, sigma: FloatArray) -> FloatArray:
     """Gain of log-likelihood of complex Gaussians whose variance the neighbouring orders tell as well."""
     prior = 2.0 * NEIGHBOUR_REVOLUTIONS * sigma**2
-    return np.asarray((turns + NEIGHBOUR_REVOLUTIONS) * (np.log(before + prior) - np.log(after + prior)))
+    return np.asarray((revolutions + NEIGHBOUR_REVOLUTIONS) * (np.log(before + prior) - np.log(after + prior)))

@@ -37,9 +37,9 @@ class Collected:
                     self.rows.setdefault(channel, []).append(angle_rows(prepared))
             else:
                 self.rows.setdefault(channel, []).append(slow_rows(prepared, channel, manner))
-            heard = density(prepared, channel)
-            if heard is not None:
-                self.density.setdefault(channel, []).append(heard)
+            spectrum = density(prepared, channel)
+            if spectrum is not None:
+                self.density.setdefault(channel, []).append(spectrum)
             elif (moving := density(prepared, channel, steady=False)) is not None:
                 self.unsteady.setdefault(channel, []).append(moving)
             self.output.setdefault(channel, []).extend(
@@ -61,11 +61,11 @@ class Collected:
         """Append the rows of further recordings."""
         for channel, rows in other.rows.items():
             self.rows.setdefault(channel, []).extend(rows)
-        for channel, heard in other.density.items():
-            self.density.setdefault(channel, []).extend(heard)
+        for channel, densities in other.density.items():
+            self.density.setdefault(channel, []).extend(densities)
         for channel, moving in other.unsteady.items():
             self.unsteady.setdefault(channel, []).extend(moving)
-        for channel, turns in other.output.items():
-            self.output.setdefault(channel, []).extend(turns)
+        for channel, spectra in other.output.items():
+            self.output.setdefault(channel, []).extend(spectra)
         self.shaft += other.shaft
         self.swing |= other.swing

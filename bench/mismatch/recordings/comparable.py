@@ -61,7 +61,7 @@ class Comparable:
         for channel, (made_of, inputs) in INPUTS.items():
             if dead & {*made_of, *inputs}:
                 continue
-            turned = channel == "transmission_error" and recording.zero_id != self.zero
-            if all(name in recording for name in made_of) and not self._lacks(recording, channel) and not turned:
+            other_zero = channel == "transmission_error" and recording.zero_id != self.zero
+            if all(name in recording for name in made_of) and not self._lacks(recording, channel) and not other_zero:
                 out.add(channel)
         return frozenset(out)

@@ -11,7 +11,7 @@ from bench.errors import RecordingError
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray
 
-STANDS_RAD = 0.05
+STUCK_RAD = 0.05
 """rad at the output that one encoder turns while the other gives one and the same value: no play is so wide"""
 NEARLY_ALL = 0.9
 """of a recording in which an encoder stands: it is not connected"""
@@ -27,7 +27,7 @@ ABOUT_ONE = (0.5, 2.0)
 """load torque over the load motor's torque, in size, of a recording that tells its sign: the rest is friction"""
 
 
-def standing(angle: FloatArray, other: FloatArray) -> NDArray[np.bool_]:
+def stuck(angle: FloatArray, other: FloatArray) -> NDArray[np.bool_]:
     """Samples (n,) at which an encoder's ``angle`` stays at one value while the ``other`` encoder turns, both in rad at
     the output; the first of each such run may be right.
     """
@@ -35,8 +35,8 @@ def standing(angle: FloatArray, other: FloatArray) -> NDArray[np.bool_]:
         return np.zeros(angle.size, dtype=bool)
     begins = np.flatnonzero(np.append(True, np.diff(angle) != 0.0))
     last = np.append(begins[1:], angle.size) - 1
-    turned = np.abs(other[last] - other[begins])
-    out = np.repeat(turned > STANDS_RAD, last - begins + 1)
+    moved = np.abs(other[last] - other[begins])
+    out = np.repeat(moved > STUCK_RAD, last - begins + 1)
     if float(out.mean()) < NEARLY_ALL:  # else it never says anything
         out[begins] = False
     return out
@@ -44,7 +44,7 @@ def standing(angle: FloatArray, other: FloatArray) -> NDArray[np.bool_]:
 
 def of_other_sign(recordings: Sequence[Recording]) -> list[Recording]:
     """Recordings in which load torque and the load motor's torque go together the other way than in most."""
-    read = [(r, told) for r in recordings if (told := _together(r)) is not None]
+    read = [(r, together) for r in recordings if (together := _together(r)) is not None]
     largest = max((load for _, (_, load) in read), default=0.0)
     loaded = [(r, ratio) for r, (ratio, load) in read if load >= LOADED * largest]
     signed = [(r, ratio) for r, ratio in loaded if ABOUT_ONE[0] <= abs(ratio) <= ABOUT_ONE[1]]

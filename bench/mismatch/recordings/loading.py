@@ -84,11 +84,11 @@ def load(path: Paths, progress: Progress | None = None, jobs: int = 1, base: Bas
         notes += [
             f"{recording.recording_id}: {name} stays at one value while the other encoder turns, {share:.2g} of the"
             " samples: not compared there"
-            for name, share in read.stands.items()
+            for name, share in read.stuck.items()
         ]
         if read.dead:
-            told = f"{recording.recording_id} holds no number in {', '.join(sorted(read.dead))}"
-            notes.append(f"{told}: not compared where it is needed")
+            text = f"{recording.recording_id} holds no number in {', '.join(sorted(read.dead))}"
+            notes.append(f"{text}: not compared where it is needed")
     if not data.members:
         if base is not None and rejected:
             raise RecordingError(rejected[0][1])
@@ -158,7 +158,7 @@ class _Read:
     dead: frozenset[str] = frozenset()
     why: str = ""
     simulated: frozenset[str] = frozenset()
-    stands: Mapping[str, float] = field(default_factory=dict)
+    stuck: Mapping[str, float] = field(default_factory=dict)
 
 
 def _read(task: _Task) -> _Read:
@@ -172,7 +172,7 @@ def _read(task: _Task) -> _Read:
     for number, part in task.pieces:
         rows.add(part.cut(prepared, number), channels, task.folder.manner)
     travel, simulated = float(prepared.frame.travel[-1]), frozenset(prepared.simulated)
-    return _Read(rows, travel, prepared.dead, "", simulated, prepared.stands)
+    return _Read(rows, travel, prepared.dead, "", simulated, prepared.stuck)
 
 
 def _otherwise(recording: Recording, here: frozenset[str], others: frozenset[str]) -> str:

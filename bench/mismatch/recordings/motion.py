@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from bench.mismatch import criteria
 from bench.mismatch.recordings.level import confirmed
 from bench.mismatch.recordings.smoothing import WINDOWS_S, local_quadratic, repaired, span_for, window
-from bench.mismatch.recordings.window import ANGLE, Rates, telling_rates
+from bench.mismatch.recordings.window import ANGLE, Rates, best_rates
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray
 
-ASKED_FOR_SPAN = 15
+RECORDINGS_FOR_SPAN = 15
 """recordings that are asked for the window of the rates: their middle needs no more"""
 SHARE_OF_FASTEST = 0.1
 """of the largest speed that was set, up to which a motor may be passing a crawl"""
@@ -53,15 +53,15 @@ class Manner:
         free = not any(np.isfinite(r.setpoint.velocity) for r in recordings)
         if free:
             # noise of the speed says what window steady motion wants; a motion of its own kind wants its own
-            rates = telling_rates(recordings, standstill) or rates
+            rates = best_rates(recordings, standstill) or rates
         loads = [abs(r.setpoint.load_torque) for r in recordings if np.isfinite(r.setpoint.load_torque)]
         largest = max(loads, default=0.0)
-        asked = max((abs(r.setpoint.velocity) for r in recordings if np.isfinite(r.setpoint.velocity)), default=0.0)
+        fastest = max((abs(r.setpoint.velocity) for r in recordings if np.isfinite(r.setpoint.velocity)), default=0.0)
         if free:
             largest = largest or max((_usual_load(r) for r in recordings), default=0.0)
-            asked = max((_fastest(r) / float(r.gearbox.ratio or 1.0) for r in recordings), default=0.0)
+            fastest = max((_fastest(r) / float(r.gearbox.ratio or 1.0) for r in recordings), default=0.0)
         level = confirmed(recordings, largest)
-        return cls(standstill, rates.span, largest, level, asked or 1.0, free, rates.source)
+        return cls(standstill, rates.span, largest, level, fastest or 1.0, free, rates.source)
 
 
 def _usual_span(recordings: Sequence[Recording], standstill: float) -> float:
@@ -70,7 +70,7 @@ def _usual_span(recordings: Sequence[Recording], standstill: float) -> float:
     """
     angles = [r for r in recordings if "motor_angle" in r.specs and r.size > 1]
     spans: dict[float, list[float]] = {}
-    for recording in angles[:: max(1, -(-len(angles) // ASKED_FOR_SPAN))]:
+    for recording in angles[:: max(1, -(-len(angles) // RECORDINGS_FOR_SPAN))]:
         angle, rate = _angle(recording), float(recording.sample_rate)
         if _hardly_exceeded(_speed(angle, rate)) > standstill:
             spans.setdefault(rate, []).append(span_for(angle, rate, standstill))

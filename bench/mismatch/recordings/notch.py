@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from bench.mismatch import criteria
 from bench.recording import Recording
 from bench.simulation.frame import FloatArray
-from bench.simulation.sines import turned
+from bench.simulation.sines import phasors
 from bench.simulation.waves import of_orders
 
 Complex = NDArray[np.complex128]
@@ -71,17 +71,17 @@ def ripple_orders(recordings: Sequence[Recording]) -> tuple[float, ...]:
     mean = np.mean(seen, axis=0)
     power = np.abs(mean) ** 2
     pairs = np.arange(1, MOST_POLE_PAIRS + 1)
-    standing = np.array([[_stands(power, 6 * k * int(p)) for k in (1, 2)] for p in pairs])
-    best = int(np.argmax(standing.max(axis=1)))
-    if standing[best].max() < criteria.LINE_POWER:
+    strength = np.array([[_line_strength(power, 6 * k * int(p)) for k in (1, 2)] for p in pairs])
+    best = int(np.argmax(strength.max(axis=1)))
+    if strength[best].max() < criteria.LINE_POWER:
         return ()
     p = int(pairs[best])
-    if standing[best, 0] < criteria.LINE_POWER and p % 2 == 0 and standing[best, 1] == standing.max():
+    if strength[best, 0] < criteria.LINE_POWER and p % 2 == 0 and strength[best, 1] == strength.max():
         p = 2 * p  # only twelve times p stands out: it is six times twice as many
     return (6.0 * p, 12.0 * p)
 
 
-def _stands(power: FloatArray, order: int) -> float:
+def _line_strength(power: FloatArray, order: int) -> float:
     """Power at an order over the mean noise about it (the median of an exponential variable is ln 2 of its mean)."""
     near = np.concatenate([power[order - _NEIGHBOURS : order - 1], power[order + 2 : order + _NEIGHBOURS + 1]])
     if order - _NEIGHBOURS < 1:
@@ -122,7 +122,7 @@ def _products(
     angle: FloatArray, torque: FloatArray, direction: FloatArray, line: FloatArray, orders: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Normal equations of cosine and sine of each order, a constant, the direction and the line."""
-    wave = turned(orders[:, None] * angle)
+    wave = phasors(orders[:, None] * angle)
     rows = np.stack([wave.real, wave.imag], axis=1).reshape(2 * orders.size, angle.size)
     design = np.vstack([rows, np.ones(angle.size), direction, line])
     return design @ design.T, design @ torque

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from bench.mismatch.recordings.prepared import Prepared
 from bench.simulation.frame import FloatArray
-from bench.simulation.sines import turned
+from bench.simulation.sines import phasors
 from bench.simulation.terms import MOTOR_TORQUE
 
 Complex = NDArray[np.complex128]
@@ -23,7 +23,7 @@ Complex = NDArray[np.complex128]
 HIGHEST_OUTPUT_ORDER = 60
 _BINS = 720
 """a revolution: twelve a period of the highest order"""
-_LEAST_TURN = 0.97 * 2.0 * np.pi
+_SHORTEST_REVOLUTION = 0.97 * 2.0 * np.pi
 """rad: a segment that falls short of a revolution by a smoothing window still counts"""
 _RIDGE = 1e-9
 """of the samples: what a gap of a hundredth of a revolution cannot tell is taken for nothing"""
@@ -56,24 +56,24 @@ class OutputSpectrum:
 
 def output_spectra(prepared: Prepared, channel: str) -> list[OutputSpectrum]:
     """Spectra over the output angle of a torque's steady segments of a revolution or more."""
-    frame, own = prepared.frame, prepared.measured[channel]
+    frame, measured = prepared.frame, prepared.measured[channel]
     if channel == MOTOR_TORQUE:
         load = prepared.measured.get("load_torque")
-        looked_at = [own.mean - (frame.torque if load is None else load.mean) / frame.ratio, frame.acceleration]
+        looked_at = [measured.mean - (frame.torque if load is None else load.mean) / frame.ratio, frame.acceleration]
     else:
-        looked_at = [own.mean - frame.load_motor_torque]
+        looked_at = [measured.mean - frame.load_motor_torque]
     steady = (frame.steady > 0.5) & (frame.direction != 0)
     edges = np.flatnonzero(np.diff(np.concatenate(([0], steady.astype(np.int8), [0])))).reshape(-1, 2)
     out = []
     for a, b in edges.tolist():
-        good = own.number[a:b] > 0
+        good = measured.number[a:b] > 0
         angle = frame.q[a:b][good]
-        if angle.size < 2 * HIGHEST_OUTPUT_ORDER or abs(float(angle[-1] - angle[0])) < _LEAST_TURN:
+        if angle.size < 2 * HIGHEST_OUTPUT_ORDER or abs(float(angle[-1] - angle[0])) < _SHORTEST_REVOLUTION:
             continue
         signals = [signal[a:b][good] for signal in looked_at]
         amplitudes, sigma, spread = _fitted(angle, signals)
         rows = slice(a, b)
-        turned = abs(float(angle[-1] - angle[0])) / (2.0 * np.pi)
+        travelled = abs(float(angle[-1] - angle[0])) / (2.0 * np.pi)
         out.append(
             OutputSpectrum(
                 int(frame.recording[a]),
@@ -85,7 +85,7 @@ def output_spectra(prepared: Prepared, channel: str) -> list[OutputSpectrum]:
                 float(np.mean(frame.temperature[rows])),
                 float(np.mean(frame.time[rows])),
                 float(np.sign(np.mean(frame.velocity[rows]))),
-                turned,
+                travelled,
                 *amplitudes[1:],
             )
         )
@@ -111,7 +111,7 @@ def _fitted(angle: FloatArray, signals: Sequence[FloatArray]) -> tuple[list[Comp
     centre = np.bincount(bin_of_sample, angle)[filled] / count
     orders = np.arange(1, HIGHEST_OUTPUT_ORDER + 1)
     line = (centre - centre.mean()) / max(float(np.ptp(centre)), 1e-12)
-    waves = turned(orders[None, :] * centre[:, None])
+    waves = phasors(orders[None, :] * centre[:, None])
     x = np.column_stack([np.ones(centre.size), line, waves.real, waves.imag])
     weighted = x * count[:, None]
     normal = x.T @ weighted

@@ -23,7 +23,7 @@ LEAST_BLOCK_S = 1.0
 GAP_S = 0.25
 REVOLUTIONS = (2.0, 1.05)
 """of the output in a block: several where there are enough, else one, with what a gap and smoothing take of it"""
-TURNS = 1.0
+LEAST_REVOLUTIONS = 1.0
 """revolutions between the ends of what a recording ran through from which it turns, and does not only swing"""
 ENOUGH = criteria.FEWEST_RECORDINGS * 4 // 3
 """blocks of which enough can be fitted when every fourth is held out"""
@@ -75,15 +75,15 @@ def pieces(recordings: Sequence[Recording], left: int) -> tuple[list[Piece], str
         return whole, ""
     fitted = [r for r in recordings if r.kind != "validation"] or list(recordings)
     ways = {r.recording_id: way(r) for r in fitted}
-    turning = any(own[-1] > 0.0 for own in ways.values())
+    rotating = any(part[-1] > 0.0 for part in ways.values())
     by_time = [_cut(r, r in fitted) for r in recordings]
     cut = by_time
-    for least in REVOLUTIONS if turning else ():
+    for least in REVOLUTIONS if rotating else ():
         tried = [_cut(r, r in fitted, ways.get(r.recording_id), least) for r in recordings]
-        if sum(len(own) for own, r in zip(tried, recordings, strict=True) if r in fitted) >= ENOUGH:
+        if sum(len(part) for part, r in zip(tried, recordings, strict=True) if r in fitted) >= ENOUGH:
             cut = tried
             break
-    out = [piece for own in cut for piece in own]
+    out = [piece for part in cut for piece in part]
     if len(out) == len(whole):
         return whole, ""
     held = "the validation recordings, whole" if len(fitted) < len(recordings) else "every fourth block"
@@ -93,8 +93,8 @@ def pieces(recordings: Sequence[Recording], left: int) -> tuple[list[Piece], str
         f"{len(fitted)} recordings to fit are too few to hold any out: cut into {len(blocks)} contiguous blocks of"
         f" {longest:.1f} s at most, {GAP_S:g} s apart; held out: {held}"
     )
-    if turning and cut is by_time:
-        total = sum(float(own[-1]) for own in ways.values())
+    if rotating and cut is by_time:
+        total = sum(float(part[-1]) for part in ways.values())
         note += (
             f"; their {total:.1f} revolutions do not make {ENOUGH} blocks of one each, so what comes once a revolution"
             " cannot be found"
@@ -113,7 +113,7 @@ def way(recording: Recording) -> FloatArray:
         return nothing
     count = max(2, min(recording.size, int(STEPS_A_SECOND * recording.size / recording.sample_rate)))
     angle = recording.si(name)[np.linspace(0, recording.size - 1, count).astype(int)] * scale / (2.0 * np.pi)
-    if not np.isfinite(angle).all() or np.ptp(angle) < TURNS:
+    if not np.isfinite(angle).all() or np.ptp(angle) < LEAST_REVOLUTIONS:
         return nothing
     return np.concatenate(([0.0], np.cumsum(np.abs(np.diff(angle)))))
 
@@ -123,13 +123,13 @@ def _cut(recording: Recording, fitted: bool, run: FloatArray | None = None, leas
     revolutions each at the least.
     """
     number = min(BLOCKS, int(recording.size / recording.sample_rate / (LEAST_BLOCK_S + GAP_S)))
-    turns = run is not None and run[-1] > 0.0
-    if run is not None and turns:
+    rotates = run is not None and run[-1] > 0.0
+    if run is not None and rotates:
         number = min(number, int(run[-1] / least))
-    if not fitted or number < (2 if turns else 3):
+    if not fitted or number < (2 if rotates else 3):
         return [Piece(recording, recording.recording_id)]
     edges = np.linspace(0, recording.size, number + 1).round().astype(int)
-    if run is not None and turns:
+    if run is not None and rotates:
         at = np.interp(np.linspace(0.0, run[-1], number + 1)[1:-1], run, np.linspace(0, recording.size, run.size))
         edges[1:-1] = at.round().astype(int)
         apart = round((LEAST_BLOCK_S + GAP_S) * recording.sample_rate)

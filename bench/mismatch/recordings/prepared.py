@@ -18,7 +18,7 @@ from bench.foreign.base import BY, Base
 from bench.foreign.inputs import inputs_of
 from bench.identification.samples.spikes import spikes
 from bench.mismatch import criteria
-from bench.mismatch.recordings.faulty import standing
+from bench.mismatch.recordings.faulty import stuck
 from bench.mismatch.recordings.level import kept_segments, levelled, numbered
 from bench.mismatch.recordings.motion import Manner, corners, directions, passing, since_change
 from bench.mismatch.recordings.notch import notched
@@ -67,7 +67,7 @@ class Prepared:
     """the load motor's ripple that was taken off a channel, a value a group"""
     simulated: dict[str, FloatArray] = field(default_factory=dict)
     """what a simulation from elsewhere says of a channel, taken off it, a value a group"""
-    stands: dict[str, float] = field(default_factory=dict)
+    stuck: dict[str, float] = field(default_factory=dict)
     """share of the samples at which an encoder stays at one value while the other turns"""
 
 
@@ -98,11 +98,11 @@ class _Signals:
         self.samples: dict[str, FloatArray] = {}
         for name in names:
             self.bad[name] = spikes(self._raw[name])
-        self.stands = self._standing(recording.gearbox.ratio)
+        self.stuck = self._mark_stuck(recording.gearbox.ratio)
         for name in names:
             self.samples[name] = repaired(self._raw[name], self.bad[name])
 
-    def _standing(self, ratio: float | None) -> dict[str, float]:
+    def _mark_stuck(self, ratio: float | None) -> dict[str, float]:
         """Mark samples of an encoder that stays at one value while the other turns as bad; their share by channel."""
         out: dict[str, float] = {}
         if ratio is None or not {"motor_angle", "load_angle"} <= self._raw.keys():
@@ -110,11 +110,11 @@ class _Signals:
         names = ("motor_angle", "load_angle")
         motor, load = (repaired(self._raw[name], self.bad[name]) for name in names)
         motor = motor / ratio
-        for name, own, other in (("motor_angle", motor, load), ("load_angle", load, motor)):
-            still = standing(own, other)
-            if still.any():
-                self.bad[name] = self.bad[name] | still
-                out[name] = float(still.mean())
+        for name, angle, other in (("motor_angle", motor, load), ("load_angle", load, motor)):
+            at_one_value = stuck(angle, other)
+            if at_one_value.any():
+                self.bad[name] = self.bad[name] | at_one_value
+                out[name] = float(at_one_value.mean())
         return out
 
     def __contains__(self, name: str) -> bool:
@@ -181,8 +181,8 @@ def prepare(
     # a bench without torque sensor takes what the load motor reports, or else what was asked for
     acting = load_torque if "load_torque" in signals else load_motor
     if "load_torque" not in signals and "load_motor_torque" not in signals:
-        asked = recording.setpoint.load_torque
-        acting = np.full(n, asked if np.isfinite(asked) else 0.0)
+        setpoint = recording.setpoint.load_torque
+        acting = np.full(n, setpoint if np.isfinite(setpoint) else 0.0)
     # the rate of the sensor's noise looks like a delay of what has that noise, and so does friction that turns with the
     # motion: neither is in what the load motor reports
     changing = load_motor if "load_motor_torque" in signals else acting
@@ -239,7 +239,7 @@ def prepare(
     )
     passed = passing(omega, steady, manner, ratio)
     corner = corners(acceleration, rate, span) | passed
-    given = _told(recording, folder)
+    given = _base_prediction(recording, folder)
     by = {SIMULATED + name: thinning.mean(values) for name, values in given.items() if BY in name}
     frame = replace(frame, aux={**frame.aux, **by})
     measured, swept, leaning = _measured(signals, thinning, ratio, taken, corner, passed, given)
@@ -249,7 +249,7 @@ def prepare(
         signals.samples["motor_angle"] / ratio if "motor_angle" in signals else thinning.spread(theta, recording.size)
     )
     kind = recording.kind
-    parts = (measured, swept, leaning, angle, label, corner, dead, taken, simulated, signals.stands)
+    parts = (measured, swept, leaning, angle, label, corner, dead, taken, simulated, signals.stuck)
     return Prepared(kind, rate, frame, thinning, *parts)
 
 
@@ -304,12 +304,12 @@ def _measured(
     return out, swept, leaning
 
 
-def _told(recording: Recording, folder: Folder) -> dict[str, FloatArray]:
-    """What the simulation from elsewhere says of each sample, where there is one."""
+def _base_prediction(recording: Recording, folder: Folder) -> dict[str, FloatArray]:
+    """Prediction of the simulation from elsewhere of each sample, where there is one."""
     if folder.base is None:
         return {}
     plain = replace(folder, base=None)
-    return folder.base.told(recording, lambda: inputs_of(recording, prepare(recording, 0, plain, group=1).frame))
+    return folder.base.predict(recording, lambda: inputs_of(recording, prepare(recording, 0, plain, group=1).frame))
 
 
 def _pieces(time: FloatArray, rate: float, label: IntArray) -> list[slice]:

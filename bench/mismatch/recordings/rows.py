@@ -97,8 +97,8 @@ def slow_rows(prepared: Prepared, channel: str, manner: Manner) -> Rows:
     shortest = max(1.0, round(briefest * rate))
     width = np.where(lively(frame), shortest, max(1.0, round(SLOW_S * rate)))
     step = min(TORQUE_STEP, float(np.ptp(frame.q)) / _CHANGES) if free else TORQUE_STEP
-    turning = step * rate / np.maximum(np.abs(frame.velocity), 1e-12)
-    width = np.minimum(width, np.maximum(turning, shortest))
+    samples_per_step = step * rate / np.maximum(np.abs(frame.velocity), 1e-12)
+    width = np.minimum(width, np.maximum(samples_per_step, shortest))
     parting: IntArray = np.cumsum(_changes(frame.direction, prepared.label, prepared.corner))
     limits = changes(torque, manner.speed)
     if free:
@@ -140,11 +140,11 @@ def angle_rows(prepared: Prepared) -> Rows:
     width = np.diff(np.append(edges, measured.number.size))
     inner = np.where(measured.number > 0, measured.mean - np.repeat(mean, width), 0.0)
     angle, _ = block_mean(frame.theta, measured.number, edges)
-    turned = np.where(measured.number > 0, frame.theta - np.repeat(angle, width), 0.0)
+    offset = np.where(measured.number > 0, frame.theta - np.repeat(angle, width), 0.0)
     at_least = np.maximum(number, 1.0)
     within = np.add.reduceat(inner**2 * measured.number + measured.scatter, edges) / at_least
-    lean = np.add.reduceat(inner * turned * measured.number + prepared.leaning, edges) / at_least
-    sweep = np.add.reduceat(turned**2 * measured.number + prepared.swept, edges) / at_least
+    lean = np.add.reduceat(inner * offset * measured.number + prepared.leaning, edges) / at_least
+    sweep = np.add.reduceat(offset**2 * measured.number + prepared.swept, edges) / at_least
     return Rows(reduced(frame, edges), mean, number, within, lean, sweep)
 
 
@@ -244,10 +244,10 @@ def error_of_mean(values: FloatArray, recording: IntArray, number: FloatArray) -
     where they are fewer than two.
     """
     samples = np.bincount(recording, number)
-    own = samples > 0
-    if int(own.sum()) < 2:
+    seen = samples > 0
+    if int(seen.sum()) < 2:
         return None
-    means = np.bincount(recording, values * number)[own] / samples[own]
-    share = samples[own] / samples.sum()
+    means = np.bincount(recording, values * number)[seen] / samples[seen]
+    share = samples[seen] / samples.sum()
     whole = float(np.sum(share * means))
     return float(np.sqrt(np.sum((share * (means - whole)) ** 2) * means.size / (means.size - 1)))

@@ -59,9 +59,9 @@ def passed_by(rate: float, span: float, hertz: FloatArray) -> FloatArray:
     impulse = np.zeros(4 * half + 1)
     impulse[2 * half] = 1.0
     weights = local_quadratic(impulse, rate, span)[2][half : 3 * half + 1]
-    turned = 2.0 * np.pi * np.outer(hertz, np.arange(-half, half + 1)) / rate
+    angle = 2.0 * np.pi * np.outer(hertz, np.arange(-half, half + 1)) / rate
     phase = 2.0 * np.pi * np.maximum(hertz, 1e-9)
-    return np.asarray(-(np.cos(turned) @ weights) / phase**2)
+    return np.asarray(-(np.cos(angle) @ weights) / phase**2)
 
 
 def smoothed(

@@ -15,7 +15,7 @@ HELD_OUT_SHARE = 0.2
 FEWEST_OF_A_KIND = 6
 """kinds with fewer recordings (heatings, reversals, ramps) all train: each of them is too telling to be spared"""
 HELD_OUT_BESIDE_VALIDATION = 0.1
-_Own = tuple[str, float, float, float, int]
+_Point = tuple[str, float, float, float, int]
 """a point, and the number of the recording where that is a point by itself, else ``REPEATED``"""
 REPEATED = -1
 
@@ -46,11 +46,11 @@ def split(recordings: Sequence[Recording]) -> tuple[list[bool], list[int]]:
     validation = sum(held)
     if all(held):
         held = [i % 3 == 1 for i in range(len(held))]
-    kinds: dict[str, list[_Own]] = {}
+    kinds: dict[str, list[_Point]] = {}
     for i, point in enumerate(points):
         if not held[i] and point not in kinds.setdefault(point[0], []):
             kinds[point[0]].append(point)
-    chosen: set[_Own] = set()
+    chosen: set[_Point] = set()
     for kind, members in kinds.items():
         count = sum(1 for i, p in enumerate(points) if p[0] == kind and not held[i])
         if count < FEWEST_OF_A_KIND or len(members) < 3:
@@ -64,23 +64,23 @@ def split(recordings: Sequence[Recording]) -> tuple[list[bool], list[int]]:
         order = _spread(single, number)
         chosen.update(order)
     held = [h or points[i] in chosen for i, h in enumerate(held)]
-    folds: dict[_Own, int] = {}
+    folds: dict[_Point, int] = {}
     fold = [folds.setdefault(points[i], len(folds)) if not held[i] else -1 for i in range(len(points))]
     return held, fold
 
 
-def _spread(members: Sequence[_Own], number: int) -> list[_Own]:
+def _spread(members: Sequence[_Point], number: int) -> list[_Point]:
     """A number of points, one of each stretch of the campaign: the one that those left in training spare best."""
     pool = list(members)
     ends = [round(k * len(pool) / number) for k in range(number + 1)]
-    out: list[_Own] = []
+    out: list[_Point] = []
     for first, last in itertools.pairwise(ends):
         alone = _leverage([p for p in pool if p not in out])
         out.append(min(pool[first:last], key=lambda p: (alone[p], p)))
     return out
 
 
-def _leverage(points: Sequence[_Own]) -> dict[_Own, float]:
+def _leverage(points: Sequence[_Point]) -> dict[_Point, float]:
     """How far each point speaks for itself alone, 0 to 1, where torque, speed and temperature act by a quadratic
     polynomial in each direction (bench-physics, "Nominal simulation"): leverages of that regression (Hoaglin and
     Welsch, The American Statistician 32 (1978) 17), with a prior as heavy as a point.

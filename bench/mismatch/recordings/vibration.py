@@ -33,7 +33,7 @@ NYQUIST_SHARE = 0.42
 class Density:
     """Power spectral density of one recording's steady part (K,), unit² per Hz, at multiples of ``step`` Hz.
 
-    ``averaged`` segments; ``rate`` sample rate in Hz; ``turning`` output revolutions a second.
+    ``averaged`` segments; ``rate`` sample rate in Hz; ``rotation_rate`` output revolutions a second.
     """
 
     recording: int
@@ -41,7 +41,7 @@ class Density:
     step: float
     averaged: float
     rate: float
-    turning: float
+    rotation_rate: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,9 +123,9 @@ def density(prepared: Prepared, channel: str, steady: bool = True) -> Density | 
     taper = _hann(size)
     lines = np.fft.rfft((parts - level[:, None] - slope[:, None] * line) * taper, axis=1)
     power = 2.0 * np.mean(np.abs(lines) ** 2, axis=0) / (rate * float(np.sum(taper**2)))
-    turning = abs(float(np.median(frame.velocity[a // thinning.group : b // thinning.group]))) / (2.0 * np.pi)
+    rotation = abs(float(np.median(frame.velocity[a // thinning.group : b // thinning.group]))) / (2.0 * np.pi)
     return Density(
-        int(frame.recording[0]), power.astype(np.float32), rate / size, max(0.9 * number, 1.0), rate, turning
+        int(frame.recording[0]), power.astype(np.float32), rate / size, max(0.9 * number, 1.0), rate, rotation
     )
 
 

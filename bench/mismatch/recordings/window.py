@@ -56,14 +56,14 @@ def motion(
     return smoothed(angle, rate, how.span, pieces)[1:]
 
 
-def telling_rates(recordings: Sequence[Recording], standstill: float) -> Rates | None:
+def best_rates(recordings: Sequence[Recording], standstill: float) -> Rates | None:
     """How rates are taken so that inertia and friction leave least of the motor torque; None where that cannot be told.
 
     ``standstill``: speed in rad/s (a linear axis: m/s) below which the direction of motion is not told.
     """
-    asked = [r for r in recordings if {"motor_angle", "motor_torque"} <= set(r.specs) and r.size > 1]
-    wanted = max(FEWEST_RECORDINGS, MOST_SAMPLES * len(asked) // max(1, sum(r.size for r in asked)))
-    chosen = asked[:: max(1, -(-len(asked) // wanted))]
+    usable = [r for r in recordings if {"motor_angle", "motor_torque"} <= set(r.specs) and r.size > 1]
+    wanted = max(FEWEST_RECORDINGS, MOST_SAMPLES * len(usable) // max(1, sum(r.size for r in usable)))
+    chosen = usable[:: max(1, -(-len(usable) // wanted))]
     if not chosen:
         return None
     found = _best([Rates(span) for span in SHORT_S], chosen, standstill)
@@ -81,7 +81,9 @@ def _best(hows: Sequence[Rates], recordings: Sequence[Recording], standstill: fl
     least = min(left)
     if not np.isfinite(least) or least <= 0.0:
         return None
-    return next((how, own) for how, own in zip(reversed(hows), reversed(left), strict=True) if own <= AS_GOOD * least)
+    return next(
+        (how, size) for how, size in zip(reversed(hows), reversed(left), strict=True) if size <= AS_GOOD * least
+    )
 
 
 def _columns(recording: Recording, how: Rates, standstill: float) -> FloatArray:

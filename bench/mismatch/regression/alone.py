@@ -43,8 +43,8 @@ def alone(model: ChannelModel, effect: Chosen) -> Alone | None:
     left = [c for c in model.chosen if c is effect or not _changes(c, effect)]
     if len(left) == len(model.chosen):
         return None
-    coefficients, covariance = model.refitted(left).of(effect.main.place)
-    beside, _ = model.fit.of(effect.main.place)
+    coefficients, covariance = model.refitted(left).of(effect.main.indices)
+    beside, _ = model.fit.of(effect.main.indices)
     return Alone(coefficients, np.sqrt(np.maximum(np.diag(covariance), 0.0)), beside - coefficients)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from bench.mismatch.regression.knots import KNOTS, ends, knots_of
 from bench.mismatch.regression.regressors import Free, Regressor
 from bench.mismatch.regression.sensitivity import is_carried
-from bench.simulation.composed import OWN_ANGLE, acceleration_of, parts_of, summed
+from bench.simulation.composed import OUTPUT_ANGLE, acceleration_of, parts_of, summed
 from bench.simulation.frame import Frame
 from bench.simulation.quantities import AUXILIARY, FACTOR_OF, quantity
 from bench.simulation.tables import Grid
@@ -57,27 +57,27 @@ MOST_ANGLES = 3
 """angles in one sum: a link is turned by its own joint and those before it; more hardly differ from each other"""
 MOST_IN_SUMS = 8
 """auxiliary angles from which on only pairs are summed"""
-LEAST_TURN, MOST_TURN = 0.2, 200.0
+LEAST_RANGE, MOST_RANGE = 0.2, 200.0
 """rad: how far a quantity varies that can be the angle of a joint"""
 
 
-def composed_candidates(channel: str, frame: Frame, turning: Collection[str] | None = None) -> Iterator[Free]:
+def composed_candidates(channel: str, frame: Frame, allowed: Collection[str] | None = None) -> Iterator[Free]:
     """Functions of auxiliary quantities that are composed of them: cosine and sine of sums of joints' angles together,
     as gravity and as an inertia that changes; acceleration, sign, size and rate of each; products of two. In the
-    torques only. ``turning``: those that may be angles; None where nothing tells.
+    torques only. ``allowed``: those that may be angles; None where nothing tells.
     """
     if channel not in (MOTOR_TORQUE, LOAD_TORQUE):
         return
     names = [n for n in _recorded(frame) if ends(frame.aux[n]) is not None]
-    angles = names if turning is None else [n for n in names if n in turning]
-    joints = [n for n in angles if LEAST_TURN <= float(np.ptp(frame.aux[n])) <= MOST_TURN]
+    angles = names if allowed is None else [n for n in names if n in allowed]
+    joints = [n for n in angles if LEAST_RANGE <= float(np.ptp(frame.aux[n])) <= MOST_RANGE]
     most = MOST_ANGLES if len(joints) <= MOST_IN_SUMS else 2
     for number in range(1, most + 1):
-        for own in combinations((OWN_ANGLE, *joints), number):
-            if own == (OWN_ANGLE,):
+        for combined in combinations((OUTPUT_ANGLE, *joints), number):
+            if combined == (OUTPUT_ANGLE,):
                 continue  # gravity of the output itself has a name
             for signs in product((1, -1), repeat=number - 1):
-                text = summed(own, (1, *signs))
+                text = summed(combined, (1, *signs))
                 waves = [f"{f}({text})" for f in ("cos", "sin")]
                 yield from _together(channel, waves, frame)
                 if channel == MOTOR_TORQUE:
@@ -85,7 +85,7 @@ def composed_candidates(channel: str, frame: Frame, turning: Collection[str] | N
     if channel == MOTOR_TORQUE:
         for name in joints:
             yield from _together(channel, [acceleration_of(name)], frame)
-            yield from _together(channel, [f"carried({f}({OWN_ANGLE}), {name})" for f in ("cos", "sin")], frame)
+            yield from _together(channel, [f"carried({f}({OUTPUT_ANGLE}), {name})" for f in ("cos", "sin")], frame)
     # the size of what never changes its sign is itself
     single = [f"{f}({n})" for n in names if np.ptp(np.sign(frame.aux[n])) > 1.0 for f in ("sign", "abs")]
     single += [f"rate({n})" for n in names]

@@ -75,7 +75,7 @@ class Bank:
         self.free_offsets = free_offsets
         self.columns = Kept(y.size)
         self._sums = np.zeros((self.energy.size, 0)), np.zeros(0)
-        self._own: dict[tuple[int, int], FloatArray] = {}
+        self._block_grams: dict[tuple[int, int], FloatArray] = {}
         self._cross: dict[int, FloatArray] = {}
         self.likeliest = len(LADDER) // 2
         """place on the ladder of the variance that was likeliest last"""
@@ -92,17 +92,17 @@ class Bank:
     def add(self, columns: FloatArray) -> tuple[int, ...]:
         """Whiten columns (n, k) and keep them; returns their numbers."""
         white = self.whitening.apply(np.where(np.isfinite(columns), columns, 0.0))
-        place = tuple(range(self.size, self.size + white.shape[1]))
+        indices = tuple(range(self.size, self.size + white.shape[1]))
         self.columns.add(white)
-        return place
+        return indices
 
     def sums(self) -> tuple[FloatArray, FloatArray]:
         """Products of all columns with the ones of each recording (recordings, p), and with y (p,)."""
         ones, right = self._sums
         if right.size < self.size:
             further = self.columns.products_by(self.one, self.whitening.starts.tolist(), right.size)
-            own = self.columns.products(self.y, right.size)
-            self._sums = np.hstack([ones, further]), np.concatenate([right, own])
+            with_y = self.columns.products(self.y, right.size)
+            self._sums = np.hstack([ones, further]), np.concatenate([right, with_y])
         return self._sums
 
     def variances(self) -> tuple[float, ...]:
@@ -172,13 +172,13 @@ class Bank:
         self._crossed(index, True)
         return np.column_stack([self._cross[i] for i in index]) if index else np.zeros((self.size, 0))
 
-    def own(self, columns: tuple[int, ...]) -> FloatArray:
+    def block_gram(self, columns: tuple[int, ...]) -> FloatArray:
         """Products of a few columns that were added together among themselves (k, k), without offsets."""
         key = (columns[0], columns[-1])
-        if key not in self._own:
+        if key not in self._block_grams:
             part = self.columns.some(columns)
-            self._own[key] = part.T @ part
-        return self._own[key]
+            self._block_grams[key] = part.T @ part
+        return self._block_grams[key]
 
     def gram(self, index: Sequence[int]) -> FloatArray:
         """Products of some columns among themselves (k, k), without offsets."""
@@ -217,7 +217,7 @@ class Bank:
         """Let go of all columns: from now on only columns ``index`` can be fitted, by their products."""
         self._crossed(index, False)
         self.sums()
-        self._own.clear()
+        self._block_grams.clear()
         self._cross = {i: self._cross[i] for i in dict.fromkeys(index)}
         self.columns.clear()
 
@@ -281,11 +281,11 @@ def fit(bank: Bank, index: Sequence[int], variances: Sequence[float], precision:
     tried: dict[int, Fit] = {}
     gram = bank.gram(index)
 
-    def at(place: int) -> float:
-        if place not in tried:
-            coefficients, covariance, likelihood = solve(bank.normal(index, variances[place], gram), precision)
-            tried[place] = Fit(tuple(index), coefficients, covariance, variances[place], likelihood)
-        return tried[place].likelihood
+    def at(position: int) -> float:
+        if position not in tried:
+            coefficients, covariance, likelihood = solve(bank.normal(index, variances[position], gram), precision)
+            tried[position] = Fit(tuple(index), coefficients, covariance, variances[position], likelihood)
+        return tried[position].likelihood
 
     def uphill(here: int) -> int:
         while True:

@@ -29,12 +29,12 @@ def free_function(search: Search, others: Sequence[Chosen], block: Block) -> Cho
     most.
     """
     model = search.model
-    weak = np.full(len(block.place), weak_precision(model.bank, block.place))
+    weak = np.full(len(block.indices), weak_precision(model.bank, block.indices))
     fitted = fit_blocks(model.bank, [*model.blocks(others), replace(block, precision=weak)], model.variances)
-    values = block.regressor.columns(model.problem.rows.frame)[model.problem.train] @ fitted.of(block.place)[0]
-    size = _own_size(values)
+    values = block.regressor.columns(model.problem.rows.frame)[model.problem.train] @ fitted.of(block.indices)[0]
+    size = _weighted_size(values)
     if model.problem.spec.integral:  # its values are rates
-        size = float(np.sqrt(np.mean(fitted.of(block.place)[0] ** 2)))
+        size = float(np.sqrt(np.mean(fitted.of(block.indices)[0] ** 2)))
     precision = np.maximum(weak, 1.0 / max(size, 1e-300) ** 2)
     return named_by_course(model, others, Chosen(replace(block, precision=precision)), fitted)
 
@@ -53,22 +53,22 @@ def shaped(search: Search, others: Sequence[Chosen], start: Regressor) -> Chosen
         better = refined(problem, bank, beside, start, variance, tied=True)
         main = add_block(problem, bank, better)
         fitted = fit_blocks(bank, [*beside, main], model.variances)
-    if not (admissible(better, *fitted.of(main.place)) and _shares(main, beside, fitted)):
+    if not (admissible(better, *fitted.of(main.indices)) and _shares(main, beside, fitted)):
         return None
     if problem.free and not (sound_beside(search, others, main, fitted) and not _taking(search, main, others, fitted)):
         return None
     for other in others:
         # two of one kind with opposite signs are another curve in disguise
         term = other.main.regressor
-        if isinstance(term, Named) and not admissible(term, *fitted.of(other.main.place)):
+        if isinstance(term, Named) and not admissible(term, *fitted.of(other.main.indices)):
             return None
     train = problem.train
     shape, size = None, 0.0
-    if model.noise.telling is None and all(c.effect != better.effect for c in others):
+    if model.noise.independent_rows is None and all(c.effect != better.effect for c in others):
         shape = shape_of(problem.channel, better, problem.rows.frame.take(train))
     if shape is not None:
-        effect = better.columns(problem.rows.frame)[train] @ fitted.of(main.place)[0]
-        size = _own_size(effect) * _beyond(search, effect, variance)
+        effect = better.columns(problem.rows.frame)[train] @ fitted.of(main.indices)[0]
+        size = _weighted_size(effect) * _beyond(search, effect, variance)
     whole = with_shape(problem, bank, main, shape, criteria.SHAPE * size)
     fitted = fit_blocks(bank, [*beside, *whole.blocks], model.variances)
     return None if impossible(model, others, whole, fitted) else whole
@@ -85,7 +85,7 @@ def _beyond(search: Search, effect: FloatArray, variance: float) -> float:
 
 
 def in_its_form(
-    search: Search, others: Sequence[Chosen], own: Chosen, density: FloatArray
+    search: Search, others: Sequence[Chosen], chosen: Chosen, density: FloatArray
 ) -> tuple[Chosen, FloatArray]:
     """A name beside other effects with the correction of its form or, refined anew, without it, by which of the two
     points left out are predicted better; and the log predictive density of these (folds,), which is ``density`` as it
@@ -93,20 +93,20 @@ def in_its_form(
 
     Two names that both are corrected tell themselves apart by little: each correction can be the other's form.
     """
-    start = own.main.regressor
-    if own.shape is None or not isinstance(start, Named):
-        return own, density
+    start = chosen.main.regressor
+    if chosen.shape is None or not isinstance(start, Named):
+        return chosen, density
     model = search.model
     better = refined(model.problem, model.bank, model.blocks(others), start, model.fit.variance)
     plain = Chosen(add_block(model.problem, model.bank, better))
     fitted = fit_blocks(model.bank, model.blocks([*others, plain]), model.variances)
-    if not admissible(better, *fitted.of(plain.main.place)) or impossible(model, others, plain, fitted):
-        return own, density
+    if not admissible(better, *fitted.of(plain.main.indices)) or impossible(model, others, plain, fitted):
+        return chosen, density
     without = search.density([*others, plain])
-    return (plain, without) if float((without - density).sum()) >= 0.0 else (own, density)
+    return (plain, without) if float((without - density).sum()) >= 0.0 else (chosen, density)
 
 
-def _own_size(values: FloatArray) -> float:
+def _weighted_size(values: FloatArray) -> float:
     """Size of an effect where it acts: its mean square weighted by itself."""
     square = values**2
     return float(np.sqrt(np.sum(square**2) / max(float(square.sum()), 1e-300)))
@@ -150,14 +150,14 @@ def _of_that_ratio(ratio: tuple[float, float], coefficients: FloatArray, covaria
     return True
 
 
-def _shares(own: Block, blocks: Sequence[Block], fitted: Fit) -> bool:
+def _shares(block: Block, blocks: Sequence[Block], fitted: Fit) -> bool:
     """Whether a term's coefficient is that of the term it shares it with, but for a factor of two and the standard
     errors of both: nature's lag is not of first order, and late by what cools as well.
     """
-    term = own.regressor
+    term = block.regressor
     assert isinstance(term, Named)
     for other in (b for b in blocks if term.form.shares and b.regressor.effect == term.form.shares):
-        values, covariance = fitted.of([own.place[0], other.place[0]])
+        values, covariance = fitted.of([block.indices[0], other.indices[0]])
         difference = np.array([1.0, -1.0])
         most = criteria.EITHER * float(np.abs(values).max())
         if abs(float(difference @ values)) > most + BEYOND_BOUNDS * np.sqrt(difference @ covariance @ difference):
@@ -174,18 +174,21 @@ def sound_beside(search: Search, others: Sequence[Chosen], by: Block, fitted: Fi
     plain = model.refitted(others)
     for block in [*model.base, *(c.main for c in others)]:
         term = block.regressor
-        if not isinstance(term, Named) or not admissible(term, *plain.of(block.place)):
+        if not isinstance(term, Named) or not admissible(term, *plain.of(block.indices)):
             continue
-        if not admissible(term, *fitted.of(block.place)) and _shared(model.bank, block, by, fitted) > criteria.SHAPE**2:
+        if (
+            not admissible(term, *fitted.of(block.indices))
+            and _shared(model.bank, block, by, fitted) > criteria.SHAPE**2
+        ):
             return False
     return True
 
 
 def _shared(bank: Bank, first: Block, second: Block, fitted: Fit) -> float:
     """Share of the energy of a fitted block's course that the course of another follows."""
-    gram = bank.gram([*first.place, *second.place])
-    size = len(first.place)
-    a, b = fitted.of(first.place)[0], fitted.of(second.place)[0]
+    gram = bank.gram([*first.indices, *second.indices])
+    size = len(first.indices)
+    a, b = fitted.of(first.indices)[0], fitted.of(second.indices)[0]
     across = float(a @ gram[:size, size:] @ b)
     return across**2 / max(float(a @ gram[:size, :size] @ a) * float(b @ gram[size:, size:] @ b), 1e-300)
 
@@ -195,22 +198,22 @@ def _taking(search: Search, main: Block, others: Sequence[Chosen], fitted: Fit) 
     is significant no longer, or they come to less than either, as each takes back what the other says.
     """
     model = search.model
-    own_laws = laws(main.regressor)
+    changed_laws = laws(main.regressor)
     frame = model.problem.rows.frame
     plain = model.refitted(others)
 
     def course(block: Block) -> FloatArray:
-        return np.asarray(block.regressor.columns(frame)[model.problem.train] @ fitted.of(block.place)[0])
+        return np.asarray(block.regressor.columns(frame)[model.problem.train] @ fitted.of(block.indices)[0])
 
     def needed(block: Block, by: Fit) -> bool:
-        return told_from_nothing(*by.of(block.place))
+        return differs_from_zero(*by.of(block.indices))
 
     effect_course = course(main)
     for block in [*model.base, *(c.main for c in others)]:
         effect = block.regressor.effect
-        if effect not in (main.regressor.effect, *own_laws):
+        if effect not in (main.regressor.effect, *changed_laws):
             continue
-        if effect in own_laws and needed(block, plain) and not needed(block, fitted):
+        if effect in changed_laws and needed(block, plain) and not needed(block, fitted):
             return True
         other = course(block)
         if float(np.sum((effect_course + other) ** 2)) < min(float(np.sum(effect_course**2)), float(np.sum(other**2))):
@@ -218,8 +221,8 @@ def _taking(search: Search, main: Block, others: Sequence[Chosen], fitted: Fit) 
     return False
 
 
-def told_from_nothing(coefficients: FloatArray, covariance: FloatArray) -> bool:
-    """Whether one of some fitted coefficients is more than what chance makes it."""
+def differs_from_zero(coefficients: FloatArray, covariance: FloatArray) -> bool:
+    """Whether one of some fitted coefficients differs significantly from zero."""
     return significant(coefficients, np.sqrt(np.maximum(np.diag(covariance), 0.0)))
 
 

@@ -38,8 +38,8 @@ class Calibration:
         normal[np.diag_indices_from(normal)] += precision / scale**2 + share
         return cls(x, weight, normal)
 
-    def said(self, values: FloatArray) -> FloatArray:
-        """What the terms say of ``values`` (n,) on the training rows."""
+    def projected(self, values: FloatArray) -> FloatArray:
+        """The part of ``values`` that the terms explain, (n,) on the training rows."""
         if not self.normal.size:
             return np.zeros(values.size)
         return np.asarray(self.columns @ np.linalg.solve(self.normal, self.columns.T @ (values * self.weight**2)))

@@ -37,7 +37,7 @@ PERIODIC = (
     "motor.torque_ripple",
 )
 """effects periodic in the angle: looked for in order spectra (:mod:`bench.mismatch.orders`), not among rows"""
-TURNING = ("load.unbalance", *PERIODIC)
+ROTATING = ("load.unbalance", *PERIODIC)
 """effects of something that turns: a linear axis, whose angle is a length, has none of them"""
 PATH = "torque_path"
 """variable of terms that depend on whether the torque rises or falls"""
@@ -144,14 +144,18 @@ _MORE: dict[str, tuple[tuple[tuple[str, ...], str], ...]] = {
 # products beyond the polynomials that the simulation has: a number each
 _PRODUCTS: dict[str, tuple[str, ...]] = {
     MOTOR_TORQUE: (
-        *("*".join(("d", *own)) for n in (2, 3) for own in combinations_with_replacement(("abs_tau", "abs_v", "T"), n)),
-        *("*".join(own) for n in (2, 3) for own in combinations_with_replacement(("tau", "abs_v", "T"), n)),
+        *(
+            "*".join(("d", *more))
+            for n in (2, 3)
+            for more in combinations_with_replacement(("abs_tau", "abs_v", "T"), n)
+        ),
+        *("*".join(more) for n in (2, 3) for more in combinations_with_replacement(("tau", "abs_v", "T"), n)),
     ),
-    LOAD_TORQUE: tuple("*".join(("load_motor", *own)) for own in combinations_with_replacement(("abs_v", "T"), 2)),
+    LOAD_TORQUE: tuple("*".join(("load_motor", *more)) for more in combinations_with_replacement(("abs_v", "T"), 2)),
     TRANSMISSION_ERROR: tuple(
-        "*".join((*side, *own))
+        "*".join((*side, *more))
         for side in ((), ("last_d",))
-        for own in combinations_with_replacement(("tau", "v", "T"), 3)
+        for more in combinations_with_replacement(("tau", "v", "T"), 3)
     ),
     TEMPERATURE: (),
 }
@@ -274,12 +278,12 @@ def _of_product(channel: str, times: str) -> str:
     return UNKNOWN
 
 
-def shape_of(channel: str, own: Regressor, frame: Frame, number: int = KNOTS[-1]) -> Free | None:
+def shape_of(channel: str, regressor: Regressor, frame: Frame, number: int = KNOTS[-1]) -> Free | None:
     """The function by which nature's form of an effect may differ from a name's; None where it has none."""
     grids = []
-    form = own.form if isinstance(own, Named) else None
-    for name, times in LIBRARY[own.effect].shape_of(channel, form):
+    form = regressor.form if isinstance(regressor, Named) else None
+    for name, times in LIBRARY[regressor.effect].shape_of(channel, form):
         knots = knots_of(quantity(name, frame), number)
         if knots is not None:
             grids.append(Grid((name,), times, (knots,)))
-    return Free(channel, tuple(grids), own.effect) if grids else None
+    return Free(channel, tuple(grids), regressor.effect) if grids else None

@@ -46,7 +46,7 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
     model = search.model
     effects = [c.effect for c in model.chosen]
     # laws that the simulation lacks and the recordings ask for come before their changes
-    asked_first = {
+    waiting = {
         b.regressor.effect
         for b, gain in zip(search.blocks, seen.gain, strict=True)
         if b.regressor.effect in model.problem.lacking and gain >= seen.price
@@ -58,7 +58,7 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
     beside = sum(of_auxiliary(c.main.regressor) for c in free_ones)
     more = len(free_ones) - beside < MOST_UNKNOWN
     # the columns of a function that the model has already differ from nothing by rounding alone
-    had = {c.main.place for c in model.chosen}
+    had = {c.main.indices for c in model.chosen}
     order = np.argsort(-seen.gain)
     named: dict[str, dict[str, int]] = {}
     free: dict[tuple[str, ...], int] = {}
@@ -67,7 +67,7 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
         if seen.gain[k] < min(seen.price, 0.3 * seen.gain[order[0]]) or not np.isfinite(seen.gain[k]):
             break
         regressor = search.blocks[k].regressor
-        if orphaned(regressor, effects, asked_first) or _kind(regressor) in over or search.blocks[k].place in had:
+        if orphaned(regressor, effects, waiting) or _kind(regressor) in over or search.blocks[k].indices in had:
             continue
         if isinstance(regressor, Named):
             # a term of the nominal simulation that is switched off is always asked
@@ -82,19 +82,19 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
                 ways = other.setdefault(regressor.variables, {})
                 if len(ways) < MOST_FORMS:
                     ways.setdefault(tuple(grid.times for grid in regressor.grids), int(k))
-        elif len(free) + len(other) < SHORT_LIST and _still_open(regressor, taken, whole, more):
+        elif len(free) + len(other) < SHORT_LIST and _may_be_added(regressor, taken, whole, more):
             sudden = ("",) if spell_of(regressor) else ()
             free.setdefault((*regressor.variables, *sudden), int(k))
-    asked = [k for forms in named.values() for k in forms.values()]
+    eligible = [k for forms in named.values() for k in forms.values()]
     nameless = [*free.values(), *(k for ways in other.values() for k in ways.values())]
     cycles = _cycles(model)
     made = products(search)
-    if not cycles and not made and max((seen.gain[k] for k in (*asked, *nameless)), default=-np.inf) < seen.price:
+    if not cycles and not made and max((seen.gain[k] for k in (*eligible, *nameless)), default=-np.inf) < seen.price:
         return None
     best: tuple[float, Chosen] | None = None
     nominal = any(LIBRARY[effect].nominal for effect in named)
     start = float(search.density(model.chosen).sum())
-    for k in asked:
+    for k in eligible:
         candidate = shaped(search, model.chosen, search.blocks[k].regressor)
         if candidate is None or not strength(search.model, candidate).enough:
             continue
@@ -112,22 +112,24 @@ def best_candidate(search: Search, seen: Scan, passed: Sequence[Chosen] = ()) ->
     functions += [
         b
         for b in (*_levels(search), *cycles)
-        if _still_open(b.regressor, taken, whole, more)
-        and not orphaned(b.regressor, effects, asked_first)
+        if _may_be_added(b.regressor, taken, whole, more)
+        and not orphaned(b.regressor, effects, waiting)
         and not search.out(b.regressor)
     ]
     for block in (*functions, *made):
         # a product stands in place of the function that it was made of
         others = without_parts(model.chosen, block.regressor)
         candidate = free_function(search, others, _form_of_a_name(block, others))
-        own = candidate.main.regressor
-        if own is not block.regressor and (search.out(own) or not _still_open(own, taken, whole, more)):
+        proposed = candidate.main.regressor
+        if proposed is not block.regressor and (
+            search.out(proposed) or not _may_be_added(proposed, taken, whole, more)
+        ):
             continue
         total = float(search.density([*others, candidate]).sum()) - price_of_course(model, block.regressor)
         total -= description(model, candidate)
         if total - start < seen.price or not strength(search.model, candidate).enough:
             continue
-        joint = None if model.noise.telling is None else model.refitted([*others, candidate])
+        joint = None if model.noise.independent_rows is None else model.refitted([*others, candidate])
         if joint is not None and not sound_beside(search, others, candidate.main, joint):
             continue
         # a name says more than a free function, and nature's form of it need not be the library's: the free
@@ -164,7 +166,7 @@ def _cycles(model: ChannelModel) -> list[Block]:
     problem = model.problem
     if problem.spec.integral or problem.free or overlapping(problem.rows.frame.take(problem.train)):
         return []
-    known = {own.times for c in model.chosen if (own := cycle_of(c.main.regressor)) is not None}
+    known = {cycle.times for c in model.chosen if (cycle := cycle_of(c.main.regressor)) is not None}
     return list(in_cycles(model, [times for times in SIGNS if times not in known]))
 
 
@@ -207,7 +209,7 @@ def hidden_pair(search: Search, seen: Scan) -> list[Chosen]:
     a number is worth, for there the motion does not repeat.
     """
     model = search.model
-    if model.noise.telling is None:
+    if model.noise.independent_rows is None:
         return []
     beside = {c.effect for c in model.chosen}
     start = float(search.density(model.chosen).sum())
@@ -231,7 +233,7 @@ def hidden_pair(search: Search, seen: Scan) -> list[Chosen]:
 
 def _possible(block: Block, fitted: Fit) -> bool:
     """Whether a block's coefficients are physically possible."""
-    return not isinstance(block.regressor, Named) or admissible(block.regressor, *fitted.of(block.place))
+    return not isinstance(block.regressor, Named) or admissible(block.regressor, *fitted.of(block.indices))
 
 
 def _kind(regressor: Regressor) -> tuple[str, ...]:
@@ -257,8 +259,8 @@ def _form_of_a_name(block: Block, chosen: Sequence[Chosen]) -> Block:
     return block
 
 
-def _still_open(regressor: Regressor, taken: set[str], whole: set[tuple[str, tuple[str, ...]]], more: bool) -> bool:
-    """Whether one more function of an effect, or (``more``) without a name, may be asked for."""
+def _may_be_added(regressor: Regressor, taken: set[str], whole: set[tuple[str, tuple[str, ...]]], more: bool) -> bool:
+    """Whether one more function of an effect, or (``more``) without a name, may be added."""
     if regressor.effect == UNKNOWN:
         return more
     return regressor.effect not in taken and (regressor.effect, regressor.variables) not in whole

@@ -41,10 +41,10 @@ def copies(problem: ChannelProblem) -> dict[str, str]:
     return out
 
 
-def told(found: dict[str, str]) -> list[str]:
-    """A sentence for each of them."""
-    said = "once more: nothing is said to depend on it"
-    return [f"{AUXILIARY}{name} is {channel} {said}" for name, channel in found.items()]
+def notes_of(found: dict[str, str]) -> list[str]:
+    """A note for each of them."""
+    reason = "once more: nothing is said to depend on it"
+    return [f"{AUXILIARY}{name} is {channel} {reason}" for name, channel in found.items()]
 
 
 def _left(values: FloatArray, measured: FloatArray) -> float:

@@ -50,8 +50,8 @@ class Cycle(Grid):
     @property
     def course(self) -> str:
         """How often it comes."""
-        own = in_words(self.times)
-        return f"a cycle{f' times {own}' if own else ''} of {self.period / 60.0:.3g} min"
+        factors = in_words(self.times)
+        return f"a cycle{f' times {factors}' if factors else ''} of {self.period / 60.0:.3g} min"
 
     @property
     def formula(self) -> str:
@@ -66,7 +66,7 @@ class Cycle(Grid):
     def columns(self, frame: Frame) -> FloatArray:
         """The regressors (n, 2), straight between the knots as the file has them."""
         knots = np.asarray(self.knots[0])
-        waves = [np.interp(frame.time, knots, own) for own in self._at(knots)]
+        waves = [np.interp(frame.time, knots, values) for values in self._at(knots)]
         return np.column_stack(waves) * factor(self.times, frame)[:, None]
 
     def to_json(self, values: FloatArray) -> dict[str, object]:
@@ -88,14 +88,14 @@ def cycle(channel: str, times: str, period: float, begin: float, end: float) -> 
 
 def cycle_of(regressor: Regressor) -> Cycle | None:
     """The cycle that a regressor is, if it is one."""
-    own = regressor.grids[0] if isinstance(regressor, Free) else None
-    return own if isinstance(own, Cycle) else None
+    grid = regressor.grids[0] if isinstance(regressor, Free) else None
+    return grid if isinstance(grid, Cycle) else None
 
 
 def price_of_period(regressor: Regressor) -> float:
     """Log-likelihood that the best of all periods that were tried has to gain by being the best of so many."""
-    own = cycle_of(regressor)
-    return 0.0 if own is None else float(np.log(_frequencies(own.knots[0][-1] - own.knots[0][0]).size))
+    cycle = cycle_of(regressor)
+    return 0.0 if cycle is None else float(np.log(_frequencies(cycle.knots[0][-1] - cycle.knots[0][0]).size))
 
 
 def in_cycles(model: ChannelModel, factors: Sequence[str]) -> Iterator[Block]:
@@ -143,12 +143,12 @@ def _powers(time: FloatArray, values: FloatArray, weights: FloatArray, frequenci
     """
     out = np.empty((len(values), frequencies.size))
     wave = np.exp(2j * np.pi * frequencies[0] * time)
-    turn = np.exp(2j * np.pi * (frequencies[1] - frequencies[0] if frequencies.size > 1 else 0.0) * time)
+    rotation = np.exp(2j * np.pi * (frequencies[1] - frequencies[0] if frequencies.size > 1 else 0.0) * time)
     weighted, total = weights * values, weights.sum(axis=1)
     for k in range(frequencies.size):
         q, z = weighted @ wave, weights @ wave**2
         apart = np.maximum(total**2 - np.abs(z) ** 2, ALIKE * total**2)
         above = total * np.abs(q) ** 2 - np.real(np.conj(z) * q**2)
         out[:, k] = np.divide(2.0 * above, apart, out=np.zeros(len(values)), where=apart > 0.0)
-        wave = wave * turn
+        wave = wave * rotation
     return out

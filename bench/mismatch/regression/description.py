@@ -18,12 +18,12 @@ from bench.mismatch.regression.spells import levels_of
 
 def description(model: ChannelModel, chosen: Chosen) -> float:
     """Log density that an effect has to gain for its numbers; 0 where the points left out tell it."""
-    telling = model.noise.telling
-    if telling is None:
+    independent_rows = model.noise.independent_rows
+    if independent_rows is None:
         return 0.0
     levels = levels_of(chosen.main.regressor)
     paid = 0 if levels is None else levels.cuts  # by the price of a cut, each with its level
-    return 0.5 * (chosen.main.regressor.numbers - paid) * float(np.log(max(telling, 2.0)))
+    return 0.5 * (chosen.main.regressor.numbers - paid) * float(np.log(max(independent_rows, 2.0)))
 
 
 def prior_of(chosen: Chosen) -> float:

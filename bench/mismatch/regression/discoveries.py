@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.discovery import AMBIGUOUS, NAMED, Discovery, Rival
+from bench.mismatch.discovery import AMBIGUOUS, NAMED, Discovery, RefittedAlternative
 from bench.mismatch.discovery import UNKNOWN as UNKNOWN_STATUS
 from bench.mismatch.regression import windows
 from bench.mismatch.regression.alone import alone
@@ -45,7 +45,7 @@ def discoveries(
     y: FloatArray | None = None,
     recorded: FloatArray | None = None,
 ) -> list[Discovery]:
-    """Every effect of the found model, with its rivals in ``slots``, as a discovery.
+    """Every effect of the found model, with its alternatives in ``slots``, as a discovery.
 
     ``whole`` (n,): the model's prediction on the channel's rows, ``number`` (n,) the samples of each that are compared.
     ``frame`` and ``y`` (n,), the measured values less all else, where these are not the search's own rows;
@@ -59,31 +59,31 @@ def discoveries(
         return found
     chosen = [slot.chosen for slot in slots]
     return [
-        replace(d, everywhere=excess_of(search.model, own, rows, recorded))
-        for d, own in zip(found, chosen, strict=True)
+        replace(d, everywhere=excess_of(search.model, effect, rows, recorded))
+        for d, effect in zip(found, chosen, strict=True)
     ]
 
 
 def _discovery(
     search: Search, slot: Slot, whole: FloatArray, number: FloatArray, frame: Frame, y: FloatArray
 ) -> Discovery:
-    model, own = search.model, slot.chosen
-    others = [c for c in model.chosen if c is not own]
+    model, tested = search.model, slot.chosen
+    others = [c for c in model.chosen if c is not tested]
 
     def predicted(chosen: Sequence[Chosen], fitted: Fit) -> FloatArray:
         out = model.predict(frame, chosen, fitted)
         return of_start(model.problem, out) if frame is model.problem.rows.frame else out
 
     without = predicted(others, model.refitted(others))
-    rivals = [r for r in slot.rivals if r.chosen.effect != own.effect]
-    as_good = [r for r in rivals if r.as_good and r.chosen.effect != UNKNOWN]
-    status = UNKNOWN_STATUS if own.effect == UNKNOWN else (AMBIGUOUS if as_good else NAMED)
-    regressor = own.main.regressor
-    coefficients, covariance = model.fit.of(own.main.place)
+    alternatives = [r for r in slot.alternatives if r.chosen.effect != tested.effect]
+    as_good = [r for r in alternatives if r.as_good and r.chosen.effect != UNKNOWN]
+    status = UNKNOWN_STATUS if tested.effect == UNKNOWN else (AMBIGUOUS if as_good else NAMED)
+    regressor = tested.main.regressor
+    coefficients, covariance = model.fit.of(tested.main.indices)
     std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    by_itself = alone(model, own)
+    by_itself = alone(model, tested)
     wide = std if by_itself is None else by_itself.widened(std)
-    course = excess_of(model, own, frame, number)
+    course = excess_of(model, tested, frame, number)
     angles, orders = _over_angle(regressor, course, frame, number)
     sure = sure_of_name(status, strained(regressor, model.problem.rows.frame), coefficients, std)
     if sure < 1.0:
@@ -92,7 +92,7 @@ def _discovery(
             " deviations; the confidence in the name is halved"
         )
     return Discovery(
-        effect=own.effect,
+        effect=tested.effect,
         status=status,
         confidence=_confidence(slot, status, as_good) * sure,
         channel=model.channel,
@@ -107,12 +107,12 @@ def _discovery(
         excess=course,
         gain=slot.gain,
         p_value=slot.p_value,
-        simulation_rows=tuple(rows_of(model, own)),
-        rivals=tuple(_rival(model, r, others, predicted, y) for r in rivals),
+        simulation_rows=tuple(rows_of(model, tested)),
+        alternatives=tuple(_refitted(model, r, others, predicted, y) for r in alternatives),
         orders=orders,
         angle_windows=angles,
-        time_window=_window(own, frame),
-        independent=status != UNKNOWN_STATUS and much_is_left(model) and independent(search, model.chosen, own),
+        time_window=_window(tested, frame),
+        independent=status != UNKNOWN_STATUS and much_is_left(model) and independent(search, model.chosen, tested),
         numbers=regressor.numbers,
     )
 
@@ -130,15 +130,15 @@ def _over_angle(
         return (), ()
     angle = QUANTITIES[ANGLE].values(frame)
     by = [factor(times, frame) for times in MODULATES]
-    own = max(by, key=lambda values: windows.followed(angle, course, values, number))
-    course, number = np.divide(course, own, out=np.zeros(own.size), where=own != 0.0), number * own**2
+    factors = max(by, key=lambda values: windows.followed(angle, course, values, number))
+    course, number = np.divide(course, factors, out=np.zeros(factors.size), where=factors != 0.0), number * factors**2
     found = windows.acting(angle, course, number)
     return (found, ()) if found else ((), windows.orders(angle, course, number))
 
 
-def excess_of(model: ChannelModel, own: Chosen, frame: Frame, number: FloatArray) -> FloatArray:
+def excess_of(model: ChannelModel, chosen: Chosen, frame: Frame, number: FloatArray) -> FloatArray:
     """What of an effect's course on the rows of a frame (n,) no calibration of the simulation can say."""
-    course = model.contribution(own, frame)
+    course = model.contribution(chosen, frame)
     base = [b.regressor for b in model.base if b.regressor.effect != NUISANCE]
     if not model.problem.spec.integral:
         return beyond(course, base, frame, number)
@@ -146,11 +146,21 @@ def excess_of(model: ChannelModel, own: Chosen, frame: Frame, number: FloatArray
     return excess(levelled(course, frame, number), columns, number)
 
 
-def _rival(model: ChannelModel, rival: Contender, others: Sequence[Chosen], predicted: Any, y: FloatArray) -> Rival:
-    chosen = [*others, rival.chosen]
-    regressor = rival.chosen.main.regressor
+def _refitted(
+    model: ChannelModel, alternative: Contender, others: Sequence[Chosen], predicted: Any, y: FloatArray
+) -> RefittedAlternative:
+    chosen = [*others, alternative.chosen]
+    regressor = alternative.chosen.main.regressor
     left = y - predicted(chosen, model.refitted(chosen))
-    return Rival(regressor.effect, regressor.words, rival.loss, rival.error, rival.weight, rival.as_good, left)
+    return RefittedAlternative(
+        regressor.effect,
+        regressor.words,
+        alternative.loss,
+        alternative.error,
+        alternative.weight,
+        alternative.as_good,
+        left,
+    )
 
 
 def _confidence(slot: Slot, status: str, as_good: Sequence[Contender]) -> float:
@@ -158,7 +168,7 @@ def _confidence(slot: Slot, status: str, as_good: Sequence[Contender]) -> float:
     if status == AMBIGUOUS:
         share = slot.weight + sum(r.weight for r in as_good)
     elif status == UNKNOWN_STATUS:
-        share = slot.weight + sum(r.weight for r in slot.rivals if r.chosen.effect == UNKNOWN)
+        share = slot.weight + sum(r.weight for r in slot.alternatives if r.chosen.effect == UNKNOWN)
     else:
         share = slot.weight
     return float(min(max(share * (1.0 - slot.p_value), 0.0), 1.0))
@@ -170,24 +180,24 @@ def sure_of_name(status: str, at_the_end: bool, coefficients: FloatArray, std: F
     return criteria.EITHER if status == NAMED and not sure else 1.0
 
 
-def _window(own: Chosen, frame: Frame) -> tuple[float, float] | None:
+def _window(chosen: Chosen, frame: Frame) -> tuple[float, float] | None:
     """Begin and end in s of the campaign, as recorded, of what is there for a spell only."""
-    spell = spell_of(own.main.regressor)
+    spell = spell_of(chosen.main.regressor)
     if spell is None:
         return None
     begin, end = spell.knots[0][0], spell.knots[0][2]
     return max(begin, float(frame.time.min())), min(end, float(frame.time.max()))
 
 
-def rows_of(model: ChannelModel, own: Chosen, fitted: Fit | None = None) -> list[dict[str, Any]]:
+def rows_of(model: ChannelModel, chosen: Chosen, fitted: Fit | None = None) -> list[dict[str, Any]]:
     """Rows of a simulation file that hold an effect, its shape's correction included."""
     fit = model.fit if fitted is None else fitted
     out: list[dict[str, Any]] = []
-    for block in own.blocks:
-        coefficients, covariance = fit.of(block.place)
+    for block in chosen.blocks:
+        coefficients, covariance = fit.of(block.indices)
         std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
         if isinstance(block.regressor, Free):
-            out += [{"effect": own.effect, **row} for row in block.regressor.rows(coefficients)]
+            out += [{"effect": chosen.effect, **row} for row in block.regressor.rows(coefficients)]
         else:
-            out.append({"effect": own.effect, **block.regressor.row(coefficients, std)})
+            out.append({"effect": chosen.effect, **block.regressor.row(coefficients, std)})
     return out

@@ -31,8 +31,8 @@ def heirs_of(
     frame, train = problem.rows.frame, problem.train
     number = problem.rows.number[train]
 
-    def predicted(own: Sequence[Chosen]) -> FloatArray:
-        return np.asarray(model.predict(frame, own, model.refitted(own))[train])
+    def predicted(chosen: Sequence[Chosen]) -> FloatArray:
+        return np.asarray(model.predict(frame, chosen, model.refitted(chosen))[train])
 
     def same(one: FloatArray, other: FloatArray) -> bool:
         return apart(one, other) < least
@@ -46,19 +46,19 @@ def heirs_of(
         alike = apart(one, name) < criteria.SHAPE * active_size(name - nothing, number)
         return alike and not size_of(model, one - name).enough
 
-    said = [predicted([*others, one]) for one in contenders]
+    predictions = [predicted([*others, one]) for one in contenders]
     numbers = [numbers_of(c) for c in contenders]
     names = sorted((k for k, c in enumerate(contenders) if c.effect != UNKNOWN), key=lambda k: numbers[k])
     out: dict[int, int] = {}
-    for k, own in enumerate(said):
+    for k, prediction in enumerate(predictions):
         plainer = [i for i in names if numbers[i] < numbers[k] and holds(problem, contenders[k], contenders[i])]
-        heir = next((i for i in plainer if same(own, said[i])), None)
+        heir = next((i for i in plainer if same(prediction, predictions[i])), None)
         if heir is None and contenders[k].effect == UNKNOWN:
-            near = [i for i in plainer if but_for_a_form(own, said[i])]
-            heir = min(near, key=lambda i: apart(own, said[i]), default=None)
+            near = [i for i in plainer if but_for_a_form(prediction, predictions[i])]
+            heir = min(near, key=lambda i: apart(prediction, predictions[i]), default=None)
         if heir is not None:
             out[k] = heir
-    return out, same(said[0], nothing)
+    return out, same(predictions[0], nothing)
 
 
 def holds(problem: ChannelProblem, richer: Chosen, plain: Chosen) -> bool:
@@ -69,14 +69,14 @@ def holds(problem: ChannelProblem, richer: Chosen, plain: Chosen) -> bool:
     """
     if richer.effect in (UNKNOWN, plain.effect):
         return True
-    own, more = (c.main.regressor.columns(problem.rows.frame)[problem.train] for c in (plain, richer))
-    if more.shape[1] <= own.shape[1]:
+    fewer, more = (c.main.regressor.columns(problem.rows.frame)[problem.train] for c in (plain, richer))
+    if more.shape[1] <= fewer.shape[1]:
         return False
-    left = own - more @ np.linalg.lstsq(more, own, rcond=None)[0]
-    return bool(np.sum(left**2) <= EXACT * np.sum(own**2))
+    left = fewer - more @ np.linalg.lstsq(more, fewer, rcond=None)[0]
+    return bool(np.sum(left**2) <= EXACT * np.sum(fewer**2))
 
 
-def says_the_most(model: ChannelModel, name: Chosen) -> bool:
+def explains_most(model: ChannelModel, name: Chosen) -> bool:
     """Whether a name in the place of all functions without one leaves no more of what these say than nature's form of
     the name may differ from the library's.
     """
@@ -89,7 +89,7 @@ def says_the_most(model: ChannelModel, name: Chosen) -> bool:
     return active_size(whole - one, number) < criteria.SHAPE * active_size(whole - nothing, number)
 
 
-def predict_alike(model: ChannelModel, others: Sequence[Chosen], own: Chosen, other: Chosen) -> bool:
+def predict_alike(model: ChannelModel, others: Sequence[Chosen], effect: Chosen, other: Chosen) -> bool:
     """Whether two explanations predict what differs by next to nothing of what the first adds: evidence between them is
     that of their forms' corrections.
     """
@@ -97,7 +97,7 @@ def predict_alike(model: ChannelModel, others: Sequence[Chosen], own: Chosen, ot
     number = model.problem.rows.number[train]
     plain, one, two = (
         model.predict(frame, chosen, model.refitted(chosen))[train]
-        for chosen in (others, [*others, own], [*others, other])
+        for chosen in (others, [*others, effect], [*others, other])
     )
     return bool(np.sum(number * (one - two) ** 2) < criteria.ALIKE**2 * np.sum(number * (one - plain) ** 2))
 

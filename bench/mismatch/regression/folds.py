@@ -39,28 +39,28 @@ def density(model: ChannelModel, blocks: Sequence[Block]) -> FloatArray:
 
 
 def squares(
-    bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: float, own_zeros: bool = False
+    bank: Bank, blocks: Sequence[Block], folds: IntArray, variance: float, fit_zeros: bool = False
 ) -> FloatArray:
     """Squares of what the model, fitted without it, leaves of each fold (folds,), whitened; see :func:`predictive`.
 
-    A density forgives what the model knows it does not know; squares are what a prediction costs. With ``own_zeros``
+    A density forgives what the model knows it does not know; squares are what a prediction costs. With ``fit_zeros``
     the zeros of a sensor in the fold itself, which no other fold tells, are fitted to it, at their prior: they are no
     matter of what the model predicts.
     """
     whole, parts, scale = _products(bank, blocks, folds, variance)
-    zero = np.array([b.regressor.effect == NUISANCE for b in blocks for _ in b.place], dtype=bool)
+    zero = np.array([b.regressor.effect == NUISANCE for b in blocks for _ in b.indices], dtype=bool)
     precision = np.concatenate([b.precision for b in blocks]) / scale**2 if blocks else np.zeros(0)
     out = np.empty(len(parts))
     for f, fold in enumerate(parts):
         without = _without(whole, fold)
         beta = np.linalg.solve(without[:-1, :-1], without[:-1, -1])
-        residual = np.append(beta, -1.0)[np.append(fold.place, whole.shape[0] - 1)]
+        residual = np.append(beta, -1.0)[np.append(fold.indices, whole.shape[0] - 1)]
         slope = fold.gram @ residual
         out[f] = residual @ slope
-        own = np.flatnonzero(zero[fold.place])
-        if own_zeros and own.size:
-            inner = fold.gram[np.ix_(own, own)] + np.diag(precision[fold.place[own]])
-            out[f] -= slope[own] @ np.linalg.solve(inner, slope[own])
+        zeros_of_fold = np.flatnonzero(zero[fold.indices])
+        if fit_zeros and zeros_of_fold.size:
+            inner = fold.gram[np.ix_(zeros_of_fold, zeros_of_fold)] + np.diag(precision[fold.indices[zeros_of_fold]])
+            out[f] -= slope[zeros_of_fold] @ np.linalg.solve(inner, slope[zeros_of_fold])
     return out
 
 
@@ -70,8 +70,8 @@ def carried(bank: Bank, blocks: Sequence[Block], block: Block, folds: IntArray, 
     By how much the information on its coefficients, along these themselves, is less without the fold.
     """
     whole, each, scale = _products(bank, blocks, folds, fitted.variance)
-    mine = np.isin([i for b in blocks for i in b.place], block.place)
-    along = fitted.of(block.place)[0] * scale[mine]
+    mine = np.isin([i for b in blocks for i in b.indices], block.indices)
+    along = fitted.of(block.indices)[0] * scale[mine]
 
     def information(products: FloatArray) -> float:
         inner, across = products[:-1, :-1], products[:-1, :-1][~mine][:, mine]
@@ -84,9 +84,9 @@ def carried(bank: Bank, blocks: Sequence[Block], block: Block, folds: IntArray, 
 
 @dataclass(frozen=True, slots=True)
 class _Fold:
-    """Products ``gram`` (s + 1, s + 1) of the columns ``place`` (s,) that a fold has anything of, and of y, last."""
+    """Products ``gram`` (s + 1, s + 1) of the columns ``indices`` (s,) that a fold has anything of, and of y, last."""
 
-    place: IntArray
+    indices: IntArray
     gram: FloatArray
 
 
@@ -96,7 +96,7 @@ def _products(
     """Products of the blocks' columns and y, offsets marginalised, in columns of unit size: of all folds with the prior
     (k + 1, k + 1), and of each; sizes of the columns (k,).
     """
-    index = [i for b in blocks for i in b.place]
+    index = [i for b in blocks for i in b.indices]
     k = len(index)
     data = np.column_stack([bank.columns.some(index), bank.y])
     starts, weight = bank.whitening.starts, bank.shrunk(variance)
@@ -105,8 +105,8 @@ def _products(
     parts = []
     for f in range(int(folds.max()) + 1):
         members = np.flatnonzero(folds == f)
-        place = np.flatnonzero(filled[members].any(axis=0))
-        with_y = np.append(place, k)
+        indices = np.flatnonzero(filled[members].any(axis=0))
+        with_y = np.append(indices, k)
         gram = np.zeros((with_y.size, with_y.size))
         for r in members:
             rows = slice(starts[r], starts[r + 1])
@@ -114,12 +114,12 @@ def _products(
             ones = bank.one[rows] @ part
             gram += part.T @ part - weight[r] * np.outer(ones, ones)
         total[np.ix_(with_y, with_y)] += gram
-        parts.append(_Fold(place, gram))
+        parts.append(_Fold(indices, gram))
     precision = np.concatenate([b.precision for b in blocks]) if blocks else np.zeros(0)
     scale = np.append(np.sqrt(np.where(np.diag(total)[:k] > 1e-200, np.diag(total)[:k], 1.0)), 1.0)
     prior = np.append(precision / scale[:k] ** 2 + RIDGE, 0.0)
-    units = [np.append(scale[one.place], 1.0) for one in parts]
-    scaled = [_Fold(one.place, one.gram / np.outer(unit, unit)) for one, unit in zip(parts, units, strict=True)]
+    units = [np.append(scale[one.indices], 1.0) for one in parts]
+    scaled = [_Fold(one.indices, one.gram / np.outer(unit, unit)) for one, unit in zip(parts, units, strict=True)]
     return total / np.outer(scale, scale) + np.diag(prior), scaled, scale[:k]
 
 
@@ -130,8 +130,8 @@ def _without(whole: FloatArray, fold: _Fold) -> FloatArray:
     positive definite to rounding. An inverse of ``whole`` that is inverted again does not.
     """
     out = whole.copy()
-    place = np.append(fold.place, whole.shape[0] - 1)
-    out[np.ix_(place, place)] -= fold.gram
+    indices = np.append(fold.indices, whole.shape[0] - 1)
+    out[np.ix_(indices, indices)] -= fold.gram
     return out
 
 

@@ -32,13 +32,13 @@ KINDS: dict[str, frozenset[str]] = {
     ),
 }
 """quantities that go together in a campaign: what depends on one may pass for a function of another of its kind"""
-MOST_STAND_INS = 2
+MOST_SUBSTITUTES = 2
 """functions of other kinds of quantities that a name has to hold its gain beside"""
 
 
 def beyond_noise(model: ChannelModel, chosen: Sequence[Chosen], fitted: Fit) -> float:
     """Mean square that some effects leave of the whitened rows, beyond that of noise, which is 1."""
-    index = [i for b in model.blocks(chosen) for i in b.place]
+    index = [i for b in model.blocks(chosen) for i in b.indices]
     return max(float(np.mean(model.bank.residual(index, fitted.coefficients) ** 2)) - 1.0, 0.0)
 
 
@@ -64,12 +64,12 @@ def independent(search: Search, chosen: Sequence[Chosen], one: Chosen) -> bool:
     if alike.max(initial=0.0) > criteria.SHAPE**2 * gain:
         return False
     instead = search.scan(others, model.refitted(others))
-    stand_ins = [
+    substitutes = [
         unrefined(search.bank, search.blocks[k])
         for k in np.argsort(-instead.gain)
         if instead.gain[k] > instead.price and not kinds & _kinds(search.blocks[k].regressor)
     ]
-    for other in stand_ins[:MOST_STAND_INS]:
+    for other in substitutes[:MOST_SUBSTITUTES]:
         held = float(search.density([*others, other, one]).sum() - search.density([*others, other]).sum())
         if held < criteria.EITHER * gain:
             return False

@@ -73,5 +73,5 @@ def close_knots(speed: FloatArray) -> tuple[float, ...] | None:
         return None
     low, high = np.quantile(driven, [0.02, 1.0])
     # nothing is known of a speed that was never driven
-    edges = _among_rows([float(own) for own in np.log(np.geomspace(low, high, CLOSE_KNOTS))], np.sort(np.log(driven)))
-    return tuple(float(own) for own in np.exp(edges)) if len(edges) > KNOTS[1] else None
+    edges = _among_rows([float(edge) for edge in np.log(np.geomspace(low, high, CLOSE_KNOTS))], np.sort(np.log(driven)))
+    return tuple(float(edge) for edge in np.exp(edges)) if len(edges) > KNOTS[1] else None

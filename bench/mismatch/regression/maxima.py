@@ -35,9 +35,9 @@ def _gumbel(values: FloatArray) -> tuple[float, float]:
     return float(ordered.mean()) - 0.5772156649 * scale, scale
 
 
-def tail_rate(values: FloatArray, reached: float) -> float:
+def tail_rate(values: FloatArray, value: float) -> float:
     """Rate at which maxima exceed a value, by the same law."""
     low, high = tail(values, 0.5), tail(values, 0.01)
     scale = max((high - low) / (np.log(-np.log1p(-0.5)) - np.log(-np.log1p(-0.01))), 1e-12)
     mode = low + scale * np.log(-np.log1p(-0.5))
-    return max(float(-np.expm1(-np.exp(-(reached - mode) / scale))), criteria.LEAST_P)
+    return max(float(-np.expm1(-np.exp(-(value - mode) / scale))), criteria.LEAST_P)

@@ -38,7 +38,7 @@ class Block:
     """A regressor in a bank: numbers of its columns, prior precision of its coefficients (k,)."""
 
     regressor: Regressor
-    place: tuple[int, ...]
+    indices: tuple[int, ...]
     precision: FloatArray
 
 
@@ -107,7 +107,7 @@ class ChannelModel:
         used = self.fit if fitted is None else fitted
         out = np.zeros(frame.size)
         for block in chosen.blocks:
-            out += added(block.regressor, frame, used.of(block.place)[0])
+            out += added(block.regressor, frame, used.of(block.indices)[0])
         return out
 
     @property
@@ -140,7 +140,7 @@ def explained(model: ChannelModel) -> FloatArray:
         return out
     for block in model.blocks():
         if block.regressor.effect == NUISANCE:
-            out += added(block.regressor, frame, model.fit.of(block.place)[0])
+            out += added(block.regressor, frame, model.fit.of(block.indices)[0])
     return out
 
 
@@ -149,7 +149,7 @@ def predicted(blocks: Sequence[Block], fitted: Fit, frame: Frame) -> FloatArray:
     out = np.zeros(frame.size)
     for block in blocks:
         if block.regressor.effect != NUISANCE:
-            out += added(block.regressor, frame, fitted.of(block.place)[0])
+            out += added(block.regressor, frame, fitted.of(block.indices)[0])
     return out
 
 
@@ -163,7 +163,7 @@ def of_start(problem: ChannelProblem, prediction: FloatArray) -> FloatArray:
 
 def fit_blocks(bank: Bank, blocks: Sequence[Block], variances: Sequence[float]) -> Fit:
     """Fit blocks of columns together."""
-    index = [i for b in blocks for i in b.place]
+    index = [i for b in blocks for i in b.indices]
     precision = np.concatenate([b.precision for b in blocks]) if blocks else np.zeros(0)
     return fit(bank, index, variances, precision)
 
@@ -200,8 +200,8 @@ def widened(bank: Bank, blocks: Sequence[Block], fitted: Fit) -> float:
     contradict, so that a row counts for what it says: its residual is as large as its noise, and rows whose residuals
     are alike are one reading (effective number of observations). 1 where the means do not contradict it.
     """
-    index = [i for b in blocks for i in b.place]
-    calibrated = [i for b in blocks if not kept_small(b) for i in b.place]
+    index = [i for b in blocks for i in b.indices]
+    calibrated = [i for b in blocks if not kept_small(b) for i in b.indices]
     if not bank.contradicted(calibrated, fitted.of(calibrated)[0], criteria.ERROR_RATE_OF_A_CHANNEL):
         return 1.0
     left = bank.about_levels(bank.residual(index, fitted.coefficients))
@@ -249,27 +249,27 @@ def add_base(problem: ChannelProblem, bank: Bank) -> list[Block]:
     out = []
     for term in problem.base:
         columns = term.regressor.columns(problem.rows.frame)[train]
-        place = bank.add(columns)
-        out.append(Block(term.regressor, place, term.precisions(len(place))))
+        indices = bank.add(columns)
+        out.append(Block(term.regressor, indices, term.precisions(len(indices))))
     return out
 
 
 def add_block(problem: ChannelProblem, bank: Bank, regressor: Regressor, precision: float = 0.0) -> Block:
     """Put a regressor into a bank."""
-    place = bank.add(regressor.columns(problem.rows.frame)[problem.train])
+    indices = bank.add(regressor.columns(problem.rows.frame)[problem.train])
     if precision == 0.0 and isinstance(regressor, Free):
-        precision = weak_precision(bank, place)
-    return Block(regressor, place, np.full(len(place), precision))
+        precision = weak_precision(bank, indices)
+    return Block(regressor, indices, np.full(len(indices), precision))
 
 
-def weak_precision(bank: Bank, place: Sequence[int]) -> float:
+def weak_precision(bank: Bank, indices: Sequence[int]) -> float:
     """Prior precision of a free function's values that only keeps undetermined ones from running away."""
-    return WEAK * float(np.mean([np.sum(bank.columns.column(i) ** 2) for i in place]))
+    return WEAK * float(np.mean([np.sum(bank.columns.column(i) ** 2) for i in indices]))
 
 
 def unrefined(bank: Bank, block: Block) -> Chosen:
     """A candidate as it stands in the bank: a prior only where a design leaves a coefficient undetermined."""
-    return Chosen(replace(block, precision=np.full(len(block.place), weak_precision(bank, block.place))))
+    return Chosen(replace(block, precision=np.full(len(block.indices), weak_precision(bank, block.indices))))
 
 
 def with_shape(problem: ChannelProblem, bank: Bank, main: Block, shape: Free | None, size: float) -> Chosen:

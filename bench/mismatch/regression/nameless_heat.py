@@ -28,11 +28,11 @@ class NamelessHeat(Untold):
 
     def columns(self, frame: Frame) -> FloatArray:
         """Integrals of both powers (n, 2)."""
-        told = self.model.sum_of(self.nameless, frame)
+        nameless_torque = self.model.sum_of(self.nameless, frame)
         fixed = fixed_part(MOTOR_TORQUE, frame, self.model.problem.switched_off)
         left = np.where(frame.direction != 0, frame.motor_torque - fixed - self.model.predict(frame), 0.0)
         sign = np.sign(frame.motor_torque * frame.omega - frame.torque * frame.velocity)
-        return np.column_stack([integral(sign * torque * frame.omega, frame) for torque in (told, left)])
+        return np.column_stack([integral(sign * torque * frame.omega, frame) for torque in (nameless_torque, left)])
 
 
 @dataclass(frozen=True, slots=True)

@@ -93,7 +93,7 @@ class RowNoise:
     correlation: FloatArray
     memory: float
     """time after which noise has mostly forgotten itself, s"""
-    telling: float | None = None
+    independent_rows: float | None = None
     """rows of independent noise that say as much as all of these, where a motion of its own kind was repeated or cut:
     nothing but the model's residual tells its noise, and a number costs its description
     """
@@ -204,7 +204,7 @@ def plain_mixture(rows: Rows, residual: FloatArray, slow: bool = False) -> Mixtu
     if slow:  # elsewhere rows are short where something changes, which is no matter of how many samples they have
         alike = np.round(np.log2(np.maximum(rows.number, 1.0)))
         groups = [alike == k for k in np.unique(alike) if np.mean(alike == k) >= _OF_ROWS]
-    equations = [e for own in groups if (e := _differences(rows, residual, own)) is not None]
+    equations = [e for group in groups if (e := _differences(rows, residual, group)) is not None]
     if not equations:
         spread = robust_spread(np.diff(residual)) ** 2 / 2.0 if residual.size > 1 else 1.0
         return Mixture(max(spread * number, 1e-300), (0.0,) * len(MEMORIES_S), rate)
@@ -301,7 +301,7 @@ def of_free_motion(rows: Rows, residual: FloatArray) -> RowNoise:
     """Noise of rows of a motion that follows no set speeds: all alike, and larger by as many rows as say one thing."""
     noise = alike(rows, residual)
     rows_alike = alike_for(residual, recording_starts(rows.frame))
-    return replace(noise, sigma=noise.sigma * np.sqrt(rows_alike), telling=rows.size / rows_alike)
+    return replace(noise, sigma=noise.sigma * np.sqrt(rows_alike), independent_rows=rows.size / rows_alike)
 
 
 def alike_for(residual: FloatArray, starts: IntArray) -> float:

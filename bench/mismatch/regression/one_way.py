@@ -20,27 +20,31 @@ from bench.simulation.tables import Grid
 from bench.simulation.terms import LIBRARY, MOTOR_TORQUE
 
 
-def named_by_course(model: ChannelModel, others: Sequence[Chosen], own: Chosen, fitted: Fit) -> Chosen:
+def named_by_course(model: ChannelModel, others: Sequence[Chosen], chosen: Chosen, fitted: Fit) -> Chosen:
     """A fitted table beside others under its name or, where the effect goes one way and the table comes and goes, under
     none. Anything else is as it is.
     """
-    free = own.main.regressor
+    free = chosen.main.regressor
     tables = (Grid, Spell, Levels)
     if not isinstance(free, Free) or free.mixing or any(type(g) not in tables or len(g.over) != 1 for g in free.grids):
-        return own
+        return chosen
     effect = by_definition(free.channel, free.variables[0], tuple(g.times for g in free.grids))
     if effect == UNKNOWN or not LIBRARY[effect].one_way:
-        return own
-    members = [*(c for c in others if c.effect == effect), own]
+        return chosen
+    members = [*(c for c in others if c.effect == effect), chosen]
     name = effect if goes_one_way(model, members, fitted) else UNKNOWN
-    return own if name == free.effect else replace(own, main=replace(own.main, regressor=replace(free, effect=name)))
+    return (
+        chosen
+        if name == free.effect
+        else replace(chosen, main=replace(chosen.main, regressor=replace(free, effect=name)))
+    )
 
 
-def impossible(model: ChannelModel, others: Sequence[Chosen], own: Chosen, fitted: Fit) -> bool:
+def impossible(model: ChannelModel, others: Sequence[Chosen], chosen: Chosen, fitted: Fit) -> bool:
     """Whether a term comes and goes, with its form's correction and others of its name, where the effect does not."""
-    if not LIBRARY[own.effect].one_way:
+    if not LIBRARY[chosen.effect].one_way:
         return False
-    return not goes_one_way(model, [*(c for c in others if c.effect == own.effect), own], fitted)
+    return not goes_one_way(model, [*(c for c in others if c.effect == chosen.effect), chosen], fitted)
 
 
 def goes_one_way(model: ChannelModel, members: Sequence[Chosen], fitted: Fit) -> bool:
@@ -59,7 +63,7 @@ def goes_one_way(model: ChannelModel, members: Sequence[Chosen], fitted: Fit) ->
     rows = rows[np.argsort(frame.time[rows], kind="stable")]
     blocks = [b for c in members for b in c.blocks]
     columns = np.hstack([b.regressor.columns(unloaded)[rows] for b in blocks])
-    values, covariance = fitted.of([i for b in blocks for i in b.place])
+    values, covariance = fitted.of([i for b in blocks for i in b.indices])
     return one_way(columns @ values, columns @ covariance @ columns.T)
 
 
@@ -72,5 +76,5 @@ def one_way(values: FloatArray, covariance: FloatArray) -> bool:
     variance = np.diag(covariance)[first] + np.diag(covariance)[second] - 2.0 * covariance[first, second]
     error = np.sqrt(np.maximum(variance, 0.0)) * norm.isf(criteria.ERROR_RATE_OF_A_CHANNEL / max(change.size, 1))
     largest = float(np.max(np.abs(change), initial=0.0))
-    told = np.abs(change) > np.maximum(error, criteria.SHAPE * largest)
-    return not (np.any(told & (change > 0.0)) and np.any(told & (change < 0.0)))
+    significant = np.abs(change) > np.maximum(error, criteria.SHAPE * largest)
+    return not (np.any(significant & (change > 0.0)) and np.any(significant & (change < 0.0)))

@@ -28,30 +28,32 @@ def with_open_forms(search: Search, slots: Sequence[Slot]) -> list[Slot]:
     """Slots, and the model of a search with them, whose names know how much their numbers depend on the form."""
     out = []
     for slot in slots:
-        own = slot.chosen
-        others = [c for c in search.model.chosen if c is not own]
-        wide = _widened(search, others, own)
+        effect = slot.chosen
+        others = [c for c in search.model.chosen if c is not effect]
+        wide = _widened(search, others, effect)
         if wide is not None:
-            new = replace(own, main=replace(own.main, regressor=wide))
-            search.model = replace(search.model, chosen=[new if c is own else c for c in search.model.chosen])
+            new = replace(effect, main=replace(effect.main, regressor=wide))
+            search.model = replace(search.model, chosen=[new if c is effect else c for c in search.model.chosen])
             slot = replace(slot, chosen=new)
         out.append(slot)
     return out
 
 
-def _widened(search: Search, others: Sequence[Chosen], own: Chosen) -> Named | None:
+def _widened(search: Search, others: Sequence[Chosen], effect: Chosen) -> Named | None:
     """A name with the standard deviations that its forms together give; None where it has but one with its numbers."""
-    regressor = own.main.regressor
-    if not isinstance(regressor, Named) or not regressor.point or own.nominal:
+    regressor = effect.main.regressor
+    if not isinstance(regressor, Named) or not regressor.point or effect.nominal:
         return None
     met = [c for form in _alike(regressor) if (c := _in(search, others, regressor, form)) is not None]
     if not met:
         return None
-    densities = np.array([search.density([*others, c]) for c in (own, *met)])
+    densities = np.array([search.density([*others, c]) for c in (effect, *met)])
     share = weights(densities, search.seed)[1:]
-    told, point = _numbers(search, [*others, own], own)
+    coefficients, point = _numbers(search, [*others, effect], effect)
     moved = [_numbers(search, [*others, c], c) for c in met]
-    linear = np.sqrt(sum((s * (values - told) ** 2 for s, (values, _) in zip(share, moved, strict=True)), 0.0 * told))
+    linear = np.sqrt(
+        sum((s * (values - coefficients) ** 2 for s, (values, _) in zip(share, moved, strict=True)), 0.0 * coefficients)
+    )
     shape = np.sqrt(sum((s * (values - point) ** 2 for s, (_, values) in zip(share, moved, strict=True)), 0.0 * point))
     known = regressor.deviation or (None,) * point.size
     return replace(
@@ -67,11 +69,11 @@ def _alike(named: Named) -> list[Form]:
     def symbols(form: Form) -> tuple[str, ...]:
         return tuple(s.symbol for s in (*form.linear, *form.nonlinear))
 
-    own = named.form
+    form_now = named.form
     return [
         form
         for form in named.term.forms[named.channel]
-        if form is not own and symbols(form) == symbols(own) and form.remembers == own.remembers
+        if form is not form_now and symbols(form) == symbols(form_now) and form.remembers == form_now.remembers
     ]
 
 
@@ -83,8 +85,8 @@ def _in(search: Search, others: Sequence[Chosen], named: Named, form: Form) -> C
     return None if found is None or strained(found.main.regressor, search.model.problem.rows.frame) else found
 
 
-def _numbers(search: Search, chosen: Sequence[Chosen], own: Chosen) -> tuple[FloatArray, FloatArray]:
+def _numbers(search: Search, chosen: Sequence[Chosen], effect: Chosen) -> tuple[FloatArray, FloatArray]:
     """Coefficients and nonlinear parameters of a name beside others."""
-    regressor = own.main.regressor
+    regressor = effect.main.regressor
     assert isinstance(regressor, Named)
-    return search.model.refitted(chosen).of(own.main.place)[0], np.asarray(regressor.point)
+    return search.model.refitted(chosen).of(effect.main.indices)[0], np.asarray(regressor.point)

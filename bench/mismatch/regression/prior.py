@@ -51,31 +51,31 @@ def zeros_settled(
     Zeros that need not be there cost: beside a free zero of each heating run little is left that tells a heat capacity.
     Recordings and the stretches of long ones are asked apart.
     """
-    place = next((k for k, b in enumerate(base) if b.regressor.effect == NUISANCE), None)
-    if place is None or not problem.spec.integral:
+    number = next((k for k, b in enumerate(base) if b.regressor.effect == NUISANCE), None)
+    if number is None or not problem.spec.integral:
         return list(base)
-    block = base[place]
-    given = next(term for term in problem.base if term.regressor is block.regressor).precisions(len(block.place))
+    block = base[number]
+    given = next(term for term in problem.base if term.regressor is block.regressor).precisions(len(block.indices))
     blocks = [*base, *beside]
-    index = [i for b in blocks for i in b.place]
-    first = sum(len(b.place) for b in base[:place])
-    own = np.arange(first, first + len(block.place))
+    index = [i for b in blocks for i in b.indices]
+    first = sum(len(b.indices) for b in base[:number])
+    of_zeros = np.arange(first, first + len(block.indices))
     # those of recordings have one precision, those of stretches another
     kinds = given == given[0]
     normal = bank.normal(index, bank.variances()[-1])
     whole = np.concatenate([b.precision for b in blocks])
     shrunk = np.zeros(whole.size, dtype=bool)
-    shrunk[own] = True
+    shrunk[of_zeros] = True
     best, kept = -np.inf, given
     for of_recordings in _ZEROS:
         for of_stretches in _ZEROS if not kinds.all() else (1.0,):
             tried = given * np.where(kinds, of_recordings, of_stretches)
-            whole[own] = tried
+            whole[of_zeros] = tried
             found = _evidence(normal.gram, normal.right, normal.squares, whole, shrunk)
             if found > best:
                 best, kept = found, tried
     out = list(base)
-    out[place] = replace(block, precision=kept)
+    out[number] = replace(block, precision=kept)
     return out
 
 
@@ -90,12 +90,12 @@ def settled(problem: ChannelProblem, bank: Bank, base: Sequence[Block], beside: 
     if offset is None:
         return list(base)
     block = base[offset]
-    energy = np.array([float(np.mean(bank.columns.column(i) ** 2)) for i in block.place])
+    energy = np.array([float(np.mean(bank.columns.column(i) ** 2)) for i in block.indices])
     groups = [np.array([k for k in range(len(energy)) if k % _MONOMIALS in g and energy[k] > 0.0]) for g in _GROUPS]
-    index = [i for b in (*base, *beside) for i in b.place]
-    means = [i for b in (*base, *beside) if not kept_small(b) for i in b.place]
+    index = [i for b in (*base, *beside) for i in b.indices]
+    means = [i for b in (*base, *beside) if not kept_small(b) for i in b.indices]
     bank.bound_offsets(means, criteria.ERROR_RATE_OF_A_CHANNEL)
-    first = sum(len(b.place) for b in base[:offset])
+    first = sum(len(b.indices) for b in base[:offset])
     best, kept = -np.inf, np.zeros(len(energy))
     plain = np.concatenate([b.precision for b in (*base, *beside)])
     coarse = bank.variances()[::3]

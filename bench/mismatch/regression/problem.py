@@ -96,7 +96,7 @@ class ChannelProblem:
     """nominal terms that the simulation is known to lack, where they are asked before their changes: one from elsewhere
     may have them
     """
-    turning: tuple[str, ...] | None = None
+    angles: tuple[str, ...] | None = None
     """auxiliary quantities that are angles; None where nothing tells"""
     free: bool = False
     """whether the motion follows no set speeds: operating points are none that were run apart"""
@@ -211,11 +211,11 @@ def heat_capacity(rows: Rows, base: Sequence[BaseTerm], fitted: NDArray[np.bool_
     the level of each recording free; :data:`CAPACITY` where they do not tell it.
     """
     terms = [t for t in base if t.regressor.effect != NUISANCE]
-    place = next((k for k, t in enumerate(terms) if t.regressor.effect == HEATING), None)
-    if place is None or not fitted.any():
+    number = next((k for k, t in enumerate(terms) if t.regressor.effect == HEATING), None)
+    if number is None or not fitted.any():
         return CAPACITY
     each = [t.regressor.columns(rows.frame)[fitted] for t in terms]
-    columns, first = np.hstack(each), sum(part.shape[1] for part in each[:place])
+    columns, first = np.hstack(each), sum(part.shape[1] for part in each[:number])
     columns = np.where(np.isfinite(columns), columns, 0.0)
     frame, alike = rows.frame.take(np.flatnonzero(fitted)), np.ones(len(columns))
     x, y = levelled(columns, frame, alike), levelled(rows.y[fitted], frame, alike)

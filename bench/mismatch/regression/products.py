@@ -22,7 +22,7 @@ from bench.simulation.quantities import quantity
 from bench.simulation.tables import Grid
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE, TRANSMISSION_ERROR
 
-TURNS = 12
+MOST_ITERATIONS = 12
 """times that each of the two tables is fitted with the other held"""
 MOST_KINDS = 2
 """quantities of a product"""
@@ -78,7 +78,7 @@ def replaced(chosen: Sequence[Chosen], product: Regressor) -> list[Chosen]:
     if not isinstance(product, Free) or not product.mixing:
         return []
     kinds, times = {_KIND.get(name) for name in product.variables}, {g.times for g in product.grids}
-    return [c for c in chosen if (own := _kinds(c.main.regressor)) and set(own) <= kinds and _times(c) == times]
+    return [c for c in chosen if (common := _kinds(c.main.regressor)) and set(common) <= kinds and _times(c) == times]
 
 
 def without_parts(chosen: Sequence[Chosen], new: Regressor) -> list[Chosen]:
@@ -87,8 +87,8 @@ def without_parts(chosen: Sequence[Chosen], new: Regressor) -> list[Chosen]:
     return [c for c in chosen if not any(c is g for g in gone)]
 
 
-def _times(own: Chosen) -> set[str]:
-    free = own.main.regressor
+def _times(chosen: Chosen) -> set[str]:
+    free = chosen.main.regressor
     return {g.times for g in free.grids} if isinstance(free, Free) else set()
 
 
@@ -107,10 +107,10 @@ def _product(search: Search, first: Free, name: str, frame: Frame) -> Block | No
     knots = _knots(name, frame)
     if knots is None:
         return None
-    own, further = first.columns(frame), Grid((name,), "1", (knots,)).columns(frame)
+    base, further = first.columns(frame), Grid((name,), "1", (knots,)).columns(frame)
     grids = tuple(Grid((*grid.over, name), grid.times, (*grid.knots, knots)) for grid in first.grids)
     made = replace(first, grids=grids, mixing=((1.0,),))
-    fitted = _fitted(search, without_parts(search.model.chosen, made), own, further)
+    fitted = _fitted(search, without_parts(search.model.chosen, made), base, further)
     if fitted is None:
         return None
     f, g = fitted
@@ -118,7 +118,7 @@ def _product(search: Search, first: Free, name: str, frame: Frame) -> Block | No
     across = np.linalg.svd(f[None, :])[2][1:].T
     mixing = np.hstack([np.kron(f[:, None], np.eye(g.size)), np.kron(across, g[:, None])])
     made = replace(made, mixing=tuple(tuple(float(v) for v in row) for row in mixing))
-    columns = np.hstack([(own @ f)[:, None] * further, (further @ g)[:, None] * (own @ across)])
+    columns = np.hstack([(base @ f)[:, None] * further, (further @ g)[:, None] * (base @ across)])
     added = search.bank.add(columns)
     return Block(made, added, np.zeros(len(added)))
 
@@ -137,7 +137,7 @@ def _fitted(
     """
     model, bank = search.model, search.bank
     blocks = model.blocks(others)
-    known = bank.columns.some([i for b in blocks for i in b.place])
+    known = bank.columns.some([i for b in blocks for i in b.indices])
     prior = np.concatenate([np.zeros(0), *(b.precision for b in blocks)])
     weight = bank.shrunk(model.fit.variance)
 
@@ -153,7 +153,7 @@ def _fitted(
         return np.asarray(values / max(float(np.sqrt(np.mean(values**2))), 1e-300))
 
     f, g = np.zeros(first.shape[1]), np.ones(second.shape[1])
-    for _ in range(TURNS):
+    for _ in range(MOST_ITERATIONS):
         f = solved((second @ g)[:, None] * first)
         g = solved((first @ f)[:, None] * second)
     return (f, g) if np.isfinite(f).all() and np.isfinite(g).all() and np.any(f) and np.any(g) else None

@@ -69,7 +69,7 @@ def _kept(search: Search, chosen: list[Chosen], price: float) -> list[Chosen]:
     while True:
         believed = _believed(search, pruned(search, chosen, price, keep=0))
         tested = _that_add(search, no_mere_form(search, _above_the_rest(search, believed)))
-        kept = _asked_again(search, tested, not_refuted(search.model, tested), price)
+        kept = _tested_again(search, tested, not_refuted(search.model, tested), price)
         refuted = [c for c in tested if c.effect == UNKNOWN and not any(c is k for k in kept)]
         search.refuted += [c for c in refuted if not search.out(c.main.regressor)]
         gone = [c for c in believed if not any(c is k for k in kept)]
@@ -79,18 +79,18 @@ def _kept(search: Search, chosen: list[Chosen], price: float) -> list[Chosen]:
         chosen = [c for c in believed if not any(c is f for f in functions)]
 
 
-def _asked_again(search: Search, tested: Sequence[Chosen], kept: list[Chosen], price: float) -> list[Chosen]:
+def _tested_again(search: Search, tested: Sequence[Chosen], kept: list[Chosen], price: float) -> list[Chosen]:
     """Effects that were not refuted, with the names that were refuted only because another stood beside them that was
     refuted as well.
     """
     gone = [c for c in tested if not any(c is k for k in kept)]
     if len(gone) < 2:
         return kept
-    for own in gone:
-        with_it = [*kept, own]
+    for effect in gone:
+        with_it = [*kept, effect]
         if (
-            own.effect != UNKNOWN
-            and own in pruned(search, with_it, price)
+            effect.effect != UNKNOWN
+            and effect in pruned(search, with_it, price)
             and not_refuted(search.model, with_it) == with_it
         ):
             kept = with_it

@@ -54,16 +54,16 @@ def projector(bank: Bank, blocks: Sequence[Block], variance: float) -> _Projecto
     share = np.ones(energy.size) if np.isinf(variance) else 1.0 - 1.0 / np.sqrt(1.0 + variance * energy)
     shrink = share / energy
     plain = _Projector(bank, shrink, np.zeros((bank.y.size, 0)))
-    index = [i for b in blocks for i in b.place]
+    index = [i for b in blocks for i in b.indices]
     if not index:
         return plain
     raw = bank.columns.some(index)
     columns = plain(raw)
     # of a column that the offsets say altogether only rounding is left
-    said = np.sum(columns**2, axis=0) > RIDGE * np.sum(raw**2, axis=0)
-    columns = columns[:, said]
-    precision = np.concatenate([b.precision for b in blocks])[said]
-    if not said.any():
+    determined = np.sum(columns**2, axis=0) > RIDGE * np.sum(raw**2, axis=0)
+    columns = columns[:, determined]
+    precision = np.concatenate([b.precision for b in blocks])[determined]
+    if not determined.any():
         return plain
     # what the columns leave of the sum of squares is y'(I - B*B')y with B = X*(X'X + P)^(-1/2); a residual whose
     # squares sum up to that is the root of it times y
@@ -72,10 +72,10 @@ def projector(bank: Bank, blocks: Sequence[Block], variance: float) -> _Projecto
     values, vectors = np.linalg.eigh((columns / scale).T @ (columns / scale) + np.diag(precision / scale**2))
     alive = values > 1e-9 * values.max()
     half = (columns / scale) @ (vectors[:, alive] / np.sqrt(values[alive]))
-    squares, turned = np.linalg.eigh(half.T @ half)
+    squares, eigenvectors = np.linalg.eigh(half.T @ half)
     kept = squares > 1e-12
     squares = np.clip(squares[kept], 0.0, 1.0)
-    basis = half @ (turned[:, kept] / np.sqrt(squares)) * np.sqrt(1.0 - np.sqrt(1.0 - squares))
+    basis = half @ (eigenvectors[:, kept] / np.sqrt(squares)) * np.sqrt(1.0 - np.sqrt(1.0 - squares))
     return _Projector(bank, shrink, basis)
 
 
@@ -89,7 +89,7 @@ def refined(
         return start
     frame = problem.rows.frame
     course = _Course(problem, start.form, tuple(b for b in others if tied and b.regressor.effect == start.form.shares))
-    project = projector(bank, [b for b in others if not any(b is own for own in course.shared)], variance)
+    project = projector(bank, [b for b in others if not any(b is shared for shared in course.shared)], variance)
     target = project(bank.y)
     lower, upper = bounds(start.form, frame)
     positive = bool(np.all(lower > 0))
@@ -151,18 +151,18 @@ def _deviation(
     def white(at: FloatArray) -> FloatArray:
         return project(project.bank.whitening.apply(course.columns(at)))
 
-    own = white(point)
-    own = own / np.sqrt(np.maximum(np.sum(own**2, axis=0), 1e-300))
-    inverse = np.linalg.inv(own.T @ own + RIDGE * np.eye(own.shape[1]))
+    columns = white(point)
+    columns = columns / np.sqrt(np.maximum(np.sum(columns**2, axis=0), 1e-300))
+    inverse = np.linalg.inv(columns.T @ columns + RIDGE * np.eye(columns.shape[1]))
     size = np.sqrt(np.maximum(np.sum(white(point) ** 2, axis=0), 1e-300))
-    beta = inverse @ (own.T @ target) / size
+    beta = inverse @ (columns.T @ target) / size
     slopes, moved = [], []
     for k in free:
         step = np.zeros(point.size)
         step[k] = _SLOPE * (point[k] if lower[k] > 0 else upper[k] - lower[k])
         slope = (white(point + step) - white(point - step)) @ beta / (2.0 * step[k])
-        made_up = inverse @ (own.T @ slope)
-        slopes.append(slope - own @ made_up)
+        made_up = inverse @ (columns.T @ slope)
+        slopes.append(slope - columns @ made_up)
         # a column without energy beside the others has no coefficient that could move
         moved.append(np.where(size > SMALLEST, -made_up / np.maximum(size, SMALLEST), 0.0))
     out: list[float | None] = [None] * point.size

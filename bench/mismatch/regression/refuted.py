@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bench.mismatch import criteria
 from bench.mismatch.recordings.rows import error_of_mean, hardly_acts
 from bench.mismatch.regression.auxiliary import of_auxiliary
-from bench.mismatch.regression.beside import told_from_nothing
+from bench.mismatch.regression.beside import differs_from_zero
 from bench.mismatch.regression.candidates import PATH
 from bench.mismatch.regression.excess import levelled
 from bench.mismatch.regression.folds import carried, density, squares, weights
@@ -38,20 +38,20 @@ def not_refuted(model: ChannelModel, chosen: Sequence[Chosen]) -> list[Chosen]:
         blocks = model.blocks(current)
         fitted = fit_blocks(model.bank, blocks, model.variances)
 
-        def left(own: Sequence[Block], zeros: bool = False, at: float = fitted.variance) -> FloatArray:
-            return squares(model.bank, own, model.folds, at, zeros)
+        def left(some: Sequence[Block], zeros: bool = False, at: float = fitted.variance) -> FloatArray:
+            return squares(model.bank, some, model.folds, at, zeros)
 
         whole = left(blocks)
         found = []
         for c in current:
-            own = model.blocks(without(current, c, model.problem.lacking))
+            others = model.blocks(without(current, c, model.problem.lacking))
             spared = carried(model.bank, blocks, c.main, model.folds, fitted) <= criteria.CANNOT_BE_SPARED
             one = c.effect != UNKNOWN
-            worse = _worse(whole, left(own), spared, model.price, one)
+            worse = _worse(whole, left(others), spared, model.price, one)
             # a name may show in heating runs alone, whose zeros nothing tells: beside these it is asked again if it is
             # surely better; a function without a name is whatever follows these recordings
-            if worse[0] > 0.0 and c.effect != UNKNOWN and _surely_better(model, blocks, own):
-                worse = _worse(left(blocks, True), left(own, True), spared, model.price, one)
+            if worse[0] > 0.0 and c.effect != UNKNOWN and _surely_better(model, blocks, others):
+                worse = _worse(left(blocks, True), left(others, True), spared, model.price, one)
             found.append(worse)
         worst = int(np.argmax([beyond for beyond, _ in found]))
         beyond, ratio = found[worst]
@@ -76,12 +76,12 @@ def _worse(
     test).
     """
     better = whole < squared
-    asked = spared | better
-    more = float(better.sum()) - float((asked & ~better).sum())
-    if but_one and more > criteria.BESIDE_UNKNOWN_ERRORS * np.sqrt(asked.sum()):
-        asked[np.argmax(np.where(asked, whole - squared, -np.inf))] = False
-    ratio = float(whole[asked].sum()) / max(float(squared[asked].sum()), 1e-300)
-    return 0.5 * float((whole - squared)[asked].sum()) - price, ratio
+    counted = spared | better
+    more = float(better.sum()) - float((counted & ~better).sum())
+    if but_one and more > criteria.BESIDE_UNKNOWN_ERRORS * np.sqrt(counted.sum()):
+        counted[np.argmax(np.where(counted, whole - squared, -np.inf))] = False
+    ratio = float(whole[counted].sum()) / max(float(squared[counted].sum()), 1e-300)
+    return 0.5 * float((whole - squared)[counted].sum()) - price, ratio
 
 
 def _surely_better(model: ChannelModel, blocks: Sequence[Block], others: Sequence[Block]) -> bool:
@@ -90,7 +90,7 @@ def _surely_better(model: ChannelModel, blocks: Sequence[Block], others: Sequenc
     """
     if not model.problem.spec.integral or not any(b.regressor.effect == NUISANCE for b in blocks):
         return False
-    densities = np.array([density(model, own) for own in (blocks, others)])
+    densities = np.array([density(model, some) for some in (blocks, others)])
     return float(weights(densities, 0)[0]) >= 1.0 - criteria.ERROR_RATE
 
 
@@ -111,22 +111,22 @@ def borne_out(model: ChannelModel) -> list[Chosen]:
     """
     current = list(model.chosen)
     while True:
-        asked = ((c, worse_with(model, current, c)) for c in current)
-        refuted = [(c, ratio) for c, ratio in asked if ratio is not None]
+        ratios = ((c, worse_with(model, current, c)) for c in current)
+        refuted = [(c, ratio) for c, ratio in ratios if ratio is not None]
         if not refuted:
             return current
-        own, ratio = max(refuted, key=lambda one: one[1])
+        worst, ratio = max(refuted, key=lambda one: one[1])
         how = f"{ratio:.3g} times as badly" if ratio >= 1.0 else "no better than by chance"
         model.notes.append(
-            f"{_gained(own)} the fit, but recordings held out are predicted {how} with it: it is not reported"
+            f"{_gained(worst)} the fit, but recordings held out are predicted {how} with it: it is not reported"
         )
         # what stood beside it may have made up for it: it is asked again
-        current = without(current, own, model.problem.lacking)
+        current = without(current, worst, model.problem.lacking)
 
 
-def _gained(own: Chosen) -> str:
+def _gained(chosen: Chosen) -> str:
     """How a note begins that says why an effect is not reported."""
-    return f"{own.main.regressor.words} gained in"
+    return f"{chosen.main.regressor.words} gained in"
 
 
 def forget(model: ChannelModel) -> None:
@@ -137,17 +137,17 @@ def forget(model: ChannelModel) -> None:
     model.notes[:] = [note for note in model.notes if not note.startswith(found)]
 
 
-def worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> float | None:
+def worse_with(model: ChannelModel, current: Sequence[Chosen], effect: Chosen) -> float | None:
     """How many times as badly recordings held out are predicted with an effect beside the others of some; None where
     they do not refute it.
     """
     problem = model.problem
     held = problem.held_out
-    if of_auxiliary(own.main.regressor) or not held.any():
+    if of_auxiliary(effect.main.regressor) or not held.any():
         return None
-    if own.effect != UNKNOWN and own.nominal:
+    if effect.effect != UNKNOWN and effect.nominal:
         return None
-    others = without(current, own, problem.lacking)
+    others = without(current, effect, problem.lacking)
     whole = [_left(model, chosen) for chosen in (current, others)]
     left = [one[held] for one in whole]
     number, recording = problem.rows.number[held], problem.rows.frame.recording[held]
@@ -159,19 +159,19 @@ def worse_with(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> f
     added = float(np.average((left[0] - left[1]) ** 2, weights=number))
     found = error_of_mean(change, recording, number)
     error = np.inf if found is None else criteria.ONE_ERROR * found
-    if own.effect == UNKNOWN:
+    if effect.effect == UNKNOWN:
         # where more than noise is left without it, something is missing, and what predicts better says where
         allowed = -error if added > 2.0 * error and not _much_is_left(model, others) else 0.0
-    elif PATH in own.main.regressor.variables:
+    elif PATH in effect.main.regressor.variables:
         allowed = error
     elif not hardly_acts(whole[0] - whole[1], problem.rows.number, held, problem.train):
         allowed = 0.0
-    elif any(without_a_name(c) for c in current) or _vague(model, current, own):
+    elif any(without_a_name(c) for c in current) or _vague(model, current, effect):
         allowed = error
     else:
         return None
     if (
-        own.effect != UNKNOWN
+        effect.effect != UNKNOWN
         and not problem.spec.integral
         and _better_within(left, problem.rows.frame.take(held), number)
     ):
@@ -204,18 +204,18 @@ def _better_within(left: Sequence[FloatArray], frame: Frame, number: FloatArray)
     return error is not None and float(np.average(change, weights=number)) < -criteria.ONE_ERROR * error
 
 
-def _vague(model: ChannelModel, current: Sequence[Chosen], own: Chosen) -> bool:
+def _vague(model: ChannelModel, current: Sequence[Chosen], effect: Chosen) -> bool:
     """Whether an effect of some is at the end of its range, or none of its coefficients is told from nothing."""
-    sure = told_from_nothing(*model.refitted(current).of(own.main.place))
-    return not sure or strained(own.main.regressor, model.problem.rows.frame)
+    sure = differs_from_zero(*model.refitted(current).of(effect.main.indices))
+    return not sure or strained(effect.main.regressor, model.problem.rows.frame)
 
 
-def without_a_name(own: Chosen) -> bool:
+def without_a_name(effect: Chosen) -> bool:
     """Whether an effect is a free function of the bench's own quantities."""
-    return own.effect == UNKNOWN and not of_auxiliary(own.main.regressor)
+    return effect.effect == UNKNOWN and not of_auxiliary(effect.main.regressor)
 
 
 def _left(model: ChannelModel, chosen: Sequence[Chosen]) -> FloatArray:
     """What some effects leave of each row (n,)."""
-    said = model.predict(model.problem.rows.frame, chosen, model.refitted(chosen))
-    return np.asarray(model.problem.rows.y - of_start(model.problem, said))
+    predicted = model.predict(model.problem.rows.frame, chosen, model.refitted(chosen))
+    return np.asarray(model.problem.rows.y - of_start(model.problem, predicted))

@@ -123,8 +123,8 @@ class Named:
 
     def row(self, coefficients: FloatArray, std: FloatArray) -> dict[str, Any]:
         """Its row of a simulation file, but for the effect."""
-        told = {p.pop("symbol"): p for p in self.parameters(coefficients, std)}
-        return {"form": self.form.name, "point": list(self.point), "channels": [self.channel], "parameters": told}
+        parameters = {p.pop("symbol"): p for p in self.parameters(coefficients, std)}
+        return {"form": self.form.name, "point": list(self.point), "channels": [self.channel], "parameters": parameters}
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,8 +165,8 @@ class Free:
             if not grid.over:
                 parts.append(f"c{mark}*{times}")
                 continue
-            own = grid.formula or f"{name}({', '.join(grid.over)})"
-            parts.append(f"{times + '*' if times else ''}{own}")
+            function = grid.formula or f"{name}({', '.join(grid.over)})"
+            parts.append(f"{times + '*' if times else ''}{function}")
         left = "dT/dt" if self.channel == TEMPERATURE else self.channel
         return f"{left} += {' + '.join(parts)}" + (", f a table" if self.variables_of_tables else "")
 
@@ -260,11 +260,11 @@ def unit_of(name: str) -> str:
 
 def by_definition(channel: str, name: str, factors: tuple[str, ...]) -> str:
     """The effect that any function of a quantity ``name``, times these factors, is, where one is defined so."""
-    asked = {(name, times) for times in factors}
+    wanted = {(name, times) for times in factors}
     for term in LIBRARY.values():
-        own = set(term.shape.get(channel, ()))
+        shapes = set(term.shape.get(channel, ()))
         # a function that is the same in both directions is one in each
-        alike = {(of, "1") for of, _ in own if {(of, "p"), (of, "n")} <= own}
-        if term.any_function and asked <= own | alike:
+        alike = {(of, "1") for of, _ in shapes if {(of, "p"), (of, "n")} <= shapes}
+        if term.any_function and wanted <= shapes | alike:
             return term.effect
     return UNKNOWN

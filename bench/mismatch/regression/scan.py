@@ -25,9 +25,9 @@ SURROGATES = 300
 MOST_LEVERAGE = 0.95
 SHARES = (1.0, 8.0, 64.0)
 """by which the variance of the offsets is divided where smaller ones are tried"""
-TELLING = 1.0
+NOISE_RATIO = 1.0
 """variance of the offsets, over that which noise gives a recording's mean, above which smaller ones are tried"""
-LEAST_OWN = 1e-4
+LEAST_ENERGY_LEFT = 1e-4
 """share of a column's energy beside the offsets that is there beside the model, too; below, the model says it all"""
 ROUNDING = 1e-10
 """share of a column's energy that is there beside the offsets, below which it is rounding"""
@@ -71,7 +71,7 @@ def scan(
     blocks: Units,
     seed: int,
     shuffled: bool,
-    least: float = LEAST_OWN,
+    least: float = LEAST_ENERGY_LEFT,
 ) -> Scan:
     """Scan ``candidates`` (numbers of their columns) beside the model of the columns ``index``.
 
@@ -105,7 +105,7 @@ def scan(
 
 def _smaller(bank: Bank, variance: float) -> list[float]:
     """Variances of the offsets that are tried: the model's own, and smaller ones where it is more than noise."""
-    if not np.isfinite(variance) or variance * float(np.median(bank.energy)) < TELLING:
+    if not np.isfinite(variance) or variance * float(np.median(bank.energy)) < NOISE_RATIO:
         return [variance]
     return [variance / share for share in SHARES]
 
@@ -149,8 +149,10 @@ class _Products:
     ) -> _Products:
         """Work them out once."""
         sums = bank.whitening.by_recording(bank.one * residual)
-        own = bank.columns.products(residual)
-        return cls(list(index), bank.cross(list(index)), own, sums, _Drawn.of(bank, drawn_from, blocks, seed, fitted))
+        with_residual = bank.columns.products(residual)
+        return cls(
+            list(index), bank.cross(list(index)), with_residual, sums, _Drawn.of(bank, drawn_from, blocks, seed, fitted)
+        )
 
 
 def _look(
@@ -191,11 +193,11 @@ def _look(
     sizes = np.array([len(c) for c in candidates])
     for k in np.unique(sizes):
         members = np.flatnonzero(sizes == k)
-        places = np.array([candidates[int(m)] for m in members])
-        block_gram = np.stack([bank.own(candidates[int(m)]) for m in members])
-        offsets = np.moveaxis(ones[:, places], 0, 1)
+        indices = np.array([candidates[int(m)] for m in members])
+        block_gram = np.stack([bank.block_gram(candidates[int(m)]) for m in members])
+        offsets = np.moveaxis(ones[:, indices], 0, 1)
         full = block_gram - _transposed(offsets) @ (weight[:, None] * offsets)
-        left = full - away[places] @ _transposed(cross[places])
+        left = full - away[indices] @ _transposed(cross[indices])
         # beside offsets much larger than noise all that differs between recordings is small: it is the model that
         # may say a column, not its offsets
         whole, beside = np.einsum("mkk->mk", block_gram), np.einsum("mkk->mk", full)
@@ -204,9 +206,9 @@ def _look(
         alive[members] = np.einsum("mkk->mk", scaled).max(axis=1) > least
         ridge = np.maximum(1e-6 * np.einsum("mkk->m", scaled) / k, least * 1e-2)
         solved = np.linalg.inv(scaled + ridge[:, None, None] * np.eye(k))
-        mine = (net[places] / unit)[:, None, :]
+        mine = (net[indices] / unit)[:, None, :]
         likelihood[members] = 0.5 * np.sum(mine @ solved * mine, axis=(1, 2))
-        null_of = np.moveaxis(drawn[:, places] / unit, 0, 1)
+        null_of = np.moveaxis(drawn[:, indices] / unit, 0, 1)
         noise[:, members] = 0.5 * np.sum(null_of @ solved * null_of, axis=2).T
     return _Look(float(null), nulls, likelihood, noise, alive)
 
@@ -263,12 +265,12 @@ class _Drawn:
         rest = rest * np.repeat(freed, np.diff(blocks.starts))
         offsets = 0 if bank.free_offsets else energy.size
         signs = np.random.default_rng(seed).choice([-1.0, 1.0], size=(SURROGATES, offsets + blocks.recording.size))
-        own = signs[:, offsets:]
+        signs_of_blocks = signs[:, offsets:]
         single = np.add.reduceat(bank.one * rest, blocks.starts[:-1])
         table = np.zeros((blocks.recording.size, energy.size))
         table[np.arange(blocks.recording.size), blocks.recording] = single
-        columns = own @ bank.columns.products_by(rest, blocks.starts.tolist())
-        return cls(mean, columns, own @ table, signs[:, :offsets], fitted)
+        columns = signs_of_blocks @ bank.columns.products_by(rest, blocks.starts.tolist())
+        return cls(mean, columns, signs_of_blocks @ table, signs[:, :offsets], fitted)
 
     def at(
         self, bank: Bank, variance: float, likeliest: float, g: FloatArray, inverse: FloatArray

@@ -15,7 +15,7 @@ from bench.mismatch.regression.bank import Bank
 from bench.mismatch.regression.beside import shaped
 from bench.mismatch.regression.candidates import free_candidates, named_candidates
 from bench.mismatch.regression.choosing import best_candidate, hidden_pair
-from bench.mismatch.regression.copies import copies, told
+from bench.mismatch.regression.copies import copies, notes_of
 from bench.mismatch.regression.description import description
 from bench.mismatch.regression.heredity import without, without_laws
 from bench.mismatch.regression.model import (
@@ -61,8 +61,8 @@ def begun(problem: ChannelProblem, seed: int = 0, left: FloatArray | None = None
     base = settled(problem, bank, add_base(problem, bank))
     variances = _variances(problem, bank)
     plain = fit_blocks(bank, base, variances)
-    own_terms = calibration(problem, base, noise)
-    model = ChannelModel(problem, bank, samples, noise, base, [], plain, variances, folds, own_terms)
+    calibrated = calibration(problem, base, noise)
+    model = ChannelModel(problem, bank, samples, noise, base, [], plain, variances, folds, calibrated)
     train = problem.train
     frame = problem.rows.frame.take(train)
     regressors: list[Regressor] = [
@@ -71,12 +71,12 @@ def begun(problem: ChannelProblem, seed: int = 0, left: FloatArray | None = None
         ),
         *free_candidates(problem.channel, frame, problem.free),
         *auxiliary_candidates(problem.channel, frame),
-        *composed_candidates(problem.channel, frame, problem.turning),
+        *composed_candidates(problem.channel, frame, problem.angles),
     ]
     same = copies(problem)
-    model.notes += told(same)
+    model.notes += notes_of(same)
     regressors = [r for r in regressors if not _depends(r, same)]
-    if noise.telling is not None:
+    if noise.independent_rows is not None:
         regressors = [without_laws(r, frame) if isinstance(r, Free) else r for r in regressors]
     blocks = []
     for regressor in regressors:
@@ -87,11 +87,11 @@ def begun(problem: ChannelProblem, seed: int = 0, left: FloatArray | None = None
     extra = np.array(
         [len(b.regressor.point) if isinstance(b.regressor, Named) else 0 for b in blocks], dtype=np.float64
     )
-    if noise.telling is not None:
+    if noise.independent_rows is not None:
         extra = np.array([description(model, Chosen(b)) for b in blocks])
     duration = max(criteria.BLOCK_S, 3.0 * noise.memory)
-    if noise.telling is not None:
-        duration = criteria.BLOCK_MEMORIES * float(np.sum(frame.step)) / noise.telling
+    if noise.independent_rows is not None:
+        duration = criteria.BLOCK_MEMORIES * float(np.sum(frame.step)) / noise.independent_rows
     return _settle(Search(model, blocks, extra, units(frame.elapsed, bank.whitening.starts, duration), seed, []))
 
 
@@ -118,8 +118,8 @@ def _settle(search: Search) -> Search:
             model.notes.append(f"{effect} is in force without numbers, and nothing in these recordings calibrates it")
             continue
         base = [*model.base, chosen.main]
-        fit, own_terms = fit_blocks(model.bank, base, model.variances), calibration(model.problem, base, model.noise)
-        search.model = replace(model, base=base, fit=fit, calibration=own_terms)
+        fit, calibrated = fit_blocks(model.bank, base, model.variances), calibration(model.problem, base, model.noise)
+        search.model = replace(model, base=base, fit=fit, calibration=calibrated)
         keep = [k for k, b in enumerate(search.blocks) if b.regressor.effect != effect]
         search.blocks, search.extra = [search.blocks[k] for k in keep], search.extra[keep]
     return search
@@ -132,7 +132,7 @@ def searched(problem: ChannelProblem, seed: int = 0) -> Search:
     the residual itself, whose noise may be of another kind, and what does not pay that price goes again.
     """
     search = begun(problem, seed)
-    if search.model.noise.telling is None:
+    if search.model.noise.independent_rows is None:
         return _resettled(next_best(concluded(_sought(search)), 0))
     _forward(search)
     # only what a model leaves tells the noise: with a better model there is less of it, and more is found
@@ -193,11 +193,11 @@ def _resettled(search: Search) -> Search:
         base = settled(problem, bank, base, beside)
     if all(np.array_equal(a.precision, b.precision) for a, b in zip(base, model.base, strict=True)):
         return search
-    own_terms = calibration(problem, base, model.noise)
-    search.model = model = replace(model, base=base, calibration=own_terms, variances=_variances(problem, bank))
-    for k, own in enumerate(list(model.chosen)):
+    calibrated = calibration(problem, base, model.noise)
+    search.model = model = replace(model, base=base, calibration=calibrated, variances=_variances(problem, bank))
+    for k, effect in enumerate(list(model.chosen)):
         others = [c for i, c in enumerate(model.chosen) if i != k]
-        again = shaped(search, others, own.main.regressor) if isinstance(own.main.regressor, Named) else None
+        again = shaped(search, others, effect.main.regressor) if isinstance(effect.main.regressor, Named) else None
         if again is not None:
             model.chosen[k] = again
     model.fit = model.refitted(model.chosen)
@@ -222,8 +222,8 @@ def carried_over(search: Search, to: Search) -> Search:
     problem = model.problem
 
     def moved(block: Block) -> Block:
-        place = bank.add(block.regressor.columns(problem.rows.frame)[problem.train])
-        return replace(block, place=place)
+        indices = bank.add(block.regressor.columns(problem.rows.frame)[problem.train])
+        return replace(block, indices=indices)
 
     chosen = [
         replace(c, main=moved(c.main), shape=None if c.shape is None else moved(c.shape)) for c in search.model.chosen
@@ -266,7 +266,7 @@ def _beyond_the_rest(search: Search, chosen: Sequence[Chosen], found: Chosen) ->
     block by block. Asked where nothing but a residual tells the noise: it holds what is not found yet.
     """
     model = search.model
-    if model.noise.telling is None:
+    if model.noise.independent_rows is None:
         return True
     others = without(chosen, found, model.problem.lacking)
     gain = float(search.density(chosen).sum() - search.density(others).sum()) - description(model, found)

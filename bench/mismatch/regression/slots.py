@@ -1,7 +1,7 @@
-"""What else could stand in an effect's place: every rival refitted there, and how sure the name is.
+"""Alternatives to an effect: each one refitted in its place, and how sure the name is.
 
-The rivals of an effect are the other names, the free functions, and nothing at all; each is refined beside the other
-effects of the model, as the effect itself was, and predicts the points left out. Weights are those of
+The alternatives to an effect are the other names, the free functions, and nothing at all; each is refined beside the
+other effects of the model, as the effect itself was, and predicts the points left out. Weights are those of
 :func:`bench.mismatch.regression.folds.weights`.
 """
 
@@ -27,19 +27,20 @@ from bench.mismatch.regression.state import Search
 from bench.simulation.frame import FloatArray
 from bench.simulation.terms import LIBRARY
 
-MOST_RIVALS = 5
+MOST_ALTERNATIVES = 5
 """names, and as many free functions, that are refitted in an effect's place"""
-RIVAL_OWN = 1e-6
-"""share of a rival's energy beside the other effects from which it is looked at: less than of an effect that is named,
-for a design that hardly shows a rival is the very one that cannot exclude it"""
+LEAST_SHARE = 1e-6
+"""share of an alternative's energy beside the other effects from which it is looked at: less than of an effect that is
+named, for a design that hardly shows an alternative is the very one that cannot exclude it
+"""
 WORTH_A_LOOK = 0.2
-"""of the best gain beside the other effects, that a rival's has to be before it is refined"""
+"""of the best gain beside the other effects, that an alternative's has to be before it is refined"""
 
 
 @dataclass(frozen=True, slots=True)
 class Contender:
-    """A rival in an effect's place: log predictive density (folds,), what it loses in all, its standard error, weight,
-    whether the recordings cannot tell it from the effect.
+    """An alternative in an effect's place: log predictive density (folds,), what it loses in all, its standard error,
+    weight, whether the recordings cannot tell it from the effect.
     """
 
     chosen: Chosen
@@ -52,8 +53,8 @@ class Contender:
 
 @dataclass(frozen=True, slots=True)
 class Slot:
-    """An effect with its rivals, best first: gain of log predictive density over nothing, p-value, weight of its
-    name; of the rivals the ``plainer`` name that says the same as far as transducers are trusted; whether it is
+    """An effect with its alternatives, best first: gain of log predictive density over nothing, p-value, weight of its
+    name; of the alternatives the ``plainer`` name that says the same as far as transducers are trusted; whether it is
     ``needless``: without it nothing differs by more than that.
     """
 
@@ -61,73 +62,75 @@ class Slot:
     gain: float
     p_value: float
     weight: float
-    rivals: tuple[Contender, ...]
+    alternatives: tuple[Contender, ...]
     plainer: Contender | None = None
     needless: bool = False
 
 
 def slots(search: Search) -> list[Slot]:
-    """Every effect of the found model with its rivals."""
+    """Every effect of the found model with its alternatives."""
     model = search.model
     whole = search.density(model.chosen)
     return [_slot(search, chosen, whole, number) for number, chosen in enumerate(model.chosen)]
 
 
-def _slot(search: Search, own: Chosen, whole: FloatArray, number: int) -> Slot:
+def _slot(search: Search, tested: Chosen, whole: FloatArray, number: int) -> Slot:
     model = search.model
-    others = without(model.chosen, own, model.problem.lacking)
+    others = without(model.chosen, tested, model.problem.lacking)
     fitted = model.refitted(others)
-    seen = search.scan(others, fitted, least=RIVAL_OWN)
+    seen = search.scan(others, fitted, least=LEAST_SHARE)
     nothing = search.density(others)
     gain = float((whole - nothing).sum())
-    found = [c for c in _rivals(search, own, others, seen) if c.effect != own.effect or own.effect == UNKNOWN]
+    found = [
+        c for c in _alternatives(search, tested, others, seen) if c.effect != tested.effect or tested.effect == UNKNOWN
+    ]
     if model.problem.free:
         found = [c for c in found if sound_beside(search, others, c.main, model.refitted([*others, c]))]
-    # a name and its rivals meet in the form in which each predicts best
-    rated = own
+    # a name and its alternatives meet in the form in which each predicts best
+    rated = tested
     if any(c.effect != UNKNOWN for c in found):
-        rated, whole = in_its_form(search, others, own, whole)
+        rated, whole = in_its_form(search, others, tested, whole)
     formed = [in_its_form(search, others, c, search.density([*others, c])) for c in found]
     found, densities = [c for c, _ in formed], [density for _, density in formed]
     table = np.array([whole, *densities, nothing])
     # before anything is measured a name is likelier than a free function
-    prior = np.array([_prior(model, c) for c in (own, *found)] + [1.0])
-    costs = np.array([description(model, c) for c in (own, *found)] + [0.0])
+    prior = np.array([_prior(model, c) for c in (tested, *found)] + [1.0])
+    costs = np.array([description(model, c) for c in (tested, *found)] + [0.0])
     # a loop that was hardly turned is no likelier than the functions of the torque which it is like
-    unturned = idle(search, own)
+    unturned = idle(search, tested)
     prior[0] *= np.exp(-criteria.RICHER * unturned)
     share = prior * weights(table, search.seed + number, costs)
     share = share / share.sum()
-    heirs, needless = heirs_of(model, others, (own, *found))
-    for k in sorted(heirs, key=lambda k: -numbers_of((own, *found)[k])):
+    heirs, needless = heirs_of(model, others, (tested, *found))
+    for k in sorted(heirs, key=lambda k: -numbers_of((tested, *found)[k])):
         share[heirs[k]] += share[k]
         share[k] = 0.0
 
     def worth(probability: float, chosen: Chosen) -> float:
         # at the end of its range a term turns into another
-        turned = strained(chosen.main.regressor, model.problem.rows.frame)
-        return probability * (criteria.EITHER if turned else 1.0)
+        at_end = strained(chosen.main.regressor, model.problem.rows.frame)
+        return probability * (criteria.EITHER if at_end else 1.0)
 
     at_its_end = strained(rated.main.regressor, model.problem.rows.frame)
-    rivals: list[Contender] = []
+    alternatives: list[Contender] = []
     for k, (chosen, density) in enumerate(zip(found, densities, strict=True)):
         loss, error = apart(whole, density)
-        odds = worth(share[k + 1], chosen) / max(worth(share[0], own), 1e-300)
+        odds = worth(share[k + 1], chosen) / max(worth(share[0], tested), 1e-300)
         near = unturned and _of_the_torque(chosen) and loss < gain - loss
         # what says with more numbers what the effect says is no other explanation
         if not near and heirs.get(k + 1) != 0:
-            near = called_as_good(own, chosen, float(odds), loss, error, at_its_end)
+            near = called_as_good(tested, chosen, float(odds), loss, error, at_its_end)
             doubtful = chosen.effect != UNKNOWN and criteria.VERY_STRONG <= loss < 2.0 * criteria.VERY_STRONG
             near = near or (doubtful and predict_alike(model, others, rated, chosen))
-        rivals.append(Contender(chosen, density, loss, error, float(share[k + 1]), near))
-    plainer = rivals[heirs[0] - 1] if 0 in heirs else None
-    rivals.sort(key=lambda r: r.loss)
+        alternatives.append(Contender(chosen, density, loss, error, float(share[k + 1]), near))
+    plainer = alternatives[heirs[0] - 1] if 0 in heirs else None
+    alternatives.sort(key=lambda r: r.loss)
     last = search.scans[-1] if search.scans else seen
-    return Slot(own, gain, last.p_value(gain), float(share[0]), tuple(rivals), plainer, needless)
+    return Slot(tested, gain, last.p_value(gain), float(share[0]), tuple(alternatives), plainer, needless)
 
 
 def called_as_good(
-    own: Chosen, other: Chosen, odds: float, loss: float, error: float, at_its_end: bool = False
+    tested: Chosen, other: Chosen, odds: float, loss: float, error: float, at_its_end: bool = False
 ) -> bool:
     """Whether another explanation is not told apart from an effect: its ``odds`` against it, and its ``loss`` of log
     density at points left out with the standard ``error``.
@@ -138,13 +141,13 @@ def called_as_good(
     """
     by_chance = loss < criteria.BESIDE_UNKNOWN_ERRORS * error
     enough = (2.0 if by_chance else 1.0) * criteria.VERY_STRONG
-    both_named = UNKNOWN not in (own.effect, other.effect)
+    both_named = UNKNOWN not in (tested.effect, other.effect)
     return odds > criteria.AS_GOOD or (both_named and (loss < enough or (by_chance and at_its_end)))
 
 
-def _of_the_torque(own: Chosen) -> bool:
+def _of_the_torque(chosen: Chosen) -> bool:
     """Whether a name is a function of the torque: beside it a loop that was never turned is its form, not its path."""
-    return own.effect != UNKNOWN and set(own.main.regressor.variables) <= {"torque", "load_motor_torque"}
+    return chosen.effect != UNKNOWN and set(chosen.main.regressor.variables) <= {"torque", "load_motor_torque"}
 
 
 def _prior(model: ChannelModel, chosen: Chosen) -> float:
@@ -152,7 +155,7 @@ def _prior(model: ChannelModel, chosen: Chosen) -> float:
     return prior_of(chosen) * float(np.exp(-price_of_course(model, chosen.main.regressor)))
 
 
-def _rivals(search: Search, own: Chosen, others: Sequence[Chosen], seen: Scan) -> list[Chosen]:
+def _alternatives(search: Search, tested: Chosen, others: Sequence[Chosen], seen: Scan) -> list[Chosen]:
     """Other explanations that come near, refined beside the other effects."""
     taken = {c.effect for c in others}
     named: dict[str, dict[str, int]] = {}
@@ -164,13 +167,13 @@ def _rivals(search: Search, own: Chosen, others: Sequence[Chosen], seen: Scan) -
         if orphaned(regressor, taken, search.model.problem.lacking):
             continue
         if isinstance(regressor, Named):
-            room = regressor.effect in named or len(named) < MOST_RIVALS
-            if regressor.effect not in taken and regressor.effect != own.effect and room:
+            room = regressor.effect in named or len(named) < MOST_ALTERNATIVES
+            if regressor.effect not in taken and regressor.effect != tested.effect and room:
                 forms = named.setdefault(regressor.effect, {})
                 # which form is best is known when each has its own parameters: one may end up at the end of its range
                 if len(forms) < MOST_FORMS:
                     forms.setdefault(regressor.form.name, int(k))
-        elif len(free) < 2 and (own.main.regressor.variables != regressor.variables or own.effect != UNKNOWN):
+        elif len(free) < 2 and (tested.main.regressor.variables != regressor.variables or tested.effect != UNKNOWN):
             free.setdefault(regressor.variables, int(k))
     out = []
     for forms in named.values():
@@ -178,22 +181,22 @@ def _rivals(search: Search, own: Chosen, others: Sequence[Chosen], seen: Scan) -
         candidates = [c for c in shapes if c is not None]
         if len(candidates) > 1:
             worth = np.array([float(search.density([*others, c]).sum()) - handicap_of(search, c) for c in candidates])
-            candidates = [candidates[_meeting(search, own, candidates, worth)]]
+            candidates = [candidates[_meeting(search, tested, candidates, worth)]]
         out += candidates
     for k in free.values():
         block = search.blocks[k]
-        if isinstance(block.regressor, Free) and _of_the_name(block.regressor, {own.effect, *taken} - {UNKNOWN}):
+        if isinstance(block.regressor, Free) and _of_the_name(block.regressor, {tested.effect, *taken} - {UNKNOWN}):
             continue
         out.append(free_function(search, others, block))
     return out
 
 
-def _meeting(search: Search, own: Chosen, forms: Sequence[Chosen], worth: FloatArray) -> int:
+def _meeting(search: Search, tested: Chosen, forms: Sequence[Chosen], worth: FloatArray) -> int:
     """In which of its forms, of a ``worth`` (n,) in log density each, a name meets an effect: the best, or one nearly
     as good that says something else. A form of which the effect is a case is no other explanation.
     """
     best = int(np.argmax(worth))
-    others = [k for k, c in enumerate(forms) if not holds(search.model.problem, c, own)]
+    others = [k for k, c in enumerate(forms) if not holds(search.model.problem, c, tested)]
     if best in others or not others:
         return best
     second = max(others, key=lambda k: worth[k])
@@ -204,7 +207,9 @@ def _of_the_name(free: Free, effects: set[str]) -> bool:
     """Whether a free function is one of those by which nature's form of an effect may differ from the library's: it
     says nothing against the name.
     """
-    own = {(name, grid.times) for grid in free.grids for name in grid.over}
+    shapes = {(name, grid.times) for grid in free.grids for name in grid.over}
     return any(
-        effect == free.effect or own <= LIBRARY[effect].shapes(free.channel) for effect in effects if effect in LIBRARY
+        effect == free.effect or shapes <= LIBRARY[effect].shapes(free.channel)
+        for effect in effects
+        if effect in LIBRARY
     )

@@ -60,7 +60,7 @@ class Spell(Grid):
         until = "on" if end >= NOT_ENDED_S else f"to {end:.0f} s of the campaign"
         return f"a constant{_times(self)} from {begin:.0f} s {until}"
 
-    def places(self) -> FloatArray:
+    def knot_points(self) -> FloatArray:
         """The moment at which it begins (1, 1)."""
         return np.array([[self.knots[0][1]]])
 
@@ -95,7 +95,7 @@ class Levels(Grid):
         """How often it changes."""
         return f"a level{_times(self)} that changes {'once' if self.cuts == 1 else f'{self.cuts} times'}"
 
-    def places(self) -> FloatArray:
+    def knot_points(self) -> FloatArray:
         """The moments at which the levels begin (size, 1)."""
         return np.asarray(self.knots[0][:-1])[:, None]
 
@@ -159,22 +159,22 @@ def levels_of(regressor: Regressor) -> Levels | None:
 
 def timed(model: ChannelModel, block: Block) -> Block:
     """A spell with its ends at the likeliest moments between the recordings; any other candidate as it is."""
-    own = spell_of(block.regressor)
-    if own is None:
+    found = spell_of(block.regressor)
+    if found is None:
         return block
     beside = model.blocks(model.chosen)
     ends = spell_ends(model.problem.rows.frame.take(model.problem.train))
-    begin, _, end, _ = own.knots[0]
-    places = [int(np.argmin(np.abs(np.asarray(ends) - at))) for at in (begin, end)]
+    begin, _, end, _ = found.knots[0]
+    nearest = [int(np.argmin(np.abs(np.asarray(ends) - at))) for at in (begin, end)]
     tried: dict[tuple[int, int], tuple[float, Block]] = {}
 
     def likelihood(i: int, j: int) -> float:
         if (i, j) not in tried:
-            one = add_block(model.problem, model.bank, spell(model.channel, own.times, ends[i], ends[j]))
+            one = add_block(model.problem, model.bank, spell(model.channel, found.times, ends[i], ends[j]))
             tried[i, j] = (fit_blocks(model.bank, [*beside, one], model.variances).likelihood, one)
         return tried[i, j][0]
 
-    here = (places[0], places[1])
+    here = (nearest[0], nearest[1])
     while True:
         around = [(here[0] + a, here[1] + b) for a in (-1, 0, 1) for b in (-1, 0, 1)]
         inside = [(i, j) for i, j in around if 0 <= i < j < len(ends) and (i, j) != (0, len(ends) - 1)]

@@ -11,7 +11,7 @@ from bench.mismatch.regression.bank import Bank, Fit
 from bench.mismatch.regression.folds import density
 from bench.mismatch.regression.model import Block, ChannelModel, Chosen
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Regressor
-from bench.mismatch.regression.scan import LEAST_OWN, Scan, scan
+from bench.mismatch.regression.scan import LEAST_ENERGY_LEFT, Scan, scan
 from bench.mismatch.regression.sign_blocks import Units
 from bench.simulation.frame import FloatArray
 
@@ -40,18 +40,20 @@ class Search:
         """Log predictive density of each point left out, with some effects."""
         return density(self.model, self.model.blocks(chosen))
 
-    def scan(self, chosen: Sequence[Chosen], fitted: Fit, shuffled: bool = False, least: float = LEAST_OWN) -> Scan:
+    def scan(
+        self, chosen: Sequence[Chosen], fitted: Fit, shuffled: bool = False, least: float = LEAST_ENERGY_LEFT
+    ) -> Scan:
         """Gains of all candidates beside some effects, and their price (``shuffled``: by the residual itself);
         ``least``: see :func:`bench.mismatch.regression.scan.scan`.
         """
         model = self.model
         blocks = model.blocks(chosen)
-        index = [i for b in blocks for i in b.place]
+        index = [i for b in blocks for i in b.indices]
         precision = np.concatenate([b.precision for b in blocks]) if blocks else np.zeros(0)
         residual = model.bank.residual(index, fitted.coefficients)
-        places = [b.place for b in self.blocks]
+        indices = [b.indices for b in self.blocks]
         extra, cut, seed = self.extra, self.units, self.seed
-        return scan(model.bank, index, precision, fitted.variance, residual, places, extra, cut, seed, shuffled, least)
+        return scan(model.bank, index, precision, fitted.variance, residual, indices, extra, cut, seed, shuffled, least)
 
     def out(self, regressor: Regressor) -> bool:
         """Whether a function without a name is one of those that were refuted: of the same quantities, times the same
@@ -60,7 +62,7 @@ class Search:
         return _of(regressor) in [_of(c.main.regressor) for c in self.refuted]
 
     def without_refuted(self) -> None:
-        """Let no function that was refuted be a candidate, nor a rival."""
+        """Let no function that was refuted be a candidate, nor an alternative."""
         keep = [k for k, b in enumerate(self.blocks) if b.regressor.effect != UNKNOWN or not self.out(b.regressor)]
         self.blocks, self.extra = [self.blocks[k] for k in keep], self.extra[keep]
 
@@ -68,7 +70,7 @@ class Search:
         """Let go of what only a search needs, when all is found: from now on effects of the model can be refitted, no
         more.
         """
-        self.bank.close([i for b in self.model.blocks() for i in b.place])
+        self.bank.close([i for b in self.model.blocks() for i in b.indices])
         self.blocks, self.scans = [], []
 
 

@@ -40,7 +40,7 @@ def strength(model: ChannelModel, candidate: Chosen) -> Strength:
     train = problem.train
     fitted = fit_blocks(model.bank, model.blocks([*model.chosen, candidate]), model.variances)
     course = model.contribution(candidate, problem.rows.frame, fitted)[train]
-    return size_of(model, course - model.calibration.said(course))
+    return size_of(model, course - model.calibration.projected(course))
 
 
 def added(model: ChannelModel, candidate: Chosen) -> Strength:
@@ -74,10 +74,10 @@ def trusted(model: ChannelModel) -> float:
         heating = next((block for block in model.base if block.regressor.effect == HEATING), None)
         if heating is None:
             return 0.0
-        capacity = 1.0 / max(float(model.fit.of(heating.place)[0][0]), 1e-300)
+        capacity = 1.0 / max(float(model.fit.of(heating.indices)[0][0]), 1e-300)
         rate = criteria.TRANSDUCER * _largest(frame.torque, problem.usable) * np.abs(frame.velocity) / capacity
         course = integral(rate, frame)[problem.train]
-        return active_size(course - model.calibration.said(course), problem.rows.number[problem.train])
+        return active_size(course - model.calibration.projected(course), problem.rows.number[problem.train])
     values = {LOAD_TORQUE: frame.torque, MOTOR_TORQUE: frame.motor_torque}.get(problem.channel)
     return 0.0 if values is None else criteria.TRANSDUCER * _largest(values, problem.usable)
 
@@ -95,6 +95,6 @@ def active_size(values: FloatArray, number: FloatArray) -> float:
     if energy.size == 0 or energy[-1] <= 0.0:
         return 0.0
     count = np.cumsum(number[order])
-    place = min(int(np.searchsorted(energy, criteria.ACTIVE_ENERGY * energy[-1])), energy.size - 1)
-    samples = max(float(count[place]), criteria.LEAST_ACTIVE * float(count[-1]))
-    return float(np.sqrt(energy[place] / samples))
+    last = min(int(np.searchsorted(energy, criteria.ACTIVE_ENERGY * energy[-1])), energy.size - 1)
+    samples = max(float(count[last]), criteria.LEAST_ACTIVE * float(count[-1]))
+    return float(np.sqrt(energy[last] / samples))

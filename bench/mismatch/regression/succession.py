@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from bench.mismatch import criteria
-from bench.mismatch.regression.beside import in_its_form, told_from_nothing
+from bench.mismatch.regression.beside import differs_from_zero, in_its_form
 from bench.mismatch.regression.description import description
-from bench.mismatch.regression.equivalent import says_the_most
+from bench.mismatch.regression.equivalent import explains_most
 from bench.mismatch.regression.heredity import laws, without
 from bench.mismatch.regression.model import ChannelModel, Chosen
 from bench.mismatch.regression.one_way import named_by_course
@@ -49,7 +49,7 @@ def _succeeded(search: Search) -> list[Slot]:
     found = slots(search)
     for _ in range(2 * len(search.model.chosen)):
         model = search.model
-        chosen = next((own for slot in found if (own := _succession(model, slot)) is not None), None)
+        chosen = next((successor for slot in found if (successor := _succession(model, slot)) is not None), None)
         if chosen is None:
             break
         chosen = no_mere_form(search, chosen)
@@ -64,11 +64,11 @@ def _without_needless_corrections(search: Search) -> None:
     """Names of the model without the corrections of their forms where points left out are predicted as well without:
     a correction takes from what the term's own numbers say, and widens them.
     """
-    for k, own in enumerate(list(search.model.chosen)):
+    for k, effect in enumerate(list(search.model.chosen)):
         model = search.model
         others = [c for i, c in enumerate(model.chosen) if i != k]
-        plain, _ = in_its_form(search, others, own, search.density(model.chosen))
-        if plain is not own:
+        plain, _ = in_its_form(search, others, effect, search.density(model.chosen))
+        if plain is not effect:
             chosen = [*model.chosen[:k], plain, *model.chosen[k + 1 :]]
             search.model = replace(model, chosen=chosen, fit=model.refitted(chosen))
 
@@ -77,8 +77,8 @@ def _name_by_course(search: Search) -> None:
     """Tables of the model under the names that their courses have beside all else that was found."""
     model = search.model
     chosen = list(model.chosen)
-    for k, own in enumerate(model.chosen):
-        chosen[k] = named_by_course(model, [c for c in chosen if c is not own], own, model.fit)
+    for k, effect in enumerate(model.chosen):
+        chosen[k] = named_by_course(model, [c for c in chosen if c is not effect], effect, model.fit)
     search.model = replace(model, chosen=chosen)
 
 
@@ -87,13 +87,17 @@ def without_empty_laws(search: Search, found: Sequence[Slot]) -> list[Slot]:
     which stays, points left out are predicted as well without them.
     """
     for slot in found:
-        model, own = search.model, slot.chosen
-        changed = any(own.effect in laws(c.main.regressor) for c in model.chosen if c is not own)
-        if not isinstance(own.main.regressor, Named) or not changed or told_from_nothing(*model.fit.of(own.main.place)):
+        model, effect = search.model, slot.chosen
+        changed = any(effect.effect in laws(c.main.regressor) for c in model.chosen if c is not effect)
+        if (
+            not isinstance(effect.main.regressor, Named)
+            or not changed
+            or differs_from_zero(*model.fit.of(effect.main.indices))
+        ):
             continue
-        others = [c for c in model.chosen if c is not own]
+        others = [c for c in model.chosen if c is not effect]
         loss = float((search.density(model.chosen) - search.density(others)).sum())
-        if loss <= description(model, own) + model.price:
+        if loss <= description(model, effect) + model.price:
             search.model = replace(model, chosen=others, fit=model.refitted(others))
     return [slot for slot in found if slot.chosen in search.model.chosen]
 
@@ -105,17 +109,17 @@ def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
         return others
     if slot.plainer is not None:
         return [*others, slot.plainer.chosen]
-    best = max((r for r in slot.rivals if r.chosen.effect != UNKNOWN), key=lambda r: r.weight, default=None)
-    nameless = max((r for r in slot.rivals if r.chosen.effect == UNKNOWN), key=lambda r: r.weight, default=None)
+    best = max((r for r in slot.alternatives if r.chosen.effect != UNKNOWN), key=lambda r: r.weight, default=None)
+    nameless = max((r for r in slot.alternatives if r.chosen.effect == UNKNOWN), key=lambda r: r.weight, default=None)
     if nameless is not None and (_disowned(slot, nameless) or _part_of_the_unknown(model, slot, nameless)):
         return [*others, nameless.chosen]
     if nameless is not None and slot.chosen.effect == UNKNOWN and slot.weight < criteria.AS_GOOD * nameless.weight:
         return [*others, nameless.chosen]  # of two functions without a name the one that predicts better
-    nothing = 1.0 - slot.weight - sum(r.weight for r in slot.rivals)
+    nothing = 1.0 - slot.weight - sum(r.weight for r in slot.alternatives)
     # whichever function it is: what they say in common is that no name does
     unnamed = slot.weight + (0.0 if nameless is None else nameless.weight)
     if slot.chosen.effect != UNKNOWN and not slot.chosen.nominal:
-        likeliest = max((r.weight for r in slot.rivals), default=0.0)
+        likeliest = max((r.weight for r in slot.alternatives), default=0.0)
         if nothing > max(slot.weight, likeliest):
             return others
         # refined beside all else another name may predict far better than the one that was found first
@@ -130,7 +134,7 @@ def _succession(model: ChannelModel, slot: Slot) -> list[Chosen] | None:
     # beside another function without a name that name would be a part of the unknown again
     beside = any(without_a_name(c) for c in others)
     sure = -best.loss >= criteria.BESIDE_UNKNOWN_ERRORS * best.error
-    return [*others, best.chosen] if sure or not beside or says_the_most(model, best.chosen) else None
+    return [*others, best.chosen] if sure or not beside or explains_most(model, best.chosen) else None
 
 
 def _by_chance(slot: Slot) -> bool:
@@ -144,15 +148,15 @@ def _disowned(slot: Slot, nameless: Contender | None) -> bool:
     """Whether a free function leaves a name too little probability to be told."""
     if nameless is None or slot.chosen.effect == UNKNOWN or slot.chosen.nominal:
         return False
-    named = slot.weight + sum(r.weight for r in slot.rivals if r.chosen.effect != UNKNOWN)
+    named = slot.weight + sum(r.weight for r in slot.alternatives if r.chosen.effect != UNKNOWN)
     return named < criteria.AS_GOOD * nameless.weight
 
 
-def _drawn_by_the_unknown(model: ChannelModel, own: Chosen) -> bool:
+def _drawn_by_the_unknown(model: ChannelModel, effect: Chosen) -> bool:
     """Whether a name stands beside a function without one that draws whatever form it may have: the two are one
     function, which no name says.
     """
-    regressor = own.main.regressor
+    regressor = effect.main.regressor
     if not isinstance(regressor, Named) or regressor.term.nominal:
         return False
     forms = set(regressor.term.shape_of(model.channel, regressor.form))

@@ -51,8 +51,8 @@ def followed(angle: FloatArray, course: FloatArray, factor: FloatArray, number: 
     mean = _density(angle, np.divide(course, factor, out=np.zeros(course.size), where=factor != 0.0), weight)
     if mean is None:
         return 0.0
-    said = mean[_bins(angle)]
-    return float(np.sum(weight * said**2))
+    fitted = mean[_bins(angle)]
+    return float(np.sum(weight * fitted**2))
 
 
 def orders(angle: FloatArray, course: FloatArray, number: FloatArray) -> tuple[float, ...]:
@@ -68,13 +68,13 @@ def orders_of_each(angle: FloatArray, values: FloatArray, number: FloatArray, re
     its own, strongest first; none where these are more than :data:`FEW`, or the recordings' means are among them.
     """
     power = np.zeros(BINS // 2 + 1)
-    for own in (recording == r for r in np.unique(recording)):
-        mean = _density(angle[own], values[own], number[own])
+    for rows in (recording == r for r in np.unique(recording)):
+        mean = _density(angle[rows], values[rows], number[rows])
         if mean is not None:
-            power += np.abs(np.fft.rfft(mean)) ** 2 * np.append(1.0, np.full(BINS // 2, 2.0)) * number[own].sum()
-    own = _strongest(power)
-    known = own.size <= FEW and np.all((own > 0) & (own <= HIGHEST))
-    return tuple(float(k) for k in own) if known else ()
+            power += np.abs(np.fft.rfft(mean)) ** 2 * np.append(1.0, np.full(BINS // 2, 2.0)) * number[rows].sum()
+    rows = _strongest(power)
+    known = rows.size <= FEW and np.all((rows > 0) & (rows <= HIGHEST))
+    return tuple(float(k) for k in rows) if known else ()
 
 
 def _strongest(energy: FloatArray) -> IntArray:

@@ -53,10 +53,12 @@ class Range:
         speed = [
             s.velocity for kind, s in setpoints if np.isfinite(s.velocity) and s.velocity != 0.0 and kind not in THERMAL
         ]
-        asked = [s.temperature for _, s in setpoints if np.isfinite(s.temperature)]
+        setpoint_temperatures = [s.temperature for _, s in setpoints if np.isfinite(s.temperature)]
         frames = [rows.frame for rows in data.rows.values()]
         known = [f.temperature for f in frames if np.ptp(f.temperature) > 0.0]
-        temperature = np.concatenate(known) if known else np.array(asked or [criteria.REFERENCE_CELSIUS])
+        temperature = (
+            np.concatenate(known) if known else np.array(setpoint_temperatures or [criteria.REFERENCE_CELSIUS])
+        )
         both = any(kind == "reversal" for kind, _ in setpoints)
         return cls(
             float(np.floor(max(map(abs, torque), default=0.0))),
@@ -66,7 +68,8 @@ class Range:
             float(np.percentile(temperature, 98)),
             max((float(f.time.max()) for f in frames), default=0.0),
             max((float(f.travel.max()) for f in frames), default=0.0),
-            any(kind in ("heating", "cooling") for kind, _ in setpoints) or len(set(np.round(asked, 1))) > 1,
+            any(kind in ("heating", "cooling") for kind, _ in setpoints)
+            or len(set(np.round(setpoint_temperatures, 1))) > 1,
             tuple(s for s in (1.0, -1.0) if both or any(s * v > 0 for v in speed)),
             tuple(s for s in (1.0, -1.0) if any(s * t > 0 for t in torque)),
         )
@@ -143,8 +146,8 @@ def frame_of(candidate: Candidate, covered: Range, ratio: float) -> Frame:
     theta = np.cumsum(velocity) * STEP_S
     temperature = covered.coldest if candidate.temperature is None else candidate.temperature
     direction = np.sign(velocity)
-    turned = np.concatenate(([False], direction[1:] * direction[:-1] < 0))
-    start = np.maximum.accumulate(np.where(turned, np.arange(n), 0))
+    reversals = np.concatenate(([False], direction[1:] * direction[:-1] < 0))
+    start = np.maximum.accumulate(np.where(reversals, np.arange(n), 0))
     way = np.cumsum(np.abs(velocity)) * STEP_S
     values: dict[str, Any] = {
         "count": 1.0,
@@ -165,7 +168,7 @@ def frame_of(candidate: Candidate, covered: Range, ratio: float) -> Frame:
         "travel": covered.travel + way,
         "reversal_travel": way - way[start],
         "reversal_time": time - time[start],
-        "reversed_before": (np.cumsum(turned) > 0).astype(np.float64),
+        "reversed_before": (np.cumsum(reversals) > 0).astype(np.float64),
         "steady": steady,
         "step": np.where(np.arange(n) > 0, STEP_S, 0.0),
     }
@@ -182,11 +185,11 @@ def _course(candidate: Candidate) -> tuple[FloatArray, FloatArray, FloatArray]:
     if candidate.sequence == "reversal":
         amplitude = np.radians(float(dict(candidate.options)["amplitude"].strip('"').split()[0]))
         plateau = max(4, round(amplitude / abs(v) / STEP_S))
-        turn = max(2, round(CORNER_S / STEP_S))
+        corner = max(2, round(CORNER_S / STEP_S))
         parts = []
         for half in range(2 * CYCLES):
             side = 1.0 if half % 2 == 0 else -1.0
-            parts += [np.full(plateau, side * v), np.linspace(side * v, -side * v, turn)]
+            parts += [np.full(plateau, side * v), np.linspace(side * v, -side * v, corner)]
         velocity = np.concatenate(parts)
         return velocity, np.full(velocity.size, torque), (np.abs(velocity) == abs(v)).astype(np.float64)
     if candidate.sequence == "torque_ramp":

@@ -23,16 +23,16 @@ def proposed(findings: Sequence[Finding], data: Dataset, out: Path) -> tuple[Fin
     complete: list[Finding] = []
     number = 0
     for finding in findings:
-        asked = _proposal(finding, data, covered) if finding.open else None
-        if asked is None:
+        experiment = _proposal(finding, data, covered) if finding.open else None
+        if experiment is None:
             complete.append(finding)
             continue
         number += 1
         name = f"next-{number}.toml"
         out.mkdir(parents=True, exist_ok=True)
-        write_whole(out / name, campaign(finding.name, number, asked.points))
-        points = tuple(p.to_json() for p in asked.points)
-        complete.append(replace(finding, next_experiment=NextExperiment(asked.why, name, points)))
+        write_whole(out / name, campaign(finding.name, number, experiment.points))
+        points = tuple(p.to_json() for p in experiment.points)
+        complete.append(replace(finding, next_experiment=NextExperiment(experiment.why, name, points)))
     return tuple(complete)
 
 

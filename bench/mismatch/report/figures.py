@@ -1,4 +1,5 @@
-"""Figures of the report that are mean squares: of what is left with a discovery, without it, with a rival in its place.
+"""Figures of the report that are mean squares: of what is left with a discovery, without it, with an alternative in its
+place.
 
 All are per sample: a row of ``number`` samples counts so often, and what samples scatter inside a row stands in the
 channel's own root mean square, from the simulation file, to which differences of rows are added.
@@ -12,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bench.mismatch import criteria
-from bench.mismatch.discovery import ChannelOutcome, Discovery, Rival
+from bench.mismatch.discovery import ChannelOutcome, Discovery, RefittedAlternative
 from bench.mismatch.recordings.rows import error_of_mean, hardly_acts
 from bench.simulation.frame import FloatArray
 
@@ -78,12 +79,12 @@ def without(discovery: Discovery, outcome: ChannelOutcome) -> float | None:
     return _root(Scored.of(outcome).after, gained(discovery, outcome))
 
 
-def with_rival(rival: Rival, outcome: ChannelOutcome) -> float | None:
+def with_alternative(alternative: RefittedAlternative, outcome: ChannelOutcome) -> float | None:
     """Root mean square per scored sample with another explanation in a discovery's place."""
-    if rival.left is None:
+    if alternative.left is None:
         return None
     scored = Scored.of(outcome)
-    return _root(scored.after, mean(rival.left**2 - outcome.left**2, outcome, scored.rows))
+    return _root(scored.after, mean(alternative.left**2 - outcome.left**2, outcome, scored.rows))
 
 
 def share_of_excess(discovery: Discovery, outcome: ChannelOutcome) -> float | None:

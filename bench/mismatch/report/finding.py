@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from bench.mismatch import criteria
-from bench.mismatch.discovery import AMBIGUOUS, NAMED, UNKNOWN, UNNAMED, ChannelOutcome, Discovery, Rival
+from bench.mismatch.discovery import AMBIGUOUS, NAMED, UNKNOWN, UNNAMED, ChannelOutcome, Discovery, RefittedAlternative
 from bench.mismatch.equations import together
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.regression.sensitivity import PARAMETER
 from bench.mismatch.report import figures
+from bench.mismatch.report.location import Location, location_of
 from bench.mismatch.report.mirrored import mirrored
-from bench.mismatch.report.place import Place, place
 from bench.mismatch.report.shared_tone import shared_tones
 from bench.mismatch.report.words import text
 from bench.simulation.composed import parts_of
@@ -58,7 +58,7 @@ class Finding:
     """where it is strongest"""
     outcome: ChannelOutcome = field(repr=False)
     also_in: tuple[str, ...]
-    place: Place
+    location: Location
     text: str
     held_out: bool
     against: bool
@@ -133,7 +133,7 @@ def conclude(outcomes: Sequence[ChannelOutcome], data: Dataset) -> tuple[Finding
 def _named_elsewhere(found: Discovery, outcomes: Sequence[ChannelOutcome]) -> str | None:
     """An effect that explains something without a name as well, and that has been found in another channel."""
     others = {d.effect for o in outcomes if o.channel != found.channel for d in o.discoveries if d.status == NAMED}
-    return next((rival.effect for rival in found.rivals if rival.as_good and rival.effect in others), None)
+    return next((a.effect for a in found.alternatives if a.as_good and a.effect in others), None)
 
 
 def _symbol(found: Discovery) -> str:
@@ -161,7 +161,7 @@ def _finding(found: Sequence[Discovery], outcome: ChannelOutcome, data: Dataset)
     against = figures.against(found[0], outcome)
     first = with_earned_confidence(found[0], against)
     also = dict.fromkeys(c for d in found for c in (d.channel, *d.also_in) if c != first.channel)
-    where = place(first, outcome, data)
+    where = location_of(first, outcome, data)
     return Finding(
         first,
         outcome,
@@ -174,7 +174,7 @@ def _finding(found: Sequence[Discovery], outcome: ChannelOutcome, data: Dataset)
         scored.after,
         figures.share_of_excess(first, outcome),
         # those that are as good first, then by what they lose
-        tuple(_alternative(r, outcome) for r in sorted(first.rivals, key=lambda r: (not r.as_good, r.loss))),
+        tuple(_alternative(r, outcome) for r in sorted(first.alternatives, key=lambda r: (not r.as_good, r.loss))),
     )
 
 
@@ -189,21 +189,23 @@ def with_earned_confidence(found: Discovery, against: bool = False) -> Discovery
     )
 
 
-def _alternative(rival: Rival, outcome: ChannelOutcome) -> Alternative:
-    return Alternative(rival.effect, rival.words, figures.with_rival(rival, outcome), _why_not(rival), rival.as_good)
+def _alternative(other: RefittedAlternative, outcome: ChannelOutcome) -> Alternative:
+    return Alternative(
+        other.effect, other.words, figures.with_alternative(other, outcome), _why_not(other), other.as_good
+    )
 
 
-def _why_not(rival: Rival) -> str:
+def _why_not(other: RefittedAlternative) -> str:
     """What speaks against another explanation, from its own figures."""
-    if not np.isfinite(rival.loss):
+    if not np.isfinite(other.loss):
         return "the recordings cannot tell the two apart: nothing in them differs between these"
-    error = f" ± {rival.error:.1f}" if np.isfinite(rival.error) else ""
-    more = "less" if rival.loss >= 0 else "more"
-    text = f"refitted in its place it gives points left out {abs(rival.loss):.1f}{error} {more} log density"
-    if np.isfinite(rival.weight):
-        sure = f"below {LEAST_WEIGHT:g}" if rival.weight < LEAST_WEIGHT else f"{rival.weight:.2g}"
+    error = f" ± {other.error:.1f}" if np.isfinite(other.error) else ""
+    more = "less" if other.loss >= 0 else "more"
+    text = f"refitted in its place it gives points left out {abs(other.loss):.1f}{error} {more} log density"
+    if np.isfinite(other.weight):
+        sure = f"below {LEAST_WEIGHT:g}" if other.weight < LEAST_WEIGHT else f"{other.weight:.2g}"
         text += f"; probability {sure} that it predicts best"
-    return text + ("; the recordings cannot tell the two apart" if rival.as_good else "")
+    return text + ("; the recordings cannot tell the two apart" if other.as_good else "")
 
 
 def _together(excesses: Sequence[FloatArray | None]) -> FloatArray | None:

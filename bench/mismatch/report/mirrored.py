@@ -28,9 +28,9 @@ def mirrored(outcomes: Sequence[ChannelOutcome], ratio: float) -> bool:
         return False
     number = np.where(motor.usable, motor.rows.number, 0.0)
     misread = np.interp(motor.rows.frame.time, load.rows.frame.time, np.sum([d.added for d in read], axis=0))
-    own = np.sum([d.added for d in shown], axis=0)
-    energy = float(np.sum(number * own**2))
-    return energy > 0.0 and float(np.sum(number * (own + misread / ratio) ** 2)) <= MOST_LEFT * energy
+    explained = np.sum([d.added for d in shown], axis=0)
+    energy = float(np.sum(number * explained**2))
+    return energy > 0.0 and float(np.sum(number * (explained + misread / ratio) ** 2)) <= MOST_LEFT * energy
 
 
 def _unnamed(outcome: ChannelOutcome) -> list[Discovery]:

@@ -52,8 +52,8 @@ def _sure(report: Report) -> str:
     named = len(report.findings) - unsure - unknown
     counts = ((named, "named"), (unsure, "ambiguous"), (unknown, "unknown"))
     counted = [f"{count} {word}" for count, word in counts if count]
-    asked = next((f.next_experiment for f in report.findings if f.next_experiment is not None), None)
-    more = "" if asked is None else f" Next: bench run {asked.file}."
+    experiment = next((f.next_experiment for f in report.findings if f.next_experiment is not None), None)
+    more = "" if experiment is None else f" Next: bench run {experiment.file}."
     return f"Findings: {', '.join(counted)}.{more}"
 
 

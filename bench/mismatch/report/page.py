@@ -211,7 +211,7 @@ def _evidence(finding: Finding, report: Report) -> str:
 
 
 def _where(finding: Finding) -> str:
-    names = finding.place.recordings
+    names = finding.location.recordings
     if not names:
         return ""
     more = len(names) - MOST_NAMES
@@ -225,11 +225,11 @@ def _table(table: Sequence[Mapping[str, Any]]) -> str:
         return ""
     keys = list(dict.fromkeys(key for row in table for key in row))
     head = "".join(f"<th>{_e(key.replace('_', ' '))}" for key in keys)
-    rows = "".join("<tr>" + "".join(_cell(_told(row.get(key))) for key in keys) + "</tr>" for row in table)
+    rows = "".join("<tr>" + "".join(_cell(_formatted(row.get(key))) for key in keys) + "</tr>" for row in table)
     return f'<h3>Table</h3><div class="wide tall"><table><tr>{head}</tr>{rows}</table></div>'
 
 
-def _told(value: Any) -> str:
+def _formatted(value: Any) -> str:
     if value is None:
         return "–"
     if isinstance(value, bool | np.bool_):
@@ -237,9 +237,9 @@ def _told(value: Any) -> str:
     if isinstance(value, float | np.floating):
         return f"{value:.4g}" if np.isfinite(value) else "–"
     if isinstance(value, list | tuple):
-        return ", ".join(map(_told, value))
+        return ", ".join(map(_formatted, value))
     if isinstance(value, Mapping):
-        return ", ".join(f"{key} {_told(entry)}" for key, entry in value.items())
+        return ", ".join(f"{key} {_formatted(entry)}" for key, entry in value.items())
     return str(value)
 
 
@@ -252,7 +252,9 @@ def _alternatives(finding: Finding, report: Report) -> str:
 
 def _alternative(alternative: Alternative, finding: Finding, report: Report) -> str:
     unit, scale = _units(report)[finding.channel]
-    left = _missing(reasons.NO_RIVAL_ROWS) if alternative.rmse is None else f"{scale * alternative.rmse:.4g} {_e(unit)}"
+    left = (
+        _missing(reasons.NO_ROWS_COMPARED) if alternative.rmse is None else f"{scale * alternative.rmse:.4g} {_e(unit)}"
+    )
     of = "held-out residual" if finding.held_out else "residual of what was fitted"
     return f"{_e(_capital(alternative.name))}: {_e(alternative.why_not)}; {of} {left}."
 

@@ -11,7 +11,7 @@ from bench.mismatch.discovery import ChannelOutcome
 from bench.mismatch.recordings.dataset import Dataset
 from bench.mismatch.report.drawing import Pair, drawn
 from bench.mismatch.report.finding import Finding
-from bench.mismatch.report.place import by_recording, strongest
+from bench.mismatch.report.location import by_recording, strongest
 from bench.mismatch.report.variables import VARIABLES, VELOCITY, variable
 from bench.simulation.frame import FloatArray, Frame, recording_starts
 from bench.simulation.quantities import AUXILIARY
@@ -27,7 +27,7 @@ UNITS: dict[str, tuple[str, float]] = {
 """unit of a channel for people, and how many of it are in an SI unit"""
 LINEAR_UNITS = UNITS | {"transmission_error": ("µm", 1e6), "motor_torque": ("N", 1.0), "load_torque": ("N", 1.0)}
 BEYOND = 2.5
-"""how far beyond its place, in speed, a finding is drawn: warm-ups are far faster than any operating point"""
+"""how far beyond its location, in speed, a finding is drawn: warm-ups are far faster than any operating point"""
 ANGLES = 2048
 """points a revolution at which the transmission error is taken for its spectrum: orders up to half of them"""
 AROUND = 25
@@ -73,7 +73,7 @@ def _over_variable(finding: Finding, data: Dataset, unit: str, scale: float) -> 
         rows &= np.isin(frame.recording, shown)
         label += "".join(f", recording {data.name(r)}" for r in shown)
     if drawn_over.range == VELOCITY:
-        near = np.abs(frame.velocity) <= BEYOND * finding.place.ranges[VELOCITY][1]
+        near = np.abs(frame.velocity) <= BEYOND * finding.location.ranges[VELOCITY][1]
         rows = rows & near if (rows & near).any() else rows
     return Pair(
         drawn_over.values(frame)[rows],
@@ -125,9 +125,9 @@ def _amplitudes(outcome: ChannelOutcome, values: FloatArray) -> FloatArray | Non
         rows = np.flatnonzero(good[a:b]) + a
         if rows.size < ANGLES:
             continue
-        turned = np.abs(frame.theta[rows] - frame.theta[rows[0]])
-        whole = np.floor(float(turned.max()) / (2.0 * np.pi) + 0.5 / ANGLES) * 2.0 * np.pi
-        rows = rows[turned <= whole]
+        travelled = np.abs(frame.theta[rows] - frame.theta[rows[0]])
+        whole = np.floor(float(travelled.max()) / (2.0 * np.pi) + 0.5 / ANGLES) * 2.0 * np.pi
+        rows = rows[travelled <= whole]
         if whole <= 0.0 or rows.size == 0:
             continue
         bin_of_row = (np.mod(frame.theta[rows], 2.0 * np.pi) / (2.0 * np.pi) * ANGLES).astype(int) % ANGLES
@@ -147,7 +147,7 @@ def _over_angle(finding: Finding, unit: str, scale: float) -> Pair:
     angle = np.mod(outcome.rows.frame.theta[rows], 2.0 * np.pi)
     values = np.stack([(outcome.left + found.added)[rows], outcome.left[rows], found.added[rows]])
     number = outcome.rows.number[rows]
-    places: list[FloatArray] = []
+    angles: list[FloatArray] = []
     means: list[FloatArray] = []
     for begin, end in found.angle_windows:
         width = (end - begin) % (2.0 * np.pi)
@@ -160,11 +160,11 @@ def _over_angle(finding: Finding, unit: str, scale: float) -> Pair:
         part = np.floor(distance[near] / step).astype(int)
         kept, part = np.unique(part, return_inverse=True)
         weight = np.maximum(np.bincount(part, number[near]), 1e-300)
-        places.append(np.degrees(np.mod(middle + (kept + 0.5) * step, 2.0 * np.pi)))
+        angles.append(np.degrees(np.mod(middle + (kept + 0.5) * step, 2.0 * np.pi)))
         means.append(np.stack([np.bincount(part, v[near] * number[near]) / weight for v in values]))
-    if not places:
+    if not angles:
         return Pair(np.zeros(0), np.zeros(0), np.zeros(0), np.zeros(0), "", unit)
-    x, y = np.concatenate(places), scale * np.concatenate(means, axis=1)
+    x, y = np.concatenate(angles), scale * np.concatenate(means, axis=1)
     label = "output angle / deg"
     return Pair(x, y[0], y[1], np.ones(x.size), label, f"{unit}, means", curve=y[2])
 

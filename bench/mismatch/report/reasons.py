@@ -13,7 +13,7 @@ NO_CONFIDENCE = "no calibration of confidences covers such a finding"
 NO_SURROGATES = "no surrogates were drawn for it"
 NO_STD = "the fit gives none: it was chosen, not fitted"
 NO_VALUE = "the recordings do not determine it"
-NO_RIVAL_ROWS = "it was compared by predictive densities only"
+NO_ROWS_COMPARED = "it was compared by predictive densities only"
 NOT_EVALUATED = "the model could not be evaluated on these recordings"
 
 

@@ -55,11 +55,11 @@ def _thermal(finding: Finding) -> bool:
 
 
 def _by_path(finding: Finding) -> bool:
-    return bool(_names(finding) & set(_PATH)) or TORQUE in finding.place.depends
+    return bool(_names(finding) & set(_PATH)) or TORQUE in finding.location.depends
 
 
 def _by_speed(finding: Finding) -> bool:
-    return VELOCITY in finding.place.depends or bool(finding.discovery.orders)
+    return VELOCITY in finding.location.depends or bool(finding.discovery.orders)
 
 
 def _by_auxiliary(finding: Finding) -> bool:

@@ -1,7 +1,7 @@
-"""Points at which rival explanations differ most: T-optimality between regressors.
+"""Points at which alternative explanations differ most: T-optimality between regressors.
 
-Where one explanation were true, how far would the other, refitted to all recordings and the new points together, be
-off (Atkinson and Fedorov, Biometrika 62 (1975) 57; Hunter and Reiner, Technometrics 7 (1965) 307)? With the rival's
+Where one explanation were true, how far would the other, refitted to all recordings and the new points together, be off
+(Atkinson and Fedorov, Biometrika 62 (1975) 57; Hunter and Reiner, Technometrics 7 (1965) 307)? With the alternative's
 design X on a point's rows, the covariance C of its parameters from the recordings, and d the difference of the two
 predictions, the expected gain of log-likelihood is dᵀ(σ²I + XCXᵀ)⁻¹d/2. Points are added one by one, each the one that
 raises the least gain over all pairs most. σ² is the mean square of what the final model leaves of a row.
@@ -25,7 +25,7 @@ from bench.simulation.frame import FloatArray, Frame
 from bench.simulation.terms import LIBRARY, TEMPERATURE
 
 POINTS = 4
-MOST_RIVALS = 3
+MOST_ALTERNATIVES = 3
 WARM = 0.5
 """what the gain of a point counts that needs warming up: that takes an hour"""
 ENOUGH = 40.0
@@ -33,9 +33,9 @@ ENOUGH = 40.0
 LEAST_STEP = 1.01
 """by which factor a further point has to raise the gain"""
 MOST_ROWS = 20_000
-"""rows of the recordings that the rivals are refitted to: every k-th where there are more"""
+"""rows of the recordings that the alternatives are refitted to: every k-th where there are more"""
 LEAST_COLUMN = 1e-3
-"""root mean square in the recordings that a rival's column has at least: columns are of the order of one"""
+"""root mean square in the recordings that an alternative's column has at least: columns are of the order of one"""
 RIDGE = 1e-9
 """relative: prior precision of coefficients that the recordings do not determine"""
 
@@ -43,14 +43,14 @@ RIDGE = 1e-9
 def separating(finding: Finding, covered: Range, ratio: float) -> Proposal | None:
     """The points at which a finding and its equals differ most, each refitted; None where none tells them apart."""
     truth = truth_of(finding.discovery)
-    rivals = [a.effect for a in finding.alternatives if a.as_good and is_regressor(a.effect, finding.channel)]
-    rivals = list(dict.fromkeys(e for e in rivals if e != finding.effect))[:MOST_RIVALS]
-    if truth is None or not rivals or finding.channel == TEMPERATURE:
+    alternatives = [a.effect for a in finding.alternatives if a.as_good and is_regressor(a.effect, finding.channel)]
+    alternatives = list(dict.fromkeys(e for e in alternatives if e != finding.effect))[:MOST_ALTERNATIVES]
+    if truth is None or not alternatives or finding.channel == TEMPERATURE:
         return None
     measured = Measured.of(finding, truth.term.effect)
     listed = list(candidates(covered))
     frames = [frame_of(c, covered, ratio) for c in listed]
-    looks = [look for effect in rivals for look in both_ways(measured, truth, effect, frames)]
+    looks = [look for effect in alternatives for look in both_ways(measured, truth, effect, frames)]
     if not looks:
         return None
     chosen: list[int] = []
@@ -64,7 +64,7 @@ def separating(finding: Finding, covered: Range, ratio: float) -> Proposal | Non
         chosen.append(best)
     if not chosen:
         return None
-    names = " and ".join(name_of(e) for e in (finding.effect, *rivals))
+    names = " and ".join(name_of(e) for e in (finding.effect, *alternatives))
     why = (
         f"at these points {names} differ most, each refitted to everything measured: "
         f"expected gain of log-likelihood {least:.0f} at least"
@@ -87,7 +87,7 @@ class Measured:
 
     @classmethod
     def of(cls, finding: Finding, effect: str) -> Measured:
-        """The recordings in which a finding is, as rivals of ``effect`` are refitted to them."""
+        """The recordings in which a finding is, as alternatives of ``effect`` are refitted to them."""
         outcome: ChannelOutcome = finding.outcome
         fitted = outcome.usable & ~outcome.held_out & (outcome.rows.number > 0)
         stride = max(1, -(-outcome.rows.size // MOST_ROWS))
@@ -118,7 +118,7 @@ class Fit:
     shifted: float
     """sum of squares of what the simulation beside it takes over"""
 
-    def own(self) -> FloatArray:
+    def term_coefficients(self) -> FloatArray:
         """The term's own coefficients (k,)."""
         return self.coefficients[self.coefficients.size - len(self.term.form.linear) :]
 
@@ -162,13 +162,13 @@ def _at(measured: Measured, term: Named, truth: FloatArray) -> Fit | None:
 def both_ways(
     measured: Measured, truth: Truth, effect: str, frames: Sequence[Frame], most_rows: int | None = None
 ) -> list[Look]:
-    """The rival where the finding is true, and the finding where the rival is true; of each frame ``most_rows`` count,
-    spread evenly, all where None.
+    """The alternative where the finding is true, and the finding where the alternative is true; of each frame
+    ``most_rows`` count, spread evenly, all where None.
     """
     wrong = fitted_to(measured, effect, truth.on(measured.frame))
     if wrong is None:
         return []
-    other = Truth(wrong.term, wrong.own())
+    other = Truth(wrong.term, wrong.term_coefficients())
     back = fitted_to(measured, truth.term.effect, other.on(measured.frame))
     looks = [Look(measured, truth, wrong, frames, most_rows)]
     return looks if back is None else [*looks, Look(measured, other, back, frames, most_rows)]

@@ -18,10 +18,10 @@ def shared_tones(outcomes: Sequence[ChannelOutcome]) -> dict[str, str]:
 
     Two tones are one where their frequencies agree within what both are known to: half a line of the spectrum each.
     """
-    heard = {o.channel: tones for o in outcomes if (tones := [_frequency(d) for d in o.discoveries if _is_tone(d)])}
+    tones_of = {o.channel: tones for o in outcomes if (tones := [_frequency(d) for d in o.discoveries if _is_tone(d)])}
     shared: dict[str, str] = {}
-    for channel, tones in heard.items():
-        others = [c for c in shared if any(_alike(a, b) for a in tones for b in heard[c])]
+    for channel, tones in tones_of.items():
+        others = [c for c in shared if any(_alike(a, b) for a in tones for b in tones_of[c])]
         shared[channel] = shared[others[0]] if others else channel
     return shared
 
@@ -32,9 +32,9 @@ def _is_tone(found: Discovery) -> bool:
 
 def _frequency(found: Discovery) -> tuple[float, float]:
     """Frequency and half a line of the spectrum, Hz."""
-    own = next(p for p in found.parameters if p["symbol"] == FREQUENCY)
+    parameter = next(p for p in found.parameters if p["symbol"] == FREQUENCY)
     # evenly spread over a line of the spectrum: its half is that many standard deviations
-    return float(own["value"]), float(own["std"]) * 3.0**0.5
+    return float(parameter["value"]), float(parameter["std"]) * 3.0**0.5
 
 
 def _alike(one: tuple[float, float], other: tuple[float, float]) -> bool:

@@ -18,17 +18,17 @@ def interval(values: FloatArray, energy: FloatArray, least: float) -> tuple[floa
     acting = energy > 0
     if not acting.any():
         return None
-    places, number = np.unique(values[acting], return_inverse=True)
+    levels, number = np.unique(values[acting], return_inverse=True)
     held = np.bincount(number, energy[acting])
     total = np.concatenate(([0.0], np.cumsum(held)))
     if total[-1] < least * (1.0 - ROUNDING):
         return None
     # the first end at which enough is held, for each begin
     last = np.searchsorted(total, (total[:-1] + least) * (1.0 - ROUNDING))
-    possible = np.flatnonzero(last <= places.size)
-    width = places[np.maximum(last[possible], 1) - 1] - places[possible]
+    possible = np.flatnonzero(last <= levels.size)
+    width = levels[np.maximum(last[possible], 1) - 1] - levels[possible]
     begin = possible[int(np.argmin(width))]
-    return float(places[begin]), float(places[max(int(last[begin]) - 1, begin)])
+    return float(levels[begin]), float(levels[max(int(last[begin]) - 1, begin)])
 
 
 def steps(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from bench.mismatch.discovery import ChannelOutcome
-from bench.mismatch.report import place
+from bench.mismatch.report import location
 from bench.mismatch.report.content import Content
 from bench.mismatch.report.finding import Finding
 from bench.simulation.linear import all_in_metres
@@ -77,7 +77,7 @@ def finding(one: Finding) -> dict[str, Any]:
         "confidence": found.confidence,
         "channel": one.channel,
         "also_in": list(one.also_in),
-        "location": place.to_json(one.place, one.text, one.share_of_excess),
+        "location": location.to_json(one.location, one.text, one.share_of_excess),
         "equation": found.equation,
         "parameters": [dict(p) for p in found.parameters],
         "evidence": evidence,
@@ -90,8 +90,12 @@ def finding(one: Finding) -> dict[str, Any]:
     if found.table:
         out["table"] = [dict(row) for row in found.table]
     if one.next_experiment is not None:
-        asked = one.next_experiment
-        out["next_experiment"] = {"why": asked.why, "file": asked.file, "points": [dict(p) for p in asked.points]}
+        experiment = one.next_experiment
+        out["next_experiment"] = {
+            "why": experiment.why,
+            "file": experiment.file,
+            "points": [dict(p) for p in experiment.points],
+        }
     return out
 
 

@@ -1,4 +1,4 @@
-"""Quantities a finding depends on: to which range of its place each belongs, and how it is drawn."""
+"""Quantities a finding depends on: to which range of its location each belongs, and how it is drawn."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from bench.simulation.quantities import QUANTITIES, SHORTEST_TRAVEL, quantity
 
 VELOCITY, TORQUE, TEMPERATURE, TIME, ANGLE = "velocity", "load_torque", "temperature", "time", "angle"
 RANGES = (VELOCITY, TORQUE, TEMPERATURE)
-"""ranges of a place"""
+"""ranges of a location"""
 SECONDS_AN_HOUR = 3600.0
 
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """A quantity: the range of the place it belongs to (empty: none), the axis of a plot and its values (n,), whether
-    the axis is logarithmic; and in words where the finding acts, where no range says so.
+    """A quantity: the range of the location it belongs to (empty: none), the axis of a plot and its values (n,),
+    whether the axis is logarithmic; and in words where the finding acts, where no range says so.
     """
 
     range: str
@@ -112,9 +112,9 @@ def variable(name: str, linear: bool = False) -> Variable:
 
 
 def levels(frame: Frame, name: str) -> FloatArray:
-    """Values (n,) of a range of the place: |velocity| in rad/s, load torque in N·m, temperature in °C, time in s.
+    """Values (n,) of a range of the location: |velocity| in rad/s, load torque in N·m, temperature in °C, time in s.
 
-    A steady stretch of motion has one speed: what an encoder's counts make of it is no place.
+    A steady stretch of motion has one speed: what an encoder's counts make of it is no location.
     """
     if name == VELOCITY:
         return _steady_level(frame, np.abs(frame.velocity))

@@ -44,8 +44,8 @@ def _doubt(outcome: ChannelOutcome) -> str:
         return f"no recording of the {name} could be held out"
     std = finite(outcome.floor_std)
     if std is None:
-        told = f"{after:.3g} {unit} of the {name} is left, and its noise is about {outcome.floor:.3g} {unit}"
-        return f"{told}, but how well that noise is known could not be computed"
+        text = f"{after:.3g} {unit} of the {name} is left, and its noise is about {outcome.floor:.3g} {unit}"
+        return f"{text}, but how well that noise is known could not be computed"
     # how well a floor is known, how well a few recordings tell what is left, and what the calibration leaves open
     drawn = square_error(outcome) or 0.0
     error = float(np.hypot(2.0 * outcome.floor * std, drawn))
@@ -75,8 +75,8 @@ def sentence(report: Content) -> str:
         return f"Undetermined: {report.why}."
     if report.verdict == MATCH:
         return f"Match: {_match(report.outcomes)}."
-    wrong = [_told(f) for f in report.findings if f.effect == PARAMETER]
-    left = [_told(f) for f in report.findings if f.effect != PARAMETER]
+    wrong = [_described(f) for f in report.findings if f.effect == PARAMETER]
+    left = [_described(f) for f in report.findings if f.effect != PARAMETER]
     parts = [*wrong, *(["the simulation leaves out " + "; ".join(left)] if left else [])]
     return f"Mismatch: {'; '.join(parts)}."
 
@@ -89,7 +89,7 @@ def _match(outcomes: Sequence[ChannelOutcome]) -> str:
     return f"{left} is not distinguished from noise{chance}"
 
 
-def _told(finding: Finding) -> str:
+def _described(finding: Finding) -> str:
     channel = in_words(finding.channel)
     if finding.effect == PARAMETER:
         return f"{finding.discovery.words} ({channel})"

@@ -1,4 +1,4 @@
-"""A place in words, for people: degrees, degrees a second, °C."""
+"""A location in words, for people: degrees, degrees a second, °C."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.mismatch.report.place import BOTH, Place
+from bench.mismatch.report.location import BOTH, Location
 from bench.mismatch.report.variables import RANGES, TEMPERATURE, TORQUE, VELOCITY
 
 HARDLY = 0.05
@@ -26,20 +26,20 @@ class Unit:
     all: str
 
 
-_TURNING = {
+_ROTATING = {
     VELOCITY: Unit("deg/s", float(np.degrees(1.0)), ".3g", "all speeds"),
     TORQUE: Unit("N·m", 1.0, ".0f", "all loads"),
     TEMPERATURE: Unit("°C", 1.0, ".1f", "all temperatures"),
 }
-_LINEAR = _TURNING | {
+_LINEAR = _ROTATING | {
     VELOCITY: Unit("mm/s", 1000.0, ".3g", "all speeds"),
     TORQUE: Unit("N", 1.0, ".0f", "all loads"),
 }
 
 
-def text(where: Place, linear: bool = False) -> str:
-    """The place in words; ``linear``: of a linear axis."""
-    units = _LINEAR if linear else _TURNING
+def text(where: Location, linear: bool = False) -> str:
+    """The location in words; ``linear``: of a linear axis."""
+    units = _LINEAR if linear else _ROTATING
     parts = [*_orders(where), *_windows(where)]
     parts += [_range(where, name, units[name]) for name in where.depends]
     if where.time_window_iso is not None:
@@ -51,7 +51,7 @@ def text(where: Place, linear: bool = False) -> str:
     return ", ".join(parts)
 
 
-def _range(where: Place, name: str, unit: Unit) -> str:
+def _range(where: Location, name: str, unit: Unit) -> str:
     low, high = (unit.scale * v for v in where.ranges[name])
     below, above = where.outside[name]
     if below < HARDLY and above < HARDLY:
@@ -66,7 +66,7 @@ def _range(where: Place, name: str, unit: Unit) -> str:
     return f"at {ends[0]} {unit.name}" if ends[0] == ends[1] else f"{ends[0]} to {ends[1]} {unit.name}"
 
 
-def _orders(where: Place) -> list[str]:
+def _orders(where: Location) -> list[str]:
     if not where.orders:
         return []
     shown = ", ".join(f"{f:g}" for f in where.orders[:MOST_ORDERS])
@@ -75,7 +75,7 @@ def _orders(where: Place) -> list[str]:
     return [f"at order{'s' if len(where.orders) > 1 else ''} {listed}"]
 
 
-def _windows(where: Place) -> list[str]:
+def _windows(where: Location) -> list[str]:
     if not where.angle_windows:
         return []
     shown = ", ".join(f"{np.degrees(a):.1f} to {np.degrees(b):.1f}°" for a, b in where.angle_windows)

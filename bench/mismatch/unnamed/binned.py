@@ -53,23 +53,23 @@ def binned(frame: Frame, left: FloatArray, number: FloatArray) -> Pieces | None:
     values: list[FloatArray] = []
     weights: list[FloatArray] = []
     recordings: list[int] = []
-    used, piece, place = [], [], []
+    used, piece, position = [], [], []
     for key in np.unique(keys):
-        own = np.flatnonzero(keys == key)
-        at = bins[own] - bins[own].min()
+        rows_of_key = np.flatnonzero(keys == key)
+        at = bins[rows_of_key] - bins[rows_of_key].min()
         if at.max() + 1 < FEWEST_BINS:
             continue
-        samples = np.asarray(np.bincount(at, number[own], LONGEST), dtype=np.float64)
-        sums = np.asarray(np.bincount(at, number[own] * left[own], LONGEST), dtype=np.float64)
-        used.append(own)
-        piece.append(np.full(own.size, len(values)))
-        place.append(at)
+        samples = np.asarray(np.bincount(at, number[rows_of_key], LONGEST), dtype=np.float64)
+        sums = np.asarray(np.bincount(at, number[rows_of_key] * left[rows_of_key], LONGEST), dtype=np.float64)
+        used.append(rows_of_key)
+        piece.append(np.full(rows_of_key.size, len(values)))
+        position.append(at)
         values.append(np.divide(sums, samples, out=np.zeros(LONGEST), where=samples > 0.0))
         weights.append(samples)
         recordings.append(int(key >> 32))
     if len(values) < FEWEST_PIECES:
         return None
-    used_bins = 1 + max(int(at.max()) for at in place)
+    used_bins = 1 + max(int(at.max()) for at in position)
     table: FloatArray = np.array(values)[:, :used_bins]
     weight: FloatArray = np.array(weights)[:, :used_bins]
     weight = weight / np.median(weight[weight > 0.0])
@@ -81,7 +81,7 @@ def binned(frame: Frame, left: FloatArray, number: FloatArray) -> Pieces | None:
         np.array(recordings),
         np.concatenate(used),
         np.concatenate(piece),
-        np.concatenate(place),
+        np.concatenate(position),
     )
 
 

@@ -51,7 +51,7 @@ def bursts(search: Search) -> Bursts | None:
     problem = model.problem
     rows = np.flatnonzero(problem.train)
     frame = problem.rows.frame.take(rows)
-    index = [i for b in model.blocks() for i in b.place]
+    index = [i for b in model.blocks() for i in b.indices]
     left = model.bank.residual(index, model.fit.coefficients)
     starts = model.bank.whitening.starts
     # a recording's own offset is no burst
@@ -133,7 +133,7 @@ def _like(loud: FloatArray, speed: FloatArray) -> FloatArray:
     order = np.argsort(speed)
     width = max(loud.size // 3, 15)
     out = np.empty(loud.size)
-    for place, k in enumerate(order):
-        a = min(max(place - width // 2, 0), max(loud.size - width, 0))
+    for rank, k in enumerate(order):
+        a = min(max(rank - width // 2, 0), max(loud.size - width, 0))
         out[k] = np.median(loud[order[a : a + width]])
     return out

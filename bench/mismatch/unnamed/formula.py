@@ -46,17 +46,17 @@ def in_formulas(search: Search, slots: Sequence[Slot], auxiliary: Mapping[str, s
     if not proposed.available():
         search.model.notes.append(ABSENT)
         return list(slots)
-    return [_in_its_place(search, slot, auxiliary) for slot in slots]
+    return [_with_formula(search, slot, auxiliary) for slot in slots]
 
 
 def _free(chosen: Chosen) -> Free | None:
     """The free function that a formula may replace."""
-    own = chosen.main.regressor
-    if chosen.effect != UNKNOWN or chosen.shape is not None or not isinstance(own, Free):
+    regressor = chosen.main.regressor
+    if chosen.effect != UNKNOWN or chosen.shape is not None or not isinstance(regressor, Free):
         return None
-    if any(g.course or not 1 <= len(g.over) <= MOST_OVER for g in own.grids):
+    if any(g.course or not 1 <= len(g.over) <= MOST_OVER for g in regressor.grids):
         return None
-    return own
+    return regressor
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +71,7 @@ class _Judged:
     squares: float
 
 
-def _in_its_place(search: Search, slot: Slot, auxiliary: Mapping[str, str]) -> Slot:
+def _with_formula(search: Search, slot: Slot, auxiliary: Mapping[str, str]) -> Slot:
     free = _free(slot.chosen)
     if free is None:
         return slot
@@ -80,16 +80,16 @@ def _in_its_place(search: Search, slot: Slot, auxiliary: Mapping[str, str]) -> S
     most = float(squares(model.bank, model.blocks(), model.folds, model.fit.variance).sum())
     judge = _Judge(search, slot.chosen)
     begun = [
-        own
-        for own in sought(model, slot.chosen, free, auxiliary, search.seed)
-        if len(own.formula.parts) <= MOST_PARTS * len(free.grids) and own.numbers <= free.numbers + MORE_NUMBERS
+        trial
+        for trial in sought(model, slot.chosen, free, auxiliary, search.seed)
+        if len(trial.formula.parts) <= MOST_PARTS * len(free.grids) and trial.numbers <= free.numbers + MORE_NUMBERS
     ]
     tried = [judge(equation) for equation in begun]
-    judged = [own for own in tried if own is not None]
+    judged = [trial for trial in tried if trial is not None]
     of_table = judge.length(table, free.numbers, 1 + max(len(g.over) for g in free.grids))
     # where one point left out decides, a formula is soon within a standard error: it has to predict them all as well
-    safe = [own for own in judged if own.squares <= most]
-    good = [own for own in safe if as_good(table, own.density) and own.length <= of_table]
+    safe = [trial for trial in judged if trial.squares <= most]
+    good = [trial for trial in safe if as_good(table, trial.density) and trial.length <= of_table]
     over = " and ".join(dict.fromkeys(label(name) for g in free.grids for name in g.over))
     if not good:
         if judged:
@@ -97,7 +97,7 @@ def _in_its_place(search: Search, slot: Slot, auxiliary: Mapping[str, str]) -> S
                 f"no short formula of {over} serves as well as its table: {_why_not(judged, safe, table, of_table)}"
             )
         return slot
-    best = min(good, key=lambda own: own.length)
+    best = min(good, key=lambda trial: trial.length)
     loss, error = apart(table, best.density)
     chosen = Chosen(add_block(model.problem, model.bank, best.equation))
     whole = [chosen if c is slot.chosen else c for c in model.chosen]
@@ -122,7 +122,7 @@ def _why_not(judged: Sequence[_Judged], safe: Sequence[_Judged], table: FloatArr
     """
     if not safe:
         return "each is further off than it at points left out"
-    best = min(safe, key=lambda own: own.length)
+    best = min(safe, key=lambda trial: trial.length)
     if best.length > of_table:
         return f"the shortest description by one is {best.length - of_table:.1f} nats longer than the table's"
     loss, error = apart(table, best.density)
@@ -165,7 +165,7 @@ class _Judge:
         best = self._judged(start)
         while best is not None and len(best.equation.formula.parts) > 1:
             shorter = [self._judged(best.equation.without(k)) for k in range(len(best.equation.formula.parts))]
-            kept = min((own for own in shorter if own is not None), key=lambda own: own.length, default=None)
+            kept = min((trial for trial in shorter if trial is not None), key=lambda trial: trial.length, default=None)
             if kept is None or kept.length > best.length:
                 break
             best = kept

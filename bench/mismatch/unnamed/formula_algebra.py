@@ -56,8 +56,8 @@ def parsed(text: str, positive: frozenset[int] = frozenset()) -> Sum:
 def plus(a: Sum, b: Sum) -> Sum:
     """a + b."""
     out = dict(a)
-    for monomial, own in b.items():
-        out[monomial] = out.get(monomial, 0.0) + own
+    for monomial, coefficient in b.items():
+        out[monomial] = out.get(monomial, 0.0) + coefficient
     return out
 
 
@@ -95,8 +95,8 @@ def over(a: Sum, b: Sum) -> Sum:
     """a / b."""
     b = tidy(b)
     if len(b) == 1:
-        (monomial, own), *_ = b.items()
-        return times(a, {_joined((), tuple((atom, -power) for atom, power in monomial)): 1.0 / own})
+        (monomial, coefficient), *_ = b.items()
+        return times(a, {_joined((), tuple((atom, -power) for atom, power in monomial)): 1.0 / coefficient})
     return times(a, function("inv", b))
 
 
@@ -138,12 +138,12 @@ def function(name: str, a: Sum, positive: frozenset[int] = frozenset()) -> Sum:
             raise TooLong("a pole")
         return {((_atom(name, {m: v / constant for m, v in rest.items()}), 1),): 1.0 / constant}
     sign = 1.0 if rest[min(rest, key=repr)] > 0 else -1.0
-    turned = {m: sign * v for m, v in rest.items()}
+    of_sign = {m: sign * v for m, v in rest.items()}
     if name == "sin":
-        wave: Sum = {((_atom("sin", turned), 1),): sign * math.cos(constant)}
-        return plus(wave, {((_atom("cos", turned), 1),): math.sin(constant)})
+        wave: Sum = {((_atom("sin", of_sign), 1),): sign * math.cos(constant)}
+        return plus(wave, {((_atom("cos", of_sign), 1),): math.sin(constant)})
     if name == "tanh":
-        return {((_atom("tanh", turned | ({ONE: sign * constant} if constant else {})), 1),): sign}
+        return {((_atom("tanh", of_sign | ({ONE: sign * constant} if constant else {})), 1),): sign}
     raise TooLong(name)
 
 
@@ -157,11 +157,11 @@ def _sum(atom: Atom) -> Sum:
 
 
 def _size(rest: Sum, constant: float, positive: frozenset[int]) -> Sum:
-    (monomial, own), *others = rest.items()
+    (monomial, coefficient), *others = rest.items()
     if others or constant or len(monomial) != 1 or monomial[0][0][0] != "x" or monomial[0][1] != 1:
         raise TooLong("the size of a sum")
     number = monomial[0][0][1]
-    return {((("x" if number in positive else "abs", number), 1),): abs(own)}
+    return {((("x" if number in positive else "abs", number), 1),): abs(coefficient)}
 
 
 def structure(a: Sum) -> tuple[object, ...]:

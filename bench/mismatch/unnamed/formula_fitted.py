@@ -48,8 +48,8 @@ def tuned(problem: ChannelProblem, bank: Bank, beside: Sequence[Block], start: E
     first = np.where(positive, np.log(np.where(positive, value, 1.0)), value / size)
 
     def left(x: FloatArray) -> FloatArray:
-        own = start.with_values(np.where(positive, np.exp(x), size * x))
-        columns = own.columns(rows)
+        formula = start.with_values(np.where(positive, np.exp(x), size * x))
+        columns = formula.columns(rows)
         columns = columns[train] if whole else columns
         white = project(bank.whitening.apply(np.where(np.abs(columns) < LARGEST, columns, 0.0)))
         scale = np.sqrt(np.maximum(np.sum(white**2, axis=0), 1e-300))
@@ -90,9 +90,9 @@ def bounded(problem: ChannelProblem, equation: Equation) -> bool:
     share[: 2 * low.size] = np.round(share[: 2 * low.size])  # corners, too
     if low.size == 1:
         share = np.linspace(0.0, 1.0, LOOKS)[:, None]
-    places = low + share * (high - low)
+    points = low + share * (high - low)
     with np.errstate(all="ignore"):
-        between = [np.broadcast_to(v, (LOOKS,)) for v in formula.parts_at(list(places.T))]
+        between = [np.broadcast_to(v, (LOOKS,)) for v in formula.parts_at(list(points.T))]
         rows = equation.columns(problem.rows.frame)
     plain = formula.parts_at([_on_rows(problem, name) for name in formula.over])
     sizes = [float(np.max(np.abs(v))) for v in plain]

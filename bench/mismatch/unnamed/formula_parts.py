@@ -46,10 +46,10 @@ class Quantities:
     units: Sequence[str]
 
 
-def parts_of(own: Sum, of: Quantities, begun: int = 0) -> Parts:
+def parts_of(terms: Sum, of: Quantities, begun: int = 0) -> Parts:
     """Every part of a sum; constants are numbered on from ``begun``."""
     out = Parts()
-    for monomial in sorted(own, key=lambda m: (len(repr(m)), repr(m))):
+    for monomial in sorted(terms, key=lambda m: (len(repr(m)), repr(m))):
         above = [_factor(atom, p, of, out, begun) for atom, p in monomial if p > 0 and atom[:2] != ("f", "inv")]
         below = [_factor(atom, -p, of, out, begun) for atom, p in monomial if p < 0 and atom[:2] != ("f", "inv")]
         below += [_factor(atom, p, of, out, begun) for atom, p in monomial if p > 0 and atom[:2] == ("f", "inv")]
@@ -91,8 +91,8 @@ def _new(atom: Atom, of: Quantities, out: Parts, begun: int) -> str:
         scale, unit = _scale(monomial, of)
         square = len(monomial) == 1 and monomial[0][1] == 2
         size = (scale / abs(coefficient)) ** 0.5 if square else scale / abs(coefficient)
-        own = of.names[int(str(monomial[0][0][1]))] if square else ""
-        text = f"({own}/s{number})**2" if square else f"{_plain(monomial, of)}/s{number}"
+        squared = of.names[int(str(monomial[0][0][1]))] if square else ""
+        text = f"({squared}/s{number})**2" if square else f"{_plain(monomial, of)}/s{number}"
         out.constants.append(Constant(f"s{number}", size, product([(unit, 1)]) if not square else _half(monomial, of)))
         texts.append(("+ " if coefficient > 0 else "- ") + text)
     joined = " ".join(texts)
@@ -108,8 +108,8 @@ def _peak(atom: Atom, of: Quantities, out: Parts, begun: int) -> str:
         return ""
     number, i = begun + len(out.constants) + 1, int(first[0][1])
     scale, unit = of.scales[i], of.units[i]
-    place, width = -0.5 * inner[single] / inner[double] * scale, scale / (-inner[double]) ** 0.5
-    out.constants.append(Constant(f"m{number}", place, unit, positive=False, size=scale))
+    centre, width = -0.5 * inner[single] / inner[double] * scale, scale / (-inner[double]) ** 0.5
+    out.constants.append(Constant(f"m{number}", centre, unit, positive=False, size=scale))
     out.constants.append(Constant(f"s{number + 1}", width, unit))
     return f"-(({of.names[i]} - m{number})/s{number + 1})**2"
 

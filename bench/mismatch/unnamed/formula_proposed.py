@@ -57,7 +57,7 @@ def elementary() -> list[algebra.Sum]:
     made += [
         algebra.function("sin", algebra.plus({algebra.ONE: 0.5}, algebra.times({algebra.ONE: k}, x))) for k in WAVES
     ]
-    return [algebra.plus(line, own) for own in made]
+    return [algebra.plus(line, shape) for shape in made]
 
 
 def shapes(values: FloatArray, target: FloatArray, weight: FloatArray, seed: int) -> list[algebra.Sum]:
@@ -92,12 +92,12 @@ def shapes(values: FloatArray, target: FloatArray, weight: FloatArray, seed: int
     out: dict[tuple[object, ...], algebra.Sum] = {}
     for one in front:
         try:
-            own = algebra.parsed(found.get_model_string(one["tree"], 10), positive)
+            shape = algebra.parsed(found.get_model_string(one["tree"], 10), positive)
         except (algebra.TooLong, OverflowError, ZeroDivisionError):
             continue
-        key = algebra.structure(own)
+        key = algebra.structure(shape)
         if key:
-            out.setdefault(key, own)
+            out.setdefault(key, shape)
     found_ones = list(out.values())[:MOST_SHAPES]
     return found_ones + (elementary() if values.shape[1] == 1 else [])
 
@@ -109,15 +109,15 @@ def cells(values: FloatArray, target: FloatArray, weight: FloatArray) -> tuple[F
     kept = (weight > 0.0) & np.isfinite(values).all(axis=1) & np.isfinite(target)
     x, y, w = values[kept], target[kept], weight[kept]
     groups = [np.arange(y.size)]
-    turn = 0
+    axis = 0
     while groups and 2 * len(groups) <= CELLS and min(g.size for g in groups) >= 4:
         halves = []
-        for own in groups:
-            order = own[np.argsort(x[own, turn % x.shape[1]], kind="stable")]
+        for cell in groups:
+            order = cell[np.argsort(x[cell, axis % x.shape[1]], kind="stable")]
             middle = int(np.searchsorted(np.cumsum(w[order]), 0.5 * w[order].sum())) + 1
             middle = min(max(middle, 1), order.size - 1)
             halves += [order[:middle], order[middle:]]
-        groups, turn = halves, turn + 1
+        groups, axis = halves, axis + 1
     if y.size == 0:
         return x, y
     share = [w[g] / w[g].sum() for g in groups]

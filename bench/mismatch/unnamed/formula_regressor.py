@@ -89,27 +89,27 @@ class Equation:
 
     def parameters(self, coefficients: FloatArray, std: FloatArray) -> list[dict[str, Any]]:
         """Symbol, value, unit and standard deviation of each coefficient and constant."""
-        told = zip(self.formula.coefficients, coefficients, self.units, std, strict=True)
+        figures = zip(self.formula.coefficients, coefficients, self.units, std, strict=True)
         out: list[dict[str, Any]] = [
-            {"symbol": s, "value": float(v), "unit": u, "std": float(d)} for s, v, u, d in told
+            {"symbol": s, "value": float(v), "unit": u, "std": float(d)} for s, v, u, d in figures
         ]
         return out + [{"symbol": c.symbol, "value": c.value, "unit": c.unit, "std": c.std} for c in self.constants]
 
     def row(self, coefficients: FloatArray, std: FloatArray) -> dict[str, Any]:
         """Its row of a simulation file, but for the effect."""
-        told = {p.pop("symbol"): p for p in self.parameters(coefficients, std)}
+        parameters = {p.pop("symbol"): p for p in self.parameters(coefficients, std)}
         return self.formula.to_json() | {
             "channels": [self.channel],
             "equation": self.equation,
-            "parameters": told,
-            "units": {symbol: p["unit"] for symbol, p in told.items()},
+            "parameters": parameters,
+            "units": {symbol: p["unit"] for symbol, p in parameters.items()},
         }
 
     def with_values(self, values: FloatArray, deviations: tuple[float | None, ...] = ()) -> Equation:
         """The same with other values of its constants."""
-        own: tuple[float | None, ...] = deviations or (None,) * len(self.constants)
+        stds: tuple[float | None, ...] = deviations or (None,) * len(self.constants)
         constants = tuple(
-            replace(c, value=float(v), std=d) for c, v, d in zip(self.constants, values, own, strict=True)
+            replace(c, value=float(v), std=d) for c, v, d in zip(self.constants, values, stds, strict=True)
         )
         return replace(
             self,
@@ -124,11 +124,11 @@ class Equation:
         text = " ".join(t for _, t in parts)
         kept = tuple(c for c in self.constants if re.search(rf"\b{c.symbol}\b", text))
         used = [i for i in range(len(self.formula.over)) if re.search(rf"\bx{i + 1}\b", text)]
-        place = {f"x{i + 1}": f"x{k + 1}" for k, i in enumerate(used)}
+        symbol = {f"x{i + 1}": f"x{k + 1}" for k, i in enumerate(used)}
         formula = Formula(
             tuple(self.formula.over[i] for i in used),
             tuple(self.formula.within[i] for i in used),
-            tuple((times, re.sub(r"\bx\d+\b", lambda m: place[m[0]], own)) for times, own in parts),
+            tuple((times, re.sub(r"\bx\d+\b", lambda m: symbol[m[0]], expression)) for times, expression in parts),
             tuple((c.symbol, c.value) for c in kept),
         )
         return replace(self, formula=formula, units=units, constants=kept)

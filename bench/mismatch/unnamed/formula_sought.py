@@ -25,9 +25,11 @@ FACTOR_UNITS = {"w": "rad/s", "motor_torque": "N*m"}
 """factors that carry a unit; all others are of the order of one"""
 
 
-def sought(model: ChannelModel, own: Chosen, free: Free, auxiliary: Mapping[str, str], seed: int) -> Iterator[Equation]:
+def sought(
+    model: ChannelModel, chosen: Chosen, free: Free, auxiliary: Mapping[str, str], seed: int
+) -> Iterator[Equation]:
     """Formulas of what ``free`` is a function of, the shortest first, with constants to begin a fit with."""
-    shapes = [_shapes(model, own, free, k, seed) for k in range(len(free.grids))]
+    shapes = [_shapes(model, chosen, free, k, seed) for k in range(len(free.grids))]
     if any(not of_one for of_one in shapes):
         return
     # the parts of a function that differ by direction have shapes of like length
@@ -48,7 +50,7 @@ def _values(model: ChannelModel, grid: Grid) -> tuple[FloatArray, FloatArray]:
     return raw / scale, scale
 
 
-def _shapes(model: ChannelModel, own: Chosen, free: Free, number: int, seed: int) -> list[Sum]:
+def _shapes(model: ChannelModel, chosen: Chosen, free: Free, number: int, seed: int) -> list[Sum]:
     """Shapes for one grid of a free function: of what the grid says and all that the model leaves."""
     grid = free.grids[number]
     if all(len(knots) == STRAIGHT for knots in grid.knots):
@@ -56,12 +58,12 @@ def _shapes(model: ChannelModel, own: Chosen, free: Free, number: int, seed: int
     problem = model.problem
     frame, train = problem.rows.frame, problem.train
     before = sum(g.size for g in free.grids[:number])
-    coefficients = free.values(model.fit.of(own.main.place)[0])[before : before + grid.size]
+    coefficients = free.values(model.fit.of(chosen.main.indices)[0])[before : before + grid.size]
     times = factor(grid.times, frame)[train]
-    said = Grid(grid.over, "1", grid.knots).columns(frame)[train] @ coefficients
+    course = Grid(grid.over, "1", grid.knots).columns(frame)[train] @ coefficients
     values = _values(model, grid)[0]
     if problem.spec.integral:  # what is left is no rate
-        return proposed.shapes(values, said, times**2, seed)
+        return proposed.shapes(values, course, times**2, seed)
     weight = 1.0 / model.noise.sigma**2
     left = problem.rows.y[train] - model.predict(frame)[train]
     recording = frame.recording[train]
@@ -71,7 +73,7 @@ def _shapes(model: ChannelModel, own: Chosen, free: Free, number: int, seed: int
     share = 1.0 if np.isinf(model.fit.variance) else model.fit.variance * sums / (1.0 + model.fit.variance * sums)
     left = left - (share * offset)[recording]
     acts = np.abs(times) > 1e-6 * np.abs(times).max(initial=0.0)
-    target = said + np.where(acts, left / np.where(acts, times, 1.0), 0.0)
+    target = course + np.where(acts, left / np.where(acts, times, 1.0), 0.0)
     return proposed.shapes(values, target, np.where(acts, weight * times**2, 0.0), seed)
 
 
@@ -82,14 +84,14 @@ def _assembled(model: ChannelModel, free: Free, sums: Sequence[Sum], auxiliary: 
     units: list[str] = []
     constants: list[Constant] = []
     channel = "K/s" if free.channel == TEMPERATURE else CHANNEL_UNITS[free.channel]
-    for grid, own in zip(free.grids, sums, strict=True):
+    for grid, shape in zip(free.grids, sums, strict=True):
         names = [_plain(name) for name in grid.over]
         of = Quantities(
             [f"x{over.index(name) + 1}" for name in names],
             list(_values(model, grid)[1]),
             [unit_of(name, auxiliary) for name in names],
         )
-        found = parts_of(own, of, len(constants))
+        found = parts_of(shape, of, len(constants))
         constants += found.constants
         times = [(FACTOR_UNITS.get(part, "1"), -1) for part in grid.times.split("*")]
         for text, unit in zip(found.texts, found.units, strict=True):

@@ -32,8 +32,8 @@ def product(parts: Iterable[tuple[str, int]]) -> str:
     """The product of units, each to a power; 1 where they cancel."""
     total: Powers = {}
     for unit, power in parts:
-        for name, own in powers(unit).items():
-            total[name] = total.get(name, 0) + power * own
+        for name, exponent in powers(unit).items():
+            total[name] = total.get(name, 0) + power * exponent
     above = [_to(name, power) for name, power in total.items() if power > 0]
     below = [_to(name, -power) for name, power in total.items() if power < 0]
     return "*".join(above or ["1"]) + "".join(f"/{part}" for part in below)
@@ -47,10 +47,10 @@ def unit_of(name: str, auxiliary: Mapping[str, str]) -> str:
     """Unit of a quantity; ``auxiliary``: units of what was recorded beside the bench, by name without ``aux/``."""
     if name in QUANTITIES:
         return product([(QUANTITIES[name].unit, 1)])
-    own = name.removeprefix(AUXILIARY)
-    if own in auxiliary:
-        return product([(auxiliary[own], 1)])
-    function, _, rest = own.removesuffix(")").partition("(")
+    plain = name.removeprefix(AUXILIARY)
+    if plain in auxiliary:
+        return product([(auxiliary[plain], 1)])
+    function, _, rest = plain.removesuffix(")").partition("(")
     if function not in FUNCTIONS:
         return "1"
     parts = [(auxiliary.get(part, "1"), 1) for part in rest.split(", ")]

@@ -17,15 +17,15 @@ WAVERS = 0.01
 """of its frequency, by which a line is wide where the speed is not quite one"""
 
 
-def without_passed_on(load: ChannelOutcome, motor: ChannelOutcome, heard: Sequence[Density]) -> None:
+def without_passed_on(load: ChannelOutcome, motor: ChannelOutcome, densities: Sequence[Density]) -> None:
     """Take out of the load torque what is left without an explanation, where most of it lies at the orders of the
-    ripple that was found in the ``motor`` torque; with a note. ``heard``: densities of the load torque.
+    ripple that was found in the ``motor`` torque; with a note. ``densities``: densities of the load torque.
     """
     orders = [order for d in motor.discoveries if d.effect == RIPPLE for order in d.orders]
     left = [d for d in load.discoveries if _scatter(d)]
-    if not orders or not left or not heard:
+    if not orders or not left or not densities:
         return
-    lines = float(np.median([sum(line_power(one, order) for order in orders) for one in heard]))
+    lines = float(np.median([sum(line_power(one, order) for order in orders) for one in densities]))
     size = max(float(p["value"]) for d in left for p in d.parameters if p["symbol"] == "rms")
     if lines < criteria.EITHER * size**2:
         return
@@ -38,9 +38,9 @@ def without_passed_on(load: ChannelOutcome, motor: ChannelOutcome, heard: Sequen
 
 def line_power(one: Density, order: float) -> float:
     """Mean square of an order of the output shaft in a recording, above the noise about it; 0 where it is too fast."""
-    centre = order * one.turning / one.step
+    centre = order * one.rotation_rate / one.step
     wide = max(2, int(np.ceil(WAVERS * centre)))
-    if one.turning <= 0.0 or order * one.turning > NYQUIST_SHARE * one.rate:
+    if one.rotation_rate <= 0.0 or order * one.rotation_rate > NYQUIST_SHARE * one.rate:
         return 0.0
     a, b = round(centre) - wide, round(centre) + wide + 1
     if a < 1 or b > one.power.size:

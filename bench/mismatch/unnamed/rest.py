@@ -119,8 +119,8 @@ def _whole(discovery: Discovery, outcome: ChannelOutcome) -> Discovery:
     """
     if discovery.effect != UNNAMED or not np.any(discovery.added):
         return discovery
-    own = discovery.added if discovery.excess is None else discovery.excess
-    return replace(discovery, excess=np.hypot(own, averaged(np.where(outcome.usable, outcome.left, 0.0), outcome)))
+    excess = discovery.added if discovery.excess is None else discovery.excess
+    return replace(discovery, excess=np.hypot(excess, averaged(np.where(outcome.usable, outcome.left, 0.0), outcome)))
 
 
 def _orders(outcome: ChannelOutcome, left: FloatArray) -> tuple[float, ...]:
@@ -141,11 +141,11 @@ def _with_the_small(outcome: ChannelOutcome, after: float | None) -> None:
     if after is None or after <= most or outcome.floor_std is None or CHANNELS[outcome.channel].integral:
         return
     part = _taken_out(outcome, float(np.sqrt(after**2 - outcome.floor**2)))
-    place = next(k for k, d in enumerate(outcome.discoveries) if d.effect == UNNAMED)
-    whole = outcome.discoveries[place]
+    number = next(k for k, d in enumerate(outcome.discoveries) if d.effect == UNNAMED)
+    whole = outcome.discoveries[number]
     rows = (*whole.simulation_rows, *(row for d in part for row in d.simulation_rows))
     added = sum((d.added for d in part), whole.added)
-    outcome.discoveries[place] = replace(whole, simulation_rows=rows, added=added)
+    outcome.discoveries[number] = replace(whole, simulation_rows=rows, added=added)
 
 
 def _taken_out(outcome: ChannelOutcome, left: float) -> list[Discovery]:
@@ -179,8 +179,10 @@ def _above_it(discovery: Discovery, outcome: ChannelOutcome) -> bool:
     there, however little it is over all samples.
     """
     weight = np.where(outcome.usable, outcome.rows.number, 0.0) * discovery.added**2
-    own, left = (float(weight @ values**2) for values in (discovery.added, np.where(outcome.usable, outcome.left, 0.0)))
-    return own > criteria.OVER_THE_REST**2 * left
+    explained, left = (
+        float(weight @ values**2) for values in (discovery.added, np.where(outcome.usable, outcome.left, 0.0))
+    )
+    return explained > criteria.OVER_THE_REST**2 * left
 
 
 def averaged(left: FloatArray, outcome: ChannelOutcome) -> FloatArray:

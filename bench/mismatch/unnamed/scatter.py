@@ -56,27 +56,27 @@ def scatter(densities: Sequence[Density], frame: Frame, steady: FloatArray, seed
 
     ``steady`` (n,): weights of the frame's rows in steady motion.
     """
-    own = [d for d in densities if steady[frame.recording == d.recording].sum() > 0.0]
+    usable = [d for d in densities if steady[frame.recording == d.recording].sum() > 0.0]
     # a load that is driven up and down shakes what is measured: that is no scatter of the state
-    kept = [d for d in own if _keeps_its_load(frame, (frame.recording == d.recording) & (steady > 0.0))]
-    own = kept if len(kept) >= FEWEST_RECORDINGS else own
-    if len(own) < FEWEST_RECORDINGS:
+    kept = [d for d in usable if _keeps_its_load(frame, (frame.recording == d.recording) & (steady > 0.0))]
+    usable = kept if len(kept) >= FEWEST_RECORDINGS else usable
+    if len(usable) < FEWEST_RECORDINGS:
         return None
-    squares = np.array([_mean_square(d) for d in own])
+    squares = np.array([_mean_square(d) for d in usable])
     # by rank: a recording whose load swings is far louder than any noise, whatever its state
     size = (1.0 + np.argsort(np.argsort(squares))).astype(np.float64)
-    states = _states(own, frame, steady)
+    states = _states(usable, frame, steady)
     cuts = [
         (name, side, order[:k] if side == SMALL else order[::-1][:k], _limit(values, order, k, side))
         for name, values in states
         for order in [np.argsort(values, kind="stable")]
         for side in (SMALL, LARGE)
-        for k in range(FEWEST_LOUD, len(own) // 2 + 1)
+        for k in range(FEWEST_LOUD, len(usable) // 2 + 1)
         if _parted(values, order, k, side)
     ]
     if not cuts:
         return None
-    inside = np.zeros((len(cuts), len(own)))
+    inside = np.zeros((len(cuts), len(usable)))
     for row, (_, _, chosen, _) in enumerate(cuts):
         inside[row, chosen] = 1.0
     found = _differences(inside, size[None])[0]
@@ -87,7 +87,7 @@ def scatter(densities: Sequence[Density], frame: Frame, steady: FloatArray, seed
     name, side, chosen, limit = cuts[loudest]
     if (name, side) == ("speed", LARGE):
         return None
-    others = np.setdiff1d(np.arange(len(own)), chosen)
+    others = np.setdiff1d(np.arange(len(usable)), chosen)
     usual = float(np.median(squares[others]))
     ratio = float(np.median(squares[chosen])) / max(usual, 1e-300)
     if ratio < LEAST_LOUDER:
@@ -98,7 +98,7 @@ def scatter(densities: Sequence[Density], frame: Frame, steady: FloatArray, seed
         name,
         side,
         limit,
-        tuple(own[k].recording for k in strongest),
+        tuple(usable[k].recording for k in strongest),
         tuple(float(max(squares[k] - usual, 0.0)) for k in strongest),
         usual,
         float(np.sqrt(ratio)),
@@ -120,7 +120,7 @@ def _mean_square(one: Density) -> float:
     return float(np.sum(np.where(power > criteria.LINE_POWER * level, level, power)) * one.step)
 
 
-def _states(own: Sequence[Density], frame: Frame, steady: FloatArray) -> list[tuple[str, FloatArray]]:
+def _states(densities: Sequence[Density], frame: Frame, steady: FloatArray) -> list[tuple[str, FloatArray]]:
     """Quantities with their mean in each recording (r,).
 
     The speed is the first: where another quantity changed with it, it is the speed.
@@ -129,7 +129,7 @@ def _states(own: Sequence[Density], frame: Frame, steady: FloatArray) -> list[tu
     def means(values: FloatArray) -> FloatArray:
         return np.array([np.average(values[r], weights=steady[r]) for r in rows])
 
-    rows = [np.flatnonzero((frame.recording == d.recording) & (steady > 0.0)) for d in own]
+    rows = [np.flatnonzero((frame.recording == d.recording) & (steady > 0.0)) for d in densities]
     return [
         ("speed", means(np.abs(frame.velocity))),
         ("torque", means(frame.torque_level)),

@@ -48,10 +48,14 @@ def examine(
     """Test what an outcome leaves, and add what the tests find to it; ``orders`` that it has are no tones, and
     recordings that are ``unsteady`` have a tone as well.
     """
-    heard = tone(densities, seed, orders, unsteady)
+    found_tone = tone(densities, seed, orders, unsteady)
     loud = bursts(search)
-    if heard is not None and heard.p_value < criteria.ERROR_RATE_OF_A_CHANNEL and _matters(heard, outcome):
-        outcome.discoveries.append(_of_tone(heard, outcome))
+    if (
+        found_tone is not None
+        and found_tone.p_value < criteria.ERROR_RATE_OF_A_CHANNEL
+        and _matters(found_tone, outcome)
+    ):
+        outcome.discoveries.append(_of_tone(found_tone, outcome))
     counts = loud is not None and _counts(loud, outcome, search)
     if loud is not None and counts and loud.p_value < criteria.ERROR_RATE_OF_A_CHANNEL:
         found = _of_bursts(loud, outcome, search)
@@ -78,15 +82,15 @@ def examine(
     if louder is not None:
         looks.append(louder.p_value)
         words += f"; state that scatters most (p {louder.p_value:.2g})"
-    if heard is not None:
-        looks.append(heard.p_value if _matters(heard, outcome) else 1.0)
-        words += f"; clearest tone (p {heard.p_value:.2g})"
+    if found_tone is not None:
+        looks.append(found_tone.p_value if _matters(found_tone, outcome) else 1.0)
+        words += f"; clearest tone (p {found_tone.p_value:.2g})"
     if jumps is not None:
         looks.append(jumps.p_value if jumping else 1.0)
         words += f"; two levels with jumps between them (p {jumps.p_value:.2g})"
     words += "; corrected for the number of looks"
     bursts_p = None if loud is None else loud.p_value
-    tone_p = None if heard is None else heard.p_value
+    tone_p = None if found_tone is None else found_tone.p_value
     outcome.structure = Structure(min(1.0, len(looks) * min(looks)), words, bursts_p, tone_p)
 
 
@@ -157,30 +161,30 @@ def _named_there(outcome: ChannelOutcome, loud: Bursts, rows: int) -> float:
     return float(np.sqrt(sum(np.mean(values[loud.rows] ** 2) for values in beyond if values.size == rows)))
 
 
-def _matters(heard: Tone, outcome: ChannelOutcome) -> bool:
-    return bool(heard.amplitude / np.sqrt(2.0) > criteria.LEAST_STRENGTH * outcome.floor)
+def _matters(found: Tone, outcome: ChannelOutcome) -> bool:
+    return bool(found.amplitude / np.sqrt(2.0) > criteria.LEAST_STRENGTH * outcome.floor)
 
 
-def _of_tone(heard: Tone, outcome: ChannelOutcome) -> Discovery:
+def _of_tone(found: Tone, outcome: ChannelOutcome) -> Discovery:
     unit = CHANNEL_UNITS[outcome.channel]
     # a tone has a phase of its own in every recording: nothing predicts it
     return Discovery(
         UNNAMED,
         UNKNOWN,
-        1.0 - heard.p_value,
+        1.0 - found.p_value,
         outcome.channel,
-        f"a tone of {heard.frequency:.3g} Hz, whatever the speed",
+        f"a tone of {found.frequency:.3g} Hz, whatever the speed",
         f"{outcome.channel} += a*sin(2*pi*f*t + phase of each recording)",
         ("time",),
         (
-            {"symbol": "f", "value": heard.frequency, "unit": "Hz", "std": heard.half_bin / np.sqrt(3.0)},
-            {"symbol": "a", "value": heard.amplitude, "unit": unit, "std": heard.amplitude_std},
+            {"symbol": "f", "value": found.frequency, "unit": "Hz", "std": found.half_bin / np.sqrt(3.0)},
+            {"symbol": "a", "value": found.amplitude, "unit": unit, "std": found.amplitude_std},
         ),
         np.zeros(outcome.rows.size),
         0.0,
-        heard.p_value,
+        found.p_value,
         (),
-        excess=_of_recordings(heard, outcome),
+        excess=_of_recordings(found, outcome),
         squares=_unchanged(outcome),
     )
 
@@ -248,8 +252,8 @@ def _of_scatter(found: Scatter, outcome: ChannelOutcome) -> Discovery:
     """A state that scatters more than the others, as a finding without a name: nothing predicts a single sample."""
     unit = CHANNEL_UNITS[outcome.channel]
     where = f"the {found.quantity} is {found.side} {found.limit:.3g} {UNITS[found.quantity]}"
-    own = np.array([np.sqrt(found.usual + s) for s in found.squares])
-    rms = float(np.sqrt(np.mean(own**2)))
+    sizes = np.array([np.sqrt(found.usual + s) for s in found.squares])
+    rms = float(np.sqrt(np.mean(sizes**2)))
     recording = outcome.rows.frame.recording
     size = np.zeros(int(recording.max(initial=0)) + 1)
     size[list(found.recordings)] = np.sqrt(found.squares)
@@ -266,7 +270,7 @@ def _of_scatter(found: Scatter, outcome: ChannelOutcome) -> Discovery:
         f"scatter {found.louder:.2g} times as large where {where}",
         f"{outcome.channel} += scatter that no recorded quantity predicts, where {where}, rms: its root mean square",
         (found.quantity,),
-        ({"symbol": "rms", "value": rms, "unit": unit, "std": float(np.std(own, ddof=1) / np.sqrt(own.size))},),
+        ({"symbol": "rms", "value": rms, "unit": unit, "std": float(np.std(sizes, ddof=1) / np.sqrt(sizes.size))},),
         np.zeros(outcome.rows.size),
         0.0,
         found.p_value,
@@ -277,10 +281,10 @@ def _of_scatter(found: Scatter, outcome: ChannelOutcome) -> Discovery:
     )
 
 
-def _of_recordings(heard: Tone, outcome: ChannelOutcome) -> FloatArray:
+def _of_recordings(found: Tone, outcome: ChannelOutcome) -> FloatArray:
     """A tone's size at each row (n,): what its recording's spectrum says, nothing where none was looked at."""
     size = np.zeros(int(outcome.rows.frame.recording.max(initial=0)) + 1)
-    for recording, square in zip(heard.recordings, heard.squares, strict=True):
+    for recording, square in zip(found.recordings, found.squares, strict=True):
         size[recording] = np.sqrt(square)
     return np.asarray(size[outcome.rows.frame.recording])
 
@@ -294,14 +298,14 @@ def _of_bursts(loud: Bursts, outcome: ChannelOutcome, search: Search) -> Discove
     """The loud blocks as a finding without a name; None where they are no louder than what is told of anything."""
     rows = search.model.problem.rows
     left = rows.y - of_start(search.model.problem, explained(search.model))
-    own = np.zeros(rows.size)
-    own[loud.rows] = left[loud.rows]
+    in_bursts = np.zeros(rows.size)
+    in_bursts[loud.rows] = left[loud.rows]
     if float(np.sqrt(np.mean(left[loud.rows] ** 2))) < criteria.LEAST_STRENGTH * outcome.floor:
         return None
     time = rows.frame.time[loud.rows]
     unit = CHANNEL_UNITS[outcome.channel]
     size = float(np.sqrt(np.mean(left[loud.rows] ** 2)))
-    added = own if own.size == outcome.rows.size else np.zeros(outcome.rows.size)
+    added = in_bursts if in_bursts.size == outcome.rows.size else np.zeros(outcome.rows.size)
     return Discovery(
         UNNAMED,
         UNKNOWN,

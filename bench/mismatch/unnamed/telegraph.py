@@ -63,8 +63,8 @@ def telegraph(search: Search) -> Telegraph | None:
         found = _look(pieces, criteria.LEAST_STRENGTH * search.model.floor)
         if found is not None:
             course = np.zeros(problem.rows.size)
-            own = added(pieces, found[0])[pieces.piece, pieces.bin]
-            course[rows[pieces.rows]] = own * factor(times, frame)[pieces.rows]
+            values = added(pieces, found[0])[pieces.piece, pieces.bin]
+            course[rows[pieces.rows]] = values * factor(times, frame)[pieces.rows]
             chain, chance = found
             # single bins that stand out are no evidence of jumps; where there are jumps they are short stays
             chain = fitted_chain(pieces.every_bin()) or chain
@@ -80,11 +80,11 @@ def _look(pieces: Pieces, least: float) -> tuple[Chain, float] | None:
     """
     halves = [np.unique(pieces.recording, return_inverse=True)[1] % 2 == k for k in (0, 1)]
     ratios = []
-    for fitted, asked in (halves, halves[::-1]):
+    for fitted, rest in (halves, halves[::-1]):
         chain = fitted_chain(pieces.some(fitted))
         if chain is None or not chain.lasting or chain.size < least:
             return None
-        ratios.append(_ratio(pieces.some(asked), chain))
+        ratios.append(_ratio(pieces.some(rest), chain))
         if ratios[-1] is None:
             return None
     whole = fitted_chain(pieces)

@@ -67,21 +67,21 @@ def tone(
         return None
     usual = max(set(kinds), key=kinds.count)
     rate = usual[0]
-    own = [d for d in densities if (d.rate, d.power.size) == usual]
-    groups = _speeds(np.array([d.turning for d in own]))
+    comparable = [d for d in densities if (d.rate, d.power.size) == usual]
+    groups = _speeds(np.array([d.rotation_rate for d in comparable]))
     if groups.max(initial=-1) + 1 < SPEEDS:
         return None
-    step = own[0].step
+    step = comparable[0].step
     first, last = int(np.ceil(LOWEST_HZ / step)), int(NYQUIST_SHARE * rate / step)
-    power = np.array([d.power[first:last] for d in own], dtype=np.float64)
+    power = np.array([d.power[first:last] for d in comparable], dtype=np.float64)
     covered, leaked = np.zeros(power.shape, dtype=bool), np.zeros(power.shape)
-    for k, density in enumerate(own):
-        bins = np.round(np.asarray(orders, dtype=np.float64) * density.turning / step).astype(int) - first
+    for k, density in enumerate(comparable):
+        bins = np.round(np.asarray(orders, dtype=np.float64) * density.rotation_rate / step).astype(int) - first
         covered[k], leaked[k] = _lines(power[k], bins[(bins >= 0) & (bins < power.shape[1])], first)
     # the median of an exponential variable is ln 2 of its mean; of averaged ones it comes nearer to the mean
     level = leaked + np.array([_level(row, lines) for row, lines in zip(power, covered, strict=True)])
     ratio = np.where(covered, np.nan, power / np.maximum(level, 1e-300))
-    freedom = np.array([2.0 * d.averaged for d in own])
+    freedom = np.array([2.0 * d.averaged for d in comparable])
     statistic = _by_speed(ratio, groups)
     frequencies = min(ratio.shape[1], MOST_FREQUENCIES)
     looked = np.isfinite(ratio)
@@ -92,20 +92,20 @@ def tone(
         largest = _drawn(freedom, groups, frequencies, seed, looked)
     if not np.isfinite(statistic).any():
         return None
-    place = int(np.nanargmax(statistic))
+    peak = int(np.nanargmax(statistic))
     # surrogates of some frequencies stand for all: the maximum of m blocks
     blocks = max(ratio.shape[1] / MOST_FREQUENCIES, 1.0)
-    p = float(np.clip(blocks * tail_probability(largest, float(statistic[place]), 0.0), criteria.LEAST_P, 1.0))
-    seen = np.isfinite(ratio[:, place])
-    excess = np.maximum(power[:, place] - level[:, place], 0.0)
+    p = float(np.clip(blocks * tail_probability(largest, float(statistic[peak]), 0.0), criteria.LEAST_P, 1.0))
+    seen = np.isfinite(ratio[:, peak])
+    excess = np.maximum(power[:, peak] - level[:, peak], 0.0)
     # a recording in which an order covers the tone has it as the others have
     excess = np.where(seen, excess, np.median(excess[seen]))
     # power density of a tone in a Hann window: a²/2 over 1.5 bins
     squares = 2.0 * excess * 1.5 * step
     amplitude = float(np.sqrt(np.median(squares)))
     spread = float(np.std(np.sqrt(squares)) / np.sqrt(max(squares.size, 1)))
-    frequency = float((first + place) * step)
-    held = {d.recording: 0.5 * float(square) for d, square in zip(own, squares, strict=True)}
+    frequency = float((first + peak) * step)
+    held = {d.recording: 0.5 * float(square) for d, square in zip(comparable, squares, strict=True)}
     held |= {d.recording: _mean_square(d, frequency) for d in unsteady if d.recording not in held}
     strongest = sorted(held, key=lambda recording: -held[recording])
     return Tone(
@@ -180,13 +180,13 @@ def _drawn(
     return out
 
 
-def _speeds(turning: FloatArray) -> IntArray:
+def _speeds(rates: FloatArray) -> IntArray:
     """Number of the speed that each recording was driven at."""
-    order = np.argsort(turning)
-    out = np.zeros(turning.size, dtype=np.int64)
+    order = np.argsort(rates)
+    out = np.zeros(rates.size, dtype=np.int64)
     number = 0
     for before, here in itertools.pairwise(order):
-        number += turning[here] > (1.0 + ALIKE) * turning[before] + 1e-9
+        number += rates[here] > (1.0 + ALIKE) * rates[before] + 1e-9
         out[here] = number
     return out
 
@@ -195,10 +195,10 @@ def _by_speed(ratio: FloatArray, groups: IntArray) -> FloatArray:
     """Median over the speeds of the mean over the recordings of each speed; NaN where fewer than :data:`SPEEDS` have
     one: orders cover a frequency at some speeds.
     """
-    own = (groups == np.arange(int(groups.max()) + 1)[:, None]).astype(np.float64)
+    members = (groups == np.arange(int(groups.max()) + 1)[:, None]).astype(np.float64)
     finite = np.isfinite(ratio)
-    number = own @ finite
-    means = np.where(number > 0, own @ np.where(finite, ratio, 0.0) / np.maximum(number, 1.0), np.nan)
+    number = members @ finite
+    means = np.where(number > 0, members @ np.where(finite, ratio, 0.0) / np.maximum(number, 1.0), np.nan)
     enough = (number > 0).sum(axis=0) >= SPEEDS
     out = np.full(ratio.shape[1], np.nan)
     out[enough] = np.nanmedian(means[:, enough], axis=0) if enough.any() else np.nan

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from bench.proof.peers.rows import DAHL_REACH, LAGS_S, PLAY_WIDTHS, Rows
+from bench.proof.peers.rows import DAHL_LENGTHS, LAGS_S, PLAY_WIDTHS, Rows
 
 Floats = NDArray[np.float64]
 Column = tuple[str, Floats]
@@ -157,8 +157,8 @@ def _motor_library(r: Rows) -> Iterator[Column]:
     for pace in (0.5, 2.0):
         yield "friction.run_in", d * np.exp(-r["hours"] / pace)
     yield "friction.run_in", d * np.exp(-r["travel"] / 400.0)
-    for reach in DAHL_REACH:
-        yield "friction.presliding", r[f"dahl_{reach:g}"] - d
+    for length in DAHL_LENGTHS:
+        yield "friction.presliding", r[f"dahl_{length:g}"] - d
     for _order, wave in _waves(theta, (24.0 * _RATIO,)):
         yield "motor.torque_ripple@4440", wave
         yield "motor.torque_ripple@4440", wave * r["torque"] / 1000.0

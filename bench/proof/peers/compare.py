@@ -15,8 +15,8 @@ from bench.errors import ProofError
 from bench.proof import make, seal
 from bench.proof.analyse import Job
 from bench.proof.peers.candidates import Problem, problems
+from bench.proof.peers.location import location_of
 from bench.proof.peers.methods import METHODS, Method, held_out, pick
-from bench.proof.peers.place import place_of
 from bench.proof.peers.rows import read_rows
 from bench.proof.score import CaseScore, score
 from bench.proof.statistics import summarise
@@ -98,17 +98,17 @@ def peer_report(posed: Iterable[Problem], method: Method) -> dict[str, Any]:
             orders = sorted(
                 {problem.orders[i] for i in picked if problem.effects[i] == effect and problem.orders[i] > 0}
             )
-            findings.append(_finding(effect, problem.channel, orders, place_of(problem, picked, effect)))
+            findings.append(_finding(effect, problem.channel, orders, location_of(problem, picked, effect)))
     return {"verdict": "mismatch" if findings else "match", "findings": _once(findings), "channels": channels}
 
 
-def _finding(effect: str, channel: str, orders: list[float], place: dict[str, Any]) -> dict[str, Any]:
+def _finding(effect: str, channel: str, orders: list[float], location: dict[str, Any]) -> dict[str, Any]:
     return {
         "effect": effect,
         "status": "named",
         "confidence": 0.9,
         "channel": channel,
-        "location": {"orders": [k for k in orders if np.isfinite(k)], "angle_windows": [], **place},
+        "location": {"orders": [k for k in orders if np.isfinite(k)], "angle_windows": [], **location},
         "parameters": [],
         "alternatives": [],
     }

@@ -16,10 +16,10 @@ from bench.recording import Recording, RecordingFolder
 Floats = NDArray[np.float64]
 
 _ROWS_A_RECORDING = 1200
-_TURN = 75  # samples about a change of direction where the sign itself is in doubt
-_STILL = 0.002  # rad/s at the load side, of a filtered velocity
+_REVERSAL = 75  # samples about a change of direction where the sign itself is in doubt
+_STANDSTILL = 0.002  # rad/s at the load side, of a filtered velocity
 PLAY_WIDTHS = (60.0, 150.0, 300.0)
-DAHL_REACH = (0.005, 0.02)
+DAHL_LENGTHS = (0.005, 0.02)
 LAGS_S = (15.0, 60.0, 240.0)
 
 
@@ -78,8 +78,8 @@ def read_rows(folder: Path, seed: int = 0) -> Rows:
         owners.append(np.full(chosen.size, index))
         bounded = recording.kind not in ("heating", "cooling", "dwell")
         within.append((parts[-1]["sign"] != 0.0) & bounded)
-        turning = np.abs(np.gradient(whole["sign"])) > 0.0
-        settled.append(uniform_filter1d(turning.astype(np.float64), _TURN)[chosen] < 1e-9)
+        reversing = np.abs(np.gradient(whole["sign"])) > 0.0
+        settled.append(uniform_filter1d(reversing.astype(np.float64), _REVERSAL)[chosen] < 1e-9)
     names = parts[0]
     values = {name: np.concatenate([part[name] for part in parts]) for name in names}
     return Rows(values, np.concatenate(owners), np.concatenate(within), np.concatenate(settled), tuple(names_of))
@@ -93,7 +93,7 @@ def _whole(recording: Recording, hours: float, travel: float) -> dict[str, Float
     step = 1.0 / recording.sample_rate
     rate = uniform_filter1d(np.gradient(theta, step), 21)
     torque = uniform_filter1d(read["load_torque"], 7)
-    sign = np.where(np.abs(rate) > _STILL, np.sign(rate), 0.0)
+    sign = np.where(np.abs(rate) > _STANDSTILL, np.sign(rate), 0.0)
     motor_torque = read["motor_torque"]
     power = np.abs(motor_torque * rate * ratio - torque * rate)
     lagged = {f"lag_{lag:g}": _lag(power, step / lag) for lag in LAGS_S}
@@ -119,7 +119,7 @@ def _whole(recording: Recording, hours: float, travel: float) -> dict[str, Float
         "degree_seconds": np.cumsum(uniform_filter1d(read["temperature"], 501)) * step,
         "fan_degree_seconds": np.cumsum(np.abs(rate) * (read["temperature"] - 20.0)) * step,
         **{f"play_{w:g}": _play(torque, w) for w in PLAY_WIDTHS},
-        **{f"dahl_{x:g}": _dahl(theta, x) for x in DAHL_REACH},
+        **{f"dahl_{x:g}": _dahl(theta, x) for x in DAHL_LENGTHS},
         **lagged,
     }
 
@@ -135,7 +135,7 @@ def _play(drive: Floats, half: float) -> Floats:
 
 
 @njit(cache=True)
-def _dahl(drive: Floats, reach: float) -> Floats:
+def _dahl(drive: Floats, length: float) -> Floats:
     out = np.empty(drive.size)
     z = 0.0
     last = drive[0]
@@ -143,7 +143,7 @@ def _dahl(drive: Floats, reach: float) -> Floats:
         move = drive[n] - last
         last = drive[n]
         goal = 1.0 if move > 0.0 else -1.0
-        z = goal + (z - goal) * np.exp(-abs(move) / reach)
+        z = goal + (z - goal) * np.exp(-abs(move) / length)
         out[n] = z
     return out
 

@@ -27,7 +27,7 @@ from bench.simulation.terms import LIBRARY
 
 SURE = 0.8
 """confidence above which a wrong name counts as a false one"""
-Tell = Callable[[str], None]
+Notify = Callable[[str], None]
 
 
 @dataclass(slots=True)
@@ -52,16 +52,18 @@ class Examined:
     seconds: float = 0.0
 
 
-def examine(real: RealSet, folder: Path, out: Path, leaving_out: bool = True, tell: Tell = lambda _: None) -> Examined:
+def examine(
+    real: RealSet, folder: Path, out: Path, leaving_out: bool = True, notify: Notify = lambda _: None
+) -> Examined:
     """Examine a set whose files lie in ``folder/NAME``; recordings and report go into ``out/NAME``, made anew."""
     row = Examined(real, real.missing(folder))
     if row.missing:
         return row
     began = time.monotonic()
-    place = out / real.name
-    shutil.rmtree(place, ignore_errors=True)
+    folder_of_set = out / real.name
+    shutil.rmtree(folder_of_set, ignore_errors=True)
     try:
-        _compare(row, folder, place, leaving_out, tell)
+        _compare(row, folder, folder_of_set, leaving_out, notify)
     except BenchError as error:
         row.failed = str(error)
     except Exception as error:  # noqa: BLE001 - what is examined may break; the other sets are examined all the same
@@ -70,32 +72,32 @@ def examine(real: RealSet, folder: Path, out: Path, leaving_out: bool = True, te
     return row
 
 
-def _compare(row: Examined, folder: Path, place: Path, leaving_out: bool, tell: Tell) -> None:
+def _compare(row: Examined, folder: Path, folder_of_set: Path, leaving_out: bool, notify: Notify) -> None:
     real = row.real
-    place.mkdir(parents=True)
-    mapping = place / "mapping.toml"
+    folder_of_set.mkdir(parents=True)
+    mapping = folder_of_set / "mapping.toml"
     mapping.write_text(real.mapping, encoding="utf-8")
-    for made in import_recordings(mapping, place / "recordings", folder / real.name):
-        if isinstance(made, Rejected):
-            row.notes.append(made.why)
+    for imported in import_recordings(mapping, folder_of_set / "recordings", folder / real.name):
+        if isinstance(imported, Rejected):
+            row.notes.append(imported.why)
         else:
-            row.notes += [warning.removeprefix(f"{mapping}: ") for warning in made.warnings]
+            row.notes += [warning.removeprefix(f"{mapping}: ") for warning in imported.warnings]
     report = run(
-        place / "recordings",
-        place / "report",
-        progress=lambda what, _: tell(f"{real.name}: {what}"),
+        folder_of_set / "recordings",
+        folder_of_set / "report",
+        progress=lambda what, _: notify(f"{real.name}: {what}"),
         leaving_out=leaving_out,
     )
     row.verdict = report.verdict
     row.left_out = report.left_out
-    row.said = [in_metres(own) if report.data.linear else own for own in map(_told, report.findings)]
+    row.said = [in_metres(line) if report.data.linear else line for line in map(_described, report.findings)]
     channel = real.expert.channel
     outcome = next((o for o in report.outcomes if o.channel == channel), None)
     if outcome is None:
         row.failed = f"the analyser does not compare {channel}: {report.why or '; '.join(report.skipped)}"
         return
     row.rmse, row.before, row.floor = outcome.rmse.get("after"), outcome.rmse.get("before"), outcome.floor
-    right = {*(own for effect in real.expert.effects for own in effect.split("|")), *real.expert.also}
+    right = {*(line for effect in real.expert.effects for line in effect.split("|")), *real.expert.also}
     row.false_names = [
         f.effect
         for f in report.findings
@@ -106,22 +108,24 @@ def _compare(row: Examined, folder: Path, place: Path, leaving_out: bool, tell: 
         _stretches(report.data, channel, [m for m in report.data.members if not m.held_out]),
         _stretches(report.data, channel, [m for m in report.data.members if m.held_out]),
     )
-    asked = asked_of(real.expert, row.regression)
-    row.named = {effect: _is_named(effect, report.findings, report.left_out) for effect in asked}
+    expected = expected_of(real.expert, row.regression)
+    row.named = {effect: _is_named(effect, report.findings, report.left_out) for effect in expected}
 
 
-def asked_of(expert: Expert, found: Regression) -> list[str]:
-    """Effects that the analyser should name, each once: where the expert's regression tells a term from zero."""
-    told = np.abs(found.values) > criteria.TOLD * found.std
-    return list(dict.fromkeys(t.effect for t, sure in zip(expert.terms, told, strict=True) if sure and t.effect))
+def expected_of(expert: Expert, found: Regression) -> list[str]:
+    """Effects that the analyser should name, each once: where a term of the expert's regression differs significantly
+    from zero.
+    """
+    significant = np.abs(found.values) > criteria.TOLD * found.std
+    return list(dict.fromkeys(t.effect for t, sure in zip(expert.terms, significant, strict=True) if sure and t.effect))
 
 
-def _told(finding: Finding) -> str:
+def _described(finding: Finding) -> str:
     sure = finding.discovery.confidence
-    own = f"`{finding.effect}`" if finding.effect in LIBRARY else finding.name
+    text = f"`{finding.effect}`" if finding.effect in LIBRARY else finding.name
     if finding.effect not in LIBRARY and finding.discovery.equation:
-        own += f" ({finding.discovery.equation})"
-    return f"{own}: {finding.status}" + ("" if sure is None else f", {sure:.2f}")
+        text += f" ({finding.discovery.equation})"
+    return f"{text}: {finding.status}" + ("" if sure is None else f", {sure:.2f}")
 
 
 def _is_named(effects: str, findings: Sequence[Finding], left_out: Sequence[LeftOut]) -> bool:
@@ -132,7 +136,7 @@ def _one_is_named(effect: str, findings: Sequence[Finding], left_out: Sequence[L
     if effect.startswith(AUXILIARY):
         return any(effect in made_of(f) for f in findings)
     if effect in LIBRARY and LIBRARY[effect].nominal:
-        return any(own.effect == effect and own.outcome == NAMED for own in left_out)
+        return any(row.effect == effect and row.outcome == NAMED for row in left_out)
     return any(f.effect == effect and f.status == NAMED for f in findings)
 
 

@@ -52,8 +52,8 @@ def quantities(recording: Recording, expert: Expert) -> dict[str, FloatArray]:
     out["a"] = _rate(out["v"], rate, expert.derivative_hz)
     for name in recording.channels:
         if name.startswith(AUXILIARY):
-            own = name.removeprefix(AUXILIARY)
-            out[f"d_{own}"] = _rate(out[own], rate, expert.derivative_hz)
+            plain = name.removeprefix(AUXILIARY)
+            out[f"d_{plain}"] = _rate(out[plain], rate, expert.derivative_hz)
     return out
 
 
@@ -84,10 +84,10 @@ def regress(expert: Expert, train: Sequence[Stretch], held: Sequence[Stretch]) -
 def _stacked(expert: Expert, stretches: Sequence[Stretch]) -> tuple[FloatArray, FloatArray]:
     columns: list[FloatArray] = []
     known: dict[int, FloatArray] = {}
-    for own in stretches:
-        key = id(own.recording)
+    for stretch in stretches:
+        key = id(stretch.recording)
         if key not in known:  # pieces of one recording share its rates
-            found = quantities(own.recording, expert)
+            found = quantities(stretch.recording, expert)
             known[key] = np.column_stack([evaluate(term.column, found) for term in expert.terms])
-        columns.append(known[key][own.rows])
-    return np.vstack(columns), np.concatenate([own.measured for own in stretches])
+        columns.append(known[key][stretch.rows])
+    return np.vstack(columns), np.concatenate([stretch.measured for stretch in stretches])

@@ -72,9 +72,9 @@ def _value(node: ast.expr, formula: str, known: Mapping[str, FloatArray]) -> Flo
     if isinstance(node, ast.BinOp) and type(node.op) in _BINARY:
         return _BINARY[type(node.op)](_value(node.left, formula, known), _value(node.right, formula, known))
     if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in FUNCTIONS:
-        return FUNCTIONS[node.func.id](*(_value(own, formula, known) for own in node.args))
-    told = ast.unparse(node)
+        return FUNCTIONS[node.func.id](*(_value(argument, formula, known) for argument in node.args))
+    text = ast.unparse(node)
     names = ", ".join([*known, *(f"{name}()" for name in FUNCTIONS)])
     raise ConfigurationError(
-        f"'{formula}': '{told}' is not known; a formula is made of numbers, + - * / ** and {names}"
+        f"'{formula}': '{text}' is not known; a formula is made of numbers, + - * / ** and {names}"
     )

@@ -53,12 +53,12 @@ _HEAD = "| " + " | ".join(_HEADS) + " |"
 _LINE = "| --- | --- | --- | --- | --- | --- | --- | --- | --- |"
 
 
-def page(rows: Sequence[Examined], made: str = "") -> str:
-    """The whole page as Markdown; ``made``: how, from what and when, a sentence."""
+def page(rows: Sequence[Examined], blocks: str = "") -> str:
+    """The whole page as Markdown; ``blocks``: how, from what and when, a sentence."""
     lines = [_ABOUT, _HEAD, _LINE]
     lines += [_row(row) for row in rows]
     lines += ["", *_totals(rows), *_first_sight(rows)]
-    lines += ["", made] if made else []
+    lines += ["", blocks] if blocks else []
     for row in rows:
         lines += ["", *_section(row)]
     return "\n".join(lines) + "\n"
@@ -70,7 +70,7 @@ def _row(row: Examined) -> str:
         return f"| {name} | {row.real.title} | {'files are missing' if row.missing else 'failed'} |" + " – |" * 6
     assert row.regression is not None
     named = f"{sum(row.named.values())} of {len(row.named)}"
-    false = ", ".join(f"`{own}`" for own in row.false_names) or "none"
+    false = ", ".join(f"`{false_name}`" for false_name in row.false_names) or "none"
     share = "–" if row.rmse is None else f"{row.rmse / row.regression.held_out:.2f}"
     cells = (named, false, _number(row.regression.held_out), _number(row.rmse), share)
     return f"| {name} | {row.real.title} | " + " | ".join((*cells, _number(row.before), _number(row.floor))) + " |"
@@ -99,9 +99,9 @@ def _first_sight(rows: Sequence[Examined]) -> list[str]:
         "| set | commit | what came out | ratio | changed since with it in view |",
         "| --- | --- | --- | --- | --- |",
     ]
-    for name, own in seen:
-        ratio = "–" if own.ratio is None else f"{own.ratio:.2f}"
-        lines.append(f"| [{name}](#{name}) | `{own.commit}`, {own.date} | {own.said} | {ratio} | {own.since} |")
+    for name, sight in seen:
+        ratio = "–" if sight.ratio is None else f"{sight.ratio:.2f}"
+        lines.append(f"| [{name}](#{name}) | `{sight.commit}`, {sight.date} | {sight.said} | {ratio} | {sight.since} |")
     return lines
 
 
@@ -120,13 +120,13 @@ def _section(row: Examined) -> list[str]:
     if row.failed:
         return [*lines, f"Failed: {row.failed}"]
     lines += [f"The expert: {real.expert.how}.", "", *_expert(row), "", f"The analyser says {row.verdict}:", ""]
-    lines += [f"- {own}" for own in row.said] or ["- nothing is missing"]
-    absent = [effect for effect, told in row.named.items() if not told]
+    lines += [f"- {one}" for one in row.said] or ["- nothing is missing"]
+    absent = [effect for effect, named in row.named.items() if not named]
     if absent:
-        lines += ["", "Not found: " + ", ".join(f"`{own}`" for own in absent) + "."]
-    asked = [own for own in row.left_out if own.outcome != NOT_ASKED and own.channel == real.expert.channel]
-    if asked:
-        lines += ["", left_out_table(asked)]
+        lines += ["", "Not found: " + ", ".join(f"`{one}`" for one in absent) + "."]
+    examined = [one for one in row.left_out if one.outcome != NOT_ASKED and one.channel == real.expert.channel]
+    if examined:
+        lines += ["", left_out_table(examined)]
     lines += ["", *_notes(row.notes)] if row.notes else []
     lines += ["", real.remark] if real.remark else []
     return lines
@@ -138,7 +138,7 @@ def _notes(notes: Sequence[str]) -> list[str]:
     for note in notes:
         alike.setdefault(_NUMBER.sub("…", note), []).append(note)
     more = " ({} more recordings: the same with other numbers)".format
-    return [f"At import: {own[0]}" + (more(len(own) - 1) if len(own) > 1 else "") for own in alike.values()]
+    return [f"At import: {group[0]}" + (more(len(group) - 1) if len(group) > 1 else "") for group in alike.values()]
 
 
 def _expert(row: Examined) -> list[str]:
@@ -146,8 +146,8 @@ def _expert(row: Examined) -> list[str]:
     real: RealSet = row.real
     lines = ["| term | column | value | unit | the analyser's id |", "| --- | --- | --- | --- | --- |"]
     for term, value, std in zip(real.expert.terms, row.regression.values, row.regression.std, strict=True):
-        told = f"`{term.effect}`" if term.effect else "–"
-        lines.append(f"| {term.symbol} | `{term.column}` | {value:.4g} ± {std:.1g} | {term.unit} | {told} |")
+        effect = f"`{term.effect}`" if term.effect else "–"
+        lines.append(f"| {term.symbol} | `{term.column}` | {value:.4g} ± {std:.1g} | {term.unit} | {effect} |")
     return lines
 
 

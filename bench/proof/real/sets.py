@@ -117,4 +117,4 @@ def all_sets() -> list[RealSet]:
     """The sets of this package, those set apart last, then by name."""
     files = [f for f in resources.files("bench.proof.real").joinpath("sets").iterdir() if f.name.endswith(".toml")]
     found = [load_set(f.read_text(encoding="utf-8"), f.name) for f in files]
-    return sorted(found, key=lambda own: (own.apart, own.name))
+    return sorted(found, key=lambda real: (real.apart, real.name))

@@ -92,10 +92,10 @@ def record(out: Path, name: str, seed: int) -> Recorded:
         ledger = Path(secret) / "ledger"
         folder = out / make.RECORDINGS / alias
         for draw in range(_DRAWS):
-            own = plant_seed(seed, name, draw)
-            plant = plant_named(f"conceal={own}")
+            plant_number = plant_seed(seed, name, draw)
+            plant = plant_named(f"conceal={plant_number}")
             try:
-                run_on(f"{plant}&ledger={ledger}", folder, own % _SEEDS)
+                run_on(f"{plant}&ledger={ledger}", folder, plant_number % _SEEDS)
                 break
             except ProofError:
                 if draw == _DRAWS - 1:
@@ -107,7 +107,7 @@ def record(out: Path, name: str, seed: int) -> Recorded:
     path.parent.mkdir(parents=True, exist_ok=True)
     path.unlink(missing_ok=True)
     path.with_suffix(".sha256").write_text(f"{hashlib.sha256(content).hexdigest()}  {path.name}\n")
-    return Recorded(json.loads(content), content, plant, own % _SEEDS)
+    return Recorded(json.loads(content), content, plant, plant_number % _SEEDS)
 
 
 def _of(samples: list[dict[str, Any]], floor: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float]]:

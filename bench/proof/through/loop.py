@@ -51,8 +51,8 @@ def closed(plant: str, seed: int, model: Path, noise: Noise, check: Any) -> dict
         except ProofError as error:
             return out | {"why": str(error)}
         recordings = RecordingFolder.open(folder).recordings
-        for channel, own in squares(predict, content, recordings).items():
-            found = ratio(own, noise, channel, own)
+        for channel, square in squares(predict, content, recordings).items():
+            found = ratio(square, noise, channel, square)
             if math.isfinite(found):
                 out["residual"][channel] = found
         out["verdict"] = check(folder, model)
@@ -90,4 +90,4 @@ def apart(first: Sequence[Recording], second: Sequence[Recording], noise: Noise)
             inside = steady(one) & steady(other)
             sums[channel] = sums.get(channel, 0.0) + float(np.sum((ours - theirs)[inside] ** 2))
             allowed[channel] = allowed.get(channel, 0.0) + 2.0 * level**2 * np.count_nonzero(inside)
-    return {channel: math.sqrt(own / allowed[channel]) for channel, own in sums.items() if allowed[channel] > 0.0}
+    return {channel: math.sqrt(total / allowed[channel]) for channel, total in sums.items() if allowed[channel] > 0.0}

@@ -46,25 +46,25 @@ def run_on(plant: str, folder: Path, seed: int, campaign: Path = CAMPAIGN, bench
     shutil.rmtree(folder, ignore_errors=True)
     folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as secret:
-        own = Path(secret)
+        folder_of_run = Path(secret)
         job = {
             "run": folder.name,
             "campaign": str(campaign),
             "bench": bench,
             "folder": str(folder.absolute()),
-            "socket": str(own / "socket"),
-            "outcome": str(own / "outcome.json"),
+            "socket": str(folder_of_run / "socket"),
+            "outcome": str(folder_of_run / "outcome.json"),
             "seed": seed,
             "plant": plant,
         }
-        path = own / "job.json"
+        path = folder_of_run / "job.json"
         path.write_text(json.dumps(job), encoding="utf-8")
         command = [sys.executable, "-m", "bench.service.process.main", str(path)]
         try:
             done = subprocess.run(command, capture_output=True, text=True, timeout=_LONGEST_S, check=False)
         except subprocess.TimeoutExpired as error:
             raise ProofError(f"the campaign into {folder.name} did not end within {_LONGEST_S:.0f} s.") from error
-        outcome = own / "outcome.json"
+        outcome = folder_of_run / "outcome.json"
         end = json.loads(outcome.read_text("utf-8")) if outcome.exists() else {}
         if end.get("kind") not in ("finished", "failed_points"):
             why = end.get("text") or done.stderr.strip() or f"exit code {done.returncode}"

@@ -33,9 +33,9 @@ def _samples(recording: Recording, every: int) -> dict[str, Any]:
     time = np.asarray(recording.si("time"))
     ratio = float(recording.gearbox.ratio or 1.0)
     theta = np.asarray(recording.si("motor_angle")) / ratio
-    reach = max(round(_WITHIN_S * recording.sample_rate / 2.0), 1)
+    half_width = max(round(_WITHIN_S * recording.sample_rate / 2.0), 1)
     width = max(round(_WITHIN_S * recording.sample_rate), 1)
-    before, after = np.maximum(picked - reach, 0), np.minimum(picked + reach, cycle.size - 1)
+    before, after = np.maximum(picked - half_width, 0), np.minimum(picked + half_width, cycle.size - 1)
     rate = (theta[after] - theta[before]) / (time[after] - time[before])
     # at rest the last direction holds; before any motion it is positive
     signs = np.where(np.abs(rate) * ratio > 0.5, np.sign(rate), 0.0)

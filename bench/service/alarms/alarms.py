@@ -104,7 +104,7 @@ class Alarms:
         """Whether an alarm stands that somebody has to read before the bench gets torque."""
         return any(not alarm.clears_itself for alarm in self._alarms.values())
 
-    def standing(self) -> list[dict[str, Any]]:
+    def current(self) -> list[dict[str, Any]]:
         """For the page, newest first."""
         return [asdict(alarm) for alarm in reversed(self._alarms.values())]
 

@@ -17,7 +17,7 @@ from typing import Any
 from bench.campaigns import load_campaign, make_plan
 from bench.configuration import BenchConfiguration, BenchFile, load_bench, on_interface, playing
 from bench.errors import LimitError
-from bench.investigate.loop import LOOK, Asked
+from bench.investigate.loop import LOOK, Goal
 from bench.investigate.loop import investigate as go
 
 Progress = Callable[..., None]
@@ -102,7 +102,7 @@ def investigate(
 
     out.mkdir(parents=True, exist_ok=True)
     lab = AskingLab(asked.file().configuration, say, hear)
-    log = go(recordings, out, lab, Asked(asked.confidence, asked.hours, asked.experiments), report_progress=say)
+    log = go(recordings, out, lab, Goal(asked.confidence, asked.hours, asked.experiments), report_progress=say)
     _show_last_look(out)
     return f"{log.state['ended']}; {log.state['sentence']}"
 

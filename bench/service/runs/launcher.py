@@ -20,14 +20,14 @@ from pathlib import Path
 from typing import IO, Any
 
 from bench.service.process.ready import Spec
-from bench.service.runs.standing import Standing
+from bench.service.runs.standby import Standby
 
 Child = subprocess.Popen[bytes]
 
 
 def serve(orders: IO[str], send: Callable[[dict[str, Any]], None]) -> None:
     """Start what is ordered until the orders end."""
-    standing = Standing()
+    standby = Standby()
 
     def follow(child: Child) -> None:
         threading.Thread(target=lambda: send({"exited": child.pid, "code": child.wait()}), daemon=True).start()
@@ -35,12 +35,12 @@ def serve(orders: IO[str], send: Callable[[dict[str, Any]], None]) -> None:
     for line in orders:
         order = json.loads(line)
         if "ready" in order:
-            child = standing.begin(order["ready"])
+            child = standby.begin(order["ready"])
             if child is not None:
                 follow(child)
             continue
         try:
-            child = standing.take(order["job"], order["log"])
+            child = standby.take(order["job"], order["log"])
             if child is None:
                 child = _start(order["job"], order["log"])
                 follow(child)

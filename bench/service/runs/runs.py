@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from bench.service.files.disk import Disk
 from bench.service.files.kept import Broken
-from bench.service.runs.standing import leads_to
+from bench.service.runs.standby import leads_to
 
 State = Literal["proposed", "queued", "running", "ended"]
 _KEPT = 200

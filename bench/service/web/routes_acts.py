@@ -97,7 +97,7 @@ async def new_run(body: m.NewRun, service: The) -> m.RunAnswer:
     """With the controls it joins the queue and begins when the bench is free; without, it waits for the operator."""
 
     async def act() -> m.RunAnswer:
-        return _answer(await service.asking.new(body))
+        return _answer(await service.requests.new(body))
 
     answer: m.RunAnswer = await _once(service, "run", body, act)
     service.publish_state()
@@ -109,10 +109,10 @@ async def approve(run_id: RunId, body: m.Act, service: The) -> m.RunAnswer:
     """The operator's word for what somebody else proposed."""
 
     def do(name: str) -> m.RunAnswer:
-        run = service.asking.run(run_id, "proposed")
+        run = service.requests.run(run_id, "proposed")
         service.book.write("approve", name, f"{run.title}, asked for by {run.by}", run=run.id)
         service.keeper.held = False
-        return _answer(service.asking.change(run, state="queued"))
+        return _answer(service.requests.change(run, state="queued"))
 
     answer: m.RunAnswer = await _act_once(service, "approve", body, do, run_id)
     return answer
@@ -128,7 +128,7 @@ async def withdraw(run_id: RunId, body: m.Act, service: The) -> m.RunAnswer:
             raise Unknown(f'there is no waiting run "{run_id}"')
         service.book.write("withdraw", name, waiting.title, run=run_id)
         end = {"kind": "withdrawn", "text": f"taken out of the queue by {name}"}
-        return _answer(service.asking.change(waiting, state="ended", end=end))
+        return _answer(service.requests.change(waiting, state="ended", end=end))
 
     answer: m.RunAnswer = await _act_once(service, "withdraw", body, do, run_id)
     return answer
@@ -138,7 +138,7 @@ async def withdraw(run_id: RunId, body: m.Act, service: The) -> m.RunAnswer:
 async def again(run_id: RunId, body: m.Act, service: The) -> m.RunAnswer:
     """The same campaign in the same folder: what is done is not repeated. After a stop this is the act "resume"."""
     answer: m.RunAnswer = await _act_once(
-        service, "again", body, lambda name: _answer(service.asking.again(run_id, name)), run_id
+        service, "again", body, lambda name: _answer(service.requests.again(run_id, name)), run_id
     )
     return answer
 
@@ -169,7 +169,7 @@ async def queue(body: m.Act, service: The) -> m.Done:
 
 async def _wish(service: Service, wish: str, body: m.RunAct, **more: str) -> m.Done:
     def do(name: str) -> m.Done:
-        return m.Done(done=service.asking.wish(name, wish, body.run, **more))
+        return m.Done(done=service.requests.wish(name, wish, body.run, **more))
 
     answer: m.Done = await _act_once(service, wish, body, do)
     return answer
@@ -210,7 +210,7 @@ async def abort(body: m.RunAct, service: The) -> m.Done:
     """The bench is brought to rest, the recording finished; what is missing can be measured later."""
 
     def do(name: str) -> m.Done:
-        title = service.asking.require_running(body.run).title
+        title = service.requests.require_running(body.run).title
         service.keeper.stop(name)
         service.book.write("abort", name, f"{title} aborted", run=body.run)
         return m.Done(done="the bench is being brought to rest")
@@ -236,9 +236,9 @@ async def acknowledge(number: AlarmNumber, body: m.Act, service: The) -> m.Done:
 
 async def _on_point(service: Service, wish: str, body: m.PointAct, states: frozenset[str]) -> m.Done:
     def do(name: str) -> m.Done:
-        service.asking.require_running(body.run)
+        service.requests.require_running(body.run)
         _require_point(service, body.point, states)
-        return m.Done(done=service.asking.wish(name, wish, body.run, identity=body.point))
+        return m.Done(done=service.requests.wish(name, wish, body.run, identity=body.point))
 
     answer: m.Done = await _act_once(service, wish, body, do)
     return answer

@@ -101,8 +101,8 @@ class Term:
 
     def shapes(self, channel: str) -> set[Shape]:
         """All functions of a channel by which nature's form may differ from one of the forms here."""
-        own = (form.shape for form in self.forms.get(channel, ()))
-        return {*self.shape.get(channel, ()), *(shape for shapes in own for shape in shapes)}
+        per_form = (form.shape for form in self.forms.get(channel, ()))
+        return {*self.shape.get(channel, ()), *(shape for shapes in per_form for shape in shapes)}
 
     def shape_of(self, channel: str, form: Form | None = None) -> tuple[Shape, ...]:
         """Those of one form; of the term where no form is named, or it has none of its own."""

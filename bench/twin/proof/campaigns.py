@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from bench.identification import Options, identify_folder, to_simulation
-from bench.proof.make import load_examiner, write_made
+from bench.proof.make import load_examiner, write_generated
 from bench.recording import Recording
 from bench.twin.finding import found
 from bench.twin.streams import AT_ONE_POINT
@@ -62,7 +62,7 @@ def model_of(bench: int, work: Path) -> Path:
         work.mkdir(parents=True, exist_ok=True)
         with TemporaryDirectory(dir=work) as place:
             for made in load_examiner().known_by(bench).recordings():
-                write_made(Path(place), "known", made)
+                write_generated(Path(place), "known", made)
             to_simulation(identify_folder(Path(place), Options())).save(path)
     return path
 
@@ -80,7 +80,7 @@ def run(case: Case, work: Path) -> dict[str, Any]:
     first_finding = None
     with TemporaryDirectory(dir=work) as place:
         for number, made in enumerate(campaign.recordings()):
-            write_made(Path(place), "watched", made)
+            write_generated(Path(place), "watched", made)
             if made.kind in AT_ONE_POINT and began is None and campaign.since is not None and number >= campaign.since:
                 began = watch.points
             at = time.process_time()

@@ -85,7 +85,7 @@ class Effect:
         channels: where it shows, strongest first.
         amplitude: the one number that scales it, in the unit of its first parameter.
         shape: the other numbers, by name.
-        place: where it acts, as far as that can be said beforehand.
+        claimed: where it acts, as far as that can be said beforehand.
     """
 
     effect: str
@@ -93,7 +93,7 @@ class Effect:
     channels: tuple[str, ...]
     amplitude: float
     shape: dict[str, float] = field(default_factory=dict)
-    place: Location = field(default_factory=Location)
+    claimed: Location = field(default_factory=Location)
 
     def reset(self) -> None:
         """Forget any history: a new campaign begins."""
@@ -129,4 +129,4 @@ class Effect:
 
     def location(self) -> Location:
         """Where the effect acts."""
-        return self.place
+        return self.claimed

@@ -19,9 +19,9 @@ Memory = dict[str, Any]
 
 
 def _te(
-    effect: str, name: str, law: Law, shape: Shape, place: Location | None = None, derived: Derived | None = None
+    effect: str, name: str, law: Law, shape: Shape, claimed: Location | None = None, derived: Derived | None = None
 ) -> Formula:
-    return Formula(effect, name, _TE, 2e-5, shape, place or Location(), hook="transmission", law=law, derived=derived)
+    return Formula(effect, name, _TE, 2e-5, shape, claimed or Location(), hook="transmission", law=law, derived=derived)
 
 
 def _lost(rng: Rng, name: str, profile: str) -> Effect:
@@ -41,13 +41,13 @@ def _lost(rng: Rng, name: str, profile: str) -> Effect:
             return -np.sign(x) * (1.0 - (1.0 + np.abs(x)) ** -2.0)
         return -np.sign(x) * (1.0 - np.exp(-np.abs(x)))
 
-    place = Location(conditions={"load_torque": [-3.0 * t0, 3.0 * t0]}, core={"load_torque": [-t0, t0]})
+    claimed = Location(conditions={"load_torque": [-3.0 * t0, 3.0 * t0]}, core={"load_torque": [-t0, t0]})
 
     def derived(amplitude: float, s: Shape) -> dict[str, tuple[float, str]]:
         return {"j_2": (amplitude, "rad"), "tau_j": (s["tau_0"], "N·m")}
 
-    own = derived if profile in ("arctan", "deadzone") else None
-    return _te("te.lost_motion", name, law, {"tau_0": t0}, place, own)
+    known = derived if profile in ("arctan", "deadzone") else None
+    return _te("te.lost_motion", name, law, {"tau_0": t0}, claimed, known)
 
 
 @form("te.lost_motion", "arctan", in_library=True)
@@ -212,12 +212,12 @@ def _film(rng: Rng, name: str, profile: str) -> Effect:
             return -side * (x / (1.0 + x)) ** 0.7
         return side * np.exp(-x)
 
-    place = Location(conditions={"velocity": [0.0, 3.0 * v]}, core={"velocity": [0.0, v]})
+    claimed = Location(conditions={"velocity": [0.0, 3.0 * v]}, core={"velocity": [0.0, v]})
 
     def derived(amplitude: float, s: Shape) -> dict[str, tuple[float, str]]:
         return {"v_o": (amplitude, "rad"), "v_s": (s["v_s"], "rad/s")}
 
-    return _te("te.velocity_nonlinear", name, law, {"v_s": v}, place, derived if profile == "exp" else None)
+    return _te("te.velocity_nonlinear", name, law, {"v_s": v}, claimed, derived if profile == "exp" else None)
 
 
 @form("te.velocity_nonlinear", "rational")

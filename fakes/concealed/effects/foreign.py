@@ -17,9 +17,9 @@ Memory = dict[str, Any]
 
 
 def _foreign(
-    name: str, channel: str, hook: str, law: Law, shape: Shape, amplitude: float, place: Location | None = None
+    name: str, channel: str, hook: str, law: Law, shape: Shape, amplitude: float, claimed: Location | None = None
 ) -> Formula:
-    return Formula("unknown", name, (channel,), amplitude, shape, place or Location(), hook=hook, law=law)
+    return Formula("unknown", name, (channel,), amplitude, shape, claimed or Location(), hook=hook, law=law)
 
 
 @form("unknown", "floor vibration at a fixed frequency", in_library=True)
@@ -56,9 +56,11 @@ def _contact(rng: Rng) -> Effect:
         return swell * np.cos(46.0 * run.theta + s["phase"])
 
     outer, core = ({"load_torque": [centre - k * width, centre + k * width]} for k in (1.5, 0.7))
-    place = Location(conditions=outer, core=core, orders=(46.0,))
+    claimed = Location(conditions=outer, core=core, orders=(46.0,))
     shape = {"centre": centre, "width": width, "phase": rng.uniform(-np.pi, np.pi)}
-    return _foreign("order 46 swells in a band of load", "transmission_error", "transmission", law, shape, 1e-5, place)
+    return _foreign(
+        "order 46 swells in a band of load", "transmission_error", "transmission", law, shape, 1e-5, claimed
+    )
 
 
 @form("unknown", "rolling-element cage slipping out of phase", held_back=True)
@@ -82,8 +84,8 @@ def _hump(rng: Rng) -> Effect:
         return np.asarray(run.sign * np.exp(-(((np.abs(run.rate) - s["centre"]) / np.deg2rad(1.0)) ** 2)))
 
     outer, core = ({"velocity": [centre - k, centre + k]} for k in np.deg2rad((1.8, 0.7)).tolist())
-    place = Location(conditions=outer, core=core)
-    return _foreign("friction hump at one speed", "motor_torque", "friction", law, {"centre": centre}, 0.15, place)
+    claimed = Location(conditions=outer, core=core)
+    return _foreign("friction hump at one speed", "motor_torque", "friction", law, {"centre": centre}, 0.15, claimed)
 
 
 @form("unknown", "seal that sticks now and then", in_library=True)
@@ -112,8 +114,8 @@ def _one_sided(rng: Rng) -> Effect:
         lift = np.clip(run.torque / 400.0, 0.0, None)
         return np.where(run.sign > 0.0, -lift / (1.0 + lift), 0.0)
 
-    place = Location(conditions={"direction": "positive", "load_torque": [0.0, 1100.0]})
-    return _foreign("drag falls with load in one direction", "motor_torque", "friction", law, {}, 0.15, place)
+    claimed = Location(conditions={"direction": "positive", "load_torque": [0.0, 1100.0]})
+    return _foreign("drag falls with load in one direction", "motor_torque", "friction", law, {}, 0.15, claimed)
 
 
 @dataclass(slots=True)
@@ -143,8 +145,8 @@ class _Melting(Effect):
 @form("unknown", "latent heat of the grease", held_back=True)
 def _latent(rng: Rng) -> Effect:
     centre = rng.uniform(28.0, 34.0)
-    place = Location(conditions={"temperature": [centre - 4.0, centre + 4.0]})
-    return _Melting("unknown", "latent heat of the grease", ("temperature",), 1.0, {"centre": centre}, place)
+    claimed = Location(conditions={"temperature": [centre - 4.0, centre + 4.0]})
+    return _Melting("unknown", "latent heat of the grease", ("temperature",), 1.0, {"centre": centre}, claimed)
 
 
 @form("unknown", "eddy-current drag of the load motor", in_library=True)

@@ -25,13 +25,13 @@ def _friction(
     law: Law,
     shape: Shape,
     amplitude: float,
-    place: Location | None = None,
+    claimed: Location | None = None,
     natural: Natural = (),
     derived: Derived | None = None,
 ) -> Formula:
-    place = place or Location()
+    claimed = claimed or Location()
     return Formula(
-        effect, name, _MOTOR, amplitude, shape, place, hook="friction", law=law, natural=natural, derived=derived
+        effect, name, _MOTOR, amplitude, shape, claimed, hook="friction", law=law, natural=natural, derived=derived
     )
 
 
@@ -50,8 +50,8 @@ def _stribeck(rng: Rng, name: str, profile: str, natural: Natural = ()) -> Effec
             return run.sign / np.cosh(x)
         return run.sign * np.exp(-(x**2))
 
-    place = Location(conditions={"velocity": [0.0, 2.5 * w_s / 185.0]}, core={"velocity": [0.0, w_s / 185.0]})
-    return _friction("friction.stribeck", name, law, {"w_s": w_s}, 0.3, place, natural)
+    claimed = Location(conditions={"velocity": [0.0, 2.5 * w_s / 185.0]}, core={"velocity": [0.0, w_s / 185.0]})
+    return _friction("friction.stribeck", name, law, {"w_s": w_s}, 0.3, claimed, natural)
 
 
 @form("friction.stribeck", "rational", in_library=True)
@@ -97,8 +97,8 @@ def _viscosity(rng: Rng, name: str, profile: str) -> Effect:
     def derived(amplitude: float, s: Shape) -> dict[str, tuple[float, str]]:
         return {"f_e": (amplitude, "N·m·s/rad"), "beta": (5200.0 / 298.15**2, "1/K")}
 
-    own = derived if profile == "arrhenius" else None
-    return _friction("friction.viscous_temperature", name, law, {}, 0.01, derived=own)
+    known = derived if profile == "arrhenius" else None
+    return _friction("friction.viscous_temperature", name, law, {}, 0.01, derived=known)
 
 
 @form("friction.viscous_temperature", "Arrhenius", in_library=True)
@@ -229,7 +229,7 @@ def _run_in_power(rng: Rng) -> Effect:
 
 
 def _presliding(rng: Rng, name: str, profile: str) -> Effect:
-    reach = np.deg2rad(rng.uniform(0.3, 1.2))
+    distance = np.deg2rad(rng.uniform(0.3, 1.2))
 
     def law(run: Run, s: Shape, memory: Memory) -> Floats:
         breaks = s["reach"] * np.array([0.4, 2.0] if profile == "two" else [0.3, 0.8, 1.6, 3.0])
@@ -246,8 +246,8 @@ def _presliding(rng: Rng, name: str, profile: str) -> Effect:
     def derived(amplitude: float, s: Shape) -> dict[str, tuple[float, str]]:
         return {"f_d": (amplitude, "N·m"), "s_d": (185.0 * s["reach"], "rad")}
 
-    own = derived if profile == "dahl" else None
-    return _friction("friction.presliding", name, law, {"reach": reach}, 0.4, derived=own)
+    known = derived if profile == "dahl" else None
+    return _friction("friction.presliding", name, law, {"reach": distance}, 0.4, derived=known)
 
 
 @form("friction.presliding", "Dahl", in_library=True)

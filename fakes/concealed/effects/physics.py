@@ -16,8 +16,10 @@ Shape = dict[str, float]
 Memory = dict[str, Any]
 
 
-def _drag(name: str, law: Law, shape: Shape, amplitude: float, place: Location | None = None) -> Formula:
-    return Formula("unknown", name, ("motor_torque",), amplitude, shape, place or Location(), hook="friction", law=law)
+def _drag(name: str, law: Law, shape: Shape, amplitude: float, claimed: Location | None = None) -> Formula:
+    return Formula(
+        "unknown", name, ("motor_torque",), amplitude, shape, claimed or Location(), hook="friction", law=law
+    )
 
 
 def _rested(run: Run, memory: Memory) -> float:
@@ -68,8 +70,8 @@ def _stick_slip(rng: Rng) -> Effect:
         gate = np.clip((s["limit"] - np.abs(run.rate)) / (0.15 * s["limit"]), 0.0, 1.0)
         return run.sign * gate * saw
 
-    place = Location(conditions={"velocity": [0.0, limit]}, core={"velocity": [0.0, 0.7 * limit]})
-    return _drag("stick–slip of a scraper", law, {"limit": limit}, 0.2, place)
+    claimed = Location(conditions={"velocity": [0.0, limit]}, core={"velocity": [0.0, 0.7 * limit]})
+    return _drag("stick–slip of a scraper", law, {"limit": limit}, 0.2, claimed)
 
 
 @form("unknown", "play knocks where the load torque crosses zero")
@@ -113,5 +115,7 @@ def _bow(rng: Rng) -> Effect:
         return np.asarray(_behind(run, s, memory) * np.cos(run.theta + s["phase"]))
 
     shape = {"tau": rng.uniform(120.0, 400.0), "phase": rng.uniform(-np.pi, np.pi)}
-    place = Location(orders=(1.0,))
-    return Formula("unknown", "thermal bow", ("transmission_error",), 5e-6, shape, place, hook="transmission", law=law)
+    claimed = Location(orders=(1.0,))
+    return Formula(
+        "unknown", "thermal bow", ("transmission_error",), 5e-6, shape, claimed, hook="transmission", law=law
+    )

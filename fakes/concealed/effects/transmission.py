@@ -21,9 +21,9 @@ _FREE_ORDERS = (2, 5, 7, 8, 10, 15, 16, 20, 21, 23, 28, 36, 45, 48, 72, 96, 160,
 
 
 def _te(
-    effect: str, name: str, law: Law, shape: Shape, amplitude: float = 5e-6, place: Location | None = None
+    effect: str, name: str, law: Law, shape: Shape, amplitude: float = 5e-6, claimed: Location | None = None
 ) -> Formula:
-    return Formula(effect, name, _TE, amplitude, shape, place or Location(), hook="transmission", law=law)
+    return Formula(effect, name, _TE, amplitude, shape, claimed or Location(), hook="transmission", law=law)
 
 
 def _free_order(rng: Rng) -> float:
@@ -38,7 +38,7 @@ def _harmonic(rng: Rng) -> Effect:
     def law(run: Run, s: Shape, memory: Memory) -> Floats:
         return np.cos(s["order"] * run.theta + s["phase"])
 
-    return _te("te.harmonic", "constant amplitude", law, shape, place=Location(orders=(k,)))
+    return _te("te.harmonic", "constant amplitude", law, shape, claimed=Location(orders=(k,)))
 
 
 @form("te.harmonic", "amplitude grows with load, phase differs by direction", in_library=True)
@@ -55,7 +55,7 @@ def _harmonic_load(rng: Rng) -> Effect:
         size = 1.0 + s["slope"] * np.clip(run.torque, -1200.0, 1200.0) / 1000.0
         return size * np.sin(s["order"] * run.theta + s["phase"] + s["skew"] * run.side)
 
-    return _te("te.harmonic", "load-dependent", law, shape, place=Location(orders=(k,)))
+    return _te("te.harmonic", "load-dependent", law, shape, claimed=Location(orders=(k,)))
 
 
 @form("te.harmonic", "amplitude saturates with load")
@@ -67,7 +67,7 @@ def _harmonic_saturating(rng: Rng) -> Effect:
         size = 1.2 + np.tanh(run.torque / s["load"])
         return np.asarray(size * np.cos(s["order"] * run.theta + s["phase"]))
 
-    return _te("te.harmonic", "amplitude saturates with load", law, shape, place=Location(orders=(k,)))
+    return _te("te.harmonic", "amplitude saturates with load", law, shape, claimed=Location(orders=(k,)))
 
 
 @form("te.harmonic", "sharp-crested wave at one order", held_back=True)
@@ -79,7 +79,7 @@ def _harmonic_crest(rng: Rng) -> Effect:
         angle = s["order"] * run.theta + s["phase"]
         return np.cos(angle + s["bend"] * (run.temperature - 30.0) / 10.0)
 
-    return _te("te.harmonic", "phase turning with temperature", law, shape, place=Location(orders=(k,)))
+    return _te("te.harmonic", "phase turning with temperature", law, shape, claimed=Location(orders=(k,)))
 
 
 _CARRIERS = ((46, 2), (46, 5), (92, 1), (92, 3), (138, 1), (138, 4), (184, 3), (24, 1), (24, 2), (276, 2), (276, 5))
@@ -97,7 +97,7 @@ def _sideband_am(rng: Rng) -> Effect:
     def law(run: Run, s: Shape, memory: Memory) -> Floats:
         return np.cos(s["m"] * run.theta + s["b"]) * np.cos(s["f"] * run.theta + s["a"])
 
-    return _te("te.sideband", "amplitude modulation", law, shape, place=_sides(f, m))
+    return _te("te.sideband", "amplitude modulation", law, shape, claimed=_sides(f, m))
 
 
 @form("te.sideband", "phase modulation")
@@ -109,7 +109,7 @@ def _sideband_pm(rng: Rng) -> Effect:
         carrier = s["f"] * run.theta + s["a"]
         return np.sin(carrier + 0.3 * np.sin(s["m"] * run.theta + s["b"])) - np.sin(carrier)
 
-    return _te("te.sideband", "phase modulation", law, shape, place=_sides(f, m))
+    return _te("te.sideband", "phase modulation", law, shape, claimed=_sides(f, m))
 
 
 @form("te.sideband", "both, unequal sides", held_back=True, in_library=True)
@@ -127,7 +127,7 @@ def _sideband_mixed(rng: Rng) -> Effect:
         upper = np.cos((s["f"] + s["m"]) * run.theta + s["a"])
         return upper + s["r"] * np.cos((s["f"] - s["m"]) * run.theta + s["b"])
 
-    return _te("te.sideband", "amplitude and phase modulation, unequal sides", law, shape, place=_sides(f, m))
+    return _te("te.sideband", "amplitude and phase modulation, unequal sides", law, shape, claimed=_sides(f, m))
 
 
 @dataclass(slots=True)
@@ -142,7 +142,7 @@ class _Modulated(Effect):
 
 
 @form("te.sideband", "the very order modulated")
-def _sideband_own(rng: Rng) -> Effect:
+def _sideband_of_one_order(rng: Rng) -> Effect:
     f, m = _CARRIERS[int(rng.integers(len(_CARRIERS)))]
     shape = {"f": f, "m": m, "b": rng.uniform(-np.pi, np.pi)}
     return _Modulated("te.sideband", "the very order modulated, load and all", _TE, 0.5, shape, _sides(f, m))

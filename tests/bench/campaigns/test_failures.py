@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from bench.campaigns import Block, Campaign, Stage
-from bench.campaigns.execution import asked, outcome, room, runner, session
-from bench.campaigns.execution.asked import SequenceFailed, Stopped
+from bench.campaigns.execution import outcome, room, runner, sequence_call, session
+from bench.campaigns.execution.sequence_call import SequenceFailed, Stopped
 from bench.campaigns.listener import Silent
 from bench.campaigns.operator.directions import Directions
 from bench.campaigns.operator.remark import LONGEST, clean_remark
@@ -171,13 +171,13 @@ class Clock:
 
 def test_a_question_has_an_answer_a_stop_or_an_end() -> None:
     never = threading.Event()
-    assert asked.ask_sequence("three", lambda: 3, Clock(), lambda: False) == 3
+    assert sequence_call.call_sequence("three", lambda: 3, Clock(), lambda: False) == 3
     with pytest.raises(Stopped, match="while waiting for nothing"):
-        asked.ask_sequence("nothing", lambda: never.wait(5), Clock(), lambda: True)
+        sequence_call.call_sequence("nothing", lambda: never.wait(5), Clock(), lambda: True)
     with pytest.raises(SequenceFailed, match=r"nothing did not come within 0\.03 s"):
-        asked.ask_sequence("nothing", lambda: never.wait(5), Clock(), lambda: False, patience_s=0.03)
+        sequence_call.call_sequence("nothing", lambda: never.wait(5), Clock(), lambda: False, patience_s=0.03)
     with pytest.raises(SequenceFailed, match="it failed: ZeroDivisionError: of a sequence"):
-        asked.ask_sequence("it", broken, Clock(), lambda: False)
+        sequence_call.call_sequence("it", broken, Clock(), lambda: False)
     never.set()
 
 

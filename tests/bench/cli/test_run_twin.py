@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
-from bench.cli._twin import Heard, say_seen, watched_by
+from bench.cli._twin import TwinMessages, say_seen, watched_by
 from bench.cli.run import run
 from bench.errors import ConfigurationError
 from bench.service.client import Refused, _analysis
@@ -38,12 +38,18 @@ def test_beside_a_service_the_model_is_one_of_its_analyses() -> None:
 @pytest.mark.parametrize(
     ("heard", "said"),
     [
-        (Heard(looked={"tested": 8, "points": 24, "not_watched": {}}), "holds in all 8 recordings"),
-        (Heard(looked={"tested": 0, "points": 5, "not_watched": {}}), "5 recordings at one point each are too few"),
-        (Heard(why="it broke", looked={"tested": 8, "points": 24, "not_watched": {"temperature": "no C"}}), "it broke"),
-        (Heard(unread={"0007": "cut"}), "0007 was not looked at: cut"),
+        (TwinMessages(looked={"tested": 8, "points": 24, "not_watched": {}}), "holds in all 8 recordings"),
+        (
+            TwinMessages(looked={"tested": 0, "points": 5, "not_watched": {}}),
+            "5 recordings at one point each are too few",
+        ),
+        (
+            TwinMessages(why="it broke", looked={"tested": 8, "points": 24, "not_watched": {"temperature": "no C"}}),
+            "it broke",
+        ),
+        (TwinMessages(unread={"0007": "cut"}), "0007 was not looked at: cut"),
     ],
 )
-def test_what_the_twin_saw_is_said(heard: Heard, said: str, capsys: pytest.CaptureFixture[str]) -> None:
+def test_what_the_twin_saw_is_said(heard: TwinMessages, said: str, capsys: pytest.CaptureFixture[str]) -> None:
     say_seen(heard, Console(width=200))
     assert said in capsys.readouterr().out

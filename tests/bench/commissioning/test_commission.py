@@ -21,7 +21,7 @@ from bench.cycle.assembly import Assembly, assemble
 from bench.cycle.rig import Rig
 from bench.errors import BenchError, ConfigurationError, DeviceError, LimitError
 from bench.safety import Act, LatchFile, Standing
-from bench.safety.places import VARIABLE
+from bench.safety.paths import VARIABLE
 
 
 class Refusing(Nobody):

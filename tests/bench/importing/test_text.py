@@ -79,7 +79,7 @@ def test_a_logger_s_preamble_is_passed_over(tmp_path: Path) -> None:
     text = "LabVIEW Measurement\nSeparator\tTab\nDate\t2026/03/01\n***End_of_Header***\nX_Value\tAngle\tComment\n"
     source = _open(tmp_path, text + "".join(f"{i / 10:.2f}\t{i * i:.3f}\n" for i in range(20)))
     assert [variable.name for variable in source.variables()] == ["X_Value", "Angle"]
-    assert source.place(3) == "line 9"
+    assert source.location(3) == "line 9"
 
 
 @pytest.mark.parametrize(

@@ -34,8 +34,8 @@ def _fast() -> Frame:
     return replace(fast, recording=np.unique(fast.recording, return_inverse=True)[1].astype(np.int64))
 
 
-def _finding(frame: Frame, rival: str = "friction.stribeck", **more: Any) -> tuple[Finding, Any]:
-    """Churning, of which ``rival`` is as good."""
+def _finding(frame: Frame, alternative: str = "friction.stribeck", **more: Any) -> tuple[Finding, Any]:
+    """Churning, of which ``alternative`` is as good."""
     form = LIBRARY["friction.viscous_quadratic"].forms["motor_torque"][0]
     added = form.columns(frame, ())[:, 0] * 0.06
     row = {
@@ -45,7 +45,7 @@ def _finding(frame: Frame, rival: str = "friction.stribeck", **more: Any) -> tup
         "channels": ["motor_torque"],
         "parameters": {form.linear[0].symbol: {"value": 0.06, "unit": "1"}},
     }
-    values: dict[str, Any] = {"status": "ambiguous", "rivals": (made.rival(rival, None, True),)}
+    values: dict[str, Any] = {"status": "ambiguous", "alternatives": (made.alternative(alternative, None, True),)}
     found = made.discovery(
         "motor_torque", "friction.viscous_quadratic", added, ("speed",), simulation_rows=(row,), **(values | more)
     )
@@ -93,7 +93,7 @@ def test_a_path_is_told_from_a_function_of_the_torque_by_a_staircase(bench: Benc
         added,
         ("torque",),
         status="ambiguous",
-        rivals=(made.rival("te.hysteresis", None, True),),
+        alternatives=(made.alternative("te.hysteresis", None, True),),
     )
     outcome = made.outcome(far, "transmission_error", [found], 4e-6)
     data = made.dataset(far, "transmission_error", outcome.rows)
@@ -138,7 +138,9 @@ def test_a_warm_bench_is_offered_a_cooling_a_cold_one_is_not(bench: BenchConfigu
 
 
 def test_named_but_weaker_than_asked_is_a_question(bench: BenchConfiguration) -> None:
-    finding, _ = _finding(_fast(), status="named", confidence=0.5, rivals=(made.rival("friction.stribeck", None),))
+    finding, _ = _finding(
+        _fast(), status="named", confidence=0.5, alternatives=(made.alternative("friction.stribeck", None),)
+    )
     assert questions([finding], 0.2) == ()
     (asked,) = questions([finding], 0.7)
     assert asked.alternatives == ("friction.stribeck",)
@@ -168,9 +170,11 @@ def test_what_the_bench_would_need_is_a_refusal_that_would_tell(bench: BenchConf
 def test_what_came_is_the_change_of_the_loss_of_the_explanation_that_fell() -> None:
     finding, _ = _finding(_fast())
     (asked,) = questions([finding], 0.7)
-    after, _ = _finding(_fast(), status="named", rivals=(replace(made.rival("friction.stribeck", None), loss=25.0),))
+    after, _ = _finding(
+        _fast(), status="named", alternatives=(replace(made.alternative("friction.stribeck", None), loss=25.0),)
+    )
     result = outcome_of(asked, [after])
-    assert result.gain == pytest.approx(20.0)  # the rival lost 5 before
+    assert result.gain == pytest.approx(20.0)  # the alternative lost 5 before
     assert result.words == "friction.viscous_quadratic named"
     gone = outcome_of(asked, [])
     assert gone.gain is None

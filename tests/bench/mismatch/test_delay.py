@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.mismatch.analysis import DELAY, _told_here
+from bench.mismatch.analysis import DELAY, _excluded_delay
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.problem import ChannelProblem, nominal_base
 from bench.mismatch.regression.search import Search, searched
@@ -45,5 +45,5 @@ def test_angles_are_asked_for_a_delay_unless_the_load_torque_excludes_it(
 ) -> None:
     search = ramps(rate, late)
     assert [chosen.effect for chosen in search.model.chosen] == found
-    assert _told_here(search) == banned
+    assert _excluded_delay(search) == banned
     search.close()

@@ -26,7 +26,7 @@ from bench.recording import RecordingFolder
 from bench.simulation.frame import FloatArray
 from bench.simulation.model import Simulation
 from fakes.concealed.design import Design
-from fakes.concealed.recordings import make_recordings
+from fakes.concealed.recordings import generate_recordings
 
 EFFECT, CHANNEL = "friction.stribeck", "motor_torque"
 RATE = 250.0
@@ -55,7 +55,7 @@ class Examiner:
 
             @staticmethod
             def recordings() -> Any:
-                return make_recordings(folder.campaign, folder.sensors, folder.start, folder.tally, rate_hz=RATE)
+                return generate_recordings(folder.campaign, folder.sensors, folder.start, folder.tally, rate_hz=RATE)
 
         return Slow
 
@@ -239,9 +239,11 @@ def test_parameters_are_those_of_the_file(clear: Compared) -> None:
 
 def test_alternatives_were_refitted(clear: Compared) -> None:
     evidence = clear.finding()["evidence"]
-    for rival in clear.finding()["alternatives"]:
-        assert rival["effect"] != EFFECT
-        assert rival["held_out_rmse"] is None or rival["held_out_rmse"] > 0.9 * evidence["held_out_rmse_after"]
+    for alternative in clear.finding()["alternatives"]:
+        assert alternative["effect"] != EFFECT
+        assert (
+            alternative["held_out_rmse"] is None or alternative["held_out_rmse"] > 0.9 * evidence["held_out_rmse_after"]
+        )
 
 
 def test_what_was_found_is_not_found_again(clear: Compared, tmp_path: Path) -> None:

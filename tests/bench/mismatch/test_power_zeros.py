@@ -103,7 +103,7 @@ def problem(rows: Rows) -> ChannelProblem:
 
 def torque_model(rows: Rows, effect: str, constant: float) -> Any:
     """A calibrated model of a torque whose constant is known and that leaves nothing."""
-    block = SimpleNamespace(regressor=SimpleNamespace(effect=effect), place=(0,))
+    block = SimpleNamespace(regressor=SimpleNamespace(effect=effect), indices=(0,))
     fit = SimpleNamespace(of=lambda _place: (np.array([constant]), np.zeros((1, 1))))
     whole = SimpleNamespace(rows=rows, usable=np.ones(rows.size, dtype=bool))
     return SimpleNamespace(base=[block], chosen=[], fit=fit, problem=whole, predict=lambda _frame: rows.y)
@@ -221,7 +221,7 @@ def test_zeros_of_recordings_take_nothing_from_the_size_of_an_effect() -> None:
     # what differs from recording to recording as a zero does is beyond the simulation all the same
     rng = np.random.default_rng(2)
     course = rows.frame.elapsed * rng.normal(size=RECORDINGS_MADE)[rows.frame.recording]
-    assert np.std(course - model.calibration.said(course)) > 0.9 * np.std(course)
+    assert np.std(course - model.calibration.projected(course)) > 0.9 * np.std(course)
 
 
 def test_zeros_differ_as_far_as_the_motor_torque_shows() -> None:
@@ -253,7 +253,7 @@ def test_a_heat_capacity_is_told_once_the_zeros_are_known_to_be_none() -> None:
     term = BaseTerm(WanderingZero(), zero_precisions(rows.frame, None))
     found = searched(replace(plain, base=(*plain.base, term))).model
     loss = next(b for b in found.base if b.regressor.effect == "thermal.loss_heating")
-    value, covariance = found.fit.of(loss.place)
+    value, covariance = found.fit.of(loss.indices)
     assert value[0] == pytest.approx(1.0 / CAPACITY, rel=5e-3)
     assert np.sqrt(covariance[0, 0]) < 3e-3 / CAPACITY
 

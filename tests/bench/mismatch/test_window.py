@@ -12,7 +12,7 @@ from bench.mismatch.recordings.loading import load
 from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.recordings.prepared import Folder, prepare
 from bench.mismatch.recordings.rows import LIVELY_S
-from bench.mismatch.recordings.window import ANGLE, RECORDED, VELOCITY, Rates, telling_rates
+from bench.mismatch.recordings.window import ANGLE, RECORDED, VELOCITY, Rates, best_rates
 from bench.recording import Recording
 from tests.bench.importing import builders
 
@@ -40,7 +40,7 @@ def test_what_shakes_fast_wants_a_short_window_and_a_coarse_encoder_a_long_one(
     tmp_path: Path, hertz: float, noise: float, span: float
 ) -> None:
     recordings = shaken(tmp_path, hertz, noise)
-    assert telling_rates(recordings, 0.05) == Rates(span)
+    assert best_rates(recordings, 0.05) == Rates(span)
     manner = Manner.of(recordings)
     assert manner.free
     assert manner.smoothing == span
@@ -54,7 +54,7 @@ def test_what_the_window_lets_pass_may_have_a_row_of_its_own(tmp_path: Path) -> 
 
 
 def test_without_a_torque_nothing_is_asked(tmp_path: Path) -> None:
-    assert telling_rates([], 0.05) is None
+    assert best_rates([], 0.05) is None
 
 
 def driven(folder: Path, step: float, late_s: float) -> list[Recording]:

@@ -10,7 +10,7 @@ import pytest
 
 from bench.proof.score import CaseScore, score
 from bench.proof.statistics import summarise
-from tests.bench.proof.test_place import SLOW, TOLD
+from tests.bench.proof.test_location import SLOW, TOLD
 from tests.bench.proof.test_score import OWN, concealed, finding, report, truth
 
 Answer = dict[str, Any]  # "report" and "own"
@@ -73,7 +73,7 @@ MUTATIONS: dict[str, Callable[[Answer], object]] = {
 
 
 def scored(answer: Answer) -> CaseScore:
-    return score(TRUTH, answer["report"], 1.0, own=answer["own"])
+    return score(TRUTH, answer["report"], 1.0, recomputed=answer["own"])
 
 
 def test_the_answer_itself_is_right() -> None:

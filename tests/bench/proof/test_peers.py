@@ -10,8 +10,8 @@ from bench.proof import make
 from bench.proof.analyse import Job
 from bench.proof.peers import compare_peers
 from bench.proof.peers.candidates import Problem, problems
+from bench.proof.peers.location import location_of
 from bench.proof.peers.methods import METHODS, cross_validated, held_out, pick
-from bench.proof.peers.place import place_of
 from bench.proof.peers.rows import read_rows
 
 
@@ -97,7 +97,7 @@ def test_every_peer_runs(posed, name: str) -> None:
 def test_a_peer_is_given_the_place_of_its_columns(posed) -> None:
     motor = posed["motor_torque"]
     picked = np.array([motor.effects.index("friction.viscous_quadratic")])
-    place = place_of(motor, picked, "friction.viscous_quadratic")
+    place = location_of(motor, picked, "friction.viscous_quadratic")
     assert set(place["conditions"]) == {"velocity", "load_torque", "temperature", "direction"}
     low, high = place["conditions"]["velocity"]
     assert 0.0 <= low < high

@@ -58,7 +58,7 @@ def test_the_commit_is_that_of_the_work_tree(monkeypatch: pytest.MonkeyPatch) ->
     assert re.fullmatch(r"([0-9a-f]{40}(\+changes)?)?", commit())
     monkeypatch.setenv("PATH", "")
     assert re.fullmatch(r"([0-9a-f]{40})?", commit())
-    assert "with changes" in replace(HOW, commit="0123456789abcdef+changes").told
+    assert "with changes" in replace(HOW, commit="0123456789abcdef+changes").summary
 
 
 def test_a_table_says_how_it_came_about_and_how_much_of_it_is_done(tmp_path: Path) -> None:
@@ -70,20 +70,20 @@ def test_a_table_says_how_it_came_about_and_how_much_of_it_is_done(tmp_path: Pat
 
 def test_figures_follow_the_results(tmp_path: Path) -> None:
     page = "a <!-- proof development line --><!-- /proof --> b\n<!-- proof null table -->old<!-- /proof -->\n"
-    first = figures.made(page, tmp_path)
+    first = figures.filled(page, tmp_path)
     assert "not run with this examination yet (`bench prove --set null --nulls 300" in first
     assert "old" not in first
     stored(tmp_path)
-    second = figures.made(first, tmp_path)
+    second = figures.filled(first, tmp_path)
     assert "every point right in 1 of 3" in second
-    assert figures.made(second, tmp_path) == second
+    assert figures.filled(second, tmp_path) == second
     stored(tmp_path, scores=[case("good", True)])
-    assert figures.made(second, tmp_path) != second
+    assert figures.filled(second, tmp_path) != second
 
 
 def test_a_figure_nobody_knows_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ResultsError, match="hearsay"):
-        figures.made("<!-- proof hearsay line --><!-- /proof -->", tmp_path)
+        figures.filled("<!-- proof hearsay line --><!-- /proof -->", tmp_path)
 
 
 def test_pages_are_written_where_they_differ(tmp_path: Path) -> None:
@@ -100,7 +100,7 @@ def test_pages_are_written_where_they_differ(tmp_path: Path) -> None:
 def test_the_documentation_quotes_what_is_stored(page: Path) -> None:
     text = (ROOT / page).read_text(encoding="utf-8")
     assert "<!-- proof " in text
-    assert figures.made(text, ROOT / figures.RESULTS) == text, "bench prove --figures makes them anew"
+    assert figures.filled(text, ROOT / figures.RESULTS) == text, "bench prove --figures makes them anew"
 
 
 def test_stored_results_are_json_without_nan(tmp_path: Path) -> None:

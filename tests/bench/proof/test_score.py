@@ -77,7 +77,7 @@ def test_an_alternative_that_is_not_as_good_is_not_open() -> None:
 
 
 def test_everything_right() -> None:
-    result = score(truth(concealed()), report(finding()), 3.0, own=OWN)
+    result = score(truth(concealed()), report(finding()), 3.0, recomputed=OWN)
     assert result.every_point_right
     assert result.recomputed
     assert result.effects[0].parameter_errors == pytest.approx((0.05,))
@@ -102,7 +102,7 @@ def test_what_nobody_could_see_asks_for_nothing() -> None:
         assert (result.counted, result.confidences) == ((), ())
     assert score(truth(faint), report(finding("friction.viscous_quadratic")), 1.0).false_companions
     # of two alike the one that could be seen is answered
-    both = score(truth(faint, concealed()), report(finding()), 1.0, own=OWN)
+    both = score(truth(faint, concealed()), report(finding()), 1.0, recomputed=OWN)
     assert [e.status_right for e in both.counted] == [True]
     assert both.every_point_right
 
@@ -124,11 +124,11 @@ def test_a_false_companion_spoils_the_folder() -> None:
 def test_what_the_report_tells_of_its_residual_and_parameters_is_not_believed() -> None:
     flattering = report(finding(), after=0.05)
     worse = OWN | {"residual": {"motor_torque": 1.12}}
-    result = score(truth(concealed()), flattering, 1.0, own=worse)
+    result = score(truth(concealed()), flattering, 1.0, recomputed=worse)
     assert result.residual == pytest.approx(1.12)
     assert not result.every_point_right
     other = OWN | {"parameters": {"friction.stribeck": {"f_s": [0.3, 0.01]}}}
-    result = score(truth(concealed()), flattering, 1.0, own=other)
+    result = score(truth(concealed()), flattering, 1.0, recomputed=other)
     assert result.effects[0].parameter_errors == pytest.approx((0.5,))
     assert result.effects[0].covered == (False,)
 
@@ -141,21 +141,21 @@ def test_without_a_prediction_the_score_says_whose_residual_it_is() -> None:
 
 def test_a_model_that_does_not_predict_is_not_right_whatever_the_report_tells() -> None:
     broken = OWN | {"residual": {}, "why": "there is no model.json"}
-    result = score(truth(concealed()), report(finding(), after=0.05), 1.0, own=broken)
+    result = score(truth(concealed()), report(finding(), after=0.05), 1.0, recomputed=broken)
     assert math.isnan(result.residual)
     assert not result.every_point_right
 
 
 def test_signs_count() -> None:
     turned = OWN | {"parameters": {"friction.stribeck": {"f_s": [-0.2, 0.01]}}}
-    result = score(truth(concealed()), report(finding()), 1.0, own=turned)
+    result = score(truth(concealed()), report(finding()), 1.0, recomputed=turned)
     assert result.effects[0].parameter_errors == pytest.approx((2.0,))
     assert result.effects[0].covered == (False,)
 
 
 def test_the_told_share_is_compared_with_the_recomputed_one() -> None:
     told = finding(location={"share_of_excess": 0.95})
-    result = score(truth(concealed()), report(told), 1.0, own=OWN)
+    result = score(truth(concealed()), report(told), 1.0, recomputed=OWN)
     assert result.effects[0].share_error == pytest.approx(0.15)
 
 

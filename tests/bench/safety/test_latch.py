@@ -12,7 +12,7 @@ from bench.configuration import load_bench, on_interface
 from bench.errors import LimitError
 from bench.safety import Act, Latch, LatchFile, Standing, latch_file
 from bench.safety.latch import NEXT
-from bench.safety.places import VARIABLE, latch_path, machine_latch_path, spare_path, state_folder
+from bench.safety.paths import VARIABLE, latch_path, machine_latch_path, spare_path, state_folder
 
 STOPPED = Latch().stopped("MOTOR_SPEED", "too fast", "2026-11-21T12:00:00")
 

@@ -12,7 +12,7 @@ from bench.configuration import BenchFile, load_bench, on_interface
 from bench.errors import LimitError
 from bench.safety import Act, LatchFile, Standing
 from bench.safety.acts import latch_of
-from bench.safety.places import MACHINE, VARIABLE
+from bench.safety.paths import MACHINE, VARIABLE
 from bench.safety.torque_mark import mark_path, torque_mark
 
 DYING = """

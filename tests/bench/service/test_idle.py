@@ -18,7 +18,7 @@ from bench.service.process.condition import condition
 from bench.service.process.ready import Order, Spec, _watch
 from bench.service.runs.launcher import serve
 from bench.service.runs.runs import process_of
-from bench.service.runs.standing import Standing, leads_to
+from bench.service.runs.standby import Standby, leads_to
 from tests.bench.service.conftest import DEADLINE_S, served
 
 
@@ -92,7 +92,7 @@ def test_the_bench_is_read_between_runs_and_the_process_that_stood_ready_does_th
 
 
 def test_a_job_is_started_without_a_process_that_stands_ready(tmp_path: Path) -> None:
-    assert Standing().take(str(tmp_path / "job.json"), str(tmp_path / "log.txt")) is None
+    assert Standby().take(str(tmp_path / "job.json"), str(tmp_path / "log.txt")) is None
     messages: list[dict[str, Any]] = []
     order = json.dumps({"job": str(tmp_path / "none.json"), "log": str(tmp_path / "log.txt")})
     serve(io.StringIO(order + "\n"), messages.append)

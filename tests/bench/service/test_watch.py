@@ -20,7 +20,7 @@ import pytest
 
 from bench.errors import ConfigurationError
 from bench.safety import Cause
-from bench.safety.places import state_root
+from bench.safety.paths import state_root
 from bench.service.alarms.alarm_kinds import KINDS, kind_of
 from bench.service.alarms.alarms import Alarm, Alarms
 from bench.service.alarms.notify import Notifier
@@ -155,26 +155,26 @@ def test_the_same_alarm_is_raised_once_and_told_once(tmp_path: Path) -> None:
     first = alarms.raise_("DIED", "no word", "point 3 of 9")
     assert alarms.raise_("DIED", "no word") is first
     second = alarms.raise_("RECORDER", "full")
-    assert [alarm["number"] for alarm in alarms.standing()] == [second.number, first.number]
+    assert [alarm["number"] for alarm in alarms.current()] == [second.number, first.number]
     assert [alarm.cause for alarm in raised] == ["DIED", "RECORDER"]
     assert alarms.to_acknowledge()
     assert alarms.acknowledge(first.number, "Ann") == first
     assert alarms.acknowledge(first.number, "Ann") is None
     assert disk.settled(10.0)
     # a service that was killed comes back with what stands
-    assert new_alarms(tmp_path, disk).standing() == alarms.standing()
+    assert new_alarms(tmp_path, disk).current() == alarms.current()
     assert disk.close(10.0)
 
 
 def test_an_alarm_that_is_over_goes_by_itself_and_stands_in_the_book(alarms: Alarms) -> None:
     alarms.set("SILENT", "no word for 10 s")
     alarms.set("SILENT", "no word for 10 s")
-    (alarm,) = alarms.standing()
+    (alarm,) = alarms.current()
     assert alarm["clears_itself"]
     assert not alarms.to_acknowledge()
     assert alarms.acknowledge(alarm["number"], "Ann") is None
     alarms.set("SILENT", None)
-    assert alarms.standing() == []
+    assert alarms.current() == []
     assert kind_of("nobody knows it").clears_itself is False
 
 

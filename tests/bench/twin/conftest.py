@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from bench.identification import Options, identify_folder, to_simulation
-from bench.proof.make import load_examiner, write_made
+from bench.proof.make import load_examiner, write_generated
 
 BENCH = 9101
 WALKS = "the torque sensor's zero walks"
@@ -37,7 +37,7 @@ def known(tmp_path_factory: pytest.TempPathFactory) -> Known:
         (place / name).mkdir()
         names[name] = []
         for made in campaign.recordings():
-            write_made(place / name, name, made)
+            write_generated(place / name, name, made)
             names[name].append(made.name)
     since = names["walks"][examiner.watched(BENCH, 2, WALKS, 2.5).since]
     to_simulation(identify_folder(place / "known", Options(orders=(1, 3, 46)))).save(place / "model.json")

@@ -12,7 +12,7 @@ import fakes.concealed
 from fakes.concealed import cases, open_folder
 from fakes.concealed.exam import ALIKE
 from fakes.concealed.noise import NUISANCE_NAMES, Noise, draw_sensors, roughen
-from fakes.concealed.recordings import NoiseTally, make_recordings
+from fakes.concealed.recordings import NoiseTally, generate_recordings
 from tests.fakes.concealed.test_effects import SMALL
 
 
@@ -98,7 +98,7 @@ def test_a_cut_file_is_open_and_shorter() -> None:
 
 def test_lost_cycles_leave_gaps_in_time_and_an_event() -> None:
     folder = open_folder(small("null", elsewhere=True))
-    recordings = list(make_recordings(folder.campaign, folder.sensors, folder.start, NoiseTally(), lost=1.0))
+    recordings = list(generate_recordings(folder.campaign, folder.sensors, folder.start, NoiseTally(), lost=1.0))
     for recording in recordings:
         time = recording.channels["time"].raw
         assert np.diff(time).max() > 1.5 / recording.rate_hz

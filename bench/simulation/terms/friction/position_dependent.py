@@ -13,8 +13,8 @@ _ORDERS = range(1, 13)
 
 def _grid(frame: Frame) -> tuple[Point, ...]:
     # a wave of which no whole period was run is no modulation; the table over the angle has what is there
-    turned = float(np.ptp(frame.q)) if frame.size else 0.0
-    return tuple((float(order),) for order in _ORDERS if order * turned >= 2.0 * np.pi)
+    travelled = float(np.ptp(frame.q)) if frame.size else 0.0
+    return tuple((float(order),) for order in _ORDERS if order * travelled >= 2.0 * np.pi)
 
 
 def _modulated(frame: Frame, point: Point) -> FloatArray:

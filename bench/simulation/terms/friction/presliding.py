@@ -32,8 +32,8 @@ def _grid(frame: Frame) -> tuple[Point, ...]:
     if run <= 0.0:
         return logarithmic(SHORTEST, LONGEST, 14)
     # between speeds that were set, levels tell how much is missing; elsewhere only rows just after a reversal do
-    told = 0.0 if np.any(frame.steady > 0.5) else ROWS * _in_a_row(frame)
-    return logarithmic(max(min(SHORTEST, run / PART), told), min(LONGEST, run), 14)
+    resolution = 0.0 if np.any(frame.steady > 0.5) else ROWS * _in_a_row(frame)
+    return logarithmic(max(min(SHORTEST, run / PART), resolution), min(LONGEST, run), 14)
 
 
 def _between_reversals(frame: Frame) -> float:
@@ -54,11 +54,11 @@ def _in_a_row(frame: Frame) -> float:
 
 
 def _dahl(between: Between) -> Columns:
-    def own(frame: Frame, point: Point) -> FloatArray:
+    def state_columns(frame: Frame, point: Point) -> FloatArray:
         state = relaxing(frame.theta * frame.ratio, frame, point[0], between)
         return columns(np.where(frame.direction != 0, state - frame.direction, 0.0))
 
-    return own
+    return state_columns
 
 
 def _since_reversal(frame: Frame, point: Point) -> FloatArray:

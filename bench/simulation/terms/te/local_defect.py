@@ -9,7 +9,7 @@ from bench.simulation.terms.base import TRANSMISSION_ERROR, Form, Point, Symbol,
 from bench.simulation.waves import angle_from
 
 
-def _places(_: Frame) -> tuple[Point, ...]:
+def _angles(_: Frame) -> tuple[Point, ...]:
     return tuple(
         (float(angle), width)
         for width in (0.008, 0.02, 0.05, 0.12)
@@ -38,13 +38,13 @@ TERM = Term(
     where="transmission_error at fixed output angles",
     forms={
         TRANSMISSION_ERROR: (
-            Form("gaussian", _gaussian, (P,), (ANGLE, WIDTH), _places),
+            Form("gaussian", _gaussian, (P,), (ANGLE, WIDTH), _angles),
             Form(
                 "raised_cosine",
                 _raised_cosine,
                 (P,),
                 (ANGLE, WIDTH),
-                _places,
+                _angles,
                 equation=(
                     "TE += p*(1 + cos(pi*x))/2, x = max(-1, min(1, (theta - theta_p)/(2.5*w_p))), periodic in 2*pi"
                 ),

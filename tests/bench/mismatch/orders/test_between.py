@@ -7,7 +7,7 @@ import pytest
 
 from bench.mismatch.orders.between import search_between
 from bench.mismatch.orders.look import PARTS, Look
-from bench.mismatch.orders.turns import Seen, Turn, seen
+from bench.mismatch.orders.revolutions import Revolution, Seen, seen
 from bench.mismatch.orders.weak import WeakOrder, search
 from bench.simulation.frame import FloatArray
 
@@ -18,26 +18,26 @@ PRICE = 12.0
 
 
 def shown(
-    number: int, revolutions: float, waves: FloatArray, fitted: tuple[float, ...] = ()
-) -> tuple[Seen, list[Turn]]:
+    number: int, travelled: float, waves: FloatArray, fitted: tuple[float, ...] = ()
+) -> tuple[Seen, list[Revolution]]:
     """Segments that follow each other, with noise and ``waves`` (k, 3) of an order, an amplitude and a phase; what is
     left when some orders are ``fitted``.
     """
     rng = np.random.default_rng(1)
-    theta = 2.0 * np.pi * revolutions * np.arange(number * ROWS) / ROWS
+    theta = 2.0 * np.pi * travelled * np.arange(number * ROWS) / ROWS
     y = NOISE * rng.normal(size=theta.size)
     for order, amplitude, phase in waves:
         y += amplitude * np.cos(order * theta + phase)
     places = [slice(k * ROWS, (k + 1) * ROWS) for k in range(number)]
-    turns = [Turn(k, rows, 0.0, 0.1, 25.0, 60.0 * k, 1.0, revolutions, 60.0) for k, rows in enumerate(places)]
-    looks = [Look(theta[rows], np.ones(ROWS), rows, 2.0 * np.pi * revolutions) for rows in places]
-    return seen(looks, turns, y, fitted), turns
+    revolutions = [Revolution(k, rows, 0.0, 0.1, 25.0, 60.0 * k, 1.0, travelled, 60.0) for k, rows in enumerate(places)]
+    looks = [Look(theta[rows], np.ones(ROWS), rows, 2.0 * np.pi * travelled) for rows in places]
+    return seen(looks, revolutions, y, fitted), revolutions
 
 
-def found(number: int, revolutions: float, *waves: tuple[float, float, float]) -> list[WeakOrder]:
-    now, turns = shown(number, revolutions, np.array(waves))
+def found(number: int, travelled: float, *waves: tuple[float, float, float]) -> list[WeakOrder]:
+    now, revolutions = shown(number, travelled, np.array(waves))
     train = np.ones(number, dtype=bool)
-    return search_between(now, turns, train, (), NOISE, PRICE)
+    return search_between(now, revolutions, train, (), NOISE, PRICE)
 
 
 @pytest.mark.parametrize("order", [87.0 / 26.0, 2.0 * 87.0 / 26.0, 13.0 / 24.0 + 20.0])
@@ -65,8 +65,8 @@ def test_nothing_is_found_in_noise() -> None:
 @pytest.mark.parametrize(("fitted", "whole"), [(10.5, 10), (91.5, 92), (92.25, 92), (92.0 / 3.0, 31)])
 def test_an_order_between_the_whole_ones_takes_none_of_them_away(fitted: float, whole: int) -> None:
     waves = np.array([(fitted, 20.0 * NOISE, 0.4), (float(whole), 10.0 * NOISE, 1.1)])
-    now, turns = shown(13, 2.0, waves, (fitted,))
+    now, revolutions = shown(13, 2.0, waves, (fitted,))
     train = np.ones(13, dtype=bool)
-    assert whole in [line.order for line in search(now, turns, train, (fitted,), NOISE, PRICE)]
+    assert whole in [line.order for line in search(now, revolutions, train, (fitted,), NOISE, PRICE)]
     again, _ = shown(13, 2.0, waves, (fitted, float(whole)))
-    assert search(again, turns, train, (fitted, float(whole)), NOISE, PRICE) == []
+    assert search(again, revolutions, train, (fitted, float(whole)), NOISE, PRICE) == []

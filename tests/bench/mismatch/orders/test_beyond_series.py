@@ -9,8 +9,8 @@ import pytest
 
 from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.reported_law import of_one_recording
+from bench.mismatch.orders.revolutions import Revolution
 from bench.mismatch.orders.series import calibrate
-from bench.mismatch.orders.turns import Turn
 from bench.simulation.frame import Frame
 from bench.simulation.laws import RESONANCE, Law, factor
 from tests.bench.mismatch.report import made
@@ -45,15 +45,15 @@ def campaign() -> Frame:
 
 def periodic(law: Law) -> Periodic:
     rng = np.random.default_rng(2)
-    turns = [
-        Turn(0, slice(0, 0), t, side * v, 22.0 + 9.0 * rng.random(), 0.0, side, 1.0, 60.0)
+    revolutions = [
+        Revolution(0, slice(0, 0), t, side * v, 22.0 + 9.0 * rng.random(), 0.0, side, 1.0, 60.0)
         for side in (1.0, -1.0)
         for v in SPEEDS
         for t in TORQUES
     ]
-    load = np.array([[t.torque / 1000.0] for t in turns])
+    load = np.array([[t.torque / 1000.0] for t in revolutions])
     vectors = np.array([[2e-5, 1e-5j]]) * (1.0 + 0.3 * load)
-    return Periodic(calibrate(turns, vectors, np.full(vectors.shape, 1e-8), ORDERS), laws=(law,))
+    return Periodic(calibrate(revolutions, vectors, np.full(vectors.shape, 1e-8), ORDERS), laws=(law,))
 
 
 def test_what_is_left_is_that_of_least_squares_over_the_samples() -> None:

@@ -10,8 +10,8 @@ from bench.mismatch.orders.defects import Defect
 from bench.mismatch.orders.discoveries import _of_pulses
 from bench.mismatch.orders.periodic import Pulse
 from bench.mismatch.orders.pulse_forms import extent
+from bench.mismatch.orders.revolutions import Complex, Revolution
 from bench.mismatch.orders.sight import Sight
-from bench.mismatch.orders.turns import Complex, Turn
 from bench.mismatch.orders.weak import Stage
 
 ORDERS = 601
@@ -24,7 +24,7 @@ def sight(mean: Complex, found: tuple[float, ...], error: float = ERROR) -> Sigh
     """Revolutions that all show the same spectrum, of noise ``error`` in the mean."""
     rng = np.random.default_rng(3)
     noisy = mean + error * (rng.normal(size=ORDERS) + 1j * rng.normal(size=ORDERS))
-    turn = Turn(0, slice(0, 1), 0.0, 0.1, 30.0, 0.0, 1.0, 1.0, 60.0)
+    turn = Revolution(0, slice(0, 1), 0.0, 0.1, 30.0, 0.0, 1.0, 1.0, 60.0)
     stage = Stage((turn,) * TURNS, np.tile(noisy, (TURNS, 1)), np.ones(TURNS), np.full(ORDERS, error * np.sqrt(TURNS)))
     free = np.ones(ORDERS, dtype=bool)
     free[[0, 3, 46, 92]] = False

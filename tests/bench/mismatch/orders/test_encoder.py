@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bench.mismatch.orders.discoveries import _of_motor
-from bench.mismatch.orders.misread import Asked, Misread
+from bench.mismatch.orders.misread import Misread, TorqueCheck
 from bench.simulation.frame import FloatArray
 
 RATIO, TURNS, NOISE = 185.0, 40, 0.3
@@ -47,7 +47,7 @@ def sight(sizes: dict[float, FloatArray], constant: tuple[float, ...]) -> Any:
 def test_multiples_of_the_ratio(wavers: float, constant: tuple[float, ...], of_motor: tuple[float, ...]) -> None:
     one = np.ones(TURNS)
     sizes = {46.0: 5.0 * one, 370.0: 4.0 * one, 740.0: 2.0 * (one + wavers * LOAD)}
-    model: Any = SimpleNamespace(laws=(), asked=Asked())
+    model: Any = SimpleNamespace(laws=(), torque_check=TorqueCheck())
     assert _of_motor(model, sight(sizes, constant), RATIO) == of_motor
 
 
@@ -55,8 +55,8 @@ def test_the_motor_torque_decides_where_it_was_asked() -> None:
     """Order 185 as a whole is the encoder's by the reaction; 370 was asked and is the gearbox's, though constant."""
     one = np.ones(TURNS)
     part = Misread(185.0, 4e-6 + 0j, 1e-7, 1e-6, 30.0, beside=False)
-    model: Any = SimpleNamespace(laws=(), asked=Asked((185.0, 370.0), (part,)))
+    model: Any = SimpleNamespace(laws=(), torque_check=TorqueCheck((185.0, 370.0), (part,)))
     assert _of_motor(model, sight({185.0: 4.0 * one, 370.0: 4.0 * one}, (370.0,)), RATIO) == (185.0,)
     # what the gearbox has beside it stays an order of the gearbox
-    model.asked = Asked((185.0,), (Misread(185.0, 4e-6 + 0j, 1e-7, 1e-6, 30.0, beside=True),))
+    model.torque_check = TorqueCheck((185.0,), (Misread(185.0, 4e-6 + 0j, 1e-7, 1e-6, 30.0, beside=True),))
     assert _of_motor(model, sight({185.0: 4.0 * one}, (185.0,)), RATIO) == ()

@@ -19,24 +19,24 @@ def of(*orders: float) -> dict[float, WeakOrder]:
 
 @pytest.mark.parametrize(("true", "fitted"), [(20.46, 20.45), (20.46, 20.475), (12.0, 11.97), (31.0, 31.02)])
 def test_an_order_moves_to_where_it_is(true: float, fitted: float) -> None:
-    seen, turns = shown(13, 2.0, np.array([(true, 20.0 * NOISE, 0.4), (7.0, 20.0 * NOISE, 1.0)]), (7.0, fitted))
-    steps = moved(seen, turns, TRAIN, of(fitted, 7.0))
+    seen, revolutions = shown(13, 2.0, np.array([(true, 20.0 * NOISE, 0.4), (7.0, 20.0 * NOISE, 1.0)]), (7.0, fitted))
+    steps = moved(seen, revolutions, TRAIN, of(fitted, 7.0))
     assert steps == {fitted: pytest.approx(true, abs=1e-3)}
     assert round(true) != true or steps[fitted] == true
 
 
 def test_an_order_that_is_where_it_should_be_stays() -> None:
-    seen, turns = shown(13, 2.0, np.array([(20.25, 20.0 * NOISE, 0.4)]), (20.25,))
-    assert moved(seen, turns, TRAIN, of(20.25)) == {}
+    seen, revolutions = shown(13, 2.0, np.array([(20.25, 20.0 * NOISE, 0.4)]), (20.25,))
+    assert moved(seen, revolutions, TRAIN, of(20.25)) == {}
 
 
 def test_an_order_that_another_was_mistaken_for_is_needless() -> None:
-    seen, turns = shown(13, 2.0, np.array([(20.25, 20.0 * NOISE, 0.4)]), (20.25, 21.0, 40.5))
-    assert set(needless(seen, turns, TRAIN, of(20.25, 21.0, 40.5), PRICE)) == {21.0, 40.5}
+    seen, revolutions = shown(13, 2.0, np.array([(20.25, 20.0 * NOISE, 0.4)]), (20.25, 21.0, 40.5))
+    assert set(needless(seen, revolutions, TRAIN, of(20.25, 21.0, 40.5), PRICE)) == {21.0, 40.5}
 
 
 def test_a_part_of_an_order_is_no_choice_of_one_of_many() -> None:
     """What was found when its neighbour was missing stands a little beside the twelfth that it is."""
     lines = np.array([(23.0 / 3.0, 4.0 * NOISE, 0.4)])
-    seen, turns = shown(13, 2.0, lines, (7.664,))
-    assert moved(seen, turns, TRAIN, of(7.664)) == {7.664: pytest.approx(92.0 / 12.0, abs=1e-9)}
+    seen, revolutions = shown(13, 2.0, lines, (7.664,))
+    assert moved(seen, revolutions, TRAIN, of(7.664)) == {7.664: pytest.approx(92.0 / 12.0, abs=1e-9)}

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from bench.mismatch.orders.law_scores import Amplitudes, changes_of, factors, whitened
+from bench.mismatch.orders.revolutions import Revolution
 from bench.mismatch.orders.series import calibrate
-from bench.mismatch.orders.turns import Turn
 from bench.simulation.laws import Reference
 
 ORDERS = (1.0, 4.0)
@@ -18,18 +18,18 @@ NOISE = 1e-8
 
 def amplitudes(speeds: tuple[float, ...]) -> Amplitudes:
     """Revolutions both ways at some speeds, each at five loads."""
-    turns = [
-        Turn(0, slice(0, 0), load, side * speed, 25.0, 0.0, side, 1.0, 60.0)
+    revolutions = [
+        Revolution(0, slice(0, 0), load, side * speed, 25.0, 0.0, side, 1.0, 60.0)
         for side in (1.0, -1.0)
         for speed in speeds
         for load in (-800.0, -400.0, 0.0, 400.0, 800.0)
     ]
-    vectors = np.full((len(turns), len(ORDERS)), 1e-5 + 0j)
+    vectors = np.full((len(revolutions), len(ORDERS)), 1e-5 + 0j)
     noise = np.full(vectors.shape, NOISE)
-    x = np.array([[t.torque, t.velocity, t.temperature] for t in turns])
-    time = np.arange(len(turns), dtype=np.float64)
-    series = calibrate(turns, vectors, noise, ORDERS)
-    direction = np.array([t.direction for t in turns])
+    x = np.array([[t.torque, t.velocity, t.temperature] for t in revolutions])
+    time = np.arange(len(revolutions), dtype=np.float64)
+    series = calibrate(revolutions, vectors, noise, ORDERS)
+    direction = np.array([t.direction for t in revolutions])
     return Amplitudes(vectors, noise, x, direction, time, ORDERS, series, Reference.of(x, time))
 
 

@@ -19,29 +19,34 @@ from bench.simulation.laws import RESONANCE
 from tests.bench.mismatch.orders.test_modes import NOISE, ORDERS, passed
 
 
-def model_of(own_turns: Any, data: Amplitudes) -> TransmissionModel:
+def model_of(training_revolutions: Any, data: Amplitudes) -> TransmissionModel:
     """What a search asks of a model: the revolutions' vectors, their noise, the series calibrated on them."""
     seen = SimpleNamespace(orders=ORDERS, vectors=data.vectors, noise=lambda orders: np.full(data.vectors.shape, NOISE))
-    train = np.ones(len(own_turns), dtype=bool)
+    train = np.ones(len(training_revolutions), dtype=bool)
     given = SimpleNamespace(notch=())
     periodic = Periodic(data.series)
-    return cast("Any", SimpleNamespace(seen=seen, own_turns=own_turns, train=train, given=given, periodic=periodic))
+    return cast(
+        "Any",
+        SimpleNamespace(
+            seen=seen, training_revolutions=training_revolutions, train=train, given=given, periodic=periodic
+        ),
+    )
 
 
-def with_another_mode(data: Amplitudes, own_turns: Any, natural: float) -> Amplitudes:
+def with_another_mode(data: Amplitudes, training_revolutions: Any, natural: float) -> Amplitudes:
     """The same vectors after one more mode."""
     frequency = data.x[:, 1:2] * np.asarray(ORDERS)
     swing = freqs([natural**2], [1.0, 0.2 * natural, natural**2], frequency.ravel())[1].reshape(frequency.shape)
     vectors = data.vectors * (1.0 + 0.1 * (swing - 1.0))
-    return replace(data, vectors=vectors, series=calibrate(own_turns, vectors, data.sigma, ORDERS))
+    return replace(data, vectors=vectors, series=calibrate(training_revolutions, vectors, data.sigma, ORDERS))
 
 
 @pytest.mark.parametrize("naturals", [(7.3,), (7.3, 16.0)])
 def test_as_many_modes_are_found_as_there_are(naturals: tuple[float, ...]) -> None:
     names, data = passed("second_order", naturals[0], 0.07, 0.15, 8)
     for natural in naturals[1:]:
-        data = with_another_mode(data, names.own_turns, natural)
-    model = model_of(names.own_turns, data)
+        data = with_another_mode(data, names.training_revolutions, natural)
+    model = model_of(names.training_revolutions, data)
     found = []
     for _ in range(3):
         law = laws.search(model, 0)
@@ -91,8 +96,8 @@ def test_a_mode_that_some_orders_move_as_they_will_is_found_with_these() -> None
     swing = (frequency / 7.3) ** 2 / (1.0 - (frequency / 7.3) ** 2 + 0.14j * frequency / 7.3)
     vectors = data.vectors.copy()
     vectors[:, moved] += share * swing
-    data = replace(data, vectors=vectors, series=calibrate(names.own_turns, vectors, data.sigma, ORDERS))
-    law = laws.search(model_of(names.own_turns, data), 0)
+    data = replace(data, vectors=vectors, series=calibrate(names.training_revolutions, vectors, data.sigma, ORDERS))
+    law = laws.search(model_of(names.training_revolutions, data), 0)
     assert law is not None
     assert law.law.form == "second_order_of_base_each"
     assert law.law.orders == (46.0, 92.0, 138.0)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bench.mismatch.orders.lines import Turns, standing
+from bench.mismatch.orders.lines import Revolutions, significant_lines
 from bench.mismatch.orders.torques import OUTPUT_MODELS, name_of
 from bench.simulation.terms import LOAD_TORQUE, MOTOR_TORQUE
 
 NOISE = 0.002
 
 
-def turns(constant: complex, by_direction: complex, seed: int = 0) -> Turns:
+def revolutions(constant: complex, by_direction: complex, seed: int = 0) -> Revolutions:
     """Thirty revolutions both ways, with an order 1 of two parts."""
     rng = np.random.default_rng(seed)
     number, orders = 30, 61
@@ -21,12 +21,12 @@ def turns(constant: complex, by_direction: complex, seed: int = 0) -> Turns:
     load = rng.uniform(-1.0, 1.0, number)
     vectors[:, 1] += constant + by_direction * direction
     factors = {"1": np.ones(number), "d": direction, "tau": load, "d*abs_tau": direction * np.abs(load)}
-    return Turns(vectors, np.full(number, NOISE), factors, np.arange(number, dtype=np.int64))
+    return Revolutions(vectors, np.full(number, NOISE), factors, np.arange(number, dtype=np.int64))
 
 
 def test_noise_has_no_orders() -> None:
     """Nothing stands in noise."""
-    assert standing(turns(0.0, 0.0), OUTPUT_MODELS, 0) == []
+    assert significant_lines(revolutions(0.0, 0.0), OUTPUT_MODELS, 0) == []
 
 
 @pytest.mark.parametrize(
@@ -37,7 +37,7 @@ def test_what_an_order_is_in_proportion_to(
     constant: complex, by_direction: complex, model: tuple[str, ...], effect: str
 ) -> None:
     """Gravity is the same both ways, friction is not."""
-    found = standing(turns(constant, by_direction), OUTPUT_MODELS, 0)
+    found = significant_lines(revolutions(constant, by_direction), OUTPUT_MODELS, 0)
     assert [line.order for line in found] == [1]
     assert found[0].model == model
     assert name_of(MOTOR_TORQUE, 1, model[0]) == effect

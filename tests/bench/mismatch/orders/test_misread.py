@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from bench.mismatch.given import Given
-from bench.mismatch.orders.misread import Asked, asked
-from bench.mismatch.orders.turns import Seen, Turn
+from bench.mismatch.orders.misread import TorqueCheck, torque_check
+from bench.mismatch.orders.revolutions import Revolution, Seen
 from bench.mismatch.recordings.vibration import HIGHEST_SHAFT_ORDER, ShaftSpectrum
 from bench.mismatch.series_given import slope
 from bench.simulation import Simulation
@@ -27,15 +27,15 @@ GEARBOX = (-4.0 + 3.0j) * 1e-6 * (1.0 + 0.1 * LOAD / 800.0)
 ENCODER = (5.0 + 8.0j) * 1e-6
 
 
-def bench(gearbox: complex | np.ndarray, encoder: complex) -> tuple[Seen, list[Turn], list[ShaftSpectrum]]:
+def bench(gearbox: complex | np.ndarray, encoder: complex) -> tuple[Seen, list[Revolution], list[ShaftSpectrum]]:
     """Revolutions that show both, and a motor torque that feels the gearbox alone; its loop follows the encoder."""
     rng = np.random.default_rng(6)
     gearbox = gearbox * np.ones(RECORDINGS)
     vectors = (gearbox + encoder)[:, None]
     sizes = np.ones(RECORDINGS)
     seen = Seen((RATIO,), vectors, np.zeros((RECORDINGS, 400), dtype=np.complex128), sizes, sizes, None)
-    turns = [
-        Turn(k, slice(0, 1), float(LOAD[k]), float(SPEED[k]), 30.0, 60.0 * k, float(np.sign(SPEED[k])), 1.1, 40.0)
+    revolutions = [
+        Revolution(k, slice(0, 1), float(LOAD[k]), float(SPEED[k]), 30.0, 60.0 * k, float(np.sign(SPEED[k])), 1.1, 40.0)
         for k in range(RECORDINGS)
     ]
     shaft = []
@@ -47,12 +47,12 @@ def bench(gearbox: complex | np.ndarray, encoder: complex) -> tuple[Seen, list[T
         # the shaft is turned against the error, so that the encoder says an even speed
         amplitude[1] -= FOLLOWS * 1j * np.conj(encoder) * RATIO * (SPEED[k] / 0.17) ** 2
         shaft.append(ShaftSpectrum(k, amplitude, NOISE, float(LOAD[k] / RATIO), float(SPEED[k]), 30.0))
-    return seen, turns, shaft
+    return seen, revolutions, shaft
 
 
-def ask(gearbox: complex | np.ndarray, encoder: complex, recordings: frozenset[int] = EVERY) -> Asked:
-    seen, turns, shaft = bench(gearbox, encoder)
-    return asked(seen, turns, recordings, shaft, RATIO, (SHARE, 0.01), [RATIO])
+def ask(gearbox: complex | np.ndarray, encoder: complex, recordings: frozenset[int] = EVERY) -> TorqueCheck:
+    seen, revolutions, shaft = bench(gearbox, encoder)
+    return torque_check(seen, revolutions, recordings, shaft, RATIO, (SHARE, 0.01), [RATIO])
 
 
 def test_its_part_is_found_beside_the_gearboxs_own_order() -> None:
@@ -79,9 +79,9 @@ def test_an_order_of_the_gearbox_is_not_the_encoders() -> None:
 @pytest.mark.parametrize("answered", [0.9, 0.45, 0.2])
 def test_a_loop_that_answers_this_order_less_than_others_is_no_encoder(answered: float) -> None:
     """The part of the order that has no reaction has its phase, and is not the whole of it."""
-    seen, turns, _ = bench(GEARBOX, 0.0)
+    seen, revolutions, _ = bench(GEARBOX, 0.0)
     shaft = bench(answered * GEARBOX, 0.0)[2]
-    assert not asked(seen, turns, EVERY, shaft, RATIO, (SHARE, 0.01), [RATIO]).found
+    assert not torque_check(seen, revolutions, EVERY, shaft, RATIO, (SHARE, 0.01), [RATIO]).found
 
 
 def test_an_error_in_the_phase_of_the_order_is_told_by_how_the_drive_follows_it() -> None:
@@ -92,7 +92,7 @@ def test_an_error_in_the_phase_of_the_order_is_told_by_how_the_drive_follows_it(
 
 
 def test_too_few_recordings_are_not_asked() -> None:
-    assert ask(GEARBOX, ENCODER, frozenset(range(8))) == Asked()
+    assert ask(GEARBOX, ENCODER, frozenset(range(8))) == TorqueCheck()
 
 
 def test_a_simulation_file_keeps_the_gearboxs_part_of_an_order() -> None:

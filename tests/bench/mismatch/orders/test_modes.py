@@ -12,8 +12,8 @@ from scipy.signal import freqs
 
 from bench.mismatch.orders.law_scores import Amplitudes
 from bench.mismatch.orders.modes import Bounds, begun, refined
+from bench.mismatch.orders.revolutions import Revolution
 from bench.mismatch.orders.series import calibrate
-from bench.mismatch.orders.turns import Turn
 from bench.simulation.laws import RESONANCE, Law, Reference, factor
 
 ORDERS = (1.0, 3.0, 9.0, 19.0, 27.0, 46.0, 92.0, 138.0, 184.0, 276.0)
@@ -55,13 +55,13 @@ def test_a_mass_on_a_spring_does_what_the_law_says(form: str, speed: float) -> N
 def passed(form: str, natural: float, damping: float, share: float, seed: int) -> tuple[Any, Amplitudes]:
     """Revolutions at some speeds and loads both ways, whose orders have passed a mode."""
     rng = np.random.default_rng(seed)
-    turns = [
-        Turn(0, slice(0, 0), load + 30.0 * rng.normal(), side * speed, 25.0 + rng.normal(), 0.0, side, 1.0, 60.0)
+    revolutions = [
+        Revolution(0, slice(0, 0), load + 30.0 * rng.normal(), side * speed, 25.0 + rng.normal(), 0.0, side, 1.0, 60.0)
         for side in (1.0, -1.0)
         for speed in SPEEDS
         for load in LOADS
     ]
-    x = np.array([[t.torque, t.velocity, t.temperature] for t in turns])
+    x = np.array([[t.torque, t.velocity, t.temperature] for t in revolutions])
     size = 10.0 ** rng.uniform(-5.7, -4.7, len(ORDERS)) * np.exp(2j * np.pi * rng.random(len(ORDERS)))
     load = x[:, :1] / 1000.0
     slow = size * (1.0 + 0.2 * load * rng.normal(size=len(ORDERS))) * np.exp(0.2j * load)
@@ -73,11 +73,11 @@ def passed(form: str, natural: float, damping: float, share: float, seed: int) -
     vectors = slow * (1.0 + share * swing)
     vectors = vectors + NOISE * (rng.normal(size=vectors.shape) + 1j * rng.normal(size=vectors.shape))
     noise = np.full(vectors.shape, NOISE)
-    series = calibrate(turns, vectors, noise, ORDERS)
-    time = np.arange(len(turns), dtype=np.float64)
-    direction = np.array([t.direction for t in turns])
+    series = calibrate(revolutions, vectors, noise, ORDERS)
+    time = np.arange(len(revolutions), dtype=np.float64)
+    direction = np.array([t.direction for t in revolutions])
     data = Amplitudes(vectors, noise, x, direction, time, ORDERS, series, Reference.of(x, time))
-    return SimpleNamespace(own_turns=turns), data
+    return SimpleNamespace(training_revolutions=revolutions), data
 
 
 @pytest.mark.parametrize("form", ["second_order", "second_order_of_base"])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from bench.mismatch.orders.modulation import _beyond_usual, _found, _proportional
-from bench.mismatch.orders.turns import Turn
+from bench.mismatch.orders.revolutions import Revolution
 from bench.simulation.laws import RESONANCE, Law
 
 
@@ -35,7 +35,7 @@ def test_few_orders_tell_no_fall() -> None:
 def test_what_passes_the_same_mode_is_no_sideband_of_each_other(known: bool) -> None:
     """Orders 137 and 139 follow 138 through a resonance, and are constant before it."""
     speeds = np.array([0.03, 0.06, 0.09, 0.12, 0.15, 0.18])
-    turns = [Turn(0, slice(0, 0), 0.0, v, 25.0, 0.0, 1.0, 1.0, 60.0) for v in speeds]
+    revolutions = [Revolution(0, slice(0, 0), 0.0, v, 25.0, 0.0, 1.0, 1.0, 60.0) for v in speeds]
     natural, damping, share = 12.0, 0.1, 0.4
     swing = {
         f: 1.0 / (1.0 - (f * speeds / natural) ** 2 + 2j * damping * f * speeds / natural) for f in (137, 138, 139)
@@ -56,9 +56,11 @@ def test_what_passes_the_same_mode_is_no_sideband_of_each_other(known: bool) -> 
     periodic = SimpleNamespace(
         series=SimpleNamespace(orders=(137.0, 138.0, 139.0)),
         laws=(law,) if known else (),
-        at_turns=lambda _turns, orders: np.column_stack([shown[round(f)] for f in orders]),
+        at_revolutions=lambda _turns, orders: np.column_stack([shown[round(f)] for f in orders]),
     )
-    model = SimpleNamespace(periodic=periodic, own_turns=turns, given=SimpleNamespace(orders=(138.0,), notch=()))
+    model = SimpleNamespace(
+        periodic=periodic, training_revolutions=revolutions, given=SimpleNamespace(orders=(138.0,), notch=())
+    )
     sight = SimpleNamespace(
         found=(137.0, 139.0),
         stage=SimpleNamespace(scale=np.ones(6)),

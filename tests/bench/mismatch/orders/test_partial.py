@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from bench.mismatch.orders.partial import refined
+from bench.mismatch.orders.revolutions import Complex, Revolution
 from bench.mismatch.orders.series import Series, calibrate
-from bench.mismatch.orders.turns import Complex, Turn
 from bench.mismatch.recordings.rows import Rows
 from bench.simulation.frame import ARRAYS, FloatArray, Frame
 
@@ -26,19 +26,19 @@ def true(velocity: float, torque: float) -> Complex:
     return np.asarray(size * np.exp(1j * np.array([0.2, -1.0, 2.0])))
 
 
-def turn(velocity: float, torque: float, rows: slice = slice(0, 0)) -> Turn:
+def turn(velocity: float, torque: float, rows: slice = slice(0, 0)) -> Revolution:
     """A steady segment one way."""
-    return Turn(0, rows, torque, velocity, 25.0, 0.0, 1.0, 1.0, 60.0)
+    return Revolution(0, rows, torque, velocity, 25.0, 0.0, 1.0, 1.0, 60.0)
 
 
 def calibrated(seed: int = 0) -> Series:
     """The series from whole revolutions at two speeds."""
     rng = np.random.default_rng(seed)
-    turns = [turn(v, tau) for v in SPEEDS for tau in (-800.0, -300.0, 0.0, 300.0, 800.0)]
+    revolutions = [turn(v, tau) for v in SPEEDS for tau in (-800.0, -300.0, 0.0, 300.0, 800.0)]
     noise = 0.005e-6
-    drawn = rng.normal(size=(2, len(turns), len(ORDERS)))
-    vectors = np.array([true(t.velocity, t.torque) for t in turns]) + noise * (drawn[0] + 1j * drawn[1])
-    return calibrate(turns, vectors, np.full(vectors.shape, noise), ORDERS)
+    drawn = rng.normal(size=(2, len(revolutions), len(ORDERS)))
+    vectors = np.array([true(t.velocity, t.torque) for t in revolutions]) + noise * (drawn[0] + 1j * drawn[1])
+    return calibrate(revolutions, vectors, np.full(vectors.shape, noise), ORDERS)
 
 
 def half(seed: int = 1, level: float = 3e-6) -> tuple[Rows, FloatArray]:
@@ -82,6 +82,6 @@ def test_what_a_part_has_told_is_known_better() -> None:
 def test_a_part_the_other_way_says_nothing_of_this_one() -> None:
     before = calibrated()
     rows, y = half()
-    backwards = Turn(0, slice(0, HALF), 0.0, -SLOW, 25.0, 0.0, -1.0, 0.5, 60.0)
+    backwards = Revolution(0, slice(0, HALF), 0.0, -SLOW, 25.0, 0.0, -1.0, 0.5, 60.0)
     after = refined(before, rows, y, [backwards], NOISE, ())
     assert np.array_equal(after.amplitude[1], before.amplitude[1])

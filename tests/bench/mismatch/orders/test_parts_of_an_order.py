@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from bench.mismatch.orders.discoveries import _encoders_parts, _with_its_parts
-from bench.mismatch.orders.misread import Asked, Misread
+from bench.mismatch.orders.misread import Misread, TorqueCheck
 from bench.mismatch.orders.periodic import Periodic
 from bench.mismatch.orders.reported import of_encoder, of_orders
-from bench.mismatch.orders.turns import Turn
+from bench.mismatch.orders.revolutions import Revolution
 from bench.mismatch.orders.weak import WeakOrder
 from bench.simulation import Gearbox, waves
 from tests.bench.mismatch.orders.test_reaction import NOTHING, RATIO, frame
@@ -28,15 +28,15 @@ def model(noise: float, beside: bool = True) -> Any:
     seen = np.array([FORWARDS, BACKWARDS]) + ENCODER
     order = WeakOrder(ORDER, ("p", "n"), seen, np.full(2, 1e-16), 100.0)
     part = Misread(ORDER, ENCODER, 1e-7, 1e-9, 200.0, beside)
-    turns = [Turn(k, slice(0, 1), 100.0, 0.1, 30.0, 60.0 * k, (-1.0) ** k, 1.0, 60.0) for k in range(14)]
+    revolutions = [Revolution(k, slice(0, 1), 100.0, 0.1, 30.0, 60.0 * k, (-1.0) ** k, 1.0, 60.0) for k in range(14)]
     return SimpleNamespace(
         periodic=Periodic(NOTHING, weak=(order,)),
-        asked=Asked((ORDER,), (part,)),
+        torque_check=TorqueCheck((ORDER,), (part,)),
         rows=SimpleNamespace(frame=own, number=np.ones(own.size)),
         inside=np.ones(own.size, dtype=bool),
         folds=np.zeros(14, dtype=np.int64),
         noise=SimpleNamespace(variance=noise**2),
-        own_turns=turns,
+        training_revolutions=revolutions,
         given=SimpleNamespace(notch=()),
     )
 
@@ -76,15 +76,15 @@ def test_the_two_together_are_the_order() -> None:
 def test_a_part_too_weak_to_be_told_stays_in_the_order() -> None:
     own = model(2e-4)
     assert _encoders_parts(own, SIGHT) == []
-    assert own.asked.beside(ORDER) == 0.0
-    assert own.asked.orders == (ORDER,)
+    assert own.torque_check.beside(ORDER) == 0.0
+    assert own.torque_check.orders == (ORDER,)
 
 
 def test_an_order_that_a_pulse_has_taken_has_no_parts() -> None:
     """Else the encoder's part would stand in the file without what is taken off the order for it."""
     own = model(1e-6)
     assert _encoders_parts(own, SimpleNamespace(found=())) == []  # type: ignore[arg-type]
-    assert own.asked.beside(ORDER) == 0.0
+    assert own.torque_check.beside(ORDER) == 0.0
 
 
 def test_parts_join_an_order_that_is_the_encoders_alone() -> None:

@@ -9,8 +9,8 @@ from bench.mismatch.orders.defects import Defect
 from bench.mismatch.orders.model import Given, TransmissionModel
 from bench.mismatch.orders.periodic import Periodic, Pulse
 from bench.mismatch.orders.reported import of_pulses
+from bench.mismatch.orders.revolutions import Revolution
 from bench.mismatch.orders.series import calibrate
-from bench.mismatch.orders.turns import Turn
 from bench.mismatch.orders.weak import WeakOrder
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.noise import Mixture
@@ -30,12 +30,16 @@ def model(orders: tuple[float, ...] = WEAK) -> TransmissionModel:
     values |= {"theta": theta, "velocity": np.full(theta.size, 0.1), "last_direction": np.ones(theta.size)}
     values |= {"recording": np.repeat(np.arange(2), each)}
     rows = Rows(Frame(ratio=185.0, **values), np.zeros(theta.size), np.ones(theta.size))  # type: ignore[arg-type]
-    turns = [Turn(k % 2, slice(0, 0), 100.0 * k, 0.1, 25.0, 0.0, 1.0, 1.0, 60.0) for k in range(12)]
-    vectors = np.full((len(turns), len(KNOWN)), 5e-6 + 0j)
+    revolutions = [Revolution(k % 2, slice(0, 0), 100.0 * k, 0.1, 25.0, 0.0, 1.0, 1.0, 60.0) for k in range(12)]
+    vectors = np.full((len(revolutions), len(KNOWN)), 5e-6 + 0j)
     weak = tuple(WeakOrder(f, ("1",), np.array([1e-6 + 0j]), np.array([1e-18]), 100.0) for f in orders)
-    inside, train, folds = np.ones(theta.size, dtype=bool), np.ones(len(turns), dtype=bool), np.zeros(2, dtype=np.int64)
-    out = TransmissionModel(rows, inside, turns, train, Given(KNOWN), folds, ())
-    out.periodic = Periodic(calibrate(turns, vectors, np.full(vectors.shape, 1e-8), KNOWN), weak)
+    inside, train, folds = (
+        np.ones(theta.size, dtype=bool),
+        np.ones(len(revolutions), dtype=bool),
+        np.zeros(2, dtype=np.int64),
+    )
+    out = TransmissionModel(rows, inside, revolutions, train, Given(KNOWN), folds, ())
+    out.periodic = Periodic(calibrate(revolutions, vectors, np.full(vectors.shape, 1e-8), KNOWN), weak)
     out.noise = Mixture(NOISE**2, (), 500.0)
     return out
 

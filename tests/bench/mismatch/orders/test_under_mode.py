@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bench.mismatch.orders.turns import Complex, Turn, directions, states
-from bench.mismatch.orders.under_mode import _standing, passes
+from bench.mismatch.orders.revolutions import Complex, Revolution, directions, states
+from bench.mismatch.orders.under_mode import _significant, passes
 from bench.mismatch.orders.weak import Stage
 from bench.simulation.frame import FloatArray
 from bench.simulation.laws import RESONANCE, Law, resonant
@@ -20,7 +20,7 @@ WEAK = (8.0, 36.0, 111.0, 185.0, 230.0, 322.0, 370.0)
 PRICE = 14.0
 """gain of log-likelihood that the best of a thousand orders of noise does not reach once in a hundred folders"""
 TURNS = tuple(
-    Turn(0, slice(0, 0), load, side * speed, 25.0, 0.0, side, 1.0, 60.0)
+    Revolution(0, slice(0, 0), load, side * speed, 25.0, 0.0, side, 1.0, 60.0)
     for side in (1.0, -1.0)
     for speed in SPEEDS
     for load in (-800.0, -300.0, 0.0, 300.0, 800.0)
@@ -45,7 +45,7 @@ def stage(seed: int, through: bool = True) -> Stage:
 
 def found(own: Stage, law: Law) -> dict[float, Any]:
     orders = np.arange(HIGHEST + 1, dtype=np.float64)
-    return {w.order: w for w in _standing(own, own.vectors, orders, law, (), 1e-6, PRICE)}
+    return {w.order: w for w in _significant(own, own.vectors, orders, law, (), 1e-6, PRICE)}
 
 
 @pytest.mark.parametrize("seed", range(8))
@@ -59,7 +59,7 @@ def test_under_the_mode_every_order_is_found_and_no_other(seed: int) -> None:
 
 def test_what_is_fitted_already_is_not_found_again() -> None:
     own = stage(1)
-    left = _standing(own, own.vectors, np.arange(HIGHEST + 1.0), LAW, WEAK[:3], 1e-6, PRICE)
+    left = _significant(own, own.vectors, np.arange(HIGHEST + 1.0), LAW, WEAK[:3], 1e-6, PRICE)
     assert sorted(w.order for w in left) == sorted(WEAK[3:])
 
 

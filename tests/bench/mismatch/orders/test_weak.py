@@ -8,7 +8,7 @@ import pytest
 from bench.mismatch.criteria import LEAST_POWER
 from bench.mismatch.orders.between import search_between
 from bench.mismatch.orders.look import Rest
-from bench.mismatch.orders.turns import HIGHEST_BETWEEN, Complex, Seen, Turn
+from bench.mismatch.orders.revolutions import HIGHEST_BETWEEN, Complex, Revolution, Seen
 from bench.mismatch.orders.weak import Stage, search
 from bench.simulation.frame import FloatArray
 
@@ -33,31 +33,33 @@ def test_a_whole_order_is_found_beside_a_fitted_one_that_is_none(
 ) -> None:
     """Of an order that is fitted nothing is left; of its neighbour everything."""
     rng = np.random.default_rng(5)
-    turns = [Turn(k, slice(0, 0), 100.0 * (k % 5), 0.1, 25.0 + k % 3, 0.0, 1.0, 1.0, 60.0) for k in range(TURNS)]
+    revolutions = [
+        Revolution(k, slice(0, 0), 100.0 * (k % 5), 0.1, 25.0 + k % 3, 0.0, 1.0, 1.0, 60.0) for k in range(TURNS)
+    ]
     drawn = rng.normal(size=(2, TURNS, ORDERS))
     left: Complex = np.asarray(NOISE * (drawn[0] + 1j * drawn[1]), dtype=np.complex128)
     left[:, 10] += 2e-6
     vectors = np.full((TURNS, len(fitted)), 5e-6 + 0j)
     seen = Seen(fitted, vectors, left, np.full((TURNS, ORDERS), NOISE), np.full(TURNS, 4e-6), ())
-    shown = search(seen, turns, np.ones(TURNS, dtype=bool), fitted, floor, 15.0)
+    shown = search(seen, revolutions, np.ones(TURNS, dtype=bool), fitted, floor, 15.0)
     assert [w.order for w in shown] == found
 
 
-def revolutions(count: int) -> tuple[list[Turn], list[FloatArray]]:
+def of_lengths(count: int) -> tuple[list[Revolution], list[FloatArray]]:
     """Turns of a little more than a revolution each, from any angle on; their angles (n,)."""
     rng = np.random.default_rng(7)
-    turns, angles = [], []
+    revolutions, angles = [], []
     for k in range(count):
         length = 2.0 * np.pi * rng.uniform(1.03, 1.2)
-        turns.append(Turn(k, slice(0, 0), 100.0 * (k % 5), 0.1, 25.0 + k % 3, 0.0, 1.0, 1.0, length / 0.1))
+        revolutions.append(Revolution(k, slice(0, 0), 100.0 * (k % 5), 0.1, 25.0 + k % 3, 0.0, 1.0, 1.0, length / 0.1))
         angles.append(rng.uniform(0.0, 40.0) + np.linspace(0.0, length, 4000))
-    return turns, angles
+    return revolutions, angles
 
 
 def test_an_order_of_which_fitted_neighbours_take_nearly_all_is_found() -> None:
     """Half an order from two that are fitted: over one revolution they are nearly the same as it."""
     fitted, size = (91.0, 92.0, 92.25), 1e-6
-    turns, angles = revolutions(TURNS)
+    revolutions, angles = of_lengths(TURNS)
     rests, vectors = [], []
     rng = np.random.default_rng(8)
     for theta in angles:
@@ -72,11 +74,11 @@ def test_an_order_of_which_fitted_neighbours_take_nearly_all_is_found() -> None:
     known = np.asarray(vectors, dtype=np.complex128)
     seen = Seen(fitted, known, left, noise, np.full(TURNS, NOISE), tuple(rests))
     train = np.ones(TURNS, dtype=bool)
-    stage = Stage.of(seen, turns, train)
+    stage = Stage.of(seen, revolutions, train)
     assert stage is not None
     # as large as the least that is told, but for a part that the neighbours have not taken
     floor = 0.9 * size / np.sqrt(2.0 * LEAST_POWER)
     assert stage.share(91.5, fitted) < 0.2
     assert stage.share(60.0, fitted) == 1.0
-    found = search_between(seen, turns, train, fitted, floor, 15.0)
+    found = search_between(seen, revolutions, train, fitted, floor, 15.0)
     assert [w.order for w in found] == [91.5]

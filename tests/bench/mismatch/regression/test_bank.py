@@ -23,7 +23,7 @@ def made() -> tuple[Bank, list[Block], FloatArray]:
     own = problem(FRAME, Y)
     bank, base = banked(own, SIGMA, RHO)
     columns = np.hstack([b.regressor.columns(FRAME) for b in base])
-    return bank, [replace(b, precision=np.full(len(b.place), PRIOR)) for b in base], columns
+    return bank, [replace(b, precision=np.full(len(b.indices), PRIOR)) for b in base], columns
 
 
 def covariance(variance: float) -> FloatArray:
@@ -36,7 +36,7 @@ def covariance(variance: float) -> FloatArray:
 @pytest.mark.parametrize("variance", [0.0, VARIANCE])
 def test_a_fit_is_generalised_least_squares(variance: float) -> None:
     bank, blocks, x = made()
-    index = [i for b in blocks for i in b.place]
+    index = [i for b in blocks for i in b.indices]
     found = fit(bank, index, (variance,), np.full(x.shape[1], PRIOR))
     inverse = np.linalg.inv(covariance(variance))
     spread = np.linalg.inv(x.T @ inverse @ x + PRIOR * np.eye(x.shape[1]))
@@ -53,7 +53,7 @@ def test_the_likeliest_variance_of_the_offsets_is_chosen() -> None:
     offset = rng.normal(scale=0.1, size=8)[FRAME.recording]
     own = problem(FRAME, Y + offset)
     bank, base = banked(own, SIGMA, 0.0)
-    index = [i for b in base for i in b.place]
+    index = [i for b in base for i in b.indices]
     ladder = bank.variances()
     tried = [fit(bank, index, (v,)).likelihood for v in ladder]
     assert fit(bank, index, ladder).variance == ladder[int(np.argmax(tried))]
@@ -66,7 +66,7 @@ def test_of_two_hills_of_the_likelihood_the_higher_is_found(begin: int) -> None:
     inside = 0.05 * np.sin(FRAME.elapsed)
     # over the recordings the slope is 1, inside them 3: one says the offsets are noise, the other that they are large
     bank, base = banked(problem(FRAME, level + 3.0 * inside + Y), SIGMA, 0.0)
-    index = [*(i for b in base for i in b.place), *bank.add((level + inside)[:, None])]
+    index = [*(i for b in base for i in b.indices), *bank.add((level + inside)[:, None])]
     ladder = bank.variances()
     tried = [fit(bank, index, (v,)).likelihood for v in ladder]
     hills = [k for k in range(1, len(tried) - 1) if tried[k - 1] < tried[k] >= tried[k + 1]]

@@ -53,7 +53,7 @@ def test_a_search_tells_it_without_a_name() -> None:
     regressor = own.main.regressor
     assert own.effect == "unknown"
     assert "cycle" in regressor.words
-    coefficients, covariance = model.fit.of(own.main.place)
+    coefficients, covariance = model.fit.of(own.main.indices)
     assert np.hypot(*coefficients) == pytest.approx(0.1, rel=0.1)
     symbols = [p["symbol"] for p in regressor.parameters(coefficients, np.sqrt(np.diag(covariance)))]
     assert symbols == ["f_c*d", "f_s*d"]

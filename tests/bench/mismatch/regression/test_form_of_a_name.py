@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bench.mismatch.regression.beside import _beyond
-from bench.mismatch.regression.choosing import _form_of_a_name, _still_open
+from bench.mismatch.regression.choosing import _form_of_a_name, _may_be_added
 from bench.mismatch.regression.model import Block, Chosen
 from bench.mismatch.regression.regressors import UNKNOWN, Free, Named, Regressor
 from bench.mismatch.regression.search import begun
@@ -52,11 +52,11 @@ def test_what_two_functions_of_one_quantity_add_up_to_is_one_effect(free: Free, 
 def test_an_effect_that_is_any_function_of_a_quantity_is_asked_for_once() -> None:
     own = table("torque", "1", "te.stiffness_nonlinear")
     had = {(own.effect, own.variables)}
-    assert _still_open(own, set(), set(), True)
-    assert not _still_open(own, set(), had, True)
-    assert not _still_open(own, {own.effect}, set(), True)
-    assert _still_open(table("torque", "1"), set(), had, True)
-    assert not _still_open(table("torque", "1"), set(), set(), False)
+    assert _may_be_added(own, set(), set(), True)
+    assert not _may_be_added(own, set(), had, True)
+    assert not _may_be_added(own, {own.effect}, set(), True)
+    assert _may_be_added(table("torque", "1"), set(), had, True)
+    assert not _may_be_added(table("torque", "1"), set(), set(), False)
 
 
 @pytest.mark.parametrize(("times", "effect"), [("d", "sensor.torque_nonlinearity"), ("load_motor", UNKNOWN)])

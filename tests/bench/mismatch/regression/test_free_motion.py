@@ -10,7 +10,7 @@ import pytest
 from bench.mismatch.recordings.rows import Rows
 from bench.mismatch.regression.alone import alone
 from bench.mismatch.regression.beside import sound_beside
-from bench.mismatch.regression.copies import copies, told
+from bench.mismatch.regression.copies import copies, notes_of
 from bench.mismatch.regression.description import description
 from bench.mismatch.regression.heredity import laws, orphaned, without, without_laws
 from bench.mismatch.regression.model import Block, Chosen, add_block
@@ -95,7 +95,7 @@ def test_gravity_beside_all_terms_is_found_with_its_size() -> None:
     found = searched(asked(frame, plain(frame) + 1.5 * np.sin(frame.q) + noise(frame), *NOMINAL)).model
     (own,) = found.chosen
     assert own.effect == "load.unbalance"
-    assert np.hypot(*found.fit.of(own.main.place)[0]) == pytest.approx(1.5, rel=0.05)
+    assert np.hypot(*found.fit.of(own.main.indices)[0]) == pytest.approx(1.5, rel=0.05)
 
 
 def test_a_term_that_is_left_out_is_found_beside_what_hides_it() -> None:
@@ -113,7 +113,7 @@ def test_a_term_that_is_left_out_is_found_beside_what_hides_it() -> None:
 def test_a_number_costs_half_the_logarithm_of_the_rows_that_tell_it() -> None:
     frame = swinging()
     search = begun(asked(frame, plain(frame) + noise(frame), *NOMINAL))
-    telling = search.model.noise.telling
+    telling = search.model.noise.independent_rows
     assert telling is not None
     assert telling <= frame.size
     block = next(b for b in search.blocks if b.regressor.numbers == 2)
@@ -130,7 +130,7 @@ def test_a_residual_that_lasts_counts_for_as_many_rows_as_it_has_moments() -> No
     lasting = np.repeat(white[::10], 10)
     assert alike_for(lasting, starts) == pytest.approx(10.0, rel=0.4)
     own = of_free_motion(Rows(frame, lasting, frame.count), lasting)
-    assert own.telling == pytest.approx(frame.size / alike_for(lasting, starts))
+    assert own.independent_rows == pytest.approx(frame.size / alike_for(lasting, starts))
     assert own.sigma[0] > 2.0 * np.std(lasting)
 
 
@@ -169,11 +169,11 @@ def test_a_law_is_told_without_its_changes_and_as_uncertain_as_they_make_it() ->
     assert {c.effect for c in model.chosen} == {"friction.coulomb", "friction.viscous_quadratic"}
     law = next(c for c in model.chosen if c.effect == "friction.coulomb")
     change = next(c for c in model.chosen if c is not law)
-    own, (beside, covariance) = alone(model, law), model.fit.of(law.main.place)
+    own, (beside, covariance) = alone(model, law), model.fit.of(law.main.indices)
     assert own is not None
     assert beside == pytest.approx(COULOMB, abs=0.02)
     assert own.coefficients[0] < COULOMB - 0.05  # a line through a parabola starts below it
-    assert own.coefficients == pytest.approx(model.refitted([law]).of(law.main.place)[0])
+    assert own.coefficients == pytest.approx(model.refitted([law]).of(law.main.indices)[0])
     assert own.coefficients + own.shift == pytest.approx(beside)
     assert abs(own.coefficients[0] - COULOMB) < 2.0 * own.widened(own.std)[0]
     assert own.widened(np.sqrt(np.diag(covariance)))[0] > 5.0 * np.sqrt(covariance[0, 0])
@@ -189,7 +189,7 @@ def test_an_effect_that_makes_friction_negative_is_none(size: float, sound: bool
     search = begun(asked(frame, drag + rest, *NOMINAL))
     model = search.model
     coulomb = next(b for b in model.base if b.regressor.effect == "friction.coulomb")
-    assert model.fit.of(coulomb.place)[0] > 0.0
+    assert model.fit.of(coulomb.indices)[0] > 0.0
     decaying = add_block(model.problem, search.bank, named("friction.stribeck", MOTOR_TORQUE, "exponential", (5.0,)))
     assert sound_beside(search, [], decaying, model.refitted([Chosen(decaying)])) is sound
 
@@ -203,9 +203,9 @@ def test_an_effect_takes_nothing_from_a_term_that_it_shares_nothing_with(name: s
     model = search.model
     own = add_block(model.problem, search.bank, free(f"aux/{name}", "1", -1.0, 1.0))
     fitted = model.refitted([Chosen(own)])
-    (inertia,) = next(b for b in model.base if b.regressor.effect == "motor.inertia").place
+    (inertia,) = next(b for b in model.base if b.regressor.effect == "motor.inertia").indices
     negative = np.where(np.array(fitted.index) == inertia, -INERTIA, fitted.coefficients)
-    far = np.where(np.array(fitted.index) == own.place[0], 1.0, negative)
+    far = np.where(np.array(fitted.index) == own.indices[0], 1.0, negative)
     assert sound_beside(search, [], own, replace(fitted, coefficients=far)) is sound
 
 
@@ -228,7 +228,9 @@ def test_another_reading_of_a_channel_is_a_copy_and_no_cause() -> None:
     aux = {"degrees": np.degrees(frame.q) + 30.0, "amperes": y / 0.07, "oil": np.sin(0.2 * frame.time)}
     own = asked(replace(frame, aux=aux), y, *NOMINAL)
     assert copies(own) == {"degrees": "motor_angle", "amperes": MOTOR_TORQUE}
-    assert told({"amperes": MOTOR_TORQUE}) == ["aux/amperes is motor_torque once more: nothing is said to depend on it"]
+    assert notes_of({"amperes": MOTOR_TORQUE}) == [
+        "aux/amperes is motor_torque once more: nothing is said to depend on it"
+    ]
     names = {name for b in begun(own).blocks for name in b.regressor.variables}
     assert "aux/oil" in names
     assert not any("amperes" in name or "degrees" in name for name in names)

@@ -45,7 +45,7 @@ def test_only_a_loop_that_was_turned_weighs_what_it_predicts(turned: bool) -> No
     (loop,) = search.model.chosen
     assert idle(search, loop) is not turned
     (slot,) = slots(search)
-    names = [r for r in slot.rivals if r.chosen.effect != "unknown"]
+    names = [r for r in slot.alternatives if r.chosen.effect != "unknown"]
     assert names
     # what a loop gains that was never turned is its form's: a name that is nearer to it than nothing is as good
     near = [r for r in names if r.loss < slot.gain - r.loss]
@@ -53,9 +53,9 @@ def test_only_a_loop_that_was_turned_weighs_what_it_predicts(turned: bool) -> No
     if not turned:
         assert all(r.as_good for r in near)
     own, without = search.density([loop]), search.density([])
-    table = np.array([own, *(r.density for r in slot.rivals), without])
+    table = np.array([own, *(r.density for r in slot.alternatives), without])
     plain = weights(table, search.seed)
-    best = max(range(len(slot.rivals)), key=lambda k: plain[k + 1] * (slot.rivals[k] in names))
+    best = max(range(len(slot.alternatives)), key=lambda k: plain[k + 1] * (slot.alternatives[k] in names))
     expected = plain[0] / plain[best + 1] * np.exp(-criteria.RICHER * (not turned))
-    # the bootstrap's draws are the same, the order of the rivals is not
-    assert slot.weight / slot.rivals[best].weight == pytest.approx(expected, rel=1e-6)
+    # the bootstrap's draws are the same, the order of the alternatives is not
+    assert slot.weight / slot.alternatives[best].weight == pytest.approx(expected, rel=1e-6)

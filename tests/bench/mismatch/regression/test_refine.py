@@ -61,7 +61,7 @@ def test_the_interval_of_a_coefficient_knows_that_of_the_shape() -> None:
         better = refined(own, bank, base, stribeck(8.0), 0.0)
         block = add_block(own, bank, better)
         fitted = fit_blocks(bank, [*base, block], (0.0,))
-        values, covariance = fitted.of(block.place)
+        values, covariance = fitted.of(block.indices)
         std = np.sqrt(np.diag(covariance))
         (row, _) = better.parameters(values, std)
         told.append((row["value"] - size) / row["std"])
@@ -113,9 +113,9 @@ def test_the_projector_leaves_the_squares_of_a_dense_solution(precision: float, 
     y = 0.6 * frame.direction + np.random.default_rng(5).normal(scale=SIGMA, size=frame.size)
     own = problem(frame, y)
     bank, base = banked(own, SIGMA, 0.3)
-    blocks = [type(b)(b.regressor, b.place, np.full(len(b.place), precision)) for b in base]
+    blocks = [type(b)(b.regressor, b.indices, np.full(len(b.indices), precision)) for b in base]
     left = projector(bank, blocks, variance)(bank.y)
-    x = np.hstack([bank.columns.some(b.place) for b in base])
+    x = np.hstack([bank.columns.some(b.indices) for b in base])
     ones = np.zeros((frame.size, 8))
     ones[np.arange(frame.size), frame.recording] = bank.one
     offset = 0.0 if np.isinf(variance) else 1.0 / max(variance, 1e-12)

@@ -280,8 +280,8 @@ def test_a_name_that_another_took_with_it_is_asked_again(monkeypatch: pytest.Mon
     )
     monkeypatch.setattr(pruning, "pruned", lambda _search, chosen, *_price, **_keep: list(chosen))
     monkeypatch.setattr(pruning, "not_refuted", lambda _model, chosen: [c for c in chosen if c is first])
-    assert pruning._asked_again(search, [first, second], [], 5.0) == [first]
-    assert pruning._asked_again(search, [second], [], 5.0) == []
+    assert pruning._tested_again(search, [first, second], [], 5.0) == [first]
+    assert pruning._tested_again(search, [second], [], 5.0) == []
 
 
 def test_of_an_effect_that_is_reported_no_note_says_that_it_is_not() -> None:

@@ -36,7 +36,7 @@ def looked(seed: int, shuffled: bool, effect: float = 0.0) -> Scan:
     own = problem(FRAME, y + rng.normal(scale=OFFSET, size=20)[FRAME.recording])
     bank, base = banked(own, SIGMA)
     places = [bank.add(columns[:, [k]]) for k in range(CANDIDATES)]
-    index = [i for b in base for i in b.place]
+    index = [i for b in base for i in b.indices]
     fitted = fit(bank, index, bank.variances())
     left = bank.residual(index, fitted.coefficients)
     blocks = units(FRAME.elapsed, bank.whitening.starts, criteria.BLOCK_S)
@@ -88,7 +88,7 @@ def test_a_large_effect_that_is_one_level_a_recording_is_a_candidate() -> None:
     bank, base = banked(problem(FRAME, y), SIGMA)
     columns = np.column_stack([candidates(), level])
     places = [bank.add(columns[:, [k]]) for k in range(CANDIDATES + 1)]
-    index = [i for b in base for i in b.place]
+    index = [i for b in base for i in b.indices]
     fitted = fit(bank, index, bank.variances())
     assert fitted.variance * np.median(bank.energy) > 1e4
     left = bank.residual(index, fitted.coefficients)

@@ -36,7 +36,7 @@ def test_a_zero_that_jumps_is_a_spell_with_its_ends_between_two_recordings() -> 
     times = FRAME.time[np.flatnonzero(np.diff(FRAME.recording, prepend=-1))]
     assert times[first - 1] < begin < times[first]
     assert times[last] < end < times[last + 1]
-    assert found.fit.of(own.main.place)[0][0] == pytest.approx(0.15, abs=0.03)
+    assert found.fit.of(own.main.indices)[0][0] == pytest.approx(0.15, abs=0.03)
     assert own.main.regressor.words.startswith("a constant from ")
 
 
@@ -50,7 +50,7 @@ def test_a_drag_that_switches_inside_recordings_is_levels_that_change_there() ->
     assert levels is not None
     assert (own.effect, levels.times, levels.cuts) == ("unknown", "d", 4)
     assert np.asarray(levels.knots[0][1:-1]) == pytest.approx(moments, abs=3.0)
-    rise = np.diff(found.fit.of(own.main.place)[0])
+    rise = np.diff(found.fit.of(own.main.indices)[0])
     assert rise == pytest.approx([0.3, -0.3, 0.3, -0.3], abs=0.05)
     assert own.main.regressor.words == "a level times d that changes 4 times"
 
@@ -98,7 +98,7 @@ def test_squares_of_points_left_out_are_those_of_a_fit_without_them() -> None:
     own = made(0.1 * np.sin(FRAME.temperature))
     model = searched(own).model
     blocks = model.blocks([])
-    index = [i for b in blocks for i in b.place]
+    index = [i for b in blocks for i in b.indices]
     columns, fold = model.bank.columns.some(index), model.folds[FRAME.recording]
     told = squares(model.bank, blocks, model.folds, 0.0)
     for out in (0, 7, RECORDINGS - 1):

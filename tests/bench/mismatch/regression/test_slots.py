@@ -47,7 +47,7 @@ def chosen(effect: str) -> Chosen:
 
 
 def contender(effect: str, weight: float) -> Contender:
-    """A rival of that weight."""
+    """An alternative of that weight."""
     return Contender(chosen(effect), np.zeros(0), 0.0, 1.0, weight, True)
 
 
@@ -64,9 +64,9 @@ def contender(effect: str, weight: float) -> Contender:
     ],
 )
 def test_who_is_disowned(effect: str, weight: float, others: tuple[Any, ...], disowned: bool) -> None:
-    rivals = tuple(contender(name, share) for name, share in others)
-    slot = Slot(chosen(effect), 10.0, 0.001, weight, rivals)
-    nameless = max((r for r in rivals if r.chosen.effect == "unknown"), key=lambda r: cast("float", r.weight))
+    alternatives = tuple(contender(name, share) for name, share in others)
+    slot = Slot(chosen(effect), 10.0, 0.001, weight, alternatives)
+    nameless = max((r for r in alternatives if r.chosen.effect == "unknown"), key=lambda r: cast("float", r.weight))
     assert _disowned(slot, nameless) is disowned
     assert not _disowned(slot, None)
 
@@ -75,7 +75,7 @@ def test_who_is_disowned(effect: str, weight: float, others: tuple[Any, ...], di
 def test_of_two_functions_without_a_name_the_likelier_stays(weight: float, gone: bool) -> None:
     slot = Slot(chosen("unknown"), 10.0, 0.001, weight, (contender("unknown", 0.95 - weight),))
     own = cast("Any", SimpleNamespace(chosen=[slot.chosen], problem=SimpleNamespace(lacking=())))
-    expected = [slot.rivals[0].chosen] if gone else None
+    expected = [slot.alternatives[0].chosen] if gone else None
     assert _succession(own, slot) == expected
 
 
@@ -273,11 +273,11 @@ def test_two_names_are_told_apart_with_their_corrections_and_without() -> None:
 
 @pytest.mark.parametrize(("other", "taken"), [(0.9, True), (0.3, False)])
 def test_a_name_gives_way_to_one_that_is_far_likelier(other: float, taken: bool) -> None:
-    own, rival = chosen("thermal.convection_speed"), contender("thermal.second_mass", other)
+    own, alternative = chosen("thermal.convection_speed"), contender("thermal.second_mass", other)
     asked_of = SimpleNamespace(rows=SimpleNamespace(frame=None), lacking=())
     model = SimpleNamespace(problem=asked_of, chosen=[own], channel=TEMPERATURE)
-    found = _succession(cast("Any", model), Slot(own, 20.0, 1e-4, 0.95 - other, (rival,)))
-    assert found == ([rival.chosen] if taken else None)
+    found = _succession(cast("Any", model), Slot(own, 20.0, 1e-4, 0.95 - other, (alternative,)))
+    assert found == ([alternative.chosen] if taken else None)
 
 
 @pytest.mark.parametrize(

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.mismatch.discovery import ChannelOutcome, Discovery, Rival, Structure
+from bench.mismatch.discovery import ChannelOutcome, Discovery, RefittedAlternative, Structure
 from bench.mismatch.recordings.dataset import Dataset, Member
 from bench.mismatch.recordings.motion import Manner
 from bench.mismatch.recordings.prepared import Folder
@@ -133,9 +133,9 @@ def stribeck(frame: Frame) -> Any:
     return form.columns(frame, (8.0,))[:, 0] * 0.4
 
 
-def rival(effect: str, left: Any, as_good: bool = False) -> Rival:
-    """A rival that predicts a little worse."""
-    return Rival(effect, f"the <rival> {effect}", 5.0, 2.0, 0.04, as_good, left)
+def alternative(effect: str, left: Any, as_good: bool = False) -> RefittedAlternative:
+    """An alternative that predicts a little worse."""
+    return RefittedAlternative(effect, f"the <alternative> {effect}", 5.0, 2.0, 0.04, as_good, left)
 
 
 def write_nothing(path: Path) -> list[str]:

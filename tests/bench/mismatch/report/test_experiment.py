@@ -1,4 +1,4 @@
-"""The next experiment: accepted by the bench, within what it can do, and it separates the rivals."""
+"""The next experiment: accepted by the bench, within what it can do, and it separates the alternatives."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from tests.bench.mismatch.report import made
 COVERED = made.COVERED
 
 
-def _ambiguous(frame: Frame, rival: str = "friction.stribeck") -> tuple[Finding, Any]:
+def _ambiguous(frame: Frame, alternative: str = "friction.stribeck") -> tuple[Finding, Any]:
     """Churning, of which Stribeck friction is told to be as good."""
     form = LIBRARY["friction.viscous_quadratic"].forms["motor_torque"][0]
     added = form.columns(frame, ())[:, 0] * 0.06
@@ -41,7 +41,7 @@ def _ambiguous(frame: Frame, rival: str = "friction.stribeck") -> tuple[Finding,
         ("speed",),
         status="ambiguous",
         simulation_rows=(row,),
-        rivals=(made.rival(rival, None, True),),
+        alternatives=(made.alternative(alternative, None, True),),
     )
     own = made.outcome(frame, "motor_torque", [found])
     data = made.dataset(frame, "motor_torque", own.rows)

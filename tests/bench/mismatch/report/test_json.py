@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bench.mismatch.discovery import ChannelOutcome, Discovery, Rival
+from bench.mismatch.discovery import ChannelOutcome, Discovery, RefittedAlternative
 from bench.mismatch.report.content import Compared
 from bench.mismatch.report.figures import square_error
 from bench.mismatch.report.finding import conclude
@@ -23,9 +23,9 @@ def _report(held: Any = made.HELD_OUT, **more: Any) -> tuple[dict[str, Any], Dis
     frame = made.campaign()
     others = made.outcome(frame, "motor_torque", [], held=held)
     worse = others.left + 0.5 * made.stribeck(frame)
-    rivals = (made.rival("friction.viscous_quadratic", worse), made.rival("unknown", None, True))
+    alternatives = (made.alternative("friction.viscous_quadratic", worse), made.alternative("unknown", None, True))
     added = made.stribeck(frame)
-    found = made.discovery("motor_torque", "friction.stribeck", added, ("speed",), rivals=rivals, **more)
+    found = made.discovery("motor_torque", "friction.stribeck", added, ("speed",), alternatives=alternatives, **more)
     own = made.outcome(frame, "motor_torque", [found], held=held)
     data = made.dataset(frame, "motor_torque", own.rows, held=held)
     findings = conclude([own], data)
@@ -159,11 +159,11 @@ def test_what_depends_on_an_auxiliary_quantity_is_called_so_and_stands_by_itself
 
 def test_a_hopeless_probability_is_told_as_a_bound() -> None:
     frame = made.campaign()
-    rival = Rival("friction.presliding", "pre-sliding", 700.0, 10.0, 7.6e-300, False)
+    alternative = RefittedAlternative("friction.presliding", "pre-sliding", 700.0, 10.0, 7.6e-300, False)
     own = made.outcome(
         frame,
         "motor_torque",
-        [made.discovery("motor_torque", "unknown", np.ones(frame.size), ("speed",), rivals=(rival,))],
+        [made.discovery("motor_torque", "unknown", np.ones(frame.size), ("speed",), alternatives=(alternative,))],
     )
     (finding,) = conclude([own], made.dataset(frame, "motor_torque", own.rows))
     assert "e-" not in finding.alternatives[0].why_not

@@ -12,7 +12,7 @@ from tests.bench.mismatch.report import made
 
 
 @pytest.mark.parametrize(
-    ("rival", "as_good", "status", "findings"),
+    ("alternative", "as_good", "status", "findings"),
     [
         ("load.unbalance", True, "named", 1),
         ("load.unbalance", False, "named", 2),
@@ -21,7 +21,7 @@ from tests.bench.mismatch.report import made
     ],
 )
 def test_what_a_named_effect_explains_as_well_is_no_second_finding(
-    rival: str, as_good: bool, status: str, findings: int
+    alternative: str, as_good: bool, status: str, findings: int
 ) -> None:
     frame = made.campaign()
     arm = np.sin(frame.q)
@@ -30,7 +30,7 @@ def test_what_a_named_effect_explains_as_well_is_no_second_finding(
     # far stronger over its own noise floor: the name is told all the same
     nameless = made.discovery("motor_torque", "unknown", 0.4 * arm, ("angle",))
     motor = made.outcome(frame, "motor_torque", [nameless], 0.02)
-    motor.discoveries = [replace(nameless, rivals=(made.rival(rival, motor.left, as_good),))]
+    motor.discoveries = [replace(nameless, alternatives=(made.alternative(alternative, motor.left, as_good),))]
 
     concluded = conclude([load, motor], made.dataset(frame, "load_torque", load.rows))
 

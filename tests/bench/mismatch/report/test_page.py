@@ -46,9 +46,12 @@ def _report(
 
 def _stribeck(**more: Any) -> Discovery:
     frame = made.campaign()
-    rivals = (made.rival("friction.viscous_quadratic", None), made.rival("unknown", np.zeros(frame.size), True))
+    alternatives = (
+        made.alternative("friction.viscous_quadratic", None),
+        made.alternative("unknown", np.zeros(frame.size), True),
+    )
     added = made.stribeck(frame)
-    return made.discovery("motor_torque", "friction.stribeck", added, ("speed",), rivals=rivals, **more)
+    return made.discovery("motor_torque", "friction.stribeck", added, ("speed",), alternatives=alternatives, **more)
 
 
 def test_the_page_stands_alone() -> None:
@@ -74,7 +77,7 @@ def _undrawn(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("undrawn")
 def test_names_are_escaped() -> None:
     text = page(_report(_stribeck()))
-    for name in ("<note>", "<odd>", "<ends>", "<model>", "<rival>", "<friction>"):
+    for name in ("<note>", "<odd>", "<ends>", "<model>", "<alternative>", "<friction>"):
         assert name not in text
         assert name.replace("<", "&lt;").replace(">", "&gt;") in text
 

@@ -31,7 +31,7 @@ def looked(seed: int, louder: float, loud: slice = LOUD, frame: Frame = FRAME, m
     noise[loud] *= louder
     own = problem(frame, 0.6 * frame.direction + noise)
     bank, base = banked(own, SIGMA)
-    fitted = fit(bank, [i for b in base for i in b.place], bank.variances())
+    fitted = fit(bank, [i for b in base for i in b.indices], bank.variances())
     model: Any = SimpleNamespace(
         problem=own, bank=bank, fit=fitted, blocks=lambda: base, noise=SimpleNamespace(memory=memory)
     )

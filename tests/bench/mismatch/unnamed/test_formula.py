@@ -54,7 +54,7 @@ def the_equation(search: Search) -> tuple[Equation, FloatArray]:
     assert len(own) == 1
     equation = own[0].main.regressor
     assert isinstance(equation, Equation)
-    return equation, search.model.fit.of(own[0].main.place)[0]
+    return equation, search.model.fit.of(own[0].main.indices)[0]
 
 
 LAWS: dict[str, tuple[Law, str, dict[str, tuple[float, str]]]] = {

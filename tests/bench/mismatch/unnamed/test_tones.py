@@ -52,7 +52,7 @@ def test_recordings_that_are_not_steady_tell_how_large_it_is_there() -> None:
 
 
 def test_one_speed_cannot_tell_tones_from_orders() -> None:
-    assert tone([d for d in densities(1) if d.turning == 0.005], 1) is None
+    assert tone([d for d in densities(1) if d.rotation_rate == 0.005], 1) is None
 
 
 def test_where_orders_cover_most_speeds_noise_looks_more_like_a_tone() -> None:

@@ -10,7 +10,7 @@ import pytest
 
 from bench.errors import ConfigurationError
 from bench.importing.mapping import load_mapping
-from bench.proof.real.examine import Examined, asked_of, examine
+from bench.proof.real.examine import Examined, examine, expected_of
 from bench.proof.real.expert import Regression
 from bench.proof.real.formula import evaluate
 from bench.proof.real.page import page
@@ -83,7 +83,7 @@ def test_what_the_expert_does_not_tell_from_zero_is_not_asked_for() -> None:
     effects = ("friction.coulomb", "friction.viscous", "aux/p", "aux/p", "")
     terms = tuple(ExpertTerm(symbol="x", column="1", unit="1", effect=effect) for effect in effects)
     found = Regression(np.array([5.0, -3.0, 0.1, 4.0, 9.0]), np.ones(5) * [1.0, 10.0, 1.0, 1.0, 1.0], 0.0, 0.0)
-    assert asked_of(Expert(derivative_hz=1.0, how="x", terms=terms), found) == ["friction.coulomb", "aux/p"]
+    assert expected_of(Expert(derivative_hz=1.0, how="x", terms=terms), found) == ["friction.coulomb", "aux/p"]
 
 
 def test_what_came_out_at_first_sight_stands_in_a_table_of_its_own() -> None:

@@ -1,4 +1,4 @@
-"""The place of a finding: the smallest ranges that hold nine tenths of its energy, recomputed another way."""
+"""The location of a finding: the smallest ranges that hold nine tenths of its energy, recomputed another way."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 from bench.mismatch.discovery import ChannelOutcome, Discovery
-from bench.mismatch.report.place import HELD, Place, by_recording, of_recordings, place, strongest, to_json
+from bench.mismatch.report.location import HELD, Location, by_recording, location_of, of_recordings, strongest, to_json
 from bench.mismatch.report.smallest import interval
 from bench.mismatch.report.words import text
 from bench.simulation.frame import FloatArray, Frame
 from tests.bench.mismatch.report import made
 
 
-def _placed(found: Discovery, frame: Frame) -> tuple[Place, ChannelOutcome]:
+def _placed(found: Discovery, frame: Frame) -> tuple[Location, ChannelOutcome]:
     own = made.outcome(frame, found.channel, [found])
-    return place(found, own, made.dataset(frame, found.channel, own.rows)), own
+    return location_of(found, own, made.dataset(frame, found.channel, own.rows)), own
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -196,7 +196,7 @@ def test_what_no_recording_measured_has_no_range() -> None:
     for member in data.members:
         member.recording.channels = ("motor_torque",)  # type: ignore[misc]
     own = made.discovery("motor_torque", "friction.stribeck", np.ones(frame.size), ("speed",))
-    told = to_json(place(own, made.outcome(frame, "motor_torque", [own]), data), "", None)
+    told = to_json(location_of(own, made.outcome(frame, "motor_torque", [own]), data), "", None)
     assert told["conditions"]["temperature"] is told["conditions"]["load_torque"] is None
     assert told["span"]["temperature"] is None
     assert told["conditions"]["velocity"] is not None
@@ -213,9 +213,9 @@ def test_what_acts_just_after_a_start_acts_where_no_row_is_compared() -> None:
     left_out = replace(own, rows=rows)
     data = made.dataset(frame, "motor_torque", rows)
     first = {data.name(r) for r in range(3)}
-    assert set(place(found, left_out, data).recordings) == first
+    assert set(location_of(found, left_out, data).recordings) == first
     otherwise = replace(found, variables=("time",))
-    assert not first & set(place(otherwise, left_out, data).recordings)
+    assert not first & set(location_of(otherwise, left_out, data).recordings)
 
 
 def _energies(found: Discovery, frame: Frame, swing: dict[int, float]) -> tuple[FloatArray, FloatArray, ChannelOutcome]:

@@ -22,7 +22,7 @@ Complex = NDArray[np.complex128]
 
 HIGHEST_BETWEEN = 600
 """order up to which such are looked for"""
-LEAST_TURN = 0.97 * 2.0 * np.pi
+SHORTEST_REVOLUTION = 0.97 * 2.0 * np.pi
 """rad: a segment that falls short of a revolution by a smoothing window still counts"""
 LEAST_PART = 0.1 * 2.0 * np.pi
 """rad: a steady segment that turns less says next to nothing of most orders"""
@@ -41,7 +41,7 @@ _FEWEST_ALIKE = 4
 
 
 @dataclass(frozen=True, slots=True)
-class Turn:
+class Revolution:
     """One steady segment of at least a revolution: its rows, the mean state, when, which way."""
 
     recording: int
@@ -57,9 +57,9 @@ class Turn:
 
 @dataclass(frozen=True, slots=True)
 class Seen:
-    """What the turns show: ``vectors`` (turns, orders) b + j*a of the fitted ``orders``; ``left`` (turns,
-    HIGHEST_ORDER + 1) the same of the residual at every whole order; ``sigma`` standard deviation of each component
-    there; ``white`` (turns,) of a row; ``rest`` (turns,) the residual itself.
+    """What the revolutions show: ``vectors`` (revolutions, orders) b + j*a of the fitted ``orders``; ``left``
+    (revolutions, HIGHEST_ORDER + 1) the same of the residual at every whole order; ``sigma`` standard deviation of each
+    component there; ``white`` (revolutions,) of a row; ``rest`` (revolutions,) the residual itself.
     """
 
     orders: tuple[float, ...]
@@ -70,43 +70,43 @@ class Seen:
     rest: tuple[Rest, ...]
 
     def between(self) -> Complex:
-        """Vectors of the residual at parts of an order (turns, HIGHEST_BETWEEN*PARTS + 1)."""
+        """Vectors of the residual at parts of an order (revolutions, HIGHEST_BETWEEN*PARTS + 1)."""
         power = np.array([rest.between(HIGHEST_BETWEEN * PARTS) for rest in self.rest])
         return np.asarray(power.reshape(len(self.rest), HIGHEST_BETWEEN * PARTS + 1))
 
     def noise(self, orders: Sequence[float]) -> FloatArray:
-        """Standard deviation of a component at some orders (turns, k)."""
+        """Standard deviation of a component at some orders (revolutions, k)."""
         columns = [int(min(round(f), self.sigma.shape[1] - 1)) for f in orders]
         return self.sigma[:, columns]
 
 
-def looks(rows: Rows, turns: Sequence[Turn]) -> tuple[Look, ...]:
-    """The turns' rows, to be looked at for orders."""
+def looks(rows: Rows, revolutions: Sequence[Revolution]) -> tuple[Look, ...]:
+    """The revolutions' rows, to be looked at for orders."""
     return tuple(
-        Look(rows.frame.theta[t.rows], rows.number[t.rows], t.rows, t.revolutions * 2.0 * np.pi) for t in turns
+        Look(rows.frame.theta[t.rows], rows.number[t.rows], t.rows, t.revolutions * 2.0 * np.pi) for t in revolutions
     )
 
 
-def states(turns: Sequence[Turn]) -> FloatArray:
-    """Torque, velocity and temperature of the turns (turns, 3)."""
-    return np.array([[t.torque, t.velocity, t.temperature] for t in turns]).reshape(len(turns), 3)
+def states(revolutions: Sequence[Revolution]) -> FloatArray:
+    """Torque, velocity and temperature of the revolutions (revolutions, 3)."""
+    return np.array([[t.torque, t.velocity, t.temperature] for t in revolutions]).reshape(len(revolutions), 3)
 
 
-def passed(laws: Sequence[Law], turns: Sequence[Turn], orders: Sequence[float]) -> Complex:
-    """What some laws together multiply the vectors of ``orders`` by in the turns (turns, k)."""
-    out = np.ones((len(turns), len(orders)), dtype=np.complex128)
-    time = np.array([t.time for t in turns])
+def passed(laws: Sequence[Law], revolutions: Sequence[Revolution], orders: Sequence[float]) -> Complex:
+    """What some laws together multiply the vectors of ``orders`` by in the revolutions (revolutions, k)."""
+    out = np.ones((len(revolutions), len(orders)), dtype=np.complex128)
+    time = np.array([t.time for t in revolutions])
     for law in laws:
-        out *= factor(law, states(turns), time, orders)
+        out *= factor(law, states(revolutions), time, orders)
     return out
 
 
-def directions(turns: Sequence[Turn]) -> FloatArray:
-    """Direction of motion of the turns (turns,)."""
-    return np.array([t.direction for t in turns])
+def directions(revolutions: Sequence[Revolution]) -> FloatArray:
+    """Direction of motion of the revolutions (revolutions,)."""
+    return np.array([t.direction for t in revolutions])
 
 
-def found_in(frame: Frame, least: float = LEAST_TURN, most: float = np.inf) -> list[Turn]:
+def found_in(frame: Frame, least: float = SHORTEST_REVOLUTION, most: float = np.inf) -> list[Revolution]:
     """Steady segments in which load and speed keep their level, of at least ``least`` and less than ``most`` rad."""
     steady = frame.steady > 0.5
     begins = np.append(True, ~steady[:-1]) | np.append(True, np.diff(frame.recording) != 0)
@@ -124,7 +124,7 @@ def found_in(frame: Frame, least: float = LEAST_TURN, most: float = np.inf) -> l
             continue
         velocity = float(np.mean(frame.velocity[rows]))
         out.append(
-            Turn(
+            Revolution(
                 int(frame.recording[a]),
                 rows,
                 float(np.mean(frame.torque[rows])),
@@ -144,26 +144,26 @@ def _rests(values: FloatArray, scale: float) -> bool:
     return float(np.std(values)) <= criteria.WAVERING * max(scale, float(np.abs(values.mean())))
 
 
-def seen(looks: Sequence[Look], turns: Sequence[Turn], y: FloatArray, orders: Sequence[float]) -> Seen:
-    """Fit ``orders`` to ``y`` (n,) in each turn; the residual's spectrum and its noise."""
-    asked = tuple(float(f) for f in orders)
-    shown = [look.fitted(y, np.asarray(asked)) for look in looks]
-    vectors = np.array([one.vectors for one in shown]).reshape(len(turns), len(asked))
-    left = np.array([one.left for one in shown]).reshape(len(turns), HIGHEST_ORDER + 1)
-    scatter = scattered(left, turns)
-    sigma = _levels(scatter, asked)
-    noise = _coloured(scatter, sigma, turns, asked)
-    return Seen(asked, vectors, left, noise, np.array([one.white for one in shown]), tuple(one.rest for one in shown))
+def seen(looks: Sequence[Look], revolutions: Sequence[Revolution], y: FloatArray, orders: Sequence[float]) -> Seen:
+    """Fit ``orders`` to ``y`` (n,) in each revolution; the residual's spectrum and its noise."""
+    fitted = tuple(float(f) for f in orders)
+    shown = [look.fitted(y, np.asarray(fitted)) for look in looks]
+    vectors = np.array([one.vectors for one in shown]).reshape(len(revolutions), len(fitted))
+    left = np.array([one.left for one in shown]).reshape(len(revolutions), HIGHEST_ORDER + 1)
+    scatter = scattered(left, revolutions)
+    sigma = _levels(scatter, fitted)
+    noise = _coloured(scatter, sigma, revolutions, fitted)
+    return Seen(fitted, vectors, left, noise, np.array([one.white for one in shown]), tuple(one.rest for one in shown))
 
 
-def scattered(left: Complex, turns: Sequence[Turn]) -> Complex:
-    """Revolutions against each other: spectra (turns, orders) less their mean in the same direction, as large as noise
-    alone would be.
+def scattered(left: Complex, revolutions: Sequence[Revolution]) -> Complex:
+    """Revolutions against each other: spectra (revolutions, orders) less their mean in the same direction, as large as
+    noise alone would be.
 
     A pulse stands in every order of every revolution, alike; the median over orders would take it for noise.
     """
     out = left.copy()
-    direction = directions(turns)
+    direction = directions(revolutions)
     for side in (1.0, -1.0):
         on_side = direction == side
         number = int(on_side.sum())
@@ -173,8 +173,8 @@ def scattered(left: Complex, turns: Sequence[Turn]) -> Complex:
 
 
 def _levels(left: Complex, orders: Sequence[float]) -> FloatArray:
-    """Standard deviation of a component at each order (turns, orders), from the median of the orders about it that are
-    not fitted.
+    """Standard deviation of a component at each order (revolutions, orders), from the median of the orders about it
+    that are not fitted.
     """
     fitted = {0, *(round(f) for f in orders)}
     free = np.array([f for f in range(left.shape[1]) if f not in fitted], dtype=np.int64)
@@ -191,22 +191,24 @@ def _levels(left: Complex, orders: Sequence[float]) -> FloatArray:
     return np.asarray(np.sqrt(np.maximum(level, 1e-300) / 2.0))
 
 
-def _coloured(left: Complex, sigma: FloatArray, turns: Sequence[Turn], orders: Sequence[float]) -> FloatArray:
+def _coloured(
+    left: Complex, sigma: FloatArray, revolutions: Sequence[Revolution], orders: Sequence[float]
+) -> FloatArray:
     """Noise with that of low orders raised to what the recordings show there: disturbances of a rig are not white.
 
     They have a spectrum over time, not over the angle: power density is pooled over all recordings by frequency f*|v|
     (medians, so that one missing order is not taken for noise); noise with a memory, which says as well what is below
     the lowest order that is not fitted, is put beside each recording's own level at middle orders.
     """
-    if len(turns) < 3:
+    if len(revolutions) < 3:
         return sigma
     known = {round(f) for f in orders}
     low, middle = np.arange(1, _LOW + 1), np.arange(_LOW, _LOW + _MIDDLE)
     free = np.array([f for f in range(1, _LOW + _MIDDLE) if f not in known])
     if not free.size:
         return sigma
-    hertz = np.array([abs(t.velocity) / (2.0 * np.pi) for t in turns])
-    duration = np.array([t.revolutions for t in turns]) / hertz
+    hertz = np.array([abs(t.velocity) / (2.0 * np.pi) for t in revolutions])
+    duration = np.array([t.revolutions for t in revolutions]) / hertz
     # a component of the spectrum is noise of density P over the time T: |R|^2 = 2*P/T
     density = 0.5 * np.abs(left[:, free]) ** 2 * duration[:, None]
     pooled = _pooled((hertz[:, None] * free[None, :]).ravel(), density.ravel())

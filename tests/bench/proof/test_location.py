@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from bench.proof.place import misplaced, overlap
+from bench.proof.location import misplaced, overlap
 from tests.bench.proof.test_score import concealed, finding
 
 SPAN = {"velocity": (0.0, 0.18), "load_torque": (-1000.0, 1000.0), "temperature": (20.0, 50.0)}

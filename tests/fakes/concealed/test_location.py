@@ -7,7 +7,7 @@ import pytest
 
 from fakes.concealed import cases, open_folder
 from fakes.concealed.effects.formula import FORMS
-from fakes.concealed.place import smallest_range
+from fakes.concealed.location import smallest_range
 from tests.fakes.concealed.test_effects import SMALL
 
 

@@ -1,4 +1,4 @@
-"""Where a peer's columns are: peers tell no place, so it is worked out for them as the report's page defines it."""
+"""Location of a peer's columns: peers report none, so it is computed for them as the report's page defines it."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _RANGES = ("velocity", "load_torque", "temperature")
 _STRONGEST = 3
 
 
-def place_of(problem: Problem, picked: NDArray[np.int64], effect: str) -> dict[str, Any]:
+def location_of(problem: Problem, picked: NDArray[np.int64], effect: str) -> dict[str, Any]:
     """Conditions and strongest recordings of what one effect's columns add, after a fit with all that were picked."""
     if not problem.states:
         return {"conditions": {}, "recordings": []}

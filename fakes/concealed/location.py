@@ -1,6 +1,6 @@
 """Where an effect is: in which ranges and in which recordings the energy of its excess lies.
 
-The excess is what no setting of the nominal simulation absorbs (:mod:`fakes.concealed.strength`). A place is the
+The excess is what no setting of the nominal simulation absorbs (:mod:`fakes.concealed.strength`). A location is the
 smallest range of a quantity that holds nine tenths of that energy, as the report's page defines it.
 """
 
@@ -19,8 +19,8 @@ _SHARE = 0.9
 _ONE_WAY = 0.95  # energy in one direction that makes it the direction
 
 
-def placed(place: Location, excess: Excess, named: Callable[[int], str]) -> Location:
-    """A place with what is measured of it: ranges, span, direction, energy of each recording.
+def measured_location(location: Location, excess: Excess, named: Callable[[int], str]) -> Location:
+    """A location with what is measured of it: ranges, span, direction, energy of each recording.
 
     ``excess`` is that of the effect alone, at its final strength; ``named`` gives a recording's id
     by its number in the excess.
@@ -28,13 +28,13 @@ def placed(place: Location, excess: Excess, named: Callable[[int], str]) -> Loca
     energy = excess.weight * excess.values**2
     total = float(energy.sum())
     if total <= 0.0:
-        return place
+        return location
     quantities = {name: excess.states[:, at] for at, name in enumerate(STATES[:3])}
     forward = float(energy[excess.states[:, 3] > 0.0].sum()) / total
     direction = "positive" if forward > _ONE_WAY else "negative" if forward < 1.0 - _ONE_WAY else "both"
     numbers = np.bincount(excess.recording, weights=energy)
     return replace(
-        place,
+        location,
         measured={name: smallest_range(values, energy) for name, values in quantities.items()},
         span={name: (float(values.min()), float(values.max())) for name, values in quantities.items()},
         measured_direction=direction,

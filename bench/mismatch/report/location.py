@@ -20,7 +20,7 @@ from bench.simulation.terms import MOTOR_TORQUE
 from bench.simulation.terms import TEMPERATURE as TEMPERATURE_CHANNEL
 
 HELD = 0.9
-"""share of the energy that a place holds, its recordings too: the report's contract"""
+"""share of the energy that a location holds, its recordings too: the report's contract"""
 STEPS = {"te.lost_motion": TORQUE}
 """effects that are a step, and over what: they are where they change, not where they have changed"""
 PARTS = 60
@@ -35,7 +35,7 @@ Range = tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class Location:
     """The report's location of a finding; ranges in rad/s, N·m, °C. ``outside`` (range -> shares of the samples below
     and above it) says how it is put in words.
     """
@@ -61,8 +61,8 @@ class Place:
         return None if self.time_window is None else [_iso(t) for t in self.time_window]
 
 
-def place(discovery: Discovery, outcome: ChannelOutcome, data: Dataset) -> Place:
-    """The place of a discovery, by the energy of what it adds on the rows that are compared."""
+def location_of(discovery: Discovery, outcome: ChannelOutcome, data: Dataset) -> Location:
+    """The location of a discovery, by the energy of what it adds on the rows that are compared."""
     energies = _energy(discovery, outcome)
     quantities = [variable(name) for name in discovery.variables]
     depends = tuple(name for name in RANGES if any(v.range == name for v in quantities))
@@ -70,7 +70,7 @@ def place(discovery: Discovery, outcome: ChannelOutcome, data: Dataset) -> Place
     span = {name: _span(levels(frame, name)[usable]) for name in RANGES}
     ranges = span | _ranges(discovery, outcome, energies, depends)
     weight = np.where(usable, outcome.rows.number, 0.0)
-    return Place(
+    return Location(
         ranges,
         span,
         _direction(frame, np.where(weight > 0, 1.0, 0.0) if _heat(discovery) else energies, weight),
@@ -186,8 +186,8 @@ def of_recordings(discovery: Discovery, outcome: ChannelOutcome, energies: Float
     rows = outcome.rows
     recording, compared = rows.frame.recording, outcome.usable & (rows.number > 0)
     if discovery.everywhere is not None:
-        own = np.bincount(recording, compared) > 0.0
-        energies = np.where(own[recording], discovery.everywhere**2 * rows.number, 0.0)
+        has_rows = np.bincount(recording, compared) > 0.0
+        energies = np.where(has_rows[recording], discovery.everywhere**2 * rows.number, 0.0)
     out = by_recording(rows.frame, energies)
     if discovery.effect == DELAY:
         # what swings faster than a row lasts is late as well
@@ -216,7 +216,7 @@ def _iso(posix: float) -> str:
     return datetime.fromtimestamp(posix, UTC).isoformat(timespec="seconds").replace("+00:00", "Z")
 
 
-def _told(ranges: dict[str, Range], where: Place) -> dict[str, Any]:
+def _limits(ranges: dict[str, Range], where: Location) -> dict[str, Any]:
     return {name: None if name in where.unmeasured else list(limits) for name, limits in ranges.items()}
 
 
@@ -224,12 +224,12 @@ MEASURED_BY = {TORQUE: ("load_torque", "load_motor_torque"), TEMPERATURE: ("temp
 """channels that tell a range's quantity; the velocity is that of what is compared"""
 
 
-def to_json(where: Place, words: str, share: float | None) -> dict[str, Any]:
+def to_json(where: Location, words: str, share: float | None) -> dict[str, Any]:
     """The location as the report has it."""
     return {
         "text": words,
-        "conditions": _told(where.ranges, where) | {"direction": where.direction},
-        "span": _told(where.span, where),
+        "conditions": _limits(where.ranges, where) | {"direction": where.direction},
+        "span": _limits(where.span, where),
         "orders": list(where.orders),
         "angle_windows": [list(w) for w in where.angle_windows],
         "time_window": where.time_window_iso,
@@ -238,4 +238,4 @@ def to_json(where: Place, words: str, share: float | None) -> dict[str, Any]:
     }
 
 
-__all__ = ["HELD", "VELOCITY", "Place", "by_recording", "place", "strongest", "to_json"]
+__all__ = ["HELD", "VELOCITY", "Location", "by_recording", "location_of", "strongest", "to_json"]

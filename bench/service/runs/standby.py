@@ -15,7 +15,7 @@ LINKS = "ready-"
 """Beginning of the names of links that lead from a process that stood ready to its job."""
 
 
-class Standing:
+class Standby:
     """Begins such a process and hands it a job; used by one thread only."""
 
     def __init__(self) -> None:

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from bench.mismatch.orders.turns import Turn, _levels, scattered
+from bench.mismatch.orders.revolutions import Revolution, _levels, scattered
 
 ORDERS = 400
 NOISE = 1e-8
 
 
-def turns(number: int) -> list[Turn]:
+def revolutions(number: int) -> list[Revolution]:
     """Steady revolutions, every other one backwards."""
-    return [Turn(k, slice(0, 1), 0.0, 0.1, 30.0, 0.0, 1.0 if k % 2 else -1.0, 1.0, 60.0) for k in range(number)]
+    return [Revolution(k, slice(0, 1), 0.0, 0.1, 30.0, 0.0, 1.0 if k % 2 else -1.0, 1.0, 60.0) for k in range(number)]
 
 
 def test_what_stands_in_every_revolution_is_no_noise() -> None:
@@ -21,7 +21,7 @@ def test_what_stands_in_every_revolution_is_no_noise() -> None:
     rng = np.random.default_rng(1)
     noise = NOISE * (rng.normal(size=(20, ORDERS)) + 1j * rng.normal(size=(20, ORDERS)))
     left = noise + 100.0 * NOISE * np.exp(1j * np.arange(ORDERS))
-    assert np.std(scattered(left, turns(20))) == pytest.approx(np.std(noise), rel=0.03)
+    assert np.std(scattered(left, revolutions(20))) == pytest.approx(np.std(noise), rel=0.03)
     assert np.std(left) > 50.0 * np.std(noise)
 
 

@@ -1,4 +1,4 @@
-"""On what a comparison stands: the simulation that was handed over, and where it is one from elsewhere, its values.
+"""The reference of a comparison: the simulation that was handed over, and where it is one from elsewhere, its values.
 
 A simulation from elsewhere takes the place of our nominal terms in the channels that it predicts. Its free parameters
 are part of the fit, by their sensitivities; where the channels are not straight in them, it is run again at the values
@@ -25,13 +25,13 @@ from bench.recording import Recording
 from bench.simulation.model import Simulation, Term
 from bench.simulation.terms import LIBRARY
 
-BENT = 0.1
+NONLINEARITY = 0.1
 """of the noise floor: by how much the simulation may differ from the straight line in its parameters"""
 MOST_ROUNDS = 4
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
+class Reference:
     """The simulation handed over: its ``kind``, its ``file``, our terms, and the simulation from elsewhere."""
 
     kind: str
@@ -53,18 +53,18 @@ class Standing:
         return out
 
 
-def standing_on(simulation: Path | None, store: Path) -> Standing:
-    """Open what stands behind ``--simulation``; ``store``: folder for what a simulation from elsewhere says.
+def open_reference(simulation: Path | None, store: Path) -> Reference:
+    """Open the simulation given by ``--simulation``; ``store``: folder for predictions of a simulation from elsewhere.
 
     Raises ConfigurationError where it cannot be opened.
     """
     if simulation is None:
-        return Standing("nominal", None, Simulation.nominal())
+        return Reference("nominal", None, Simulation.nominal())
     base = open_base(str(simulation))
     if base is not None:
-        return Standing(base.simulator.kind, str(simulation), Simulation.nominal(), replace(base, store=store))
+        return Reference(base.simulator.kind, str(simulation), Simulation.nominal(), replace(base, store=store))
     read = Simulation.load(simulation)
-    return Standing("model", str(simulation), read, base_of(read.extra, simulation.resolve().parent, store))
+    return Reference("model", str(simulation), read, base_of(read.extra, simulation.resolve().parent, store))
 
 
 def values_of(analysis: Analysis, base: Base, whole: bool = True) -> tuple[dict[str, float], dict[str, float]]:
@@ -77,12 +77,12 @@ def values_of(analysis: Analysis, base: Base, whole: bool = True) -> tuple[dict[
     for model in models_of(analysis):
         fit = model.fit if whole else model.refitted([])
         for block in parameters_in(model):
-            coefficients, covariance = fit.of(block.place)
+            coefficients, covariance = fit.of(block.indices)
             weights.setdefault(named(block), []).append((float(coefficients[0]), float(covariance[0, 0])))
     values, std = dict(base.named), {}
-    for name, told_by in weights.items():
-        precision = [1.0 / max(v, 1e-300) for _, v in told_by]
-        values[name] += sum(d * p for (d, _), p in zip(told_by, precision, strict=True)) / sum(precision)
+    for name, estimates in weights.items():
+        precision = [1.0 / max(v, 1e-300) for _, v in estimates]
+        values[name] += sum(d * p for (d, _), p in zip(estimates, precision, strict=True)) / sum(precision)
         std[name] = float(1.0 / np.sqrt(sum(precision)))
     return values, std
 
@@ -108,8 +108,8 @@ def named(block: Block) -> str:
     return block.regressor.parameter
 
 
-def bent(data: Dataset, analysis: Analysis, values: Mapping[str, float]) -> bool:
-    """Whether the simulation at other values is not what its sensitivities say, beside the noise."""
+def is_nonlinear(data: Dataset, analysis: Analysis, values: Mapping[str, float]) -> bool:
+    """Whether the simulation at other values differs from its linearisation by more than a share of the noise."""
     base = data.folder.base
     if base is None or not base.free:
         return False
@@ -124,7 +124,7 @@ def bent(data: Dataset, analysis: Analysis, values: Mapping[str, float]) -> bool
                 before.frame.aux[f"simulated/{channel}{BY}{name}"] * step for name, step in moved.items()
             )
             off = after.simulated[channel] - straight
-            if np.sqrt(np.mean(off**2)) > BENT * analysis.outcomes[channel].floor:
+            if np.sqrt(np.mean(off**2)) > NONLINEARITY * analysis.outcomes[channel].floor:
                 return True
     return False
 
@@ -141,8 +141,8 @@ def without(model: ChannelModel, block: Block) -> Fit:
     return fit_blocks(model.bank, [b for b in model.blocks() if b is not block], model.variances)
 
 
-def stood(made: Simulation, base: Base | None, out: Path) -> Simulation:
-    """A simulation that says on what it stands, for a file in the folder ``out``."""
+def with_reference(simulation: Simulation, base: Base | None, out: Path) -> Simulation:
+    """A simulation with its reference, for a file in the folder ``out``."""
     if base is None:
-        return made
-    return replace(made, extra={**made.extra, KEY: base.to_json(out.resolve())})
+        return simulation
+    return replace(simulation, extra={**simulation.extra, KEY: base.to_json(out.resolve())})

@@ -1,4 +1,4 @@
-"""What is asked of runs: a new one, once more, a wish for the one that goes on; each for the run it was meant for."""
+"""Requests for runs: a new one, once more, a wish for the one that goes on; each for the run it was meant for."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from bench.service.settings import Settings
 _IS = {"proposed": "is proposed", "queued": "waits", "running": "runs", "ended": "has ended"}
 
 
-class Asking:
+class Requests:
     """Puts runs into the queue and passes wishes on.
 
     Parameters

@@ -1,7 +1,7 @@
-"""Ask a sequence for something while the bench is open: it may take long, fail, or never answer.
+"""Call code of a sequence while the bench is open: it may take long, fail, or never return.
 
-A sequence is other people's code. It is asked in a thread of its own, so that meanwhile the bus is served, limits are
-judged and the operator's stop is heard; one that does not answer is left behind.
+A sequence is other people's code. It is called in a thread of its own, so that meanwhile the bus is served, limits are
+judged and the operator's stop is obeyed; one that does not return is left behind.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Waiting(Protocol):
         ...
 
 
-def ask_sequence(
+def call_sequence(
     what: str, answer: Callable[[], T], bench: Waiting, stop: Callable[[], bool], patience_s: float = PATIENCE_S
 ) -> T:
     """Return ``answer()``; ``what`` names it in a sentence, such as ``the plan of campaign quick``.
