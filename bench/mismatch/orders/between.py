@@ -76,26 +76,16 @@ def search_between(
         shares = whole.shares(float(grid[near]), fitted)
         usable[near] = float(np.mean(shares)) > LEAST_SHARE
         power[near] = np.sum(np.abs(table[:, near]) ** 2 / np.maximum(shares, LEAST_SHARE))
-<<<<<<< HEAD
-    energy = np.where(usable, power / (2.0 * shape**2) - len(whole.turns), -np.inf)
-    usual = _usual(power / (2.0 * shape**2), len(whole.turns))
-=======
     energy = np.where(usable, power / (2.0 * shape**2) - len(whole.revolutions), -np.inf)
->>>>>>> cf0408bc43d74314365c2150cb57076b25190d50
+    usual = _usual(power / (2.0 * shape**2), len(whole.revolutions))
     path = Path.of(seen, train)
     out: list[WeakOrder] = []
     plain, least = whole.gains_of(table, shape), price + float(np.log(PARTS))
     clear = least + CLEAR * float(np.sqrt(len(whole.revolutions)))
     for _ in range(MOST_SUMMITS):
-<<<<<<< HEAD
         # an order gains no more than its energy; where all about it have as much, there is no order
-        k = int(np.argmax(np.where(energy > asked, energy / usual, -np.inf)))
-        if not energy[k] > asked:
-=======
-        k = int(np.argmax(energy))
-        # an order gains no more than its energy
+        k = int(np.argmax(np.where(energy > least, energy / usual, -np.inf)))
         if not energy[k] > least:
->>>>>>> cf0408bc43d74314365c2150cb57076b25190d50
             break
         about = np.flatnonzero((np.abs(grid - grid[k]) <= SIDE_LINES) & np.isfinite(energy))
         away = np.abs(grid - grid[k])
@@ -112,13 +102,13 @@ def search_between(
     return out
 
 
-def _usual(energy: FloatArray, turns: int) -> FloatArray:
+def _usual(energy: FloatArray, revolutions: int) -> FloatArray:
     """Energy that is usual about each part of an order (parts,), over that of noise; no less than one.
 
     Between the whole orders more may stand everywhere than whole orders tell: a motion that is not quite even, say.
     """
     about = median_filter(energy, round(2.0 * LEAK * PARTS) + 1, mode="nearest")
-    return np.asarray(np.maximum(about / turns, 1.0))
+    return np.asarray(np.maximum(about / revolutions, 1.0))
 
 
 @dataclass(frozen=True, slots=True)
